@@ -69,10 +69,10 @@ def simulate_cases_on_cluster(
 
 
 def _motion_on_worker(motion: Motion) -> Motion:
-    """Return the motion unchanged: a task on the cluster whose result all simulation tasks share."""
+    """Return the motion unchanged; as a dask task, so that all simulation tasks on the cluster share one copy."""
     return motion
 
 
 def _select_cases(cases: Any, case_numbers: Any) -> Any:
-    """Return those of the cases whose indices are in `case_numbers`, in this order."""
+    """Return the subset of cases with the indices `case_numbers`, in this order."""
     return replace(cases, **{item.name: np.asarray(getattr(cases, item.name))[case_numbers] for item in fields(cases)})

@@ -15,7 +15,7 @@ MAX_TIME_AFTER_RECORD: Final = 20.0
 
 
 def exceeds_penetration_limit(penetration: FloatArray, smaller_side: FloatArray | float) -> NDArray[np.bool_]:
-    """True for each static penetration beyond the range of the contact law, where a case has no valid outcome.
+    """True for each static penetration that exceeds the range of the contact law, so that the case has no outcome.
 
     Parameters
     ----------

@@ -94,7 +94,7 @@ class PlanarTrajectory:
         return variables, coordinates, {"reference": self.scene.default_output_element, "weight": weight}
 
     def _outcome_variables(self, results: CaseResults) -> dict[str, Any]:
-        """Return the outcome variables of a case by name; variables per element are missing for fixed elements."""
+        """Return the outcome variables of a case by name; those per element are missing for driven or held elements."""
         variables: dict[str, Any] = {}
         free = [index for index, item in enumerate(self.placed) if not item.is_driven_or_held]
         for variable in (item for item in VARIABLES if item.name != "mirrored"):

@@ -44,13 +44,13 @@ class Trajectory(Protocol):
 
 
 def group_numbers_of_equal_cases(*case_columns: NDArray[Any]) -> NDArray[np.int64]:
-    """Return a number for each of n cases, shape (n,); cases get the same number if all given columns are equal."""
+    """Return a group number for each of n cases, shape (n,): equal if the cases agree in all given columns."""
     return np.asarray(np.unique(np.stack(case_columns), axis=1, return_inverse=True)[1]).ravel()
 
 
 @dataclass(frozen=True, kw_only=True)
 class SimulationPlan(ABC):
-    """Plan of the simulation of a model in n cases, for one kernel.
+    """Plan (checked input and settings) of the simulation of a model in n cases, for one compiled kernel.
 
     Each value depends only on its own case and motion, so that subsets give the same results.
     """
@@ -86,7 +86,7 @@ class SimulationPlan(ABC):
 
     @property
     def queue_number_by_case(self) -> NDArray[np.int64]:
-        """Queue number of each case, shape (n,); cases with the same number share a queue."""
+        """Group number of each case, shape (n,); cases with the same number are simulated in parallel."""
         return self.steps
 
     @property
@@ -119,7 +119,7 @@ class SimulationPlan(ABC):
     def compute_cases(
         self, case_numbers: NDArray[np.int64], steps_done: NDArray[np.int64], trajectory: NDArray[Any] | None = None
     ) -> tuple[dict[str, Any], NDArray[Any]]:
-        """Simulate cases with the same queue number; rerun with finer steps those whose energy does not balance.
+        """Simulate cases of one group; repeat, with finer steps, those whose energy balance has too large an error.
 
         Parameters
         ----------
@@ -158,7 +158,7 @@ class SimulationPlan(ABC):
         return self.case_outcome_variables(case_numbers, tables), recorded
 
     def compute_single_case(self, aftermath: float = 0.0) -> tuple[CaseResults, Trajectory]:
-        """Simulate the only case of the plan; return its results and its trajectory.
+        """Simulate the single case of the plan; return its results and its trajectory.
 
         The trajectory goes on for `aftermath` seconds after the outcome is known.
         """
@@ -187,14 +187,14 @@ class SimulationPlan(ABC):
         aftermath: float,  # noqa: ARG002
         has_fallen: NDArray[np.bool_],  # noqa: ARG002
     ) -> NDArray[Any]:
-        """Return a trajectory with `aftermath` seconds added after its end; unchanged for a single block or body.
+        """Return a trajectory continued for `aftermath` seconds after its end; unchanged for a single block or body.
 
         `has_fallen`, shape (elements,), is True for the elements that fell by the end of the case.
         """
         return trajectory
 
     def insert_skipped_sample_rows(self, trajectory_rows: NDArray[Any], rows_at_rest: NDArray[Any]) -> NDArray[Any]:
-        """Return the rows of a trajectory with rows added for the samples that were skipped because all was at rest.
+        """Return trajectory rows with rows inserted for the samples that were skipped because the model was at rest.
 
         In a skipped sample, the body has the pose of the row that follows, and the base its own motion. `rows_at_rest`
         has a row for each sample of the record, with the base motion.
@@ -219,7 +219,7 @@ class SimulationPlan(ABC):
         ticks_per_step: float,
         lane_count: int,
     ) -> dict[str, Any]:
-        """Return, by name, the fields that the kernel input of every model has (see `KernelInput`)."""
+        """Return, by name, the input fields that the kernels of all models share (see `KernelInput`)."""
         cases, steps = self.table[case_numbers], int(self.steps[case_numbers[0]]) * step_divisor
         # The shortest step is given in ticks, and a tick is shorter by the same factor.
         cases["dwell"] *= step_divisor
@@ -240,14 +240,14 @@ class SimulationPlan(ABC):
         return {"settings": settings, "cases": cases, "row": row, "results": result_tables["results"], "ground": ground}
 
     def create_result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
-        """Return the empty tables, by name, that the kernel fills for `case_count` cases; all have ``results``."""
+        """Return the empty tables, by name, that the kernel fills for `case_count` cases; ``results`` is always one."""
         return {"results": np.zeros(case_count, self.result_dtype)}
 
     @abstractmethod
     def kernel_input(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
     ) -> Any:
-        """Return the input of the kernel for some cases, with steps divided by `step_divisor`.
+        """Return the kernel's input for the cases `case_numbers`, with each time step divided by `step_divisor`.
 
         The kernel fills `result_tables`.
         """
@@ -256,7 +256,7 @@ class SimulationPlan(ABC):
     def case_outcome_variables(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]]
     ) -> dict[str, Any]:
-        """Return the outcome variables of the cases by name, read from the tables that the kernel filled.
+        """Return the outcome variables of the cases by name, read from the tables that the kernel has filled.
 
         One of the names is ``block_steps``: number of time steps times number of stones.
         """
@@ -268,18 +268,18 @@ class SimulationPlan(ABC):
         return np.zeros(rows, self.trajectory_dtype)
 
     def trajectory_rows_at_rest(self, sample_count: int) -> NDArray[Any]:
-        """Return the rows of a trajectory at rest, one for each of the first `sample_count` samples of the record."""
+        """Return trajectory rows of the model at rest, one for each of the first `sample_count` samples."""
         rows = np.zeros(sample_count, self.trajectory_dtype)
         rows["time"] = np.arange(sample_count) * self.motion.sampling_interval
         return rows
 
     @abstractmethod
     def convert_trajectory_rows(self, trajectory_rows: NDArray[Any]) -> Trajectory:
-        """Convert the trajectory rows of the plan's only case to its trajectory."""
+        """Convert the kernel's output rows of the plan's only case to a trajectory object."""
 
 
 def motion_rows_and_base_accelerations(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray]:
-    """Return for each of n cases the index of its row of base accelerations, and these accelerations, m/s².
+    """Return, for each of n cases, the row of its base acceleration, and the array of these accelerations, m/s².
 
     The shapes are (n,) and (azimuths, samples + 3): a row for each distinct azimuth, with three zeros after the record.
     """
@@ -293,6 +293,6 @@ def motion_rows_and_base_accelerations(motion: Motion, cases: Cases) -> tuple[ND
 
 
 def evaluate_and_round_results(function: np.ufunc, arguments: FloatArray) -> FloatArray:
-    """Return `function` evaluated at `arguments`, rounded, since the last digit differs between processors."""
+    """Return `function` at `arguments`, rounded to 12 decimals, because the last digit differs between processors."""
     distinct, where = np.unique(arguments, return_inverse=True)
     return np.asarray(np.round(function(distinct), 12)[where])

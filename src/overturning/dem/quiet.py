@@ -35,7 +35,7 @@ def find_quiet_windows(
     ground: FloatArray,
     motion_threshold: FloatArray,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
-    """Return, for each case, the range of samples outside which the base motion cannot move a block at rest.
+    """Return, for each case, the range of samples outside which the base motion is too weak to move a block at rest.
 
     A rigid block cannot start to rock before |a| > (g + a_up) B/H, nor to slide before |a| > μ (g + a_up). Between
     two samples both accelerations are linear in time, so that their ratio is largest at one of the samples.
@@ -98,7 +98,7 @@ def rest_acceleration_threshold(
     dynamic_overshoot: FloatArray,
     max_threshold_share: float,
 ) -> FloatArray:
-    """Return the base acceleration |a|/g up to which samples of a body at rest are skipped (docs/method.md).
+    """Return the base acceleration |a|/g up to which a body at rest stays at rest, so that samples can be skipped.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def rest_acceleration_threshold(
 def dynamic_overshoot_bound(
     squared_frequency: FloatArray, damping_delay: FloatArray | float, sampling_interval: float
 ) -> FloatArray:
-    """Return an upper bound of dynamic over static contact force, for all base motions with a single peak.
+    """Return an upper bound of the ratio of dynamic to static contact force for base motions with a single peak.
 
     The lower of two bounds: the integral of |h|, where h is the force after an impulse of the base, for any motion; and
     for a motion that is linear between samples, the vibration that its kinks excite: 4/x each, x = ω Δt, with decay

@@ -30,7 +30,7 @@ MAX_QUEUE_LENGTH: Final = 4096
 
 
 def plan_simulation(model: "Model", motion: Motion, cases: Cases, numerics: NumericalOptions) -> "SimulationPlan":
-    """Check the arguments and return the plan (kernel and input) for simulating the given cases of a model.
+    """Check the arguments and return the plan (compiled kernel and its input) for simulating cases of a model.
 
     Parameters and exceptions are those of `simulate_cases`.
     """
@@ -108,7 +108,7 @@ def simulate_cases(
 def run_cases(
     motion: Accelerogram, cases: Cases, model: "Model | Scene | Shape | str | int | None" = None, **options: Any
 ) -> CaseResults:
-    """Run a list of cases of a model, which need not form a grid.
+    """Simulate a list of cases of a model, which need not form a grid.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def run_cases(
 def split_into_queues(
     ordered_cases: NDArray[np.int64], queue_number_by_case: NDArray[np.int64], split_long_groups: bool
 ) -> list[NDArray[np.int64]]:
-    """Split cases into queues of at most `MAX_QUEUE_LENGTH` cases, all with the same queue number.
+    """Split cases into groups of at most `MAX_QUEUE_LENGTH` cases, all of a group with the same group number.
 
     `ordered_cases` are indices of cases, ordered by their number in `queue_number_by_case`. If `split_long_groups`,
     128 or more cases of one number make at least two queues, so that two threads share them.
@@ -158,7 +158,7 @@ def run_queues_in_threads(
     steps_done: NDArray[np.int64],
     total_steps: int,
 ) -> None:
-    """Compute queues of cases on `numerics.threads` threads, and report the block steps done and expected.
+    """Simulate groups of cases on `numerics.threads` threads, and report the number of steps done and expected.
 
     Block steps are time steps times stones; `compute_queue` adds those done to `steps_done`, shape (1,).
     """

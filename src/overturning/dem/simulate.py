@@ -33,7 +33,7 @@ def create_case_grid(
     azimuth_deg: ArrayLike | None = None,
     orientation_deg: ArrayLike | None = None,
 ) -> CaseGrid:
-    """Return the grid of all combinations of case parameters of a model, given as for `overturning.simulate`.
+    """Return the grid of all combinations of a model's case parameters, given as for `overturning.simulate`.
 
     Raises
     ------
@@ -193,7 +193,7 @@ def simulate(
 def critical_angle_coordinate(
     model: Model, grid: CaseGrid
 ) -> tuple[tuple[str, ...], NDArray[np.float64], dict[str, str]] | None:
-    """Return dimensions, values (rad) and attributes of the critical angles of a scene; None for a block or body.
+    """Return dimensions, values (rad) and attributes of a scene's critical angles; None for a block or body.
 
     A single block or body needs none: its critical angle follows from B/H.
     """

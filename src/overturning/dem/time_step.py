@@ -12,7 +12,7 @@ from overturning.units import STANDARD_GRAVITY
 
 
 class IntegrationScheme(IntEnum):
-    """Time integration scheme of a simulation; the value is its number in the compiled kernels."""
+    """Time integration scheme of a simulation; its value is the scheme's number in the compiled kernels."""
 
     CUNDALL = 0
     CENTRED = 1
@@ -47,7 +47,7 @@ MAX_STEPS_PER_SAMPLE: Final = 2_000_000
 
 
 def parse_scheme(scheme_name: str) -> IntegrationScheme:
-    """Return the scheme with the given name.
+    """Return the time integration scheme with the given name; raise an `ArgumentError` for other names.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def parse_scheme(scheme_name: str) -> IntegrationScheme:
 def block_highest_eigenvalue_bound(
     normal_stiffness: FloatArray, tangential_stiffness: FloatArray, half_width: FloatArray, half_height: FloatArray
 ) -> FloatArray:
-    """Return an upper bound of the highest eigenvalue of a block upright on both corners or tilted on one corner.
+    """Return an upper bound of the highest eigenvalue ω² of a block upright on two corners or tilted on one.
 
     Upright, heave has the eigenvalue 2 K_n/m; sway and rocking are coupled. On one corner, a rectangle has 4 K/m if
     both springs have the stiffness K, and at most 4 max(K_n, K_s)/m otherwise.
@@ -95,7 +95,7 @@ def block_highest_eigenvalue_bound(
 def block_lowest_eigenvalue(
     normal_stiffness: FloatArray, tangential_stiffness: FloatArray, half_width: FloatArray, half_height: FloatArray
 ) -> FloatArray:
-    """Return the lowest eigenvalue ω² of a block that stands on both corners, 1/s²: heave, or sway with rocking.
+    """Return the lowest eigenvalue ω² (1/s²) of a block standing on both corners: heave, or sway with rocking.
 
     Parameters are those of `block_highest_eigenvalue_bound`.
     """
@@ -111,7 +111,7 @@ def block_lowest_eigenvalue(
 
 
 def rocking_time_constant(width: FloatArray, height: FloatArray) -> FloatArray:
-    """Return 1/p of a rocking block, s: p = √(3g/4R), R half the diagonal, m (Housner 1963)."""
+    """Return 1/p of a rocking block, s, with p = √(3g/4R) and R half its diagonal, m (Housner 1963)."""
     return np.asarray(np.sqrt(np.sqrt(width**2 + height**2) / (1.5 * STANDARD_GRAVITY)))
 
 
@@ -149,7 +149,7 @@ def longest_stable_step(
 
 
 def shortest_contact_time(squared_frequency: FloatArray, damping_rate: FloatArray) -> FloatArray:
-    """Return 1/ω of the highest mode of a contact, s; less if it is heavily damped (`HEAVY_DAMPING`)."""
+    """Return 1/ω of the highest contact mode, s; less if the mode is heavily damped (`HEAVY_DAMPING`)."""
     frequency = np.sqrt(squared_frequency)
     return np.asarray(HEAVY_DAMPING / np.maximum(0.5 * damping_rate / frequency, HEAVY_DAMPING) / frequency)
 
@@ -162,7 +162,7 @@ def steps_per_sample(
     sampling_interval: float,
     block_rocking_time: FloatArray | None = None,
 ) -> NDArray[np.int64]:
-    """Return the number of time steps per sample of the record, for each case.
+    """Return the number of time steps per sample of the record for each case, from the requested time step.
 
     It depends only on the case and the sampling interval.
 
@@ -201,7 +201,7 @@ def steps_per_sample(
 def steps_per_sample_from_stable_step(
     stable_step_s: FloatArray, automatic_step_s: FloatArray, time_step: float | str, sampling_interval: float
 ) -> NDArray[np.int64]:
-    """Return the number of time steps per sample of the record, for each case, from its stable and automatic step.
+    """Return each case's number of time steps per sample of the record, from its stable and automatic step.
 
     Other parameters and exceptions are those of `steps_per_sample`.
     """
@@ -257,7 +257,7 @@ def _automatic_to_stable_step_ratio(
 
 
 def _parse_fraction_of_stable_step(text: str) -> float:
-    """Return the number in a text such as ``0.25 stable``; raise an ArgumentError for any other text."""
+    """Return the number in a text such as ``0.25 stable``; raise an `ArgumentError` for any other text."""
     number, _, word = text.partition(" ")
     try:
         fraction = float(number)

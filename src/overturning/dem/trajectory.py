@@ -32,7 +32,7 @@ def trajectory(
     friction: float = 1.0,
     **options: Any,
 ) -> "xr.Dataset":
-    """Simulate one case and return its trajectory; the outcome is bit-equal to that of `overturning.simulate`.
+    """Simulate one case and return its trajectory; the outcome equals that of `overturning.simulate` bit by bit.
 
     Parameters
     ----------

@@ -219,17 +219,17 @@ def markdown_by_marker(rows: pd.DataFrame) -> dict[str, str]:
     fits = shipped["fit"].dropna()
     text = (
         f"The intervals have a nominal coverage of {100 * AIM:.0f} %, and contain the true value in "
-        f"{' to '.join(ends)} % of the reported surveys. Numbers in brackets are 95 % confidence intervals from a "
-        "bootstrap over earthquakes. If all intervals of a table line contain the true value, or none does, the bound "
-        "of the confidence interval is exact; for fewer than eight earthquakes there is no confidence interval. If "
-        "every stone of a survey fell, the survey does not determine the axis, and the table gives the arc that is "
-        "valid without a survey. Each width is the median width of the 90 % intervals; if an interval has no upper "
-        "bound, the strongest level of shaking in the library takes its place, and the weakest if it has no lower "
-        "bound. Without a survey, the upper "
-        f"end divided by the lower end of the 90 % interval is {rows['pgv_before'].median():.3g} for PGV and "
-        f"{rows['pga_before'].median():.3g} for PGA, and the arc of the axis is 162° of 180°. With the default "
-        f"exponent {POWER:g}, the check whether any motion fits the survey rejects "
-        f"{100 * (fits < MIN_FIT_P_VALUE).mean():.1f} % of {fits.size} tested surveys."
+        f"{' to '.join(ends)} % of the reported surveys. Numbers in brackets are 95 % confidence intervals of the "
+        "coverage, from a bootstrap over earthquakes. If all intervals of a table line contain the true value, or "
+        "none does, one end of the confidence interval is an exact bound. The table gives no confidence interval for "
+        "fewer than eight earthquakes. If every stone of a survey fell, the survey does not determine the axis, and "
+        "the table gives the arc that is valid without a survey. The last three columns of the coverage table give "
+        "medians of the widths of the 90 % intervals. If an interval has no upper bound, its width is computed with "
+        "the strongest level of shaking in the library; if it has no lower bound, with the weakest level. Without a "
+        "survey, the upper end divided by the lower end of the 90 % interval is "
+        f"{rows['pgv_before'].median():.3g} for PGV and {rows['pga_before'].median():.3g} for PGA, and the arc of the "
+        f"axis is 162° of 180°. With the default exponent {POWER:g}, the check whether any motion fits the survey "
+        f"rejects {100 * (fits < MIN_FIT_P_VALUE).mean():.1f} % of {fits.size} tested surveys."
     )
     lines = [coverage_line(*part) for part in parts.items()]
     return {"backwards-coverage": f"{wrap_text(text)}\n\n{markdown_table(head, lines)}"}

@@ -100,8 +100,8 @@ def rate_sentence(rates: FloatArray, found: xr.Dataset) -> str:
     return wrap_text(
         f"The computed fall rates under the {rates.size} near-field records of {events} earthquakes, at amplitude 1, "
         f"have a median of {middle:.0f} %; the middle half of the records gives {low:.0f} to {high:.0f} %, and all "
-        f"records give {rates.min():.0f} to {rates.max():.0f} %. The number of records under which "
-        f"less than 1 % of the stones fall is {none}; the number of records under which more than 99 % fall is {most}."
+        f"records give {rates.min():.0f} to {rates.max():.0f} %. Less than 1 % of the stones fall under {none} of the "
+        f"{rates.size} records, and more than 99 % fall under {most} of the records."
     )
 
 
@@ -201,8 +201,9 @@ def simulate_each_stone(results: StudyResults) -> str:
         f"The mean fall rate under the {apart.size} motions (records × amplitudes) is computed in two ways. If each "
         "stone takes the outcome of a neighbouring cell of the grid, as in the report, the mean fall rate is "
         f"{100 * computed.mean():.1f} %. If each stone is simulated with its own height, B/H and µ, the mean fall "
-        f"rate is {100 * np.mean(rates):.1f} %. For a single motion, the two fall rates differ by {apart.mean():.1f} "
-        f"percentage points on average, and by at most {apart.max():.0f} percentage points."
+        f"rate is {100 * np.mean(rates):.1f} %. For a single motion, the fall rate from the grid differs from the fall "
+        f"rate of the stones' own simulations by {apart.mean():.1f} percentage points on average, and by at most "
+        f"{apart.max():.0f} percentage points."
     )
 
 

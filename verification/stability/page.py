@@ -61,7 +61,8 @@ def _summary(rows: pd.DataFrame, checks: str = "six") -> str:
     return (
         f"Among the {len(energy)} cases that pass all {checks} checks, the largest residual of work and energy is "
         f"{energy.max():.4f} and the median residual {energy.median():.2g}. The program refused {reasons.sum()} "
-        f"inputs{named}. The number of cases with the label *silent* is {(rows['ending'] == Ending.SILENT).sum()}."
+        f"inputs{named}. The number of cases with the label *silent* (a wrong outcome without a warning) is "
+        f"{(rows['ending'] == Ending.SILENT).sum()}."
     )
 
 
@@ -108,11 +109,12 @@ def _stacks(rows: pd.DataFrame) -> str:
     falls = rows["vertical"] > 1.0
     summary = (
         f"The tables count {len(rows)} cases with at most {rows.attrs['budget']:.3g} time steps each. "
-        f"{_summary(rows, 'nine')} In {int((rows['fallen'] > 0).sum())} of the cases a stone falls, in "
-        f"{int((rows['fallen'] > 1).sum())} several do. Of the {int(unstable.sum())} unstable cases, "
-        f"{_percent(falls[unstable])} have a downward acceleration of the ground above 1 g, and "
-        f"{_percent(rows['damping'][unstable] < 0.1)} a damping ratio ξ below 0.1; of the {int(right.sum())} cases "
-        f"labelled *right*, these are {_percent(falls[right])} and {_percent(rows['damping'][right] < 0.1)}."
+        f"{_summary(rows, 'nine')} In {int((rows['fallen'] > 0).sum())} of the cases at least one stone of the stack "
+        f"falls; in {int((rows['fallen'] > 1).sum())} of these cases, more than one stone falls. The ground "
+        f"accelerates downwards by more than 1 g in {_percent(falls[unstable])} of the {int(unstable.sum())} unstable "
+        f"cases, and in {_percent(falls[right])} of the {int(right.sum())} cases labelled *right*. The damping ratio "
+        f"ξ is below 0.1 in {_percent(rows['damping'][unstable] < 0.1)} of the unstable cases, and in "
+        f"{_percent(rows['damping'][right] < 0.1)} of the cases labelled *right*."
     )
     return f"{tables[0]}\n\n{tables[1]}\n\n{wrap_text(summary)}"
 
@@ -127,8 +129,9 @@ def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
     over, undecided = ending == Ending.OVER_BUDGET, ending == Ending.UNDECIDED
     in_scenes = (scenes["ending"] == Ending.UNSTABLE) & (scenes["penetration_ratio"] < 1e-2)
     lines = [
-        "Very soft contacts have a penetration δ at rest above a tenth of the width B or of the smaller side. The "
-        "weight of the block then presses its corners so deep into the base that the contact law no longer applies. "
+        "Very soft contacts have a penetration δ at rest above a tenth of the width B or of the smaller side. If "
+        "the contacts are very soft, the weight of the block presses its corners so deep into the base that the "
+        "contact law no longer applies. "
         f"Of the {int(soft.sum())} blocks with δ/B above 0.1, {_percent(ending[soft] == Ending.UNSTABLE)} are marked "
         "`unstable`.",
         f"Very stiff contacts have a penetration δ at rest below {PRECISION_FLOOR * np.finfo(float).eps:.1g} H, where "
@@ -136,12 +139,13 @@ def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
         "scene with such a contact, and the error names `stiffness`.",
         "On lightly damped contacts, strong shaking throws corners up, and the corners land fast. Of the "
         f"{int(unstable.sum())} unstable blocks with δ/B below 10⁻², {_percent(blocks['damping'][unstable] < 0.1)} "
-        "have a damping ratio ξ below 0.1. Half of these unstable blocks are shaken with a peak acceleration above "
-        f"{np.median(blocks['acceleration_ratio'][unstable]):.0f} g·B/H. Of the unstable blocks with δ/B below 10⁻², "
-        f"{_percent(sunk[unstable])} penetrate too deep; in the others, work and energy do not balance to 10⁻². Of the "
+        "have a damping ratio ξ below 0.1. Half of the unstable blocks with δ/B below 10⁻² are shaken with a peak "
+        f"acceleration above {np.median(blocks['acceleration_ratio'][unstable]):.0f} g·B/H. Of the "
+        f"unstable blocks with δ/B below 10⁻², {_percent(sunk[unstable])} penetrate too deep; in the other blocks, work "
+        "and energy do not balance to 10⁻². Of the "
         f"{int(in_scenes.sum())} unstable cases of scenes with δ/B below 10⁻², "
-        f"{_percent(scenes['damping'][in_scenes] < 0.1)} have a damping ratio ξ below 0.1. Half of these unstable "
-        "cases of scenes are shaken with a peak acceleration above "
+        f"{_percent(scenes['damping'][in_scenes] < 0.1)} have a damping ratio ξ below 0.1. Half of the unstable "
+        "cases of scenes with δ/B below 10⁻² are shaken with a peak acceleration above "
         f"{np.median(scenes['acceleration_ratio'][in_scenes]):.0f} times the threshold of rocking.",
         "Small blocks under long records may need too many time steps, mostly with Cundall's scheme and stiff springs. "
         "A case that reaches the largest allowed number of steps is marked `over_budget`. Half of the "

@@ -40,7 +40,7 @@ class LogisticCoefficient(Finding):
 
 
 class FallProbabilityAfterDoubling(Finding):
-    """Fall probability after a quantity, such as PGV, has doubled, if it was 0.5 before."""
+    """Probability to which a fall probability of 0.5 changes if a quantity, such as PGV, doubles."""
 
     doubled: str
     """Quantity that doubles, the others fixed: "PGA and PGV", "PGV alone", or "size of the block"."""
@@ -48,7 +48,7 @@ class FallProbabilityAfterDoubling(Finding):
 
 
 class LogisticFitFindings(Finding):
-    """Logistic fit of the fall probability, with intervals from the jackknife over earthquakes."""
+    """Logistic regression of falls on the motion and the block, with jackknife intervals over earthquakes."""
 
     coefficients: list[LogisticCoefficient]
     """Coefficient of each predictor."""
@@ -84,7 +84,7 @@ class CriterionScore(Finding):
 
 
 class SkillDifference(Finding):
-    """Difference of the skills of two criteria within blocks: the criterion listed first minus the other."""
+    """Difference in skill of two criteria among blocks of equal shape: the one listed first minus the other."""
 
     first: str
     """Name of the criterion that is listed first."""
@@ -95,7 +95,7 @@ class SkillDifference(Finding):
 
 
 class CriteriaFindings(Finding):
-    """Skill of each published criterion and, as the last score, of the best rule that ignores the motion."""
+    """Skill of published overturning criteria, and of the best prediction from the block alone (last score)."""
 
     scores: list[CriterionScore]
     """Score of each criterion."""
@@ -133,7 +133,7 @@ class ComparisonWithPublished(Finding):
 
 
 def logistic_fit_findings(results: StudyResults) -> LogisticFitFindings | None:
-    """Return the logistic fit of the fall probability; None for 3-D models and elements of several sizes."""
+    """Return the logistic fit of the fall probability; None in 3-D, or if height and B/H are of another stone."""
     if (fit := results.logistic_fit) is None:
         return None
     rows = []
@@ -172,7 +172,7 @@ def logistic_fit_findings(results: StudyResults) -> LogisticFitFindings | None:
 
 
 def _has_narrow_odds_interval(coefficient: LogisticCoefficient) -> bool:
-    """True if the interval of an odds ratio is narrow: its upper end is below `MOST_ODDS_RATIO` × its lower end.
+    """True if an odds ratio is well known: upper end of its interval below `MOST_ODDS_RATIO` × lower end.
 
     The result is also True if an end is not known.
     """
@@ -181,7 +181,7 @@ def _has_narrow_odds_interval(coefficient: LogisticCoefficient) -> bool:
 
 
 def skill_of_published_criteria(results: StudyResults) -> CriteriaFindings | None:
-    """Compute the skill of published overturning criteria on the outcomes of the study.
+    """Compute the skill with which published overturning criteria predict the outcomes of the study.
 
     None for 3-D models, for elements of several sizes, and if no outcome is known.
     """
@@ -219,7 +219,7 @@ def skill_of_published_criteria(results: StudyResults) -> CriteriaFindings | Non
 def _insignificant_score_differences(
     criterion: str, leads: Mapping[str, Estimate], listed_names: Sequence[str]
 ) -> list[SkillDifference]:
-    """Return the differences of skill between a criterion and each other one that are not significant."""
+    """Return the differences in skill between a criterion and the others whose confidence intervals include 0."""
     differences = []
     for other, lead in leads.items():
         if lead.excludes_zero:

@@ -80,7 +80,7 @@ from overturning.study.schema import Study
 
 
 class Findings(Finding):
-    """All findings of a study; a part that does not apply to the study is null or empty."""
+    """All numbers in the report of a study; fields that do not apply to the study are null or empty."""
 
     study: StudyFacts
     """Question and grid."""
@@ -137,7 +137,7 @@ class Findings(Finding):
 
 
 def findings_from_results(results: StudyResults) -> Findings:
-    """Compute all findings of a study from its opened result files."""
+    """Compute all numbers in the report of a study from its opened results files."""
     records = record_facts(results)
     return Findings(
         study=study_facts(results),
@@ -172,7 +172,7 @@ def findings_from_results(results: StudyResults) -> Findings:
 
 
 def findings(cube: str | Path, study: Study | None = None) -> Findings:
-    """Compute all findings of a study from the files of its results.
+    """Compute all numbers in the report of a study from its results files.
 
     Parameters
     ----------
@@ -199,7 +199,7 @@ def findings(cube: str | Path, study: Study | None = None) -> Findings:
 
 
 def read_findings(path: Path) -> Findings:
-    """Read the findings of a study from a JSON file; raise a `ResultError` if it is missing or damaged.
+    """Read the numbers of a study's report (`Findings`) from JSON; raise a `ResultError` if missing or damaged.
 
     The error is also raised for a file from another version.
     """
@@ -207,11 +207,11 @@ def read_findings(path: Path) -> Findings:
 
 
 def write_findings(findings: Findings, path: Path) -> None:
-    """Write the findings of a study to a JSON file."""
+    """Write the numbers of a study's report (`Findings`) to a JSON file."""
     write_text(path, findings.model_dump_json(indent=1) + "\n")
 
 
 def findings_schema() -> str:
-    """Return the JSON schema of the findings of a study (`Findings`) as text."""
+    """Return, as text, the JSON schema of the file with all numbers of a study's report (`Findings`)."""
     schema: dict[str, Any] = Findings.model_json_schema(mode="serialization")
     return json.dumps(schema, indent=1, ensure_ascii=False) + "\n"

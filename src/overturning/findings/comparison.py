@@ -8,7 +8,7 @@ from overturning.study.ensemble import wilson_interval
 
 
 class ChangedCases(Finding):
-    """Number and share of cases whose outcome changes in a second computation.
+    """Number and share of cases whose outcome changes if they are computed again in another way.
 
     The interval of the share is that of Wilson, for a random sample of the cases.
     """
@@ -25,7 +25,7 @@ class ChangedCases(Finding):
 
 
 class ComparisonWithSecondComputation(Finding):
-    """Comparison of the outcomes of a study with a second computation of some of its cases."""
+    """Changes of outcomes if cases are computed again with shorter steps, stiffer contacts or a rigid block."""
 
     computation: str
     """"finer" (shorter steps), "stiffer" (stiffer contact), or "rigid" (exact rigid block without sliding)."""
@@ -57,7 +57,7 @@ def share_of_changed_cases(changed_count: int, compared_count: int, is_random_sa
 
 
 def comparisons_with_second_computations(convergence: ConvergenceCheckResult) -> list[ComparisonWithSecondComputation]:
-    """Return the changes of outcomes in each second computation of a convergence check.
+    """Return how many outcomes change with shorter steps, with stiffer contacts, and for rigid blocks.
 
     Second computations use finer steps, stiffer contact, or exact rigid blocks.
     """

@@ -25,7 +25,7 @@ from overturning.study.schema import Study
 
 
 class VariantContrast(Finding):
-    """Comparison of the outcomes of the study with those of one variant, over cases known in both."""
+    """Comparison of the study's outcomes with those of one variant, over cases with an outcome in both."""
 
     variant: str
     """Name of the variant."""
@@ -70,7 +70,7 @@ class VariantContrast(Finding):
 
 
 class OverturnedSharesAtBOverH(Finding):
-    """Shares of the cases of one B/H that overturn, in the study and in a variant of the study."""
+    """Shares of the cases with one value of B/H that overturn, in the study and in one of its variants."""
 
     b_over_h: float
     """Width-to-height ratio B/H of the block."""
@@ -179,7 +179,7 @@ def contrast_study_with_variants(results: StudyResults) -> list[VariantContrast]
 def _contrast_study_with_variant(
     results: StudyResults, variant: str, record_indices: NDArray[np.intp]
 ) -> VariantContrast:
-    """Compare the study with `variant` over the records `record_indices`."""
+    """Compare the outcomes of the study and of one variant under the records with the given indices."""
     cubes = [results.cube_of_size_reference_element(name).isel(record=record_indices) for name in (NOMINAL, variant)]
     events = results.record_events[record_indices]
     found = mean_fall_contrast(count_falls_of_two_stones(*cubes), events)
@@ -245,7 +245,7 @@ def _contrast_study_with_variant(
 
 
 def _population_fall_rates(results: StudyResults, variant: str, record_indices: NDArray[np.intp]) -> FloatArray:
-    """Return the share of the population that falls in `variant`, at amplitude 1, shape (records,).
+    """Return the share of a variant's stone population that falls under each record, shape (records,).
 
     Records are those of `record_indices`.
     """
@@ -272,7 +272,7 @@ def element_fall_findings(results: StudyResults) -> list[ElementFallOutcomes]:
 def _element_outcomes(
     variant: str, scene: Scene, fall_counts: ElementFallCounts, several_elements: bool
 ) -> ElementFallOutcomes:
-    """Convert the fall counts of one element of a scene to a finding.
+    """Return the number and share of falls and the median fall time of one element of a variant's scene.
 
     `several_elements` is True if the scene has several.
     """
@@ -337,7 +337,7 @@ LEAST_FALLS = 0.05
 
 
 def angles_between_fall_axes_deg(soil_rates: xr.Dataset, rock_rates: xr.Dataset) -> FloatArray:
-    """Return the angles between the fall axes on soil and on rock, for records with both axes.
+    """Return the angles, degrees, between the mean fall axes on soil and on rock, for records with both axes.
 
     Both arguments are results of `population_rates_by_record` at one amplitude.
     """

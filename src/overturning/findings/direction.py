@@ -16,7 +16,7 @@ ALIGNMENT = "mean of cos 2Δ, Δ the angle from the fault normal to a fall: 1 no
 
 
 class EarthquakeFallAxis(Finding):
-    """Mean axis of the falls of one earthquake, and their alignment with the fault normal."""
+    """Mean axis of the falls in one earthquake, and the alignment of the falls with the fault normal."""
 
     event: str
     """Name of the earthquake."""
@@ -29,7 +29,7 @@ class EarthquakeFallAxis(Finding):
 
 
 class BlockSelectionAlignment(Finding):
-    """Alignment of falls with the fault normal, over the blocks that one rule selects."""
+    """Alignment of falls with the fault normal, if blocks are selected by one rule."""
 
     rule: str
     """Rule that selects the blocks."""
@@ -44,7 +44,7 @@ class BlockSelectionAlignment(Finding):
 
 
 class GroupFallDirection(Finding):
-    """Direction, relative to the fault normal, of the falls in a group of records."""
+    """Mean axis of the falls in a group of records, and their alignment with the fault normal."""
 
     group: str
     """Name of the group of records."""
@@ -128,7 +128,7 @@ class GroupReferenceAlignment(Finding):
 
 
 class PlanarModelAgreement(Finding):
-    """Agreement between the 2-D model in the face planes of a body and its 3-D model."""
+    """Shares of cases in which the 2-D model, applied in a body's face planes, agrees with the 3-D model."""
 
     cases: int
     """Number of cases with both outcomes."""
@@ -149,7 +149,7 @@ class PlanarModelAgreement(Finding):
 def _block_selection_alignment(
     rule_alignment: FallAlignmentOfBlockSelection, direction_noun: str, is_study_rule: bool
 ) -> BlockSelectionAlignment:
-    """Convert the alignment of falls over the blocks that one rule selects to a finding.
+    """Return the report's numbers on the alignment of falls, if blocks are selected by one rule.
 
     `direction_noun`, such as "plane", completes the name of the rule.
     """
@@ -163,7 +163,7 @@ def _block_selection_alignment(
 
 
 def _reason_for_no_fall_axis(results: StudyResults) -> str:
-    """Return why the falls have no axis that can be compared with a fault; "" if they have one."""
+    """Return the reason why falls have no axis to compare with a fault, such as "no falls"; "" if they have one."""
     if math.isnan(results.share_overturned):
         return "no outcome"
     if results.share_overturned <= 0:
@@ -277,7 +277,7 @@ def fall_alignments_with_references(results: StudyResults) -> list[GroupReferenc
 
 
 def planar_model_agreement(results: StudyResults) -> PlanarModelAgreement | None:
-    """Compute how often the 2-D model in the face planes agrees with the 3-D model; None without 2-D outcomes."""
+    """Compute in what share of cases 2-D models of a body's face planes agree with the 3-D model; None if not run."""
     if "plane_overturned" not in results.cube:
         return None
     whole = {

@@ -7,7 +7,7 @@ from overturning.study.scenes import variant_scene
 
 
 class ElementDisplacementFindings(Finding):
-    """Final displacements of one element of a 3-D scene, relative to what the element stands on."""
+    """Final slip and rotation of one element of a 3-D scene, relative to its support."""
 
     variant: str
     """Name of the variant; "nominal" for the study itself."""
@@ -32,7 +32,7 @@ class ElementDisplacementFindings(Finding):
 
 
 def element_displacement_findings(results: StudyResults) -> list[ElementDisplacementFindings]:
-    """Summarise the final displacements of each element of the study and of its variants.
+    """Summarise final slip and rotation of each element that stands, for the study and each variant.
 
     Empty for planar models and for studies of a single body, whose rotation is in the finding `final_twist`.
     """

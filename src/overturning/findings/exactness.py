@@ -59,7 +59,7 @@ class ChangesUnderRecord(Finding):
 
 
 class ConvergenceFindings(Finding):
-    """Shares of the cases whose outcome changes in a second, more exact computation.
+    """Shares of the cases whose outcome changes in a more exact computation.
 
     Second computations use finer steps, stiffer springs, or exact rigid blocks.
     """
@@ -98,7 +98,7 @@ class FinalTwist(Finding):
 
 
 def convergence_findings(results: StudyResults) -> ConvergenceFindings | None:
-    """Return the findings of the study's convergence check; None if the study has none."""
+    """Return the report's numbers on the convergence check of the study; None if there was no check."""
     found = results.convergence
     if found is None:
         return None
@@ -115,7 +115,7 @@ def convergence_findings(results: StudyResults) -> ConvergenceFindings | None:
 
 
 def _records_with_most_changes(by_record: list[RecordChanges]) -> list[ChangesUnderRecord]:
-    """Return the records whose share of changed outcomes exceeds, with its whole interval, that over all records."""
+    """Return the records whose share of changed outcomes is significantly above the share over all records."""
     changed, cases = sum(one.changed for one in by_record), sum(one.cases for one in by_record)
     found = []
     for one in by_record:
@@ -126,7 +126,7 @@ def _records_with_most_changes(by_record: list[RecordChanges]) -> list[ChangesUn
 
 
 def final_twist_findings(results: StudyResults) -> FinalTwist | None:
-    """Summarise the final rotation about the vertical of standing stones; None for planar models."""
+    """Summarise the final rotation about the vertical, degrees, of standing 3-D stones; None for 2-D models."""
     if not results.model.twists:
         return None
     found = summarise_twists(np.concatenate(list(standing_stone_twists_deg(results.cube).values())))
@@ -136,7 +136,7 @@ def final_twist_findings(results: StudyResults) -> FinalTwist | None:
 
 
 def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
-    """Compute the shares of cells in which ensemble runs disagree about the fall; None without an ensemble."""
+    """Compute the shares of cases whose ensemble runs disagree about the fall; None without an ensemble."""
     cube, settings = results.cube, results.study.ensemble
     if "members" not in cube:
         return None
@@ -160,7 +160,7 @@ def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
 
 
 def count_ensemble_cells(model: Model, ensemble_settings: EnsembleSettings, cube: xr.Dataset) -> xr.Dataset:
-    """Count cells for each record: all, repeated by an ensemble, with runs that disagree, with falls to both sides.
+    """Count cases by record: all, with ensemble runs, with disagreeing runs, and with falls to both sides.
 
     The runs of repeated cells are counted, too.
     """

@@ -65,7 +65,7 @@ class ChosenMap(Finding):
 
 
 class ReportMaps(Finding):
-    """Records whose maps the report shows, and the height, friction and smallest B/H that the maps show."""
+    """Records whose polar maps the report shows, with the height, friction and smallest B/H of these maps."""
 
     height_m: Number
     friction: Number
@@ -74,7 +74,7 @@ class ReportMaps(Finding):
 
 
 class CellCount(Finding):
-    """Number of cells of the cube with one computation status, such as "simulated"."""
+    """Number of cases with one status, such as "simulated"."""
 
     status: str
     cells: int
@@ -121,7 +121,7 @@ def study_extent(results: StudyResults) -> StudyCounts:
 
 
 def choose_report_maps(results: StudyResults) -> ReportMaps:
-    """Choose the records whose maps the report shows, and the block that the maps show."""
+    """Choose the records whose polar maps the report shows, and the height and friction of these maps."""
     cube, means = results.cube, results.mean_fall_directions_by_record
     axis, length = means["mean_axis"].to_numpy(), means["axis_resultant"].to_numpy()
     normal = cube["fault_normal"].to_numpy().astype(np.float64)
@@ -146,7 +146,7 @@ def choose_report_maps(results: StudyResults) -> ReportMaps:
 
 
 def cell_counts_by_status(results: StudyResults) -> list[CellCount]:
-    """Count the cells of the cube by computation status, such as "simulated"; a status without cells is left out."""
+    """Return the number of cases with each status, such as "simulated"; a status without cases is left out."""
     return [
         CellCount(status=name, cells=count)
         for name, (count, _) in results.cell_and_unknown_counts_by_status.items()

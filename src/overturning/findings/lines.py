@@ -18,7 +18,7 @@ _JSON_ONLY_FIELDS: Final = frozenset(
 
 
 def finding_lines(finding: BaseModel, field_path: str = "") -> Iterator[str]:
-    """Yield a line "field, subfield: value" for each value of a finding and its parts.
+    """Yield a line "field, subfield: value" for each value in a (nested) part of the report's numbers.
 
     `field_path` is the text before the first field.
     """
@@ -35,7 +35,7 @@ def _field_label(field_name: str) -> str:
 
 
 def _value_lines(field_value: Any, field_path: str) -> Iterator[str]:
-    """Yield the lines of one field, which begin with `field_path`: one for each number it contains.
+    """Yield a line for each number in the value of a field; each line begins with `field_path`.
 
     The value may be a model, dict or list.
     """
@@ -57,7 +57,7 @@ def _value_lines(field_value: Any, field_path: str) -> Iterator[str]:
 
 
 def _format_value(field_value: Any) -> str:
-    """Format a number, flag, text or list of these for printing."""
+    """Format a number, True or False, text or a list of these for printing."""
     if isinstance(field_value, bool):
         return "yes" if field_value else "no"
     if isinstance(field_value, list | tuple):

@@ -25,7 +25,7 @@ class ObservedFallShare(Finding):
 
 
 class MeanFallDirection(Finding):
-    """Mean direction or axis of observed falls, with its interval and a test."""
+    """Mean direction or axis of observed falls, with its interval, and a test against random directions."""
 
     sample_size: int
     """Number of falls of known direction."""
@@ -42,7 +42,7 @@ class MeanFallDirection(Finding):
 
 
 class ObservedFallsFinding(Finding):
-    """Stones by outcome, and directions of the falls, of one site or of all sites together."""
+    """Numbers of stones by outcome, and directions of falls, at one survey site or at all sites together."""
 
     site: str
     """Name of the site; empty for stones without one, and for all sites together."""
@@ -75,7 +75,7 @@ class ObservedFallsFinding(Finding):
 
 
 class ObservedSurveyFindings(Finding):
-    """Summary of a survey by itself, together and by site."""
+    """Summary of a survey, without comparison with a model: for all stones together, and by site."""
 
     stones: str
     """Name of the survey file."""
@@ -92,7 +92,7 @@ class ObservedSurveyFindings(Finding):
 
 
 def observed_survey_findings(summary: ObservedSurvey) -> ObservedSurveyFindings:
-    """Convert the summary of a survey to findings."""
+    """Return the report's numbers on a survey by itself: outcomes and fall directions, together and by site."""
     declinations = summary.declinations_deg or (None,)
     return ObservedSurveyFindings(
         stones=summary.name,
@@ -111,7 +111,7 @@ def observed_share(matching_count: int, stone_count: int) -> ObservedFallShare:
 
 
 def _observed_falls_finding(observed: ObservedFalls) -> ObservedFallsFinding:
-    """Convert the numbers and directions of one site to findings."""
+    """Return the report's numbers on one survey site: stones by outcome, and directions of the falls."""
     counted, not_counted = observed.fell + observed.stands, sum(observed.not_counted.values())
 
     return ObservedFallsFinding(
@@ -133,7 +133,7 @@ def _observed_falls_finding(observed: ObservedFalls) -> ObservedFallsFinding:
 
 
 def _mean_fall_direction(found: SampleDirection) -> MeanFallDirection:
-    """Convert the mean direction or axis of falls to findings."""
+    """Return the report's numbers on a mean fall direction or axis: angle, interval, resultant and p-value."""
     return MeanFallDirection(
         sample_size=found.n,
         mean_deg=found.mean_deg,

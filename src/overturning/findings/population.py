@@ -25,7 +25,7 @@ StrArray = NDArray[np.str_]
 
 
 class MotionCount(Finding):
-    """Number of motions (a record times a factor is one motion), of their records and earthquakes."""
+    """Number of motions (each a record times an amplitude factor), and of their records and earthquakes."""
 
     motions: int
     """Number of motions."""
@@ -36,7 +36,7 @@ class MotionCount(Finding):
 
 
 class ShareOfMotions(Finding):
-    """Share of the motions that have a property, with its 95 % interval over earthquakes."""
+    """Share of motions that agree with a survey rule, with its 95 % interval over earthquakes."""
 
     value: Number
     """Share."""
@@ -47,7 +47,7 @@ class ShareOfMotions(Finding):
 
 
 class FallRateAtIntensity(Finding):
-    """Median share of the stones that falls under motions of one degree of the JMA scale."""
+    """Median share of stones that fall, over the motions of one degree of the JMA intensity scale."""
 
     jma_degree: str
     """Degree of the JMA intensity scale, such as "6 lower"."""
@@ -58,7 +58,7 @@ class FallRateAtIntensity(Finding):
 
 
 class JmaSurveyRuleCheck(Finding):
-    """Check of one rule that infers the JMA intensity from the share of stones that fell in a survey."""
+    """Check of one published rule that infers the JMA intensity from the share of stones that fell."""
 
     fall_rate_from: float
     """Lower end of the share of the stones that fall."""
@@ -109,7 +109,7 @@ class FragilityCurve(Finding):
 
 
 class RecordFallRate(Finding):
-    """Share of the population of stones that falls under one record as recorded (amplitude 1), with its interval.
+    """Share of the stone population that falls under one record at its recorded amplitude, with its interval.
 
     The interval is that of a sample of as many stones.
     """
@@ -133,7 +133,7 @@ class RecordFallRate(Finding):
 
 
 class PopulationFindings(Finding):
-    """Falls of the study's population of random stones, and its fragility curves."""
+    """Shares of a random stone population that fall under the records of a study, and its fragility curves."""
 
     stones: int
     """Number of stones of the population."""
@@ -172,7 +172,7 @@ class PopulationFindings(Finding):
 
 
 def population_findings(results: StudyResults) -> PopulationFindings | None:
-    """Compute fall rates and fragility curves of the population of stones; None without a population."""
+    """Compute the shares of a stone population that fall, and fragility curves; None without a population."""
     stones = results.study.population
     if stones is None:
         return None
@@ -250,7 +250,7 @@ def _record_fall_rate(results: StudyResults, record_index: int) -> RecordFallRat
 def _mask_of_motions_in_fall_rate_range_of_rule(
     survey_rule: tuple[float, float, float, float, str], known_motions: BoolArray, fall_rates: FloatArray
 ) -> BoolArray:
-    """Return True for known motions with a fall rate in the range of a survey rule, shape (records, amplitudes)."""
+    """Return a mask, shape (records, amplitudes): True for motions whose fall rate is in the range of a rule."""
     low, high, *_ = survey_rule
     return known_motions & (fall_rates >= low) & ((fall_rates < high) | (high >= 1))
 
@@ -263,7 +263,7 @@ def _check_jma_survey_rule(
     lacks_vertical: BoolArray,
     record_events: StrArray,
 ) -> JmaSurveyRuleCheck:
-    """Compare the JMA intensity that a survey rule infers with the intensity of the motions it covers.
+    """Compare the JMA intensity that a survey rule infers from the fall rate with that of the motions themselves.
 
     Arrays have shape (records, amplitudes); `lacks_vertical` and `record_events` have shape (records,).
     """
@@ -292,7 +292,7 @@ def _check_jma_survey_rule(
 
 
 def _count_motions(selected_motions: BoolArray, record_events: StrArray) -> MotionCount:
-    """Count the motions that are True in a mask, their records and their earthquakes.
+    """Return the numbers of motions selected by a mask, and of their records and earthquakes.
 
     The mask has shape (records, amplitudes), and `record_events` shape (records,).
     """
@@ -307,7 +307,7 @@ def _count_motions(selected_motions: BoolArray, record_events: StrArray) -> Moti
 def share_of_agreeing_motions(
     agreeing_motions: BoolArray, selected_motions: BoolArray, record_events: StrArray
 ) -> ShareOfMotions:
-    """Return the share of the selected motions that agree with a rule, with its 95 % interval.
+    """Return the share of the selected motions that agree with a survey rule, with its 95 % interval.
 
     Both masks have shape (records, amplitudes). The interval is over earthquakes.
     """

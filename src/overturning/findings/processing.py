@@ -17,7 +17,7 @@ TRUSTED: Final = "contradictions that were trusted"
 
 
 class RecordProcessing(Finding):
-    """Origin and processing of a record, and all notes about its data."""
+    """Source of a record's data, the processing by agency and program, and all notes about the data."""
 
     data: str
     """"raw", "raw, response of a velocity sensor removed", "processed", "processed, as declared", or "as given"."""
@@ -56,7 +56,7 @@ class RecordProcessing(Finding):
 
 
 class DoubtfulRecords(Finding):
-    """Records whose data are doubtful for one kind of reason."""
+    """Records with one kind of doubt about their data, such as clipped samples."""
 
     doubt: str
     """Kind of doubt, such as "clipped samples"."""
@@ -67,7 +67,7 @@ class DoubtfulRecords(Finding):
 
 
 class RecordNotes(Finding):
-    """Number of records with notes, and the records with each kind of doubt."""
+    """Number of records with notes on their data, and the records with each kind of doubt."""
 
     records_with_notes: int
     """Number of records with something declared or trusted, a note, or a drift."""
@@ -76,7 +76,7 @@ class RecordNotes(Finding):
 
 
 def record_processing(provenance: Mapping[str, Any]) -> RecordProcessing:
-    """Convert the provenance of a record to findings.
+    """Return the report's entry on the source and processing of one record.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def processing_by_record(results: StudyResults) -> dict[str, RecordProcessing]:
 
 
 def record_notes(processing_by_id: Mapping[str, RecordProcessing | None]) -> RecordNotes:
-    """Count the records with notes, and list the records with each kind of doubt about the data."""
+    """Count the records with notes on their data, and list the records with each kind of doubt."""
     known = {name: one for name, one in processing_by_id.items() if one is not None}
     named = {
         kind: [name for name, one in known.items() if kind in one.doubts] for kind in (*DOUBT_KINDS, DRIFT, TRUSTED)

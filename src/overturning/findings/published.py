@@ -13,7 +13,7 @@ PEAKS: Final = (("pga", "pga_gal", "PGA", "Gal", GAL, 0.01), ("pgv", "pgv_cm_s",
 
 
 class PublishedPeak(Finding):
-    """Published peak of a record's component, and that of the motion that the study uses."""
+    """Published peak of one component of a record, and the peak of the motion that the study uses."""
 
     component: str
     measure: str
@@ -28,7 +28,7 @@ class PublishedPeak(Finding):
 
 
 class PublishedAgreement(Finding):
-    """Number of blocks, in one variant of a study, all of whose outcomes agree with published ones."""
+    """Number of blocks, in one variant of a study, whose outcomes all agree with published outcomes."""
 
     variant: str
     blocks: int
@@ -39,7 +39,7 @@ class PublishedAgreement(Finding):
 
 
 def compare_peaks_with_published(results: StudyResults) -> list[PublishedPeak]:
-    """Compare peaks of the motions of the study with published peaks of the same azimuths."""
+    """Compare PGA, PGV and other peaks of the study's motions with published peaks along the same azimuths."""
     ids, rows = [name.id for name in results.record_names], []
     for row in results.study.published:
         measures = results.intensity.isel(record=ids.index(row.record)).sel(azimuth=row.azimuth)
@@ -64,7 +64,7 @@ def compare_peaks_with_published(results: StudyResults) -> list[PublishedPeak]:
 
 
 def count_blocks_that_agree_with_published(results: StudyResults) -> list[PublishedAgreement]:
-    """Count, for each variant, the blocks whose computed outcomes all agree with the published ones.
+    """Count, for each variant, the blocks (height and friction) whose outcomes all agree with published ones.
 
     A block is a height and friction.
     """

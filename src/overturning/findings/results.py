@@ -42,7 +42,7 @@ class RecordName:
 
 @dataclass(frozen=True, kw_only=True)
 class StudyResults:
-    """Results of one study: its opened files, and statistics that are computed when they are first needed.
+    """Opened results files of one study, and statistics that are computed when first needed.
 
     Attributes
     ----------
@@ -96,23 +96,23 @@ class StudyResults:
 
     @property
     def count_of_records_with_unused_vertical(self) -> int:
-        """Number of records whose vertical component the study does not apply."""
+        """Number of records that have a vertical component which the study does not apply."""
         return 0 if self.study.simulation.vertical else int(self.intensity["pga_vertical"].notnull().sum())
 
     @cached_property
     def model(self) -> Model:
-        """Model with which the cube of the study was computed."""
+        """Mechanical model (2-D or 3-D) with which the results of the study were computed."""
         return model_of_cube(self.cube)
 
     @cached_property
     def has_single_motion_axis(self) -> bool:
-        """True if every motion is along the same axis, so that falls can show no direction."""
+        """True if every motion is along the same axis, so that falls show no preferred direction."""
         axes = self.cube[self.model.direction].to_numpy().astype(np.float64) % 180.0
         return self.model.one_component and bool(np.ptp(axes) == 0.0)
 
     @cached_property
     def logistic_fit(self) -> LogisticFit | None:
-        """Logistic fit of the fall probability; None for 3-D models and elements of several sizes."""
+        """Logistic fit of the fall probability; None in 3-D, or if height and B/H are of another stone."""
         if not self.model.one_component or element_size_note(self.cube):
             return None
         return fit_logistic_overturning_model(self.cube, self.intensity)
@@ -124,7 +124,7 @@ class StudyResults:
 
     @cached_property
     def fall_counts_of_study_elements(self) -> tuple[ElementFallCounts, ...]:
-        """Number of falls of each element of the study's own scene, and of the scene as a whole.
+        """Numbers of falls of each element of the study's own scene, and of cases in which any element falls.
 
         Empty for a scene of one free element.
         """
@@ -132,7 +132,7 @@ class StudyResults:
 
     @cached_property
     def element_fall_counts_by_variant(self) -> dict[str, tuple[ElementFallCounts, ...]]:
-        """Number of falls of each element of the scene in each variant, by name of the variant.
+        """Numbers of falls of each element of the scene, by name of the variant.
 
         A scene of one free element has one row, "block".
         """
@@ -140,7 +140,7 @@ class StudyResults:
 
     @cached_property
     def cell_and_unknown_counts_by_status(self) -> dict[str, tuple[int, int]]:
-        """Number of cells with each computation status and of those without an outcome, by name of the status."""
+        """Numbers of cases with each status, and of those among them without an outcome, by name of the status."""
         status, unknown = self.cube["status"], self.cube["overturned"].isnull()
         counts = {}
         for code, name in zip(status.attrs["flag_values"], status.attrs["flag_meanings"].split(), strict=True):
@@ -155,7 +155,7 @@ class StudyResults:
 
     @cached_property
     def mean_fall_directions_by_record(self) -> xr.Dataset:
-        """Mean direction and mean axis of the falls under each record, with resultants.
+        """Mean direction and mean axis of the falls under each record, with their resultant lengths.
 
         Only informative blocks count.
         """
@@ -164,12 +164,12 @@ class StudyResults:
 
     @cached_property
     def fall_axes_by_group(self) -> dict[str, xr.Dataset]:
-        """Fall axis of each earthquake relative to its fault normal, by name of the group of records."""
+        """Mean fall axis of each earthquake relative to its fault normal, by name of the group of records."""
         return earthquakes.fall_axes_by_group(self.cube)
 
     @cached_property
     def fall_axis_summaries(self) -> dict[str, earthquakes.FallAxisSummary]:
-        """Mean fall axis over earthquakes, and alignment, by name of the group of records.
+        """Mean fall axis over earthquakes and its alignment with fault normals, by name of the group of records.
 
         Axes are relative to the fault normals.
         """
@@ -177,7 +177,7 @@ class StudyResults:
 
     @cached_property
     def first_minus_second_group_alignment(self) -> MeanOverEarthquakes | None:
-        """Alignment of falls in the first group of records minus that in the second.
+        """Alignment of falls with the fault normal in the first group of records minus that in the second.
 
         The alignment is with the fault normal. None if there is one group.
         """
@@ -191,7 +191,7 @@ class StudyResults:
     def fault_normal_alignment_by_block_selection(
         self,
     ) -> dict[str, list[alignment_by_rule.FallAlignmentOfBlockSelection]]:
-        """Alignment of falls with the fault normal, by name of the group of records.
+        """Alignment of falls with the fault normal for each rule that selects blocks, by group of records.
 
         Each list has an entry for each rule that selects blocks.
         """
@@ -199,7 +199,7 @@ class StudyResults:
 
     @cached_property
     def fall_alignment_by_reference(self) -> tuple[dict[str, earthquakes.FallAlignmentWithReferences], list[str]]:
-        """Alignment of falls with reference directions by group of records, and the labels of the ranges of B/H.
+        """Alignment of falls with reference directions, by group of records; and the labels of the B/H ranges.
 
         The first alignment is over all B/H, those after it over the ranges with these labels.
         """
@@ -217,7 +217,7 @@ class StudyResults:
 
     @cached_property
     def planar_model_agreement_counts(self) -> xr.Dataset:
-        """Numbers of cases in which the 2-D model in the face planes agrees with the 3-D model.
+        """Numbers of cases in which 2-D models of a body's face planes agree and disagree with the 3-D model.
 
         See `statistics.space.planar_model_agreement_counts`.
         """
@@ -230,12 +230,12 @@ class StudyResults:
 
     @property
     def every_case_overturns(self) -> bool:
-        """True if, in a planar model, every known case overturns, so that falls show no axis."""
+        """True if every case of a 2-D model with known outcome overturns, so that falls show no axis."""
         return self.model.one_component and self.share_overturned >= 1
 
     @property
     def has_fall_axis_and_fault_normal(self) -> bool:
-        """True if falls have an axis, and a known fault normal with which to compare it."""
+        """True if falls have an axis that can be compared with a known fault normal."""
         return (
             self.has_known_fault_normal
             and self.share_overturned > 0
@@ -244,7 +244,7 @@ class StudyResults:
         )
 
     def cube_of_size_reference_element(self, variant: str) -> xr.Dataset:
-        """Return the cube of `variant`, for the reference element of its scene only."""
+        """Return a variant's results for the element of its scene whose outcomes are shown by default."""
         return _select_size_reference_element(self.study, variant, self.cubes[variant])
 
 
@@ -256,13 +256,13 @@ B_OVER_H_RANGES = 3
 
 
 def _select_size_reference_element(study: Study, variant: str, cube: xr.Dataset) -> xr.Dataset:
-    """Return the part of a variant's cube that belongs to the reference element of its scene."""
+    """Select, from a variant's results cube, the element of the scene whose outcomes are shown by default."""
     return cube.sel(element=variant_scene(study, variant).default_output_element) if "element" in cube.dims else cube
 
 
 @contextmanager
 def open_study_results(folder: Path, study_override: Study | None = None) -> Iterator[StudyResults]:
-    """Open the cubes, intensities, surveys and convergence check of a study in `folder`.
+    """Open the results cubes, intensity measures, surveys and convergence check in the folder of a study.
 
     A `ResultError` is raised if a file is missing.
 

@@ -23,7 +23,7 @@ NEGLIGIBLE: Final = 0.01
 
 
 class StoneClassSurvival(Finding):
-    """Probability that a class of stones survives the hazard, for one intensity measure."""
+    """Probability that stones of a class survive the hazard, according to one intensity measure."""
 
     stones: str
     measure: str
@@ -56,7 +56,7 @@ class StoneClassWithoutFragilityCurve(Finding):
 
 
 class StandingStones(Finding):
-    """Numbers of standing and fallen stones of a survey, and an upper bound of the annual rate of falls."""
+    """Numbers of standing and fallen stones in a survey, and the upper bound of the fall rate that follows."""
 
     stood: int
     fell: int
@@ -71,7 +71,7 @@ class StandingStones(Finding):
 
 
 class SurvivalFindings(Finding):
-    """Survival of each class of stones under a hazard during an exposure time, `years`."""
+    """Probability that each class of stones survives a seismic hazard for a number of years."""
 
     years: float
     doubts: list[str]
@@ -82,7 +82,7 @@ class SurvivalFindings(Finding):
 
 
 def survival_findings(survival: SurvivalByClass, survey_stones: Sequence[Stone] | None) -> SurvivalFindings:
-    """Convert the survival of classes of stones to findings, with the bound from standing stones.
+    """Return the report's numbers on the survival of stone classes, and the bound from standing stones.
 
     `survey_stones` are the stones of a survey; None without a survey.
 
@@ -108,7 +108,7 @@ def survival_findings(survival: SurvivalByClass, survey_stones: Sequence[Stone] 
 
 
 def _implausible_hazard_unit_texts(survival: SurvivalByClass) -> list[str]:
-    """Return a text for each hazard curve whose levels are implausible in its unit.
+    """Return a warning for each hazard curve whose intensity levels are implausible in its unit.
 
     A `ResultError` is raised if the unit of a curve is doubtful and most falls come from shaking outside the range of
     the records.

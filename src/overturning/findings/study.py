@@ -17,7 +17,7 @@ from overturning.units import CM, STANDARD_GRAVITY
 
 
 class StudyFacts(Finding):
-    """Question of a study, the model it uses, and the grid of its cases."""
+    """Question of a study, its mechanical model, and the parameter values of its cases."""
 
     name: str
     """Name of the study."""
@@ -136,7 +136,7 @@ class NumericalQuality(Finding):
 
 
 def study_facts(results: StudyResults) -> StudyFacts:
-    """Return the question of a study, its model and the grid of its cases."""
+    """Return the question of a study, its mechanical model and the parameter values of its cases."""
     study, cube = results.study, results.cube
 
     def rounded_coordinate_values(coordinate_name: str) -> list[float]:
@@ -178,7 +178,7 @@ def count_cases(results: StudyResults) -> CaseCounts:
 
 
 def record_facts(results: StudyResults) -> list[RecordFacts]:
-    """Return, for each record, its peaks and the mean direction and axis of the falls under it."""
+    """Return the peaks of each record, and the mean direction and mean axis of the falls under it."""
     cube, intensity, found = results.cube, results.intensity, results.mean_fall_directions_by_record
     azimuth, processing = intensity["azimuth"].to_numpy(), processing_by_record(results)
     shares, groups = overturned_shares_by_record(cube).to_numpy(), record_masks_by_group(cube)
@@ -224,7 +224,7 @@ def record_facts(results: StudyResults) -> list[RecordFacts]:
 
 
 def numerical_quality(results: StudyResults) -> NumericalQuality:
-    """Return energy error and contact penetration of the cube, its hash, and software versions."""
+    """Return the energy error and contact penetration of the cases, content hash and software versions."""
     cube = results.cube
     simulated = cube["status"] == CaseStatus.SIMULATED
     energy, depth = (cube[name].where(simulated) for name in ("energy_error", "peak_penetration"))

@@ -32,7 +32,7 @@ class StatisticalTestFinding(Finding):
 
 
 class ComputedFallShare(Finding):
-    """Computed share of the stones of a survey that fall: mean and range.
+    """Computed share of a survey's stones that fall: mean and range over the heights and frictions.
 
     Mean and range are over heights and frictions of the grid of the study.
     """
@@ -46,7 +46,7 @@ class ComputedFallShare(Finding):
 
 
 class SurveySiteFindings(Finding):
-    """Comparison of the falls at one site of a survey with the falls predicted for it."""
+    """Comparison of the observed falls at one site of a survey with the predicted falls."""
 
     site: str
     """Name of the site; empty for stones without one."""
@@ -67,7 +67,7 @@ class SurveySiteFindings(Finding):
 
 
 class SurveyFindings(Finding):
-    """Comparison of the falls in a survey with the falls predicted for its site."""
+    """Comparison of the observed falls of a survey with the falls predicted for its site."""
 
     stones: str
     """Name of the survey file."""
@@ -177,7 +177,7 @@ class StoneSizeRange(Finding):
 
 
 class InferredMotion(Finding):
-    """Axis and strength of the motion that the stones of a survey imply."""
+    """Axis and strength of the ground motion that are inferred from the fallen stones of a survey."""
 
     stones: str
     """Name of the survey file."""
@@ -232,12 +232,12 @@ FEWEST_FALLS = 5 * len(OCTANTS)
 
 
 def all_survey_findings(results: StudyResults) -> list[SurveyFindings]:
-    """Return, for each survey of a study, its comparison with the prediction for its site."""
+    """Return, for each survey of a study, the comparison of observed and predicted falls."""
     return [survey_findings(one) for one in results.surveys]
 
 
 def survey_findings(survey_result: StoredSurveyComparison) -> SurveyFindings:
-    """Convert the stored comparison of one survey with the prediction for its site to findings."""
+    """Return the report's numbers on one survey: its comparison with the falls predicted for its site."""
     found, confusion = survey_result.comparison, survey_result.comparison.confusion
 
     def counts_by_octant(octant_counts: list[float]) -> dict[str, Number]:
@@ -290,7 +290,7 @@ def survey_findings(survey_result: StoredSurveyComparison) -> SurveyFindings:
 
 
 def _survey_site_findings(site: str, found: SurveyPredictionComparison) -> SurveySiteFindings:
-    """Convert the comparison of one site of a survey with the prediction to findings."""
+    """Return the report's numbers on one site of a survey: its observed and predicted falls."""
     return SurveySiteFindings(
         site=site,
         fell=found.fallen,
@@ -306,12 +306,12 @@ def _survey_site_findings(site: str, found: SurveyPredictionComparison) -> Surve
 
 
 def all_inferred_motion_findings(results: StudyResults) -> list[InferredMotion]:
-    """Return the findings on the motion inferred from each survey of a study."""
+    """Return, for each survey of a study, the report's numbers on the inferred ground motion."""
     return [inferred_motion_findings(one) for one in results.inferred_motions]
 
 
 def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Sequence[Stone] = ()) -> InferredMotion:
-    """Convert the result of the inversion of a survey to findings.
+    """Return the report's numbers on the ground motion that is inferred from a survey.
 
     `stones` are the stones of the survey; stones without sizes are counted. Pass an empty list if they are unknown.
     """
@@ -367,7 +367,7 @@ def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Se
 
 
 class SurveyCommandResults(Finding):
-    """Findings that the commands `overturning survey` and `overturning backwards` print."""
+    """Results that the commands `overturning survey` and `overturning backwards` print."""
 
     observed: list[ObservedSurveyFindings] = Field(default_factory=list)
     surveys: list[SurveyFindings] = Field(default_factory=list)

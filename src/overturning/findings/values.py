@@ -9,7 +9,7 @@ from overturning.statistics.bootstrap import MeanOverEarthquakes
 
 
 def _nan_to_none(value: Any) -> Any:
-    """Convert NaN to None, "inf" to infinity, and a NumPy scalar to a Python number."""
+    """Convert NaN to None, the texts "inf" and "-inf" to numbers, and a NumPy scalar to a Python number."""
     value = value.item() if hasattr(value, "item") else value
     value = float(value) if value in ("inf", "-inf") else value
     return None if isinstance(value, float) and math.isnan(value) else value
@@ -25,7 +25,7 @@ Number = Annotated[float | None, BeforeValidator(_nan_to_none), PlainSerializer(
 
 
 class Finding(BaseModel):
-    """Base class of all findings: parts of a result that hold numbers and names but no sentences."""
+    """Base class of the parts of a report's results: numbers and names without sentences."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
@@ -61,5 +61,5 @@ def negate_estimate(estimate: Estimate) -> Estimate:
 
 
 def estimate_from_mean(mean: MeanOverEarthquakes, statistic: str, unit: str = "1") -> Estimate:
-    """Convert a mean over earthquakes to an `Estimate` of the quantity that `statistic` names."""
+    """Convert a mean over earthquakes to an `Estimate`, named by the quantity in `statistic`."""
     return Estimate(statistic=statistic, value=mean.value, low=mean.low, high=mean.high, earthquakes=mean.n, unit=unit)

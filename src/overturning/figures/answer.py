@@ -50,7 +50,7 @@ class PlottedEstimate(NamedTuple):
 def sorted_fall_alignment_figure(
     alignments_by_group: Mapping[str, Mapping[str, float]], mean_by_group: Mapping[str, PlottedEstimate]
 ) -> Figure:
-    """Draw the alignment of falls with the fault normal for each earthquake, sorted, and the mean, a panel per group.
+    """Draw the alignment of falls with the fault normal of all earthquakes, sorted, and its mean; a panel per group.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ def overturned_share_contrast_figure(
     shares_by_setting: Mapping[str, Sequence[PlottedEstimate]],
     share_differences: Sequence[PlottedEstimate],
 ) -> Figure:
-    """Draw the share of cases that overturn under each of two settings, and the difference of the shares, row by row.
+    """Draw the shares of cases that overturn under two settings, and their difference, one row per B/H or total.
 
     Parameters
     ----------
@@ -220,7 +220,7 @@ def format_estimate(estimate: PlottedEstimate, digits: int = 2) -> str:
 
 
 def _set_x_axis_from_minus_1_to_1(axes: Any, tick_names: tuple[str, str, str], margin: float) -> None:
-    """Set the horizontal axis of a panel to −1 … 1, and label −1, 0 and 1 with the three `tick_names`."""
+    """Set the horizontal axis to −1 … 1, and write the texts `tick_names` below its ticks −1, 0 and 1."""
     axes.axvline(0.0, color=INK, linestyle=DASHED, linewidth=1.0, zorder=0)
     axes.set_xlim(-1.0 - margin, 1.0 + margin)
     low, middle, high = tick_names
@@ -247,7 +247,7 @@ def draw_estimate_with_interval(
 
 
 def _marker_style(group_index: int) -> dict[str, Any]:
-    """Return Matplotlib keywords for the marker of a group of records; only the first group has filled markers."""
+    """Return Matplotlib keywords for the markers of one group of records; only the first group's are filled."""
     colour = COLOURS[group_index % len(COLOURS)]
     face = colour if group_index == 0 else "white"
     return {

@@ -33,7 +33,7 @@ def motion_posterior_figure(
     motion_probabilities: Mapping[str, float],
     strength_distributions: Mapping[str, tuple[FloatArray, FloatArray, FloatArray, tuple[float, float]]],
 ) -> Figure:
-    """Draw the posterior distribution, given the fallen stones, of the motion's axis, source record, PGA and PGV.
+    """Draw the motion inferred from fallen stones: posterior distributions of velocity axis, record, PGA and PGV.
 
     Parameters
     ----------

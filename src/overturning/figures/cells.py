@@ -35,7 +35,7 @@ def simulated_azimuths_deg(cube: xr.Dataset) -> FloatArray:
 
 
 def trim_outer_rings_without_falls(cube: xr.Dataset, *falls: xr.DataArray) -> xr.Dataset:
-    """Return a cube without the B/H too large for any fall; the smallest of those B/H stays as an empty ring.
+    """Return a cube cut above the smallest B/H from which no block falls; that B/H stays as an empty map ring.
 
     A fall is possible if a value of `falls` (flags or probabilities; a block may fall although its neighbours stand) is
     above 0, or missing in a direction that was simulated. The dataset is unchanged if no fall is possible anywhere.
@@ -44,7 +44,7 @@ def trim_outer_rings_without_falls(cube: xr.Dataset, *falls: xr.DataArray) -> xr
 
 
 def count_b_over_h_with_possible_falls(*falls: xr.DataArray) -> int:
-    """Return the number of B/H values from the smallest up to the first one from which on no fall is possible."""
+    """Return the number of B/H values to draw: all up to the largest with a possible fall, and the next one."""
 
     def has_possible_fall_by_ring(fall_values: xr.DataArray) -> xr.DataArray:
         computed = fall_values.notnull().any(
@@ -60,7 +60,7 @@ def count_b_over_h_with_possible_falls(*falls: xr.DataArray) -> int:
 
 
 def panel_row_and_column_counts(row_group_count: int, panels_per_group: int) -> tuple[int, int]:
-    """Return the numbers of rows and columns of a grid of panels: a row per group if that fits in three columns."""
+    """Return the numbers of rows and columns of a figure's panels, with at most `MAX_COLUMNS` columns."""
     count = row_group_count * panels_per_group
     columns = (
         panels_per_group if row_group_count > 1 and 1 < panels_per_group <= MAX_COLUMNS else min(count, MAX_COLUMNS)
@@ -92,7 +92,7 @@ def azimuth_cell_edges_rad(azimuth_deg: FloatArray) -> FloatArray:
 
 
 def closed_polar_curve(azimuth_deg: FloatArray, values_by_azimuth: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return angles (radians) and radii of a closed curve, from values that are the same at opposite azimuths.
+    """Return angles (radians) and radii of a closed curve; each value applies to its azimuth and the opposite one.
 
     The curve has NaN across gaps between azimuths that were not simulated.
     """

@@ -48,7 +48,7 @@ class IllustrativeCaseWithFigures:
 
 
 def write_cases_with_figures(drawn_cases: list[IllustrativeCaseWithFigures], folder: Path) -> None:
-    """Write the file of the drawn illustrative cases into the folder of their figures."""
+    """Write the list of illustrative cases, with the names of their films and figures, as JSON into a folder."""
     write_result(drawn_cases, folder / CASES, indent=None)
 
 

@@ -63,7 +63,7 @@ def explorer_page_data(
     store_record_cells: Callable[[int, dict[str, Any]], None] | None = None,
     study: Study | None = None,
 ) -> dict[str, Any]:
-    """Return the data of the explorer page for a cube, ready for JSON.
+    """Return everything that the interactive results page shows, as a dictionary that can be written as JSON.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ def explorer_page_data(
 
 
 def _explorer_translations(cube: "xr.Dataset") -> dict[str, dict[str, str]]:
-    """Return ``{"words": translations}`` of the texts of the explorer page; an empty dictionary for English."""
+    """Return ``{"words": …}``: translations of the texts of the interactive page; {} if the language is English."""
     if (language := current_language()) == ENGLISH:
         return {}
     elements = {name: translate(name) for name in cube["element"].to_numpy().astype(str).tolist()}
@@ -137,7 +137,7 @@ def _explorer_translations(cube: "xr.Dataset") -> dict[str, dict[str, str]]:
 
 
 def _record_metadata(record_cube: "xr.Dataset") -> dict[str, Any]:
-    """Return id, name, fault normal (degrees), and first and last time of a fall (s) of the record of a cube."""
+    """Return id, name, fault normal (degrees), and times (s) of the first and last fall of the record of a cube."""
     key, station, event = (str(record_cube[name].item()) for name in ("record_id", "station", "event"))
     normal, times = float(record_cube["fault_normal"][0]), record_cube["overturning_time"].to_numpy().astype(np.float64)
     return {
@@ -156,21 +156,21 @@ def _rounded_json_list(numbers: NDArray[Any]) -> list[float]:
 
 
 def _direction_cell_edges(direction_deg: FloatArray, is_planar: bool) -> FloatArray:
-    """Return the edges between cells of neighbouring directions: radians (2-D azimuths) or degrees (orientations)."""
+    """Return the boundaries between neighbouring direction cells: radians for azimuths, degrees for orientations."""
     if is_planar:
         return azimuth_cell_edges_rad(direction_deg)
     return cell_edges(direction_deg) if direction_deg.size > 1 else direction_deg + np.array([-2.5, 2.5])
 
 
 def _explorer_title(cube: "xr.Dataset", study: Study | None) -> str:
-    """Return the title of the explorer page: study, variant, and the element whose heights and B/H are stated."""
+    """Return the title of the interactive page: study, variant, and the element to which height and B/H refer."""
     title = (study.title if study else "") or str(cube.attrs.get("title", ""))
     parts = filter(None, [title, *variant_label_as_list(cube), *_size_reference_element_note(cube)])
     return translate(", ").join(map(translate, parts))
 
 
 def _initial_block_and_element_indices(cube: "xr.Dataset", study: Study | None) -> dict[str, int]:
-    """Return the indices, by dimension, of the height, friction and element that the explorer page shows first."""
+    """Return the indices of height, friction and element that are selected when the interactive page opens."""
     names = cube["element"].to_numpy().tolist()
     element = (
         variant_scene(study_of_cube(cube), cube.attrs["variant"]).default_output_element if len(names) > 1 else names[0]
@@ -183,14 +183,14 @@ def _initial_block_and_element_indices(cube: "xr.Dataset", study: Study | None) 
 
 
 def _size_reference_element_note(cube: "xr.Dataset") -> list[str]:
-    """Return a list of one note: the element whose heights and B/H are stated; empty for a cube of one element."""
+    """Return a list with a note on the element to which height and B/H refer; [] for a cube of one element."""
     if cube.sizes["element"] == 1:
         return []
     return [f"H and B/H of the {variant_scene(study_of_cube(cube), cube.attrs['variant']).size_reference_element_name}"]
 
 
 def _has_rotation_in_degrees(cube: "xr.Dataset", element_count: int) -> list[bool]:
-    """Return for each element True if its rotations are stored in degrees, not in units of its critical angle."""
+    """Return, per element, True if its rotation is stored in degrees, False if divided by its critical angle."""
     if "critical_angle" not in cube:
         return element_count * [not model_of_cube(cube).one_component]
     unknown = cube["critical_angle"].isnull()
@@ -198,7 +198,7 @@ def _has_rotation_in_degrees(cube: "xr.Dataset", element_count: int) -> list[boo
 
 
 def explorer_page_html(page_data: dict[str, Any], report_address: str = "") -> str:
-    """Return the explorer page (HTML) for `explorer_page_data`; it is reproducible and loads only files of the records.
+    """Return the HTML text of the interactive results page from the dictionary of `explorer_page_data`.
 
     Its texts are in the current language, as those of its data. It has a link to a report if the address of one is
     given.
@@ -212,7 +212,7 @@ def explorer_page_html(page_data: dict[str, Any], report_address: str = "") -> s
 
 
 def write_explorer(cube: "xr.Dataset", path: Path, study: Study | None = None, report_address: str = "") -> None:
-    """Write the explorer page of a cube to a .html file.
+    """Write the interactive results page of a cube to a .html file.
 
     If the cube has more than `MAX_CELLS_PER_PAGE` cells, those of each record go into a separate file,
     ``NAME-records/0.js`` and so on next to ``NAME.html``, which the page loads when the record is selected. See

@@ -39,7 +39,7 @@ DEGREE_STEP: Final = 1e-2
 def encode_record_cells(
     record_cube: "xr.Dataset", fall_probabilities: "xr.Dataset", rotation_step: float
 ) -> dict[str, Any]:
-    """Return the outcomes of all cases under one record as base64 texts; rotations are in steps of `rotation_step`."""
+    """Return outcomes of all cases under one record as base64 text; rotations in multiples of `rotation_step`."""
     model = model_of_cube(record_cube)
     order = (model.direction, "height", "b_over_h", "aspect", "friction", "element")
 
@@ -90,7 +90,7 @@ def _encode_as_base64_integers(values: FloatArray, step: float, integer_type: st
 
 
 def _clip_probability_away_from_0_and_1(probability: FloatArray) -> FloatArray:
-    """Return probabilities, with any strictly between 0 and 1 moved inwards so that rounding gives neither 0 nor 1."""
+    """Clip probabilities strictly between 0 and 1, so that rounding to 255 steps gives neither 0 nor 1."""
     return np.where(
         (probability > 0) & (probability < 1),
         np.clip(probability, 1 / PROBABILITY_STEPS, 1 - 1 / PROBABILITY_STEPS),
@@ -99,7 +99,7 @@ def _clip_probability_away_from_0_and_1(probability: FloatArray) -> FloatArray:
 
 
 class InitialExplorerCase(NamedTuple):
-    """Cell that the explorer page selects first under one record, with a measure of how clearly its block falls.
+    """Case of one record that the interactive page shows first, with a measure of how clearly its block falls.
 
     Attributes
     ----------
@@ -115,7 +115,7 @@ class InitialExplorerCase(NamedTuple):
 
 
 def choose_initial_explorer_case(block_cells: "xr.Dataset", full_circle: bool) -> InitialExplorerCase:
-    """Choose the cell of a block under one record that the explorer page selects first: a clear fall.
+    """Choose the case of a block under one record that the interactive page shows first: a clear fall.
 
     Of the cells that fall towards their azimuth (3-D: that fall) in every run of the ensemble it is the one whose eight
     neighbours do so with the largest probability, and of equal ones the stoutest. If there is none, it is the cell that
@@ -145,12 +145,12 @@ def choose_initial_explorer_case(block_cells: "xr.Dataset", full_circle: bool) -
 
 
 def ensemble_fall_probabilities(cube: "xr.Dataset") -> "xr.DataArray | None":
-    """Return the fall probabilities of the cases with an ensemble, NaN for other cases; None without an ensemble."""
+    """Return the share of ensemble runs that fall, by case; NaN for cases without runs, None if there are no runs."""
     return cube.get("probability_falls", cube.get("probability_towards"))
 
 
 def fall_probabilities_to_show(cube: "xr.Dataset") -> "xr.Dataset":
-    """Return the probabilities ``towards``, of a fall towards the azimuth (3-D: any fall), and ``away``, opposite."""
+    """Return the probabilities of a fall towards the azimuth (in 3-D: of any fall), and of the opposite fall."""
     chance = fall_probability_to_either_side(cube)
     if "probability_falls" in cube:
         chance["towards"] = cube["probability_falls"].fillna(chance["towards"])

@@ -22,7 +22,7 @@ def overturned_fraction_figure(
     fragility_curve: FittedFragilityCurve,
     jma_intensity: FloatArray,
 ) -> Figure:
-    """Draw the fraction overturned against an intensity measure with its fragility curve, and against JMA intensity.
+    """Draw the fraction overturned against an intensity measure, with its fragility curve, and against JMA intensity.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def overturned_fraction_figure(
 def _draw_fragility_curve(
     panel: Any, intensity_levels: FloatArray, fall_rates: FloatArray, fragility_curve: FittedFragilityCurve
 ) -> None:
-    """Draw the fraction overturned by intensity, and the fragility curve with the interval of its median as a band."""
+    """Draw the fraction overturned against intensity, with the fragility curve and the 95 % band of its median."""
     panel.plot(
         intensity_levels.ravel(),
         100 * fall_rates.ravel(),
@@ -75,7 +75,7 @@ def _draw_fragility_curve(
 
 
 def _draw_rates_by_jma_intensity(panel: Any, jma_intensity: FloatArray, fall_rates: FloatArray) -> None:
-    """Draw the fraction overturned by JMA intensity, the bounds of the degrees, and the ranges that surveys use."""
+    """Draw the fraction overturned by JMA intensity, limits of the intensity degrees, and ranges of survey rules."""
     known = np.isfinite(jma_intensity)
     panel.plot(jma_intensity[known], 100 * fall_rates[known], ".", color=SERIES[4], markersize=3)
     left, right = panel.get_xlim()

@@ -37,7 +37,7 @@ LINGER = 0.6
 
 @dataclass(frozen=True)
 class FilmBody:
-    """A polygon in a vertical plane, or a convex body in 3-D, with its poses over time."""
+    """Rigid body in a film: a polygon in a vertical plane or a convex 3-D body, with its pose in each frame."""
 
     name: str
     vertices: FloatArray  # about its reference point, m: s (right) and z, or east, north and up, shape (n, 2 | 3)
@@ -47,7 +47,7 @@ class FilmBody:
     faces: tuple[tuple[int, ...], ...] = ()  # 3-D: vertices of each face, anticlockwise seen from outside
 
     def player_data(self) -> dict[str, Any]:
-        """Return the body as a dictionary for the film player."""
+        """Return shape, positions and rotations of the body as a dictionary for the JavaScript film player."""
         return {
             "name": self.name,
             "free": self.free,
@@ -60,7 +60,7 @@ class FilmBody:
 
 @dataclass(frozen=True)
 class FilmPanel:
-    """Panel of a film, which shows one simulation."""
+    """One panel of a film: the bodies, base motion, heading and outcome of one simulation."""
 
     title: str  # heading, for instance the azimuth
     outcome: str  # sentence shown from `outcome_time` on
@@ -81,11 +81,11 @@ class FilmPanel:
 
     @property
     def keyboard_help_text(self) -> str:
-        """Help text on keys of the film player that only films of this kind (2-D or 3-D) use."""
+        """Text on the keys that the film player accepts only for films of this kind (2-D or 3-D)."""
         return "a and d turn the view, as dragging it does" if self.shows_3d_body else "f shows contact forces"
 
     def labelled_motion_traces(self, with_vertical: bool) -> list[tuple[str, list[FloatArray]]]:
-        """Return the acceleration traces below the scene, each as (label, components); the vertical one on request."""
+        """Return the acceleration traces drawn below the bodies, as pairs of label and components."""
         level = list(np.atleast_2d(self.acceleration))
         shown = [(COMPONENTS["along" if len(level) == 1 else "level"], level)]
         if with_vertical:
@@ -94,7 +94,7 @@ class FilmPanel:
         return shown
 
     def player_data(self, film: "Film") -> dict[str, Any]:
-        """Return the panel as a dictionary for the film player; `film` gives the shown time."""
+        """Return the panel as a dictionary for the JavaScript film player, with the motion during `film`."""
         traces = [
             (label, [_thinned_motion_and_interval(one, self.sampling_interval, film) for one in rows])
             for label, rows in self.labelled_motion_traces(film.has_vertical_motion)
@@ -151,7 +151,7 @@ class Film:
 
     @property
     def peak_acceleration(self) -> float:
-        """Largest acceleration of the base in any trace, m/s²: the scale of all traces."""
+        """Peak absolute base acceleration of all panels, m/s², to which all drawn traces are scaled."""
         rows = [
             row
             for panel in self.panels
@@ -171,7 +171,7 @@ class Film:
         return self.start + (self.frames - 1) * self.frame_interval
 
     def player_data(self) -> dict[str, Any]:
-        """Return the film as plain data for JSON; poses, motions and forces are base64 of scaled 16-bit integers."""
+        """Return the film as a dictionary for JSON; positions, motions and forces are base64 texts of integers."""
         return {
             "title": self.title,
             "start": round(self.start, 6),
@@ -188,7 +188,7 @@ class Film:
 
 
 def frame_times_between(first_movement_time: float, last_movement_time: float) -> FloatArray:
-    """Return the times of the frames, s: from `LEAD_IN` before the first movement to `LINGER` after the last one."""
+    """Return the times of the film frames, s, from `LEAD_IN` before the first movement to `LINGER` after the last."""
     start = max(0.0, float(np.floor((first_movement_time - LEAD_IN) / FRAME_INTERVAL)) * FRAME_INTERVAL)
     return np.asarray(
         start + FRAME_INTERVAL * np.arange(int(np.ceil((last_movement_time + LINGER - start) / FRAME_INTERVAL)) + 1)
@@ -212,7 +212,7 @@ def vertex_positions_by_frame(body: FilmBody) -> FloatArray:
 
 
 def extent_of_free_bodies(film: Film, *, moving: bool = False) -> tuple[float, float, float, float]:
-    """Return the extent (left, right, bottom, top), m, that contains the free polygons of all panels and frames.
+    """Return the rectangle (left, right, bottom, top), m, that contains all free polygons of a film at all times.
 
     With a `moving` ground it is the extent as seen from the earth.
     """
@@ -232,7 +232,7 @@ def extent_of_free_bodies(film: Film, *, moving: bool = False) -> tuple[float, f
 
 
 def ground_displacement_at_frames(panel: FilmPanel, frame_count: int) -> FloatArray:
-    """Return the ground displacement of a panel in its first frames, m, shape (frames, 2 or 3); 0 if not stored."""
+    """Return the ground displacement, m, in the first frames of a panel, shape (frames, 2 or 3); 0 if it has none."""
     width = 3 if panel.shows_3d_body else 2
     return np.zeros((frame_count, width)) if panel.ground is None else panel.ground[:frame_count]
 
@@ -264,7 +264,7 @@ def ground_displacement_at_times(
 
 
 def _as_scaled_base64_integers(values: ArrayLike) -> dict[str, Any]:
-    """Return an array as base64 text of 16-bit integers and their unit ``scale``: 1/32000 of the largest number."""
+    """Return an array as 16-bit integers in base64 text, with ``scale``, the value of one unit."""
     array = np.asarray(values, dtype=np.float64).ravel()
     largest = float(np.abs(array).max(initial=0.0))
     scale = float(f"{largest / 32000 or 1.0:.6g}")
@@ -275,7 +275,7 @@ def _as_scaled_base64_integers(values: ArrayLike) -> dict[str, Any]:
 def _thinned_motion_and_interval(
     acceleration: FloatArray, sampling_interval: float, film: Film
 ) -> tuple[FloatArray, float]:
-    """Return the acceleration during a film, thinned to the extremes of each 0.02 s, and its sampling interval, s."""
+    """Return the acceleration during a film, reduced to extremes per 0.02 s, and its new sampling interval, s."""
     first, last = int(film.start / sampling_interval), int(np.ceil(film.last_frame_time / sampling_interval)) + 1
     piece = np.concatenate([acceleration[first:last], np.zeros(max(0, last - max(first, acceleration.size)))])
     group = max(1, int(np.floor(0.0201 / sampling_interval)))

@@ -13,7 +13,7 @@ from overturning.model.stack import Stack
 
 
 def film_title_facts(model: Model, block_sizes: Mapping[str, float], place_name: str, **more: Any) -> FilmTitleFacts:
-    """Return the facts for the title of a film: the stone, its size and friction, and the name of the record.
+    """Return the entries of a film title: kind, size and friction of the stone, and the name of the record.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def film_title_facts(model: Model, block_sizes: Mapping[str, float], place_name:
 
 
 def _stone_facts_of_scene(scene: Scene) -> dict[str, Any]:
-    """Return the title facts of the stone of a scene; the friction is None if the scene defines it."""
+    """Return kind, name and friction of a scene's stone for a film title; None as friction if the scene sets it."""
     own = {} if scene.varies_friction else {"friction": None}
     if scene.is_single_block and scene.name == "gravestone":
         return {"kind": "stone", **own}
@@ -47,7 +47,7 @@ def _stone_facts_of_scene(scene: Scene) -> dict[str, Any]:
 
 
 def _stone_facts_of_body(shape: Shape, width: float, aspect: float) -> dict[str, Any]:
-    """Return the title facts of the stone of a 3-D body: kind of its plan, width, and depth or sides."""
+    """Return shape, width, and depth or number of sides of a 3-D body for a film title."""
     if isinstance(shape, RectangularPrism):
         return {"kind": "square"} if aspect == 1.0 else {"kind": "oblong", "depth": aspect * width}
     if isinstance(shape, Cylinder):

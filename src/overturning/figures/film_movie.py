@@ -108,7 +108,7 @@ def _translate_film(film: Film) -> Film:
 
 
 def _wrapped_movie_title(film: Film, width_inches: float) -> str:
-    """Return the title of a movie with its speed; in Japanese broken into lines of `width_inches`."""
+    """Return the title of a movie with its playback speed, broken into lines of `width_inches` if not English."""
     title = movie_title_with_speed(film.title, SPEEDS[SPEED])
     if current_language() == ENGLISH:
         return title

@@ -24,7 +24,7 @@ def _trajectory_of_each_stone(trajectory: "xr.Dataset") -> list["xr.Dataset"]:
 
 
 def body_outcome_sentence(trajectory: "xr.Dataset") -> str:
-    """Return the outcome of a 3-D body as a sentence without a full stop."""
+    """Return a sentence on the outcome of a 3-D body: azimuth and time of the fall, or tilt, twist and slip."""
     if float(trajectory["overturned"]) == 1:
         return fall_sentence(round(float(trajectory["fall_azimuth"])), float(trajectory["overturning_time"]))
     slip = float(np.hypot(trajectory["residual_slip_north"], trajectory["residual_slip_east"]))
@@ -37,7 +37,7 @@ def body_outcome_sentence(trajectory: "xr.Dataset") -> str:
 
 
 def stack_outcome_sentence(trajectory: "xr.Dataset") -> str:
-    """Return the outcome of a 3-D stack as a sentence without a full stop: falls by name and time, or how it stands."""
+    """Return a sentence on the outcome of a 3-D stack: names and times of the stones that fall, or how it stands."""
     stones = _trajectory_of_each_stone(trajectory)
     falls = sorted(
         (float(one["overturning_time"]), str(one["element"].item()), round(float(one["fall_azimuth"])))
@@ -52,12 +52,12 @@ def stack_outcome_sentence(trajectory: "xr.Dataset") -> str:
 
 
 def stack_poses_by_time(trajectory: "xr.Dataset") -> FloatArray:
-    """Return tilt, quaternion and position of all stones of a stack, shape (times, 9 × stones)."""
+    """Return tilt, quaternion and position (m) of all stones of a stack over time, shape (times, 9 × stones)."""
     return np.concatenate([body_poses_by_time(one) for one in _trajectory_of_each_stone(trajectory)], axis=1)
 
 
 def body_poses_by_time(trajectory: "xr.Dataset") -> FloatArray:
-    """Return tilt (north, east), quaternion and position of a 3-D body, shape (times, 9)."""
+    """Return the tilt components north and east, quaternion and position (m) of a 3-D body, shape (times, 9)."""
     return np.column_stack(
         [trajectory["tilt_north"], trajectory["tilt_east"], trajectory["quaternion"], trajectory["place"]]
     )
@@ -66,7 +66,7 @@ def body_poses_by_time(trajectory: "xr.Dataset") -> FloatArray:
 def body_film_panel(
     trajectory: "xr.Dataset", motion: Motion, frame_times: FloatArray, heading_and_outcome: tuple[str, str]
 ) -> FilmPanel:
-    """Return the film panel of a 3-D body or stack at `frame_times`, s, titled by `heading_and_outcome`."""
+    """Return the film panel of a 3-D body or stack, with its poses at the times `frame_times`, s."""
     bodies = tuple(
         _film_body(one, frame_times, str(one["element"].item())) for one in _trajectory_of_each_stone(trajectory)
     )
@@ -79,7 +79,7 @@ def body_film_panel(
 
 
 def _film_body(trajectory: "xr.Dataset", frame_times: FloatArray, name: str) -> FilmBody:
-    """Return the body of a film, by its convex hull, with its poses at `frame_times`, s."""
+    """Return a 3-D body of a film: its convex hull, and its position and rotation at `frame_times`, s."""
     outline = trajectory["outline"].to_numpy()
     outline = outline[np.isfinite(outline).all(axis=1)]
     clock = trajectory["time"].to_numpy()
@@ -90,7 +90,7 @@ def _film_body(trajectory: "xr.Dataset", frame_times: FloatArray, name: str) -> 
 
 
 def convex_hull_faces(corners: FloatArray) -> tuple[tuple[int, ...], ...]:
-    """Return the faces of the convex hull of points, an array of shape (n, 3).
+    """Return the triangular faces of the convex hull of points, as indices of the points, shape (n, 3).
 
     Each face is a tuple of indices into `corners`, anticlockwise seen from outside.
     """

@@ -46,7 +46,7 @@ def scene_outcome_sentence(trajectory: "xr.Dataset") -> str:
 
 
 def free_element_poses_by_time(trajectory: "xr.Dataset") -> FloatArray:
-    """Return x, z (m) and rotation (rad) of the free elements, shape (times, 3 × free elements)."""
+    """Return the coordinates x and z (m) and the rotation (rad) of all free elements, shape (times, 3 × elements)."""
     free = trajectory_of_free_elements(trajectory)
     return np.concatenate(
         [free[name].transpose("time", "element").to_numpy() for name in ("x", "z", "rotation")], axis=1
@@ -54,12 +54,12 @@ def free_element_poses_by_time(trajectory: "xr.Dataset") -> FloatArray:
 
 
 def _element_poses_by_time(trajectory: "xr.Dataset", element_index: int) -> FloatArray:
-    """Return x, z (m) and rotation (rad) of one element, shape (times, 3)."""
+    """Return the coordinates x and z (m) and the rotation (rad) of one element of a 2-D scene, shape (times, 3)."""
     return np.stack([trajectory[name].to_numpy()[:, element_index] for name in ("x", "z", "rotation")], axis=1)
 
 
 def _extend_poses_until_lying(trajectory: "xr.Dataset", element_index: int) -> tuple[FloatArray, FloatArray]:
-    """Return times, s, and poses (x, z, rotation) of an element, extended until a fallen element lies on the ground.
+    """Return times (s) and poses of an element; a falling block is turned on about its corner until it lies.
 
     The trajectory of a single block ends at the last sample before it has fallen, for a coarse record some degrees
     too early; one pose is appended in which the block has turned about its corner until it lies.
@@ -90,7 +90,7 @@ def _extend_poses_until_lying(trajectory: "xr.Dataset", element_index: int) -> t
 def _film_bodies_of_scene(
     trajectory: "xr.Dataset", frame_times: FloatArray, ground_shift: FloatArray
 ) -> tuple[FilmBody, ...]:
-    """Return the bodies of a 2-D scene with poses at `frame_times`; the ground is cut to the width of the picture."""
+    """Return the bodies of a 2-D scene at the times `frame_times`, with the ground cut to the picture's width."""
     vertices, x = trajectory["vertices"].to_numpy(), trajectory["x"].to_numpy()
     free = np.flatnonzero(trajectory["kind"].to_numpy() == "free")
     levels = vertices[free, :, 1] + trajectory["z"].to_numpy()[0, free, None]
@@ -117,7 +117,7 @@ def _film_bodies_of_scene(
 def _contact_points_and_forces(
     trajectory: "xr.Dataset", frame_times: FloatArray
 ) -> tuple[FloatArray, FloatArray] | tuple[None, None]:
-    """Return positions (m) and forces (in weights) at `frame_times` of the k contacts, shape (frames, k, 2) each.
+    """Return position (m) and force (in units of the weight) of each contact by frame, shape (frames, k, 2) each.
 
     Forces are zero after the end of the case. (None, None) if no contact carries a force.
     """
@@ -136,7 +136,7 @@ def _contact_points_and_forces(
 
 
 def _fill_missing_with_last_known(values_by_time: FloatArray) -> FloatArray:
-    """Return values over time (first axis) with each NaN replaced by the last known value, or else the first one."""
+    """Replace each NaN by the last known value before it, or by the first known one (time is the first axis)."""
     known = np.isfinite(values_by_time)
     rows = np.arange(len(values_by_time)).reshape(-1, 1, 1)
     before = np.maximum.accumulate(np.where(known, rows, -1), axis=0)
@@ -146,7 +146,7 @@ def _fill_missing_with_last_known(values_by_time: FloatArray) -> FloatArray:
 def scene_film_panel(
     trajectory: "xr.Dataset", motion: Motion, frame_times: FloatArray, heading_and_outcome: tuple[str, str]
 ) -> FilmPanel:
-    """Return the film panel of a 2-D scene at `frame_times`, s, titled by `heading_and_outcome`."""
+    """Return the film panel of a 2-D scene, with its elements at the times `frame_times`, s."""
     azimuth, times = float(trajectory.attrs["azimuth_deg"]), trajectory["overturning_time"].to_numpy()
     amplitude = float(trajectory.attrs["amplitude"])
     along, up = amplitude * motion.along(azimuth), None if motion.up is None else amplitude * motion.up

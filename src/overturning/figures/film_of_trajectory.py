@@ -31,18 +31,18 @@ FADED: Final = 0.1
 
 
 def panel_heading_of_trajectory(trajectory: "xr.Dataset") -> str:
-    """Return the heading of a film panel: the azimuth of the motion, or the azimuth that a 3-D body faces."""
+    """Return the heading of a film panel: azimuth of the motion (2-D), or azimuth that the body faces (3-D)."""
     display = _film_functions_for_trajectory(trajectory)
     return panel_heading_of_direction(float(trajectory.attrs[display.direction]), in_space=display is not _PLANE)
 
 
 def has_outcome(trajectory: "xr.Dataset") -> bool:
-    """True if the simulation of a trajectory is valid, so that it is known whether anything falls."""
+    """True if the simulation ended with a valid outcome, so that it is known what falls."""
     return CaseStatus(int(trajectory["status"])).has_outcome
 
 
 def outcome_sentence(trajectory: "xr.Dataset") -> str:
-    """Return a sentence (without full stop) on what falls in a trajectory, or that the simulation is not valid."""
+    """Return a sentence, without full stop, on what falls in a simulation, or that the simulation is not valid."""
     return _film_functions_for_trajectory(trajectory).outcome(trajectory) if has_outcome(trajectory) else NO_OUTCOME
 
 
@@ -59,7 +59,7 @@ def first_and_last_movement_times(trajectory: "xr.Dataset") -> tuple[float, floa
 
 
 def _movement_start_return_and_end_times(trajectory: "xr.Dataset") -> tuple[float, float, float] | None:
-    """Return the times (s) of the first movement, of the return after the largest movement, and of the last movement.
+    """Return the times (s) of the first movement, of the return after the largest movement, and of the last one.
 
     See `first_and_last_movement_times`.
     """
@@ -80,7 +80,7 @@ def has_fallen_stone(trajectory: "xr.Dataset") -> bool:
 
 
 def film_start_and_end_times(trajectories: Sequence["xr.Dataset"]) -> tuple[float, float]:
-    """Return start and end, s, of the film of trajectories: from the first movement in any of them to the last.
+    """Return the first and the last time of movement, s, in any of several simulated trajectories.
 
     If stones fall in some of the trajectories, the others are followed until they return from their largest
     movement. If nothing moves: 3 s before to 3 s after the peak of the motion.
@@ -108,7 +108,7 @@ def film_of_trajectories(
     headings: Sequence[str] = (),
     note: str = FRAME_NOTE,
 ) -> Film:
-    """Return a film that plays trajectories synchronously, from shortly before the first movement to after the last.
+    """Return a film with one panel per simulation, from shortly before the first movement to after the last.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def film_of_trajectories(
 
 
 class _TrajectoryFilmFunctions(NamedTuple):
-    """Functions and texts for making a film of trajectories, one set each for 2-D scenes, 3-D bodies and stacks."""
+    """Functions and texts with which a film shows one kind of simulation: a 2-D scene, a 3-D body or a 3-D stack."""
 
     direction: str  # name of the attribute with the direction, degrees
     outcome: Callable[["xr.Dataset"], str]  # sentence for the outcome of a valid simulation
@@ -173,7 +173,7 @@ _STACK: Final = _TrajectoryFilmFunctions(
 
 
 def _film_functions_for_trajectory(trajectory: "xr.Dataset") -> _TrajectoryFilmFunctions:
-    """Return the functions and texts for a film of a trajectory: those for 2-D scenes, 3-D bodies or 3-D stacks."""
+    """Return the functions and texts with which a film shows a trajectory, by its kind: scene, body or stack."""
     if "quaternion" not in trajectory:
         return _PLANE
     return _STACK if "element" in trajectory.dims else _SPACE

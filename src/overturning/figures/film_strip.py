@@ -23,7 +23,7 @@ GROUND: Final = "#8a8a86"
 
 
 def strip_frame_times_and_captions(film: Film) -> tuple[FloatArray, tuple[str, ...]]:
-    """Return times (s, ascending) and captions of the four frames of a strip; they are the same for all panels.
+    """Return times (s) and captions of the four frames that a printed film shows, equal for all panels.
 
     The first uplift is the first frame in which a stone of any panel has turned by `UPLIFT_ANGLE`, or by half of its
     largest rotation if that is smaller. The fall is that of the panel whose stone falls first, at the last time at
@@ -45,7 +45,7 @@ def strip_frame_times_and_captions(film: Film) -> tuple[FloatArray, tuple[str, .
 
 
 def rotation_angle_by_frame(body: FilmBody, frame_count: int) -> FloatArray:
-    """Return the rotation of a free body from its first pose (3-D: its tilt), rad, shape (frame_count,)."""
+    """Return the angle by which a free body has turned since its first frame (3-D: its tilt), rad, shape (frames,)."""
     if body.faces:
         _, x, y, _ = body.rotation.T / np.linalg.norm(body.rotation, axis=1)
         angle = np.arccos(np.clip(1.0 - 2.0 * (x * x + y * y), -1.0, 1.0))
@@ -55,7 +55,7 @@ def rotation_angle_by_frame(body: FilmBody, frame_count: int) -> FloatArray:
 
 
 def film_strip_figure(film: Film, *, titled: bool = True) -> "Figure":
-    """Return the figure of a film for paper: a row of four frames for each panel, at the same times."""
+    """Return a figure with four frames of each panel of a film, in rows, for printing."""
     times, names = strip_frame_times_and_captions(film)
     rows = len(film.panels)
     edges = _axis_limits_of_body_view(film) if film.panels[0].shows_3d_body else extent_of_free_bodies(film)
@@ -81,13 +81,13 @@ def film_strip_figure(film: Film, *, titled: bool = True) -> "Figure":
 
 
 def _caption_below_frame_row(panel: FilmPanel, row_count: int) -> str:
-    """Return the text below a row of frames: azimuths of left and right, heading (of several rows), and outcome."""
+    """Return the text below a row of frames: azimuths of its left and right side, panel heading, and outcome."""
     sides = f"← {panel.sides[0]}    {panel.sides[1]} →      " if panel.sides[0] else ""
     return sides + (f"{panel.title}: " if row_count > 1 else "") + panel.outcome
 
 
 def draw_panel_frame(axes: Any, panel: FilmPanel, frame_position: float) -> None:
-    """Draw the bodies of a panel at a frame, such as 2.5; poses between two frames are interpolated."""
+    """Draw the bodies of a film panel at a frame; a fraction, such as 2.5, interpolates between two frames."""
     from matplotlib.patches import Polygon
 
     if panel.shows_3d_body:
@@ -100,7 +100,7 @@ def draw_panel_frame(axes: Any, panel: FilmPanel, frame_position: float) -> None
 
 
 def body_at_frame(body: FilmBody, frame_position: float) -> FilmBody:
-    """Return a body with one pose only, interpolated at a frame position such as 2.5 (at most the last frame)."""
+    """Return a body with its pose at one frame only; a fraction, such as 2.5, interpolates between two frames."""
 
     def interpolate_poses_at_frame(poses_by_frame: FloatArray) -> FloatArray:
         low = min(int(frame_position), len(poses_by_frame) - 1)
@@ -137,7 +137,7 @@ LIGHT: Final = np.array([0.35, -0.5, 0.79])
 
 
 def _camera_view_matrix() -> FloatArray:
-    """Return the matrix (3, 3) from (east, north, up) to (right, up, towards the viewer) of the camera."""
+    """Return the rotation matrix, shape (3, 3), from (east, north, up) to the camera's (right, up, towards viewer)."""
     (sa, ca), (se, ce) = ((np.sin(one), np.cos(one)) for one in (VIEW_AZIMUTH, VIEW_ELEVATION))
     return np.array([[-ca, sa, 0.0], [-se * sa, -se * ca, ce], [ce * sa, ce * ca, se]])
 
@@ -151,7 +151,7 @@ def corners_of_body_at_frame(body: FilmBody, frame_index: int = 0) -> FloatArray
 
 
 def _axis_limits_of_body_view(film: Film) -> tuple[float, float, float, float]:
-    """Return the axis limits (left, right, bottom, top), m, within which the 3-D bodies of all panels always lie."""
+    """Return the view (left, right, bottom, top), m, that contains the 3-D bodies of all panels in every frame."""
     camera = _camera_view_matrix()[:2]
     places = [
         (corners_of_body_at_frame(body, frame) - panel.bodies[0].position[0] * [1, 1, 0]) @ camera.T
@@ -174,7 +174,7 @@ def _half_floor_width_m(bodies: tuple[FilmBody, ...]) -> float:
 
 
 def _draw_bodies_with_floor(axes: Any, bodies: tuple[FilmBody, ...], frame_position: float) -> None:
-    """Draw 3-D bodies at a frame, with their floor, their shadows and an arrow towards north; the nearest one last."""
+    """Draw 3-D bodies at a frame in order of distance, with floor, shadows and an arrow to the north."""
     from matplotlib.patches import Polygon
 
     camera, begin = _camera_view_matrix(), bodies[0].position[0] * [1, 1, 0]
@@ -200,7 +200,7 @@ def _draw_bodies_with_floor(axes: Any, bodies: tuple[FilmBody, ...], frame_posit
 
 
 def _draw_body(axes: Any, body: FilmBody, corners: FloatArray, camera: FloatArray) -> None:
-    """Draw the visible faces of a 3-D body from its corners, shape (n, 3), m, and the camera's view matrix."""
+    """Draw the visible faces of a 3-D body, given the positions of its corners (m, shape (n, 3)) and the camera."""
     from matplotlib.patches import Polygon
 
     for face in body.faces:

@@ -53,7 +53,7 @@ _SHAPES: Final = {
 
 @dataclass(frozen=True, kw_only=True)
 class FilmTitleFacts:
-    """Facts of a film's title: the stone, its friction, and the motion; lengths in m.
+    """Entries of a film title: kind, size (m) and friction of the stone, and the motion.
 
     Attributes
     ----------
@@ -143,7 +143,7 @@ _SETTINGS: Final = {
 
 
 def panel_heading_of_setting(setting_kind: str, scene_or_variant_name: str = "") -> str:
-    """Return the heading of a film panel that shows one of two compared settings.
+    """Return the heading of a film panel that shows one of two compared settings, such as "with vertical motion".
 
     Parameters
     ----------
@@ -165,14 +165,14 @@ def fall_sentence(fall_azimuth_deg: float, fall_time: float, stone_name: str = "
 
 
 def join_fall_sentences(fall_sentences: list[str], stone_count: int) -> str:
-    """Return the sentences on the falls in a scene as one text; for several stones it begins with "2 of 3 fall"."""
+    """Join the sentences on the falls in a scene; for several stones the text begins with "2 of 3 fall"."""
     return (f"{len(fall_sentences)} of {stone_count} fall: " if stone_count > 1 else "") + "; ".join(fall_sentences)
 
 
 def standing_elements_sentence(
     peak_share_of_toppling_angle: float | None, peak_rotation_deg: float | None, *, several: bool
 ) -> str:
-    """Return a sentence: no stone of a 2-D scene falls, and how far the stones lean.
+    """Return a sentence that no stone of a 2-D scene falls, with the largest rotation as share of the toppling angle.
 
     Parameters
     ----------
@@ -200,7 +200,7 @@ def standing_elements_sentence(
 def standing_body_sentence(
     peak_tilt_deg: float, final_twist_deg: float, final_slip_m: float, *, still_moves: bool
 ) -> str:
-    """Return a sentence: a 3-D body stands; largest tilt, final twist and slip, and whether the body still moves."""
+    """Return a sentence that a 3-D body stands, with its largest tilt, final twist and slip."""
     side = "clockwise" if final_twist_deg >= 0 else "anticlockwise"
     still = ", where it still rocks or rolls" if still_moves else ""
     turned = f"turned {abs(final_twist_deg):.1f}° {side}, slipped {100.0 * final_slip_m:.1f} cm by the end{still}"

@@ -93,7 +93,7 @@ def _add_title_and_legend(
     processed_record: Record,
     noise_ratio: SignalToNoiseRatio | None,
 ) -> None:
-    """Add the title with the processing steps, the legend and the margins to a figure."""
+    """Add the title (station, event and processing steps), the legend and the margins to a record's figure."""
     ahead = "no noise before the onset" if noise_ratio is None else f"onset at {noise_ratio.onset:.1f} s"
     steps = [processing_entry_text(step) for step in processed_record.processing]
     agency = (
@@ -130,7 +130,7 @@ def min_max_envelope(sample_times: FloatArray, samples: FloatArray) -> tuple[Flo
 
 
 def start_shift_from_unprocessed(processed_record: Record) -> float:
-    """Return the start of a processed record relative to the unprocessed one, s.
+    """Return the start time of a processed record relative to the start of the unprocessed one, s.
 
     Padding moves the start to earlier times, cutting to later ones.
     """
@@ -192,7 +192,7 @@ def _draw_component_time_histories(
 
 
 def _filter_corner_frequencies(processing_steps: tuple[Mapping[str, Any], ...]) -> list[float]:
-    """Return the corner frequencies, Hz, of the filters among the processing steps of a record."""
+    """Return the corner frequencies, Hz, of the filters with which a record was processed."""
     return [step["corner_hz"] for step in processing_steps if "corner_hz" in step]
 
 
@@ -275,7 +275,7 @@ def _draw_rotd_spectra(panel: "Axes", rotd_spectra: FloatArray) -> None:
 def _draw_removed_acceleration(
     panel: "Axes", unprocessed_record: Record, processed_record: Record, component_names: list[str]
 ) -> None:
-    """Draw the acceleration before processing minus that after it, where the records overlap."""
+    """Draw what processing removed: the acceleration before processing minus that after it."""
     label_axes(panel, "time, s", "removed, Gal")
     if unprocessed_record is processed_record:
         _write_note(panel, "nothing")

@@ -49,7 +49,7 @@ def draw_illustrative_cases(
     compared_cube_path: Path | None = None,
     shown_records: Sequence[str] = (),
 ) -> None:
-    """Simulate the illustrative cases of a cube again, and write their films and figures.
+    """Choose and simulate the illustrative cases of a study again, and write their films and figures.
 
     Writes into `output_folder`: ``cases.json`` (title, rule, outcomes, film and figures of each case), and for case K,
     counted from 1, the strip ``K-strip.svg`` and the figures ``K-response.svg``, ``K-boundary.svg``,
@@ -88,7 +88,7 @@ CaseFigure = tuple[str, "Figure", str, dict[str, float]]
 def _draw_illustrative_case(
     cube: "xr.Dataset", case: IllustrativeCase, motion_folder: Path, output_folder: Path, case_number: int
 ) -> IllustrativeCaseWithFigures:
-    """Simulate one illustrative case again and draw its film and figures."""
+    """Simulate one illustrative case again, and draw its film and figures."""
     study, one = study_of_cube(cube), cube.isel(record=case.record).load()
     record = str(one["record_id"].item())
     settings = case.settings or (NOMINAL,) * len(case.direction_deg)
@@ -137,7 +137,7 @@ def _draw_illustrative_case(
 
 
 def _motion_of_variant(study: Study, motion_folder: Path, record_id: str, variant: str) -> Motion:
-    """Read the motion of a record for a variant of a study; motions of variants with soil are in a subfolder."""
+    """Read the motion of a record as a variant of a study uses it: at the soil surface, with or without vertical."""
     folder = motion_folder / variant if variant_settings(study, variant).site else motion_folder
     return motion_for_variant(study, read_record_from_motion_file(folder / f"{record_id}.nc"), variant)
 
@@ -145,7 +145,7 @@ def _motion_of_variant(study: Study, motion_folder: Path, record_id: str, varian
 def _film_title(
     study: Study, record_cube: "xr.Dataset", case: IllustrativeCase, trajectories: Sequence["xr.Dataset"]
 ) -> str:
-    """Return the title of the film of an illustrative case: the stone and the record."""
+    """Return the title of the film of an illustrative case: stone, friction, azimuth and record."""
     record, single = str(record_cube["record_id"].item()), len(set(case.direction_deg)) == 1
     sizes = {name: float(trajectories[0].attrs[name]) for name in ("height", "b_over_h", "friction")}
     place = station_and_event_text(str(record_cube["station"].item()) or record, str(record_cube["event"].item()))
@@ -155,7 +155,7 @@ def _film_title(
 
 
 def panel_heading_of_variant(study: Study, variant: str, other_variant: str) -> str:
-    """Return the heading of the panel of `variant`: the setting in which it differs from `other_variant`."""
+    """Return the heading of a film panel for a variant: the setting in which it differs from another variant."""
     own, other = (variant_settings(study, name) for name in (variant, other_variant))
     if variant_uses_vertical_motion(study, variant) != variant_uses_vertical_motion(study, other_variant):
         return panel_heading_of_setting("vertical" if variant_uses_vertical_motion(study, variant) else "level")
@@ -167,7 +167,7 @@ def panel_heading_of_variant(study: Study, variant: str, other_variant: str) -> 
 
 
 def block_label(study: Study, block: dict[str, float]) -> str:
-    """Return slenderness, height and friction of a block as text for a title."""
+    """Return B/H, height (m) and friction of a block as text for a title."""
     oblong = f", D/B = {block['aspect']:g}" if variant_model(study).aspect_is_parameter else ""
     coefficient = friction_label(study, block["friction"])
     return f"B/H = {block['b_over_h']:.3g}{oblong}, H = {block['height']:.3g} m, {coefficient}"
@@ -176,7 +176,7 @@ def block_label(study: Study, block: dict[str, float]) -> str:
 def _figures_for_planar_film(
     record_cube: "xr.Dataset", trajectories: list["xr.Dataset"], motion: Motion, title_and_place: tuple[str, str]
 ) -> list[CaseFigure]:
-    """Return the figures that accompany a 2-D film: response, boundary, spectra and hodograph.
+    """Return the figures shown with a 2-D film: rotation history, overturning boundary, spectra and hodograph.
 
     `title_and_place` are the title and the place.
     """
@@ -211,7 +211,7 @@ def simulate_block_trajectories(
     directions_deg: Sequence[float],
     variant: str = NOMINAL,
 ) -> list["xr.Dataset"]:
-    """Simulate a block of a study along each direction (degrees), and return the trajectories.
+    """Simulate one block of a study's variant for each direction, degrees; return its motion over time.
 
     The trajectories of a scene go on until its stones lie. Height (m) and B/H of the block are those of the study; a
     variant with another scene has the sizes of its own.

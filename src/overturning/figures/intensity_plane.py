@@ -39,7 +39,7 @@ LOOKS: Final = (
 def pga_pgv_ratio_and_fall_probability(
     cube: xr.Dataset, intensity: xr.Dataset, height: float, b_over_h: float, friction: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return PGA (m/s²), PGV/PGA (s) and fall probability of a block for each record and azimuth, shape (n,)."""
+    """Return PGA (m/s²), PGV/PGA (s) and fall probability of one block, one value per record and azimuth."""
     block = cube.sel(height=height, b_over_h=b_over_h, friction=friction, method="nearest")
     planes = model_of_cube(cube).fall_probability_and_direction_by_cell(block).compute()
     along = intensity[["pga", "pgv"]].sel(azimuth=planes["azimuth"], method="nearest")
@@ -59,7 +59,7 @@ def _draw_outcomes_by_pga_and_pgv_ratio(
     *,
     with_criteria: bool = True,
 ) -> None:
-    """Draw the panel of one block: outcomes by PGA and PGV/PGA, criteria, and the line of fitted probability ½."""
+    """Draw the outcomes of one block in the plane of PGA and PGV/PGA, with published criteria and the fitted line."""
     pga, ratio, falls = points
     axes.set(xscale="log", yscale="log")
     west = float(west_acceleration_limit(b_over_h))
@@ -95,7 +95,7 @@ def _draw_outcomes_by_pga_and_pgv_ratio(
 def outcomes_by_pga_and_pgv_ratio_figure(
     cube: xr.Dataset, intensity: xr.Dataset, logistic_fit: LogisticFit | None, friction: float, size_note: str = ""
 ) -> Figure:
-    """Draw outcomes by PGA and PGV/PGA for up to three B/H (columns) and two heights (rows) at one friction.
+    """Draw outcomes in the plane of PGA and PGV/PGA, for up to three B/H (columns) and two heights (rows).
 
     A figure for a phone shows the smallest height only. `intensity` has ``pga`` (m/s²) and ``pgv`` (m/s) by record and
     azimuth. `size_note` is a note (see `element_size_note`) that the sizes belong to another stone: it is added to the

@@ -30,7 +30,7 @@ MOST_ARROWS: Final = 36
 
 
 def orientation_map_figure(cube: xr.Dataset, title: str) -> Figure:
-    """Draw fall azimuths of one record by orientation and B/H, a panel per friction, height and aspect, and a rose."""
+    """Draw the fall azimuths of 3-D bodies under one record by orientation and B/H, one panel per block, and a rose."""
     cube = trim_outer_rings_without_falls(cube, cube["overturned"])
     cube = cube if "aspect" in cube.dims else cube.expand_dims(aspect=[1.0])
     blocks = [(height, aspect) for height in cube["height"].to_numpy() for aspect in cube["aspect"].to_numpy()]
@@ -98,7 +98,7 @@ def _draw_falls_by_orientation(axes: Any, block_cells: xr.Dataset) -> None:
 
 
 def fall_map_figure(cube: xr.Dataset, title: str, peak_velocity_by_azimuth: xr.DataArray | None = None) -> Figure:
-    """Draw the map of falls of one record: by azimuth of the motion (2-D) or by orientation of the body (3-D).
+    """Draw the falls under one record by B/H and azimuth of the motion (2-D) or orientation of the body (3-D).
 
     `peak_velocity_by_azimuth` by azimuth, m/s, is drawn on a map by azimuth.
     """

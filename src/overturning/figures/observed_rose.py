@@ -34,7 +34,7 @@ _AXIS: Final[dict[str, Any]] = {"color": SERIES[0], "linewidth": 2.2, "solid_cap
 
 @dataclass(frozen=True)
 class ObservedRose:
-    """Observed falls of a survey or site, as a rose shows them.
+    """Number of observed falls in each direction at one survey site or in the whole survey, for a rose diagram.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class ObservedRose:
 
 
 def observed_roses_figure(roses: Sequence[ObservedRose]) -> Figure:
-    """Draw roses of observed falls, each on its own scale; a single rose has the width of a column of a paper."""
+    """Draw rose diagrams of observed falls, each on its own scale; one rose alone has the width of a text column."""
     count = len(roses)
     columns = 1 if is_drawing_for_phone() else min(count, ROSES_IN_A_ROW)
     rows = -(-count // columns)
@@ -79,7 +79,7 @@ def observed_roses_figure(roses: Sequence[ObservedRose]) -> Figure:
 
 
 def _draw_observed_rose(axes: Any, rose: ObservedRose) -> None:
-    """Draw one rose: sectors whose areas are proportional to numbers of falls, and means at the rim."""
+    """Draw a rose diagram: sectors with areas proportional to numbers of falls, and mean directions at the rim."""
     turn_axes_into_compass(axes, name_distance_pt=13)
     counts = np.asarray(rose.falls_by_sector, np.float64)
     radius, width = np.sqrt(counts), 2.0 * np.pi / counts.size
@@ -104,14 +104,14 @@ def _draw_observed_rose(axes: Any, rose: ObservedRose) -> None:
 
 
 def _draw_arc(axes: Any, middle_deg: float, half_width_deg: float | None, radius: float, look: dict[str, Any]) -> None:
-    """Draw the interval of a mean as an arc; nothing without an interval."""
+    """Draw the confidence interval of a mean direction as an arc; draw nothing if the interval is unknown."""
     if half_width_deg is not None:
         angles = np.radians(np.linspace(middle_deg - half_width_deg, middle_deg + half_width_deg, 60))
         axes.plot(angles, np.full(60, radius), **look | {"linewidth": 1.3})
 
 
 def _triangle(azimuth_deg: float) -> dict[str, Any]:
-    """Return Matplotlib keywords for the mark of a mean direction: a triangle that points outwards."""
+    """Return Matplotlib keywords for the outward triangle that marks a mean direction."""
     return {
         "marker": (3, 0, -azimuth_deg), "markersize": 8, "markeredgecolor": INK, "markerfacecolor": INK,
         "linestyle": "none",
@@ -119,7 +119,7 @@ def _triangle(azimuth_deg: float) -> dict[str, Any]:
 
 
 def _emptiest_border_deg(counts: FloatArray) -> float:
-    """Return the azimuth, degrees, of the border of two sectors with the smallest falls, for labels of the radius."""
+    """Return the azimuth, degrees, of the sector border with the fewest falls next to it, for labels of the radius."""
     most = np.maximum(counts, np.roll(counts, -1))
     borders = (np.arange(counts.size) + 0.5) * 360.0 / counts.size
     # Names of directions stand at multiples of 45°; a border between two names comes first.

@@ -33,7 +33,7 @@ def json_for_script(data: Any) -> str:
 
 
 def render_page_template(template_name: str, style_sheet: str, script: str, data: Any, **more: Any) -> str:
-    """Return the page of a template with a style sheet, a script and data; other values (`more`) are escaped.
+    """Return an HTML page from a template, a style sheet, a script and data; texts in `more` are escaped.
 
     The page loads nothing from the network and is reproducible.
     """
@@ -46,7 +46,7 @@ def render_page_template(template_name: str, style_sheet: str, script: str, data
 
 
 def film_html_element(film_data: dict[str, Any], strip_path: Path | None = None, alternative_text: str = "") -> str:
-    """Return the HTML element of a film in the current language; `film_player_script` turns it into a player.
+    """Return the HTML element of a film; the script `film_player_script` turns it into a player.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def film_html_element(film_data: dict[str, Any], strip_path: Path | None = None,
 
 
 def film_page_html(film: Film) -> str:
-    """Return the HTML page of a film; on paper the page shows four frames instead of the player."""
+    """Return the HTML page of a film, which shows four frames in print."""
     from markupsafe import Markup
 
     from overturning.figures.film_strip import film_strip_figure

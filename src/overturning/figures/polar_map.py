@@ -53,7 +53,7 @@ _NO_OUTCOME: Final = {"facecolor": style.MISSING, "edgecolor": "white", "hatch":
 
 @dataclass(frozen=True)
 class PolarMapPanel:
-    """Polar map of one block under one record.
+    """Polar map of the outcomes of one block under one record, by azimuth and B/H.
 
     Attributes
     ----------
@@ -85,7 +85,7 @@ class PolarMapPanel:
 def azimuth_map_figure(
     cubes: xr.Dataset | Sequence[xr.Dataset], title: str, peak_velocities_by_azimuth: Sequence[xr.DataArray | None] = ()
 ) -> Figure:
-    """Draw polar maps by azimuth and B/H, one per record, height and friction, on one radial scale.
+    """Draw polar maps of the falls by azimuth and B/H: one map per record, height and friction, on one scale.
 
     A cell is grey and hatched if none of its runs falls; otherwise it is white to dark by the probability of falling
     towards its azimuth. A black line encloses the cells of which half of the runs fall, to whichever side. Nothing is
@@ -142,7 +142,7 @@ def azimuth_map_figure(
 def _create_polar_map_panels(
     record_cubes: Sequence[xr.Dataset], peak_velocities_by_azimuth: Sequence[xr.DataArray | None]
 ) -> list[PolarMapPanel]:
-    """Return the panels of all records, heights and frictions, trimmed to a common range of B/H."""
+    """Return a polar map per record, height and friction, all cut to the same range of B/H."""
     whole = [extend_cells_to_full_circle(one) for one in record_cubes]
     chance = [fall_probability_to_either_side(one)[["towards", "away"]].compute() for one in whole]
     falls = [abs(one["overturned"]).compute() for one in whole]
@@ -169,7 +169,7 @@ def _create_polar_map_panels(
 
 
 def _draw_polar_map(axes: Any, panel: PolarMapPanel, largest_b_over_h: float, rim_velocity: float) -> Any:
-    """Draw the polar map of a panel, and return the mesh of its cells for the colour bar.
+    """Draw one polar map of falls, and return the mesh of its cells for the colour bar.
 
     The rim of the compass is at the B/H ``largest_b_over_h`` and at the peak velocity ``rim_velocity``, m/s.
     """
@@ -209,7 +209,7 @@ def _draw_polar_map(axes: Any, panel: PolarMapPanel, largest_b_over_h: float, ri
 def _draw_simulated_area(
     axes: Any, azimuth_edges_rad: FloatArray, b_over_h_edges: FloatArray, is_simulated: NDArray[np.bool_]
 ) -> None:
-    """Hatch and outline the simulated azimuths and B/H, as background of the cells that fall or have no outcome."""
+    """Hatch and outline the simulated range of azimuth and B/H; hatching that stays visible means "stands"."""
     size: dict[str, Any] = {"bottom": b_over_h_edges[0], "align": "edge"}
     for start, width in contiguous_ranges_of_selected_cells(is_simulated, azimuth_edges_rad):
         axes.bar(start, b_over_h_edges[-1] - b_over_h_edges[0], width, linewidth=0.0, zorder=1, **size, **_STANDS)
@@ -226,7 +226,7 @@ def _draw_simulated_area(
 def contiguous_ranges_of_selected_cells(
     is_selected: NDArray[np.bool_], cell_edges_rad: FloatArray
 ) -> list[tuple[float, float]]:
-    """Return start and width, radians, of each run of neighbouring selected cells on a full circle."""
+    """Return start and width, radians, of each range of adjacent selected azimuth cells on a full circle."""
     if is_selected.all():
         return [(float(cell_edges_rad[0]), float(cell_edges_rad[-1] - cell_edges_rad[0]))]
     found = []
@@ -240,7 +240,7 @@ def contiguous_ranges_of_selected_cells(
 def half_probability_line(
     fall_probability: FloatArray, azimuth_edges_rad: FloatArray, b_over_h_edges: FloatArray, chords_per_arc: int = 1
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the line that encloses the cells of a polar map with a fall probability of at least one half.
+    """Return the outline of the cells of a polar map whose fall probability is at least one half.
 
     It runs along the edges of cells, and not next to a cell without an outcome.
 
@@ -285,7 +285,7 @@ def round_up_rim_velocity(peak_velocity: float) -> float:
 
 
 def azimuth_for_radius_labels(map_cells: xr.Dataset, *marked_deg: float) -> float:
-    """Return the azimuth, degrees, along which to label the radius of a map: between two named directions.
+    """Return the azimuth, degrees, at which to write the B/H labels: between named directions, where few blocks fall.
 
     It is the one with the fewest falls around it that is not within 20° of a marked axis (`marked_deg`).
     """
@@ -301,7 +301,7 @@ def azimuth_for_radius_labels(map_cells: xr.Dataset, *marked_deg: float) -> floa
 
 
 def _polar_map_legend_marks(panels: Sequence[PolarMapPanel], with_ensemble: bool, rim_velocity: float) -> list[Any]:
-    """Return the marks of the legend for everything that is drawn in at least one panel."""
+    """Return the legend entries of everything that is drawn in at least one polar map."""
     if with_ensemble:
         marks = [style.legend_patch(_STANDS, "no run falls, to either side")]
         marks.append(Line2D([], [], **_HALF_LINE, label="half of the runs fall, to either side"))

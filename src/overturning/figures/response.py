@@ -26,7 +26,7 @@ hide the rotations."""
 
 
 def element_rotation_slip_and_uplift(element_trajectory: xr.Dataset) -> list[Any]:
-    """Return rotation (degrees), slip of the base (cm) and uplift of the highest base vertex (cm) of an element."""
+    """Return rotation (degrees), slip of the base (cm) and uplift of the highest base vertex (cm) over time."""
     p, q = element_trajectory["vertices"].to_numpy()[np.isfinite(element_trajectory["vertices"].to_numpy()[:, 0])].T
     lower = q <= q.min() + 1e-9 * np.ptp(q)
     angle, z = (element_trajectory[name].to_numpy()[:, None] for name in ("rotation", "z"))
@@ -39,7 +39,7 @@ def element_rotation_slip_and_uplift(element_trajectory: xr.Dataset) -> list[Any
 
 
 def rotation_slip_and_uplift_figure(trajectories: Sequence[xr.Dataset], title: str) -> Figure:
-    """Draw ground acceleration, rotation, slip and uplift of 2-D trajectories against time, a column each.
+    """Draw ground acceleration, rotation, slip and uplift of 2-D simulations over time, one column each.
 
     All columns have the same scales; the heading of a column is the azimuth of the motion.
 
@@ -90,7 +90,7 @@ def rotation_slip_and_uplift_figure(trajectories: Sequence[xr.Dataset], title: s
 
 
 def _outcome_label(trajectory: xr.Dataset) -> str:
-    """Return a short text on the outcome of a trajectory: "stands", "falls", or the names of the falling elements."""
+    """Return the outcome of a simulation as a short text: "stands", "falls", or the names of the falling elements."""
     if not has_outcome(trajectory):
         return "no outcome"
     free = trajectory_of_free_elements(trajectory)
@@ -105,7 +105,7 @@ def _outcome_label(trajectory: xr.Dataset) -> str:
 
 
 def body_axis_figure(trajectory: xr.Dataset, motion: Motion, title: str) -> Figure:
-    """Draw the axis of a 3-D body seen from above, and hodographs of ground velocity and displacement."""
+    """Draw the tilt of a 3-D body's axis seen from above, and hodographs of ground velocity and displacement."""
     figure, panels = style.create_panel_grid(1, 3, 9.2, 3.9)
     axes = panels[0, 0]
     east, north = trajectory["tilt_east"].to_numpy(), trajectory["tilt_north"].to_numpy()

@@ -35,7 +35,7 @@ _RIM: Final = 1.08
 
 
 def draw_fall_rose(axes: Any, rose: FallRose, radius_limit: float | None = None) -> None:
-    """Draw a rose of fall directions or axes; the area of a sector is proportional to its share of the falls.
+    """Draw a rose diagram of fall directions or axes; sector areas are proportional to shares of the falls.
 
     Radii are square roots of shares. The interval of a sector runs from a white line to the edge of its pale part. A
     rose of axes is half of a disk, with 0° at its top. The axis ends at radius
@@ -76,7 +76,7 @@ def draw_fall_rose(axes: Any, rose: FallRose, radius_limit: float | None = None)
 
 
 def _label_fall_axis_angles(axes: Any, from_fault_normal: bool) -> None:
-    """Label the angles of a rose of fall axes, measured from the fault normal or from north."""
+    """Label the angles of a half-circle rose of fall axes, which start at the fault normal or at north."""
     names = ("along\nfault", "−45°", "across the fault (normal)", "45°", "along\nfault")
     names = names if from_fault_normal else ("W", "NW", "N", "NE", "E")
     axes.set_xticks(np.radians([-90, -45, 0, 45, 90]), names, fontsize=8)
@@ -89,7 +89,7 @@ def _label_fall_axis_angles(axes: Any, from_fault_normal: bool) -> None:
 
 
 def mark_mean_fall_axis(axes: Any, axis_deg: float, half_width_deg: float) -> None:
-    """Mark a mean axis, and its interval as an arc, at the rim of a rose of axes; nothing if the axis is NaN.
+    """Mark a mean fall axis and its confidence interval at the rim of a rose; draw nothing if the axis is NaN.
 
     An arc that leaves the half disk at one end enters it at the other.
     """
@@ -104,20 +104,20 @@ def mark_mean_fall_axis(axes: Any, axis_deg: float, half_width_deg: float) -> No
 
 
 def axis_interval_arcs_deg(axis_deg: float, half_width_deg: float) -> list[tuple[float, float]]:
-    """Return start and end, degrees, of the parts of an axis's interval that lie within −90° to 90°."""
+    """Return the confidence interval of an axis as arcs (start, end), degrees, within −90° to 90°."""
     ends = ((axis_deg - half_width_deg + turn, axis_deg + half_width_deg + turn) for turn in (-180.0, 0.0, 180.0))
     clipped = ((max(-90.0, low), min(90.0, high)) for low, high in ends)
     return [(low, high) for low, high in clipped if low < high]
 
 
 def common_rose_radius(*roses: FallRose) -> float:
-    """Return the radius of polar axes (square root of a share) into which all the given roses fit."""
+    """Return the outer radius that fits all given roses, as the square root of a share of falls."""
     most = [np.nanmax([rose.shares, rose.high]) if rose.falls else 0.0 for rose in roses]
     return max(float(np.sqrt(max(most, default=0.0))), 0.1) * 1.08
 
 
 def _azimuth_for_radius_labels(rose: FallRose) -> float:
-    """Return the azimuth, degrees, along which to label the radius of a rose: where its sectors are smallest."""
+    """Return the azimuth, degrees, at which to write the radius labels of a rose: where few stones fall."""
     most = np.fmax(rose.shares, rose.high)
     between = np.arange(22.5, 360.0, 45.0)
     centres = np.arange(most.size) * 360.0 / most.size
@@ -128,7 +128,7 @@ def _azimuth_for_radius_labels(rose: FallRose) -> float:
 def fall_roses_by_group_figure(
     cube: xr.Dataset, summary_by_group: Mapping[str, FallAxisSummary] | None = None
 ) -> Figure:
-    """Draw the rose of each group of records of a study (`fall_rose_by_group`), on one scale.
+    """Draw a rose of falls for each group of records, such as those with a velocity pulse, on one scale.
 
     `summary_by_group` by group: a group with a mean axis has it, and its 95 % interval, at the rim.
     """
@@ -153,7 +153,7 @@ def fall_roses_by_group_figure(
 
 
 def _rose_legend_marks(roses: list[FallRose], with_mean_axis: bool) -> list[Any]:
-    """Return the legend marks for fall roses: shares, their intervals, and mean axes if there are any."""
+    """Return the legend entries of fall roses: shares, their intervals, and the mean axis if drawn."""
     marks = [style.legend_patch(FALLS, "share of the falls (area)")]
     if any(np.isfinite(rose.low).any() for rose in roses):
         marks.append(style.legend_patch(PALE, "95 % interval of each sector by itself, from the white line"))
@@ -163,7 +163,7 @@ def _rose_legend_marks(roses: list[FallRose], with_mean_axis: bool) -> list[Any]
 
 
 def fall_roses_by_earthquake_figure(cube: xr.Dataset) -> Figure:
-    """Draw a rose from north for each earthquake with falls, over all its records, on one scale, with fault normals."""
+    """Draw a rose of fall azimuths for each earthquake with falls, on one scale, with the fault normals."""
     events = cube["event"].to_numpy().astype(str)
     roses = {
         name: (fall_rose(cube.isel(record=np.flatnonzero(events == name))), events == name)

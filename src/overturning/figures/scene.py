@@ -22,7 +22,7 @@ _TITLE: Final = 32
 
 
 def draw_scene(axes: Any, scene: Scene, height: float | None = None, b_over_h: float | None = None) -> None:
-    """Draw a scene to scale: free elements with their names, driven elements in grey, held elements hatched."""
+    """Draw a 2-D scene to scale; elements that move with the ground are grey, fixed elements hatched."""
     placed = place_elements(scene, height, b_over_h)
     free = [item for item in placed if not item.is_driven_or_held]
     low = min(float(item.vertices_in_scene[:, 1].min()) for item in free)
@@ -48,7 +48,7 @@ def draw_scene(axes: Any, scene: Scene, height: float | None = None, b_over_h: f
 
 
 def _name_and_title(scene: Scene) -> str:
-    """Return the name of a scene, by which text and tables refer to it, and on further lines its title."""
+    """Return the name of a scene, with its title on the following lines."""
     return scene.name if scene.title in ("", scene.name) else f"{scene.name}\n{fill(scene.title, _TITLE)}"
 
 
@@ -66,7 +66,7 @@ def scenes_figure(scenes: Sequence[Scene]) -> "Figure":
 
 
 def fall_roses_by_element_figure(cube_by_element_name: Mapping[str, "xr.Dataset"]) -> "Figure":
-    """Draw the fall directions of each element under all records as a rose; each cube holds one element."""
+    """Draw one rose of fall directions per element of a scene, from all records together."""
     columns = min(len(cube_by_element_name), 3)
     rows = -(-len(cube_by_element_name) // columns)
     figure, panels = create_panel_grid(

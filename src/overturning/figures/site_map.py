@@ -54,7 +54,7 @@ TEXT: Final = 8.0
 
 
 class StationOnMap(NamedTuple):
-    """A station with its latitude and longitude, and the strike of the fault and the mean axis of the falls there.
+    """Station on a map: its name, coordinates, fault strike, and mean axis of the falls there (degrees).
 
     All in degrees, azimuths clockwise from north; NaN is an unknown one, or an axis that falls do not have.
     """
@@ -67,7 +67,7 @@ class StationOnMap(NamedTuple):
 
 
 class EarthquakeOnMap(NamedTuple):
-    """Stations of an earthquake, its epicentre (latitude, longitude, degrees; None: unknown) and the fault's trace."""
+    """Stations, epicentre (latitude, longitude, degrees) and fault trace of one earthquake for a map."""
 
     name: str
     stations: Sequence[StationOnMap]
@@ -96,7 +96,7 @@ def local_east_north_km(
 
 
 def earthquakes_on_map(cube: xr.Dataset) -> list[EarthquakeOnMap]:
-    """Return the earthquakes of a cube that can be drawn: with epicentre and one station, or with two stations.
+    """Return the earthquakes for which a map can be drawn: an epicentre and a station, or two stations, are known.
 
     Stations are named by the ids of their records. One is left out if its place is unknown, or if the record table
     states it without a source. The axis is the mean axis of its falls over the informative blocks, if their resultant
@@ -141,7 +141,7 @@ def _are_coordinates_known(coordinates: tuple[float, float]) -> bool:
 
 
 def earthquake_map_figures(earthquakes: Sequence[EarthquakeOnMap]) -> Iterator[Figure]:
-    """Yield as many figures of maps as the earthquakes need, each figure with up to `MOST_SITES` panels."""
+    """Yield figures with maps of all earthquakes, with at most `MOST_SITES` maps per figure."""
     yield from (
         earthquake_map_figure(earthquakes[first : first + MOST_SITES])
         for first in range(0, len(earthquakes), MOST_SITES)
@@ -189,7 +189,7 @@ def _check_earthquake_on_map(earthquake: EarthquakeOnMap) -> None:
 
 
 def _earthquake_map_legend_marks(earthquakes: Sequence[EarthquakeOnMap]) -> list[Any]:
-    """Return the legend marks of the kinds of places and lines that are on at least one map."""
+    """Return legend entries for the symbols and lines that occur on at least one map."""
     from matplotlib.lines import Line2D
 
     stations = [one for site in earthquakes for one in site.stations]
@@ -215,7 +215,7 @@ _TRACE: Final[dict[str, Any]] = {"color": FAULT, "linewidth": 2.2, "alpha": 0.55
 
 
 def _draw_earthquake_map(axes: Any, earthquake: EarthquakeOnMap, panel_width_pt: float) -> None:
-    """Draw the map of one earthquake in a panel whose width, pt, is given for the placement of names."""
+    """Draw the map of one earthquake; the width of its panel, pt, is needed to place the station names."""
     origin = earthquake.epicentre or (earthquake.stations[0].latitude, earthquake.stations[0].longitude)
     places = np.array([local_east_north_km(one.latitude, one.longitude, *origin) for one in earthquake.stations])
     pieces = [np.array([local_east_north_km(*point, *origin) for point in piece]) for piece in earthquake.trace]
@@ -252,7 +252,7 @@ def _draw_earthquake_map(axes: Any, earthquake: EarthquakeOnMap, panel_width_pt:
 
 
 def _points_along_fault_trace(trace_pieces: Sequence[Any]) -> Any:
-    """Return closely spaced points along the pieces of a fault trace, shape (points, 2)."""
+    """Return closely spaced points along all pieces of a fault trace, in the unit of the pieces, shape (points, 2)."""
     steps = np.linspace(0, 1, 51)[:, None, None]
     points = [(piece[:-1] + steps * (piece[1:] - piece[:-1])).reshape(-1, 2) for piece in trace_pieces]
     return np.concatenate(points) if points else np.empty((0, 2))
@@ -265,7 +265,7 @@ def _write_station_names(
     occupied_points_km: list[Any],
     points_per_km: float,
 ) -> None:
-    """Write the name of each station on a map where it covers the fewest lines, marks and other names."""
+    """Write each station's name on a map, at the place where the name hides the fewest lines, symbols and names."""
     own = points_per_km * np.asarray(station_positions_km)
     marks = points_per_km * np.asarray([*station_positions_km, *occupied_points_km])
     frame = points_per_km * np.array([axes.get_xlim(), axes.get_ylim()])
@@ -287,7 +287,7 @@ _SIDES: Final = ((0, -1), (0, 1), (1, 0), (-1, 0), (1, -1), (-1, -1), (1, 1), (-
 
 
 class StationNameBox(NamedTuple):
-    """Lower left and upper right corner, pt, of the box of a station's name on a map."""
+    """Rectangle, pt, that a station's name occupies on a map: lower left and upper right corner."""
 
     low: Any
     high: Any
@@ -305,7 +305,7 @@ def _name_placement_cost(
     placed_boxes: Sequence[StationNameBox],
     panel_frame: Any,
 ) -> float:
-    """Return the cost of a box for the name of the station `station_index`: large if it covers something else."""
+    """Return a penalty for placing a station's name in a box, such as if the box hides lines or other names."""
     out = float(np.clip(np.concatenate([panel_frame[:, 0] - box.low, box.high - panel_frame[:, 1]]), 0, None).sum())
     over = sum(bool(np.all((box.low < other.high) & (box.high > other.low))) for other in placed_boxes)
     away = box.distances_to_points(station_points)
@@ -316,7 +316,7 @@ def _name_placement_cost(
 
 
 def _draw_map_scale_bar(axes: Any, half_width_km: float, centre_km: float, height_share: float) -> None:
-    """Draw a scale bar and a north arrow below a map, at `height_share` of the height of its panel."""
+    """Draw a scale bar and a north arrow below a map, at `height_share` of the panel's height."""
     target = half_width_km / 2
     power = 10.0 ** math.floor(math.log10(target))
     length = max(step * power for step in (1, 2, 5) if step * power <= target)

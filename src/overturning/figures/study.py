@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def draw_study_figures(cube_path: Path, intensity_path: Path, output_folder: Path, write_figure_files: Write) -> None:
-    """Draw the figures that combine all records of a study, from its cube and intensity measures (NetCDF).
+    """Draw all figures that combine the records of a study, from its results cube and intensity measures (NetCDF).
 
     Writes into `output_folder`: ``rose``, ``axes``, ``plane`` (2-D) or ``follow`` and ``earthquakes`` (3-D), and the
     maps of the stations into ``maps/`` (see `empty_folder_then_list_new_files`; empty if no record has coordinates).
@@ -43,7 +43,7 @@ def draw_study_figures(cube_path: Path, intensity_path: Path, output_folder: Pat
 def study_figure_functions(
     cube: xr.Dataset, intensity: xr.Dataset, fit: LogisticFit | None, axes_by_group: dict[str, xr.Dataset]
 ) -> "dict[str, Callable[[], Figure]]":
-    """Return functions that draw the figures of all records of a study, by name, without the maps of its stations.
+    """Return, by name, functions that draw the figures combining all records of a study, except for the maps.
 
     The names are ``axes`` and ``rose``, and ``plane`` (2-D) or ``follow`` and ``earthquakes`` (3-D). `fit` is drawn
     into ``plane``; None leaves it out. `axes_by_group` comes from `fall_axes_by_group`.
@@ -66,7 +66,7 @@ def study_figure_functions(
 
 
 def _draw_station_maps(cube: xr.Dataset, output_folder: Path, write_figure_files: Write) -> None:
-    """Draw the station maps of the earthquakes of a cube, and write them into a folder."""
+    """Draw maps of the earthquakes of a study with stations and mean fall axes, and write them into a folder."""
     with empty_folder_then_list_new_files(output_folder):
         for number, figure in enumerate(earthquake_map_figures(earthquakes_on_map(cube)), 1):
             write_figure_files(figure, output_folder / f"{number}")

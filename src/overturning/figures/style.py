@@ -65,7 +65,7 @@ SETTINGS: Final[Any] = {
 
 @contextmanager
 def figures_for_phone() -> Iterator[None]:
-    """Context manager in which `create_panel_grid` arranges panels below each other, for a phone."""
+    """Context manager for phone figures: `create_panel_grid` puts panels below each other instead of side by side."""
     token = _NARROW.set(True)
     try:
         yield
@@ -74,7 +74,7 @@ def figures_for_phone() -> Iterator[None]:
 
 
 def is_drawing_for_phone() -> bool:
-    """True inside `figures_for_phone`."""
+    """True if figures are drawn for a phone: within a block of `figures_for_phone`."""
     return _NARROW.get()
 
 
@@ -96,7 +96,7 @@ def project_style() -> Iterator[None]:
 
 
 def minimum_and_maximum_by_group(samples: FloatArray, group_size: int) -> tuple[NDArray[np.intp], FloatArray]:
-    """Return indices and values of the minimum and maximum in each group of samples, shape (2 × groups,).
+    """Return indices and values of the smallest and largest of each `group_size` samples, in order of time.
 
     Each group has two: its minimum and its maximum, in the order of the samples.
     """
@@ -107,7 +107,7 @@ def minimum_and_maximum_by_group(samples: FloatArray, group_size: int) -> tuple[
 
 
 def format_three_digits(value: float) -> str:
-    """Return a number as text with three significant digits, and without decimals from 100 on."""
+    """Format a number with three significant digits; from 100 on without decimals."""
     return f"{value:.0f}" if abs(value) >= 100 else f"{value:z.3g}"
 
 
@@ -122,7 +122,7 @@ def compass_bearing(azimuth_deg: float) -> str:
 
 
 def create_figure(width_inches: float, height_inches: float, layout: Any = "constrained") -> "Figure":
-    """Return an empty figure of a size in inches; pyplot does not know it, but notebooks display it."""
+    """Return an empty figure of a given size, inches, which notebooks display without pyplot."""
     from io import BytesIO
 
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -173,7 +173,7 @@ def create_panel_grid(
 def add_panel_grid(
     figure: "Figure", row_count: int, column_count: int, visible_count: int | None = None, **more: Any
 ) -> Any:
-    """Add a grid of panels to a figure, the same on a phone; return an array, shape (row_count, column_count).
+    """Add panels to a figure, in the same rows and columns on a phone; return an array of shape (rows, columns).
 
     Only the first `visible_count` panels are visible, by default all. Further keywords go to
     `matplotlib.figure.Figure.subplots`.
@@ -211,7 +211,7 @@ def add_title_and_legend(
 
 
 def legend_patch(appearance: Any, label: str) -> Any:
-    """Return a legend patch with a label, from a colour or from keywords of a `Patch` such as a hatch."""
+    """Return a filled legend rectangle with a label, given its colour or Matplotlib keywords such as a hatch."""
     from matplotlib.patches import Patch
 
     own = appearance if isinstance(appearance, dict) else {"facecolor": appearance, "edgecolor": "#777777"}
@@ -219,7 +219,7 @@ def legend_patch(appearance: Any, label: str) -> Any:
 
 
 def label_axes(axes: Any, x_label: str, y_label: str, small_ticks: str = "major") -> None:
-    """Label the horizontal and vertical axis of a panel; `small_ticks`: major, minor or both get a small font."""
+    """Write the axis labels of a panel, and make its `small_ticks` (major, minor or both) tick labels small."""
     axes.set_xlabel(x_label, fontsize=8)
     axes.set_ylabel(y_label, fontsize=8)
     axes.tick_params(labelsize=8, which=small_ticks)
@@ -254,7 +254,7 @@ def turn_axes_into_compass(
 
 
 def azimuths_inside_unsimulated_gaps(azimuth_deg: FloatArray) -> FloatArray:
-    """Return the azimuths, degrees, one grid step inside both ends of each range without simulations."""
+    """Return the azimuths, degrees, that lie one grid step inside the ends of each unsimulated range of azimuths."""
     azimuth: FloatArray = np.unique(np.round(np.asarray(azimuth_deg, dtype=np.float64), 6))
     not_computed, step = azimuth_gaps_and_step(azimuth, 360.0)
     begins, ends = azimuth[not_computed], np.roll(azimuth, -1)[not_computed]
@@ -262,7 +262,7 @@ def azimuths_inside_unsimulated_gaps(azimuth_deg: FloatArray) -> FloatArray:
 
 
 def set_radius_ticks(axes: Any, outer_radius: float, tick_labels: dict[float, str] | None = None, **look: Any) -> None:
-    """Set the outer radius of a compass and small tick labels along it, between two named directions."""
+    """Set the outer radius of a polar axis, and write small tick labels along the azimuth 112.5°."""
     axes.set_ylim(0.0, outer_radius)
     if tick_labels is not None:
         axes.set_yticks(list(tick_labels), list(tick_labels.values()))
@@ -273,14 +273,14 @@ def set_radius_ticks(axes: Any, outer_radius: float, tick_labels: dict[float, st
 
 
 def set_slenderness_ticks(axes: Any, largest_b_over_h: float, fallback_tick: float) -> None:
-    """Set round B/H ticks of a compass that ends at the largest B/H; a single fallback tick if no round number fits."""
+    """Set round ticks of B/H on the radius of a polar axis; use `fallback_tick` if no round number fits."""
     steps = (0.1, 0.2, 0.3) if largest_b_over_h <= 0.4 else (0.2, 0.4, 0.6, 0.8, 1.0)
     ticks = [tick for tick in steps if tick < largest_b_over_h] or [round(fallback_tick, 2)]
     set_radius_ticks(axes, largest_b_over_h, {tick: f"{tick:g}" for tick in ticks})
 
 
 def label_radius_arrow(axes: Any, meaning: str, font_size: float = 7.5) -> None:
-    """Write what a larger radius means (such as "stouter") with an outward arrow at the rim of a polar axis."""
+    """Write the meaning of a larger radius, such as "stouter", with an outward arrow at the rim of a polar axis."""
     azimuth = axes.get_rlabel_position() % 360.0
     turn, right = 90.0 - azimuth, azimuth < 180.0
     text, align, pad = (f"{meaning} →", "left", 3.0) if right else (f"← {meaning}", "right", 3.0)

@@ -47,7 +47,7 @@ _COMPUTED: Final[dict[str, Any]] = {
 
 @dataclass(frozen=True)
 class SurveyFigureData:
-    """Observed and computed falls of a survey, as its figure shows them.
+    """Observed and computed numbers of falls by direction, and shares of fallen stones, of one survey for its figure.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class SurveyFigureData:
 
 
 def survey_falls_figure(drawn_surveys: Sequence[SurveyFigureData]) -> Figure:
-    """Draw for each survey the roses of the observed and computed falls, and the shares of stones that fell."""
+    """Draw for each survey roses of observed and computed falls, and below them the shares of stones that fell."""
     count = len(drawn_surveys)
     rows = -(-count // ROSES_IN_A_ROW)
     if count == 1 and is_drawing_for_phone():
@@ -111,7 +111,7 @@ def survey_falls_figure(drawn_surveys: Sequence[SurveyFigureData]) -> Figure:
 
 
 def _draw_survey_rose(axes: Any, drawn_survey: SurveyFigureData) -> None:
-    """Draw the observed falls of a survey as sectors and the computed falls as an outline on a polar axis."""
+    """Draw a rose of a survey: observed falls as sectors, computed falls as an outline."""
     turn_axes_into_compass(axes)
     centres = np.arange(8) * OCTANT
     observed, computed = np.sqrt(drawn_survey.observed), np.sqrt(drawn_survey.computed)
@@ -145,7 +145,7 @@ def _draw_survey_rose(axes: Any, drawn_survey: SurveyFigureData) -> None:
 
 
 def _mean_direction_marker(azimuth_deg: float, edge_colour: str, face_colour: str) -> dict[str, Any]:
-    """Return Matplotlib keywords for the mark of a mean direction: a triangle that points to an azimuth."""
+    """Return Matplotlib keywords for the triangle that marks a mean fall direction."""
     return {
         "marker": (3, 0, -azimuth_deg), "markersize": 10, "markeredgecolor": edge_colour,
         "markerfacecolor": face_colour, "markeredgewidth": 1.4, "linestyle": "none",
@@ -153,7 +153,7 @@ def _mean_direction_marker(azimuth_deg: float, edge_colour: str, face_colour: st
 
 
 def _draw_fallen_shares(axes: Any, drawn_surveys: Sequence[SurveyFigureData]) -> None:
-    """Draw observed and computed share of the stones that fell, a pair of rows for each survey."""
+    """Draw the observed and the computed share of fallen stones with their intervals, two rows per survey."""
     ticks = []
     for row, survey in enumerate(drawn_surveys):
         for offset, look, estimate, name in (

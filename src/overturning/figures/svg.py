@@ -21,7 +21,7 @@ def compact_svg(svg_text: str) -> str:
 
 
 def _round_coordinates(attribute_match: "re.Match[str]") -> str:
-    """Round the coordinates in a matched SVG attribute; scale factors and transformation matrices stay exact."""
+    """Round the coordinates of one SVG attribute to 0.01; scale factors and matrices are not rounded."""
     words = " " + " ".join(attribute_match[0].split()).replace(' "', '"')
     if "scale" in words or "matrix" in words:
         return words

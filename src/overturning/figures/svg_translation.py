@@ -21,7 +21,7 @@ _NO_LINE_START: Final = "、。，．・：；！？)）」』]％%°ー～,.;"
 
 
 def translate_svg(svg_text: str, language: str | None = None) -> str:
-    """Return the content of an SVG file with its visible texts in a language, by default the current one.
+    """Translate the visible texts of an SVG file; the default is the language set by `translate_visible_texts_to`.
 
     A file in this language stays as it is. The layout stays that of the English texts. A text that is centred or
     aligned to the right stays so, and a text of several lines has at most as many lines as before.
@@ -35,7 +35,7 @@ def translate_svg(svg_text: str, language: str | None = None) -> str:
 
 
 class _SvgTextLine(NamedTuple):
-    """One line of text in an SVG file: indentation, style, position and other attributes, and letters."""
+    """One line of text in an SVG file: its indentation, style, other attributes (position) and letters."""
 
     indent: str
     style: str
@@ -50,7 +50,7 @@ class _SvgTextLine(NamedTuple):
 
     @property
     def start_and_rotation(self) -> tuple[float, float, float] | None:
-        """Place x, y and clockwise rotation, degrees, of the line; None for a text that has an anchor."""
+        """Position x, y and clockwise rotation, degrees, of the line; None for a centred or right-aligned text."""
         found = _PLACE.fullmatch(self.attributes)
         return (float(found[1]), float(found[2]), float(found[3] or 0.0)) if found else None
 
@@ -61,7 +61,7 @@ class _SvgTextLine(NamedTuple):
 
 
 def _translate_svg_text_lines(svg_lines: str, language: str) -> str:
-    """Return the SVG elements of the lines of one text, translated together into a language."""
+    """Translate a text of one or more lines in an SVG file; return the SVG elements of the translated lines."""
     found = _TEXT.findall(svg_lines)
     lines = [_SvgTextLine(indent, style, attributes, unescape(text)) for indent, style, attributes, text in found]
     english = "\n".join(one.text for one in lines)
@@ -87,12 +87,12 @@ def _text_width(text: str, font_size: float) -> float:
 
 
 def _width_of_line(english_line: _SvgTextLine) -> float:
-    """Return the width of an English line in units of the SVG file."""
+    """Return the width of a line of English text, in units of the SVG file."""
     return _text_width(english_line.text, english_line.font_size)
 
 
 def _lines_with_alignment_anchors(lines: list[_SvgTextLine]) -> list[_SvgTextLine]:
-    """Return the lines of a text, each moved to the point to which it is aligned: its start, middle or end.
+    """Return the lines of a text, each positioned by its start, middle or end, as the text is aligned.
 
     A rotated text is centred. Several lines are aligned where their places differ least.
     """
@@ -120,7 +120,7 @@ def _lines_with_alignment_anchors(lines: list[_SvgTextLine]) -> list[_SvgTextLin
 
 
 def _value_range(values: list[float]) -> float:
-    """Return the largest minus the smallest of some values."""
+    """Return the difference of the largest and the smallest value."""
     return max(values) - min(values)
 
 
@@ -130,13 +130,13 @@ def character_width(character: str) -> float:
 
 
 def break_lines_at_width(lines: list[str], width_in_letters: float, most_lines: int) -> list[str]:
-    """Return lines broken at a width (in font sizes), which grows until there are at most `most_lines` of them."""
+    """Break lines at a width (in font sizes); the width is increased until at most `most_lines` lines result."""
     broken = [part for line in lines for part in _break_line_at_width(line, width_in_letters)]
     return broken if len(broken) <= most_lines else break_lines_at_width(lines, 1.1 * width_in_letters, most_lines)
 
 
 def _break_line_at_width(line: str, width_in_letters: float) -> list[str]:
-    """Return a line in parts up to a width (in font sizes), broken before a word or a Japanese character."""
+    """Break a line into parts no wider than a width (in font sizes), before a word or a Japanese character."""
     parts, current, used = list[str](), "", 0.0
     for piece in re.findall(r"[\x21-\x7e°µα−–]+|.", line):
         wide = sum(map(character_width, piece))

@@ -68,7 +68,7 @@ def save_figure_files(
 
 
 def _save_figure_by_typst(figure: "Figure", path: Path, file_format: str, scale: float, dpi: float) -> None:
-    """Write a figure as PDF or PNG (`file_format`), scaled by a factor: typst converts its SVG.
+    """Write a figure as PDF or PNG at a scale factor, by converting its SVG with typst.
 
     A `MissingDataError` is raised if there is no font of the current language.
     """
@@ -106,7 +106,7 @@ def _save_figure_by_typst(figure: "Figure", path: Path, file_format: str, scale:
 
 
 def has_cut_or_overlapping_text(figure: "Figure") -> bool:
-    """True if titles or legend of a saved figure are cut off at its edge, or if titles or labels overlap."""
+    """True if a title or legend of a drawn figure is cut off at the edge, or if texts overlap."""
     renderer, whole = figure.canvas.get_renderer(), figure.bbox.padded(2.0)  # type: ignore[attr-defined]
     shown = [axes for axes in figure.axes if axes.get_visible()]
     titles = [one.get_window_extent(renderer).padded(-1.0) for one in (axes.title for axes in shown) if one.get_text()]
@@ -129,7 +129,7 @@ def _is_visible_text(text: "Text") -> bool:
 
 
 def _visible_panel_texts(axes: Any) -> "list[Text]":
-    """Return the visible texts of a panel: axis labels, tick labels in view, and horizontal or vertical texts."""
+    """Return the visible texts of a panel that are horizontal or vertical: axis labels, tick labels and notes."""
     found = [one for one in (axes.xaxis.label, axes.yaxis.label, *axes.texts) if one.get_rotation() % 90.0 == 0.0]
     for axis, along in ((axes.xaxis, 0), (axes.yaxis, 1)):
         low, high = sorted(axis.get_view_interval())
@@ -140,14 +140,14 @@ def _visible_panel_texts(axes: Any) -> "list[Text]":
 
 
 def set_figure_title(figure: "Figure", title: str | None) -> None:
-    """Replace the title above all panels of a figure; ``none`` removes it, None leaves it unchanged."""
+    """Replace the title of a figure; "none" removes the title, and None leaves it unchanged."""
     if title is not None and (title != NO_TITLE or figure.get_suptitle()):
         text = figure.suptitle("" if title == NO_TITLE else title, parse_math=False)
         text.set_in_layout(title != NO_TITLE)
 
 
 def parse_font_family_and_size(font_text: str) -> tuple[str | None, float | None]:
-    """Return family and size, pt, of a font such as ``8``, ``Liberation Serif`` or ``Liberation Serif 8``.
+    """Parse a font such as ``8``, ``Liberation Serif`` or ``Liberation Serif 8`` into its family and size, pt.
 
     The family can also be a font file (.ttf or .otf). None stands for the figure's own family or size.
     """
@@ -177,7 +177,7 @@ _REMEDY: Final = "choose a larger --width, a smaller --font, or fewer panels by 
 
 
 def parse_figure_width_inches(width_text: str) -> float | None:
-    """Return the width of a figure's file from a quantity such as ``80mm``, inches; None for an empty text."""
+    """Convert a width such as ``80mm`` to inches; return None for an empty text."""
     try:
         metres = parse_quantity(width_text, "m") if width_text else None
     except ValueError as problem:
@@ -188,7 +188,7 @@ def parse_figure_width_inches(width_text: str) -> float | None:
 
 
 def save_figure_with_checks(figure: "Figure", path: Path, *, dpi: float, width: float | None, font: str = "") -> str:
-    """Write a figure like `save_figure_files`, and return a warning if its text is cut off or overlaps; otherwise "".
+    """Write a figure to a file, and return a warning if texts are cut off or overlap; "" if there is no problem.
 
     `font` is a size, a family or both; see `parse_font_family_and_size`. An `ArgumentError` is raised if the font is
     not installed, or if the text leaves no room for the panels.
@@ -215,7 +215,7 @@ Write = Callable[["Figure", Path], None]
 
 
 def write_figure_in_study_formats(figure_settings: FigureSettings, figure: "Figure", path_without_suffix: Path) -> None:
-    """Write a figure in the size, resolution and formats of a study, and remove its files in other formats.
+    """Write a figure with the size, resolution and file formats that a study sets; delete files in other formats.
 
     `path_without_suffix` is the path without extension.
     """
@@ -231,7 +231,7 @@ def write_figure_in_study_formats(figure_settings: FigureSettings, figure: "Figu
 
 @contextmanager
 def empty_folder_then_list_new_files(folder: Path) -> Iterator[None]:
-    """Context manager that empties a folder, and at its end lists the files made in the folder in a text file.
+    """Context manager: empty a folder, then write a text file with the names of all files made in the folder.
 
     The number of files is not known in advance, and files of an earlier study must not be taken for those of this one.
     The list goes into a file next to the folder, ``maps.txt`` for ``maps/``, which
@@ -246,7 +246,7 @@ def empty_folder_then_list_new_files(folder: Path) -> Iterator[None]:
 
 
 def _compute_layout_only_once(figure: "Figure") -> None:
-    """Make a figure compute its layout at the first drawing only, without an additional complete drawing."""
+    """Make a figure compute its layout only once, at its first drawing, to save time."""
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
     draw, waiting = figure.draw, [True]

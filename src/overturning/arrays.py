@@ -22,14 +22,14 @@ FloatArray = TypeAliasType("FloatArray", npt.NDArray[np.float64])
 def create_xarray_dataset(
     variables: Mapping[str, tuple[Any, ...]], coordinates: Mapping[str, tuple[Any, ...]], attributes: Mapping[str, Any]
 ) -> "xr.Dataset":
-    """Create an xarray dataset from tuples of dimensions, array and optionally attributes, without importing dask.
+    """Create an xarray dataset from tuples (dimensions, array, optional attributes) without importing dask.
 
     `xarray.Dataset` with plain tuples would import dask (0.3 s) to check for dask arrays.
     """
     import xarray as xr
 
     def to_xarray_variables(arrays: Mapping[str, tuple[Any, ...]]) -> "dict[str, xr.Variable]":
-        """Convert tuples of dimensions, array and optional attributes to xarray variables, by name."""
+        """Convert tuples (dimensions, array, optional attributes) to xarray variables, by name."""
         return {
             name: xr.Variable(dimensions, np.asarray(values), attrs=about[0] if about else None, fastpath=True)
             for name, (dimensions, values, *about) in arrays.items()
@@ -39,11 +39,11 @@ def create_xarray_dataset(
 
 
 class _DaskArrayType:
-    """Entry for dask in xarray's table of array types that, unlike the original entry, does not import dask."""
+    """Substitute for the dask entry in xarray's table of array types; unlike that entry, it does not import dask."""
 
     @property
     def type(self) -> tuple[Any, ...]:
-        """Tuple with the class of dask arrays, for `isinstance`; empty if dask is not imported."""
+        """Class of dask arrays in a tuple, for `isinstance`; an empty tuple if dask has not been imported."""
         dask: Any = sys.modules.get("dask.array")
         return (dask.Array,) if hasattr(dask, "Array") else ()
 

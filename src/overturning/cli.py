@@ -22,7 +22,7 @@ _STEPS = "Steps of the workflow (run by Snakemake)"
 
 
 class _GroupWithHelpHeadings(TyperGroup):
-    """Command group whose help lists commands with a `rich_help_panel` under that heading, also without rich."""
+    """Command group whose help sorts commands under the heading of their `rich_help_panel`, also without rich."""
 
     @override
     def format_commands(self, ctx: Any, formatter: Any) -> None:
@@ -50,7 +50,7 @@ app = typer.Typer(
 
 
 def _first_docstring_paragraph(command: Callable[..., None] | None) -> str:
-    """Return the first paragraph of a command's docstring, which Typer would shorten in the list of commands."""
+    """Return the first paragraph of a command's docstring; Typer would show only its beginning in the help."""
     return " ".join((command.__doc__ or "").partition("\n\n")[0].split())
 
 

@@ -60,13 +60,13 @@ def closest_name_hint(name: str, known_names: Iterable[str], remedy: str = "") -
 
 
 def suggest_closest_keyword(*further_keywords: type | str) -> Callable[[Decorated], Decorated]:
-    """Return a decorator with which a function or class refuses an unknown keyword and names the closest known one.
+    """Return a decorator: the decorated function or class refuses unknown keywords, and names the closest known one.
 
     `further_keywords` names keywords that are passed on, one by one or as a dataclass whose fields are keywords.
     """
 
     def check_keywords_of(function_or_class: Decorated) -> Decorated:
-        """Return a function or class that refuses unknown keywords when it is called."""
+        """Return the function or class with a check of its keywords at each call."""
         if isinstance(function_or_class, type):
             function_or_class.__init__ = check_keywords_of(function_or_class.__init__)  # type: ignore[misc]
             return function_or_class

@@ -35,7 +35,7 @@ def draw_figure(
     dpi: Annotated[int, typer.Option(min=50, max=1200, help="dots per inch of PNG files and of map cells")] = 200,
     language: Annotated[str | None, typer.Option(help="language: en or ja; not given: that of the study")] = None,
 ) -> None:
-    """Draw a single figure of the report from a cube and the other results of its study."""
+    """Draw one figure of a study's report, chosen by its name, from the results cube and the files next to it."""
     import inspect
 
     from overturning.errors import ArgumentError, closest_name_hint
@@ -77,7 +77,7 @@ def print_findings(
         str | None, typer.Option(hidden=True, help="study with title, question and surveys, as JSON or a file")
     ] = None,
 ) -> None:
-    """Print the findings of a study: every number of its report, with interval and number of earthquakes."""
+    """Print every number of the report of a study, with its confidence interval and number of earthquakes."""
     from overturning.files import check_output_path
     from overturning.findings.collect import findings as collect
     from overturning.findings.collect import write_findings
@@ -105,7 +105,7 @@ def recheck_cells(
     cells: Annotated[int, typer.Option(min=1, help="number of cells to compute again")] = 200,
     seed: Annotated[int, typer.Option(min=0, help="seed of the sample")] = 1,
 ) -> None:
-    """Compute a random sample of cells again and report whether the results are identical on this machine."""
+    """Simulate a random sample of the cells of a results cube again; report whether every value is identical."""
     from overturning.study.recheck import recheck as compute_again
 
     result = compute_again(cube, motions, cell_count=cells, seed=seed)
@@ -129,7 +129,7 @@ def write_case_table(
     cube: Cube,
     output: Annotated[Path, typer.Argument(help="table to write: .parquet (needs pyarrow) or .csv")],
 ) -> None:
-    """Write the cases of a cube as a table, one row per case, with all elements and factors on the motions."""
+    """Write the outcomes of all cases as a table: one row per case, for every element and amplitude factor."""
     from overturning.files import check_output_path
     from overturning.labels import variant_label_as_list
     from overturning.study.cube import open_cube

@@ -49,7 +49,7 @@ def _option_flag(field_name: str) -> str:
 
 
 def _file_property_option(field_name: str, flag: str = "") -> Any:
-    """Return the option for a field of `FileOptions`, with the help text of this column of the record table."""
+    """Return the command-line option for a property of record files, with the help text of this property."""
     return typer.Option(
         flag or _option_flag(field_name),
         help=FilePropertyColumns.model_fields[field_name].description,
@@ -59,7 +59,7 @@ def _file_property_option(field_name: str, flag: str = "") -> Any:
 
 @dataclass(frozen=True)
 class FileOptions:
-    """Options for properties that a record file does not state itself."""
+    """Command-line options that state properties of a record file which the file itself does not contain."""
 
     azimuths_deg: Annotated[str, _file_property_option("azimuths_deg")] = ""
     columns: Annotated[str, _file_property_option("columns")] = ""
@@ -72,7 +72,7 @@ class FileOptions:
     vertical_sense: Annotated[str, _file_property_option("vertical_sense")] = ""
 
     def declared_properties(self) -> DeclaredFileProperties:
-        """Return the options as `DeclaredFileProperties`; raise an ArgumentError that names a wrong option."""
+        """Return the options as `DeclaredFileProperties`; the ArgumentError for an invalid value names its option."""
         from overturning.errors import ArgumentError
         from overturning.records.formats.table import find_format_by_name
 
@@ -88,7 +88,7 @@ class FileOptions:
 
 @dataclass(frozen=True)
 class MotionOptions:
-    """Options of `overturning one` for the motion."""
+    """Options of `overturning one` that select the input motion, and scale its amplitude."""
 
     record: Annotated[
         str, typer.Option(help="id in the record table, a record file, or a pulse: 'sine amplitude_gal=800 period_s=1'")
@@ -103,7 +103,7 @@ class MotionOptions:
 
 @dataclass(frozen=True)
 class StoneOptions:
-    """Options of `overturning one` for the size and contact of the stone."""
+    """Options of `overturning one` for size, friction and contact stiffness of the stone."""
 
     b_over_h: Annotated[float | None, typer.Option(help="slenderness B/H (default 0.4, or the scene's)")] = None
     height: Annotated[float | None, typer.Option(help="height H, m (default 0.6, or the scene's)")] = None
@@ -112,7 +112,7 @@ class StoneOptions:
 
     @property
     def friction_coefficient(self) -> float:
-        """Friction coefficient, by default 1, if the scene does not define its own."""
+        """Coefficient of friction from the option --friction; 1 if the option is not given."""
         return 1.0 if self.friction is None else self.friction
 
 

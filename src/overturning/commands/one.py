@@ -126,7 +126,7 @@ def _trajectory_in_file_time(trajectory: "xr.Dataset", file_time_shift: float) -
 
 
 def _motion_in_file_time(motion: "Motion", file_time_shift: float) -> "Motion":
-    """Return the motion from the first sample of the record file on, without the zeros that the filter put before."""
+    """Return the motion from the first sample of the file on, without the zeros that filter padding put before it."""
     import numpy as np
 
     from overturning.motion.motion import Motion
@@ -207,7 +207,7 @@ def _simulate_stack(
 
 
 def _friction_of_scene(scene: "Scene", stone_options: StoneOptions) -> float:
-    """Return the given friction coefficient; an error if the scene defines its own coefficients."""
+    """Return the coefficient of friction; raise an error if both the option and the scene define it."""
     from overturning.errors import ArgumentError
 
     if stone_options.friction is not None and not scene.varies_friction:
@@ -357,7 +357,7 @@ def _load_or_create_scene(planar_model_options: PlanarModelOptions, damping_rati
 
 
 def _read_processed_record(motion_options: MotionOptions, file_options: FileOptions) -> "Record":
-    """Return the record that the options name (table entry, file or pulse), with the default processing."""
+    """Read a record from its table entry or file, or create a pulse, and apply the default processing."""
     from overturning.errors import ArgumentError, ConfigError, closest_name_hint
     from overturning.files import find_project_file
     from overturning.records.catalogue import read_record_table

@@ -79,7 +79,7 @@ def plot_records(
         str, typer.Option(help="corner of the default high-pass filter, Hz; auto: from the noise before the onset")
     ] = "auto",
 ) -> None:
-    """Draw time histories before and after the default processing, spectra, and the removed acceleration.
+    """Draw each record before and after default processing: time histories, spectra, and their difference.
 
     The exit status is 1 if a file was refused.
     """
@@ -181,7 +181,7 @@ def fetch_file_from_url(
 
 @dataclass(frozen=True)
 class TimeWindow:
-    """Options for the time of the motion: a time window, or a window around an event."""
+    """Options for the time window of the waveforms: start and end, or an earthquake with times before and after."""
 
     start: Annotated[str, typer.Option(help="start of the window, UTC: 2016-11-13T11:02:00")] = ""
     end: Annotated[str, typer.Option(help="end of the window, UTC")] = ""

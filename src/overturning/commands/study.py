@@ -139,7 +139,7 @@ def create_study_file(
 def write_schemas_and_key_table(
     folder: Annotated[Path, typer.Argument(help="folder for schema.json and README.md")] = Path("config"),
 ) -> None:
-    """Write the schemas of studies, findings and surveys, and the key table in config/README.md, from their models."""
+    """Write the JSON schemas of study, findings and survey files, and the table of study keys in config/README.md."""
     from overturning.findings.collect import findings_schema
     from overturning.study.document import write_study_file_documentation
     from overturning.surveys.row import survey_row_schema

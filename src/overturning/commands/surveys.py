@@ -87,7 +87,7 @@ def _compare_survey_with_cube(
     figure: Path | None,
     output: Path | None,
 ) -> None:
-    """Print the comparison of a survey with the prediction of a cube, together and by site; draw and store it."""
+    """Compare a survey with the falls that a cube predicts; print the comparison, also by site; draw and store it."""
     from overturning.findings.surveys import SurveyCommandResults, survey_findings
     from overturning.labels import unsimulated_azimuth_label, variant_label_as_list
     from overturning.stored import write_result
@@ -124,7 +124,7 @@ def _compare_survey_with_cube(
 
 
 def _print_template(found: "BaseModel", name: str) -> None:
-    """Print findings as text of the template `name`."""
+    """Print results as plain text, formatted by the report template `name`."""
     from overturning.report.render import parse_markdown, render_markdown
     from overturning.report.terminal import plain_lines
 

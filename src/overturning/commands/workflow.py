@@ -46,7 +46,7 @@ def read_and_process_record(
     record: Annotated[str, typer.Option(help="id in the record table")],
     output: NetCDF,
 ) -> None:
-    """Read and process one record of the table, and write its motion without the labels of the table."""
+    """Read and process one record, and write its motion; station, event and site names are added later."""
     from overturning.errors import ArgumentError
     from overturning.records.processing import process_record
     from overturning.records.read import read_record_without_table_labels
@@ -78,7 +78,7 @@ def compute_surface_motions(
     output: Annotated[Path, typer.Option(help="folder for the motions at the surface")],
     variant: Variant = "nominal",
 ) -> None:
-    """Compute the motions of all records at the surface of the soil of a variant."""
+    """Compute the surface motion of each record on top of the soil layers of one variant of a study."""
     from overturning.records.processing import process_record
     from overturning.records.store import write_record_to_motion_file
     from overturning.study.scenes import variant_settings
@@ -95,7 +95,7 @@ def compute_surface_motions(
 def add_record_labels(
     study: Study, motions: Motions, output: Annotated[Path, typer.Option(help="folder for the motions with labels")]
 ) -> None:
-    """Add station, event and site from the record table to the motions of all records."""
+    """Add station, event and site from the record table to the stored motions of all records."""
     from overturning.records import read
     from overturning.records.store import (
         read_record_from_motion_file,
@@ -126,7 +126,7 @@ def compute_intensity_measures(study: Study, motions: Motions, output: NetCDF) -
 def sample_ensemble_members(
     study: Study, output: Annotated[Path, typer.Option(help="table of members to write (CSV)")]
 ) -> None:
-    """Draw the random members of the study's ensemble, once for all jobs."""
+    """Draw the random parameter changes of the runs (members) of a study's ensemble, and write them as CSV."""
     from overturning.study.ensemble import sample_member_changes
     from overturning.study.load import load_study_from_file_or_json
 
@@ -142,7 +142,7 @@ def simulate_cases_of_record(
     members: Annotated[Path | None, typer.Option(help="members of the ensemble (CSV)")] = None,
     threads: Threads = 1,
 ) -> None:
-    """Simulate all cases of one record, or one chunk of them."""
+    """Simulate all cases of one record, or one of several chunks of them, and write the outcomes."""
     from overturning.records.store import read_record_from_motion_file
     from overturning.study.ensemble import EnsembleMembers
     from overturning.study.load import load_study_from_file_or_json
@@ -164,7 +164,7 @@ def merge_parts_into_cube(
     variant: Variant = "nominal",
     chunks: Chunks = 1,
 ) -> None:
-    """Combine the part files of a sweep into the cube of results of a study or of one of its variants."""
+    """Combine the files with outcomes of all records and chunks into the results cube of a study or variant."""
     from overturning.study.gather import merge_sweep_parts
     from overturning.study.parts import sweep_part_paths
 
@@ -178,7 +178,7 @@ def fit_fragility(
     intensity: Intensity,
     output: Annotated[Path, typer.Option(help="folder for fragility.csv and the OpenQuake models (XML)")],
 ) -> None:
-    """Fit fragility curves to the fraction overturned in a population; write them as CSV and for OpenQuake."""
+    """Fit fragility curves to the share of a stone population that falls; write them as CSV and for OpenQuake."""
     import xarray as xr
 
     from overturning.errors import ConfigError
@@ -210,7 +210,7 @@ def run_convergence_check(
     output: Annotated[Path, typer.Option(help="result file to write (JSON)")],
     threads: Threads = 1,
 ) -> None:
-    """Compute a sample of the cases again with finer time steps and with stiffer contacts."""
+    """Simulate a random sample of cases again with finer time steps and stiffer contacts, and store the changes."""
     from overturning.errors import ConfigError
     from overturning.stored import write_result
     from overturning.study.convergence_check import check_convergence
@@ -229,7 +229,7 @@ def run_convergence_check(
 def draw_figures_of_records(
     study: Study, parts: Parts, intensity: Intensity, motions: Motions, output: Figures, chunks: Chunks = 1
 ) -> None:
-    """Draw the figures of some records of a study from the part files of the sweep."""
+    """Draw the figures of single records from the files with their outcomes."""
     from functools import partial
     from tempfile import TemporaryDirectory
 
@@ -273,7 +273,7 @@ def simulate_illustrative_cases(
         list[str] | None, typer.Option(help="record from which cases are chosen (repeatable); all if not given")
     ] = None,
 ) -> None:
-    """Simulate and draw the illustrative cases of a study."""
+    """Choose the cases that best illustrate a study; simulate them again and draw their films and figures."""
     from overturning.figures.illustrative import draw_illustrative_cases
 
     draw_illustrative_cases(cube, motions, output, compared_cube, record or ())
@@ -286,7 +286,7 @@ def write_study_report(
     study: StudySettings = None,
     language: Annotated[str | None, typer.Option(help="language: en or ja; not given: that of the study")] = None,
 ) -> None:
-    """Write the HTML report of a study from its folder of results, and a PDF of the report on request."""
+    """Write the HTML report of a study from its results folder; on request also as PDF."""
     from overturning.report.write import write_report
     from overturning.study.load import load_study_from_file_or_json
 
@@ -300,7 +300,7 @@ def write_research_crate(
     ],
     study: Study,
 ) -> None:
-    """Write study.yaml and ro-crate-metadata.json, which describe the results as a research crate (RO-Crate)."""
+    """Write the study file and the metadata that describe the results as a research data package (RO-Crate)."""
     from overturning.study.crate import write_ro_crate
     from overturning.study.load import load_study_from_file_or_json
 

@@ -28,7 +28,7 @@ from overturning.records.window import AssemblyRefusalCollector, common_window_p
 
 
 def format_utc(moment: datetime | None) -> str | None:
-    """Return a time (UTC if it states no zone) as ISO 8601 text in UTC without trailing zeros; None for None."""
+    """Return a time as ISO 8601 text in UTC, without trailing zeros; no time zone means UTC, and None stays None."""
     if moment is None:
         return None
     text = (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).astimezone(UTC).strftime("%Y-%m-%dT%H:%M:%S.%f")
@@ -38,7 +38,7 @@ def format_utc(moment: datetime | None) -> str | None:
 def _rotate_samples_to_north_east(
     first_samples: FloatArray, first_azimuth_deg: float, second_samples: FloatArray, second_azimuth_deg: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the north and the east samples, from the samples of two horizontal axes at given azimuths.
+    """Return north and east acceleration, from accelerations along two horizontal axes of given azimuths, degrees.
 
     Solves a₁ = n cos φ₁ + e sin φ₁, a₂ = n cos φ₂ + e sin φ₂, so the axes need not be exactly
     perpendicular.
@@ -131,7 +131,7 @@ def _relative_header_peak_differences(
 def _declared_azimuth_notes(
     declared_components: Sequence[RecordComponent], stated_components: Sequence[RecordComponent]
 ) -> list[str]:
-    """Return a note for each axis whose declared azimuth differs from the azimuth that its file states."""
+    """Return a note for each axis whose azimuth, as declared by the user, differs from that in its file."""
     return [
         f"axis {c.axis!r} is taken at {c.azimuth_deg:g}°, as declared; its file says {was.azimuth_deg:g}°"
         for c, was in zip(declared_components, stated_components, strict=False)
@@ -142,7 +142,7 @@ def _declared_azimuth_notes(
 def _cut_to_window_and_check_samples(
     components: Sequence[RecordComponent], refusals_out: AssemblyRefusalCollector, notes_out: list[str]
 ) -> Sequence[RecordComponent]:
-    """Return the components cut to their common window; add what the checks find to `refusals_out` and `notes_out`."""
+    """Cut components to their common time window and check the samples; problems go to the two output arguments."""
     window = components
     with refusals_out.collect_reason():
         window = cut_to_common_window(components, refusals_out)
@@ -168,7 +168,7 @@ def _extra_record_properties(
     peak_differences: dict[str, float],
     trusted_contradictions: Sequence[str],
 ) -> dict[str, Any]:
-    """Return the dictionary `Record.extra`: the properties of a record for which the class Record has no field."""
+    """Return the properties of a record that the class `Record` has no field for, as its dictionary ``extra``."""
     first = cut_components[0]
     extra: dict[str, Any] = dict(first.extra) | {"format": first.format, "processed": first.processed}
     extra |= extra_entry_of_agency_processing(cut_components)
@@ -191,7 +191,7 @@ def borehole_station_name(station: str) -> str:
 
 
 def _unused_declaration_note(component: RecordComponent, declared_properties: DeclaredFileProperties) -> str:
-    """Return a note on declared values that are ignored since the file states them itself; "" if there are none."""
+    """Return a note if properties that the user declared are ignored because the file states others; else ""."""
     said = [f"unit {declared_properties.unit}"] if declared_properties.unit not in (None, component.unit) else []
     if declared_properties.processed not in (None, component.processed):
         said.append("processed" if declared_properties.processed else "raw")
@@ -219,7 +219,7 @@ def _implausible_amplitude_reason(components: Sequence[RecordComponent]) -> str:
 def _horizontal_then_vertical_components(
     components: Sequence[RecordComponent], declared_azimuths_deg: Sequence[float] | None, file_name: str
 ) -> list[RecordComponent]:
-    """Return the two horizontal components, with the declared azimuths if given, then any vertical component."""
+    """Return the two horizontal components, with azimuths declared by the user if any, and then the vertical one."""
     vertical = [c for c in components if c.vertical]
     horizontal = [c for c in components if not c.vertical]
     if len(horizontal) != 2 or len(vertical) > 1:
@@ -253,7 +253,7 @@ def _horizontal_then_vertical_components(
 def _orient_or_omit_vertical_components(
     components: Sequence[RecordComponent], declared_sense: VerticalSense | None
 ) -> tuple[list[RecordComponent], list[str]]:
-    """Return the components, with vertical axes of unknown sense set to the declared one or omitted, and notes."""
+    """Set a vertical axis of unknown sense to the sense that the user declares, or omit it; return also notes."""
     vertical = {"up": 1, "down": -1}.get(declared_sense or "", 0)
     kept, notes, third = [], [], find_vertical_by_elimination(components)
     for component in components:

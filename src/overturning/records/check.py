@@ -25,7 +25,7 @@ from overturning.records.source import NON_RECORD_EXTENSIONS, SourceFile, read_s
 
 @dataclass(frozen=True)
 class RecordCheckResult:
-    """Result of the check of one record, or of one file that is refused or skipped."""
+    """Check result of one record: the record, or the reason why it is refused; also of a file that cannot be read."""
 
     files: tuple[str, ...]
     components: tuple[RecordComponent, ...] = ()  # axes of the record; empty if the file cannot be read
@@ -38,7 +38,7 @@ class RecordCheckResult:
 def check_records_in_files(
     paths: Sequence[Path], declared_properties: DeclaredFileProperties | None = None
 ) -> list[RecordCheckResult]:
-    """Read files and folders, sort their components into records, and check each record.
+    """Read the components in files and folders, group them into records, and check each record.
 
     Folders are read recursively; for a single file, the other files of its record are read too. Files that cannot be
     read come first, then records in the order of their files. Without a declared sensor, surface and borehole sensors
@@ -65,7 +65,7 @@ def check_records_in_files(
 def _read_components_of_declared_sensor(
     source_files: Sequence[SourceFile], declared_properties: DeclaredFileProperties
 ) -> tuple[list[RecordComponent], list[RecordCheckResult]]:
-    """Return the components of the declared (or else of each) sensor, and a failed check result per refused file."""
+    """Return the components of the declared sensor (by default of all sensors), and a result for each refused file."""
     components: list[RecordComponent] = []
     others: list[RecordComponent] = []
     refused = []
@@ -91,7 +91,7 @@ def _check_record(
     file_paths: Sequence[Path],
     declared_properties: DeclaredFileProperties,
 ) -> RecordCheckResult:
-    """Return the result of the check of one record, given its components: the record, or why it is refused."""
+    """Check one record, given its components; the result has the assembled record, or the reason for refusing it."""
     files = tuple(dict.fromkeys(c.file for c in components))
     try:
         record = assemble_record(components, Path(files[0]).name.split(".")[0].lower(), declared_properties)
@@ -109,7 +109,7 @@ def _check_record(
 def _refusal_reason_of_several_locations(
     components: Sequence[RecordComponent], all_component_groups: Sequence[Sequence[RecordComponent]]
 ) -> str:
-    """Return why components are refused if sensors at several locations recorded this station and event; else ""."""
+    """Return a reason to refuse components if sensors at several places recorded the earthquake; else ""."""
     first = components[0]
     alike = [
         one[0]
@@ -124,7 +124,7 @@ def _refusal_reason_of_several_locations(
 
 
 def _read_source_files(paths: Sequence[Path]) -> tuple[list[SourceFile], list[RecordCheckResult]]:
-    """Return the files at the paths, read into memory, and a check per unreadable file or folder without records."""
+    """Read the files at the paths; return them, and a refusal for each unreadable file or folder without records."""
     sources, findings = [], []
     for path in paths:
         there, skipped = _list_all_and_skipped_files(path, is_only_argument=len(paths) == 1)
@@ -140,7 +140,7 @@ def _read_source_files(paths: Sequence[Path]) -> tuple[list[SourceFile], list[Re
 
 
 def _list_all_and_skipped_files(path: Path, *, is_only_argument: bool) -> tuple[list[Path], list[Path]]:
-    """Return all files of a folder (or a file itself), and the files among them that are skipped.
+    """Return all files in a folder (or a single file), and those among them that are skipped by their names.
 
     A file that is the only argument of a command is never skipped.
     """
@@ -149,7 +149,7 @@ def _list_all_and_skipped_files(path: Path, *, is_only_argument: bool) -> tuple[
 
 
 def has_non_record_name(path: Path) -> bool:
-    """Return True if a file is hidden or has an extension that belongs to no record format."""
+    """Return True if a file is hidden, or has an extension that no record format uses, such as that of a picture."""
     return path.suffix.lower().lstrip(".") in NON_RECORD_EXTENSIONS or path.name.startswith(".")
 
 
@@ -161,7 +161,7 @@ def skipped_file_names(paths: Sequence[Path]) -> list[str]:
 
 
 def format_record_check(record_check: RecordCheckResult) -> str:
-    """Return the result of the check of a record as a few lines of text."""
+    """Return the result of the check of one record as a few lines of text."""
     head = ", ".join(record_check.files)
     record = record_check.record
     if record is None:
@@ -184,7 +184,7 @@ def format_record_check(record_check: RecordCheckResult) -> str:
 
 
 def _format_peaks(processed_record: Record) -> str:
-    """Return a text with PGA, PGV and PGD of a record after the default processing."""
+    """Return a text with PGA, PGV and PGD of a processed record; PGD is in parentheses if the record drifts."""
     pga, pgv, pgd = (
         f"{100 * peak:.1f}"
         for peak in pga_pgv_pgd_of_larger_component(
@@ -199,7 +199,7 @@ def _format_peaks(processed_record: Record) -> str:
 
 
 def notes_for_check_report(record: Record, sensor: str = "surface") -> list[str]:
-    """Return notes on a record: processing by the agency, omitted parts, declarations, trusted contradictions."""
+    """Return notes on a record: agency processing, omitted parts, user declarations, and ignored contradictions."""
     done = record.extra.get("agency_processing")
     cut = [processing_entry_text(step) for step in record.processing if step["step"] == "common_window"]
     declared, trusted = (record.extra.get(key) or [] for key in ("declared", "trusted"))

@@ -32,7 +32,7 @@ _NAMED = {word: direction for direction, words in _WORDS.items() for word in wor
 
 
 def parse_axis_direction(axis_name: str) -> Direction:
-    """Return the azimuth and vertical sense that the name of an axis states; see `Direction`.
+    """Return the azimuth, degrees, and the vertical sense of an axis from its name, such as ``N28W`` or ``Up``.
 
     The azimuth is at least 0 and less than 360°. Names are ``N28W`` (28° from north towards west), ``S90E``, ``270``,
     ``360 Deg``, ``N``, ``Up``, ``Down``, and the Japanese ``NS2``, ``EW2``, ``UD2`` (positive towards the first letter;
@@ -55,13 +55,13 @@ def parse_axis_direction(axis_name: str) -> Direction:
 
 
 def is_vertical_name_without_sense(axis_name: str) -> bool:
-    """Return True if an axis name means vertical, but neither up nor down: ``V``, ``Vert``, ``402`` (COSMOS)."""
+    """Return True for an axis name that means vertical without a sense (up or down), such as ``V`` or ``Vert``."""
     word = axis_name.strip().upper().rpartition(":")[2].strip().rstrip(".")
     return word in {"V", "+V", "-V", "VER", "VRT", "VERT", "VERTICAL", "402"}
 
 
 def find_vertical_by_elimination(components: "Sequence[RecordComponent]") -> "RecordComponent | None":
-    """Return the one of three components that must be vertical because the other two are horizontal; else None.
+    """Return the component that must be vertical because the other two are horizontal; None if there is none.
 
     Either the other two have azimuths near a right angle, or the three names differ only in the numbers 1, 2 and 3
     (``HN3``). None if there is no such component.
@@ -87,7 +87,7 @@ def direction_of_channel_code(channel_code: str) -> Direction:
 
 
 def channel_direction_mismatch_notes(channel_code: str, direction: Direction, direction_source: str) -> tuple[str, ...]:
-    """Return a note if `direction` differs by more than 5° from the direction in a SEED channel code; else ()."""
+    """Return a note if the direction of an axis differs by more than 5° from its SEED channel code; else ()."""
     coded = direction_of_channel_code(channel_code) if len(channel_code) == 3 else UNKNOWN
     if UNKNOWN in (coded, direction):
         return ()
@@ -105,7 +105,7 @@ def channel_direction_mismatch_notes(channel_code: str, direction: Direction, di
 def known_direction_or_that_of_channel_code(
     channel_code: str, direction: Direction, reason_unknown: str
 ) -> tuple[Direction, tuple[str, ...]]:
-    """Return ``direction`` and (), or, if it is unknown, the direction in the channel code and a note on this."""
+    """Return an axis direction and no note; or, if the direction is unknown, that of the channel code and a note."""
     if direction != UNKNOWN:
         return direction, ()
     coded = (
@@ -131,7 +131,7 @@ CODED_SENSES: Final[dict[int, Direction]] = {500: (None, 1), 600: (None, -1)}
 def axis_direction_from_name_or_code(
     axis_name: str, code_direction: Direction, create_line_error: Callable[[str], RecordError]
 ) -> Direction:
-    """Return the direction in the axis name, else `code_direction`; raise an error if they differ by more than 1°."""
+    """Return the direction in an axis name, else that in the header's code; an error if they differ by over 1°."""
     named = parse_axis_direction(axis_name)
     if UNKNOWN in (named, code_direction):
         return code_direction if named == UNKNOWN else named
@@ -192,7 +192,7 @@ def note_on_sensor_in_structure(sensor_location: str) -> str:
 
 @dataclass(frozen=True)
 class HeaderPeak:
-    """Peak acceleration of a component that a file header states, with resolution and line of the number."""
+    """Peak acceleration of a component according to its file header, with resolution and line number."""
 
     value: float  # absolute, m/s²
     resolution: float = 0.0  # unit of the last printed digit, m/s²; the comparison allows half of it
@@ -202,7 +202,7 @@ class HeaderPeak:
 
 @dataclass(frozen=True)
 class RecordComponent:
-    """Acceleration along one axis of one sensor, as its file states it."""
+    """Acceleration along one axis of one sensor, as read from its file."""
 
     samples: FloatArray  # m/s², positive along the axis, shape (n,)
     sampling_interval: float  # s
@@ -233,7 +233,7 @@ class RecordComponent:
         cls, source_file: SourceFile, axis_name: str, direction: Direction, samples: FloatArray,
         sampling_interval: float, *, coordinates: tuple[float | None, float | None] = (None, None), **other_fields: Any,
     ) -> "RecordComponent":  # fmt: skip
-        """Return a component with the name and hash of its file; ``direction`` is azimuth and vertical sense."""
+        """Create a component from the samples along one axis of a file; ``direction`` is azimuth and vertical sense."""
         other_fields |= {"latitude": coordinates[0], "longitude": coordinates[1]}
         return cls(
             samples, sampling_interval, axis_name, *direction, source_file.name, source_file.sha256, **other_fields
@@ -252,7 +252,7 @@ class RecordComponent:
 
 
 def peak_acceleration(component: RecordComponent) -> float:
-    """Return the peak acceleration of a component, m/s²; the mean is subtracted if the header does so for its peak."""
+    """Return the peak acceleration of a component, m/s²; without the mean if the header's peak is also without it."""
     samples = component.samples
     if component.peak is not None and component.peak.after_mean:
         samples = samples - samples.mean()
@@ -262,7 +262,7 @@ def peak_acceleration(component: RecordComponent) -> float:
 def checked_header_peak_difference(
     component: RecordComponent, report_contradiction: Callable[[str, str], None]
 ) -> float | None:
-    """Return |data peak − header peak| / header peak of a component; None if its header states no peak.
+    """Return |peak of samples − peak in header| / peak in header of a component; None if the header has no peak.
 
     If they differ by more than 0.5 % and by more than half a unit of the header's last digit, call
     ``report_contradiction(reason, remedy)`` and return None.
@@ -299,7 +299,7 @@ def non_perpendicular_axes_notes(components: Sequence[RecordComponent]) -> list[
 
 
 def extra_entry_of_agency_processing(components: Sequence[RecordComponent]) -> dict[str, str]:
-    """Return the entry ``agency_processing`` of `Record.extra`: one text for all components, or a text per axis."""
+    """Return the agency's processing as an entry of `Record.extra`: one text if equal for all axes, else by axis."""
     done = {c.axis: str(c.extra.get("agency_processing", "")) for c in components}
     if not any(done.values()):
         return {}
@@ -309,6 +309,6 @@ def extra_entry_of_agency_processing(components: Sequence[RecordComponent]) -> d
 
 
 def seed_band_and_instrument_code(component: RecordComponent) -> str:
-    """Return the first two letters (``HN``) of the SEED channel code of a component; "" for other axis names."""
+    """Return the first two letters of a component's SEED channel code, such as ``HN``; "" for other axis names."""
     coded = component.format in ("miniseed", "sac", "esm-dyna") and re.fullmatch("[A-Z]{2}[A-Z0-9]", component.axis)
     return component.axis[:2] if coded else ""

@@ -26,7 +26,7 @@ def _split_number_text(text_or_value: Any) -> Any:
 
 
 class FilePropertyColumns(BaseModel, extra="forbid", frozen=True, use_attribute_docstrings=True):
-    """Properties that record files do not state, or state wrongly: columns of the record table, options, keywords."""
+    """Properties of record files that the user can declare in the record table, by options or by keywords."""
 
     format: Annotated[str, BeforeValidator(lambda name: "auto" if name is None else name)] = "auto"
     """The only accepted file format, or `auto` to detect it from the content; see docs/formats.md."""
@@ -50,7 +50,7 @@ class FilePropertyColumns(BaseModel, extra="forbid", frozen=True, use_attribute_
 
 @make_constructor_raise_argument_errors
 class DeclaredFileProperties(FilePropertyColumns, frozen=True):
-    """Properties of record files that the user declares; raises an `ArgumentError` if one is invalid."""
+    """Properties of record files that the user declares because the files do not state them, or state them wrongly."""
 
     correction_deg: float = 0.0
     """Angle that is added to the azimuths of the axes: misorientation plus magnetic declination, clockwise, degrees."""
@@ -65,18 +65,18 @@ class DeclaredFileProperties(FilePropertyColumns, frozen=True):
 
     @property
     def texts_of_declared_sample_properties(self) -> list[str]:
-        """Declarations about the samples, as texts for the report."""
+        """Properties of the samples that the user declares, such as the unit, as texts for the report."""
         words = [f"columns {self.columns}"] if self.columns else [f"unit {self.unit}"] if self.unit else []
         return words + {True: ["processed"], False: ["raw"], None: []}[self.processed]
 
     @property
     def texts_of_declared_axes(self) -> list[str]:
-        """Declarations about the axes, as texts for the report."""
+        """Properties of the axes that the user declares, such as azimuths, as texts for the report."""
         words = [] if self.azimuths_deg is None else ["axes {:g}° and {:g}°".format(*self.azimuths_deg)]
         words += [f"axes turned by {self.correction_deg:g}°"] if self.correction_deg else []
         return words + ([f"vertical {self.vertical_sense}"] if self.vertical_sense else [])
 
     def with_station_xml(self, source_files: Iterable[SourceFile]) -> "DeclaredFileProperties":
-        """Return a copy of the properties whose `metadata` also holds the StationXML files of ``source_files``."""
+        """Return a copy of the properties to which the StationXML files among ``source_files`` are added."""
         found = [file for file in source_files if b"FDSNStationXML" in file.data[:2000]]
         return self.model_copy(update={"metadata": (*self.metadata, *found)})

@@ -32,7 +32,7 @@ DOUBT_KINDS: Final = {
 
 
 def kinds_of_data_doubts_in_notes(notes: Iterable[str]) -> list[str]:
-    """Return the kinds of doubts about the samples of a record that its notes state, in the order of `DOUBT_KINDS`."""
+    """Return the kinds of data problems that notes on a record mention, such as clipped samples."""
     notes = list(notes)
     return [kind for kind, phrase in DOUBT_KINDS.items() if any(phrase in note for note in notes)]
 
@@ -40,7 +40,7 @@ def kinds_of_data_doubts_in_notes(notes: Iterable[str]) -> list[str]:
 def sample_quality_notes(
     components: Sequence[RecordComponent], report_contradiction: Callable[[str, str], None]
 ) -> list[str]:
-    """Return notes on dead, clipped or identical axes and on the sampling interval of the components of a record.
+    """Return notes on dead, clipped or identical axes of a record and on an implausible sampling interval.
 
     ``report_contradiction(reason, remedy)`` is called for a sampling interval that fails two of the plausibility
     checks.
@@ -84,7 +84,7 @@ def _peak_without_mean(component: RecordComponent) -> float:
 def report_dead_horizontal_axis(
     components: Sequence[RecordComponent], report_contradiction: Callable[[str, str], None]
 ) -> None:
-    """Call ``report_contradiction(reason, remedy)`` if one or both horizontal axes are dead."""
+    """Call ``report_contradiction(reason, remedy)`` if a horizontal axis has no signal (is dead)."""
     if len(components) < 2 or any(c.vertical for c in components[:2]):
         return
     names = [f"axis {component.axis!r}" for component in components]
@@ -109,7 +109,7 @@ def _dead_vertical_axis_notes(components: Sequence[RecordComponent]) -> list[str
 def _doubtful_sampling_interval_notes(
     components: Sequence[RecordComponent], report_contradiction: Callable[[str, str], None]
 ) -> list[str]:
-    """Return a note if there is one doubt about the sampling interval; report a contradiction if there are more."""
+    """Return a note if one check doubts the sampling interval; report a contradiction if several checks do."""
     first = components[0]
     doubts = reasons_to_doubt_sampling_interval([c.samples for c in components[:2]], first.sampling_interval)
     if not doubts:

@@ -33,7 +33,7 @@ def call_with_retries(
     first_pause_s: float,
     partial_data_note: str = "nothing was kept",
 ) -> Any:
-    """Send a request and return its result; repeat it after errors, with pauses that double from ``first_pause_s``, s.
+    """Send a request and return its result; after errors repeat it, with pauses (s) that double each time.
 
     ArgumentError and MissingDataError are raised at once. Raises a RecordError after the last try.
     """
@@ -61,7 +61,7 @@ def fetch_url(
     timeout: float = 30.0,
     wait: float = 1.0,
 ) -> Path:
-    """Download a file by http or https into a folder, unless it exists there already; return its path.
+    """Download a file by http or https into a folder, unless the folder has it already; return its path.
 
     The folder is created if missing. A partial download stays in the folder as ``.NAME.part`` and is resumed; the
     target appears only when complete and with the right SHA-256. Its default name is the last part of the URL's path.
@@ -104,7 +104,7 @@ def _file_sha256(path: Path) -> str:
 
 
 def _checked_download_file_name(url: str, sha256: str, file_name: str | None) -> str:
-    """Return the file name of a download; raise an error if its address, hash or file name is unusable."""
+    """Return the name under which a download is stored; raise an error for an invalid URL, hash or name."""
     parts = urlsplit(url)
     if parts.scheme not in ("http", "https") or not parts.hostname:
         raise ArgumentError(f"url: {url_without_credentials(url)!r}; give an http or https address")

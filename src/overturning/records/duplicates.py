@@ -28,7 +28,7 @@ SAME_MOTION_CORRELATION: Final = 0.999
 
 @dataclass(frozen=True)
 class MotionFingerprint:
-    """Horizontal acceleration around the peak of a record, coarsely resampled to find records with equal samples."""
+    """Resampled horizontal acceleration around a record's peak, used to find records with the same samples."""
 
     record_id: str
     size: float  # root of the energy of the window, m/s^1.5
@@ -36,7 +36,7 @@ class MotionFingerprint:
 
 
 def motion_fingerprint(record: Record) -> MotionFingerprint | None:
-    """Return the fingerprint of a record; None for pulses and motions from Python, which may repeat on purpose."""
+    """Return the fingerprint by which a record is compared with others; None for pulses and motions from Python."""
     if record.extra.get("format") == "synthetic" or record.extra.get("given"):
         return None
     moving = (record.north - record.north.mean()) + 1j * (record.east - record.east.mean())
@@ -51,7 +51,7 @@ def motion_fingerprint(record: Record) -> MotionFingerprint | None:
 
 
 def find_duplicate_records(fingerprints: Iterable[MotionFingerprint | None]) -> list[tuple[str, str]]:
-    """Return pairs of ids of records that have the same samples, even if their axes are rotated."""
+    """Return pairs of ids of records with the same samples, also if one is rotated against the other."""
     known = sorted((one for one in fingerprints if one is not None and one.size > 0), key=lambda one: one.size)
     sizes = np.array([one.size for one in known])
     pairs = []

@@ -52,7 +52,7 @@ _DATES: Final = (
 
 @dataclass(frozen=True)
 class _EarthquakeMetadata:
-    """Metadata of one record that identify its earthquake."""
+    """Metadata of one record by which its earthquake is identified: names, ids, times and epicentre."""
 
     record_id: str
     name: str
@@ -63,7 +63,7 @@ class _EarthquakeMetadata:
     synthetic: bool = False
 
     def is_same_earthquake_if_known(self, other_metadata: "_EarthquakeMetadata") -> bool | None:
-        """Return True or False if ids or origin times decide whether two records are of one earthquake; else None."""
+        """Return whether two records are of one earthquake, by ids or origin times; None if these do not decide it."""
         if self.event_id and other_metadata.event_id:
             return self.event_id == other_metadata.event_id
         if self.origin is None or other_metadata.origin is None:
@@ -77,7 +77,7 @@ class _EarthquakeMetadata:
 
 
 def _earthquake_metadata(record: Record | RecordEntry) -> _EarthquakeMetadata:
-    """Return the earthquake metadata of a record, or of an entry of the record table."""
+    """Return the metadata that identify the earthquake of a record or of a row of the record table."""
     times: tuple[str | None, str | None]  # origin, and start of the record
     if isinstance(record, RecordEntry):
         named, stated, times = record.id, record.model_dump(), (record.origin_time, None)
@@ -109,7 +109,7 @@ def great_circle_distance_km(first_place: tuple[float, float], second_place: tup
 
 @dataclass
 class _RecordsOfEarthquake:
-    """Records that are assigned to one earthquake, by their index among all records of the study."""
+    """Records that belong to one earthquake, each with its index in the study and its metadata."""
 
     members: dict[int, _EarthquakeMetadata] = field(default_factory=dict)
     stated: dict[tuple[Any, ...], _EarthquakeMetadata] = field(
@@ -118,13 +118,13 @@ class _RecordsOfEarthquake:
     names: dict[str, str] = field(default_factory=dict)  # lower-case name: name as written
 
     def add_record(self, record_index: int, metadata: _EarthquakeMetadata) -> None:
-        """Add the record with this index and metadata to the records of the earthquake."""
+        """Add a record, given by its index in the study and its metadata, to the records of the earthquake."""
         self.members[record_index] = metadata
         self.stated.setdefault((metadata.event_id, metadata.origin, metadata.place), metadata)
         self.names.setdefault(metadata.name.casefold(), metadata.name)
 
     def includes_record(self, metadata: _EarthquakeMetadata) -> bool:
-        """Return True if a record is of this earthquake, by its id and origin, or else by its name."""
+        """Return True if a record belongs to this earthquake by id or origin time, or else by earthquake name."""
         certain = [
             same
             for member in self.stated.values()
@@ -146,7 +146,7 @@ class _RecordsOfEarthquake:
 
     @property
     def event_id_or_origin(self) -> str:
-        """Id or origin time of the earthquake, which distinguishes earthquakes of the same name; "" if unknown."""
+        """Id or origin time of the earthquake, to distinguish earthquakes of the same name; "" if unknown."""
         ids = [one.event_id for one in self.stated.values() if one.event_id]
         origins = [f"{one.origin:%Y-%m-%d %H:%M}" for one in self.stated.values() if one.origin]
         return next(iter(ids + origins), "")
@@ -154,7 +154,7 @@ class _RecordsOfEarthquake:
 
 @dataclass(frozen=True)
 class EarthquakeAssignment:
-    """Assignment of the records of a study to earthquakes, with notes on doubtful cases."""
+    """Earthquake of each record of a study, with notes on doubtful assignments."""
 
     labels: tuple[str, ...]  # label of each record; equal for records of one earthquake only
     merged: tuple[str, ...]  # one sentence per earthquake with several names
@@ -162,14 +162,14 @@ class EarthquakeAssignment:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Sentences on earthquakes with several names and on at most `MAX_LISTED_DOUBTS` doubtful assignments."""
+        """Notes on earthquakes with several names, and on up to `MAX_LISTED_DOUBTS` doubtful assignments of records."""
         left_out = len(self.doubtful) - MAX_LISTED_DOUBTS
         more = (f"{left_out} more doubts of this kind",) if left_out > 0 else ()
         return (*self.merged, *self.doubtful[:MAX_LISTED_DOUBTS], *more)
 
 
 def assign_records_to_earthquakes(records: Iterable[Record | RecordEntry]) -> EarthquakeAssignment:
-    """Assign each record of a study to an earthquake; return one label per record, and notes on doubtful cases.
+    """Assign each record of a study to an earthquake; return one label per record, and notes on doubts.
 
     If two records have an ``event_id`` (record table), it decides. Else records with origin times within 60 s, and
     epicentres within 100 km if both are known, are of one earthquake; records with other origins are not, whatever
@@ -206,7 +206,7 @@ def assign_records_to_earthquakes(records: Iterable[Record | RecordEntry]) -> Ea
 
 
 def _earthquake_label_of_each_record(earthquakes: list[_RecordsOfEarthquake]) -> tuple[str, ...]:
-    """Return for each record the name of its earthquake, with id or origin if several earthquakes share it."""
+    """Return the earthquake name of each record; id or origin time is added if several earthquakes share the name."""
     names = Counter(one.name for one in earthquakes)
     labels: dict[int, str] = {}
     taken: set[str] = set()
@@ -230,7 +230,7 @@ def _notes_on_earthquakes_with_several_names(earthquakes: list[_RecordsOfEarthqu
 
 
 def _texts_on_records_of_uncertain_earthquake(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
-    """Yield a doubt on each earthquake with unnamed records, or with records of one name that start hours apart."""
+    """Yield a warning for each earthquake whose records have no name, or have the same name but start hours apart."""
     for one in earthquakes:
         loose = [each for each in one.members.values() if not (each.event_id or each.origin or each.synthetic)]
         started = sorted((each.start, each.record_id) for each in loose if each.start)
@@ -248,7 +248,7 @@ def _texts_on_records_of_uncertain_earthquake(earthquakes: list[_RecordsOfEarthq
 
 
 def _texts_on_names_shared_by_earthquakes(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
-    """Yield a sentence for each earthquake name that counts as several earthquakes because the origin times differ."""
+    """Yield a note for each name shared by records whose different origin times make them different earthquakes."""
     of_name: dict[str, list[_RecordsOfEarthquake]] = {}
     for one in earthquakes:
         if one.name and not any(each.event_id for each in one.stated.values()):
@@ -268,7 +268,7 @@ def _format_record_ids(records: list[_EarthquakeMetadata]) -> str:
 
 
 def _texts_on_earthquakes_that_may_be_one(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
-    """Yield a doubt on each pair of earthquakes with similar names or record starts that counts as two."""
+    """Yield a warning for each two earthquakes that may be one, as their names or record starts are similar."""
     named = [
         (one, _name_words_and_date(one)) for one in earthquakes if one.name and not one.first_record_metadata.synthetic
     ]
@@ -291,7 +291,7 @@ def _texts_on_earthquakes_that_may_be_one(earthquakes: list[_RecordsOfEarthquake
 
 
 def _name_words_and_date(earthquake: _RecordsOfEarthquake) -> tuple[str, str, tuple[int, ...]]:
-    """Return the words of an earthquake name without its date, the year, and day and month (smaller number first)."""
+    """Return an earthquake's name in three parts: words, year, and day and month (the smaller number first)."""
     name = earthquake.name.casefold()
     year: str = ""
     day: tuple[int, ...] = ()
@@ -309,7 +309,7 @@ def _name_words_and_date(earthquake: _RecordsOfEarthquake) -> tuple[str, str, tu
 def _may_name_same_earthquake(
     first_name: tuple[str, str, tuple[int, ...]], second_name: tuple[str, str, tuple[int, ...]]
 ) -> bool:
-    """Return True if names, split by `_name_words_and_date`, may mean one earthquake: alike, no unequal numbers."""
+    """Return True if two names (from `_name_words_and_date`) may mean the same earthquake: similar words, same day."""
     (words, _, day), (others, _, other_day) = first_name, second_name
     if day and other_day and day != other_day:
         return False

@@ -24,7 +24,7 @@ MAX_MISSING_S = 2.0
 
 @dataclass(frozen=True)
 class FdsnWaveformRequest:
-    """Request for waveforms to an FDSN server: channels, and a time window or an event of the server's catalogue."""
+    """Request to an FDSN waveform server: channels, and a time window, or an earthquake with times around it."""
 
     server: str  # a short name that obspy knows, or the address of the services
     network: str  # SEED codes, down to the channel
@@ -133,7 +133,7 @@ def _connect_to_fdsn_server(server: str, timeout: float) -> Any:
 
 
 def _requested_time_window(request: FdsnWaveformRequest, get_events: Callable[[str], Any]) -> tuple[Any, Any]:
-    """Return start and end of the requested window as obspy times; ``get_events`` looks up an event by its id."""
+    """Return start and end of the requested time window; ``get_events`` finds an earthquake by its id."""
     import obspy
 
     if request.event_id:
@@ -159,7 +159,7 @@ def _requested_time_window(request: FdsnWaveformRequest, get_events: Callable[[s
 
 
 def _send_fdsn_request(send_request: Callable[[], Any], request_label: str) -> Any:
-    """Return an FDSN server's answer to a request; raise an ArgumentError or MissingDataError if no retry can help."""
+    """Send a request to an FDSN server; raise an ArgumentError or MissingDataError if repeating cannot help."""
     from obspy.clients.fdsn import header
 
     nothing = MissingDataError(f"{request_label}: the server has no such data; check codes, time window and event")
@@ -182,7 +182,7 @@ def _send_fdsn_request(send_request: Callable[[], Any], request_label: str) -> A
 def _save_server_answer(
     path: Path, content_label: str, download: Callable[..., Any], check_content: Callable[[SourceFile], Any]
 ) -> None:
-    """Download the answer of a server and save it, unless it is empty, a web page, or fails ``check_content``."""
+    """Save a server's answer to a file; raise a RecordError if it is empty, a web page, or fails ``check_content``."""
     answer = io.BytesIO()
     download(filename=answer)
     data = answer.getvalue()

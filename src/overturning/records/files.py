@@ -23,7 +23,7 @@ TABLES: Final = frozenset(("csv", "doc", "docx", "txt", "xls", "xlsx"))
 
 
 def read_components(files: Iterable[SourceFile], declared_properties: DeclaredFileProperties) -> list[RecordComponent]:
-    """Read the components of files and archives, each in the format of its content.
+    """Read all components from files and archives; the format of each file is detected from its content.
 
     Columns must be declared; they are not recognised by content. StationXML among the files is passed to the readers
     that need it. Raises a RecordError for a file of unknown format, or of another format than declared.
@@ -64,21 +64,21 @@ def read_components(files: Iterable[SourceFile], declared_properties: DeclaredFi
 
 
 def _unpack_archives(files: Iterable[SourceFile]) -> Iterator[tuple[SourceFile, SourceFile]]:
-    """Yield the pair (member, archive) for each member of an archive; (file, file) for a file that is no archive."""
+    """Yield each archive member with its archive, and each file that is no archive with itself."""
     for file in files:
         for member in unpack_archive(file) if is_archive(file.data) else [file]:
             yield member, file
 
 
 def _is_table_of_unknown_format(archive_member: SourceFile) -> bool:
-    """Return True if a member of an archive has the extension of a table and no known record format."""
+    """Return True if an archive member has the extension of a table (such as .csv) but no known record format."""
     return archive_member.suffix in TABLES and not has_known_format(archive_member)
 
 
 def _read_file_components(
     file: SourceFile, required_format: RecordFileFormat | None, declared_properties: DeclaredFileProperties
 ) -> list[RecordComponent]:
-    """Read the components of one file, in the required format or in the one detected from its content."""
+    """Read the components of one file; its format is `required_format`, or detected from the content if None."""
     if not file.data.strip(b"\0 \r\n\t"):
         raise RecordError(f"{file.name}: the file is empty; get it again")
     if required_format is not None and required_format.name != "csv" and not required_format.matches_file(file):
@@ -91,7 +91,7 @@ def _drop_raw_versions_of_processed_components(
     members_with_archive: Sequence[tuple[SourceFile, SourceFile]],
     omission_reasons: Mapping[SourceFile, str],
 ) -> list[RecordComponent]:
-    """Drop raw components whose processed version is in the same archive; add notes on all omitted files.
+    """Omit raw components that an archive also contains in processed form; add notes on all omitted files.
 
     Agencies deliver a record as volumes: raw (1), processed (2), spectra (3).
     """
@@ -109,13 +109,13 @@ def _drop_raw_versions_of_processed_components(
 
 
 def _add_omission_notes(component: RecordComponent, omitted_files: Sequence[tuple[str, str]]) -> RecordComponent:
-    """Return a component with notes on omitted files that have the name of its own file, or on all if none has."""
+    """Add notes on omitted files to a component: on files with the same name stem, or on all if there are none."""
     own = [one for one in omitted_files if one[0].partition(".")[0] == component.file.partition(".")[0]]
     notes = [f"{name} left out: {why}" for name, why in dict.fromkeys(own or omitted_files)]
     return replace(component, notes=(*component.notes, *notes))
 
 
 def _are_of_same_axis(first_component: RecordComponent, second_component: RecordComponent) -> bool:
-    """Return True if two components are of the same axis, sensor and earthquake, by their metadata."""
+    """Return True if two components have the same axis, sensor and earthquake according to their metadata."""
     same = ("format", "station", "event", "location", "sensor", "azimuth_deg", "vertical")
     return all(getattr(first_component, name) == getattr(second_component, name) for name in same)

@@ -7,7 +7,7 @@ from overturning.records.window import MAX_SPREAD_S
 
 
 def group_components_by_record(components: Iterable[RecordComponent]) -> list[list[RecordComponent]]:
-    """Return one list of components per record, in the order in which the records first appear.
+    """Group components by record; return a list of components per record, in order of first appearance.
 
     Components of one record have the same format, station, place, event, sensor with its SEED band (HN of HNE) and
     location, and starts at most 0.5 s apart. Components without metadata (declared columns) belong to one record if
@@ -24,7 +24,7 @@ def group_components_by_record(components: Iterable[RecordComponent]) -> list[li
 
 
 def belongs_to_record(record_components: Sequence[RecordComponent], component: RecordComponent) -> bool:
-    """Return True if a component belongs to the same record as other components, by what their files state."""
+    """Return True if a component belongs to the record of other components, according to their files' metadata."""
     first = record_components[0]
     if first.location and component.location and first.location != component.location:
         return False
@@ -42,7 +42,7 @@ def belongs_to_record(record_components: Sequence[RecordComponent], component: R
 
 
 def _have_equal_record_metadata(first_component: RecordComponent, second_component: RecordComponent) -> bool:
-    """Return True if two components have the same format, place, event, sensor and start (within `MAX_SPREAD_S`)."""
+    """Return True if two components have the same station, earthquake and sensor, and almost the same start time."""
     alike = ("format", "station", "event", "latitude", "longitude", "sensor", "processed")
     if any(getattr(first_component, name) != getattr(second_component, name) for name in alike):
         return False

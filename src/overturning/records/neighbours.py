@@ -20,7 +20,7 @@ def is_vertical_component(component: RecordComponent) -> bool:
 
 
 def find_similarly_named_files(record_paths: Sequence[Path]) -> list[Path]:
-    """Return small files next to a record's first file with the same extension or stem, most similar names first."""
+    """Return files next to a record's file with the same extension or stem, the most similar names first."""
     first, names = record_paths[0], {path.name for path in record_paths}
     others = [
         other

@@ -27,7 +27,7 @@ BOUNDS_HZ: Final = (0.03, 1.0)
 
 
 def default_processing_steps(record: Record, corner_hz: float | Literal["auto"] = "auto") -> tuple[Step, ...]:
-    """Return the processing steps for a record if the study names none.
+    """Return the default processing steps of a record, used if the study sets none.
 
     Records that an agency processed, and synthetic ones, get no steps. Raw records get: mean removed, taper of 2 s (5 %
     of a short record), zero-phase Butterworth high-pass of order 2 at ``corner_hz``; with "auto", at the corner that
@@ -39,7 +39,7 @@ def default_processing_steps(record: Record, corner_hz: float | Literal["auto"] 
 
 
 def process_record(record: Record, steps: Sequence[Step] | None, site: SoilSite | None = None) -> Record:
-    """Apply processing steps to a record in order, then the soil layers of a site, if given.
+    """Process a record by the given steps in order; then compute its motion on top of a site's soil layers, if given.
 
     The default steps are those of `default_processing_steps`. ``processing`` of the returned record has one more entry
     per step: the step's parameters and, under ``effect``, the largest PGA (m/s²), PGV (m/s) and PGD (m) of north and
@@ -77,7 +77,7 @@ def process_record(record: Record, steps: Sequence[Step] | None, site: SoilSite 
 
 
 def _unchanged_component_names(record_before: Record, record_after: Record) -> list[str]:
-    """Return the names of the nonzero components of a record that a processing step did not change."""
+    """Return the names of the components of a record, except those with only zeros, that a step left unchanged."""
     pairs = zip(("north", "east", "up"), record_before.components, record_after.components, strict=False)
     return [name for name, was, now in pairs if was.any() and np.array_equal(was, now)]
 
@@ -85,7 +85,7 @@ def _unchanged_component_names(record_before: Record, record_after: Record) -> l
 def _with_processing_entry(
     record_before: Record, record_after: Record, step: Step | SoilSite, parameter_note: str, start_shift_s: float = 0.0
 ) -> Record:
-    """Return ``record_after`` with an entry on a processing step, its parameters and its effect appended."""
+    """Append a processing step, its parameters and its effect on the peaks to the processing list of a record."""
     peaks = [
         pga_pgv_pgd_of_larger_component(record.horizontal_components, record.sampling_interval)
         for record in (record_before, record_after)
@@ -98,7 +98,7 @@ def _with_processing_entry(
 
 
 def choose_highpass_corner_and_reason(record: Record) -> tuple[float, str]:
-    """Return the corner frequency of the high-pass filter for a record, Hz, and the reason for it.
+    """Choose the corner frequency of a record's high-pass filter from its noise; return it (Hz) and the reason.
 
     The corner is the lowest frequency above which, up to the frequency of the largest ratio, the signal of both
     horizontal components is three times the noise before the onset and the permanent offset. Without usable noise, or

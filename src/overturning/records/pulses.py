@@ -20,7 +20,7 @@ from overturning.validation import format_validation_error
 
 
 class _AccelerationPulse(BaseModel):
-    """Base class of acceleration pulses: amplitude, azimuth, sampling interval, and rest before and after."""
+    """Base class of acceleration pulses: amplitude, azimuth, sampling interval, and rest before and after the pulse."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -39,7 +39,7 @@ class _AccelerationPulse(BaseModel):
 
 
 class HarmonicPulse(_AccelerationPulse):
-    """Pulse a = A sin(2πt/T) or A cos(2πt/T) of a number of cycles."""
+    """Sine or cosine pulse of a number of cycles: a = A sin(2πt/T) or A cos(2πt/T)."""
 
     shape: Literal["sine", "cosine"]
     period_s: float = Field(gt=0, le=1000, description="Period T, s.")
@@ -63,7 +63,7 @@ class RickerPulse(_AccelerationPulse):
 
     @property
     def duration(self) -> float:
-        """Duration of the pulse, s: 3.2 periods, beyond which it is below 1e-9 of its amplitude."""
+        """Duration of the pulse, s: 3.2 periods; the amplitude is below 1e-9 of the peak outside."""
         return 3.2 * self.period_s
 
     def acceleration(self, time: FloatArray) -> FloatArray:  # noqa: D102
@@ -96,13 +96,13 @@ class MavroeidisPapageorgiouPulse(_AccelerationPulse):
 
 
 class _PulseOfStatedDuration(_AccelerationPulse):
-    """Base class of the acceleration pulses whose duration is a parameter."""
+    """Base class of pulses whose duration is a parameter instead of following from a period."""
 
     duration_s: float = Field(gt=0, le=1000, description="Duration, s.")
 
     @property
     def duration(self) -> float:
-        """Duration of the pulse, s."""
+        """Duration of the pulse, s, as given."""
         return self.duration_s
 
 
@@ -163,7 +163,7 @@ SHAPES = ("sine", "cosine", "ricker", "mavroeidis-papageorgiou", "constant", "no
 
 
 def parse_pulse(pulse_text: str) -> Pulse:
-    """Parse a pulse from text with shape and parameters, as in ``sine amplitude_gal=300 period_s=1 azimuth_deg=60``.
+    """Parse a pulse from text such as ``sine amplitude_gal=300 period_s=1 azimuth_deg=60``.
 
     A ConfigError names the wrong word, its value and the bound.
     """
@@ -188,7 +188,7 @@ def parse_pulse(pulse_text: str) -> Pulse:
 
 
 def record_of_pulse(pulse: Pulse, record_id: str = "pulse") -> Record:
-    """Return a record of a pulse between two periods of rest, horizontal along the azimuth of the pulse.
+    """Create a record of a horizontal pulse along its azimuth, with zero acceleration before and after it.
 
     ``extra`` marks it as processed, so that no filter changes it. Raises a ConfigError for a too coarse interval: fewer
     than ten samples in the pulse, or fewer than four in its shortest period.

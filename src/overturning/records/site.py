@@ -12,7 +12,7 @@ from overturning.records.record import Record
 
 
 class SoilSite(BaseModel, extra="forbid", frozen=True):
-    """Soil layers of a study's site, through which the processed horizontal motion passes from rock to the surface.
+    """Soil layers through which a study propagates the horizontal motion from rock to the surface.
 
     Needs pystrata (group `soil`). Linear, or equivalent-linear if a layer has a curve. The vertical motion is
     unchanged (`overturning.motion.soil`).
@@ -26,7 +26,7 @@ class SoilSite(BaseModel, extra="forbid", frozen=True):
     )
 
     def move_record_to_surface(self, record: Record) -> tuple[Record, str]:
-        """Return the record at the surface, and a text on convergence and strain of the layers ("" if linear).
+        """Compute the record's motion at the surface; return also a text on convergence and strain ("" if linear).
 
         Raises a RecordError for a borehole record as outcropping rock: it contains waves reflected at the surface.
         """

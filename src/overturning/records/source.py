@@ -116,7 +116,7 @@ def read_source_file(path: Path) -> SourceFile:
 def unpack_archive(
     archive_file: SourceFile, *, _depth: int = 0, _budget: list[int] | None = None
 ) -> Iterator[SourceFile]:
-    """Yield the files in a .tar, .tar.gz or .zip archive, also those of archives inside it (as NIED sends them).
+    """Yield the files in a .tar, .tar.gz or .zip archive, and those of archives inside it.
 
     Members are unpacked in memory only. A RecordError refuses member names that point out of the archive, links,
     devices, damage, more than two levels, and more than 200 MB in all. Sizes are counted while unpacking, because the
@@ -140,7 +140,7 @@ def unpack_archive(
 
 
 def _archive_members(archive_file: SourceFile, remaining_bytes_and_members: list[int]) -> Iterator[SourceFile]:
-    """Yield the files in an archive, without unpacking archives in it.
+    """Yield the files in an archive; an archive inside it is yielded as a file.
 
     ``remaining_bytes_and_members`` holds the numbers of bytes and members that are still allowed.
     """
@@ -169,7 +169,7 @@ def _archive_members(archive_file: SourceFile, remaining_bytes_and_members: list
 
 
 def _is_system_or_plot_file(member_path: PurePosixPath) -> bool:
-    """Return True if a member of an archive is a system file (``.DS_Store``, ``__MACOSX``) or a plot (``x.ps.gz``)."""
+    """Return True if an archive member is a system file (``.DS_Store``) or a compressed plot (``x.ps.gz``)."""
     packed = (
         member_path.suffix.lower() == ".gz"
         and PurePosixPath(member_path.stem).suffix.lower().lstrip(".") in NON_RECORD_EXTENSIONS
@@ -182,7 +182,7 @@ _Member = tuple[str, bool, bool, Callable[[int], bytes]]
 
 
 def _zip_members(archive_file: SourceFile) -> Iterator[_Member]:
-    """Yield the members of a zip file, each as a tuple `_Member`."""
+    """Yield name, kind and reader of each member of a zip file, as a tuple `_Member`."""
     with zipfile.ZipFile(io.BytesIO(archive_file.data)) as archive:
         for info in archive.infolist():
 
@@ -194,7 +194,7 @@ def _zip_members(archive_file: SourceFile) -> Iterator[_Member]:
 
 
 def _tar_members(archive_file: SourceFile) -> Iterator[_Member]:
-    """Yield the members of a tar file, each as a tuple `_Member`."""
+    """Yield name, kind and reader of each member of a tar file, as a tuple `_Member`."""
     with tarfile.open(fileobj=io.BytesIO(archive_file.data), mode="r|*") as archive:
         for info in archive:
             stream = archive.extractfile(info) if info.isreg() else None

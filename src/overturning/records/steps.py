@@ -19,7 +19,7 @@ LARGEST_RATIO = 1000
 
 
 def _unsuitable_step_error(record: Record, step_label: str, reason: str) -> RecordError:
-    """Return an error on a processing step that does not fit a record; it names the record and the step."""
+    """Return an error with the record, the processing step, and the reason why the step cannot be applied."""
     return RecordError(f"record {record.record_id}: {step_label}; {reason}")
 
 
@@ -29,16 +29,16 @@ class _ProcessingStep(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     def apply_to_component(self, samples: FloatArray, record: Record) -> FloatArray:
-        """Return a component's samples after the step, m/s²; raise a RecordError if step and record do not fit."""
+        """Return the processed samples of a component, m/s²; raise a RecordError if the step cannot be applied."""
         raise NotImplementedError
 
     def start_shift_of_record_s(self, sampling_interval: float) -> float:  # noqa: ARG002
-        """Return the time by which the step moves the start of a record, s; negative if to an earlier time."""
+        """Return the shift of the record's start by this step, s; negative if the record then starts earlier."""
         return 0.0
 
 
 class RemoveMean(_ProcessingStep):
-    """Subtract the mean of the pre-event part, if its length is given, else of the whole record."""
+    """Subtract a component's mean: of the part before the earthquake if its length is given, else of the whole."""
 
     step: Literal["remove_mean"] = "remove_mean"
     first_s: float | None = Field(
@@ -111,7 +111,7 @@ class ButterworthFilter(_ProcessingStep):
         return np.ascontiguousarray(kept, dtype=np.float64)
 
     def _padding_sample_count(self, sampling_interval: float) -> int:
-        """Return the number of padding zeros at each end, for 1.5 order/corner seconds (Converse & Brady 1992, BAP)."""
+        """Return the number of zeros to add at each end before filtering (1.5 order/corner; Converse & Brady 1992)."""
         return math.ceil(1.5 * self.order / float(self.corner_hz) / sampling_interval)
 
 
@@ -141,7 +141,7 @@ class Highpass(ButterworthFilter):
 
 
 def _constant_offset(samples: FloatArray, sampling_interval: float) -> float:
-    """Return the offset of a component, m/s²: mean, or median of the first or last second if that is closer to 0.
+    """Return a component's offset, m/s²: of its mean and the medians of first and last second, that closest to 0.
 
     It is 0 if these three values differ in sign.
     """
@@ -162,7 +162,7 @@ class Lowpass(ButterworthFilter):
 
 
 class Baseline(_ProcessingStep):
-    """Baseline correction by a published scheme, which is chosen by its name.
+    """Baseline correction of the velocity by a published scheme, chosen by its name.
 
     ``boore-2001``: Boore (2001, BSSA 91, 1199-1211) after Iwan et al. (1985): a line v = v0 + a_f t is fitted to the
     end of the velocity; a_f is subtracted after t2, and the mean offset that leads to that line between t1 and t2.
@@ -275,7 +275,7 @@ Step = Annotated[
 
 
 def _check_step_order(steps: Sequence[Step]) -> Sequence[Step]:
-    """Return steps unchanged; raise a ValueError if one with times follows a high-pass with corner ``auto``."""
+    """Raise a ValueError if a step with given times follows an automatic high-pass, which shifts the start."""
     moved = False  # True after a pad whose length depends on the automatic corner
     for step in steps:
         timed = isinstance(step, Cut | Baseline) or (isinstance(step, RemoveMean) and step.first_s is not None)

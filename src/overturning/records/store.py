@@ -21,12 +21,12 @@ _NUMBERS = ("fault_strike_deg", "latitude", "longitude")
 
 
 def round_to_stored_precision(record: Record) -> Record:
-    """Return a record with samples rounded as in a stored file: to 1e-9 m/s², without negative zeros."""
+    """Round the samples of a record to the precision of stored files, 1e-9 m/s²."""
     return record.with_changed_components(lambda samples: np.round(samples, DECIMALS) + 0.0)
 
 
 def write_record_to_motion_file(record: Record, path: Path | str, unprocessed_record: Record | None = None) -> None:
-    """Write a record to a NetCDF file (CF-1.11) atomically; create the folder if it is missing.
+    """Write a record to a NetCDF motion file (CF-1.11) atomically; create the folder if it is missing.
 
     With ``unprocessed_record``, the file also holds the record before its processing, for comparison.
     """
@@ -48,7 +48,7 @@ def write_record_to_motion_file(record: Record, path: Path | str, unprocessed_re
 def _write_record_time_series(
     netcdf_file: Any, record: Record, variable_suffix: str = "", long_name_suffix: str = ""
 ) -> None:
-    """Write the times and components of a record to a NetCDF file as variables with a time dimension."""
+    """Write the times and components of a record as variables of an open NetCDF file."""
     netcdf_file.createDimension(f"time{variable_suffix}", record.north.size)
     time = np.arange(record.north.size) * record.sampling_interval
     for name, values, unit, long_name in (
@@ -66,7 +66,7 @@ def _write_record_time_series(
 
 
 def _record_netcdf_attributes(record: Record) -> dict[str, Any]:
-    """Return the global attributes of a ``motion.nc``: metadata and processing of the record."""
+    """Return the global NetCDF attributes of a stored record: metadata and processing."""
     attributes: dict[str, Any] = {
         "Conventions": "CF-1.11",
         "title": f"Ground motion {record.record_id}",
@@ -83,12 +83,12 @@ def _record_netcdf_attributes(record: Record) -> dict[str, Any]:
 
 
 def read_record_from_motion_file(path: Path | str) -> Record:
-    """Read the record in a ``motion.nc``; raise a ResultError if the file is missing, damaged or of another kind."""
+    """Read a record from a NetCDF motion file; a ResultError if it is missing, damaged or of another kind."""
     return _read_stored_record(Path(path), "")
 
 
 def read_unprocessed_record_from_motion_file(path: Path | str) -> Record | None:
-    """Read the unprocessed record from a ``motion.nc``; return None if the record was not processed."""
+    """Read the record before processing from a NetCDF motion file; None if the record was not processed."""
     import netCDF4
 
     read_record_from_motion_file(path)
@@ -98,7 +98,7 @@ def read_unprocessed_record_from_motion_file(path: Path | str) -> Record | None:
 
 
 def _read_stored_record(path: Path, variable_suffix: str) -> Record:
-    """Read a record from the variables of a ``motion.nc`` whose names end with a suffix."""
+    """Read a record from those variables of a NetCDF motion file whose names end with a suffix."""
     import netCDF4
 
     if path.is_file() and not checksum_at_end_matches(path):

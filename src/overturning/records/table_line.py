@@ -25,7 +25,7 @@ COLUMNS = ("id", "format", "source", "station", "event", "fault_strike_deg", "pu
 def add_record_to_table(
     paths: Sequence[Path], cells_by_column: dict[str, str], table_path: Path, record_folder: Path
 ) -> Record:
-    """Add a record to the record table, and return the record.
+    """Copy a record's files and add a row for them to the record table; return the record.
 
     The files (for a single file, also the others of its record) are read, copied to the folder of record files, and
     named in a new line of the table. A missing table is created with the records of the package. Defaults of
@@ -59,7 +59,7 @@ def add_record_to_table(
 
 
 def _check_files_and_columns(paths: Sequence[Path], cells_by_column: dict[str, str]) -> None:
-    """Raise an error if a path is no file, or if the record table has no column of a given name."""
+    """Raise an error if a path is not a file, or if the record table has no column of a given name."""
     missing = [path for path in paths if not path.is_file()]
     if missing:
         why = "a folder; name the files of one record in it" if missing[0].is_dir() else "no such file"
@@ -72,7 +72,7 @@ def _check_files_and_columns(paths: Sequence[Path], cells_by_column: dict[str, s
 
 
 def _validated_table_entry(cells_by_column: dict[str, str]) -> RecordEntry:
-    """Return the record-table entry with the given cells; raise an ArgumentError for an invalid cell."""
+    """Validate the cells of a record-table row; raise an ArgumentError for an invalid cell."""
     try:
         return RecordEntry.model_validate({name: text for name, text in cells_by_column.items() if text})
     except ValidationError as error:
@@ -81,7 +81,7 @@ def _validated_table_entry(cells_by_column: dict[str, str]) -> RecordEntry:
 
 
 def _check_cell_characters(cells_by_column: dict[str, str]) -> None:
-    """Raise an ArgumentError if a cell has characters that would break the format of the record table."""
+    """Raise an ArgumentError if a cell contains characters, such as a tab, that would break the record table."""
     for text in cells_by_column.values():
         if re.search(r'[\t\n\r]|^"', text):
             raise ArgumentError(
@@ -90,7 +90,7 @@ def _check_cell_characters(cells_by_column: dict[str, str]) -> None:
 
 
 def _copy_record_files(paths: Sequence[Path], record_folder: Path) -> None:
-    """Copy files to the folder of record files; raise an ArgumentError if it has a different file of the same name."""
+    """Copy files to the folder of record files; an ArgumentError if other files have the same names there."""
     record_folder.mkdir(parents=True, exist_ok=True)
     for path in paths:
         target = record_folder / path.name
@@ -101,7 +101,7 @@ def _copy_record_files(paths: Sequence[Path], record_folder: Path) -> None:
 
 
 def new_record_notes(record: Record, table_path: Path, record_folder: Path) -> list[str]:
-    """Return notes on a new record of the record table: doubts about its earthquake, and records with the same samples.
+    """Return notes on a new record of the record table: doubtful earthquake, or same samples as another record.
 
     Of other records whose files cannot be read, only the lines of the table are compared.
     """
@@ -120,7 +120,7 @@ def new_record_notes(record: Record, table_path: Path, record_folder: Path) -> l
 
 
 def _read_record_or_keep_entry(table_entry: RecordEntry, record_folder: Path) -> Record | RecordEntry:
-    """Return the record of a record-table entry, or the entry itself if its files cannot be read."""
+    """Read the record of a table row; return the row itself if its files cannot be read."""
     try:
         return read_record(table_entry, record_folder)
     except OverturningError:
@@ -128,7 +128,7 @@ def _read_record_or_keep_entry(table_entry: RecordEntry, record_folder: Path) ->
 
 
 def _append_table_line(table_path: Path, source_table: Path, cells_by_column: dict[str, str]) -> None:
-    """Write the lines of ``source_table`` and a new line to a record table; add missing columns to its header."""
+    """Write a record table with the lines of ``source_table`` and a new one; columns are added as needed."""
     lines = source_table.read_text(encoding="utf-8-sig").splitlines() if source_table.exists() else ["\t".join(COLUMNS)]
     head = next(index for index, line in enumerate(lines) if line.strip() and not line.startswith("#"))
     columns = lines[head].split("\t")

@@ -25,7 +25,7 @@ MAX_STATION_DISTANCE_KM = 1.0
 
 
 class AssemblyRefusalCollector(RecordRefusalReasons):
-    """Collector of reasons to refuse components as one record, and of contradictions that the user accepts."""
+    """Collector of reasons to refuse components as one record, and of contradictions the user accepts."""
 
     def __init__(self, *, trust_contradictions: bool) -> None:
         super().__init__()
@@ -34,11 +34,11 @@ class AssemblyRefusalCollector(RecordRefusalReasons):
 
     @property
     def has_reasons(self) -> bool:
-        """True if there is already a reason to refuse the components."""
+        """True if at least one reason to refuse the components has been collected."""
         return bool(self._found)
 
     def report_contradiction(self, contradiction: str, remedy: str) -> None:
-        """Raise a RecordError for a contradiction, or add it to the trusted ones if the user trusts the data."""
+        """Raise a RecordError for a contradiction; if the user trusts the data, only store the contradiction."""
         if not self.trusting:
             raise RecordError(f"{contradiction}; {remedy}")
         self.trusted.append(contradiction)
@@ -47,7 +47,7 @@ class AssemblyRefusalCollector(RecordRefusalReasons):
 def cut_to_common_window(
     components: Sequence[RecordComponent], refusals_out: AssemblyRefusalCollector
 ) -> list[RecordComponent]:
-    """Cut components to the window of time that all of them cover.
+    """Cut the components of a record to the time window that all of them cover.
 
     Starts are rounded to whole samples relative to the latest; a shift of less than half a sample remains. Raises a
     RecordError if the rates differ, or the starts by more than 0.5 s. Lengths may differ in one file, because recorders
@@ -72,7 +72,7 @@ def cut_to_common_window(
 
 
 def _check_same_sensor(components: Sequence[RecordComponent], refusals_out: AssemblyRefusalCollector) -> None:
-    """Report a contradiction if components state different stations, events or sensors, or mix raw and processed."""
+    """Report a contradiction if components are of different stations, earthquakes or sensors, or some are raw only."""
     said = [
         (c.station, c.extra.get("network", ""), c.event, "processed" if c.processed else "raw", c.location, sensor)
         for c, sensor in zip(components, map(seed_band_and_instrument_code, components), strict=True)
@@ -86,7 +86,7 @@ def _check_same_sensor(components: Sequence[RecordComponent], refusals_out: Asse
 
 
 def _common_sampling_interval(components: Sequence[RecordComponent]) -> float:
-    """Return the sampling interval that the components share, s; raise a RecordError if they have different ones."""
+    """Return the sampling interval of the components, s; raise a RecordError if it is not the same for all."""
     interval = components[0].sampling_interval
     for other in components[1:]:
         if not math.isclose(other.sampling_interval, interval, rel_tol=1e-6):
@@ -100,7 +100,7 @@ def _common_sampling_interval(components: Sequence[RecordComponent]) -> float:
 def _samples_before_common_start(
     components: Sequence[RecordComponent], sampling_interval: float, refusals_out: AssemblyRefusalCollector
 ) -> list[int]:
-    """Return for each component the number of samples before the latest start; all 0 if any component has no start."""
+    """Return, for each component, the number of samples before the latest start of all; 0 if a start is unknown."""
     starts = [c.start for c in components if c.start is not None]
     if 0 < len(starts) < len(components):
         undated = " and ".join(f"{c.axis} of {c.file}" for c in components if c.start is None)
@@ -121,7 +121,7 @@ def _samples_before_common_start(
 def _checked_length_difference(
     components: Sequence[RecordComponent], sampling_interval: float, refusals_out: AssemblyRefusalCollector
 ) -> float:
-    """Return the longest minus the shortest duration, s; report a contradiction if it is large between files."""
+    """Return the longest minus the shortest duration, s; report a contradiction if files differ too much."""
     sizes = [c.samples.size for c in components]
     spread = (max(sizes) - min(sizes)) * sampling_interval
     one_file = len({c.sha256 for c in components}) == 1 or all(c.film for c in components)
@@ -148,7 +148,7 @@ def _check_peak_in_common_window(
     cut_components: Sequence[RecordComponent],
     refusals_out: AssemblyRefusalCollector,
 ) -> None:
-    """Report a contradiction if the common window holds less than `MIN_WINDOW_PEAK` of the peak of a component."""
+    """Report a contradiction if the common time window excludes a component's peak."""
     for component, kept in zip(components, cut_components, strict=True):
         level = component.samples.mean()
         peak, left = (float(np.abs(samples - level).max()) for samples in (component.samples, kept.samples))
@@ -168,7 +168,7 @@ def common_window_processing_entry(
     north: FloatArray,
     east: FloatArray,
 ) -> tuple[dict[str, Any], ...]:
-    """Return a tuple with the entry of `Record.processing` on the cut to the common window; () if nothing is cut."""
+    """Return an entry for `Record.processing` on the cut to the common time window; () if nothing is cut."""
     sizes = {c.axis: c.samples.size for c in components}
     kept, interval = cut_components[0].samples.size, cut_components[0].sampling_interval
     left_out = max(sizes.values()) - kept

@@ -46,7 +46,7 @@ RECORD: Final[Fields] = {
 
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
-    """Read all components of a file; a RecordError names the line where the file is cut or contradicts itself."""
+    """Read the components of a CISMID file (Peru); raise a RecordError with the line number if it is damaged."""
     station = Header.find_fields(source_file, STATION, 40)
     at = station.line_index_of_field("section 2")
     header = Header.find_fields(TextLines(source_file, source_file.lines[at:], at), RECORD, 40)
@@ -88,12 +88,12 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
 
 
 def _utc_time_of_local_time_field(header: Header, field_name: str) -> datetime | None:
-    """Return the local time in a field, on the header's DATE, as UTC; None where summer time may have been in force."""
+    """Return the local time in a header field as UTC; None for months in which summer time is uncertain."""
     moment = parse_time_as_utc(f"{header.field_text('DATE')} {header.field_text(field_name)}", CLOCK, utc_offset=PERU)
     return None if moment and moment.year in SUMMERS and moment.month <= 4 else moment
 
 
 def _stated_peak_of_column(header: Header, column_number: int) -> HeaderPeak | None:
-    """Return the peak that the header states for a column, numbered from 0; None if the header states no peaks."""
+    """Return the peak acceleration that the header states for column number `column_number`; None if it states none."""
     stated = header.field_text("MAXIMUM ACCELERATION").split()
     return header.field_peak_acceleration("MAXIMUM ACCELERATION", GAL, stated[column_number]) if stated else None

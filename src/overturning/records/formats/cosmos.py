@@ -56,7 +56,7 @@ FIELDS: Final[Fields] = {
 def _parse_number_block_format(
     channel_lines: TextLines, line_index: int, block_label: str
 ) -> tuple[dict[str, Any], int]:
-    """Return count, numbers per line and column width of a block of numbers, and the line index after the block."""
+    """Return number count, numbers per line and column width of a number block, and the index of the line after it."""
     match = SET.match(channel_lines.lines[line_index]) if line_index < len(channel_lines.lines) else None
     if match is None:
         raise channel_lines.line_error(
@@ -70,7 +70,7 @@ def _parse_number_block_format(
 
 @reads_consecutive_components(r"\s*(Corrected|Uncorrected|Raw) accel.*\(Format v", "get the file again")
 def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
-    """Read the component that begins at the first line; return the component and the number of lines it takes."""
+    """Read one component of a COSMOS file; return the component and its number of lines."""
     text = channel_lines.lines
     stated = re.search(r"with\s+(\d+)\s+text lines", text[0])
     ints_at = int(stated[1]) if stated else 13
@@ -124,7 +124,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
 
 
 def _extra_entries_of_agency_processing(header: Header) -> dict[str, str]:
-    """Return, as entries of ``extra``, the agency and the filter with which a file was corrected."""
+    """Return the agency and filter of corrected data as entries of `Record.extra`; {} if the data are not corrected."""
     if not header.field_text("corrected"):
         return {}
     when, corners = header.field_text("processed"), " ".join(header.field_text("filter").split())
@@ -134,7 +134,7 @@ def _extra_entries_of_agency_processing(header: Header) -> dict[str, str]:
 
 
 def _acceleration_per_count(channel_lines: TextLines, reals_line_index: int, header_reals: FloatArray) -> float:
-    """Return the acceleration of one digitiser count, m/s², from the recorder's step and the sensor's sensitivity."""
+    """Return the acceleration of one digitiser count, m/s², from the header's recorder step and sensitivity."""
     microvolts, volts_per_g = float(header_reals[21]), float(header_reals[41])
     gain = 1.0 if header_reals[46] == NULL else float(header_reals[46])
     for number, value, what in ((22, microvolts, "µV per count"), (42, volts_per_g, "V/g"), (47, gain, "gain")):
@@ -147,7 +147,7 @@ def _acceleration_per_count(channel_lines: TextLines, reals_line_index: int, hea
 
 
 def _checked_sample_unit_code(channel_lines: TextLines, data_line_index: int, unit_code: int) -> int:
-    """Return the unit code (COSMOS table 2) of the samples; raise a RecordError if text and `unit_code` differ."""
+    """Return the unit code of the samples (COSMOS table 2); raise a RecordError if the header contradicts itself."""
     line = channel_lines.lines[data_line_index]
     stated = re.search(r"units\s*=\s*([^,(]+)\(\s*(\d+)\s*\)", line, re.IGNORECASE)
     number = int(stated[2]) if stated else unit_code
@@ -168,7 +168,7 @@ def _checked_sample_unit_code(channel_lines: TextLines, data_line_index: int, un
 
 
 def _axis_name_and_direction(header: Header, comments: Sequence[str], direction_code: int) -> tuple[str, Direction]:
-    """Return the name and direction of the axis, from the header's text and code, else from the SEED channel code."""
+    """Return axis name and direction from the header's text and code; if both lack it, from the SEED channel code."""
     word = header.field_text("axis")
     coded = {400: (None, 1), 401: (None, -1)}.get(direction_code, direction_of_azimuth_code(direction_code))
     direction = axis_direction_from_name_or_code(word, coded, partial(header.line_error, "axis"))
@@ -180,7 +180,7 @@ def _axis_name_and_direction(header: Header, comments: Sequence[str], direction_
 
 
 def _start_time(channel_lines: TextLines, header_integers: np.ndarray, seconds: float) -> datetime | None:
-    """Return the UTC time of the first sample from header integers and `seconds`; None if the header states none."""
+    """Return the UTC time of the first sample from the header's integers and `seconds`; None if it is not stated."""
     year, _, month, day, hour, minute = (int(header_integers[i]) for i in range(39, 45))
     if NULL in (year, month, day, hour, minute) or not 0 <= seconds < 61:
         return None

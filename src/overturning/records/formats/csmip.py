@@ -69,7 +69,7 @@ DATA: Final[Fields] = {
 
 @reads_consecutive_components(r"\s*((UN)?CORRECTED|RESPONSE)", "get the file again")
 def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
-    """Read the component that begins at the first line; return the component and the number of lines it takes."""
+    """Read one component of a CSMIP or CGS file (California); return the component and its number of lines."""
     volume = {"U": 1, "C": 2}.get(channel_lines.lines[0].lstrip()[0].upper())
     if volume is None:
         raise channel_lines.line_error(0, "response spectra (volume 3); get volume 1 or 2")
@@ -144,7 +144,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
 
 
 def _header_peak_unit(header: Header) -> str:
-    """Return the unit of the peak in the header, in lower case; "" if the header states no peak."""
+    """Return the unit of the peak acceleration in the header, in lower case; "" if no peak is stated."""
     match = header.field_pattern_match("peak")
     return match[2].lower() if match else ""
 
@@ -152,7 +152,7 @@ def _header_peak_unit(header: Header) -> str:
 def _read_evenly_spaced_samples(
     channel_lines: TextLines, data_line_index: int, header: Header
 ) -> tuple[np.ndarray, float, tuple[str, ...]]:
-    """Read evenly spaced samples; return the samples, m/s², the sampling interval, s, and notes on surplus lines."""
+    """Return samples at constant intervals, m/s², their sampling interval, s, and notes on surplus lines."""
     data = Header.find_fields(
         replace(
             channel_lines, lines=channel_lines.lines[data_line_index:], before=channel_lines.before + data_line_index
@@ -185,7 +185,7 @@ def _read_evenly_spaced_samples(
 def _read_time_acceleration_pairs(
     channel_lines: TextLines, text_line_count: int, header: Header
 ) -> tuple[np.ndarray, float, tuple[str, ...]]:
-    """Read the pairs of time and acceleration of old volume-1 files; return samples, m/s², interval, s, and notes."""
+    """Read time-acceleration pairs of old volume-1 files; return samples, m/s², sampling interval, s, and notes."""
     count, first = int(header.field_number("NO. OF POINTS")), text_line_count + 14
     header.check_field_pattern("unit of the pairs", ".", "g, g/10 or cm/sec/sec")
     values = channel_lines.read_fixed_columns(first, width=7, per_line=10, count=2 * count)

@@ -42,7 +42,7 @@ ACCELERATION: Final = r"(UN)?CORRECTED ACCELERATION\s+UNIT:\s*(CM/SEC/SEC|GAL)\s
 
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
-    """Return a list of the file's only component; a RecordError names the line where the file is cut or wrong."""
+    """Read the one component of a CSMNC file (China), as a list; a RecordError names the line of an error."""
     header = Header.find_fields(source_file, FIELDS, 20, min_lines=17)
     header.check_field_pattern("quantity", ACCELERATION, "acceleration in CM/SEC/SEC")
     axis = header.field_text("COMP. with the axis")

@@ -24,7 +24,7 @@ from overturning.units import UNITS
 
 
 def read_components(source_file: SourceFile, declared_properties: DeclaredFileProperties) -> list[RecordComponent]:
-    """Read the components in the declared columns of a file.
+    """Read components from the columns of a text file, whose axes and units the user declares.
 
     ``columns`` names every column in order: ``time:s`` or ``time:ms``, ``skip``, or an axis with its unit:
     ``north:gal``, ``N28W:g``, ``270:m/s2``, ``up:gal``, ``down:gal``. With one file per component,
@@ -75,7 +75,7 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
 
 
 def _columns_of_file_and_record_key(columns_text: str, file_name: str) -> tuple[str, str]:
-    """Return the columns declared for a file, and a key that all files of the same record share.
+    """Return the declared columns of a file, and a text that is equal for all files of the same record.
 
     The key is the part of the name that ``*`` matches; it is "" if the declaration names no files.
     """
@@ -101,7 +101,7 @@ def _columns_of_file_and_record_key(columns_text: str, file_name: str) -> tuple[
 
 
 def _parse_values_per_line(columns_text: str, file_name: str) -> tuple[str, int, int]:
-    """Split ``north:gal*8F10`` into the columns, values per line (0 without ``*``) and field width (0 if free)."""
+    """Split a declaration such as ``north:gal*8F10`` into column, values per line (or 0) and field width (or 0)."""
     match = re.fullmatch(r"(\S+)\*(\d+)(?:[FEfe](\d+)(?:\.\d+)?)?", columns_text.strip())
     if match is None:
         if "*" in columns_text:
@@ -116,7 +116,7 @@ def _parse_values_per_line(columns_text: str, file_name: str) -> tuple[str, int,
 
 
 def _parse_axes_and_units(columns_text: str, file_name: str) -> list[tuple[str, str]]:
-    """Return the pair (axis, unit) of each declared column; raise a RecordError for an unreadable declaration."""
+    """Return the axis and unit of each declared column; raise a RecordError if the declaration is invalid."""
     if not columns_text.strip():
         raise RecordError(
             f"{file_name}: columns are not declared; say what they are, e.g. `time:s north:gal east:gal up:gal` "
@@ -148,7 +148,7 @@ def _read_number_rows(
     values_per_line: int,
     field_width: int,
 ) -> tuple[FloatArray, int, tuple[str, ...]]:
-    """Return the numbers, shape (rows, columns), the index of the first line of numbers, and notes on headings."""
+    """Return the numbers of a file, shape (rows, columns), the index of their first line, and notes on headings."""
     name, first = lines.source.name, first_number_line_index(lines.lines)
     texts = {
         i: line if field_width else line.strip()
@@ -182,7 +182,7 @@ def _read_number_rows(
 def _read_values_of_wrapped_axis(
     lines: TextLines, texts_by_line: Mapping[int, str], separator: str | None, values_per_line: int, field_width: int
 ) -> list[list[float]]:
-    """Return the values of a file with one axis and several values per line, as rows of one value."""
+    """Return the values of a file with one axis and several values per line, shape (values, 1)."""
     values: list[list[float]] = []
     last = max(texts_by_line, default=0)
     for index, text in texts_by_line.items():
@@ -206,7 +206,7 @@ def _read_values_of_wrapped_axis(
 
 
 def _separator_or_decimal_mark_error(line: str, cells: list[str], separator: str | None, column_count: int) -> str:
-    """Return the error message for a line's separators or decimal marks; "" for a correct line."""
+    """Return an error message if a line has decimal commas or wrong separators; "" if the line is correct."""
     decimal = next((cell for cell in cells if re.fullmatch(r"[+-]?\d*,\d+([eE][+-]?\d+)?", cell)), None)
     if decimal or (
         separator == "," and len(cells) == 2 * column_count and all(re.fullmatch(r"[+-]?\d*", c) for c in cells)
@@ -222,7 +222,7 @@ def _separator_or_decimal_mark_error(line: str, cells: list[str], separator: str
 def _checked_sampling_interval(
     lines: TextLines, first_line: int, time: FloatArray, declared_interval: float | None
 ) -> float:
-    """Return the interval of the times in `time`, s; raise a RecordError if it is uneven or not as declared."""
+    """Return the sampling interval of the times in `time`, s; raise a RecordError if uneven or not as declared."""
     exact = float(time[-1] - time[0]) / (time.size - 1)
     steps = np.abs(np.diff(time) - exact)
     if exact <= 0 or steps.max() > max(0.02 * exact, 1e-9):

@@ -33,7 +33,7 @@ FIELDS: Final[Fields] = {key: rf"^#{re.escape(key)}\s*:(.*)" for key in KEYS}
 
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
-    """Read all components of a file; a RecordError names the line where the file is cut or contradicts itself."""
+    """Read the components of a CWA file (Taiwan); raise a RecordError with the line number if it is damaged."""
     header = Header.find_fields(source_file, FIELDS)
     first = header.line_index_of_field("Data") + 1
     header.check_field_pattern("AmplitudeUnit", "gal", "Gal")
@@ -73,7 +73,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
 
 
 def _stated_peak(header: Header, field_name: str) -> HeaderPeak:
-    """Return the peak of a component from the extremes that a header field states."""
+    """Return the peak of a component, the larger of the two extremes in a header field."""
     stated = re.fullmatch(rf"({FLOAT})\s*~\s*({FLOAT})", header.field_text(field_name))
     if stated is None:
         raise header.line_error(

@@ -22,7 +22,7 @@ FIELDS: Final[Fields] = {key: rf"^{re.escape(key)}:(.*)" for key in KEYS}
 
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
-    """Return a list of the file's only component; raise a RecordError if a key, the unit or the count is wrong."""
+    """Read the one component of an ESM or ITACA file, as a list; a RecordError for a wrong key, unit or count."""
     lines = source_file.lines
     first = next((i for i, line in enumerate(lines) if not re.fullmatch(LINE, line.rstrip())), len(lines))
     header = Header.find_fields(source_file, FIELDS, first)

@@ -23,13 +23,13 @@ ARCHIVE: Final = Path(__file__).parents[1] / "fema-p695" / "ground-motions.zip"
 
 
 def _direction_from_component_name(component_name: str) -> Direction:
-    """Return the direction in a name: ``NORTHR/RRS_032``, ``NORTHR/MUL009``, Taiwan's ``-N``; ``ABBAR--L`` has none."""
+    """Return the direction in a component name such as ``NORTHR/MUL009`` (azimuth 9°); unknown if it has none."""
     stated = re.search(r"\d{3}$|(?<=-)[NE]$", component_name)
     return parse_axis_direction(stated[0]) if stated else UNKNOWN
 
 
 def read_components(record_source: str) -> list[RecordComponent]:
-    """Read both horizontal components of a record ``set:id``: a set of ``SETS``, and the record's number in the set.
+    """Read both horizontal components of a FEMA P-695 record, named ``set:id`` (set in `SETS` and its number).
 
     Raises a RecordError if the record does not exist or is damaged.
     """
@@ -57,12 +57,12 @@ def read_components(record_source: str) -> list[RecordComponent]:
 
 
 def _csv_rows(archive: zipfile.ZipFile, name: str) -> list[dict[str, str]]:
-    """Return the rows of a table in the archive, by column."""
+    """Return the rows of a CSV table in the zip archive, each as a dictionary by column."""
     return list(csv.DictReader(io.StringIO(archive.read(name).decode())))
 
 
 def _read_both_components(archive: zipfile.ZipFile, source: str, record: dict[str, str]) -> list[RecordComponent]:
-    """Return both components of a record, given its row in the table of the set."""
+    """Return both horizontal components of a FEMA P-695 record, given its row in the table of the set."""
     record_set, number = source.split(":")
     components = []
     for row in _csv_rows(archive, f"{record_set}/components.csv"):

@@ -38,7 +38,7 @@ FIELDS: Final[Fields] = {
 
 @reads_consecutive_components(r"(Unc|C)orrected", "get the file again")
 def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
-    """Read the component that begins at the first line; return the component and the number of lines it takes."""
+    """Read one component of a GeoNet file (New Zealand); return the component and its number of lines."""
     header, text = Header.find_fields(channel_lines, FIELDS, TEXT_LINES, min_lines=HEADER_LINES), channel_lines.lines
     corrected = text[0].startswith("Corrected")
     whole = channel_lines.read_fixed_integers(TEXT_LINES, width=8, per_line=10, count=40)

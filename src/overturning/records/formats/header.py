@@ -39,14 +39,14 @@ FIRST_YEAR: Final = 33
 
 
 def last_digit_resolution(number_text: str) -> float:
-    """Return the place value of the last printed digit of a number: 0.001 for ``927.174``, 10 for ``1.23E3``."""
+    """Return the unit of the last digit of a printed number: 0.001 for ``927.174``, 10 for ``1.23E3``."""
     mantissa, _, exponent = number_text.strip().upper().replace("D", "E").partition("E")
     decimals = len(mantissa.partition(".")[2])
     return float(10.0 ** (int(exponent or 0) - decimals))
 
 
 def parse_time_as_utc(time_text: str, *time_patterns: str, utc_offset: timedelta = timedelta()) -> datetime | None:
-    """Parse a time with the first pattern that fits and return it in UTC; None if no pattern fits.
+    """Parse a time by the first format that matches, and return it in UTC; None if no format matches.
 
     ``utc_offset`` is local time minus UTC.
     """
@@ -58,7 +58,7 @@ def parse_time_as_utc(time_text: str, *time_patterns: str, utc_offset: timedelta
 
 @dataclass(frozen=True)
 class Header(TextLines):
-    """Header of a text file: its lines, and for each field the line index and the match of the field's pattern."""
+    """Header of a text file: its lines, and for each field the line number and the matched text."""
 
     found: Mapping[str, tuple[int, re.Match[str]]] = field(default_factory=dict)
 
@@ -66,7 +66,7 @@ class Header(TextLines):
     def find_fields(
         cls, lines: TextLines | SourceFile, field_patterns: Fields, max_lines: int = 500, *, min_lines: int = 0
     ) -> "Header":
-        """Return the header with the fields whose patterns match in the first ``max_lines`` lines; case is ignored.
+        """Find the header fields by their patterns (regular expressions) in the first ``max_lines`` lines.
 
         Raises a RecordError if there are fewer than ``min_lines`` lines.
         """
@@ -92,7 +92,7 @@ class Header(TextLines):
         return self.found[field_name][0]
 
     def field_pattern_match(self, field_name: str) -> re.Match[str] | None:
-        """Return the match of a header field's pattern; None if the header does not state the field."""
+        """Return the regular-expression match of a header field; None if the header lacks the field."""
         return self.found[field_name][1] if field_name in self.found else None
 
     def field_text(self, field_name: str) -> str:
@@ -101,7 +101,7 @@ class Header(TextLines):
         return next((group.strip() for group in match.groups() if group is not None), "") if match else ""
 
     def line_error(self, line_index_or_field: int | str, problem: str) -> RecordError:
-        """Return an error that states a problem and its line; the line is given by its index or by a header field."""
+        """Return an error about a line of the file, which is given by its index or by the name of a header field."""
         return super().line_error(
             self.line_index_of_field(line_index_or_field)
             if isinstance(line_index_or_field, str)
@@ -110,7 +110,7 @@ class Header(TextLines):
         )
 
     def field_number(self, field_name: str, text_part: str | None = None) -> float:
-        """Return the number in a header field (or in `text_part`); raise a RecordError if the text is no number."""
+        """Return the number in a header field (or in the text `text_part`); raise a RecordError if it is no number."""
         index = self.line_index_of_field(field_name)
         return self.parse_number(self.field_text(field_name) if text_part is None else text_part, index, field_name)
 
@@ -119,19 +119,19 @@ class Header(TextLines):
         return self.field_number(field_name) if self.field_text(field_name) else None
 
     def field_sampling_interval(self, field_name: str, text_part: str | None = None) -> float:
-        """Return the sampling interval, s, for the sampling rate, Hz, in a header field (or in `text_part`)."""
+        """Return the sampling interval, s, from the sampling rate, Hz, in a header field (or in `text_part`)."""
         return self.sampling_interval_of_rate(
             self.field_number(field_name, text_part), self.line_index_of_field(field_name)
         )
 
     def extra_entries_of_stated_numbers(self, fields_by_name: Mapping[str, str]) -> dict[str, Any]:
-        """Return the numbers in header fields as entries of `Record.extra`, by name, without missing fields."""
+        """Return numbers from header fields as entries of `Record.extra`; fields that are missing are left out."""
         return {name: self.field_number(stated) for name, stated in fields_by_name.items() if self.field_text(stated)}
 
     def field_peak_acceleration(
         self, field_name: str, unit_size: float, text_part: str | None = None, *, after_mean: bool = False
     ) -> HeaderPeak:
-        """Return the peak acceleration, m/s², in a header field, whose unit is ``unit_size`` m/s²."""
+        """Return the peak acceleration (converted to m/s²) and its resolution from a header field."""
         stated = self.field_text(field_name) if text_part is None else text_part
         size = abs(self.field_number(field_name, stated))
         return HeaderPeak(
@@ -144,7 +144,7 @@ class Header(TextLines):
     def field_utc_time(
         self, field_name: str, *time_patterns: str, text_part: str | None = None, utc_offset: timedelta = timedelta()
     ) -> datetime:
-        """Return the time in a header field (or in `text_part`) as UTC; ``utc_offset`` is local time minus UTC."""
+        """Return the UTC time in a header field (or in `text_part`); ``utc_offset`` is local time minus UTC."""
         stated = self.field_text(field_name) if text_part is None else text_part
         index, moment = (
             self.line_index_of_field(field_name),
@@ -199,14 +199,14 @@ class Header(TextLines):
         ) else {}
 
     def check_field_pattern(self, field_name: str, text_pattern: str, readable_kind: str) -> None:
-        """Raise a RecordError if the text of a header field, such as a unit or a quantity, does not fit a pattern."""
+        """Raise a RecordError if a header field, such as the unit of the samples, does not match a pattern."""
         if not re.match(text_pattern, self.field_text(field_name), re.IGNORECASE):
             raise self.line_error(
                 field_name, f"{field_name} {self.field_text(field_name)!r}; only {readable_kind} is read: get that file"
             )
 
     def check_sample_count(self, field_name: str, sample_count: int) -> None:
-        """Raise a RecordError if the number of samples differs from the number that a header field states."""
+        """Raise a RecordError if the file has another number of samples than a header field states."""
         if self.field_number(field_name) != sample_count:
             raise self.line_error(
                 field_name, f"{self.field_text(field_name)} samples here, but {sample_count} below; get the file again"
@@ -215,7 +215,7 @@ class Header(TextLines):
     def check_stated_duration(
         self, field_name: str, sample_count: int, sampling_interval: float, text_part: str | None = None
     ) -> None:
-        """Raise a RecordError if the samples last longer or shorter than a header field (or `text_part`) states.
+        """Raise a RecordError if the duration of the samples differs from that in a header field (or `text_part`).
 
         The stated duration may be rounded, and may include one interval after the last sample. No check if not stated.
         """
@@ -232,7 +232,7 @@ class Header(TextLines):
     def cut_to_stated_count(
         self, field_name: str, samples: FloatArray, text_part: str | None = None
     ) -> tuple[FloatArray, tuple[str, ...]]:
-        """Return samples, cut to the number that a header field (or `text_part`) states, and a note if some are cut.
+        """Cut samples to the number that a header field (or `text_part`) states; return also a note if any are cut.
 
         Raises a RecordError if the file has fewer.
         """
@@ -246,7 +246,7 @@ class Header(TextLines):
     def create_component(
         self, axis: str, direction: Direction, samples: FloatArray, sampling_interval: float, **metadata: Any
     ) -> RecordComponent:
-        """Return a component of the file with ``metadata`` and the metadata in the header.
+        """Create a component of the file from samples, ``metadata``, and the station and earthquake in the header.
 
         The header's fields ``station``, ``event``, ``coordinates``, ``magnitude`` and ``epicentre`` are added.
         """
@@ -260,7 +260,7 @@ class Header(TextLines):
 
 
 def epicentre_extra_entries(latitude_deg: float | None, longitude_deg: float | None) -> dict[str, float]:
-    """Return an epicentre, degrees, as entries of a record's ``extra``; {} if it is unknown."""
+    """Return an epicentre (latitude, longitude, degrees) as entries of `Record.extra`; {} if it is unknown."""
     return (
         {}
         if latitude_deg is None or longitude_deg is None

@@ -36,7 +36,7 @@ _STATED_UNIT: Final = re.compile(
 
 
 def _normalise_heading(heading: str) -> str:
-    """Return a heading in lower case, with one spelling of powers and seconds and no blanks around its unit."""
+    """Return a column heading in lower case, with uniform spelling of units such as m/s2."""
     heading = heading.strip("\"'# \t").lower().replace("²", "2").replace("^", "").replace("**", "")
     heading = re.sub(r"(?<=m)[ .*·]?s-(1|2)\b", lambda power: "/s" if power[1] == "1" else "/s2", heading)
     return re.sub(r"(?<=[m/])sec\b", "s", re.sub(r"/sec(?=[/2\s)\]]|$)", "/s", heading)).replace("/s/s", "/s2")
@@ -54,7 +54,7 @@ def first_number_line_index(lines: Sequence[str]) -> int:
 
 
 def read_heading_cells(lines: Sequence[str], separator: str | None, column_count: int) -> list[list[str]]:
-    """Return the cells of each line above the numbers, commented or not, that has one cell per column.
+    """Return the cells of each heading line, that is a line above the numbers with one cell per column.
 
     Cells are separated like the numbers or by blanks; cells of several words by at least two blanks. A line of prose
     may have as many words as there are columns by chance, so each cell between blanks must contain a letter.
@@ -68,7 +68,7 @@ def _strip_comment_marks(line: str, separator: str | None) -> str:
 
 
 def _split_heading_line(line: str, separator: str | None, column_count: int) -> list[str]:
-    """Return the cells of a line of headings; empty for any other line."""
+    """Split a heading line into cells; return [] if the line does not have one cell per column."""
     text = _strip_comment_marks(line, separator)
     ways = [text.split(separator)] if separator else []
     blanks = [re.split(r"\s{2,}|\t", text), text.split(), *([[text]] if column_count == 1 else [])]
@@ -78,7 +78,7 @@ def _split_heading_line(line: str, separator: str | None, column_count: int) -> 
 
 
 def heading_direction(heading: str) -> Direction:
-    """Return the direction that a column heading names: ``N``, ``HNE``, ``Acc.E-W (gal)``; else unknown."""
+    """Return the axis direction in a column heading such as ``HNE`` or ``Acc.E-W (gal)``; else `UNKNOWN`."""
     if (whole := parse_axis_direction(heading.partition("(")[0].partition("[")[0])) != UNKNOWN:
         return whole
     named = set[Direction]()
@@ -95,7 +95,7 @@ def heading_direction(heading: str) -> Direction:
 def text_line_unit_notes_and_refusal(
     file_name: str, lines: Sequence[str], separator: str | None, declared_columns: Sequence[tuple[str, str]]
 ) -> tuple[tuple[str, ...], str]:
-    """Return notes on text lines that state another unit than declared, and a reason to refuse the file or "".
+    """Return notes on text lines that state another unit than declared, and why to refuse the file (or "").
 
     Such a line applies to all columns: ``Velocity (cm/s)``, ``# units: g``. The reason names a quantity other than
     acceleration; "" if there is none. See `heading_mismatch_notes_and_refusal`.
@@ -128,7 +128,7 @@ def text_line_unit_notes_and_refusal(
 def heading_mismatch_notes_and_refusal(
     file_name: str, headings: Sequence[Sequence[str]], declared_columns: Sequence[tuple[str, str]]
 ) -> tuple[tuple[str, ...], str]:
-    """Return notes on headings that name another axis or unit than declared, and a reason to refuse the file or "".
+    """Return notes on headings that state another axis or unit than declared, and why to refuse the file (or "").
 
     The reason names a quantity other than acceleration; "" if there is none.
 
@@ -162,6 +162,6 @@ def heading_mismatch_notes_and_refusal(
 
 
 def _quantity_other_than_acceleration(heading: str) -> str:
-    """Return the quantity that a column heading names, if it is not acceleration; else ""."""
+    """Return the quantity in a column heading if it is not acceleration, such as "velocity"; else ""."""
     plain = _normalise_heading(heading)
     return next((what for what, pattern in _QUANTITIES if re.search(pattern, plain)), "")

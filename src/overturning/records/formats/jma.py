@@ -32,7 +32,7 @@ FIELDS: Final[Fields] = {
 
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
-    """Read all components of a file; a RecordError names the line where the file is cut or contradicts itself."""
+    """Read the components of a JMA file (Japan); raise a RecordError with the line number if it is damaged."""
     header = Header.find_fields(source_file, FIELDS, 20)
     first = header.line_index_of_field("the line NS,EW,UD") + 1
     header.check_field_pattern("UNIT", r"gal\b", "gal")

@@ -46,7 +46,7 @@ DELAY: Final = timedelta(seconds=15)
 
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
-    """Return a list of the file's only component, m/s², with its offset; a RecordError names a wrong line."""
+    """Read the one component of a K-NET or KiK-net file, m/s², as a list; its offset is not removed."""
     header = Header.find_fields(source_file, FIELDS, min_lines=len(KEYS))
     if not re.fullmatch(r"[A-Z0-9]{3,7}", station := header.field_text("Station Code")):
         raise header.line_error(
@@ -103,7 +103,7 @@ def _acceleration_per_count(header: Header) -> float:
 
 
 def _read_digitiser_counts(lines: TextLines) -> FloatArray:
-    """Return the digitiser counts in right-aligned columns; raise a RecordError if the last column is cut."""
+    """Return the samples as digitiser counts; raise a RecordError if the last number is incomplete."""
     for index, line in enumerate(lines.lines[len(KEYS) :], len(KEYS)):
         for word in line.split():
             if not re.fullmatch(r"[+-]?[0-9]{1,15}", word):

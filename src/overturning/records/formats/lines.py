@@ -26,7 +26,7 @@ _ALLOWED: Final = set("0123456789+-.eE ")
 
 @dataclass(frozen=True)
 class TextLines:
-    """Lines of a text file, or of one channel in it; line indices count from 0 at the first of these lines."""
+    """Lines of a text file, or of one channel in a file; line indices start at 0 for the first of these lines."""
 
     source: SourceFile
     lines: Sequence[str]
@@ -34,11 +34,11 @@ class TextLines:
 
     @property
     def ends_with_newline(self) -> bool:
-        """True if the last line of the file has a line end."""
+        """True if the last line of the file ends with a newline character; if not, the file may be cut."""
         return self.source.text[-1:] in "\r\n"
 
     def line_error(self, line_index: int, problem: str) -> RecordError:
-        """Return an error that states a problem with the file name and the number of the line."""
+        """Return an error with the file name, the line number and a description of the problem."""
         return RecordError(f"{self.source.name} line {self.before + line_index + 1}: {problem}")
 
     def parse_number(self, text: str, line_index: int, quantity_label: str) -> float:
@@ -51,7 +51,7 @@ class TextLines:
         return float(match[1].replace("D", "E").replace("d", "e"))
 
     def utc_time(self, line_index: int, date: Sequence[int], hour: int, minute: int, seconds: float) -> datetime:
-        """Return the time, UTC, for year, month, day and time of day; raise a RecordError if there is no such time."""
+        """Return the UTC time for year, month, day, hour, minute and seconds; a RecordError if they are invalid."""
         year, month, of_month = date
         try:
             return datetime(year, month, of_month, hour, minute, tzinfo=UTC) + timedelta(seconds=seconds)
@@ -60,7 +60,7 @@ class TextLines:
             raise self.line_error(line_index, f"{stated} ({problem}); correct it") from problem
 
     def check_header_length(self, min_lines: int) -> None:
-        """Raise a RecordError if there are fewer than ``min_lines`` lines, because the file ends in its header."""
+        """Raise a RecordError if the file has fewer than ``min_lines`` lines, so that it ends within its header."""
         if len(self.lines) < min_lines:
             raise self.line_error(len(self.lines) - 1, "the file ends in the header; get it again")
 
@@ -76,13 +76,13 @@ class TextLines:
     def check_recorded_duration(
         self, line_index: int, sample_count: int, sampling_interval: float, duration: float, tolerance: float = 0.0
     ) -> None:
-        """Raise a RecordError if the samples do not last ``duration``, s, within ``tolerance``, s, or two intervals."""
+        """Raise a RecordError if the duration of the samples differs from the stated ``duration``, s."""
         if abs(sample_count * sampling_interval - duration) > max(2.0 * sampling_interval, 0.011, tolerance):
             what = f"{sample_count} samples every {sampling_interval:g} s, but the header's length is {duration:g} s"
             raise self.line_error(line_index, f"{what}; the file is cut or holds more: get it again")
 
     def surplus_number_notes(self, stated_count: int, surplus_label: str) -> tuple[str, ...]:
-        """Return a note that a file has more numbers than the samples that its header states."""
+        """Return a note that the file has more numbers than the header states samples."""
         return (
             f"{self.source.name} goes on after the {stated_count} samples that its header promises: "
             f"{surplus_label} left out",
@@ -98,7 +98,7 @@ class TextLines:
     def skip_surplus_lines(
         self, first_line: int, stated_count: int, *, ends_file: bool = False
     ) -> tuple[int, tuple[str, ...]]:
-        """Skip lines of numbers after the samples; return the index of the next line, and a note on skipped lines.
+        """Skip lines of numbers after the last sample; return the next line's index, and a note if lines are skipped.
 
         The `stated_count` samples of the header end before `first_line`. With `ends_file`, text after them raises a
         RecordError.
@@ -117,7 +117,7 @@ class TextLines:
     def check_even_times(
         self, first_line: int, time: FloatArray, sampling_interval: float, times_per_line: float, remedy: str
     ) -> None:
-        """Raise a RecordError if a time in ``time``, s, deviates by more than 1.1 ms from even steps."""
+        """Raise a RecordError if a time in ``time``, s, deviates by more than 1.1 ms from constant intervals."""
         uneven = np.flatnonzero(np.abs(time - time[0] - sampling_interval * np.arange(time.size)) > 0.0011)
         if uneven.size:
             at = first_line + int(uneven[0] // times_per_line)
@@ -126,13 +126,13 @@ class TextLines:
             )
 
     def read_all_numbers(self, first_line: int) -> FloatArray:
-        """Return all numbers of the free-format lines from ``first_line`` on, in reading order."""
+        """Read all numbers, separated by blanks, from line ``first_line`` to the end of the file."""
         values = self._parse_cells([line.split() for line in self.lines[first_line:]], first_line)
         self._check_last_number_is_complete()
         return values
 
     def read_number_rows(self, first_line: int, column_count: int) -> FloatArray:
-        """Return the numbers of the free-format lines from ``first_line`` on, shape (lines, columns).
+        """Read the numbers, separated by blanks, from line ``first_line`` on, shape (lines, columns).
 
         Blank lines at the end are ignored. A RecordError names a line with another count, or text that is no number.
         """
@@ -148,7 +148,7 @@ class TextLines:
         return values
 
     def read_fixed_columns(self, first_line: int, *, width: int, per_line: int, count: int) -> FloatArray:
-        """Read ``count`` numbers in columns of fixed width that may touch (FORTRAN ``8F10.3``).
+        """Read ``count`` numbers in fixed-width columns, which need no blanks in between (FORTRAN ``8F10.3``).
 
         Later lines are ignored. Raises a RecordError if lines are missing or a column holds no number.
         """
@@ -165,7 +165,7 @@ class TextLines:
         return self._parse_cells(cells, first_line)
 
     def _split_line_into_fixed_columns(self, line_index: int, column_width: int, column_count: int) -> list[str]:
-        """Return the texts of the columns of fixed width in a line; raise a RecordError for text beyond them."""
+        """Split a line into texts of fixed width; raise a RecordError if text follows the last column."""
         line = self.lines[line_index].rstrip()
         cells = [line[k * column_width : (k + 1) * column_width] for k in range(column_count)]
         if rest := line[column_count * column_width :].strip():
@@ -179,13 +179,13 @@ class TextLines:
         return cells
 
     def _check_cells_and_create_line_error(self, line_index: int, cells: Sequence[str], problem: str) -> RecordError:
-        """Check that all cells of a line are numbers, then return an error about the line with the given problem."""
+        """Return an error about a line with a given problem; if a cell is no number, raise an error about the cell."""
         for cell in cells:
             self.parse_number(cell, line_index, "a sample")
         return self.line_error(line_index, f"{problem}: get the file again")
 
     def _parse_cells(self, cells: Sequence[Sequence[str]], first_line: int) -> FloatArray:
-        """Return the numbers in the cells of consecutive lines, in reading order, as a one-dimensional array."""
+        """Convert the texts in cells of consecutive lines to numbers; return a one-dimensional array."""
         words = [word for line in cells for word in line]
         # Python also accepts "nan", "inf" and "1_000", which no format allows.
         if not set("".join(words)) - _ALLOWED:
@@ -205,7 +205,7 @@ class TextLines:
                 raise self.line_error(len(self.lines) - 1, f"the last number, {words[1]!r}, is cut; get the file again")
 
     def read_fixed_integers(self, first_line: int, *, width: int, per_line: int, count: int) -> NDArray[np.int64]:
-        """Read whole numbers of up to nine digits in fixed columns (FORTRAN ``10I8``); see `read_fixed_columns`."""
+        """Read whole numbers in fixed-width columns (FORTRAN ``10I8``), each of up to nine digits."""
         values = self.read_fixed_columns(first_line, width=width, per_line=per_line, count=count)
         wrong = np.flatnonzero((np.abs(values) >= 1e9) | (values != np.round(values)))
         if wrong.size:
@@ -220,7 +220,7 @@ _ComponentReader = Callable[[TextLines], tuple[RecordComponent, int]]
 def reads_consecutive_components(
     first_line_pattern: str, remedy: str
 ) -> Callable[[_ComponentReader], Callable[[SourceFile], list[RecordComponent]]]:
-    """Return a decorator that makes a reader of one component a reader of files of consecutive components.
+    """Return a decorator that applies a reader of one component to all components of a file, one after the other.
 
     Each component begins with a line that fits ``first_line_pattern``. The decorated function gets the lines from there
     on and returns the component and the number of its lines. Blank lines are skipped. A RecordError names the line at

@@ -34,7 +34,7 @@ FULL_SCALE: Final = 0.01
 
 
 def read_components(source_file: SourceFile, declared_properties: DeclaredFileProperties) -> list[RecordComponent]:
-    """Return the components of all channels; raise a RecordError for damage, gaps or missing StationXML."""
+    """Read the components of a MiniSEED file; a RecordError for damage, gaps, or if StationXML is missing."""
     size = len(source_file.data)
     if size % 128:
         why = f"{size} bytes are no whole number of MiniSEED records; it is cut: get it again"
@@ -59,7 +59,7 @@ def read_obspy_stream(source_file: SourceFile, obspy_format: str, **options: Any
 def stream_components_in_m_s2(
     stream: Any, inventory: Any, source_file: SourceFile, declared_properties: DeclaredFileProperties
 ) -> list[RecordComponent]:
-    """Return the components of an obspy Stream in m/s², converted from counts with the StationXML's gain or response.
+    """Convert an obspy Stream from counts to components in m/s², by the gain or response in the StationXML.
 
     Raises a RecordError if a trace has a gap or is not in the inventory, or if its code names a velocity sensor while
     the inventory states acceleration and no unit is declared.
@@ -85,7 +85,7 @@ def stream_components_in_m_s2(
 def _trace_component(
     trace: Any, inventory: Any, source_file: SourceFile, declared_properties: DeclaredFileProperties
 ) -> RecordComponent:
-    """Return the component of a trace, m/s²; raise a RecordError if the StationXML of the channel does not fit."""
+    """Convert one obspy trace to a component, m/s²; a RecordError if the channel's StationXML is unsuitable."""
     channel, moment, code = f"{source_file.name}: channel {trace.id}", trace.stats.starttime, trace.stats.channel
     epoch = find_channel_epoch(trace, inventory, source_file, declared_properties)
     unit, scale = epoch.unit, acceleration_unit_in_m_s2(epoch.unit)
@@ -136,7 +136,7 @@ def _trace_component(
 
 
 def _acceleration_from_velocity_trace(trace: Any, response: Any, file_name: str) -> FloatArray:
-    """Return the acceleration of a velocity sensor, m/s²: its response removed from 0.02 Hz to 0.8 of Nyquist.
+    """Return the acceleration, m/s², from a velocity sensor's trace, by removing its response above 0.02 Hz.
 
     The band limits the amplification. A water level would be relative to the largest response to acceleration, which a
     broadband sensor has at its corner period: for 120 s, 60 dB below it is reached at 12 Hz, and higher frequencies

@@ -30,7 +30,7 @@ FIELDS: Final[Fields] = {
 
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
-    """Read all components of a file; a RecordError names the line where the file is cut or contradicts itself."""
+    """Read the components of an NSMN file (Türkiye); raise a RecordError with the line number if it is damaged."""
     header = Header.find_fields(source_file, FIELDS, min_lines=HEADER_LINES)
     values, notes = header.cut_to_stated_count("number of data", header.read_number_rows(HEADER_LINES, 3))
     moment, _, fraction = header.field_text("time of the record").partition(".")

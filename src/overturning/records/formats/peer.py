@@ -26,7 +26,7 @@ BOREHOLE: Final = re.compile("(NS|EW|UD)1", re.IGNORECASE)
 
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
-    """Return a list of the file's only component; raise a RecordError if unit or number of samples is wrong."""
+    """Read the one component of a PEER AT2 file, as a list; a RecordError for a wrong unit or sample count."""
     header = Header.find_fields(source_file, FIELDS, 4, min_lines=5)
     samples, notes = header.cut_to_stated_count("NPTS", header.read_all_numbers(4))
     parts = [part.strip() for part in header.field_text("names").split(",")]

@@ -32,7 +32,7 @@ NO_SERIES: Final[dict[float | None, str]] = {2.0: "a spectrum", 3.0: "a spectrum
 
 
 def read_components(source_file: SourceFile, declared_properties: DeclaredFileProperties) -> list[RecordComponent]:
-    """Return a list of the file's only component; raise a RecordError if no StationXML or user states a unit."""
+    """Read the one component of a SAC file, as a list; its unit comes from StationXML or the user."""
     # Check the interval first: obspy divides by it while reading.
     intervals = [struct.unpack(f"{order}f", source_file.data[:4])[0] for order in "<>"]
     if not any(1e-6 < interval < 1e3 for interval in intervals):
@@ -59,7 +59,7 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
 def _trace_component(
     trace: Any, source_file: SourceFile, unit: str, declared_properties: DeclaredFileProperties
 ) -> RecordComponent:
-    """Return the component of a SAC trace in a declared unit; raise a RecordError if it is no acceleration."""
+    """Convert a SAC trace in a declared unit to a component, m/s²; a RecordError if it is not acceleration."""
     header, scale = trace.stats.sac, UNITS[unit]
 
     def header_number(header_key: str) -> float | None:
@@ -111,7 +111,7 @@ def _trace_component(
 
 
 def _axis_direction_from_sac_angles(azimuth: float | None, inclination: float | None) -> Direction:
-    """Return the axis direction for SAC's angles CMPAZ (azimuth) and CMPINC (0 up, 90 level, 180 down), degrees."""
+    """Return an axis direction from SAC's CMPAZ (azimuth) and CMPINC (0 up, 90 horizontal, 180 down), degrees."""
     if inclination is not None and inclination in (0.0, 180.0):
         return None, 1 if inclination == 0.0 else -1
     if azimuth is None or inclination != 90.0:

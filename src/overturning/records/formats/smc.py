@@ -32,7 +32,7 @@ DAM: Final = {1: "base of a dam", 2: "crest of a dam", 3: "abutment of a dam"}
 
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
-    """Return a list of the file's only component; a RecordError names the line where the file is cut or wrong."""
+    """Read the one component of an SMC file (USGS), as a list; a RecordError names the line of an error."""
     text = TextLines(source_file, source_file.lines)
     lines = text.lines
     kind = lines[0].strip()
@@ -72,7 +72,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
 
 
 def _read_samples(lines: TextLines, comment_count: int, sample_count: int) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Return the samples, cm/s², after the comments, and a note if the file has more than `sample_count` samples."""
+    """Return the samples, cm/s², that follow the comment lines, and a note if there are more than `sample_count`."""
     if sample_count < 2 or not 0 <= comment_count <= 10_000:
         raise lines.line_error(13, f"{sample_count} samples and {comment_count} comment lines; correct the header")
     first = HEADER_LINES + comment_count
@@ -84,7 +84,7 @@ def _read_samples(lines: TextLines, comment_count: int, sample_count: int) -> tu
 
 
 def _axis_name_and_direction(lines: TextLines, header_integers: np.ndarray) -> tuple[str, Direction]:
-    """Return the name and direction of the axis; the header's text and integers must agree."""
+    """Return axis name and direction from the header; a RecordError if its text and integers disagree."""
     word = re.search(r"component=\s*(\S+)", lines.lines[5])
     axis = word[1] if word else str(header_integers[13])
     senses: dict[int, Direction] = {0: (None, 1), 180: (None, -1)}
@@ -104,7 +104,7 @@ def _sensor_location(header_integers: np.ndarray) -> str:
 def _flagged_problem_and_longitude_notes(
     file_name: str, header_integers: np.ndarray, header_reals: dict[int, float]
 ) -> list[str]:
-    """Return notes on a problem that the header flags, and on a longitude that may be positive to the west."""
+    """Return notes on a problem that the header flags, and on a longitude that may be meant as west."""
     flagged = (
         [f"{file_name}: its header flags a problem with the record; read its comments"]
         if header_integers[17] == 1
@@ -116,7 +116,7 @@ def _flagged_problem_and_longitude_notes(
 
 
 def _start_time(header_integers: np.ndarray, lines: TextLines) -> datetime | None:
-    """Return the time of the first sample, UTC, from year, day of the year and time; None if not stated."""
+    """Return the UTC time of the first sample from year, day of year and time of day; None if not stated."""
     year, day, hour, minute, second, millis = (int(n) for n in header_integers[1:7])
     if NULL in (year, day, hour, minute) or year == 0:
         return None

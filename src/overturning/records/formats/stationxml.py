@@ -39,7 +39,7 @@ _UNKNOWN_ORIENTATION: Final = re.compile(
 
 
 def normalise_unit(unit_text: str) -> str:
-    """Return the normalised spelling of a unit: ``M/S2`` for ``m/s**2 `` or ``meter/second^2``, else upper case."""
+    """Return a uniform spelling of a unit, in upper case: ``M/S2`` for ``m/s**2`` or ``meter/second^2``."""
     word = re.sub(r"MET(?:ER|RE)S?", "M", re.sub("SEC(?:OND)?S?", "S", unit_text.upper().replace("²", "2")))
     word = re.sub(r"[\s(){}^]|\*\*", "", word.replace("CENTI", "C").replace("MILLI", "M").replace("NANO", "N"))
     word = re.sub(r"(?<=M)[*.·]?S-2$", "/S2", word)
@@ -78,7 +78,7 @@ def read_stationxml_inventory(stationxml_files: Sequence[SourceFile]) -> Any:
 
 @dataclass(frozen=True)
 class ChannelEpoch:
-    """Channel of a StationXML in the epoch that contains the first sample of a trace, with gain and direction."""
+    """StationXML channel during the period (epoch) in which a trace begins, with its gain and direction."""
 
     channel: Any  # obspy's
     unit: str  # as written, without blanks around it
@@ -90,14 +90,14 @@ class ChannelEpoch:
 
     @property
     def trusted_contradictions_entry(self) -> dict[str, tuple[str, ...]]:
-        """Entry ``trusted`` of a component's ``extra`` with the trusted contradictions; {} if there are none."""
+        """Return contradictions that the user accepts as an entry of a component's ``extra``; {} if there are none."""
         return {"trusted": self.trusted} if self.trusted else {}
 
 
 def find_channel_epoch(
     trace: Any, inventory: Any, source_file: SourceFile, declared_properties: DeclaredFileProperties
 ) -> ChannelEpoch:
-    """Return the epoch of a trace's channel in the StationXML, with its gain, unit and direction.
+    """Return gain, unit and direction of a trace's channel from the StationXML epoch in which the trace begins.
 
     Raises a RecordError if the StationXML has no epoch, several different ones, no gain, or a gain that contradicts
     its stages. With ``trust_data``, different epochs (the latest is used) and contradicting stages are accepted.
@@ -125,7 +125,7 @@ def find_channel_epoch(
 def _channel_at_trace_start(
     trace: Any, inventory: Any, channel_label: str, report_contradiction: Callable[[str, str], None]
 ) -> Any:
-    """Return the StationXML channel at the start of a trace; report a contradiction if it changes within the trace."""
+    """Return the StationXML channel valid at a trace's start; report a contradiction if it changes in the trace."""
     fitting = _active_channels(trace, inventory, trace.stats.starttime)
     if not fitting:
         why = f"at {trace.stats.starttime} is not in the StationXML given"
@@ -151,7 +151,7 @@ def _channel_at_trace_start(
 
 
 def _channel_gain_and_unit(channel: Any, channel_label: str) -> tuple[float, str]:
-    """Return the gain of a channel and its unit in upper case; raise a RecordError if the channel has no gain."""
+    """Return the gain of a StationXML channel, counts per unit, and its unit; a RecordError if it has no gain."""
     sensitivity = getattr(channel.response, "instrument_sensitivity", None)
     if sensitivity is None or sensitivity.value is None:
         raise RecordError(
@@ -166,7 +166,7 @@ def _channel_gain_and_unit(channel: Any, channel_label: str) -> tuple[float, str
 def _check_stage_gains(
     response: Any, gain: float, unit: str, channel_label: str, report_contradiction: Callable[[str, str], None]
 ) -> tuple[str, ...]:
-    """Return a note if the product of stage gains differs slightly from the gain; report a large difference."""
+    """Compare a channel's gain with the product of its stages: return a note if close, else report a contradiction."""
     made, difference = _stage_gain_and_difference(response, gain)
     stated = f"has a gain of {gain:g} in the StationXML, whose stages make {made:g}"
     if difference > (MAX_VELOCITY_GAIN_DIFFERENCE if is_velocity_unit(unit) else MAX_GAIN_DIFFERENCE):
@@ -178,7 +178,7 @@ def _check_stage_gains(
 
 
 def _check_first_stage_unit(response: Any, unit: str, report_contradiction: Callable[[str, str], None]) -> None:
-    """Report a contradiction if the channel is in acceleration and its first stage in velocity, or the reverse."""
+    """Report a contradiction if one of the channel and its first stage is in acceleration and the other in velocity."""
     first = (response.response_stages or [None])[0]
     other = (getattr(first, "input_units", None) or "").strip().upper()
     differ = (acceleration_unit_in_m_s2(unit) is None) != (acceleration_unit_in_m_s2(other) is None)
@@ -189,7 +189,7 @@ def _check_first_stage_unit(response: Any, unit: str, report_contradiction: Call
 
 
 def inventory_has_channel_of_trace(trace: Any, inventory: Any) -> bool:
-    """Return True if the StationXML has the channel of a trace, at any time."""
+    """Return True if the StationXML describes the channel of a trace, for any period."""
     codes = trace.stats
     return any(
         (network.code, station.code, channel.location_code, channel.code)
@@ -201,7 +201,7 @@ def inventory_has_channel_of_trace(trace: Any, inventory: Any) -> bool:
 
 
 def _stage_gain_and_difference(response: Any, gain: float) -> tuple[float, float]:
-    """Return the gain that a response's stages make, and its relative difference from the gain of the channel.
+    """Return the total gain of a response's stages, and its relative difference from the channel's gain.
 
     Stages may state their gains at other frequencies than the channel. The product of the stated gains and the product
     of the gains at the frequency of the channel's gain are compared with it; the closer one is returned. Without
@@ -223,7 +223,7 @@ _ANGULAR_PER_HERTZ: Final = {"LAPLACE (RADIANS/SECOND)": 2.0 * np.pi, "LAPLACE (
 
 
 def _gain_ratio(stage: Any, frequency: float | None) -> float:
-    """Return the gain of a stage at a frequency, Hz, divided by its gain at the frequency at which that is stated.
+    """Return a stage's gain at a frequency, Hz, divided by its gain at the frequency of its stated gain.
 
     The ratio is 1 for a stage without analogue poles and zeros, or where one of the two frequencies is not stated or
     has no gain.
@@ -242,7 +242,7 @@ def _gain_ratio(stage: Any, frequency: float | None) -> float:
 
 
 def normalise_filter_coefficient_sums(response: Any, channel_label: str) -> tuple[Any, tuple[str, ...]]:
-    """Return a response whose digital filters (FIR) have coefficients with the sum 1, and a note for each changed one.
+    """Scale FIR filters of a response so that their coefficients sum to 1; return a note for each one changed.
 
     evalresp changes the same filters, and prints a line on the terminal for each. Symmetric filters, of which half is
     stated, are not changed.
@@ -276,7 +276,7 @@ def _active_channels(trace: Any, inventory: Any, time: Any) -> list[Any]:
 
 
 def _channel_values_for_comparison(channel: Any) -> tuple[Any, ...]:
-    """Return all values of a channel that affect a record, to compare epochs."""
+    """Return a channel's properties that affect a record, for comparison with another epoch of the channel."""
     response = channel.response
     sensitivity = getattr(response, "instrument_sensitivity", None)
     stages = [
@@ -288,14 +288,14 @@ def _channel_values_for_comparison(channel: Any) -> tuple[Any, ...]:
 
 
 def _gain_and_direction_text(channel: Any) -> str:
-    """Return a text with the gain, azimuth and dip of a channel."""
+    """Return the gain, azimuth and dip of a channel as text for messages."""
     sensitivity = getattr(channel.response, "instrument_sensitivity", None)
     gain = f"gain {sensitivity.value:g}" if sensitivity and sensitivity.value is not None else "no gain"
     return f"{gain}, azimuth {channel.azimuth}, dip {channel.dip}"
 
 
 def _channel_direction(channel: Any) -> tuple[Direction, str]:
-    """Return the direction of a channel, and the text in its StationXML that calls the direction unknown, or ""."""
+    """Return the direction of a channel, and the StationXML text that declares it unknown (or "")."""
     azimuth, dip = channel.azimuth, channel.dip
     if dip is not None and abs(abs(dip) - 90.0) < 1.0:
         return (None, 1 if dip < 0 else -1), ""

@@ -43,7 +43,7 @@ _READER_ERRORS: Final = (ValueError, LookupError, OverflowError, MemoryError, Ty
 
 @dataclass(frozen=True)
 class RecordFileFormat:
-    """File format: its name in the record table, its title, how its files begin, and its reader."""
+    """Format of record files: its name, title, the first bytes that identify it, and its reader."""
 
     name: str
     title: str
@@ -64,7 +64,7 @@ class RecordFileFormat:
     def read_components(
         self, source_file: SourceFile, declared_properties: DeclaredFileProperties
     ) -> list[RecordComponent]:
-        """Read the components of a file in this format; a RecordError names the file, the line and the remedy."""
+        """Read the components of a file in this format; errors name the file, the line and a remedy."""
         try:
             # Turn warnings of obspy into notes: printed, they would show a path of its installation. A sample beyond
             # the range of floats becomes infinite, which `RecordComponent` refuses.
@@ -91,7 +91,7 @@ class RecordFileFormat:
 
 
 def _obspy_warning_notes(caught_warnings: Sequence[warnings.WarningMessage], file_name: str) -> tuple[str, ...]:
-    """Return obspy's warnings about a file as notes, without its deprecation warnings."""
+    """Return obspy's warnings about a file as notes; deprecation warnings are left out."""
     told = [
         " ".join(str(one.message).split())[:200]
         for one in caught_warnings
@@ -132,7 +132,7 @@ NO_ACCELERATION: Final = "it holds no acceleration"
 
 
 def holds_no_acceleration(source_file: SourceFile) -> bool:
-    """Return True if a file begins like one of velocities, displacements or spectra, or like PEER's search results."""
+    """Return True if a file begins like a file of velocities, displacements, spectra or PEER search results."""
     if source_file.name.lower() == "_searchresults.csv":
         return True
     return bool(_NO_ACCELERATION.match(source_file.data[:2000].replace(b"\r\n", b"\n")))
@@ -173,7 +173,7 @@ FORMATS: Final = (
 
 
 def find_format_by_name(format_name: str) -> RecordFileFormat | None:
-    """Return the format with this record-table name; None for "auto"; raise an ArgumentError for other names."""
+    """Return the file format with a given name; None for "auto"; raise an ArgumentError if there is none."""
     found = next((form for form in FORMATS if form.name == format_name), None)
     if format_name != "auto" and found is None:
         known = ", ".join(["auto", "fema-p695", "synthetic", *(form.name for form in FORMATS)])

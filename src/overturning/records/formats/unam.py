@@ -33,7 +33,7 @@ DAY: Final = timedelta(days=1)
 
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
-    """Return the components of all channels; a RecordError names the line where the file is cut or wrong."""
+    """Read the components of a UNAM file (Mexico); a RecordError names the line of an error."""
     header, lines = Header.find_fields(source_file, FIELDS), source_file.lines
     heading = header.line_index_of_field("DATOS DE ACELERACION") + 1
     found = (i for i, line in enumerate(lines[: heading + 10]) if re.match(rf"\s*{FLOAT}(\s|$)", line))
@@ -81,7 +81,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
 
 
 def _field_values_per_channel(header: Header, field_name: str) -> list[str]:
-    """Return the texts in a header field that lists one value per channel, separated by ``/``."""
+    """Split a header field that has one value per channel, separated by ``/``."""
     header.line_index_of_field(field_name)
     values = [part.partition(";")[0].strip() for part in header.field_text(field_name).strip("/").split("/")]
     while values and not values[-1]:
@@ -94,7 +94,7 @@ def _field_values_per_channel(header: Header, field_name: str) -> list[str]:
 
 
 def _station_coordinates(header: Header) -> tuple[float, float]:
-    """Return latitude and longitude, degrees, from the station's line and the next one, in either order."""
+    """Return the station's latitude and longitude, degrees, which the header states in either order."""
     at = header.line_index_of_field("COORDENADAS DE LA ESTACION")
     below = " ".join(header.lines[at : at + 2])
     latitude, longitude = (
@@ -108,7 +108,7 @@ def _station_coordinates(header: Header) -> tuple[float, float]:
 
 
 def _origin_and_start_times(header: Header) -> tuple[datetime, datetime]:
-    """Return the UTC times of origin and first sample; the first sample is put on the day closest to the origin."""
+    """Return the UTC times of origin and first sample; the first sample's day is that nearest to the origin."""
     day = header.field_text("FECHA DEL SISMO")
     origin, start = (
         header.field_utc_time(

@@ -49,7 +49,7 @@ LONGEST_GAP: Final = 0.1
     r"FILE +\d+ OF UNCORRECTED ACCELEROGRAM DATA OF VOLUME I\b", "only volume 1 is read: get that file"
 )
 def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
-    """Read the component that begins at the first line; return the component and the number of lines it takes."""
+    """Read one component of a USC volume-1 file (California); return the component and its number of lines."""
     header, text = Header.find_fields(channel_lines, FIELDS, TEXT_LINES, min_lines=TEXT_LINES + 14), channel_lines.lines
     # The narrow variant has its reals two lines earlier and four pairs per line.
     narrow = "." in text[TEXT_LINES + 5]
@@ -92,7 +92,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
 def _samples_at_even_times(
     channel_lines: TextLines, first_line: int, values_per_line: int, time: FloatArray, samples: FloatArray
 ) -> tuple[FloatArray, float, tuple[str, ...]]:
-    """Return samples at even times from 0, the interval, s, and a note; samples at even times stay unchanged."""
+    """Resample at constant time intervals from 0; return samples, interval, s, and a note if resampled."""
     steps = np.diff(time)
     wrong = np.flatnonzero([time[0] != 0, *(steps <= 0) | (steps > LONGEST_GAP)])
     if wrong.size:

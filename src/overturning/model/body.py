@@ -25,7 +25,7 @@ from overturning.model.variables import (
 
 @dataclass(frozen=True)
 class Start:
-    """Initial position and velocity of a 3-D body that does not start at rest, in axes that turn with the orientation.
+    """Initial position and velocity of a 3-D body that starts in motion or tilted, in axes that turn with its azimuth.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class Start:
 @suggest_closest_keyword()
 @dataclass(frozen=True)
 class Body(SpaceModel):
-    """3-D model: one rigid body on a flat base; each orientation of the grid has the same weight.
+    """3-D model of one rigid body on a flat base; its initial orientations about the vertical have equal weight.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ class Body(SpaceModel):
     @property
     @override
     def study_variables_besides_outcomes(self) -> tuple[OutcomeVariable, ...]:
-        """Variables of the 2-D prediction in the vertical planes of a rectangle's faces; empty for other shapes."""
+        """Outcome variables of the 2-D model in the face planes of a rectangular body; none for other shapes."""
         return FACE_VARIABLES if self.aspect_is_parameter else ()
 
     @property
@@ -112,7 +112,7 @@ class Body(SpaceModel):
     def height_and_b_over_h_or_defaults(
         self, height: ArrayLike | None, b_over_h: ArrayLike | None
     ) -> tuple[ArrayLike, ArrayLike]:
-        """Return height (m) and B/H as given; a polyhedron has its own B/H, and by default its own height."""
+        """Return height (m) and B/H as given; a polyhedron has a fixed B/H and, by default, its own height."""
         if self.shape.slenderness_is_parameter:
             if b_over_h is None or height is None:
                 name = "b_over_h" if b_over_h is None else "height"
@@ -136,7 +136,7 @@ class Body(SpaceModel):
 
     @override
     def computed_cell_of_each_direction(self, grid: CaseGrid, use_symmetry: bool = True) -> ComputedCells:
-        """Return, for each orientation of a grid, the equivalent one (rotated by whole periods) that is simulated."""
+        """Return, for each orientation of a grid, the simulated one that is equivalent by the body's symmetry."""
         direction = grid.direction_values_deg[:, None]
         period = self._rotation_periods_of_grid_deg(grid) if use_symmetry else np.full(1, FULL_TURN)
         whole = np.floor(direction / np.where(period > 0.0, period, 1.0))

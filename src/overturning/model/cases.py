@@ -21,7 +21,7 @@ BYTES_PER_CASE: Final = 300
 @suggest_closest_keyword()
 @dataclass(frozen=True)
 class Cases:
-    """Cases to simulate: for each parameter a value per case, or one for all cases.
+    """Parameters of the cases to simulate: for each parameter one value per case, or one value for all cases.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ class Cases:
 
 
 def check_stone_heights(height: ArrayLike) -> None:
-    """Raise `ArgumentError` for heights (m) outside `LOWEST` to `HIGHEST`."""
+    """Raise an `ArgumentError` for stone heights (m) outside `LOWEST` to `HIGHEST`."""
     for value in np.unique(np.asarray(height, dtype=np.float64)):
         if not LOWEST <= value <= HIGHEST:
             unit = "; is that in centimetres or millimetres?" if value > HIGHEST else "; heights are in m"
@@ -95,7 +95,7 @@ def check_stone_heights(height: ArrayLike) -> None:
 
 
 def checked_stone_height(height: float) -> float:
-    """Return a height (m) unchanged; raise an `ArgumentError` if it is outside `LOWEST` to `HIGHEST`."""
+    """Return a stone height (m) unchanged; raise an `ArgumentError` if it is outside `LOWEST` to `HIGHEST`."""
     check_stone_heights(height)
     return height
 

@@ -32,7 +32,7 @@ PRECISION_FLOOR: Final = 1e5
 
 
 class ContactSettings(StrictModel):
-    """Settings of the contact law at each corner: normal stiffness, tangential over normal stiffness, and damping."""
+    """Settings of the springs and dashpots at a corner: normal stiffness, tangential/normal ratio, and damping."""
 
     stiffness: Literal["auto"] | Stiffness = Field(
         default="auto",
@@ -60,7 +60,7 @@ class ContactSettings(StrictModel):
         return self
 
     def with_defaults(self, default_settings: Self) -> Self:
-        """Return these settings completed from `default_settings`; one given damping key displaces both defaults."""
+        """Return these contact settings completed by `default_settings`; a given damping replaces both defaults."""
         damping = {"damping_ratio", "damping"}
         replaced = self.model_fields_set | (damping if self.model_fields_set & damping else set())
         kept = default_settings.model_dump(exclude=replaced)
@@ -112,7 +112,7 @@ class Contact(ContactSettings):
     def stiffness_and_damping_per_mass(
         self, width: ArrayLike, height: ArrayLike, density: float
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return K_n/m, K_s/m and dashpot h/m at each corner of blocks one metre deep and of mass m.
+        """Return K_n/m, K_s/m (1/s²) and dashpot h/m (1/s) at each corner of blocks 1 m deep, divided by block mass m.
 
         Parameters
         ----------
@@ -177,7 +177,7 @@ class VertexContact(StrictModel):
 
 
 def check_stiffness_precision(normal_stiffness: FloatArray, height: FloatArray, largest_displacement: float) -> None:
-    """Raise an ArgumentError if double precision cannot resolve the static penetration of so stiff a contact.
+    """Raise an `ArgumentError` if a contact is so stiff that double precision cannot resolve its static penetration.
 
     Parameters
     ----------

@@ -9,7 +9,7 @@ from overturning.arrays import FloatArray
 def combined_fall_flag_and_azimuth(
     plane_fall_flags: ArrayLike, last_tipping_time: ArrayLike, fall_azimuth_deg: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
-    """Combine the 2-D outcomes of a stone in several vertical planes: return if it falls, and the azimuth.
+    """Return if a stone falls, and the azimuth of the fall, from its 2-D outcomes in several vertical planes.
 
     The stone falls if it falls in any plane. If it falls in several, it falls over the edge whose tipping angle it
     passes for the last time first: from then on it cannot return, so the other edges no longer matter.
@@ -46,7 +46,7 @@ def combined_fall_flag_and_azimuth(
 
 
 def fall_probability_over_each_edge(fall_probability: FloatArray, last_tipping_time: FloatArray) -> FloatArray:
-    """Return the probabilities that a stone falls over each of two perpendicular edges of its base, shape (2, …).
+    """Return the probabilities that a stone falls over each of two perpendicular base edges, shape (2, …).
 
     If all probabilities are 0 or 1, the result agrees with `combined_fall_flag_and_azimuth`.
 

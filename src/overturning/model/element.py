@@ -30,7 +30,7 @@ def plan_area_of_width(plan: PlanShape, width: float) -> float:
 
 
 class Material(StrictModel):
-    """Material of elements of a scene file."""
+    """Material of the elements (polygons) of a scene file."""
 
     density: Positive = Field(default=GRANITE_DENSITY, description="density, kg/m³")
 
@@ -45,7 +45,7 @@ class ContactLaw(Contact):
 
     @property
     def springs_and_dashpots(self) -> Contact:
-        """Springs and dashpots of the contact law, without its materials and friction."""
+        """Springs and dashpots of the contact law between two materials, without friction."""
         return Contact(**self.model_dump(include={*Contact.model_fields}))
 
 
@@ -101,7 +101,7 @@ class Element(StrictModel):
     @model_validator(mode="before")
     @classmethod
     def _fill_depth_from_plan(cls, content: Any) -> Any:
-        """Fill in the depth at which width × depth is the area of a circle or polygon."""
+        """Compute a missing depth so that width × depth is the plan area of the circle or regular polygon."""
         if not isinstance(content, dict) or content.get("plan", "rectangle") == "rectangle" or "depth" in content:
             return content
         width, plan = content.get("width"), content["plan"]
@@ -113,7 +113,7 @@ class Element(StrictModel):
 
     @model_validator(mode="after")
     def _check_plan(self) -> Self:
-        """Raise a ValueError if a circle or polygon has another form, or a depth of its own."""
+        """Raise a ValueError if an element with circular or polygonal plan lacks width and height, or gives a depth."""
         if self.plan == "rectangle":
             return self
         if self.width is None:
@@ -124,7 +124,7 @@ class Element(StrictModel):
 
     @model_validator(mode="after")
     def _check_one_form_of_geometry(self) -> Self:
-        """Raise a ValueError unless the element has exactly one form of geometry."""
+        """Raise a ValueError unless an element gives exactly one of width and height, vertices, or convex pieces."""
         rectangle = self.width is not None and self.height is not None
         forms = (rectangle, self.vertices is not None, self.pieces is not None)
         if sum(forms) != 1 or (not rectangle and (self.width or self.height)):
@@ -143,7 +143,7 @@ class Element(StrictModel):
 
     @property
     def unrotated_vertices(self) -> FloatArray:
-        """Vertices of the element before rotation and shift, (n, 2), m; an ArgumentError if a piece is not convex."""
+        """Vertices of the element as given in the scene file, before rotation and shift, shape (n, 2), m."""
         if self.vertices is not None:
             points = np.array(self.vertices, dtype=np.float64)
         elif self.pieces is not None:
@@ -161,7 +161,7 @@ class Element(StrictModel):
         return points
 
     def rotate_points(self, points: FloatArray) -> FloatArray:
-        """Return points, shape (n, 2), m, rotated by the rotation of the element."""
+        """Return points, shape (n, 2), m, rotated clockwise by the element's angle from the scene file."""
         if self.rotation_deg:
             # Rounded, since libm differs between processors in the last digit.
             c, s = (round(float(f(np.radians(self.rotation_deg))), 12) for f in (np.cos, np.sin))
@@ -170,16 +170,16 @@ class Element(StrictModel):
 
     @property
     def rotated_vertices(self) -> FloatArray:
-        """Vertices of the element after its rotation and before its shift, shape (n, 2), m."""
+        """Vertices of the element after the rotation and before the shift given in the scene file, shape (n, 2), m."""
         return self.rotate_points(self.unrotated_vertices)
 
     @property
     def rotated_polygon(self) -> Polygon:
-        """Polygon of the element after its rotation and before its shift."""
+        """Polygon of the element after the rotation and before the shift given in the scene file."""
         return make_polygon(self.name, self.rotated_vertices)
 
     @property
     def unrotated_width_and_height(self) -> tuple[float, float]:
-        """Width and height of the element before its rotation, m."""
+        """Width and height of the element before the rotation given in the scene file, m."""
         upright = make_polygon(self.name, self.unrotated_vertices)
         return upright.width, upright.height

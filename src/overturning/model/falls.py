@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def model_of_cube(cube: "xr.Dataset") -> Model:
-    """Return the model (2-D or 3-D) of the outcomes in a cube or in a part of a cube."""
+    """Return the model (2-D or 3-D) with which the outcomes in a results dataset (or a part of it) were computed."""
     if Body.direction not in cube.dims:
         return PlanarModel()
     # A part of a cube may lack any variable, but keeps its coordinates: a body has aspects, a stack its own depths.
@@ -25,7 +25,7 @@ def model_of_cube(cube: "xr.Dataset") -> Model:
 def model_from_scene_or_shape(
     model_scene_or_shape: Model | Scene | Shape | str | int | None, in_3d: bool = False
 ) -> Model:
-    """Convert a scene, the shape of a body (3-D model) or None (single 2-D block) to a model.
+    """Return the model for a scene, the shape of a 3-D body, or None (a single 2-D block).
 
     A scene becomes a 2-D model, or a 3-D stack if `in_3d` is true.
 

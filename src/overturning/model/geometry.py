@@ -27,11 +27,11 @@ WIDE_GROUND: Final = 20.0
 
 
 class SceneLayout(Protocol):
-    """Attributes of a scene that determine where its elements stand."""
+    """Elements, materials and reference element of a scene, which determine where the elements stand."""
 
     @property
     def elements(self) -> tuple[Element, ...]:
-        """Elements of the scene, each listed after the element on which it stands."""
+        """Elements of the scene; each one is listed after the element on which it stands."""
 
     @property
     def materials(self) -> Mapping[str, Material]:
@@ -39,12 +39,12 @@ class SceneLayout(Protocol):
 
     @property
     def size_reference_element_name(self) -> str:
-        """Name of the element whose height and B/H the study varies."""
+        """Name of the reference element: the element whose height and B/H are varied in a study."""
 
 
 @dataclass(frozen=True)
 class PlacedElement:
-    """Element at its position in a scene, with mass, inertia and the drop at which it counts as fallen."""
+    """Element at its position in a scene, with mass, inertia and the drop of its centre that counts as a fall."""
 
     element: Element
     shape: Polygon
@@ -61,17 +61,17 @@ class PlacedElement:
 
     @property
     def convex_parts(self) -> "list[PlacedElement]":
-        """Copies of the element, one with the shape of each convex piece; the element itself if it is convex."""
+        """Convex pieces of the element, each as a placed element; the element itself if it is convex."""
         return [replace(self, shape=piece) for piece in self.shape.pieces] or [self]
 
     @property
     def smaller_side(self) -> float:
-        """Smaller one of width and height of the element, m."""
+        """Smaller of the element's width and height, m."""
         return min(self.shape.width, self.shape.height)
 
     @property
     def fallen_rotations_rad(self) -> tuple[float, float]:
-        """Rotations to −x and +x at which the element counts as fallen, rad, from the scene file or its shape."""
+        """Rotations to −x and +x (rad) at which the element counts as fallen, from the scene file or its shape."""
         asked = self.element.fallen_rotation_deg
         return (
             self.shape.smallest_rotations_to_another_rest_rad
@@ -81,7 +81,7 @@ class PlacedElement:
 
     @property
     def is_driven_or_held(self) -> bool:
-        """True if forces do not move the element, because it is driven or held."""
+        """True if forces do not move the element: it is driven by the base motion or held fixed."""
         return self.element.kind != "free"
 
 
@@ -96,7 +96,7 @@ class ConvexPiecePair(NamedTuple):
 
 @dataclass(frozen=True)
 class ContactSegmentEnd:
-    """One end of the segment along which the nearest faces of two elements lie opposite each other."""
+    """One end of the contact segment of two elements, along which their nearest faces overlap."""
 
     gap: float  # m, negative if the elements overlap; infinite if there is no common segment
     point: tuple[float, float]  # the vertex, m
@@ -105,7 +105,7 @@ class ContactSegmentEnd:
 
 
 class TouchingSegmentEnd(NamedTuple):
-    """Segment end at which two elements touch: index in the list of pairs, number of the end (0 or 1), and the end."""
+    """End of a contact segment where two elements touch: index of the element pair, end number (0 or 1), geometry."""
 
     pair: int
     side: int
@@ -115,7 +115,7 @@ class TouchingSegmentEnd(NamedTuple):
 def place_elements(
     scene: SceneLayout, height: float | None = None, b_over_h: float | None = None
 ) -> list[PlacedElement]:
-    """Return the elements of a scene at their positions, for a height and B/H of the reference element.
+    """Return the elements of a scene at their positions, for a height (m) and B/H of the reference element.
 
     All lengths scale with `height` (m), the height of the reference element, except that the ground (`ground_name`)
     never becomes narrower. `b_over_h` changes only the width of the reference element. Both refer to the reference
@@ -164,7 +164,7 @@ def ground_name(scene: SceneLayout) -> str | None:
 
 
 def azimuth_period_of_outcome_deg(scene: SceneLayout) -> float:
-    """Return the rotation of the motion, degrees, after which the outcome of a scene repeats, mirrored or not.
+    """Return the azimuth period of a scene's outcome: 180° if the scene is mirror-symmetric, else 360°.
 
     180 if every element of the scene is its own mirror image, so that φ + 180° mirrors φ exactly; otherwise 360.
     """
@@ -173,7 +173,7 @@ def azimuth_period_of_outcome_deg(scene: SceneLayout) -> float:
 
 
 def size_reference_height_and_b_over_h(scene: SceneLayout) -> tuple[float, float]:
-    """Return height (m) and B/H of a scene's reference element as given in the file, before its rotation."""
+    """Return height (m) and B/H of a scene's reference element as given in the scene file, before its rotation."""
     width, height = next(
         item.unrotated_width_and_height for item in scene.elements if item.name == scene.size_reference_element_name
     )
@@ -181,7 +181,7 @@ def size_reference_height_and_b_over_h(scene: SceneLayout) -> tuple[float, float
 
 
 def distances_of_vertices_from_faces(element: PlacedElement, other_element: PlacedElement) -> FloatArray:
-    """Return the signed distance, m, from each face of `element`, convex, to the nearest vertex of `other_element`.
+    """Return the signed distance (m) of each face of a convex element from the nearest vertex of another one.
 
     Positive outside.
     """
@@ -192,7 +192,7 @@ def distances_of_vertices_from_faces(element: PlacedElement, other_element: Plac
 
 
 def nearest_faces_and_separation(first_element: PlacedElement, second_element: PlacedElement) -> tuple[int, int, float]:
-    """Return indices of the nearest faces of two convex elements (see docs/scenes.md), and the faces' separation, m.
+    """Return the indices of two convex elements' nearest faces, and the separation of these faces, m.
 
     Face i runs from vertex i to vertex i + 1. The separation is negative if the elements overlap.
     """
@@ -221,7 +221,7 @@ def nearest_faces_and_separation(first_element: PlacedElement, second_element: P
 def contact_segment_ends(
     first_element: PlacedElement, second_element: PlacedElement
 ) -> tuple[ContactSegmentEnd, ContactSegmentEnd]:
-    """Return both ends of the segment along which the nearest faces of two convex elements face each other.
+    """Return both ends of the contact segment of two convex elements, along which their nearest faces overlap.
 
     At each end, the inner one of the two vertices counts.
     """
@@ -237,7 +237,7 @@ def contact_segment_ends(
         normal_sign: float,
         may_touch: float,
     ) -> tuple[float, ContactSegmentEnd]:
-        """Return where a vertex of `element` lies along the opposite face, m, and the segment end at this vertex."""
+        """Return a vertex's position (m) along the opposite face, and the end of the contact segment there."""
         x, z = vertex + shift
         gap = opposite_face[4] * x + opposite_face[5] * z - opposite_face[6]
         along = opposite_face[4] * z - opposite_face[5] * x - opposite_face[7]
@@ -265,7 +265,7 @@ def contact_segment_ends(
 
 
 def _gaps_between_elements(placed_elements: list[PlacedElement]) -> Iterator[tuple[int, int, float]]:
-    """Yield the indices of each pair of elements, at least one of them free, and the gap between them, m."""
+    """Yield the indices of each two elements of a scene, at least one of them free, and the gap between them, m."""
     for (j, b), (i, a) in combinations(enumerate(placed_elements), 2):
         if not (a.is_driven_or_held and b.is_driven_or_held):
             gaps = (
@@ -276,7 +276,7 @@ def _gaps_between_elements(placed_elements: list[PlacedElement]) -> Iterator[tup
 
 
 def convex_piece_pairs_that_can_touch(placed_elements: list[PlacedElement]) -> list[ConvexPiecePair]:
-    """Return the pairs of convex pieces that can touch: they are close, and at least one is of a free element."""
+    """Return the pairs of convex pieces close enough to touch, at least one of the two in a free element."""
     extent = sum(item.shape.width + item.shape.height for item in placed_elements if not item.is_driven_or_held)
     return [
         ConvexPiecePair(i, j, m, n)
@@ -291,7 +291,7 @@ def convex_piece_pairs_that_can_touch(placed_elements: list[PlacedElement]) -> l
 def placed_pieces_of_pairs(
     placed_elements: list[PlacedElement], pairs: list[ConvexPiecePair]
 ) -> list[tuple[PlacedElement, PlacedElement]]:
-    """Return the two convex pieces of each pair, as placed elements."""
+    """Return, for each pair of convex pieces, both pieces at their positions in the scene."""
     parts = [item.convex_parts for item in placed_elements]
     return [(parts[pair.a][pair.part_a], parts[pair.b][pair.part_b]) for pair in pairs]
 
@@ -299,7 +299,7 @@ def placed_pieces_of_pairs(
 def touching_segment_ends(
     placed_elements: list[PlacedElement], pairs: list[ConvexPiecePair], max_inclination: float = 0.0
 ) -> list[TouchingSegmentEnd]:
-    """Return the ends of contact segments at which two elements of a scene touch at rest.
+    """Return the contact points of a scene at rest: ends of contact segments at which two elements touch.
 
     Two faces that touch at one end and are inclined by less than `max_inclination` (rad) also touch at the other end.
     """
@@ -315,7 +315,7 @@ def touching_segment_ends(
 
 
 def check_scene_geometry(scene: SceneLayout) -> None:
-    """Raise an ArgumentError that names element and remedy if elements overlap or lack support."""
+    """Raise an `ArgumentError` that names the element and a remedy if elements overlap or lack support."""
     if fault := first_placement_error(place_elements(scene)):
         raise ArgumentError(fault)
 

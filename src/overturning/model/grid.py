@@ -29,7 +29,7 @@ AXES: Final[dict[str, dict[str, Any]]] = {
 
 @dataclass(frozen=True)
 class CaseGrid:
-    """Grid of the cases of one motion: values along each dimension.
+    """Grid of the cases simulated under one motion: values of direction, height, B/H, friction and other dimensions.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class CaseGrid:
 
     @classmethod
     def from_values(cls, element: tuple[str, ...] = (), **dimension_values: ArrayLike) -> Self:
-        """Return the grid of all combinations of the given values of each dimension (`dimension_values`).
+        """Return the grid of all combinations of given values of each dimension, such as azimuth and height.
 
         Raises
         ------
@@ -71,12 +71,12 @@ class CaseGrid:
 
     @property
     def dimension_names(self) -> tuple[str, ...]:
-        """Names of the dimensions, the direction first."""
+        """Names of the grid's dimensions; the azimuth of the motion or the orientation of the body is the first."""
         return tuple(self.rows)
 
     @property
     def direction_values_deg(self) -> FloatArray:
-        """Values of the direction dimension, degrees: azimuths of the motion (2-D) or orientations of a body (3-D)."""
+        """Values of the first grid dimension, degrees: azimuths of the motion (2-D) or orientations of a body (3-D)."""
         return self.rows[self.dimension_names[0]].astype(np.float64)
 
     @property
@@ -86,15 +86,15 @@ class CaseGrid:
 
     @property
     def case_count(self) -> int:
-        """Number of cases of the grid."""
+        """Number of cases of the grid: the product of its numbers of values along all dimensions."""
         return int(np.prod(self.shape))
 
     def replace_values(self, **new_rows: NDArray[Any]) -> Self:
-        """Return a copy of the grid in which `new_rows`, values by dimension name, replace its own values."""
+        """Return a copy of the grid in which `new_rows`, values by dimension name, replace those of the grid."""
         return replace(self, rows=self.rows | new_rows)
 
     def broadcast_over_grid(self, direction_values: NDArray[Any]) -> NDArray[Any]:
-        """Broadcast `direction_values`, shape (directions, 1) or (directions, aspects), to the shape of the grid."""
+        """Broadcast values by direction (and aspect D/B), shape (directions, 1 or aspects), to the grid's shape."""
         shape = [1] * len(self.dimension_names)
         shape[0] = direction_values.shape[0]
         if "aspect" in self.dimension_names:
@@ -107,7 +107,7 @@ class CaseGrid:
         subtracted_direction_deg: FloatArray | float = 0.0,
         **further_columns: ArrayLike,
     ) -> Cases:
-        """Return the cases at given cell positions of the grid.
+        """Return the parameters of the cases at given index positions along each dimension of the grid.
 
         Parameters
         ----------
@@ -125,11 +125,11 @@ class CaseGrid:
         return Cases(values.pop(self.dimension_names[0]) - subtracted_direction_deg, **values, **further_columns)
 
     def cube_dimensions_of_variable(self, variable: OutcomeVariable) -> tuple[str, ...]:
-        """Return the names of an outcome variable's dimensions in a cube, without the dimension of the records."""
+        """Return the names of an outcome variable's dimensions for one record in a results dataset."""
         before = ("amplitude",) if self.amplitude else ()
         return (*before, *self.dimension_names, *(("element",) if self.element and variable.per_element else ()))
 
     def cube_shape_of_variable(self, variable: OutcomeVariable) -> tuple[int, ...]:
-        """Return the shape of an outcome variable in a cube, without the dimension of the records."""
+        """Return the shape of an outcome variable for one record in a results dataset."""
         sizes = self.rows | {"element": np.array(self.element), "amplitude": np.array(self.amplitude)}
         return tuple(sizes[name].size for name in self.cube_dimensions_of_variable(variable))

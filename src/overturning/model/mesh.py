@@ -79,7 +79,7 @@ def read_mesh_polyhedron(path: Path | str) -> Polyhedron:
 
 
 def _check_convex(vertices: FloatArray, mesh_sides: FloatArray) -> None:
-    """Raise an ArgumentError if a side of a mesh lies inside the hull of its vertices; sides have shape (n, 2, 3).
+    """Raise an `ArgumentError` if a mesh is not convex: one of its sides lies inside the hull of its vertices.
 
     Checking the vertices is not enough: all vertices of a notched slab lie on its hull.
     """
@@ -160,18 +160,18 @@ def _parse_ply(content: bytes) -> Mesh:
 
 
 def _next_text_numbers(words: Iterator[str], _type_name: str, count: int) -> list[float]:
-    """Return the next `count` numbers from an iterator of words; a text file needs no type."""
+    """Return the next `count` numbers of a text PLY file; the type is ignored, as text needs none."""
     return [float(next(words)) for _ in range(count)]
 
 
 def _next_binary_numbers(stream: io.BytesIO, byte_order: str, type_name: str, count: int) -> list[float]:
-    """Return the next `count` numbers of a PLY type from a binary stream."""
+    """Return the next `count` numbers of a PLY data type from a binary file."""
     layout = np.dtype(byte_order + _PLY_TYPES[type_name])
     return np.frombuffer(stream.read(count * layout.itemsize), layout, count).tolist() if count else []
 
 
 def _read_ply_faces(read_numbers: ReadNumbers, face_count: int, property_types: list[list[str]]) -> list[list[int]]:
-    """Return the vertex indices of each PLY face; `property_types` has the words of each property in the header."""
+    """Return the vertex indices of each face of a PLY file; `property_types` are its header's type words."""
     faces = []
     for _ in range(face_count):
         for *of_list, kind, name in property_types:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class StoneOutcomes(NamedTuple):
-    """Outcomes of n stones under one record at several amplitudes of the motion, arrays of shape (amplitudes, n)."""
+    """Outcomes of n stones under one record, by amplitude of the motion: arrays of shape (amplitudes, n)."""
 
     fell: NDArray[np.bool_]
     """True for a stone that fell."""
@@ -40,7 +40,7 @@ class StoneOutcomes(NamedTuple):
 
 
 class Model(ABC):
-    """Abstract base class of the 2-D and 3-D models of the object on the ground.
+    """Abstract base class of the 2-D and 3-D models of an object (block, scene, body or stack) on the ground.
 
     A subclass must be constructible without arguments, because a cube does not store its parameters.
     """
@@ -68,7 +68,7 @@ class Model(ABC):
 
     @property
     def dimension_names(self) -> tuple[str, ...]:
-        """Names of the dimensions of a case, the direction first."""
+        """Names of the parameters that define a case: first azimuth or orientation, then height, B/H, friction…."""
         return (self.direction, *self.case_dims)
 
     @property
@@ -79,18 +79,18 @@ class Model(ABC):
     @property
     @abstractmethod
     def case_cost_over_block_cost(self) -> float:
-        """Approximate computing time of a case relative to a case of a single 2-D block."""
+        """Approximate computing time of a case, relative to that of a single 2-D block."""
 
     @property
     @abstractmethod
     def scene_or_body_attributes(self) -> dict[str, str]:
-        """Attributes of a dataset that describe the model: the name of its scene or body."""
+        """Attributes that identify the model in a results dataset: the name of its scene or body."""
 
     @abstractmethod
     def height_and_b_over_h_or_defaults(
         self, height: ArrayLike | None, b_over_h: ArrayLike | None
     ) -> tuple[ArrayLike, ArrayLike]:
-        """Return height (m) and B/H, where the size of the model itself replaces a value that is None.
+        """Return height (m) and B/H of the cases; None is replaced by the model's own size.
 
         Raises
         ------
@@ -100,7 +100,7 @@ class Model(ABC):
 
     @abstractmethod
     def rotation_periods_deg(self, aspect: FloatArray) -> FloatArray:
-        """Return the rotation about the vertical, degrees, after which a case of each aspect repeats; shape (aspects,).
+        """Return the rotation about the vertical, degrees, after which a case of each aspect D/B repeats; (aspects,).
 
         0 for a body of revolution.
         """
@@ -111,30 +111,30 @@ class Model(ABC):
 
     @property
     def study_variables_besides_outcomes(self) -> tuple[OutcomeVariable, ...]:
-        """Variables that a cube of a study has in addition to the outcome variables."""
+        """Variables in the results dataset of a study in addition to the outcome variables; none by default."""
         return ()
 
     @property
     def slenderness_is_parameter(self) -> bool:
-        """True if the slenderness B/H is a parameter; False if the shape fixes it."""
+        """True if the slenderness B/H can be chosen for each case; False if the body's shape fixes it."""
         return True
 
     @property
     def aspect_is_parameter(self) -> bool:
-        """True if the aspect D/B of the base is a parameter."""
+        """True if the aspect ratio D/B of the base can be chosen for each case."""
         return False
 
     @property
     def direction_coordinate_attributes(self) -> dict[str, float]:
-        """Attributes of the direction coordinate of a cube."""
+        """Attributes of the azimuth or orientation coordinate in a results dataset."""
         return {}
 
     def drop_ineffective_frictions(self, grid: CaseGrid) -> CaseGrid:
-        """Return the grid with a single friction value if the friction of the study has no effect on the model."""
+        """Return the grid with a single friction value if the model does not depend on the friction of the study."""
         return grid
 
     def computed_cell_of_each_direction(self, grid: CaseGrid, use_symmetry: bool = True) -> ComputedCells:
-        """Return, for each direction of a grid, the equivalent one that is simulated, and the rotation between them.
+        """Return, for each direction of a grid, the simulated one equivalent by symmetry, and the angle between both.
 
         Parameters
         ----------
@@ -154,20 +154,20 @@ class Model(ABC):
         )
 
     def _rotation_periods_of_grid_deg(self, grid: CaseGrid) -> FloatArray:
-        """Return the rotation period of each aspect of a grid, degrees; shape (1,) for a grid without aspects."""
+        """Return the symmetry period (degrees) for each aspect D/B of a grid; shape (1,) for a grid without aspects."""
         return self.rotation_periods_deg(grid["aspect"] if "aspect" in grid.dimension_names else np.ones(1))
 
     @abstractmethod
     def rotate_copied_outcomes_in_place(
         self, outcome_arrays: dict[str, NDArray[Any]], grid: CaseGrid, computed_cells: ComputedCells
     ) -> None:
-        """Rotate, in place, the outcomes of copied cells from the computed direction to their own; mark the copies."""
+        """Rotate outcomes copied from a simulated to an equivalent direction of the grid, in place, and mark them."""
 
     @abstractmethod
     def ensemble_variables_of_cells(
         self, member_flags: NDArray[np.int8], fall_azimuth_deg: FloatArray, sobol_scramble_of_member: NDArray[np.int64]
     ) -> dict[str, NDArray[Any]]:
-        """Compute the ensemble variables of cells, such as the share of ensemble runs (members) with a fall.
+        """Compute statistics of each case's ensemble runs, such as the share of runs in which the stone falls.
 
         Parameters
         ----------
@@ -181,11 +181,11 @@ class Model(ABC):
 
     @abstractmethod
     def distinct_direction_indices(self, cube: "xr.Dataset") -> NDArray[np.intp]:
-        """Return the positions of those directions of a cube that are different cases, not equivalent by symmetry."""
+        """Return the positions of a results dataset's directions, one of each set that is equivalent by symmetry."""
 
     @abstractmethod
     def fall_probability_and_direction_by_cell(self, cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
-        """Return probability and mean direction of falls in each cell of a cube, without cells equal by symmetry.
+        """Return probability and mean direction of falls for each case, one of each set equivalent by symmetry.
 
         Parameters
         ----------
@@ -205,7 +205,7 @@ class Model(ABC):
 
     @abstractmethod
     def member_fall_shares_by_cell(self, cube: "xr.Dataset") -> "xr.Dataset":
-        """Return the shares of ensemble runs (members) that fall to either side, for each distinct cell of a cube.
+        """Return the shares of ensemble runs that fall to either side, for each case that is distinct by symmetry.
 
         Returns
         -------
@@ -219,7 +219,7 @@ class Model(ABC):
     def square_stone_outcomes(
         self, site_cube: "xr.Dataset", face_azimuth_deg: FloatArray, cell_positions: dict[str, NDArray[np.intp]]
     ) -> StoneOutcomes:
-        """Return the outcomes of stones with a square footprint, from the nearest directions of a cube.
+        """Return the outcomes of stones with a square base, from the results for the nearest simulated directions.
 
         Parameters
         ----------
@@ -235,7 +235,7 @@ class Model(ABC):
 def values_at_cells(
     site_cube: "xr.Dataset", variable_names: tuple[str, ...], cell_positions: dict[str, NDArray[np.intp]]
 ) -> dict[str, FloatArray]:
-    """Return values of the named variables at given cells of a cube of one record, by variable name.
+    """Return the values of some variables at given index positions of one record's results, by variable name.
 
     Each array has one row per amplitude, and the shape of the positions in the further dimensions.
     """

@@ -39,7 +39,7 @@ def polygon_crosses_itself(vertices: FloatArray) -> bool:
 
 
 def outline_of_joined_pieces(element_name: str, pieces: Sequence[FloatArray]) -> FloatArray:
-    """Return the outer outline of rigidly joined convex polygons: all sides except those that two of them share.
+    """Return the outer outline of convex polygons joined along common sides, without these common sides.
 
     Parameters
     ----------
@@ -98,19 +98,19 @@ def outline_of_joined_pieces(element_name: str, pieces: Sequence[FloatArray]) ->
 
 
 def _first_vertex_as_text(piece: FloatArray) -> str:
-    """Return the first vertex of a polygon as text, for messages."""
+    """Return the first vertex of a polygon as text for error messages."""
     return f"[{piece[0, 0]:g}, {piece[0, 1]:g}]"
 
 
 def _separation_from_sides(piece: FloatArray, other_piece: FloatArray) -> float:
-    """Return the largest distance, m, of `other_piece` beyond a side of `piece`; negative if no side separates them."""
+    """Return the separation (m) of two convex polygons along the side normals of `piece`; negative: none separates."""
     edge = np.roll(piece, -1, axis=0) - piece
     normal = np.stack([edge[:, 1], -edge[:, 0]], axis=1) / np.sqrt((edge**2).sum(axis=1))[:, None]
     return float(((other_piece @ normal.T).min(axis=0) - (piece * normal).sum(axis=1)).max())
 
 
 def _index_of_known_or_appended_point(point: FloatArray, known_points: list[FloatArray], tolerance: float) -> int:
-    """Return the index of the known point within `tolerance`, m, of `point`; append `point` if there is none."""
+    """Return the index of the known point nearer than `tolerance` (m) to `point`; append `point` if there is none."""
     for number, other in enumerate(known_points):
         if np.abs(point - other).max() <= tolerance:
             return number
@@ -121,7 +121,7 @@ def _index_of_known_or_appended_point(point: FloatArray, known_points: list[Floa
 def _split_side_at_points(
     start_index: int, end_index: int, points: FloatArray, tolerance: float
 ) -> list[tuple[int, int]]:
-    """Return the parts of a polygon side, split at each of `points` that lies on it, as pairs of point indices."""
+    """Return a polygon side split at each of `points` that lies on it, as pairs of point indices."""
     edge = points[end_index] - points[start_index]
     length = float(np.sqrt((edge**2).sum()))
     along = (points - points[start_index]) @ edge / length
@@ -132,7 +132,7 @@ def _split_side_at_points(
 
 
 def convex_piece_vertex_indices(points: FloatArray) -> list[list[int]]:
-    """Return the convex pieces of an outline, each as vertex indices counter-clockwise.
+    """Return the convex pieces of a polygon outline, each as vertex indices counter-clockwise.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ def convex_piece_vertex_indices(points: FloatArray) -> list[list[int]]:
 
 
 def _triangle_vertex_indices(points: FloatArray, min_doubled_area: float) -> list[list[int]]:
-    """Return the triangles of an outline, by ear clipping, each as three vertex indices."""
+    """Return a triangulation of a polygon outline, by ear clipping, each triangle as three vertex indices."""
     left, triangles = list(range(len(points))), []
     while len(left) > 3:
         for k, at in enumerate(left):
@@ -179,7 +179,7 @@ def _triangle_vertex_indices(points: FloatArray, min_doubled_area: float) -> lis
 def _is_ear(
     points: FloatArray, remaining_indices: list[int], triangle_indices: list[int], min_doubled_area: float
 ) -> bool:
-    """True if a triangle of consecutive vertices can be cut off an outline, as it contains no other vertex."""
+    """True if a triangle of consecutive vertices contains no other vertex, so that it can be cut off the outline."""
     a, b, c = points[triangle_indices]
     if doubled_triangle_area(a, b, c) <= min_doubled_area:
         return False
@@ -192,7 +192,7 @@ def _is_ear(
 
 
 def _merge_pieces_at_shared_diagonal(first_piece: list[int], second_piece: list[int]) -> list[int] | None:
-    """Return the vertex indices of two pieces merged at the diagonal that they share; None if they share none."""
+    """Return the vertex indices of two polygon pieces merged at their common diagonal; None if there is none."""
     for k, first in enumerate(first_piece):
         second = first_piece[(k + 1) % len(first_piece)]
         for m, at in enumerate(second_piece):

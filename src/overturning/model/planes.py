@@ -38,12 +38,12 @@ FALLS = ("overturned", "probability_towards", "probability_away")
 
 
 def azimuth_period_of_cube_deg(cube: "xr.Dataset | xr.DataArray") -> float:
-    """Return the rotation of the motion after which a case of a 2-D cube repeats: 180° if mirrored, else 360°."""
+    """Return the azimuth period of a 2-D results dataset: 180° if opposite azimuths are mirrored, else 360°."""
     return float(cube["azimuth"].attrs.get("period", PLANE_PERIOD))
 
 
 def distinct_plane_indices(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> NDArray[np.intp]:
-    """Return the position of one azimuth in each distinct vertical plane, sorted by azimuth modulo the period.
+    """Return the index of one azimuth in each distinct vertical plane, sorted by azimuth modulo the period.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def distinct_plane_indices(azimuth_deg: ArrayLike, period_deg: float = PLANE_PER
 
 
 def azimuth_gaps_and_step(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> tuple[NDArray[np.bool_], float]:
-    """Return True for each azimuth followed by a gap in the circle, and the step outside the gaps, degrees.
+    """Return a mask of azimuths that are followed by a gap in the grid, and the grid's step without gaps, degrees.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def azimuth_gaps_and_step(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERI
 def circle_share_of_planes(
     plane_azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD, *, divide_gaps: bool = False
 ) -> FloatArray:
-    """Return the share of all directions (half circle of azimuths) that each vertical plane represents.
+    """Return the weight of each vertical plane: the share of the half circle of azimuths nearest to it, sum 1.
 
     A regular grid gets equal weights; azimuths added between its points share the weight of their neighbourhood, so
     that a study's extra azimuths do not count twice. The planes next to a gap (`azimuth_gaps_and_step`) represent half
@@ -122,7 +122,7 @@ def circle_share_of_planes(
 
 
 def relative_weight_of_azimuths(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> FloatArray:
-    """Return the weight of each azimuth: 1 on a regular grid; azimuths added between share their neighbours' weight."""
+    """Return the weight of each azimuth: 1 on a regular grid, less where extra azimuths are close together."""
     azimuth = np.asarray(azimuth_deg, dtype=np.float64)
     index = distinct_plane_indices(azimuth, period_deg)
     weight = circle_share_of_planes(azimuth[index], period_deg) * index.size
@@ -130,7 +130,7 @@ def relative_weight_of_azimuths(azimuth_deg: ArrayLike, period_deg: float = PLAN
 
 
 def fall_probability_to_either_side(cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
-    """Return, for each cell of a 2-D cube, the probability of falling towards azimuth φ and towards φ + 180°.
+    """Return, for each case of a 2-D results dataset, the probabilities of falls towards azimuths φ and φ + 180°.
 
     Parameters
     ----------
@@ -167,7 +167,7 @@ def fall_probability_to_either_side(cube: "xr.Dataset", *, use_ensemble: bool = 
 
 @dataclass(frozen=True)
 class PlanarModel(SceneModel):
-    """2-D model: a block or a scene that moves in the vertical plane of each azimuth."""
+    """2-D model: a block or a scene that moves in a vertical plane, one plane for each azimuth."""
 
     scene: Scene = field(default_factory=gravestone)
 
@@ -187,7 +187,7 @@ class PlanarModel(SceneModel):
     @property
     @override
     def case_cost_over_block_cost(self) -> float:
-        """Computing time of a case relative to a single block; other scenes need the slower general kernel."""
+        """Computing time of a case, relative to a single block: 5 per element of scenes in the general kernel."""
         return 1.0 if len(self.free_element_names) == 1 else 5.0 * len(self.free_element_names)
 
     @property
@@ -203,7 +203,7 @@ class PlanarModel(SceneModel):
 
     @override
     def with_stiffness_factor(self, stiffness_factor: float) -> "PlanarModel":
-        """Return the model with all contact stiffnesses × `stiffness_factor`, including those of the default law."""
+        """Return a copy of the model with all contact stiffnesses, also default ones, multiplied by a factor."""
         laws = []
         for pair in combinations_with_replacement(self.scene.materials, 2):
             law = self.scene.contact_law_of_materials(*pair)
@@ -215,12 +215,12 @@ class PlanarModel(SceneModel):
 
     @override
     def drop_ineffective_frictions(self, grid: CaseGrid) -> CaseGrid:
-        """Return the grid with a single friction if the scene file sets the friction of all its contacts."""
+        """Return the grid with a single friction value if the scene file sets the friction of all contacts."""
         return grid if self.scene.varies_friction else grid.replace_values(friction=grid["friction"][:1])
 
     @override
     def computed_cell_of_each_direction(self, grid: CaseGrid, use_symmetry: bool = True) -> ComputedCells:
-        """Return, for each azimuth of a grid, the equivalent simulated one; outcomes at φ + 180° are mirrored."""
+        """Return the simulated azimuth for each azimuth φ of a grid: φ, or φ + 180° with mirrored outcome."""
         found = super().computed_cell_of_each_direction(grid, use_symmetry)
         return (
             mark_mirrored_planes(found, float(self._rotation_periods_of_grid_deg(grid)[0])) if use_symmetry else found
@@ -243,7 +243,7 @@ class PlanarModel(SceneModel):
         fall_azimuth_deg: FloatArray,
         sobol_scramble_of_member: NDArray[np.int64],
     ) -> dict[str, NDArray[Any]]:
-        """Compute the shares of ensemble members that fall towards the azimuth and away from it, for each cell."""
+        """Compute, for each case, the shares of ensemble runs that fall towards the azimuth and away from it."""
         known = member_flags != INT8_MISSING
         counted = known.sum(axis=1)
         found = {"members": counted if counted.ndim == 1 else counted.min(axis=1)}
@@ -293,7 +293,7 @@ class PlanarModel(SceneModel):
     def square_stone_outcomes(
         self, site_cube: "xr.Dataset", face_azimuth_deg: FloatArray, cell_positions: dict[str, NDArray[np.intp]]
     ) -> StoneOutcomes:
-        """Return the outcomes of square stones, combined from the vertical planes of both pairs of faces."""
+        """Return outcomes of square-based stones, from 2-D results in the vertical planes of both pairs of faces."""
         faces = np.stack([face_azimuth_deg, face_azimuth_deg + 90])
         planes = nearest_computed_planes(site_cube["azimuth"].to_numpy(), faces, azimuth_period_of_cube_deg(site_cube))
         both = {"azimuth": planes.cell, **{name: np.stack([at, at]) for name, at in cell_positions.items()}}

@@ -19,7 +19,7 @@ SYMMETRY_TOLERANCE: Final = 1e-9
 
 @dataclass(frozen=True)
 class Polygon:
-    """Polygon with vertices relative to its centre of area, or, for a convex piece, to that of the whole polygon."""
+    """Polygon, with vertices relative to its centre of area; those of a convex piece refer to the whole polygon's."""
 
     vertices: FloatArray  # shape (n, 2), counter-clockwise, x to the right and z up, relative to the centre, m
     centre: tuple[float, float]  # in the coordinates in which the polygon was given, m
@@ -34,7 +34,7 @@ class Polygon:
 
     @property
     def convex_parts(self) -> tuple["Polygon", ...]:
-        """Convex pieces of the polygon; the polygon itself if it is convex."""
+        """Convex pieces of the polygon, or the polygon itself if it is convex."""
         return self.pieces or (self,)
 
     @property
@@ -57,7 +57,7 @@ class Polygon:
 
     @cached_property
     def smallest_rotations_to_another_rest_rad(self) -> tuple[float, float]:
-        """Least rotations to −x and +x after which the polygon can rest on another face, rad; π if there is none.
+        """Least rotations to −x and +x (rad) after which the polygon can rest on another face; π if it cannot.
 
         Both are 90° for a rectangle. The face that points most nearly down at rest is excluded. Rounded because the
         last digit of libm differs between processors.
@@ -75,7 +75,7 @@ class Polygon:
 
     @cached_property
     def face_table(self) -> FloatArray:
-        """Table of the n faces of a convex polygon, shape (n, 12), in the layout of the kernel.
+        """Table of a convex polygon's n faces for the compiled kernel: ends, normal, distances; shape (n, 12).
 
         Columns: first and second end (4), outward normal (2), distance from the centre, position of the middle along
         the tangent (−n_z, n_x), half length, `carries` (3). Mirrored faces of a symmetric polygon have exactly
@@ -96,7 +96,7 @@ class Polygon:
 
 
 def make_polygon(element_name: str, vertices: ArrayLike) -> Polygon:
-    """Return a checked polygon with its area, centre and inertia and, if it is not convex, its convex pieces.
+    """Return a checked polygon with area, centre and inertia and, if it is not convex, with its convex pieces.
 
     Area, centre and second moment follow from Green's theorem.
 
@@ -155,7 +155,7 @@ def make_polygon(element_name: str, vertices: ArrayLike) -> Polygon:
 def _convex_pieces_of_polygon(
     element_name: str, vertices: FloatArray, has_reflex_end: NDArray[np.bool_]
 ) -> tuple[Polygon, ...]:
-    """Return the convex pieces of an outline; `has_reflex_end`, shape (n,): True for sides that end in a reflex vertex.
+    """Return the convex pieces of an outline; `has_reflex_end`, (n,), marks sides that end in a reflex vertex.
 
     A convex vertex belongs to one piece only, that of the adjacent side that faces down more; otherwise a corner that
     is cut in two would touch twice. At a reflex vertex, both adjacent sides have an end of their own.
@@ -183,12 +183,12 @@ def _convex_pieces_of_polygon(
 
 
 def _vertex_index_pairs_of_loop(vertex_loop: list[int]) -> list[tuple[int, int]]:
-    """Return the pairs of consecutive vertex indices of a closed loop."""
+    """Return the pairs of successive vertex indices around a closed polygon."""
     return list(zip(vertex_loop, vertex_loop[1:] + vertex_loop[:1], strict=True))
 
 
 def _side_facing_more_downward(vertices: FloatArray, vertex_index: int) -> tuple[int, int]:
-    """Return, of the two sides at a vertex of an outline, the one whose outward normal points down more."""
+    """Return the one of a vertex's two adjacent polygon sides whose outward normal points more downward."""
     count = len(vertices)
     both = [((vertex_index - 1) % count, vertex_index), (vertex_index, (vertex_index + 1) % count)]
 
@@ -200,7 +200,7 @@ def _side_facing_more_downward(vertices: FloatArray, vertex_index: int) -> tuple
 
 
 def _symmetrise_vertices(vertices: FloatArray, size: float) -> FloatArray:
-    """Return vertices without rounding errors, so that a symmetric polygon is its own mirror image bit by bit."""
+    """Return vertices corrected for rounding, so that a nearly symmetric polygon is exactly mirror-symmetric."""
     x, z = vertices.T
     distance = np.abs(x + x[:, None]) + np.abs(z - z[:, None])
     if (distance.min(axis=1) > SYMMETRY_TOLERANCE * size).any():

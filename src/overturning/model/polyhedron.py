@@ -98,7 +98,7 @@ def _centre_and_inertia_per_mass(triangle_corners: FloatArray) -> tuple[FloatArr
 
 
 def _least_tilt_and_resting_face_normals(hull: ConvexHull, size: float) -> tuple[float, FloatArray]:
-    """Return the least tilt, rad, at which a body can rest on a face other than its base, and such faces' normals."""
+    """Return the least tilt (rad) for rest on a face other than the base, and the normals of all such faces."""
     _, first = np.unique(np.round(hull.normals, 5), axis=0, return_index=True)
     normals, offsets = hull.normals[first], hull.offsets[first]
     down = -normals[:, 2]
@@ -116,7 +116,7 @@ def _least_tilt_and_resting_face_normals(hull: ConvexHull, size: float) -> tuple
 
 
 def _indices_of_vertices_that_touch(hull: ConvexHull, max_tilt: float) -> NDArray[np.int64]:
-    """Return the indices of the vertices that are the body's lowest point at any tilt below `max_tilt`, rad.
+    """Return the indices of the vertices that become the body's lowest point at a tilt below `max_tilt`, rad.
 
     A vertex is lowest while the downward vertical lies in the spherical polygon of the normals of its faces. The sides
     of that polygon are the arcs between the normals of neighbouring triangles. So one of these arcs comes within the
@@ -134,7 +134,7 @@ def _indices_of_vertices_that_touch(hull: ConvexHull, max_tilt: float) -> NDArra
 
 
 def _max_cosine_to_vertical_on_arcs(first_normals: FloatArray, second_normals: FloatArray) -> FloatArray:
-    """Return, for each of m arcs between two unit normals, the largest cosine of its angle to the downward vertical."""
+    """Return, for m great-circle arcs between unit normals, the largest cosine to the downward vertical on each."""
     ends = np.maximum(-first_normals[:, 2], -second_normals[:, 2])
     axis = np.cross(first_normals, second_normals)
     length = np.sqrt(np.sum(axis * axis, axis=1))
@@ -151,7 +151,7 @@ def _max_cosine_to_vertical_on_arcs(first_normals: FloatArray, second_normals: F
 
 
 def hull_vertices_and_edges(vertices: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Return a convex body's vertices relative to its centre of mass, m, and its edges as pairs of vertex indices."""
+    """Return a convex body's vertices relative to the centre of mass, m, and its edges as pairs of vertex indices."""
     hull = _convex_hull(vertices)
     edges = set()
     for triangle, neighbours, normal in zip(hull.triangles, hull.neighbours, hull.normals, strict=True):

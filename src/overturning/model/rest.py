@@ -14,7 +14,7 @@ FLAT: Final = 1e-6
 def mask_of_resting_faces(
     face_normals: FloatArray, distances_of_vertices_from_faces: FloatArray, body_size: float
 ) -> NDArray[np.bool_]:
-    """Return True for each face on which a body can rest, because the foot of its centre of mass lies on the face.
+    """Return a mask of the faces on which a body can rest: the foot of the centre of mass lies inside the face.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ COUNTS = ("block_steps", "samples_left_out")
 
 
 class CaseResults:
-    """Outcomes of simulated cases: one array for each outcome variable of the model.
+    """Outcomes of simulated cases: one array for each outcome variable, such as fall and peak rotation.
 
     Arrays have the names and types of the variables. Their shape is (n,), or (n, elements) for variables of each
     element if the scene has several free elements.
@@ -31,7 +31,7 @@ class CaseResults:
 
     @classmethod
     def of_cases_at_rest(cls, variables: tuple[OutcomeVariable, ...], case_count: int, element_count: int = 1) -> Self:
-        """Return the results of cases whose bodies stay at rest throughout."""
+        """Return the outcomes of cases in which the base motion is too weak to move the object."""
         shape = (case_count, element_count) if element_count > 1 else (case_count,)
         arrays = {item.name: np.zeros(shape if item.per_element else case_count, item.dtype) for item in variables}
         for item in variables:
@@ -41,7 +41,7 @@ class CaseResults:
         return cls(**arrays, **{name: np.zeros(case_count, np.int64) for name in COUNTS})
 
     def store_outcomes(self, case_numbers: NDArray[np.int64], outcomes: Mapping[str, Any]) -> None:
-        """Store `outcomes`, arrays by variable name, for `case_numbers`; missing where a case has no outcome."""
+        """Store `outcomes`, arrays by variable name, for the cases `case_numbers`; missing for failed cases."""
         status = np.asarray(outcomes["status"]).astype(np.int8)
         with np.errstate(invalid="ignore", over="ignore"):
             for name, values in outcomes.items():

@@ -21,7 +21,7 @@ MAX_ELEMENTS: Final = 64
 
 
 class Scene(StrictModel):
-    """Scene of rigid polygons: elements, materials, contact laws, gravity."""
+    """Scene of rigid polygons (elements) with materials, contact laws and gravity."""
 
     name: Name = Field(description="name")
     title: str = Field(default="", description="title in reports")
@@ -39,7 +39,7 @@ class Scene(StrictModel):
 
     @model_validator(mode="after")
     def _check_element_and_material_names(self) -> Self:
-        """Raise a ValueError if names of elements or materials are repeated or unknown."""
+        """Raise a ValueError if names are repeated or unknown, or if no element is driven or free."""
         names = [element.name for element in self.elements]
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
@@ -67,7 +67,7 @@ class Scene(StrictModel):
 
     @model_validator(mode="after")
     def _check_stability_at_rest(self) -> Self:
-        """Raise an error if elements overlap or lack support, or the ground is the reference element."""
+        """Raise an error if elements overlap or lack support, or if a block's ground is the reference element."""
         check_scene_geometry(self)
         # The single-block kernel applies the height and B/H of each case to the block.
         if self.is_single_block and self.size_reference_element_name not in self.free_element_names:
@@ -79,17 +79,17 @@ class Scene(StrictModel):
 
     @property
     def free_element_names(self) -> tuple[str, ...]:
-        """Names of the free elements of the scene, in order."""
+        """Names of the elements of the scene that forces can move, in order."""
         return tuple(element.name for element in self.elements if element.kind == "free")
 
     @property
     def size_reference_element_name(self) -> str:
-        """Name of the element whose height and B/H the study varies."""
+        """Name of the reference element: the element whose height and B/H are varied in a study."""
         return self.reference or self.free_element_names[0]
 
     @property
     def default_output_element(self) -> str:
-        """Name of the free element in outputs of a single element: the reference element if free, else the last."""
+        """Name of the element whose outcome is shown if only one is: the reference element if free, else the last."""
         return (
             self.size_reference_element_name
             if self.size_reference_element_name in self.free_element_names
@@ -98,13 +98,13 @@ class Scene(StrictModel):
 
     @property
     def varies_friction(self) -> bool:
-        """True if a contact of a free element has no friction coefficient in the scene file and takes the study's."""
+        """True if the friction of at least one contact is not set in the scene file, so that the study varies it."""
         pairs = combinations(self.elements, 2)
         return any(self.contact_law(a, b).friction is None for a, b in pairs if "free" in (a.kind, b.kind))
 
     @property
     def is_single_block(self) -> bool:
-        """True if the scene is one upright free rectangle centred on a wide driven one, under standard gravity."""
+        """True if the scene is one upright rectangle on wide driven ground, simulated by the faster block kernel."""
         if len(self.elements) != 2 or self.gravity != STANDARD_GRAVITY:
             return False
         ground, block = self.elements
@@ -200,7 +200,7 @@ def load_scene(name: str | Path, root: Path = Path()) -> Scene:
 
 
 def check_scene(content: dict[str, Any], file_name: str = "scene") -> Scene:
-    """Return the scene that the content of a scene file describes; a ConfigError has one line per wrong key."""
+    """Return the scene described by a scene file's content; an error message has one line per wrong key."""
     try:
         return Scene.model_validate(content)
     except ValidationError as error:
@@ -209,7 +209,7 @@ def check_scene(content: dict[str, Any], file_name: str = "scene") -> Scene:
 
 
 def _name_elements_in_key_path(scene_content: Any, key_path: list[int | str]) -> list[int | str]:
-    """Return the key path of a wrong value, with the name of an element in place of its index."""
+    """Return the path of a wrong key in a scene file, with an element's name in place of its index."""
     if len(key_path) > 1 and key_path[0] == "elements" and isinstance(key_path[1], int):
         element = scene_content["elements"][key_path[1]]
         if isinstance(element, dict) and "name" in element:

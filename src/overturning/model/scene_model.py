@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class SceneModel(Model):
-    """Abstract base class of the 2-D and 3-D models of a scene.
+    """Abstract base class of the models, 2-D and 3-D, that simulate a scene of several elements.
 
     Attributes
     ----------
@@ -37,6 +37,6 @@ class SceneModel(Model):
     def height_and_b_over_h_or_defaults(
         self, height: ArrayLike | None, b_over_h: ArrayLike | None
     ) -> tuple[ArrayLike, ArrayLike]:
-        """Return heights (m) and B/H; sizes that are None are those of the reference element of the scene."""
+        """Return heights (m) and B/H of the cases; None is replaced by the size of the scene's reference element."""
         own_height, own_ratio = size_reference_height_and_b_over_h(self.scene)
         return own_height if height is None else height, own_ratio if b_over_h is None else b_over_h

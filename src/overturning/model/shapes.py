@@ -26,7 +26,7 @@ Outline = tuple[FloatArray, NDArray[np.int64]]
 
 
 class Shape(ABC):
-    """Shape of a 3-D body, which gets its size from the height, B/H and aspect of a case."""
+    """Shape of a 3-D body; height, slenderness B/H and aspect D/B of a case give its size."""
 
     slenderness_is_parameter: ClassVar[bool] = True
     """True if B/H is a parameter; False if it is fixed by the shape."""
@@ -43,7 +43,7 @@ class Shape(ABC):
         """Return the rigid body of this shape with a height (m), slenderness B/H and aspect D/B."""
 
     def drawn_corners_and_edges(self, height: float, b_over_h: float, aspect: float) -> Outline:
-        """Return the drawn body's corners, shape (corners, 3), m, and edges as corner indices, shape (edges, 2)."""
+        """Return the corners of the body for drawing, shape (corners, 3), m, and its edges as corner index pairs."""
         return _prism_outline(self.solid(height, b_over_h, aspect).points)
 
 
@@ -67,7 +67,7 @@ class RectangularPrism(Shape):
 
 @dataclass(frozen=True)
 class RegularPrism(Shape):
-    """Right prism on a regular polygon whose inscribed circle has diameter B; its first side faces the orientation."""
+    """Right prism on a regular polygon with an inscribed circle of diameter B; its first side faces the azimuth."""
 
     sides: int
 
@@ -93,7 +93,7 @@ class RegularPrism(Shape):
 
 @dataclass(frozen=True)
 class Cylinder(Shape):
-    """Right circular cylinder of diameter B."""
+    """Right circular cylinder of diameter B and height H."""
 
     name: ClassVar[str] = "circle"
 
@@ -139,12 +139,12 @@ class Polyhedron(Shape):
 
     @property
     def unscaled_height(self) -> float:
-        """Height of the body with the vertices as given, m."""
+        """Height (m) of the polyhedron with its vertices as given, before scaling to the height of a case."""
         return float(np.ptp(np.asarray(self.vertices)[:, 2]))
 
     @cached_property
     def unscaled_solid(self) -> RigidSolid:
-        """Rigid body of the shape, with the size of the given vertices."""
+        """Rigid body with the polyhedron's vertices as given, before scaling to the height of a case."""
         made = solid_from_vertices(np.asarray(self.vertices))
         check_stone_heights(self.unscaled_height)
         return made
@@ -160,7 +160,7 @@ class Polyhedron(Shape):
 
 
 def shape_from_name_or_sides(name_sides_or_shape: "str | int | Shape") -> Shape:
-    """Return the shape for a name ("rectangle", "circle"), a number of sides, or a shape itself.
+    """Return the shape for a name ("rectangle", "circle") or a number of sides; a shape is returned unchanged.
 
     Raises
     ------
@@ -197,7 +197,7 @@ def _prism_outline(base_vertices: FloatArray) -> Outline:
 
 
 def orientations_over_period_deg(step_deg: float, shape: Shape, aspect: ArrayLike = 1.0) -> FloatArray:
-    """Return orientations a step apart, degrees, over the largest rotation period of the body at the given aspects.
+    """Return equally spaced orientations, degrees, over the longest symmetry period of a body at some aspects D/B.
 
     Raises
     ------
@@ -219,6 +219,6 @@ def orientations_over_period_deg(step_deg: float, shape: Shape, aspect: ArrayLik
 
 
 def _side_normals(side_count: int) -> FloatArray:
-    """Return the outward normals of n sides, shape (n, 3), clockwise from above; the first points to +x."""
+    """Return the n outward side normals of a regular prism, shape (n, 3), clockwise from above, the first along +x."""
     turn = -2.0 * np.pi * np.arange(side_count) / side_count
     return np.stack([np.round(np.cos(turn), 12), np.round(np.sin(turn), 12), np.zeros(side_count)], axis=1)

@@ -22,7 +22,7 @@ RIM_POINTS: Final = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 
 @dataclass(frozen=True)
 class RigidSolid:
-    """Homogeneous rigid body; coordinates are in its own axes from its centre of mass, z up at rest, m.
+    """Homogeneous rigid body; coordinates (m) are from its centre of mass, with z up in the pose at rest.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class RigidSolid:
 
     @property
     def load_sharing_point_count(self) -> int:
-        """Number of contact points by which the weight is divided to choose the stiffness of springs and dashpots.
+        """Number of contact points assumed to share the weight when spring and dashpot constants are chosen.
 
         2, as in the 2-D model, for a rim or more than `MAX_CARRYING_CORNERS` vertices: while such a body rocks, a
         single point bears it, which is then as stiff and as damped as a corner of the 2-D block.
@@ -88,7 +88,7 @@ class RigidSolid:
 
     @property
     def lowest_vertex_tolerance_share(self) -> float:
-        """Tolerance for equally low base vertices, as a share of the height difference within the tilted base.
+        """Height tolerance for counting base vertices as equally low, over the height range of the tilted base.
 
         For a regular polygon these are the two vertices of the edge over which it leans, or the single vertex.
         """
@@ -96,7 +96,7 @@ class RigidSolid:
 
     @cached_property
     def base_edge_distances(self) -> FloatArray:
-        """Distances of the base's edges from the point below the centre, m; negative if that point lies outside."""
+        """Distances (m) of the base's edges from the point below the centre of mass; negative if it is outside."""
         if self.radius:
             return np.array([self.radius])
         x, y = self.points[: self.base, :2].T
@@ -117,7 +117,7 @@ class RigidSolid:
 
     @property
     def b_over_h(self) -> float:
-        """Slenderness: tangent of the critical angle α over the nearest base edge; B/H for a prism."""
+        """Slenderness: tangent of the tilt α at which the centre of mass is above the nearest base edge."""
         return self.min_base_edge_distance / self.centre_height
 
     @cached_property

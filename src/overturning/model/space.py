@@ -34,7 +34,7 @@ _MEMBERS: Final = {
 def cell_weight_in_direction_statistics(
     fall_share: ArrayLike, mean_fall_north: ArrayLike, mean_fall_east: ArrayLike, member_count: ArrayLike
 ) -> FloatArray:
-    """Return the weight of each cell in statistics: 1 if all its falls have one direction, 0 if they cancel.
+    """Return each case's weight in direction statistics: 1 if its ensemble runs fall the same way, 0 if at random.
 
     The square of the mean resultant length R of k members that fall exceeds that of the directions they are drawn from:
     without any common direction k R² is 1 on average. So the weight is √((k R² − 1)/(k − 1)), 0 where that is
@@ -56,7 +56,7 @@ def cell_weight_in_direction_statistics(
 
 
 class SpaceModel(Model):
-    """Abstract base class of the 3-D models, in which each orientation of the grid has the same weight."""
+    """Abstract base class of the 3-D models; all initial orientations about the vertical have equal weight."""
 
     direction: ClassVar = "orientation"
     copied: ClassVar = "repeated"
@@ -78,14 +78,14 @@ class SpaceModel(Model):
     def ensemble_variables_of_cells(
         self, member_flags: NDArray[np.int8], fall_azimuth_deg: FloatArray, sobol_scramble_of_member: NDArray[np.int64]
     ) -> dict[str, NDArray[Any]]:
-        """Compute the share of ensemble members that fall and the mean sines and cosines of their fall directions."""
+        """Compute, for each case, the share of ensemble runs that fall and the mean sine and cosine of the fall."""
         known, fell, angle = member_flags != INT8_MISSING, member_flags == 1, np.radians(fall_azimuth_deg)
         first, second = (
             (sobol_scramble_of_member == number).reshape(-1, *(1,) * (known.ndim - 2)) for number in (0, 1)
         )
 
         def member_mean(member_values: Any, selected_members: Any = True) -> FloatArray:
-            """Return the mean of each cell over the selected members with an outcome; standing members count as 0."""
+            """Return each case's mean over the selected ensemble runs with an outcome; a standing stone counts as 0."""
             count = (known & selected_members).sum(axis=1)
             # Rounded: cosines differ in the last digit between processors.
             total = np.round(np.where(fell & selected_members, member_values, 0.0), 9).sum(axis=1)
@@ -124,7 +124,7 @@ class SpaceModel(Model):
 
     @override
     def member_fall_shares_by_cell(self, cube: "xr.Dataset") -> "xr.Dataset":
-        """Return, for each cell, the share of ensemble runs that fall, and whether their fall directions differ.
+        """Return, for each case, the share of ensemble runs that fall, and whether the fall directions differ.
 
         Directions differ if they spread by more than 15° about their mean.
         """
@@ -146,7 +146,7 @@ class SpaceModel(Model):
     def square_stone_outcomes(
         self, site_cube: "xr.Dataset", face_azimuth_deg: FloatArray, cell_positions: dict[str, NDArray[np.intp]]
     ) -> StoneOutcomes:
-        """Return, for each stone, the outcome of the square prism with the nearest orientation in a cube."""
+        """Return, for each stone, the outcome of the square prism simulated with the nearest orientation."""
         square = site_cube
         if "aspect" in site_cube.dims:
             square = site_cube.isel(aspect=int(np.flatnonzero(site_cube["aspect"].to_numpy() == 1.0)[0]))

@@ -55,7 +55,7 @@ def gravestone_with_depth() -> Scene:
 @suggest_closest_keyword()
 @dataclass(frozen=True)
 class Stack(SceneModel, SpaceModel):
-    """3-D model: a stack of stones; neighbours touch with the upper face of one and the base of the other.
+    """3-D model of a stack of stones, each of which stands with its base on the upper face of the stone below.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ class Stack(SceneModel, SpaceModel):
 
     @override
     def computed_cell_of_each_direction(self, grid: CaseGrid, use_symmetry: bool = True) -> ComputedCells:
-        """Return the simulated orientation for each one of a grid; they differ by whole rotation periods (symmetry)."""
+        """Return, for each orientation of a grid, the simulated one that is equivalent by the stack's symmetry."""
         period = self._rotation_periods_of_grid_deg(grid) if use_symmetry else np.full(1, FULL_TURN)
         turn = np.floor(grid.direction_values_deg[:, None] / period) * period
         return replace(super().computed_cell_of_each_direction(grid, use_symmetry), turn_deg=turn)
@@ -130,5 +130,5 @@ class Stack(SceneModel, SpaceModel):
         return found | {"members": members if members.ndim == 1 else members.min(axis=1)}
 
     def stones(self, height: float | None = None, b_over_h: float | None = None) -> list[StackStone]:
-        """Return the stones from the lowest up; height (m) and B/H are those of the reference element."""
+        """Return the stones from the lowest up, scaled to the height (m) and B/H of the reference element."""
         return stack_stones(self.scene, height, b_over_h)

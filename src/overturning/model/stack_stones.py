@@ -23,7 +23,7 @@ LEVEL_TOLERANCE: Final = 1e-6
 
 @dataclass(frozen=True)
 class StackStone:
-    """Stone of a stack: the outline of its element in the plane of the scene, extruded to its depth.
+    """Stone of a 3-D stack: the outline of its scene element in the vertical plane, extruded to its depth.
 
     The axes are x (the azimuth of the orientation), y (90° anticlockwise of it) and z (up), from the centre of mass.
     """
@@ -46,16 +46,16 @@ class StackStone:
 
     @property
     def is_box(self) -> bool:
-        """True if the faces are rectangles along x and y."""
+        """True if the stone's base and upper face are rectangles along x and y."""
         return len(self.base) == 4 and len(np.unique(self.base[:, 0])) == 2
 
     @property
     def base_reach(self) -> float:
-        """Distance of the nearest side of the base from below the centre of mass, m."""
+        """Horizontal distance of the nearest side of the base from the centre of mass, m."""
         return float(np.abs(self.base).min() if self.is_box else polygon_side_distances(self.base).min())
 
     def drawn_corners_and_edges(self) -> tuple[FloatArray, FloatArray]:
-        """Return corners about the centre of mass, shape (2 n, 3), m, and edges as corner indices, shape (3 n, 2)."""
+        """Return the stone's corners from its centre of mass, (2 n, 3), m, and its edges as corner index pairs."""
         if not self.is_box:
             count = len(self.base)
             corners = np.concatenate([
@@ -71,7 +71,7 @@ class StackStone:
 
 
 def reasons_scene_is_no_stack(scene: Scene) -> list[str]:
-    """Return the reasons why a scene is no stack that can be simulated in 3-D; an empty list if it is one."""
+    """Return the reasons why a scene cannot be simulated as a 3-D stack of stones; an empty list if it can be."""
     ground, *stones = scene.elements
     faults = [] if ground.kind == "driven" else [f"element {ground.name} is not driven"]
     if ground.width is None or ground.rotation_deg:
@@ -112,7 +112,7 @@ def _level_face_and_balance_faults(scene: Scene) -> list[str]:
 
 
 def stack_stones(scene: Scene, height: float | None = None, b_over_h: float | None = None) -> list[StackStone]:
-    """Return the stones of a scene from the lowest up; height (m) and B/H are those of the reference element.
+    """Return the stones of a scene from the lowest up, scaled to height (m) and B/H of the reference element.
 
     A change of B/H changes width and depth of the reference element in the same proportion.
     """
@@ -141,7 +141,7 @@ def polygon_side_distances(corners: FloatArray, x: float = 0.0) -> FloatArray:
 
 
 def _ring_and_inertia_of_plan(plan: PlanShape, width: float, height: float) -> tuple[FloatArray, FloatArray]:
-    """Return the corners of a plan shape, anticlockwise, shape (n, 2), m, and the inertia per mass of its prism, m².
+    """Return the corners (m) of a circular or polygonal plan, anticlockwise, and its prism's inertia per mass (m²).
 
     The first side of a polygon faces +x. A circle becomes the polygon of `CIRCLE_SIDES` sides with its area, with the
     inertia of the cylinder.
@@ -156,7 +156,7 @@ def _ring_and_inertia_of_plan(plan: PlanShape, width: float, height: float) -> t
 
 
 def _stone_of_element(item: PlacedElement, depth: float, law: ContactLaw, density: float = 1.0) -> StackStone:
-    """Return the stone of an element with its depth (m) and density (kg/m³), and the contact law below it."""
+    """Return a scene element as 3-D stone with depth (m), density (kg/m³) and the contact law with its support."""
     outline = item.shape.vertices
     xx, zz, xz = _second_moments(outline) / item.shape.area
     yy, half = depth * depth / 12.0, 0.5 * depth
@@ -184,7 +184,7 @@ def _stone_of_element(item: PlacedElement, depth: float, law: ContactLaw, densit
 
 
 def _ends_of_level_face(item: PlacedElement, lowest: bool) -> FloatArray:
-    """Return the left and right end of the lowest or highest level face of an element, m; equal if it has none."""
+    """Return the ends (m) of an element's lowest or highest horizontal face, left and right; equal if it has none."""
     x, z = item.shape.vertices.T
     level = z.min() if lowest else z.max()
     on = x[np.abs(z - level) <= LEVEL_TOLERANCE * np.ptp(z)]
@@ -192,7 +192,7 @@ def _ends_of_level_face(item: PlacedElement, lowest: bool) -> FloatArray:
 
 
 def _second_moments(vertices: FloatArray) -> FloatArray:
-    """Return ∫x² dA, ∫z² dA and ∫xz dA of a polygon with anticlockwise vertices, m⁴."""
+    """Return the second moments of area ∫x² dA, ∫z² dA and ∫xz dA of an anticlockwise polygon, m⁴."""
     (x, z), (p, q) = vertices.T, np.roll(vertices, -1, axis=0).T
     cross = x * q - p * z
     return np.array([
@@ -203,7 +203,7 @@ def _second_moments(vertices: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class ContactPatchAtRest:
-    """Polygon in which a stone and what it stands on touch at rest, and the centre of mass of all stones above it."""
+    """Contact area of a stone with its support at rest (a polygon), and the centre of mass of the stones above."""
 
     corners: FloatArray  # horizontal positions, anticlockwise, shape (n, 2), m
     weights: FloatArray  # share of the stiffness at each corner, shape (n,)
@@ -213,7 +213,7 @@ class ContactPatchAtRest:
 
 
 def _rectangular_patch(stone: StackStone, below: StackStone | None) -> FloatArray | None:
-    """Return the corners of the patch of two boxes, or of a box on the ground (None); None for other faces."""
+    """Return the contact area's corners of a box on a box or on the ground; None if a face is not a rectangle."""
     if not (stone.is_box and (below is None or below.is_box)):
         return None
     base = stone.base + np.array([stone.x, 0.0])
@@ -225,7 +225,7 @@ def _rectangular_patch(stone: StackStone, below: StackStone | None) -> FloatArra
 
 
 def _polygonal_patch(stone: StackStone, below: StackStone | None) -> FloatArray:
-    """Return the corners of the polygon that a base and the face below have in common; none if they do not meet.
+    """Return the corners of the overlap of a stone's base and the face below; none if they do not overlap.
 
     The base is clipped by one side of the face after the other (Sutherland & Hodgman 1974).
     """
@@ -246,7 +246,7 @@ def _polygonal_patch(stone: StackStone, below: StackStone | None) -> FloatArray:
 
 
 def patches_at_rest(stones: list[StackStone]) -> list[ContactPatchAtRest]:
-    """Return the patch below each stone of a stack at rest, from the lowest up."""
+    """Return the contact area below each stone of a stack at rest, from the lowest stone up."""
     level = np.concatenate([[0.0], np.cumsum([stone.foot + stone.top for stone in stones])])
     mass = np.array([stone.mass for stone in stones])
     x, z = np.array([stone.x for stone in stones]), level[:-1] + np.array([stone.foot for stone in stones])
@@ -272,7 +272,7 @@ def patches_at_rest(stones: list[StackStone]) -> list[ContactPatchAtRest]:
 
 
 def check_stack(scene: Scene) -> None:
-    """Raise an ArgumentError with the reasons if a scene is no stack that can be simulated in 3-D."""
+    """Raise an `ArgumentError` with the reasons if a scene cannot be simulated as a 3-D stack of stones."""
     if faults := reasons_scene_is_no_stack(scene):
         raise ArgumentError(
             f"orientation_deg: scene {scene.name} is no stack of stones ({'; '.join(faults)}); compute it in 2-D with "

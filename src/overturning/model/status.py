@@ -4,7 +4,7 @@ from enum import IntEnum
 
 
 class CaseStatus(IntEnum):
-    """Status of a case: how its outcome was obtained, or the reason why it is missing."""
+    """Status of a simulated case: how its outcome was obtained, or why it has none."""
 
     SIMULATED = 0
     """Computed to the end."""
@@ -21,5 +21,5 @@ class CaseStatus(IntEnum):
 
     @property
     def has_outcome(self) -> bool:
-        """True if it is known which elements fall: the case was simulated to its end, or nothing can move."""
+        """True if the outcome is known: the case was simulated to its end, or the base motion is too weak."""
         return self in (CaseStatus.SIMULATED, CaseStatus.AT_REST)

@@ -26,7 +26,7 @@ _DIGITS: Final = 9
 
 @dataclass(frozen=True)
 class ComputedCells:
-    """Computed cells whose outcomes, rotated or mirrored, are those of the requested cases.
+    """Simulated directions that give the outcomes of other directions by rotation or mirroring.
 
     Attributes
     ----------
@@ -52,14 +52,14 @@ class ComputedCells:
 def nearest_computed_planes(
     azimuth_deg: ArrayLike, requested_azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD
 ) -> ComputedCells:
-    """Return the computed vertical planes nearest to requested azimuths, mirrored where rotated by 180°."""
+    """Return the simulated vertical planes nearest to given azimuths; those rotated by 180° are mirrored."""
     return mark_mirrored_planes(nearest_computed_cells(azimuth_deg, requested_azimuth_deg, period_deg), period_deg)
 
 
 def nearest_computed_cells(
     direction_deg: ArrayLike, requested_direction_deg: ArrayLike, period_deg: float
 ) -> ComputedCells:
-    """Return the computed cells whose directions, rotated by whole periods, are nearest to requested directions.
+    """Return the simulated directions that, rotated by whole symmetry periods, are nearest to given directions.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def nearest_computed_cells(
 
 
 def mark_mirrored_planes(computed_cells: ComputedCells, period_deg: float) -> ComputedCells:
-    """Return computed cells with each vertical plane that was rotated by 180° marked as mirrored."""
+    """Mark, among simulated directions, the vertical planes rotated by 180° as mirrored."""
     return replace(computed_cells, mirrored=(computed_cells.turn_deg == PLANE_PERIOD) & (period_deg == PLANE_PERIOD))
 
 
@@ -125,6 +125,6 @@ def first_symmetric_direction_of_each(direction_deg: ArrayLike, periods_deg: Arr
 
 
 def _reduce_to_period(angle_deg: FloatArray, period_deg: float) -> FloatArray:
-    """Reduce angles to [0, period), rounded so that equal angles compare equal."""
+    """Reduce angles to the range from 0 to below the period, rounded so that equal angles compare equal."""
     angle = np.round(np.mod(angle_deg, period_deg), _DIGITS)
     return np.where(angle >= np.round(period_deg, _DIGITS), 0.0, angle)

@@ -41,7 +41,7 @@ class ConvexHull(NamedTuple):
 
 
 class FallTiltLimits(NamedTuple):
-    """Tilts from which a body counts as fallen, by the direction in which it leans."""
+    """Tilt at which a body counts as fallen, as a function of the azimuth in which the body leans."""
 
     least: float
     """Least tilt at which it can rest on another face, rad."""
@@ -53,13 +53,13 @@ class FallTiltLimits(NamedTuple):
     """Indices of the vertices that can touch at a tilt between the least one and the fall."""
 
     def fall_tilt_towards(self, face_normals: FloatArray) -> FloatArray:
-        """Return the tilt, rad, from which a body has fallen towards each face; normals have shape (faces, 3)."""
+        """Return the tilt (rad) at which a body has fallen towards each face, for normals of shape (faces, 3)."""
         turn = np.arctan2(face_normals[:, 1], face_normals[:, 0]) % (2.0 * np.pi)
         return self.limits[np.minimum((turn / (2.0 * np.pi) * DIRECTIONS).astype(np.int64), DIRECTIONS - 1)]
 
 
 class LowestVertexChanges(NamedTuple):
-    """Successive lowest vertices of a body that leans more and more in a direction, one entry per change of vertex."""
+    """Changes of a body's lowest vertex as the body leans more and more in one direction; one entry per change."""
 
     direction: NDArray[np.int64]
     """Index of the direction."""
@@ -116,7 +116,7 @@ def fall_tilt_limits(
 def _reduce_fall_limits_to_resting_faces(
     fall_limits_rad: FloatArray, sector_rows: FloatArray, resting_face_normals: FloatArray
 ) -> None:
-    """Lower the tilts at which a body counts as fallen so that a body that rests on any other face has fallen."""
+    """Lower the tilt limits of a fall, where needed, so that a body resting on any other face counts as fallen."""
     for normal in resting_face_normals:
         turn, tilt = np.arctan2(normal[1], normal[0]) % (2.0 * np.pi), float(np.arccos(np.clip(-normal[2], -1.0, 1.0)))
         number = min(int(turn / (2.0 * np.pi) * DIRECTIONS), DIRECTIONS - 1)
@@ -126,7 +126,7 @@ def _reduce_fall_limits_to_resting_faces(
 
 
 def _pseudo_angle(angle: FloatArray) -> FloatArray:
-    """Return, for each angle, rad, a number from 0 to 4 that grows with the angle and needs no trigonometry."""
+    """Return, for each angle (rad), a monotonic substitute from 0 to 4 that is computed without arctangent."""
     x, y = np.round(np.cos(angle), 15), np.round(np.sin(angle), 15)
     share = np.abs(x) / (np.abs(x) + np.abs(y))
     return np.asarray(
@@ -179,7 +179,7 @@ def _lowest_vertex_changes(
 
 
 def _final_resting_triangles(hull: ConvexHull, size: float) -> NDArray[np.int64]:
-    """Return, for each hull triangle, the triangle on which a body comes to rest after rolling from it without speed.
+    """Return, for each triangle of a hull, the triangle on which a body starting there at rest stops rolling.
 
     It rolls over the edge beyond which the foot of the perpendicular from its centre lies furthest.
     """

@@ -23,13 +23,13 @@ FLOAT32_MISSING: Final = np.float32(9.969209968386869e36)
 
 
 def outcome_is_known(outcome_flag: Any) -> Any:
-    """Return True where an outcome flag, as stored or decoded, is neither NaN nor the fill value."""
+    """Return a mask: True where an outcome flag, raw or decoded from a file, is not missing."""
     return np.abs(outcome_flag.astype("float32")) <= 1
 
 
 @dataclass(frozen=True)
 class OutcomeVariable:
-    """Outcome variable of a simulation: name, data type, units, and change under mirroring."""
+    """Outcome variable of a simulation: name, data type, units, and behaviour under mirroring of the case."""
 
     name: str  # in the cube
     dtype: str  # in the file
@@ -57,20 +57,20 @@ class OutcomeVariable:
         return {"long_name": self.long_name, "units": self.units, **self.attributes}
 
     def mirrored_values(self, outcome_arrays: Mapping[str, NDArray[Any]], selection: Any = ...) -> NDArray[Any]:
-        """Return this variable's values at azimuth φ + 180°, mirrored from a symmetric scene's outcomes at φ."""
+        """Return this variable's values at azimuth φ + 180°, mirrored from those of a symmetric scene at φ."""
         values = np.asarray(outcome_arrays[self.exchanged or self.name][selection])
         # 0 stays 0 and not −0, so that equal cubes are equal bytes.
         return np.where((values == 0) | (values == self.fill_value_in_file), values, -values) if self.odd else values
 
     def decode(self, stored_values: Any) -> NDArray[Any]:
-        """Return stored values as xarray decodes them: integers become float32 with NaN for missing."""
+        """Return values read from a file in xarray's decoded form: integers become float32, NaN if missing."""
         array = np.asarray(stored_values)
         if array.dtype.kind == "f":
             return array
         return np.where(array == self.fill_value_in_file, np.float32(np.nan), array.astype(np.float32))
 
     def encode(self, decoded_values: Any) -> NDArray[Any]:
-        """Return values in the data type of the file, with the fill value for NaN."""
+        """Return values in the data type of the file, with the variable's fill value in place of NaN."""
         array = np.asarray(decoded_values)
         if array.dtype.kind == "f":
             array = np.where(np.isnan(array), self.fill_value_in_file, array)

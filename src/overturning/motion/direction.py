@@ -51,7 +51,7 @@ def azimuth_difference(first_deg: Any, second_deg: Any) -> Any:
 
 
 def checked_azimuths(azimuth_deg: ArrayLike) -> FloatArray:
-    """Return azimuths as a one-dimensional array; raise an ArgumentError if it is empty or a value is not finite."""
+    """Return azimuths as a 1-D array; raise an `ArgumentError` if there are none or one is not finite."""
     azimuths = np.atleast_1d(np.asarray(azimuth_deg, dtype=np.float64))
     if azimuths.ndim != 1 or azimuths.size == 0 or not np.isfinite(azimuths).all():
         raise ArgumentError("azimuth_deg: give one or more finite numbers of degrees, in one row")
@@ -64,7 +64,7 @@ def north_east_cosines_of_azimuths(azimuth_deg: ArrayLike) -> FloatArray:
 
 
 def largest_motion_along_azimuths(horizontal_motion: FloatArray, azimuth_cosines: FloatArray) -> FloatArray:
-    """Return the largest absolute motion along each of m azimuths, max_t |n(t) cos φ + e(t) sin φ|.
+    """Return the largest absolute value, over time, of the horizontal motion along each of m azimuths.
 
     ``horizontal_motion`` has shape (2, n), ``azimuth_cosines`` (m, 2); the result has shape (m,) and the unit of the
     motion. Samples that cannot be the largest along any azimuth are left out first: a few extreme samples give a lower
@@ -91,7 +91,7 @@ def largest_motion_along_azimuths(horizontal_motion: FloatArray, azimuth_cosines
 def _samples_that_may_reach_bound(
     horizontal_motion: FloatArray, azimuth_cosines: FloatArray, lower_bound: float
 ) -> FloatArray:
-    """Return those samples, shape (2, any number), whose motion may reach a lower bound along one of the azimuths."""
+    """Return the samples of a motion whose absolute value may reach a lower bound along one of the azimuths."""
     middle = azimuth_cosines[len(azimuth_cosines) // 2]
     along = np.abs(middle[0] * horizontal_motion[0] + middle[1] * horizontal_motion[1])
     across = np.abs(middle[0] * horizontal_motion[1] - middle[1] * horizontal_motion[0])
@@ -101,7 +101,7 @@ def _samples_that_may_reach_bound(
 
 
 def _largest_motion_of_samples(horizontal_motion: FloatArray, azimuth_cosines: FloatArray) -> FloatArray:
-    """Return the largest absolute motion of all samples along each of m azimuths, shape (m,)."""
+    """Return the largest absolute value over all samples of the horizontal motion along each of m azimuths."""
     largest = np.zeros(azimuth_cosines.shape[0])
     for first in range(0, horizontal_motion.shape[1], _BLOCK):
         block = horizontal_motion[:, first : first + _BLOCK]

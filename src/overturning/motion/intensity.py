@@ -80,7 +80,7 @@ def intensity_dataset_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) -
 def jma_intensity_and_peaks_of_record(
     motion: Accelerogram, processing_entries: Sequence[Mapping[str, Any]]
 ) -> dict[str, Any]:
-    """Return JMA intensities of a processed record, and its peak values before and after the processing steps.
+    """Return the JMA intensities of a record, and its peak values before and after all processing steps.
 
     Returns
     -------
@@ -146,11 +146,11 @@ def significant_duration(motion: Accelerogram, azimuth_deg: ArrayLike) -> FloatA
 
 
 def _horizontal_component_products(motion: Accelerogram) -> FloatArray:
-    """Return the products n², n e and e² of the components towards north and east, m²/s⁴, shape (3, samples)."""
+    """Return the products n², n e and e² of the north (n) and east (e) accelerations, m²/s⁴, (3, samples)."""
     return np.stack([motion.north**2, motion.north * motion.east, motion.east**2])
 
 
 def _squared_motion_coefficients(azimuth_cosines: FloatArray) -> FloatArray:
-    """Return the coefficients of n², n e and e² in the squared motion along each of m azimuths, shape (m, 3)."""
+    """Return factors of n², n e and e² in the squared motion along m azimuths (n north, e east), shape (m, 3)."""
     c, s = azimuth_cosines[:, 0], azimuth_cosines[:, 1]
     return np.column_stack([c * c, 2.0 * c * s, s * s])

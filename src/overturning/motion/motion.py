@@ -20,7 +20,7 @@ _DRIFTING = 0.5
 
 
 class Accelerogram:
-    """Base class of records and motions: acceleration towards north, east and optionally up, n samples each, m/s²."""
+    """Base class of records and motions: acceleration towards north, east and optionally up, m/s², n samples each."""
 
     north: FloatArray
     east: FloatArray
@@ -41,7 +41,7 @@ class Accelerogram:
         return type(self).__name__
 
     def check(self, error_type: type[OverturningError], message_prefix: str = "") -> None:
-        """Check the samples and the sampling interval of the motion; raise `error_type` at the first fault."""
+        """Check samples and sampling interval; raise an exception of type `error_type` at the first fault."""
         for name, samples in zip(("north", "east", "up"), self.components, strict=False):
             if samples.ndim != 1 or samples.size < 2:
                 raise error_type(
@@ -70,7 +70,7 @@ class Accelerogram:
 
     @property
     def horizontal_components(self) -> FloatArray:
-        """Acceleration towards north and east, m/s², shape (2, n)."""
+        """Acceleration towards north and east, m/s², shape (2, n) for n samples."""
         return np.stack([self.north, self.east])
 
     @property
@@ -162,7 +162,7 @@ class Motion(Accelerogram):
 
     @classmethod
     def from_record(cls, record: Accelerogram) -> "Motion":
-        """Return the motion of a record."""
+        """Return the ground motion of a record as a `Motion`."""
         return cls(
             record.north,
             record.east,
@@ -174,7 +174,7 @@ class Motion(Accelerogram):
     of = from_record
 
     def scaled_by(self, factor: float) -> "Motion":
-        """Return the motion multiplied by a factor, without a check of its amplitude."""
+        """Return the motion multiplied by a factor; the new amplitude is not checked for plausibility."""
         up = None if self.up is None else factor * self.up
         interval = self.sampling_interval
         return Motion(factor * self.north, factor * self.east, up, sampling_interval=interval, trust_data=True)
@@ -222,7 +222,7 @@ class Motion(Accelerogram):
         cls, amplitude: float, period: float, *, azimuth_deg: float = 0.0, cycles: float = 1.0, rest: float = 1.0,
         sampling_interval: float = 0.005,
     ) -> "Motion":  # fmt: skip
-        """Return a sine A sin(2πt/T) of a number of cycles towards an azimuth, with rest before and after it.
+        """Return a motion of sine waves A sin(2πt/T) towards an azimuth, with rest before and after the waves.
 
         The amplitude is in m/s²; period, rest and sampling interval are in s. Raises an `ArgumentError` if one of them
         is not positive (rest: negative), or if a period has fewer than four samples.
@@ -245,7 +245,7 @@ class Motion(Accelerogram):
 
 
 def as_motion(motion_or_record: Any) -> Motion:
-    """Return a motion unchanged, or the motion of a record; raise an `ArgumentError` for anything else."""
+    """Return a `Motion` unchanged, or a record as a `Motion`; raise an `ArgumentError` for anything else."""
     if isinstance(motion_or_record, Motion):
         return motion_or_record
     if all(hasattr(motion_or_record, name) for name in ("north", "east", "up", "sampling_interval")):

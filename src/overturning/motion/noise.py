@@ -24,7 +24,7 @@ PER_DECADE: Final = 20
 
 @dataclass(frozen=True)
 class SignalToNoiseRatio:
-    """Signal and noise of the components of a record by frequency, and the onset of the motion."""
+    """Signal and noise spectra of the components of a record, and the onset time of the motion."""
 
     onset: float  # s after the first sample; the noise is before it
     frequency: FloatArray  # Hz, shape (m,); the noise window holds at least three cycles of the lowest
@@ -35,12 +35,12 @@ class SignalToNoiseRatio:
 
     @property
     def ratio(self) -> FloatArray:
-        """Ratio of the signal to the noise and the permanent offset, shape (components, m) for m frequencies."""
+        """Signal spectrum over the spectrum of noise and permanent offset, shape (components, m) for m frequencies."""
         return self.signal / np.hypot(self.noise, self.offset)
 
 
 def motion_onset_index(samples: FloatArray) -> int:
-    """Return the index of the sample at which the motion of a component begins; 0 if no noise precedes it.
+    """Return the index of the sample at which a component's motion begins; 0 if there is no noise before it.
 
     The onset minimises the Akaike criterion of two variances (Maeda 1985, Zisin 38, 365-379). It is searched before the
     largest difference of samples; differences are used because offset and drift do not affect them.
@@ -101,7 +101,7 @@ def _hann_weighted_mean(samples: FloatArray) -> float:
 def _fourier_amplitude_per_root_duration(
     samples: FloatArray, sampling_interval: float, centre_frequencies: FloatArray
 ) -> FloatArray:
-    """Return Fourier amplitudes around m ``centre_frequencies`` over the root of the duration, m/s^1.5, shape (m,)."""
+    """Return Fourier amplitudes in bands around m frequencies, divided by √duration, m/s^1.5, shape (m,)."""
     window = cosine_taper_window(samples.size, max(1, samples.size // 20))
     amplitude = rms_fourier_amplitude_in_bands(
         (samples - samples.mean()) * window, sampling_interval, centre_frequencies

@@ -46,7 +46,7 @@ def checked_periods(period_s: ArrayLike) -> FloatArray:
 def oscillator_filter_coefficients(
     period_s: float, damping: float, sampling_interval: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the coefficients of the recursive filter from ground acceleration to the response of an oscillator.
+    """Return the coefficients of a recursive filter from ground acceleration to an oscillator's displacement, velocity.
 
     They are the numerators for relative displacement and velocity, and their common denominator.
 
@@ -73,7 +73,7 @@ def oscillator_filter_coefficients(
 
 
 class OscillatorResponseCalculator:
-    """Calculator of the responses of oscillators of any period to one motion of k components.
+    """Calculator of the responses of linear oscillators of any period to one motion of k components.
 
     The motion is given in m/s², shape (k, n). It is padded with zeros for the longest period (at most 10 s), because
     the response may peak after its end.
@@ -114,7 +114,7 @@ class OscillatorResponseCalculator:
     def response_histories(
         self, period_s: float, damping: float, response_quantities: Sequence[Quantity]
     ) -> list[FloatArray]:
-        """Return the response of an oscillator over time, relative to the ground, for each quantity, m or m/s.
+        """Return an oscillator's relative displacement (m) or velocity (m/s) over time, for each requested quantity.
 
         Each array has the shape (k, points) for k components; `points_per_sample_for_period` says how many per sample.
         """

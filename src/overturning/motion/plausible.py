@@ -48,7 +48,7 @@ _LIKELY: Final = (0.005 * STANDARD_GRAVITY, 2.0 * STANDARD_GRAVITY)
 def implausible_amplitude_reason(
     components: Sequence[FloatArray], sampling_interval: float, *, unit: str = "", check_velocity: bool = True
 ) -> str:
-    """Return why the amplitude of a motion is implausible, and units that would make it plausible; "" if plausible.
+    """Return why a motion's amplitude is implausible, and units that would make it plausible; "" if it is plausible.
 
     Parameters
     ----------
@@ -87,13 +87,13 @@ def implausible_amplitude_reason(
 
 
 def _unusual_sampling_interval_text(sampling_interval: float) -> str:
-    """Return a text that states an unusual sampling interval, s, and the usual range."""
+    """Return a text with an unusual sampling interval, s, and the range of usual ones."""
     low, high = USUAL_INTERVAL
     return f"sampling interval {sampling_interval:g} s ({low:g} to {high:g} s are usual)"
 
 
 def reasons_to_doubt_sampling_interval(components: Sequence[FloatArray], sampling_interval: float) -> tuple[str, ...]:
-    """Return doubts about a sampling interval, s: from its size, and from the duration and PGV/PGA that follow from it.
+    """Return reasons to doubt a sampling interval (s): its size, or the duration or PGV/PGA computed with it.
 
     A constant offset is removed before the integration to velocity.
     """
@@ -113,7 +113,7 @@ def reasons_to_doubt_sampling_interval(components: Sequence[FloatArray], samplin
 
 
 def dead_horizontal_axis_reason(components: Sequence[FloatArray], axis_names: Sequence[str]) -> str:
-    """Return why a horizontal axis of a motion counts as dead (without signal); "" if no axis does.
+    """Return why a horizontal component of a motion has no signal (its sensor axis is dead); "" if none is dead.
 
     Peaks are counted from the mean: a dead channel may have an offset.
 
@@ -142,7 +142,7 @@ def dead_horizontal_axis_reason(components: Sequence[FloatArray], axis_names: Se
 
 
 def reasons_to_doubt_recorded_axes(components: Sequence[FloatArray], axis_names: Sequence[str]) -> list[str]:
-    """Return texts on dead axes, axes with the same samples and clipped axes of a recorded motion.
+    """Return warnings about components of a record that have no signal, equal another component or are clipped.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ def reasons_to_doubt_recorded_axes(components: Sequence[FloatArray], axis_names:
 
 
 def are_axes_equal_up_to_offset_and_sign(first_samples: FloatArray, second_samples: FloatArray) -> bool:
-    """Return True if the samples of two axes differ only in offset and sign: one file was read, or written, twice."""
+    """True if two components differ only in offset and sign, as when one file is read or written twice."""
     if first_samples.size != second_samples.size:
         return False
     first_samples, second_samples = first_samples - first_samples.mean(), second_samples - second_samples.mean()
@@ -174,7 +174,7 @@ def are_axes_equal_up_to_offset_and_sign(first_samples: FloatArray, second_sampl
 def longest_standstill_of_axis(
     samples: FloatArray, samples_of_other_axes: Sequence[FloatArray]
 ) -> tuple[int, int] | None:
-    """Return first and last index of the longest run of equal samples of an axis while another moves, or None.
+    """Return the first and last index of a component's longest run of equal samples during motion of another; or None.
 
     None if there is no run of `SHORTEST_PAUSE` equal samples, if no other axis then reaches `STRONG` of its peak, or if
     the axis is too coarse to show such a share of its own peak.
@@ -194,14 +194,14 @@ def longest_standstill_of_axis(
 
 
 def _value_resolution(samples: FloatArray, peak: float) -> float:
-    """Return the resolution of a component, m/s²: about the smallest difference between two of its sample values."""
+    """Return the resolution of a component, m/s²: about the smallest difference between two of its values."""
     gaps = np.diff(np.unique(samples))
     gaps = gaps[gaps > 1e-9 * peak]
     return float(np.quantile(gaps, 0.1)) if gaps.size else peak
 
 
 def clipped_sample_count_and_level(samples: FloatArray) -> tuple[int, float]:
-    """Return the number of clipped samples of an axis, and the largest clipped level, m/s²; (0, 0) if not clipped.
+    """Return the number of clipped samples of a component and the largest clipped level (m/s²); (0, 0) if none.
 
     Counted are runs of at least `SHORTEST_RAIL` equal samples at the largest or the smallest value. The rounded top of
     a smooth peak is not counted: L samples beyond a plateau of L equal ones a parabola has dropped by at most
@@ -229,14 +229,14 @@ def clipped_sample_count_and_level(samples: FloatArray) -> tuple[int, float]:
 
 
 def _is_clipped_sample_range(samples: FloatArray, first_index: int, last_index: int, min_drop: float) -> bool:
-    """Return True if samples drop by more than `min_drop` before and after a run of equal samples."""
+    """True if a run of equal samples is clipped: samples before and after it are lower by more than `min_drop`."""
     length = last_index + 1 - first_index
     sides = samples[max(first_index - length, 0) : first_index], samples[last_index + 1 : last_index + 1 + length]
     return all(side.size > 0 and float(samples[first_index] - side.min()) > min_drop for side in sides)
 
 
 def _likely_units_note(peak: float, declared_unit: str) -> str:
-    """Return a note on the units in which the numbers of a motion would have a likely peak acceleration."""
+    """Return a note on the units in which the numbers of a motion would give a usual peak acceleration."""
     if not declared_unit:
         return "the unit stated in the file is wrong, or the samples contain an offset or a spike"
     scale = UNITS[declared_unit]

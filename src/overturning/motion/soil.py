@@ -28,7 +28,7 @@ TOLERANCE: Final = 0.01
 
 
 class RockHalfSpace(BaseModel, extra="forbid", frozen=True):
-    """Half-space of rock below the soil layers."""
+    """Elastic half-space of rock below the soil layers."""
 
     velocity_m_s: float = Field(gt=0, le=1e4, description="Shear-wave velocity, m/s.")
     density_kg_m3: float = Field(default=2200, ge=100, le=1e4, description="Density, kg/m³.")
@@ -54,7 +54,7 @@ class SoilLayer(BaseModel, extra="forbid", frozen=True):
 
 @dataclass(frozen=True)
 class SurfaceComponentResult:
-    """Acceleration of a horizontal component at the ground surface, and convergence of the soil analysis."""
+    """Acceleration of a horizontal component at the ground surface, and convergence of the soil response analysis."""
 
     samples: FloatArray  # acceleration, m/s², shape (n + tail,)
     converged: bool  # True if the last iteration changed modulus and damping by less than `TOLERANCE`
@@ -75,7 +75,7 @@ def import_pystrata() -> Any:
 
 
 def check_soil_layer_curves(soil_layers: Sequence[SoilLayer]) -> None:
-    """Raise an ArgumentError if pystrata is missing, or does not know the modulus-reduction curve of a soil layer."""
+    """Raise an `ArgumentError` if pystrata is missing or lacks the modulus-reduction curve of a soil layer."""
     package = import_pystrata()
     for layer in soil_layers:
         _check_soil_curve(package, layer)
@@ -89,7 +89,7 @@ def propagate_through_soil(
     *,
     outcrop: bool = True,
 ) -> SurfaceComponentResult:
-    """Compute a horizontal component of the motion at the surface of soil layers from the motion of the rock below.
+    """Compute the horizontal motion at the surface of soil layers from the motion of the rock below, one component.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def propagate_through_soil(
 
 
 def _pystrata_soil_type(pystrata_package: Any, soil_layer: SoilLayer | RockHalfSpace) -> Any:
-    """Return the soil type of pystrata for a soil layer or for the rock below."""
+    """Return a soil layer, or the rock below, as an object of pystrata's class `SoilType`."""
     weight = soil_layer.density_kg_m3 * STANDARD_GRAVITY / 1e3  # kN/m³
     if isinstance(soil_layer, RockHalfSpace) or soil_layer.curve is None:
         return pystrata_package.site.SoilType("", weight, None, soil_layer.damping)

@@ -63,7 +63,7 @@ def pseudo_acceleration_spectra(
 
 
 def _pseudo_acceleration_from_displacement(peak_displacement: FloatArray, periods: FloatArray) -> FloatArray:
-    """Return ω² × `peak_displacement`, the pseudo-accelerations, m/s², shape (p, azimuths), for p periods, s."""
+    """Return pseudo-accelerations ω² × `peak_displacement`, m/s², shape (p, azimuths), for p periods (s)."""
     return np.asarray(peak_displacement * (2.0 * np.pi / periods[:, None]) ** 2)
 
 
@@ -75,7 +75,7 @@ def _peak_oscillator_responses(
     response_quantities: Sequence[Quantity],
     points_per_period: int = POINTS_PER_PERIOD,
 ) -> FloatArray:
-    """Return the largest response for q `response_quantities`, p `periods` and m azimuths, shape (q, p, m)."""
+    """Return the peak responses of oscillators: q quantities, p periods (s) and m azimuths, shape (q, p, m)."""
     oscillators = OscillatorResponseCalculator(
         motion.horizontal_components, motion.sampling_interval, float(periods.max()), points_per_period
     )
@@ -89,7 +89,7 @@ def _peak_oscillator_responses(
 def rotd_percentile_measures(
     motion: Accelerogram, period_s: ArrayLike, *, percentiles: Sequence[float] = (0.0, 50.0, 100.0)
 ) -> dict[str, FloatArray]:
-    """Return percentiles over all azimuths (RotD) of PGA, PGV and pseudo-acceleration with a damping ratio of 0.05.
+    """Return percentiles over all azimuths (RotD) of PGA, PGV and pseudo-acceleration at 5 % damping.
 
     See Boore (2010, BSSA 100, 1830-1835). The azimuths are those of half a circle; the percentiles 0, 50 and 100 give
     RotD00, RotD50 and RotD100.

@@ -11,7 +11,7 @@ from overturning.units import UNITS
 
 
 def stream_accelerations_and_interval(stream: Any, unit: str | None, sensor: str) -> tuple[dict[str, Any], float]:
-    """Return the accelerations of an obspy Stream, m/s², by component (``north``…), and the sampling interval, s.
+    """Return the accelerations of an obspy Stream, m/s², by component (north, east, up), and the interval, s.
 
     See `Motion.from_obspy` for the arguments and errors.
     """
@@ -43,7 +43,7 @@ def stream_accelerations_and_interval(stream: Any, unit: str | None, sensor: str
 
 
 def _check_same_sensor_and_window(traces: dict[str, Any]) -> None:
-    """Raise an ArgumentError unless all traces are of one station, window, sampling interval and sensor."""
+    """Raise an `ArgumentError` unless all traces have the same station, time window, sampling interval and sensor."""
     first, alike = traces["north"].stats, ("network", "station", "location", "starttime", "npts", "delta")
     for name, trace in traces.items():
         if any(trace.stats[key] != first[key] for key in alike):
@@ -58,7 +58,7 @@ def _check_same_sensor_and_window(traces: dict[str, Any]) -> None:
 
 
 def _reason_trace_is_no_acceleration(trace: Any, channel_code: str, unit: str | None) -> str:
-    """Return why the samples of an obspy Trace are not an acceleration without gaps, and a remedy; "" if they are."""
+    """Return why an obspy Trace is not an acceleration without gaps, and a remedy; "" if it is one."""
     if np.ma.is_masked(trace.data):
         return (
             f"a gap of {int(np.ma.getmaskarray(trace.data).sum())} masked samples; cut the stream to one side of it "
@@ -98,7 +98,7 @@ _TOWARDS = {"N": "north", "NS": "north", "E": "east", "EW": "east", "Z": "up", "
 
 
 def _direction_of_channel(trace: Any, channel_code: str) -> str | None:
-    """Return the direction (``north``, ``east`` or ``up``) that the code of a channel states; None for other codes.
+    """Return the direction (``north``, ``east`` or ``up``) given by a channel code; None for other codes.
 
     A warning is given if the direction in the SAC header (CMPAZ, CMPINC) differs from it by more than 5°.
     """
@@ -122,7 +122,7 @@ _UNDEFINED = -12345.0
 
 
 def _wrong_sensor_reason(channel_code: str, sensor: str) -> str:
-    """Return why a channel does not belong to the requested sensor, and a remedy; "" if it does."""
+    """Return why a channel is not from the requested sensor, and a remedy; "" if it is from that sensor."""
     if sensor not in ("surface", "borehole"):
         return f"sensor {sensor!r}; known are surface and borehole"
     found = {"1": "borehole", "2": "surface"}.get(channel_code[2:]) if channel_code[:2] in ("NS", "EW", "UD") else None

@@ -20,7 +20,7 @@ from overturning.statistics.falls import (
 
 @dataclass(frozen=True)
 class FallAlignmentOfBlockSelection:
-    """Alignment of falls with the fault normal, over the blocks that one rule selects.
+    """Mean alignment of fall directions with the fault normal, over the blocks that a selection rule accepts.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class FallAlignmentOfBlockSelection:
 def fault_normal_alignment_by_block_selection(
     cube: xr.Dataset, block_rules: Sequence[BlockSelectionRule] = BLOCK_RULES, *, draws: int = 10_000
 ) -> dict[str, list[FallAlignmentOfBlockSelection]]:
-    """Compute, for each group of records and each rule, the alignment of falls with the fault normal.
+    """Compute the alignment of falls with the fault normal, for each group of records and each block selection rule.
 
     The result has a list for each name of a group, with one entry for each rule of `block_rules`.
 
@@ -77,7 +77,7 @@ def fault_normal_alignment_by_block_selection(
 
 
 def _sum_falls_by_block_rule(block_rules: Sequence[BlockSelectionRule], cube: xr.Dataset) -> xr.Dataset:
-    """Return, for each record and rule, the falls of the selected blocks and sums over their doubled axes.
+    """Return, for each record and block selection rule, the number of falls and the sums over doubled fall axes.
 
     The dimensions are (record, rule). The sums are those of cosines and sines of doubled fall axes.
     """

@@ -28,7 +28,7 @@ LEAST_BEYOND: Final = 10
 
 
 class ConfidenceInterval(NamedTuple):
-    """Lower and upper end of a confidence interval; both are NaN if there is no interval."""
+    """Lower and upper limit of a confidence interval; both are NaN if there is no interval."""
 
     low: float = math.nan
     high: float = math.nan
@@ -36,7 +36,7 @@ class ConfidenceInterval(NamedTuple):
 
 @dataclass(frozen=True)
 class MeanOverEarthquakes:
-    """Mean over ``n`` earthquakes and the ends of its confidence interval; an unknown number is NaN."""
+    """Mean over ``n`` earthquakes with the limits of its confidence interval; unknown numbers are NaN."""
 
     n: int
     value: float
@@ -45,7 +45,7 @@ class MeanOverEarthquakes:
 
 
 def means_by_earthquake(record_values: FloatArray, record_events: Sequence[str] | NDArray[np.str_]) -> FloatArray:
-    """Compute the mean of the records of each earthquake, shape (earthquakes, …).
+    """Average a quantity of each record over the records of each earthquake, shape (earthquakes, …).
 
     Earthquakes are in the order of `distinct_earthquake_names`.
 
@@ -72,7 +72,7 @@ def distinct_earthquake_names(record_events: Sequence[str] | NDArray[np.str_]) -
 
 @lru_cache(maxsize=4)
 def _earthquake_indices_of_samples(earthquake_count: int, draws: int, seed: int) -> NDArray[np.int64]:
-    """Draw the indices of the earthquakes in each bootstrap sample, shape (draws, earthquakes).
+    """Draw with replacement the earthquakes of each bootstrap sample, as indices of shape (draws, earthquakes).
 
     The last results are cached, since many statistics use the same samples.
     """
@@ -82,7 +82,7 @@ def _earthquake_indices_of_samples(earthquake_count: int, draws: int, seed: int)
 def statistic_of_bootstrap_samples(
     statistic: Callable[[NDArray[Any]], FloatArray], earthquake_data: NDArray[Any], draws: int, seed: int = 1
 ) -> FloatArray:
-    """Compute a statistic for each bootstrap sample of earthquakes, shape (samples,).
+    """Compute a statistic for each bootstrap sample of earthquakes, shape (samples,); NaN values are left out.
 
     Samples for which the statistic is NaN are left out.
 
@@ -105,7 +105,7 @@ def statistic_of_bootstrap_samples(
 
 
 def tail_share_of_expanded_interval(earthquake_count: int, level: float = 0.95) -> float:
-    """Return the share of bootstrap samples to leave out at each end for the expanded percentile interval.
+    """Return the share of bootstrap values to cut off at each end for an interval corrected for small samples.
 
     Φ(−√(n/(n − 1)) t) with t the (1 + level)/2 quantile of Student's t with n − 1 degrees of freedom
     (Hesterberg 2015, American Statistician 69, 371). The variance of bootstrap means of n values is (n − 1)/n of the
@@ -133,7 +133,7 @@ def bootstrap_interval(
     seed: int = 1,
     earthquake_count: int | None = None,
 ) -> ConfidenceInterval:
-    """Compute the expanded percentile interval of a statistic from bootstrap samples of earthquakes.
+    """Compute a confidence interval from bootstrap samples of earthquakes: percentiles, widened for small samples.
 
     See `tail_share_of_expanded_interval` for the share of bootstrap samples beyond its ends.
 
@@ -162,14 +162,14 @@ def bootstrap_interval(
 
 
 def mean_of_each_bootstrap_sample(bootstrap_samples: NDArray[Any]) -> FloatArray:
-    """Return the mean over the earthquakes (axis 1) of each bootstrap sample."""
+    """Return the mean over the earthquakes (axis 1) of each bootstrap sample (axis 0)."""
     return np.asarray(bootstrap_samples.mean(axis=1))
 
 
 def mean_over_earthquakes(
     record_values: FloatArray, record_events: Sequence[str] | NDArray[np.str_], *, draws: int = 4000
 ) -> MeanOverEarthquakes:
-    """Average a value of each record over records of each earthquake, then over earthquakes.
+    """Average a quantity of each record over the records of an earthquake, then over earthquakes, with an interval.
 
     The interval of the mean is that of `bootstrap_interval`.
     """
@@ -183,7 +183,7 @@ def mean_over_earthquakes(
 def mean_share_over_earthquakes(
     record_shares: FloatArray, record_events: Sequence[str] | NDArray[np.str_], *, draws: int = 4000
 ) -> MeanOverEarthquakes:
-    """Average a share of each record, 0 to 1, over records of each earthquake, then over earthquakes.
+    """Average a share (0 to 1) of each record over the records of an earthquake, then over earthquakes.
 
     The interval is exact if the shares of all earthquakes are 0, or all are 1; otherwise it is from the bootstrap.
     """
@@ -194,7 +194,7 @@ def mean_share_over_earthquakes(
 
 
 def mean_share_interval(earthquake_shares: FloatArray, *, level: float = 0.95, draws: int = 4000) -> ConfidenceInterval:
-    """Compute the confidence interval of the mean over earthquakes of a share, 0 to 1.
+    """Compute the confidence interval of the mean of a share (0 to 1) over earthquakes.
 
     The interval is exact if all shares are 0, or all are 1.
 
@@ -215,7 +215,7 @@ def mean_share_interval(earthquake_shares: FloatArray, *, level: float = 0.95, d
 
 
 def unanimous_share_interval(earthquake_shares: FloatArray, level: float = 0.95) -> ConfidenceInterval | None:
-    """Return the exact interval of the mean share if all earthquakes have 0, or all have 1; otherwise None.
+    """Return the exact interval of a mean share if it is 0 in all earthquakes or 1 in all; otherwise None.
 
     All bootstrap samples of equal values are equal, so the bootstrap interval would have no width. If an earthquake
     has a share of 1 with probability p, all n earthquakes have it with probability pⁿ, and the mean share is at least
@@ -262,6 +262,6 @@ def exact_share_interval(matching_count: int, total_count: int, level: float = 0
 def _finite_means_by_earthquake(
     record_values: FloatArray, record_events: Sequence[str] | NDArray[np.str_]
 ) -> FloatArray:
-    """Average the finite values of the records of each earthquake, shape (earthquakes with a value,)."""
+    """Average the finite values of each earthquake's records, shape (earthquakes with a finite value,)."""
     known = np.isfinite(record_values)
     return means_by_earthquake(record_values[known], np.asarray(record_events)[known])

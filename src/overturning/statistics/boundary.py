@@ -22,7 +22,7 @@ HALF = 0.5
 
 
 def largest_b_over_h_at_half_probability(fall_probabilities: ArrayLike, b_over_h: ArrayLike) -> tuple[float, bool]:
-    """Return the largest B/H where the fall probability crosses 1/2, and whether the last known block falls.
+    """Return the largest B/H at which the fall probability crosses 1/2, and if the block of largest known B/H falls.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def largest_b_over_h_at_half_probability(fall_probabilities: ArrayLike, b_over_h
 
 
 def overturning_boundary_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
-    """Compute for each azimuth the largest B/H that falls, and its range over two halves of the ensemble.
+    """Compute, for each azimuth, the largest B/H of a falling block, and its range over two halves of the ensemble.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def overturning_boundary_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
 
 
 def easiest_overturning_axis(azimuth_boundaries: xr.Dataset, grid_b_over_h: ArrayLike) -> xr.Dataset:
-    """Compute the axis of the planes in which a block overturns most easily.
+    """Compute the horizontal axis along which a block overturns most easily, from boundaries of B/H by azimuth.
 
     The result also compares the boundaries (B/H) of the easiest and of the hardest plane.
 

@@ -17,7 +17,7 @@ CELLS_PER_READ: Final = 40_000
 def load_records_of_cube(
     cube: xr.Dataset, record_indices: int | list[int], variables: Sequence[str] = ()
 ) -> xr.Dataset:
-    """Load one or several records of a cube into memory with a single read.
+    """Load the simulated outcomes of some records into memory from a results dataset, with a single read.
 
     That is faster than many small dask graphs.
 
@@ -35,13 +35,13 @@ def load_records_of_cube(
 
 
 def iterate_record_cubes(cube: xr.Dataset, variables: Sequence[str]) -> Iterator[xr.Dataset]:
-    """Yield a cube of each single record, in order, with the variables named in `variables`."""
+    """Yield the results of one record after the other, with the variables named in `variables`."""
     for record in range(cube.sizes["record"]):
         yield load_records_of_cube(cube, [record], variables)
 
 
 def iterate_record_batches(cube: xr.Dataset, variables: Sequence[str]) -> Iterator[tuple[list[int], xr.Dataset]]:
-    """Yield the record indices and the loaded cube of each batch of about `CELLS_PER_READ` cells."""
+    """Yield record indices and loaded results for batches of records, of about `CELLS_PER_READ` cases each."""
     count = cube.sizes["record"]
     few = max(1, CELLS_PER_READ * count // max(cube["overturned"].size, 1))
     for first in range(0, count, few):
@@ -52,7 +52,7 @@ def iterate_record_batches(cube: xr.Dataset, variables: Sequence[str]) -> Iterat
 def apply_to_record_batches(
     function: Callable[[xr.Dataset], xr.Dataset], cube: xr.Dataset, variables: Sequence[str]
 ) -> xr.Dataset:
-    """Apply a function to successive batches of the records of a cube, and join its results by ``record``.
+    """Apply a function to successive batches of a dataset's records, and join the results along ``record``.
 
     A cube without that dimension is passed whole. The function gets a few records at a time with the variables
     ``variables`` (see `load_records_of_cube`); all variables that it returns must have the dimension ``record``.
@@ -66,7 +66,7 @@ def apply_to_record_batches(
 def record_masks_by_group(
     cube: xr.Dataset, coordinate: str = "pulse", edges: Sequence[float] = ()
 ) -> dict[str, NDArray[np.bool_]]:
-    """Return, by name of the group, a Boolean mask of the records in each group, shape (records,).
+    """Return, by group name, a mask of the records in each group, shape (records,).
 
     A record without the grouping value is in no group.
 

@@ -35,7 +35,7 @@ ROTATIONS: Final = 4_999
 
 
 def sector_index(angle_deg: ArrayLike, sector_count: int) -> NDArray[np.intp]:
-    """Return which of `sector_count` equal sectors contains each angle; sector 0 is centred on 0°.
+    """Return, for each angle, the number of the sector that contains it; sector 0 is centred on 0°.
 
     An angle on a border belongs to the sector with the larger index.
     """
@@ -47,7 +47,7 @@ def sector_index(angle_deg: ArrayLike, sector_count: int) -> NDArray[np.intp]:
 def fall_shares_by_sector(
     angle_deg: ArrayLike, weight: FloatArray | None = None, spread_width_deg: float = 0.0
 ) -> FloatArray:
-    """Compute the share of the falls with azimuths `angle_deg` in each sector, shape (`SECTORS`,).
+    """Compute the share of the fall azimuths `angle_deg` that lies in each sector of a circle, shape (`SECTORS`,).
 
     Falls have the weights `weight` (default 1). All shares are 0 without falls.
 
@@ -69,7 +69,7 @@ def fall_shares_by_sector(
 def mean_angle_and_resultant(
     angle_deg: ArrayLike, weight: ArrayLike | None = None, *, axial: bool = False
 ) -> tuple[float, float]:
-    """Compute the mean direction (or axis) of weighted angles, and their mean resultant length.
+    """Compute the mean direction (or axis) of weighted angles, and the mean resultant length (0 to 1).
 
     Formulas: Mardia & Jupp (2000, eqs 2.2.2 to 2.2.4).
 
@@ -103,7 +103,7 @@ def wrap_axis_difference(difference_deg: ArrayLike) -> FloatArray:
 
 @dataclass(frozen=True)
 class StatisticalTestResult:
-    """Result of a statistical test of ``n`` independent observations: its name, statistic and p-value.
+    """Result of a statistical test on ``n`` independent observations: name of the test, statistic and p-value.
 
     The statistic is defined as in the source of the test.
 
@@ -127,7 +127,7 @@ def _unit_vectors_of_random_rotations(vector_count: int) -> NDArray[np.complex12
 
 
 def common_axis_test(vector_cosines: ArrayLike, vector_sines: ArrayLike) -> StatisticalTestResult:
-    """Test the null hypothesis that vectors point in independent uniform directions, without a common axis.
+    """Test the null hypothesis that vectors have independent, uniformly distributed directions: no common axis.
 
     The statistic is the length of the mean vector. Vectors may have different lengths; those of doubled angles test
     axes.
@@ -152,7 +152,7 @@ def common_axis_test(vector_cosines: ArrayLike, vector_sines: ArrayLike) -> Stat
 
 
 def watson_u2_test(cumulative_probabilities: ArrayLike) -> StatisticalTestResult:
-    """Test whether angles follow a distribution on the circle, with Watson's U² (not corrected for n).
+    """Test with Watson's U² whether angles follow a given distribution on the circle.
 
     U² = Σ (u_i − ū − (2i − 1)/2n + 1/2)² + 1/12n on the ordered u_i (Watson 1961, Biometrika 48); Stephens'
     (1970, JRSS B 32) U²* = (U² − 0.1/n + 0.1/n²)(1 + 0.8/n) has p = 2 Σ (−1)^(m−1) exp(−2 m² π² U²*)
@@ -181,7 +181,7 @@ def watson_u2_test(cumulative_probabilities: ArrayLike) -> StatisticalTestResult
 
 
 def _watson_u2_of_sector_counts(sector_counts: FloatArray, sector_probabilities: FloatArray) -> FloatArray:
-    """Compute Watson's U² of counts in sectors, last axis, against probabilities of the sectors."""
+    """Compute Watson's U² of the counts in sectors of a circle (last axis) against the sectors' probabilities."""
     total = sector_counts.sum(axis=-1, keepdims=True)
     difference = np.cumsum(sector_counts - total * sector_probabilities, axis=-1)
     centre = (difference * sector_probabilities).sum(axis=-1, keepdims=True)
@@ -189,7 +189,7 @@ def _watson_u2_of_sector_counts(sector_counts: FloatArray, sector_probabilities:
 
 
 def grouped_watson_test(sector_counts: ArrayLike, sector_probabilities: ArrayLike) -> StatisticalTestResult:
-    """Test counts in successive sectors of a circle against the sectors' probabilities, with Watson's U².
+    """Test with Watson's U² whether counts in successive sectors of a circle follow given probabilities.
 
     U²_G = (1/n) Σ_j (S_j − S̄)² p_j with S_j the running sum of observed minus expected and S̄ = Σ S_j p_j
     (Choulakian, Lockhart & Stephens 1994, Canadian Journal of Statistics 22). The p-value is simulated, so it
@@ -214,7 +214,7 @@ def grouped_watson_test(sector_counts: ArrayLike, sector_probabilities: ArrayLik
 
 
 def _chi_square_statistic(sector_counts: FloatArray, sector_probabilities: FloatArray) -> FloatArray:
-    """Compute Pearson's X² of counts in sectors, last axis, against probabilities of the sectors."""
+    """Compute Pearson's X² of the counts in sectors of a circle (last axis) against the sectors' probabilities."""
     expected = sector_counts.sum(axis=-1, keepdims=True) * sector_probabilities
     with np.errstate(divide="ignore", invalid="ignore"):  # expected 0: 0/0 or ∞
         parts = (sector_counts - expected) ** 2 / expected
@@ -222,7 +222,7 @@ def _chi_square_statistic(sector_counts: FloatArray, sector_probabilities: Float
 
 
 def chi_square_test(sector_counts: FloatArray, sector_probabilities: FloatArray) -> StatisticalTestResult:
-    """Test counts in sectors against the sectors' probabilities with Pearson's X².
+    """Test with Pearson's X² whether counts in sectors of a circle follow given probabilities.
 
     The parameters are those of `grouped_watson_test`.
 
@@ -238,7 +238,7 @@ def _test_with_simulated_p_value(
     sector_counts: FloatArray,
     sector_probabilities: FloatArray,
 ) -> StatisticalTestResult:
-    """Test sector counts against probabilities with `statistic_function` and a simulated p-value.
+    """Test sector counts against given probabilities: statistic and p-value from simulated multinomial counts.
 
     Random counts are drawn from the multinomial distribution.
 

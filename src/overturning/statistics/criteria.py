@@ -21,7 +21,7 @@ from overturning.units import CM, GAL, STANDARD_GRAVITY
 
 
 def _checked_positive_array(argument_name: str, argument_values: ArrayLike) -> FloatArray:
-    """Return `argument_values` as an array; an ArgumentError is raised unless all are positive and finite."""
+    """Return `argument_values` as an array; raise an `ArgumentError` unless all are positive and finite."""
     array = np.asarray(argument_values, dtype=np.float64)
     if not (np.isfinite(array).all() and (array > 0).all()):
         raise ArgumentError(
@@ -31,7 +31,7 @@ def _checked_positive_array(argument_name: str, argument_values: ArrayLike) -> F
 
 
 def west_acceleration_limit(b_over_h: ArrayLike) -> FloatArray:
-    """Return the acceleration g B/H, m/s², above which a rigid block of width B and height H starts to rock.
+    """Return West's limit g B/H, m/s²: the acceleration above which a rigid block of width B, height H rocks.
 
     West's formula as given by Milne (1885, Transactions of the Seismological Society of Japan 8).
     """
@@ -39,7 +39,7 @@ def west_acceleration_limit(b_over_h: ArrayLike) -> FloatArray:
 
 
 def ishiyama_velocity_limit(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
-    """Return the peak ground velocity, m/s, below which a rocking block of height H, m, does not overturn.
+    """Return Ishiyama's limit of peak ground velocity, m/s, below which a block of height H (m) does not overturn.
 
     v = 0.4 √(8 g R/3 · (1 − cos α)/cos² α), R half the diagonal, tan α = B/H (Ishiyama 1982, Earthquake
     Engineering and Structural Dynamics 10); about 10 B/√H in cm and cm/s for slender blocks.
@@ -54,7 +54,7 @@ def ishiyama_velocity_limit(height: ArrayLike, b_over_h: ArrayLike) -> FloatArra
 
 
 def ishiyama_acceleration_limit(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
-    """Return the PGA, m/s², above which a block overturns according to Ishiyama's two criteria.
+    """Return the PGA (m/s²) above which a block overturns: the larger of Ishiyama's acceleration and velocity limits.
 
     It is the larger of g B/H and of `ishiyama_velocity_limit` divided by PGV/PGA, s.
     """
@@ -96,7 +96,7 @@ def block_frequency_parameter(height: ArrayLike, b_over_h: ArrayLike) -> FloatAr
 
 
 def _pulse_over_block_frequency(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
-    """Return ω/p: angular frequency of a one-sine pulse, from PGV/PGA, over p of the block.
+    """Return ω/p of a block: angular frequency of a sine pulse with the motion's PGV/PGA, over p = √(3g/4R).
 
     p is the `block_frequency_parameter`.
     """
@@ -107,7 +107,7 @@ def _pulse_over_block_frequency(height: ArrayLike, b_over_h: ArrayLike, pgv_over
 def pulse_acceleration_to_overturn_after_impact(
     height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike
 ) -> FloatArray:
-    """Return the PGA, m/s², at which a one-sine pulse overturns a block after one impact.
+    """Return the PGA, m/s², at which a single sine pulse overturns a block after one impact on its base.
 
     a = g B/H (1 + ω/6p), ω = 2 PGA/PGV the pulse's frequency (Makris & Roussos 2000, Géotechnique 50, for
     near-source pulses). The paper was not available. Compared with the rocking block, the formula is 0 to 11 % too
@@ -120,7 +120,7 @@ def pulse_acceleration_to_overturn_after_impact(
 def pulse_acceleration_to_overturn_without_impact(
     height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike
 ) -> FloatArray:
-    """Return the PGA, m/s², at which a one-sine pulse overturns a block without any impact.
+    """Return the PGA, m/s², at which a single sine pulse overturns a block without any impact on its base.
 
     a = A g B/H with √(A² − 1) − A exp(−(2π − arcsin 1/A) p/ω) = ω/p: the linearised slender block reaches
     its unstable equilibrium exactly at the end of the pulse (the mode without impact of Zhang & Makris 2001, Journal of
@@ -144,7 +144,7 @@ def pulse_acceleration_to_overturn_without_impact(
 
 @dataclass(frozen=True)
 class OverturningCriterion:
-    """Published overturning criterion: name, rule in words, and function for its limit of PGA.
+    """Published overturning criterion: name, rule in words, and function that returns its limit of PGA.
 
     The function gives the limit in m/s² from height, B/H and PGV/PGA.
     """
@@ -182,7 +182,7 @@ SECONDARY_SOURCES: Final = ("Kaneko–Hayashi", "pulse, one impact")
 
 
 class FallPredictionCounts(NamedTuple):
-    """Weighted counts of hits, misses, false alarms and correct rejections of predicted falls.
+    """Counts, weighted, of hits, misses, false alarms and correct rejections of a rule that predicts falls.
 
     Each is a number or an array; a share is NaN if its denominator is 0.
     """
@@ -194,7 +194,7 @@ class FallPredictionCounts(NamedTuple):
 
     @classmethod
     def from_count_array(cls, prediction_counts: FloatArray) -> "FallPredictionCounts":
-        """Create the counts from an array whose last axis is (hits, misses, false alarms, rejections)."""
+        """Create the counts from an array with (hits, misses, false alarms, rejections) along the last axis."""
         return cls(*np.moveaxis(prediction_counts, -1, 0))
 
     @property
@@ -204,22 +204,22 @@ class FallPredictionCounts(NamedTuple):
 
     @property
     def hit_rate(self) -> Any:
-        """Share of the falling blocks for which a fall was predicted."""
+        """Share of the blocks that fall for which a fall was predicted."""
         return _divide_or_nan(self.hits, self.hits + self.misses)
 
     @property
     def false_alarm_rate(self) -> Any:
-        """Share of the standing blocks for which a fall was predicted."""
+        """Share of the blocks that stand for which a fall was predicted."""
         return _divide_or_nan(self.false_alarms, self.false_alarms + self.rejections)
 
     @property
     def skill(self) -> Any:
-        """Hit rate minus false-alarm rate: 1 perfect, 0 no better than a guess (Peirce 1884, Science 4)."""
+        """Peirce skill score: hit rate minus false-alarm rate; 1 for perfect predictions, 0 for random ones."""
         return self.hit_rate - self.false_alarm_rate
 
 
 def _divide_or_nan(numerator: Any, denominator: Any) -> Any:
-    """Divide two numbers or arrays, with NaN for 0/0."""
+    """Divide two numbers or arrays; the result is NaN for 0/0."""
     with np.errstate(invalid="ignore"):
         return np.divide(numerator, denominator)
 
@@ -233,7 +233,7 @@ PULSE_VALID: Final = 5.0
 
 @dataclass(frozen=True)
 class PredictionRuleScore:
-    """Score of one rule that predicts falls from height and B/H of the block and peaks of the motion.
+    """Score of a rule that predicts falls from height and B/H of a block and from PGA and PGV of the motion.
 
     Attributes
     ----------
@@ -258,7 +258,7 @@ class PredictionRuleScore:
 
 @dataclass(frozen=True)
 class OverturningCriteriaScores:
-    """Scores of all published overturning criteria, and of a rule that uses only the slenderness B/H.
+    """Scores of published overturning criteria, and of a rule that predicts falls from the slenderness B/H alone.
 
     Attributes
     ----------
@@ -281,12 +281,12 @@ class OverturningCriteriaScores:
 
     @property
     def best_criterion(self) -> PredictionRuleScore:
-        """Score of the published criterion with the largest mean skill within blocks of one size."""
+        """Score of the published criterion with the largest mean prediction skill over blocks of one size."""
         return max(self.rules[: len(CRITERIA)], key=lambda one: np.nan_to_num(one.within.value, nan=-np.inf))
 
 
 def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> OverturningCriteriaScores | None:
-    """Score how well published criteria predict the outcomes of a cube; None if no outcome is known.
+    """Score how well published criteria predict the simulated falls; None if no outcome is known.
 
     `intensity` has ``pga`` and ``pgv`` of each record and azimuth.
 
@@ -304,7 +304,7 @@ def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> Overt
     valid = _pulse_over_block_frequency(height, slender, ratio) <= PULSE_VALID
 
     def count_hits_and_misses(predicted_falls: NDArray[np.bool_], weight: FloatArray) -> FloatArray:
-        """Count hits, misses, false alarms and rejections, shape (earthquakes, blocks, 4)."""
+        """Count hits, misses, false alarms and rejections by earthquake and block, shape (earthquakes, blocks, 4)."""
         columns = (
             falls * predicted_falls, falls * ~predicted_falls,
             (1 - falls) * predicted_falls, (1 - falls) * ~predicted_falls,
@@ -349,7 +349,7 @@ def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> Overt
 
 
 def _best_minus_other_skills(counts_by_criterion: dict[str, FloatArray]) -> dict[str, MeanOverEarthquakes]:
-    """Compute the skill of the best criterion minus that of each other one, by name of the other.
+    """Compute the best criterion's prediction skill minus that of each other criterion, by name of the other.
 
     See `OverturningCriteriaScores.leads`.
 
@@ -377,12 +377,12 @@ def _best_minus_other_skills(counts_by_criterion: dict[str, FloatArray]) -> dict
 
 
 def _skill_over_all_blocks(prediction_counts: FloatArray) -> FloatArray:
-    """Compute the skill over all blocks from counts of shape (…, earthquakes, blocks, 4), shape (…)."""
+    """Compute the prediction skill over all blocks together, from counts of shape (…, earthquakes, blocks, 4)."""
     return np.asarray(FallPredictionCounts.from_count_array(prediction_counts.sum(axis=(-3, -2))).skill)
 
 
 def _mean_skill_within_blocks(prediction_counts: FloatArray) -> FloatArray:
-    """Average the skills within each block, from counts of shape (…, earthquakes, blocks, 4), shape (…).
+    """Average the prediction skill over blocks of one size, from counts of shape (…, earthquakes, blocks, 4).
 
     The weight of a block is f(1 − f).
 

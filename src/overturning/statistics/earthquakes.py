@@ -33,7 +33,7 @@ from overturning.units import EARTH_RADIUS_KM
 
 
 def fall_vector_sums_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
-    """Sum falls and their unit vectors for each record, over its informative blocks and directions.
+    """Sum, for each record, falls and their unit vectors over azimuths and over the blocks that show a direction.
 
     Only the dimensions ``kept_dims`` and ``record`` are kept. See `sum_fall_vectors`.
     """
@@ -94,7 +94,7 @@ def fall_axes_by_earthquake(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
 def fall_axes_by_group(
     cube: xr.Dataset, coordinate: str = "pulse", edges: Sequence[float] = ()
 ) -> dict[str, xr.Dataset]:
-    """Compute the mean fall axis of each earthquake, for each group of records, by name of the group.
+    """Compute, by name of the group of records, the mean fall axis of each earthquake of the group.
 
     For the arguments see `record_masks_by_group`; empty groups are left out.
     """
@@ -107,7 +107,7 @@ def fall_axes_by_group(
 
 @dataclass(frozen=True)
 class FallAxisSummary:
-    """Mean axis of the falls of several earthquakes, and their mean alignment with the fault normal.
+    """Mean axis of the falls under several earthquakes, and mean alignment of the falls with the fault normal.
 
     Attributes
     ----------
@@ -144,7 +144,7 @@ class FallAxisSummary:
 
 
 def summarise_fall_axes(fall_axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000) -> FallAxisSummary:
-    """Average the fall axes of earthquakes: mean axis and alignment with the fault normal, with intervals.
+    """Average the fall axes of earthquakes: mean axis and mean alignment with the fault normal, with intervals.
 
     `fall_axes` is a result of `fall_axes_by_earthquake`.
     """
@@ -176,7 +176,7 @@ def summarise_fall_axes(fall_axes: xr.Dataset, *, level: float = 0.95, draws: in
 
 
 def first_minus_second_alignment(first_fall_axes: xr.Dataset, second_fall_axes: xr.Dataset) -> MeanOverEarthquakes:
-    """Compute the alignment with the fault normal in a first set of records minus that in a second set.
+    """Compute the mean alignment of falls with the fault normal in one set of records minus that in another.
 
     Both sets, such as pulse records and their control, are results of `fall_axes_by_earthquake`. An earthquake with
     records in both sets is drawn once for both, so that its own orientation does not count as a difference.
@@ -203,7 +203,7 @@ LEAST_DISTANCE_KM: Final = 1.0
 
 
 def azimuth_away_from_epicentre(cube: xr.Dataset) -> xr.DataArray:
-    """Compute the azimuth, at each record's station, of the direction away from its epicentre.
+    """Compute, for each record, the azimuth at the station that points away from the epicentre.
 
     The result is the back azimuth + 180°.
 
@@ -239,7 +239,7 @@ _REFERENCES = {"peak velocity": "pgv_azimuth", "peak acceleration": "pga_azimuth
 
 @dataclass(frozen=True)
 class FallAlignmentWithReferences:
-    """Alignment of the falls of a group of records with several reference directions, by range of B/H.
+    """Mean alignment of the falls of a group of records with several reference directions, by range of B/H.
 
     All values are means over the earthquakes of the group.
 
@@ -263,7 +263,7 @@ class FallAlignmentWithReferences:
 def fall_alignment_with_references(
     cube: xr.Dataset, intensity: xr.Dataset, b_over_h_ranges: Sequence[slice] | None = None
 ) -> dict[str, FallAlignmentWithReferences]:
-    """Compute the alignment of falls with each reference direction, by name of the group of records.
+    """Compute, by name of the record group, the alignment of falls with each reference direction.
 
     References are the azimuths of PGA and PGV, the pulse axis, the fault normal and the direction from the epicentre.
 
@@ -301,7 +301,7 @@ def _group_alignment_with_references(
     group_mask: NDArray[np.bool_],
     record_events: NDArray[np.str_],
 ) -> FallAlignmentWithReferences:
-    """Average the cosines for each reference and range of B/H over the earthquakes of a group.
+    """Average cosines to reference directions over a group's earthquakes, for each reference and range of B/H.
 
     The lists of `reference_cosines` have one array of shape (records,) for each range of B/H; their keys are those of
     `FallAlignmentWithReferences.means`.

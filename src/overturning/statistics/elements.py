@@ -16,7 +16,7 @@ from overturning.statistics.by_record import iterate_record_cubes
 
 @dataclass(frozen=True)
 class ElementFallCounts:
-    """Counts of falls of one element of a scene, over the ``cases`` with a known outcome.
+    """Numbers of falls of one element of a scene, among the ``cases`` with a known outcome.
 
     ``falls`` is the number of cases in which it falls to either side, ``first`` of those in which no other element of
     its scene falls before it, and ``alone`` of those in which no other element falls at all. ``share`` is falls/cases,
@@ -34,7 +34,7 @@ class ElementFallCounts:
 
 @dataclass(frozen=True)
 class ElementDisplacements:
-    """Displacements of one element of a 3-D scene at the end, relative to what the element stands on.
+    """Final displacements of one element of a 3-D scene relative to its support: slip and rotation, quantiles.
 
     ``standing`` is the number of cases in which it stands, and ``fallen`` that in which it has fallen. ``slip`` (m) and
     ``twist`` (absolute rotation about the vertical, degrees) are the medians and 90th percentiles over the standing
@@ -52,7 +52,7 @@ class ElementDisplacements:
 
 @dataclass(frozen=True)
 class TwoStoneFallContrast:
-    """Comparison of the falls of two stones, each with its own cube, in the same cases.
+    """Comparison of the falls of two stones under the same motions; all values are means over earthquakes.
 
     All values are means over earthquakes.
 
@@ -79,7 +79,7 @@ ANYTHING = "any element"
 
 
 def count_falls_by_element(cube: xr.Dataset) -> list[ElementFallCounts]:
-    """Count the falls of each element of a cube, one row per element in the order of the cube.
+    """Count the falls of each element in a study's results: one row per element and one for any element.
 
     For several elements a last row, `ANYTHING`, counts the cases in which any element falls.
 
@@ -119,7 +119,7 @@ _QUANTILES: Final = (0.5, 0.9)
 
 
 def element_displacements(cube: xr.Dataset) -> list[ElementDisplacements]:
-    """Summarise the final displacements of each element of a 3-D cube, in the order of the cube.
+    """Summarise the final displacements of each element in a 3-D study's results, one row per element.
 
     A cube without elements has one row, "block". Cases that were not simulated, because the motion is too weak to move
     anything, count as standing without displacement. The cube is read one record at a time; the displacements of all
@@ -155,14 +155,14 @@ def element_displacements(cube: xr.Dataset) -> list[ElementDisplacements]:
 
 
 def _median_and_90th_percentile(values_by_record: list[NDArray[np.float32]]) -> tuple[float, float]:
-    """Compute the median and the 90th percentile of values under all records; NaN if there are no values."""
+    """Compute the median and the 90th percentile of values of all records together; NaN if there are none."""
     values = np.concatenate(values_by_record).astype(np.float64)
     median, most = np.quantile(values, _QUANTILES).tolist() if values.size else (math.nan, math.nan)
     return median, most
 
 
 def count_falls_of_two_stones(cube: xr.Dataset, other_cube: xr.Dataset) -> xr.Dataset:
-    """Count, for each record, the cases in which both stones, only one of them, or none falls.
+    """Count, for each record, the cases in which both of two stones fall, and those in which only one falls.
 
     Each stone has its own cube.
 
@@ -193,7 +193,7 @@ def count_falls_of_two_stones(cube: xr.Dataset, other_cube: xr.Dataset) -> xr.Da
 
 
 def _fall_azimuths_deg(cube: xr.Dataset) -> FloatArray:
-    """Return the fall azimuth of each cell, degrees, shape (cells,).
+    """Return the fall azimuth of each simulated case, degrees; in 2-D relative to the azimuth of the motion.
 
     For planar models it is 0 or 180, relative to the azimuth of the motion. It has no meaning where the block stands.
     """
@@ -203,7 +203,7 @@ def _fall_azimuths_deg(cube: xr.Dataset) -> FloatArray:
 
 
 def mean_fall_contrast(fall_counts: xr.Dataset, record_events: NDArray[np.str_]) -> TwoStoneFallContrast:
-    """Average the results of `count_falls_of_two_stones` over earthquakes, as shares.
+    """Return shares of cases as means over earthquakes, from record counts by `count_falls_of_two_stones`.
 
     `record_events` are the names of the earthquakes of the records, shape (records,).
     """

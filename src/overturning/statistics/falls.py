@@ -21,7 +21,7 @@ from overturning.statistics.circular import NO_DIRECTION
 
 
 def add_opposite_azimuths(cube: xr.Dataset) -> xr.Dataset:
-    """Add the azimuth φ + 180° for each azimuth φ of a cube of 2-D simulations (or of data derived from one).
+    """Add the opposite azimuth φ + 180° for each azimuth φ of 2-D results, as the mirror image of the plane φ.
 
     Azimuths are ascending in the result.
 
@@ -49,7 +49,7 @@ def add_opposite_azimuths(cube: xr.Dataset) -> xr.Dataset:
 
 
 def fall_counts_towards_azimuths(cube: xr.Dataset, *, ensemble: bool = False) -> xr.DataArray:
-    """Return 1 where a block falls towards an azimuth, 0 where not, NaN where the outcome is missing.
+    """Return 1 where a block falls towards an azimuth, 0 where it does not, NaN where the outcome is missing.
 
     Computed lazily if the cube is lazy.
 
@@ -80,7 +80,7 @@ def fall_counts_towards_azimuths(cube: xr.Dataset, *, ensemble: bool = False) ->
 
 
 def overturning_indicator(cube: xr.Dataset) -> xr.DataArray:
-    """Return, for each cell, 1 if the block falls to any side, 0 if it stands, NaN without an outcome."""
+    """Return, for each simulated case, 1 if the block falls to any side, 0 if it stands, NaN without an outcome."""
     overturned = cube["overturned"]
     return xr.where(outcome_is_known(overturned), (overturned != 0).astype("float32"), np.nan).assign_attrs(
         long_name="block overturns to either side", units="1"
@@ -88,7 +88,7 @@ def overturning_indicator(cube: xr.Dataset) -> xr.DataArray:
 
 
 def overturned_shares_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.DataArray:
-    """Compute, for each record, the share of its cases with a known outcome that overturn, in memory.
+    """Compute, for each record, the share of cases (with a known outcome) in which the block overturns.
 
     Dimensions in ``kept_dims`` are kept as well; all others are averaged over.
     """
@@ -98,7 +98,7 @@ def overturned_shares_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.DataArr
 
 
 def overturned_shares_near_and_far_from_normal(cube: xr.Dataset) -> tuple[float, float]:
-    """Return the shares of cases that overturn at azimuths below 45° from the fault normal, and at others.
+    """Return the shares of cases that overturn at azimuths within 45° of the fault normal, and at all others.
 
     Unknown outcomes do not count. Both shares are NaN without azimuths of the motion (3-D) or without a known fault
     normal.
@@ -112,7 +112,7 @@ def overturned_shares_near_and_far_from_normal(cube: xr.Dataset) -> tuple[float,
 
 
 def count_outcome_changes(cube: xr.Dataset, dimension: str) -> tuple[int, int]:
-    """Return how many pairs of neighbouring cells along a dimension differ in outcome, and how many exist.
+    """Count the pairs of neighbouring cases along a dimension that differ in outcome, and all pairs with outcomes.
 
     Outcomes are: stands, falls to +1, falls to −1. Both numbers are of pairs with two known outcomes.
 
@@ -128,7 +128,7 @@ def count_outcome_changes(cube: xr.Dataset, dimension: str) -> tuple[int, int]:
 
 @dataclass(frozen=True)
 class BlockSelectionRule:
-    """Rule that selects the blocks of a record whose falls count in statistics of direction.
+    """Rule that selects, for each record, the blocks whose falls count in statistics of fall directions.
 
     Attributes
     ----------
@@ -145,7 +145,7 @@ class BlockSelectionRule:
     otherwise_all: bool = False
 
     def selected_block_mask(self, share_of_directions: xr.DataArray) -> xr.DataArray:
-        """Return True for blocks that the rule selects, by their share of directions with a fall."""
+        """Return a mask of the blocks that the rule selects, from the share of azimuths at which each overturns."""
         if self.most > 1.0:
             return xr.ones_like(share_of_directions, dtype=bool)
         near = (share_of_directions > 0) & (share_of_directions <= self.most) & (share_of_directions < 1.0)
@@ -184,7 +184,7 @@ def share_of_directions_with_overturning(cube: xr.Dataset) -> xr.DataArray:
 
 
 def informative_block_mask(cube: xr.Dataset) -> xr.DataArray:
-    """Return True for blocks whose falls tell something about a preferred direction: in 2-D marginal ones, in 3-D all.
+    """Return a mask of blocks that show a preferred fall direction: 2-D, if few azimuths overturn them; 3-D, all.
 
     The result has the dimensions of ``overturned`` without the direction.
 
@@ -216,7 +216,7 @@ def shares_of_directions_with_fall(cube: xr.Dataset, *, summed_dims: Sequence[st
 def sum_fall_vectors(
     cube: xr.Dataset, *, summed_dims: Sequence[str] = (), informative_only: bool = False
 ) -> xr.Dataset:
-    """Sum falls, and cosines and sines of (doubled) fall azimuths, over the directions of a cube, for each block.
+    """Sum, for each block over all azimuths, the falls and the cosines and sines of (doubled) fall azimuths.
 
     The sums are also over ``summed_dims``.
 
@@ -233,7 +233,7 @@ def sum_fall_vectors(
 def mean_fall_directions(
     cube: xr.Dataset, *, summed_dims: Sequence[str] = (), informative_only: bool = False
 ) -> xr.Dataset:
-    """Compute the mean direction and the mean axis of falls over all directions of a cube.
+    """Compute the mean direction and the mean axis of falls over all azimuths (3-D: orientations).
 
     Axes are averaged with doubled angles (Mardia & Jupp 2000, eqs 2.2.2 to 2.2.4 and section 9.1). For
     ``informative_only`` see `sum_fall_vectors`.
@@ -262,7 +262,7 @@ def mean_fall_directions(
 def mean_cosine_and_sine_to_reference(
     fall_sums: xr.Dataset, reference_deg: xr.DataArray, *, axial: bool = True
 ) -> xr.Dataset:
-    """Compute the mean cosine and sine of the angle from a reference azimuth to the falls.
+    """Compute the mean cosine and sine of the (doubled) angle from a reference azimuth to the fall azimuths.
 
     For axes the angle is doubled.
 

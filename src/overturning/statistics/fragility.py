@@ -28,7 +28,7 @@ MAX_VALUES_PER_BATCH: Final = 50_000
 
 @dataclass(frozen=True)
 class FittedFragilityCurve:
-    """Fitted lognormal fragility curve of a class of stones: P(fall) = Φ(ln(x/median)/spread).
+    """Fitted lognormal fragility curve of a class of stones: P(fall) = Φ(ln(x/median)/spread), x the intensity.
 
     x is the intensity.
 
@@ -63,13 +63,13 @@ class FittedFragilityCurve:
 
     @property
     def record_and_stone_spread(self) -> tuple[float, float]:
-        """Logarithmic standard deviations between records, and between stones under one record; NaN if unknown."""
+        """Standard deviations of ln(intensity) between records, and between stones under one record; NaN if unknown."""
         spread = self.median_and_spread_within_data[2]
         return spread * math.sqrt(self.of_records), spread * math.sqrt(1 - self.of_records)
 
     @property
     def openquake_identifier(self) -> str:
-        """Name of the class for OpenQuake: without characters other than letters, digits, _, -."""
+        """Name of the stone class as an identifier for OpenQuake: only letters, digits, _ and -."""
         return re.sub(r"[^A-Za-z0-9_-]+", "_", self.name.replace("/", "").replace(".", "p"))
 
     @property
@@ -89,7 +89,7 @@ class FittedFragilityCurve:
 def fit_lognormal_median_and_spread(
     intensity: ArrayLike, fall_share: ArrayLike, weight: ArrayLike | None = None
 ) -> tuple[float, float]:
-    """Fit median and spread of a lognormal curve to shares of falls by maximum likelihood.
+    """Fit the median and spread of a lognormal fragility curve to shares of fallen stones, by maximum likelihood.
 
     Method: Baker (2015, Earthquake Spectra 31, eq. 11).
 
@@ -128,7 +128,7 @@ def _fit_lognormal_medians_and_spreads(
     weights: FloatArray,
     start_median_and_spread: tuple[float, float] | None = None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Fit m lognormal curves with Newton's method, one for each row of `weights`, shape (m, n).
+    """Fit m lognormal fragility curves by Newton's method, one for each row of `weights`, shape (m, n).
 
     Return m medians and m spreads, NaN without a fit. `log_intensity` and `fall_share` have shape (n,).
 
@@ -191,7 +191,7 @@ def variance_share_between_records(
     record: NDArray[np.generic],
     stone_count: int,
 ) -> float:
-    """Estimate which share of the variance (spread²) of a fragility curve lies between records.
+    """Estimate the share of a fragility curve's variance (spread²) that is due to differences between records.
 
     The share is 0 if equal intensities have equal shares of falls.
 
@@ -244,7 +244,7 @@ def fit_fragility_curve(
     record: NDArray[np.generic] | None = None,
     stone_count: int = 0,
 ) -> FittedFragilityCurve:
-    """Fit the fragility curve of a class of stones, with the bootstrap interval of its median.
+    """Fit the fragility curve of a class of stones, with a bootstrap interval of its median.
 
     `intensity`, `fall_share`, `event` and `record` have one entry for each motion, shape (n,).
 

@@ -46,7 +46,7 @@ def is_openquake_measure(measure: str) -> bool:
 
 
 def write_openquake_model(curves: Sequence[FittedFragilityCurve], path: Path, model_id: str) -> None:
-    """Write the fragility curves of one intensity measure as an OpenQuake model (NRML 0.5, discrete functions).
+    """Write the fragility curves of one intensity measure as an OpenQuake model file (NRML 0.5, discrete functions).
 
     The limit state is ``fallen``; curves without a fit are left out. Levels stay within the data, even if the
     probability at the largest is below one half. PGA and SA are in g and PGV in cm/s, as OpenQuake requires. The id of

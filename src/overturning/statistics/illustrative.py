@@ -30,7 +30,7 @@ MAX_CORNER_OFFSET_DEG: Final = 10.0
 
 
 class IllustrativeCase(NamedTuple):
-    """Case that illustrates a study: title, rule, record index, block, and directions of its panels."""
+    """Case that illustrates a study: title, selection rule, record index, block, and azimuths of its figure panels."""
 
     title: str
     rule: str
@@ -44,7 +44,7 @@ class IllustrativeCase(NamedTuple):
 
 
 class BestCaseOfRecord(NamedTuple):
-    """Best case of one record under an `IllustrativeCaseRule`: score, block and directions.
+    """Best illustrative case of one record according to an `IllustrativeCaseRule`: score, block and azimuths.
 
     A larger score is better.
     """
@@ -57,7 +57,7 @@ class BestCaseOfRecord(NamedTuple):
 
 
 class IllustrativeCaseRule(NamedTuple):
-    """Rule that finds the best illustrative case of one kind in the cube of one record.
+    """Rule that finds, among one record's results, the best case to illustrate one kind of behaviour.
 
     The dimensions of this cube are in the order of the model.
     """
@@ -72,7 +72,7 @@ class IllustrativeCaseRule(NamedTuple):
 def _case_with_largest_score(
     record_cube: xr.Dataset, outcome_flag: int, score: xr.DataArray, eligible_cells: xr.DataArray
 ) -> BestCaseOfRecord | None:
-    """Return the case with the largest score among eligible cases of one outcome; None if there is none."""
+    """Return the case with the largest score among eligible cases with a given outcome; None if there is none."""
     may = ((record_cube["overturned"] == outcome_flag) & eligible_cells).to_numpy()
     if not may.any():
         return None
@@ -176,7 +176,7 @@ RULES: Final = (
 
 
 def find_illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
-    """Find the illustrative cases of a study: for each rule of `RULES` the best case of all records.
+    """Find the cases that illustrate a study: for each rule of `RULES`, the best case of all records.
 
     A rule without any case is left out. The cube is read in batches of records.
     """
@@ -214,7 +214,7 @@ def _illustrative_case_from_best(
     *,
     direction_indices: NDArray[np.intp],
 ) -> IllustrativeCase:
-    """Convert the best case of a rule, found in a record, to an `IllustrativeCase` with its coordinates.
+    """Convert a record's best case under a rule to an `IllustrativeCase` with the coordinates of the case.
 
     `direction_indices` are the indices of the directions among which the case was found.
     """
@@ -245,7 +245,7 @@ OPPOSITE: Final = IllustrativeCaseRule(
 
 
 def _clearest_marked_case(marked_cells: xr.Dataset, mark_variable: str) -> BestCaseOfRecord | None:
-    """Return the clearest of the cases in which the mask `mark_variable` is True; None if there is no such case.
+    """Return the clearest case among those that the mask `mark_variable` marks; None if it marks none.
 
     Clear means that the block rocks, then that neighbours are marked, too, then that it is broad.
     """
@@ -267,7 +267,7 @@ def _clearest_marked_case(marked_cells: xr.Dataset, mark_variable: str) -> BestC
 def case_with_differing_outcomes(
     cube: xr.Dataset, second_cube: xr.Dataset, variant_names: tuple[str, str]
 ) -> IllustrativeCase | None:
-    """Return a case whose outcome differs between the cubes of two variants; None if no outcome differs.
+    """Return a case whose outcome differs between two variants of a study; None if no outcome differs.
 
     The case falls in one cube and stands in the other, the way most of the cases that differ do; if none does so, it
     falls to opposite sides.
@@ -301,7 +301,7 @@ def case_with_differing_outcomes(
 
 
 def _count_falls_in_one_cube_only(cube: xr.Dataset, second_cube: xr.Dataset) -> tuple[int, int]:
-    """Return the number of cases that fall in `cube` only, and the number that fall in `second_cube` only.
+    """Return the number of cases that fall only in the first results, and of those only in the second.
 
     Cases with an unknown outcome in either cube do not count.
     """
@@ -313,7 +313,7 @@ def _count_falls_in_one_cube_only(cube: xr.Dataset, second_cube: xr.Dataset) -> 
 def _mark_differing_cells(
     model: Model, cube: xr.Dataset, second_cube: xr.Dataset, *, is_fall_in_first: bool
 ) -> xr.Dataset:
-    """Return masks of the cells whose outcomes differ between two cubes: ``split`` and ``opposite``.
+    """Return masks of the cases whose outcomes differ between two results: one falls (``split``), or both opposite.
 
     A third mask, ``rocks``, marks cells in which the standing block rocks visibly.
 

@@ -32,7 +32,7 @@ MAX_LINEAR_PREDICTOR = 30.0
 
 @dataclass(frozen=True)
 class LogisticFit:
-    """Fitted logistic model of the fall probability: a coefficient, with its interval, per predictor.
+    """Fitted logistic model of the fall probability: a coefficient with its interval for each predictor.
 
     Attributes
     ----------
@@ -78,7 +78,7 @@ def fit_logistic_model(
     names: Sequence[str] = (),
     intervals: bool = True,
 ) -> LogisticFit:
-    """Fit a logistic model to outcomes in clusters, with intervals from the jackknife over clusters.
+    """Fit a logistic model to outcomes in clusters (earthquakes), with jackknife intervals over the clusters.
 
     Maximum likelihood by Newton's method (McCullagh & Nelder 1989, Generalized Linear Models, section 4.4) gives b
     from all G clusters and b_g without cluster g. The estimate is G b − (G − 1) b̄, with the bias of order 1/G
@@ -147,7 +147,7 @@ def fit_logistic_model(
 
 
 def _checked_predictors_and_outcomes(predictors: ArrayLike, outcome: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Return `predictors`, shape (n, k), and `outcome`, shape (n,), as arrays of floats.
+    """Return predictors, shape (n, k), and outcomes, shape (n,), as float arrays; raise an error if invalid.
 
     An ArgumentError is raised if shapes do not match, or an outcome lies outside 0 to 1.
     """
@@ -160,7 +160,7 @@ def _checked_predictors_and_outcomes(predictors: ArrayLike, outcome: ArrayLike) 
 
 
 def _reason_for_no_fit(outcome: FloatArray) -> str:
-    """Return why no model can be fitted to outcomes (none known, or all equal); "" if one can."""
+    """Return why no logistic model can be fitted (no outcome known, or all equal); "" if one can be fitted."""
     if outcome.size == 0:
         return "no fit: no outcome is known"
     if outcome.min() == outcome.max():
@@ -171,7 +171,7 @@ def _reason_for_no_fit(outcome: FloatArray) -> str:
 def _coefficient_unscaling_matrix(
     predictor_centres: FloatArray, predictor_scales: FloatArray, is_varying: NDArray[np.bool_]
 ) -> FloatArray:
-    """Return the matrix that maps coefficients of scaled predictors to those of the original predictors.
+    """Return the matrix from the coefficients of scaled predictors to those of the original predictors.
 
     The shape is (predictors + 1, varying predictors + 1); the first coefficient is the intercept.
     """
@@ -185,7 +185,7 @@ def _coefficient_unscaling_matrix(
 def _fit_with_newton(
     design_matrix: FloatArray, outcome: FloatArray, weight: FloatArray, start_coefficients: FloatArray
 ) -> tuple[FloatArray, str]:
-    """Fit logistic coefficients with Newton's method, from `start_coefficients`; return them and a note.
+    """Fit logistic coefficients by Newton's method; return them, and the reason if the fit failed, else "".
 
     The note is the reason why the fit failed, or empty.
     """
@@ -211,7 +211,7 @@ def _fit_without_each_cluster(
     start_coefficients: FloatArray,
     cluster: NDArray[np.intp],
 ) -> tuple[FloatArray, str]:
-    """Return the coefficients fitted without each cluster in turn, shape (clusters, coefficients), and a note.
+    """Return the coefficients fitted without each cluster in turn, and the reason if one fit failed, else "".
 
     If one fit fails, the array is empty and the note gives the reason; otherwise the note is empty.
     """
@@ -238,7 +238,7 @@ def _fit_without_each_cluster(
 def _jackknife_estimate_and_error(
     full_estimate: FloatArray, partial_estimates: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the bias-corrected jackknife estimate and its standard error, from estimates without one cluster each.
+    """Return the jackknife estimate without bias and its standard error, from fits without one cluster each.
 
     `partial_estimates` has shape (clusters, coefficients).
     """
@@ -250,7 +250,7 @@ def _jackknife_estimate_and_error(
 def overturning_regression_rows(
     cube: xr.Dataset, intensity: xr.Dataset, *, ensemble: bool = True
 ) -> tuple[FloatArray, FloatArray, NDArray[np.intp], FloatArray]:
-    """Return predictors, outcome, earthquake index and weight of each row of the logistic fit.
+    """Return the data of the logistic fit: predictors, outcome, earthquake index and weight of each row.
 
     There is one row for each record, plane, height and B/H.
 
@@ -306,7 +306,7 @@ def overturning_regression_rows(
 
 
 def fit_logistic_overturning_model(cube: xr.Dataset, intensity: xr.Dataset) -> LogisticFit:
-    """Fit a logistic model of the fall probability, with the predictors `PREDICTORS`, to a cube.
+    """Fit a logistic model of the fall probability, with the predictors `PREDICTORS`, to a study's results.
 
     `intensity` has ``pga`` and ``pgv`` of each record and azimuth.
     """
@@ -315,7 +315,7 @@ def fit_logistic_overturning_model(cube: xr.Dataset, intensity: xr.Dataset) -> L
 
 
 def coefficient_rows(logistic_fit: LogisticFit) -> list[tuple[str, float, float, float, float, float]]:
-    """Return a row for each coefficient: name, estimate, ends of the interval, range of the predictor.
+    """Return, for each fitted coefficient: name, estimate, limits of the interval, range of the predictor.
 
     The range of the intercept is NaN.
     """

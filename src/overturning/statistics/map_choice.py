@@ -19,7 +19,7 @@ CLEAREST = "clearest axis"
 
 
 class ChosenMapRecord(NamedTuple):
-    """Record whose map the report shows: its index along ``record`` of the cube, and why it was chosen."""
+    """Record whose map a report shows: index of the record, and the reason why it was chosen."""
 
     place: int
     reason: str
@@ -28,7 +28,7 @@ class ChosenMapRecord(NamedTuple):
 def choose_map_records(
     cube: xr.Dataset, record_alignment: FloatArray, axis_resultant: FloatArray
 ) -> list[ChosenMapRecord]:
-    """Choose at most `MOST_MAPS` records whose maps a report shows.
+    """Choose at most `MOST_MAPS` records of a study whose maps a report shows.
 
     Parameters
     ----------
@@ -74,6 +74,6 @@ def choose_map_records(
 def _record_indices_by_descending_value(
     record_values: FloatArray, group_mask: "np.typing.NDArray[np.bool_]"
 ) -> list[int]:
-    """Return the indices of the records in `group_mask` that have a value, largest value first."""
+    """Return the indices of the records in `group_mask` with a finite value, in order of descending value."""
     known = np.flatnonzero(group_mask & np.isfinite(record_values))
     return [int(place) for place in known[np.argsort(-record_values[known], kind="stable")]]

@@ -19,7 +19,7 @@ from overturning.statistics.falls import fall_counts_towards_azimuths, informati
 
 @dataclass(frozen=True)
 class FallRose:
-    """Rose of falls: the share of the falls in each sector of azimuth, as a mean over earthquakes.
+    """Rose diagram of falls: mean share, over earthquakes, of the falls in each sector of azimuth.
 
     The sectors cover a full circle, or half of it for axes.
 
@@ -48,12 +48,12 @@ class FallRose:
 
     @property
     def is_axial(self) -> bool:
-        """True if falls in opposite directions share a sector, so that sectors cover half a circle."""
+        """True if opposite fall directions share a sector of the rose, so that the sectors cover half a circle."""
         return self.shares.size < SECTORS
 
     @property
     def title(self) -> str:
-        """Title of the rose: the number of earthquakes with falls."""
+        """Title of the rose diagram: the number of earthquakes with falls."""
         return f"{self.earthquakes} earthquake" + "s" * (self.earthquakes != 1)
 
 
@@ -62,7 +62,7 @@ _DIRECTIONS: Final = ("probability_falls", "fall_north", "fall_east", "members")
 
 
 def _nominal_fall_azimuths_and_weights(cube: xr.Dataset) -> tuple[FloatArray, FloatArray]:
-    """Return azimuth, degrees, and weight of the falls in a cube of one record, two arrays of one shape.
+    """Return azimuth (degrees) and weight of the falls under one record, two arrays of the same shape.
 
     Only informative blocks count. In planar models there is one entry per azimuth, whose weight is its number of falls.
     """
@@ -80,7 +80,7 @@ def _nominal_fall_azimuths_and_weights(cube: xr.Dataset) -> tuple[FloatArray, Fl
 
 
 def _rose_spread_width_deg(plane_azimuths_deg: FloatArray) -> float:
-    """Return the width, degrees, over which a rose diagram spreads the falls of 2-D simulations at one azimuth.
+    """Return the width (degrees) over which a rose diagram spreads the 2-D falls simulated at one azimuth.
 
     It is 0 for a single plane, and if all sectors have equally many planes.
     """
@@ -92,7 +92,7 @@ def _rose_spread_width_deg(plane_azimuths_deg: FloatArray) -> float:
 def fall_rose(
     cube: xr.Dataset, *, from_normal: bool = False, axial: bool = False, level: float = 0.95, draws: int = 2000
 ) -> FallRose:
-    """Compute the share of falls in each sector of azimuth (rose), from the informative blocks of a cube.
+    """Compute the rose diagram of falls: the share of falls in each sector of azimuth, averaged over earthquakes.
 
     Nominal outcomes are used, and the cube is read one record at a time.
 
@@ -129,7 +129,7 @@ def fall_rose(
 
 
 def fall_rose_of_all_records(cube: xr.Dataset) -> FallRose:
-    """Compute the rose of the falls under all records of a cube together.
+    """Compute the rose diagram of all falls of a study, with angles from the fault normal if any is known.
 
     Angles count from the fault normal if at least one record has one.
 
@@ -141,7 +141,7 @@ def fall_rose_of_all_records(cube: xr.Dataset) -> FallRose:
 
 
 def fall_rose_by_group(cube: xr.Dataset) -> dict[str, FallRose]:
-    """Compute a rose of falls for each group of records, by name of the group.
+    """Compute the rose diagram of falls for each group of records, by name of the group.
 
     See `fall_rose_of_all_records` and `record_masks_by_group`.
     """

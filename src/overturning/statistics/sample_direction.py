@@ -51,7 +51,7 @@ class SampleDirection:
 def sample_direction(
     angle_deg: ArrayLike, *, axial: bool = False, level: float = 0.95, draws: int = 4000
 ) -> SampleDirection:
-    """Compute the mean direction (or axis) of angles, its interval, and the test against no common direction.
+    """Compute the mean direction (or axis) of angles, its interval, and the test of no common direction.
 
     The interval is the expanded percentile interval of the distances of bootstrap means from the mean. For more than
     `MOST_RESAMPLED` angles it is that of large samples (Fisher 1993, Statistical Analysis of Circular Data, section
@@ -84,7 +84,7 @@ def sample_direction(
 
 
 def _half_width_of_mean_deg(vectors: FloatArray, mean_deg: float, resultant: float, level: float, draws: int) -> float:
-    """Return half the width, degrees, of the interval of the mean direction of unit vectors, shape (n, 2)."""
+    """Return half the width (degrees) of the mean direction's interval, from unit vectors of shape (n, 2)."""
     n = len(vectors)
     middle = np.array([math.cos(math.radians(mean_deg)), math.sin(math.radians(mean_deg))])
     if n > MOST_RESAMPLED:

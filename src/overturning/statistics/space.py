@@ -18,7 +18,7 @@ _SHARES: Final = {
 
 
 def planar_model_agreement_counts(cube: xr.Dataset) -> xr.Dataset:
-    """Count, by record and B/H, the cases in which the 2-D model in the face planes gives the 3-D outcome.
+    """Count, by record and B/H, the cases in which 2-D simulations in the face planes give the 3-D outcome.
 
     Cases in which the models differ are counted, too.
 
@@ -51,7 +51,7 @@ def _planar_model_agreement_counts_of_batch(cube: xr.Dataset) -> xr.Dataset:
 
 
 def planar_model_agreement_shares(agreement_counts: xr.Dataset, *kept_dims: str) -> xr.Dataset:
-    """Compute the shares of cases in which the 2-D model in the face planes gives the outcome of the 3-D model.
+    """Compute the shares of cases in which 2-D simulations in the face planes give the 3-D outcome.
 
     The counts of `planar_model_agreement_counts` are summed over all dimensions but those of ``kept_dims``.
 
@@ -71,7 +71,7 @@ def planar_model_agreement_shares(agreement_counts: xr.Dataset, *kept_dims: str)
 
 
 class TwistSummary(NamedTuple):
-    """Rotation about the vertical of stones that moved and stand: number of stones, quantiles in degrees."""
+    """Rotation about the vertical of stones that moved without falling: number of stones, quantiles in degrees."""
 
     stones: int
     median: float
@@ -80,7 +80,7 @@ class TwistSummary(NamedTuple):
 
 
 def standing_stone_twists_deg(cube: xr.Dataset) -> dict[tuple[float, float], NDArray[np.float32]]:
-    """Return, by (B/H, friction), absolute rotations about the vertical of stones that moved and stand.
+    """Return, by (B/H, friction), the absolute rotations about the vertical of stones that moved without falling.
 
     The rotations are in degrees, shape (stones,).
 
@@ -101,14 +101,14 @@ def standing_stone_twists_deg(cube: xr.Dataset) -> dict[tuple[float, float], NDA
 
 
 def summarise_twists(twist_deg: NDArray[np.float32], quantile: float = 0.9) -> TwistSummary:
-    """Compute median, `quantile` and maximum of rotations, degrees; `twist_deg` gets partly sorted in place."""
+    """Compute the number, median, quantile and maximum of rotations, degrees; `twist_deg` gets partly sorted."""
     if twist_deg.size == 0:
         return TwistSummary(0, *(float("nan"),) * 3)
     return TwistSummary(twist_deg.size, *(_rotation_quantile_deg(twist_deg, share) for share in (0.5, quantile, 1.0)))
 
 
 def _rotation_quantile_deg(rotations_deg: NDArray[np.float32], quantile_share: float) -> float:
-    """Compute the quantile at the share `quantile_share` (0 to 1) of rotations, in double precision.
+    """Compute a quantile of rotations (degrees) at a share from 0 to 1, in double precision.
 
     The quantile is interpolated linearly. The array is not copied but partly sorted in place.
     """

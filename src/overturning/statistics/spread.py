@@ -23,7 +23,7 @@ Statistic = Callable[[Counts, Counts, Any], FloatArray]
 
 
 def runs_disagree_on_fall(positive_fall_counts: Counts, negative_fall_counts: Counts, run_counts: Any) -> FloatArray:
-    """Return 1 for cells in which some ensemble runs fall and others stand, else 0; arguments count runs per cell.
+    """Return 1 for cases in which some ensemble runs fall and others stand, else 0; arguments are runs per case.
 
     Of `run_counts` runs, `positive_fall_counts` fall to +1 and `negative_fall_counts` fall to −1.
     """
@@ -32,7 +32,7 @@ def runs_disagree_on_fall(positive_fall_counts: Counts, negative_fall_counts: Co
 
 
 def runs_fall_to_both_sides(positive_fall_counts: Counts, negative_fall_counts: Counts, run_counts: Any) -> FloatArray:
-    """Return 1 for cells in which most ensemble runs fall, and some to each side, otherwise 0.
+    """Return 1 for cases in which most ensemble runs fall, and some of these to each side; otherwise 0.
 
     Of `run_counts` runs, `positive_fall_counts` fall to +1 and `negative_fall_counts` fall to −1.
     """
@@ -48,7 +48,7 @@ def unbiased_first_batch_statistic(
     run_counts: ArrayLike,
     ensemble_settings: EnsembleSettings,
 ) -> FloatArray:
-    """Estimate a statistic of each cell's first batch of ensemble runs from all runs of the cell, without bias.
+    """Estimate a statistic of each case's first batch of ensemble runs, without bias from sequential stopping.
 
     The estimate has no bias from sequential stopping.
 
@@ -105,7 +105,7 @@ def unbiased_first_batch_statistic(
 
 
 def _fall_counts_by_outcome_code(run_count: int) -> tuple[Counts, Counts]:
-    """Return the numbers of runs that fall to +1 and to −1 that each code stands for (code: a pair of numbers).
+    """Return the numbers of runs that fall to +1 and to −1, for each code (one integer for both numbers).
 
     A code is the first number times `_STRIDE`, plus the second; codes are 0 to `run_count` × `_STRIDE`.
     """
@@ -114,7 +114,7 @@ def _fall_counts_by_outcome_code(run_count: int) -> tuple[Counts, Counts]:
 
 
 def _share_of_run_orders_by_outcome_code(run_count: int) -> FloatArray:
-    """Return, for each code of `_fall_counts_by_outcome_code`, the share of outcome sequences with these counts.
+    """Return, for each code of two fall numbers, the share of all outcome sequences that have these numbers.
 
     An order is a sequence of `run_count` outcomes (+1, −1 or stands) of one batch.
     """

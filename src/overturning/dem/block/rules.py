@@ -266,7 +266,7 @@ def advance_one_sample(
 def mark_lanes_that_may_have_ended(
     kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any
 ) -> int:
-    """Mark, by a quick test, the parallel cases that may have ended; return the number of marked cases."""
+    """Mark, by a quick test, the cases that may have ended; return the number of marked cases."""
     return mark_possibly_ended_lanes(
         workspace.state,
         active_lane_count,
@@ -286,7 +286,7 @@ def mark_possibly_ended_lanes(
     last_sample: float,
     max_penetration: float,
 ) -> int:
-    """Mark and count the parallel cases with a fallen block, an invalid state, or no strong shaking still to come."""
+    """Mark and count the cases with a fallen block, an invalid state, or no strong shaking still to come."""
     count = 0
     for j in range(active_lane_count):
         block, s, b = load_block(state, j), load_state(state, j), load_block(state, j).half_width

@@ -133,7 +133,7 @@ TILTING: Final = ROWS.row_start(BaseContactState, "tilting")
 
 @njit(**INNER)
 def any_base_lands_flat(state: Any, lane_count: int) -> bool:
-    """True if, in any of the parallel cases, all points of the body's base land in one impact."""
+    """True if, in any of the cases computed in parallel, all points of the body's base land in one impact."""
     number = 0.0
     for j in range(lane_count):
         number += 1.0 if base_lands_flat(load_base_contact(state, j)) else 0.0
@@ -163,7 +163,7 @@ def mark_bases_tilted_by_friction(state: Any, vertex_rows: Any, row_count: int, 
 def update_base_contacts(
     state: Any, vertex_rows: Any, opposite_start_index: int, base_vertex_count: int, lane_count: int, has_rim: Any
 ) -> None:
-    """Update the contact state of each parallel body's base, from the base vertices or from the round rim.
+    """Update the contact state of each body's base, from the base vertices or from the round rim.
 
     The rows of the opposite vertices start at index `opposite_start_index` of `vertex_rows`.
     """

@@ -82,7 +82,7 @@ SLID: Final = VERTEX.row_start(ContactPointAtStepStartAndEnd, "old.slid")
 
 @njit(**INNER)
 def predict_bodies_at_step_end(state: Any, lane_count: int, ticks_per_sample: float) -> None:
-    """Predict pose and velocities of all parallel bodies at the end of their steps, with constant acceleration."""
+    """Predict pose and velocities of all bodies at the end of their steps, in parallel, with constant acceleration."""
     for j in range(lane_count):
         w = predict_body_at_step_end(
             load_body(state, j),
@@ -97,7 +97,7 @@ def predict_bodies_at_step_end(state: Any, lane_count: int, ticks_per_sample: fl
 
 @njit(**INNER)
 def predict_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: Any, lane_count: int) -> None:
-    """Predict penetration, contact and sliding of two opposite base vertices at the step end, in all parallel cases."""
+    """Predict penetration, contact and sliding of two opposite base vertices at the step end, for all cases."""
     for j in range(lane_count):
         body, w, f = load_body(state, j), load_predicted(state, j), load_frame(state, j)
         fine = is_fine_step(load_step_control(state, j), load_attempt(state, j))
@@ -149,7 +149,7 @@ def predict_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: Any, lane_c
 def predict_rim_point_pair(
     state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, lean_component: float, transverse_component: float
 ) -> None:
-    """Predict penetration, contact and sliding of two opposite rim points at the step end, in all parallel cases.
+    """Predict penetration, contact and sliding of two opposite rim points at the step end, for all cases.
 
     For `lean_component` and `transverse_component` see `rim_point_position_from_centre`.
     """
@@ -201,7 +201,7 @@ def predict_rim_point_pair(
 def add_point_pair_to_equations(
     state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, adds_to_other_pairs: Any
 ) -> None:
-    """Add two opposite contact points' terms to the equations for the body's velocities, in all parallel cases.
+    """Add two opposite contact points' terms to the equations for the body's velocities, for all cases in parallel.
 
     `adds_to_other_pairs` is None for the first two points of a body: their terms replace those of the last step.
     """
@@ -218,7 +218,7 @@ def add_point_pair_to_equations(
 
 @njit(**INNER)
 def solve_velocity_changes(state: Any, lane_count: int) -> None:
-    """Solve the equations of the step for the velocity corrections of all parallel bodies."""
+    """Solve the equations of the step for the velocity corrections of all bodies, in parallel."""
     for j in range(lane_count):
         store_change(state, j, solve_velocity_change(
             load_body(state, j), load_state(state, j), load_predicted(state, j), load_equations(state, j)
@@ -229,7 +229,7 @@ def solve_velocity_changes(state: Any, lane_count: int) -> None:
 def compute_point_pair_forces(
     state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, has_rim: Any, adds_to_other_pairs: Any
 ) -> None:
-    """Compute the forces at two opposite contact points at the end of the step, in all parallel cases.
+    """Compute the forces at two opposite contact points at the end of the step, for all cases in parallel.
 
     `adds_to_other_pairs` is None for the first two points of a body: their forces replace those of the last step.
     """
@@ -253,7 +253,7 @@ def compute_point_pair_forces(
 
 @njit(**INNER)
 def accept_or_reject_steps(state: Any, lane_count: int, ticks_per_sample: float, has_rim: Any) -> None:
-    """Accept or reject the attempted step of each parallel body, and choose the length of its next attempt."""
+    """Accept or reject the attempted step of each body, and choose the length of its next attempt."""
     for j in range(lane_count):
         body, s, attempt, t = load_body(state, j), load_state(state, j), load_attempt(state, j), load_sum(state, j)
         most = load_largest(state, j)

@@ -60,7 +60,7 @@ class SimulationPlan3D(SimulationPlan):
 
     @property
     def vertical_base_acceleration(self) -> FloatArray:
-        """Vertical base acceleration, m/s², shape (samples + 3,): 0 after the record, and 0 for a level motion."""
+        """Vertical base acceleration, m/s², shape (samples + 3,): 0 after the record or without vertical motion."""
         up = super().vertical_base_acceleration
         return np.zeros(self.motion.sample_count + 3) if up is None else up
 
@@ -307,7 +307,7 @@ def steps_per_sample_and_clock_settings(
 
 
 def base_accelerations_by_orientation(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
-    """Return each case's base motion index and its direction (north, east), then all base motions, m/s².
+    """Return each case's index of its base motion, its direction cosines (north, east), and all base motions, m/s².
 
     Shapes (n,), (n, 2) and (orientations, 2, samples + 3); the base accelerations have components along x and y.
     """

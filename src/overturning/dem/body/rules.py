@@ -156,7 +156,7 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
 
 
 def load_motion_of_next_sample(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
-    """Load the base motion of the next sample for each parallel case, and rescale each quaternion to length 1."""
+    """Load the base motion of the next sample for each case, and rescale each quaternion to length 1."""
     load_next_sample_into_lanes(
         workspace.state, lane_count, kernel_input.row, lane_cases, kernel_input.ground, kernel_input.settings
     )
@@ -166,7 +166,7 @@ def load_motion_of_next_sample(kernel_input: Any, workspace: Any, lane_cases: An
 def load_next_sample_into_lanes(
     state: Any, lane_count: int, motion_rows: Any, lane_cases: Any, ground_motion: Any, queue_settings: QueueSettings
 ) -> None:
-    """Load the base motion of the current sample for each parallel case, and rescale each quaternion to length 1."""
+    """Load the base motion of the current sample for each case, and rescale each quaternion to length 1."""
     along, up, ticks, interval, scale = (
         ground_motion.along,
         ground_motion.up,
@@ -194,7 +194,7 @@ def load_next_sample_into_lanes(
 def advance_one_sample(
     kernel_input: Any, workspace: Any, lane_count: int, trajectory: Any, recorded_row_count: int
 ) -> tuple[Any, int]:
-    """Advance all parallel bodies by one sample; return the first one's trajectory and its number of rows."""
+    """Advance all bodies in parallel by one sample; return the first one's trajectory and its number of rows."""
     # Unpack the input before the branch: otherwise Numba increments the reference count of every array once per sample.
     settings, marker, count, base = (
         kernel_input.settings,
@@ -221,7 +221,7 @@ def advance_one_sample(
 def mark_lanes_that_may_have_ended(
     kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any
 ) -> int:
-    """Set `end_marks_out` to 1 for each parallel case that may have ended, else 0; return the number of ones."""
+    """Set `end_marks_out` to 1 for each case that may have ended, else 0; return the number of ones."""
     return mark_possibly_ended_lanes(
         workspace.state,
         active_lane_count,
@@ -235,7 +235,7 @@ def mark_lanes_that_may_have_ended(
 def mark_possibly_ended_lanes(
     state: Any, active_lane_count: int, end_marks_out: Any, ticks_per_sample: float, last_sample: float
 ) -> int:
-    """Mark and count the parallel cases that may have ended: a fall, an invalid state, or no strong motion left."""
+    """Mark and count the cases that may have ended: a fall, an invalid state, or no strong motion left."""
     count = 0.0
     for j in range(active_lane_count):
         s, limits = load_state(state, j), load_limits(state, j)
@@ -254,7 +254,7 @@ def mark_possibly_ended_lanes(
 
 @njit(**INNER)
 def mark_possibly_resting_lanes(state: Any, active_lane_count: int) -> int:
-    """Mark and count, by a quick test, the parallel cases whose body may be at rest (`CaseRestState.at_rest` = 1)."""
+    """Mark and count, by a quick test, the cases whose body may be at rest (`CaseRestState.at_rest` = 1)."""
     number = 0
     for j in range(active_lane_count):
         s, length, least = load_state(state, j), state[LENGTH + j], STILL * state[REST_LIMIT + j] * GRAVITY
@@ -270,7 +270,7 @@ def mark_possibly_resting_lanes(state: Any, active_lane_count: int) -> int:
 def skip_quiet_samples(
     kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts_out: Any
 ) -> None:
-    """Skip, for each parallel case with a body at rest, the samples whose base motion is too weak to move the body."""
+    """Skip, for each case with a body at rest, the samples whose base motion is too weak to move the body."""
     settings, state, ground, row, base = (
         kernel_input.settings,
         workspace.state,

@@ -188,7 +188,7 @@ class BodyBaseMotion(NamedTuple):
 
 
 class LoadedSampleNumber(NamedTuple):
-    """Number, counted from 1, of the sample whose base motion a parallel case has loaded; 0 if none."""
+    """Number, counted from 1, of the sample whose base motion is loaded for a case; 0 if none is loaded."""
 
     sample: float
 

@@ -80,7 +80,7 @@ def start_case(kernel_input: KernelInput, workspace: KernelWorkspace, lane: int,
 def load_motion_of_next_sample(
     kernel_input: KernelInput, workspace: KernelWorkspace, lane_cases: Any, lane_count: int
 ) -> None:
-    """Load the base motion of the next sample for each of the first `lane_count` parallel cases.
+    """Load the base motion of the next sample for each of the first `lane_count` cases.
 
     `lane_cases` holds the index of the case in each lane.
     """
@@ -90,7 +90,7 @@ def load_motion_of_next_sample(
 def advance_one_sample(
     kernel_input: KernelInput, workspace: KernelWorkspace, lane_count: int, trajectory: Any, recorded_row_count: int
 ) -> tuple[Any, int]:
-    """Advance the first `lane_count` parallel cases by one sample, and record the motion of the first case.
+    """Advance the first `lane_count` cases by one sample, and record the motion of the first case.
 
     Returns the trajectory of the first lane, which may be a longer copy of `trajectory`, and its number of recorded
     rows; −1 if the trajectory has reached its limit.
@@ -101,7 +101,7 @@ def advance_one_sample(
 def mark_lanes_that_may_have_ended(
     kernel_input: KernelInput, workspace: KernelWorkspace, active_lane_count: int, end_marks_out: Any
 ) -> int:
-    """Set the mark of each active parallel case to 1 if it may have ended, else to 0; return the number of ones.
+    """Set the mark of each active case to 1 if it may have ended, else to 0; return the number of ones.
 
     A quick test for all lanes at once; `status_if_case_in_lane_ended` decides.
     """
@@ -115,7 +115,7 @@ def skip_quiet_samples(
     active_lane_count: int,
     skipped_sample_counts_out: Any,
 ) -> None:
-    """Skip, for parallel cases with a body at rest, the samples in which the base motion is too weak to move it.
+    """Skip, for cases with a body at rest, the samples in which the base motion is too weak to move it.
 
     The number of samples skipped in a lane is added to `skipped_sample_counts_out`.
 

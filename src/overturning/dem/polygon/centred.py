@@ -179,7 +179,7 @@ def is_fine_step(case: CaseState) -> bool:
 def add_pair_to_equations(
     pair_rows: Any, element_a_rows: Any, element_b_rows: Any, case_rows: Any, submatrices: Any, empty_flags: Any
 ) -> None:
-    """Add the contact terms of two elements to the equations of a step, in all parallel cases.
+    """Add the contact terms of two elements to the equations of a step, for all cases in parallel.
 
     `equations.pair_submatrices` returns `submatrices` and `empty_flags`.
     """
@@ -346,7 +346,7 @@ def compute_pair_forces_after_solution(
 
 @njit(**APART)
 def store_accepted_pair_history(pair_rows: Any, case_rows: Any) -> None:
-    """Replace the contact state of two elements by the new one, in parallel cases whose step is accepted."""
+    """Replace the contact state of two elements by the new one, in each case whose step is accepted."""
     for j in range(rows.COLUMNS):
         step, decision = rows.load_step(pair_rows, j), rows.load_case(case_rows, j).decision
         rows.keep_history(pair_rows, j, decision.again > 0.0, step.corrected)

@@ -103,7 +103,7 @@ def compute_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_rows: Any
 
 @njit(**APART)
 def advance_element(vertical_base_acceleration: Any, element_rows: Any, case_rows: Any, gravity: float) -> None:
-    """Advance the motion of an element by a step of Cundall's scheme, in all parallel cases."""
+    """Advance the motion of an element by a step of Cundall's scheme, for all cases in parallel."""
     for j in range(rows.COLUMNS):
         item, case = rows.load_element(element_rows, j), rows.load_case(case_rows, j)
         dt, shaking, half, old = case.step, case.shaking, 0.5 * case.step, item.totals
@@ -140,7 +140,7 @@ def compute_step(
     scene: Any,
     ticks_per_sample: float,  # noqa: ARG001, each step is one tick
 ) -> None:
-    """Advance a scene by a step of Cundall's scheme, in all parallel cases; the vertical base motion may be None."""
+    """Advance a scene by a step of Cundall's scheme, for all cases in parallel; vertical base motion may be None."""
     resume_pairs_for_step(state, scene, active_pairs, movable_flags.size)
     kept = 0
     for n in range(active_pairs.count[0]):

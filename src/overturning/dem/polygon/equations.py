@@ -259,14 +259,14 @@ def add_pair_force_to_right_sides(
 
 @njit(**APART)
 def invert_submatrix_in_place(submatrix: Any) -> None:
-    """Replace a submatrix of the equations by its inverse, in all parallel cases."""
+    """Replace a submatrix of the equations by its inverse, for all cases in parallel."""
     for j in range(rows.COLUMNS):
         store(submatrix, j, inverse_of_submatrix(load(submatrix, j)))
 
 
 @njit(**APART)
 def multiply_by_pivot_inverse(submatrix: Any, pivot_inverse: Any) -> None:
-    """Multiply a submatrix from the right by `pivot_inverse`, in place and in all parallel cases."""
+    """Multiply a submatrix from the right by `pivot_inverse`, in place and for all cases in parallel."""
     for j in range(rows.COLUMNS):
         store(submatrix, j, submatrix_product(load(submatrix, j), load(pivot_inverse, j)))
 

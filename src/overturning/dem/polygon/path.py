@@ -51,7 +51,7 @@ def record_motion_of_all_elements(
 def add_contact_forces_to_trajectory(
     state: Any, scene: Any, sample_share: float, trajectory_rows: Any, row_index: int
 ) -> None:
-    """Add the contact forces of the first parallel case, times `sample_share`, to row `row_index` of a trajectory."""
+    """Add the first simulated case's contact forces, times `sample_share`, to row `row_index` of a trajectory."""
     for p in range(scene.layout.shape[0]):
         q, first, second = rows.pair_and_element_rows(state, scene, p)
         pair, a, b = rows.load_pair(q, 0), rows.load_pose(first, 0), rows.load_pose(second, 0)

@@ -103,6 +103,6 @@ _pair_at = create_window_slicer(PAIR_SIZE, CASE_SIZE, 1)
 
 @njit(inline="always", **INNER)
 def pair_and_element_rows(state: Any, scene: Any, pair_index: int) -> tuple[Any, Any, Any]:
-    """Return views of the state array: the rows of a contact and of its elements a and b, in all parallel cases."""
+    """Return views of the state array: the rows of a contact and of its elements a and b, for all cases in parallel."""
     q = _pair_at(state, scene.elements.shape[1] * ELEMENT_SIZE + pair_index * PAIR_SIZE)
     return q, of_element(state, scene.layout[pair_index, 0]), of_element(state, scene.layout[pair_index, 1])

@@ -77,7 +77,7 @@ class SceneKernelInput(NamedTuple):
 
 
 class SceneWorkspace(NamedTuple):
-    """State, equations and active contacts of the cases of a scene that the kernel computes in parallel."""
+    """State, equations and active contacts of the scenes that the kernel simulates in parallel."""
 
     state: Any
     """Rows of all lanes: a view of `owner` without reference count."""
@@ -156,7 +156,7 @@ def load_motion_of_next_sample(
     lane_cases: Any,
     lane_count: int,  # noqa: ARG001, all lanes are computed
 ) -> None:
-    """Load each parallel case's base motion of the sample, and rescale (cos θ, sin θ) of each element to length 1."""
+    """Load each case's base motion of the sample, and rescale (cos θ, sin θ) of each element to length 1."""
     for i in range(workspace.moves.size):
         normalise_element_rotation(rows.of_element(workspace.state, i))
     ground, samples_per_tick = kernel_input.ground, 1.0 / kernel_input.settings.ticks
@@ -165,7 +165,7 @@ def load_motion_of_next_sample(
 
 @njit(**APART)
 def normalise_element_rotation(element_rows: Any) -> None:
-    """Scale (cosine, sine) of an element's rotation angle to length 1, in all parallel cases."""
+    """Scale (cosine, sine) of an element's rotation angle to length 1, for all cases in parallel."""
     for j in range(rows.COLUMNS):
         pose = rows.load_pose(element_rows, j)
         rows.store_pose(
@@ -182,7 +182,7 @@ def load_base_motion_of_sample(
     lane_cases: Any,
     samples_per_tick: float,
 ) -> None:
-    """Load the base motion of each parallel case's current sample; the vertical one is None for level motion."""
+    """Load each case's base motion at its current sample; the vertical component may be None (no vertical motion)."""
     last = horizontal_base_acceleration.shape[1] - 3
     for j in range(rows.COLUMNS):
         case = rows.load_case(state, j)
@@ -207,7 +207,7 @@ def advance_one_sample(
     trajectory: Any,
     recorded_row_count: int,
 ) -> tuple[Any, int]:
-    """Advance all parallel cases by one sample; return the first case's trajectory and its number of rows."""
+    """Advance all cases in parallel by one sample; return the first case's trajectory and its number of rows."""
     compute_step, settings, lag = step_of(kernel_input.scheme), kernel_input.settings, kernel_input.scheme.lag
     scene, up, state = (
         view_scene_arrays_without_reference_counts(kernel_input.scene),
@@ -275,7 +275,7 @@ def finish_sample(state: Any, scene: Any, ticks_per_sample: float, sampling_inte
 def mark_lanes_that_may_have_ended(
     kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any
 ) -> int:
-    """Set `end_marks_out` to 1 for each parallel case whose test for an end is due, else 0; return their number."""
+    """Set `end_marks_out` to 1 for each case whose test for an end is due, else 0; return their number."""
     stride, count = max(int(CHECK_INTERVAL / kernel_input.settings.interval), 1), 0
     for j in range(active_lane_count):
         part = workspace.state[rows.SAMPLE + j] // stride
@@ -288,7 +288,7 @@ def mark_lanes_that_may_have_ended(
 def skip_quiet_samples(
     kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts_out: Any
 ) -> None:
-    """Skip, for each parallel case at rest, the samples whose base motion is too weak to move any element."""
+    """Skip, for each case at rest, the samples whose base motion is too weak to move any element."""
     state, ground, row, scene, ticks = (
         workspace.state,
         kernel_input.ground,

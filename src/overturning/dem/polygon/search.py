@@ -93,7 +93,7 @@ def opposite_face_pair(pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, f
 def find_nearest_faces(
     pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, previous_faces: NearestFaces
 ) -> OppositeFacePair:
-    """Return the nearest faces of a and b: those with the largest gap; at equal gaps, the most nearly opposite."""
+    """Return the faces of a and b that face each other: those with the largest separation, then most opposite ones."""
     best = OppositeFacePair(-np.inf, int(previous_faces.face_a), int(previous_faces.face_b), np.inf, 0.0)
     for k in range(faces_a.shape[0] + faces_b.shape[0]):
         other = opposite_face_pair(pose_a, pose_b, faces_a, faces_b, k)

@@ -65,7 +65,7 @@ def base_acceleration_at_step_end(
 def predict_element_motion(
     vertical_base_acceleration: Any, element_rows: Any, case_rows: Any, ticks_per_sample: float, gravity: float
 ) -> None:
-    """Predict the motion of an element in a step with constant acceleration, in all parallel cases."""
+    """Predict the motion of an element in a step with constant acceleration, for all cases in parallel."""
     for j in range(rows.COLUMNS):
         item, case = rows.load_element(element_rows, j), rows.load_case(case_rows, j)
         dt, a = case.step * case.attempt.length, item.acceleration
@@ -90,7 +90,7 @@ def predict_element_motion(
 def correct_element_motion(
     vertical_base_acceleration: Any, element_rows: Any, case_rows: Any, ticks_per_sample: float, gravity: float
 ) -> None:
-    """Store the corrected state of an element at the end of the step, in parallel cases whose step is accepted."""
+    """Store the corrected state of an element at the end of the step, in cases whose step is accepted."""
     for j in range(rows.COLUMNS):
         item, case = rows.load_element(element_rows, j), rows.load_case(case_rows, j)
         dt, trial, old, again = case.step * case.attempt.length, item.trial, item.totals, case.decision.again > 0.0
@@ -116,7 +116,7 @@ def correct_element_motion(
 
 @njit(**APART)
 def reset_step_contact_changes(case_rows: Any) -> None:
-    """Reset the contact changes of the attempted step to "no change", in all parallel cases."""
+    """Reset the contact changes of the attempted step to "no change", for all cases in parallel."""
     for j in range(rows.COLUMNS):
         rows.store_findings(case_rows, j, rows.no_findings())
 
@@ -140,7 +140,7 @@ def step_contact_changes(case: CaseState) -> StepContactChanges:
 
 @njit(**APART)
 def accept_or_reject_steps(case_rows: Any, ticks_per_sample: float) -> None:
-    """Accept or reject the attempted step of each parallel case, and choose the length of the next attempt."""
+    """Accept or reject the attempted step of each case, and choose the length of the next attempt."""
     for j in range(rows.COLUMNS):
         case = rows.load_case(case_rows, j)
         tick = case.shaking.tick + case.attempt.length
@@ -152,7 +152,7 @@ def accept_or_reject_steps(case_rows: Any, ticks_per_sample: float) -> None:
 
 @njit(**APART)
 def advance_clocks_of_accepted_steps(case_rows: Any) -> None:
-    """Advance the time of each parallel case whose step is accepted; set the next attempted step of all cases."""
+    """Advance the time of each case whose step is accepted; set the next attempted step of all cases."""
     for j in range(rows.COLUMNS):
         case = rows.load_case(case_rows, j)
         tick = case.shaking.tick
@@ -171,7 +171,7 @@ def compute_step(
     scene: Any,
     ticks_per_sample: float,
 ) -> None:
-    """Advance a scene by a step of the centred scheme, in all parallel cases; vertical base motion may be None."""
+    """Advance a scene by a step of the centred scheme, for all cases in parallel; vertical base motion may be None."""
     reset_step_contact_changes(state)
     size, near = movable_flags.size, active_pairs.near
     clear_nonzero_pattern(nonzero_pattern)

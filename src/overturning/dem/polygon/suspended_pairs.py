@@ -61,7 +61,7 @@ def create_active_pairs(pair_count: int) -> Any:
 
 @njit(**APART)
 def update_largest_motions_with_element(element_rows: Any, largest_motions: Any) -> None:
-    """Raise `largest_motions`, for each parallel case, to the motion of an element if that is larger."""
+    """Raise `largest_motions`, for each case, to the motion of an element if that is larger."""
     for j in range(rows.COLUMNS):
         item = rows.load_element(element_rows, j)
         largest_motions[j] = updated_maximum(largest_motions[j], item.totals.moved)
@@ -74,7 +74,7 @@ def update_largest_motions_with_element(element_rows: Any, largest_motions: Any)
 
 @njit(**APART)
 def add_last_step_to_summed_motion(element_rows: Any) -> None:
-    """Add an element's motion in the last step to its sum since the first distant pair was left untested."""
+    """Add an element's motion in the last step to its sum since the first pair was left out of contact tests."""
     for j in range(rows.COLUMNS):
         item = rows.load_element(element_rows, j)
         rows.store_travel(
@@ -110,7 +110,7 @@ def resume_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> Non
 
 @njit(**INNER)
 def motion_needed_for_contact(pair_rows: Any) -> tuple[float, float]:
-    """Return the motion (m) after which two elements could touch, and its longest lever arm (m); 0, 0 if near."""
+    """Return the relative motion (m) after which two elements could touch, and their lever arm (m); 0, 0 if near."""
     slack, lever = np.inf, 0.0
     for j in range(rows.COLUMNS):
         reach, ahead = pair_rows[rows.REACH + j], pair_rows[rows.AHEAD + j]

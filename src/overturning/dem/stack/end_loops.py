@@ -154,7 +154,7 @@ def store_relative_velocity_changes(
 
 @njit(**APART)
 def compute_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
-    """Compute the normal force at one contact point of two stones at the end of the step, in all parallel stacks."""
+    """Compute the normal force at one contact point of two stones at the end of the step, for all stacks."""
     for j in range(lane_count):
         joint, frame, place = load_joint(joint_rows, j), load_frame(joint_rows, j), load_place(point, j)
         change, landing = load_joint_change(joint_rows, j), load_landing(joint_rows, j)
@@ -227,7 +227,7 @@ def mark_joints_with_crossing_points(joint_rows: Any, point: Any, lane_count: in
 
 @njit(**APART)
 def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: float) -> None:
-    """Accept or reject the attempted time step of each parallel stack, and choose the length of the next attempt."""
+    """Accept or reject the attempted time step of each stack, and choose the length of the next attempt."""
     for j in range(lane_count):
         attempt, most, time = load_attempt(case_rows, j), load_findings(case_rows, j), load_time(case_rows, j)
         inertial = load_inertial(case_rows, j)
@@ -303,6 +303,6 @@ def store_joint_states_after_accepted_steps(case_rows: Any, joint_rows: Any, lan
 
 @njit(**APART)
 def store_contact_point_states_after_accepted_steps(case_rows: Any, point: Any, lane_count: int) -> None:
-    """Store a contact point's new state in the parallel stacks whose step is accepted."""
+    """Store a contact point's new state in the stacks whose step is accepted."""
     for j in range(lane_count):
         store_point_unless(point, j, load_rejection(case_rows, j).again > 0.0, load_next_point(point, j))

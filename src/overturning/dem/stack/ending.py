@@ -294,7 +294,7 @@ def write_stack_results(
 def record_stack_motion(
     state: Any, stone_count: int, sampling_interval: float, ticks_per_sample: float, trajectory_row: Any
 ) -> None:
-    """Write time, base acceleration and the motion of all stones of the first parallel stack into a trajectory row."""
+    """Write time, base acceleration and motion of all stones of the first simulated stack into a trajectory row."""
     time, shaking = load_time(state, 0), load_shaking(state, 0)
     trajectory_row[0] = (load_course(state, 0).sample + time.tick / ticks_per_sample) * sampling_interval
     trajectory_row[1], trajectory_row[2] = (

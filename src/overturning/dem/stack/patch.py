@@ -90,7 +90,7 @@ def relative_motion_at_lower_face(
 
 @njit(**APART)
 def predict_motion_relative_to_ground(upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
-    """Predict pose and velocity of the lowest stone relative to the ground, in all parallel stacks."""
+    """Predict pose and velocity of the lowest stone relative to the ground, for all stacks in parallel."""
     for j in range(lane_count):
         still = Vector3(0.0, 0.0, 0.0)
         level = Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
@@ -102,7 +102,7 @@ def predict_motion_relative_to_ground(upper_rows: Any, joint_rows: Any, lane_cou
 
 @njit(**APART)
 def predict_motion_relative_to_stone_below(upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
-    """Predict pose and velocity of a stone relative to the upper face of the stone below, in all parallel stacks."""
+    """Predict pose and velocity of a stone relative to the upper face of the stone below, for all stacks."""
     for j in range(lane_count):
         below, axes = load_predicted(lower_rows, j), load_axes(lower_rows, j)
         origin = upper_face_centre(load_constants(lower_rows, j), below, axes)
@@ -126,7 +126,7 @@ def corner_position_and_weight(frame: JointRelativeMotion, corner: FaceCorner, p
 
 @njit(**APART)
 def predict_base_corner_position(upper_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
-    """Compute the predicted position of one corner of a stone's base on its support, in all parallel stacks."""
+    """Compute the predicted position of one corner of a stone's base on its support, for all stacks in parallel."""
     for j in range(lane_count):
         place = corner_position_and_weight(load_frame(joint_rows, j), load_outline(point, j), upper_rows[PRESENT + j])
         store_place(point, j, place)
@@ -136,7 +136,7 @@ def predict_base_corner_position(upper_rows: Any, joint_rows: Any, point: Any, l
 def predict_base_corner_positions(
     upper_rows: Any, joint_rows: Any, points: Any, upper_count: int, lane_count: int
 ) -> None:
-    """Compute the predicted positions of all corners of a stone's base on its support, in all parallel stacks."""
+    """Compute the predicted positions of all corners of a stone's base on its support, for all stacks in parallel."""
     for i in range(upper_count):
         predict_base_corner_position(upper_rows, joint_rows, points[i * P : (i + 1) * P], lane_count)
 
@@ -153,7 +153,7 @@ def update_distance_from_rim(joint_rows: Any, point: Any, side: Any, lane_count:
 
 @njit(**INNER)
 def patch_covers_whole_base(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> bool:
-    """True if, in all parallel stacks, a stone's whole base rests on the face below, now and after the last step."""
+    """True if, in all stacks, a stone's whole base rests on the face below, now and after the last step."""
     for i in range(upper_count):
         for k in range(lower_count):
             side = points[(upper_count + k) * P : (upper_count + k + 1) * P]
@@ -166,7 +166,7 @@ def patch_covers_whole_base(joint_rows: Any, points: Any, upper_count: int, lowe
 
 @njit(**INNER)
 def any_lane_uses_point(point: Any, lane_count: int) -> bool:
-    """True if a contact point has a stiffness weight above 0 in any parallel stack, now or after the last step."""
+    """True if a contact point has a stiffness weight above 0 in any of the stacks, now or after the last step."""
     number = 0.0
     for j in range(lane_count):
         number += 1.0 if (point[WEIGHT + j] > 0.0) | (point[OLD_WEIGHT + j] > 0.0) else 0.0
@@ -193,14 +193,14 @@ def clipped_side_with_length(clip: ClippedSide, length: float) -> ClippedSide:
 
 @njit(**APART)
 def reset_clipped_side(point: Any, lane_count: int) -> None:
-    """Start the clipping of a side of a face with the whole side, in all parallel stacks."""
+    """Start the clipping of a side of a face with the whole side, for all stacks in parallel."""
     for j in range(lane_count):
         store_clip(point, j, ClippedSide(0.0, 1.0, 0.0))
 
 
 @njit(**APART)
 def clip_upper_side(point: Any, next_corner: Any, side: Any, lane_count: int) -> None:
-    """Clip a side of the upper stone's base by the line of one side of the lower face, in all parallel stacks."""
+    """Clip a side of the upper stone's base by the line of one side of the lower face, for all stacks in parallel."""
     for j in range(lane_count):
         a, b, limit = load_place(point, j), load_place(next_corner, j), load_outline(side, j)
         store_clip(point, j, clip_side(
@@ -239,7 +239,7 @@ def signed_area_inside_side(a: ContactPointPosition, b: ContactPointPosition, x:
 
 @njit(**APART)
 def clip_lower_side(side: Any, next_corner: Any, begin: Any, end: Any, lane_count: int) -> None:
-    """Clip a side of the lower face by one side of the upper stone's base, in all parallel stacks."""
+    """Clip a side of the lower face by one side of the upper stone's base, for all stacks in parallel."""
     for j in range(lane_count):
         a, b = load_place(begin, j), load_place(end, j)
         c, d = load_outline(side, j), load_outline(next_corner, j)

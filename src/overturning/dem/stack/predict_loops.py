@@ -136,7 +136,7 @@ def predict_inertial_acceleration(case_rows: Any, lane_count: int, ticks_per_sam
 
 @njit(**APART)
 def predict_stones(case_rows: Any, rows: Any, lane_count: int) -> None:
-    """Predict one stone of each parallel stack at the end of the step, and set up the stone's equations of motion."""
+    """Predict one stone of each stack at the end of the step, and set up the stone's equations of motion."""
     for j in range(lane_count):
         constants, state, half = load_constants(rows, j), load_stone(rows, j), load_time(case_rows, j).half
         predicted = predict_stone(constants.inverse, state, 2.0 * half)
@@ -155,7 +155,7 @@ def predict_stones(case_rows: Any, rows: Any, lane_count: int) -> None:
 
 @njit(**APART)
 def clear_joint_sums(joint_rows: Any, lane_count: int) -> None:
-    """Reset the sums over the contact points of a stone with its support, in all parallel stacks."""
+    """Reset the sums over the contact points of a stone with its support, for all stacks in parallel."""
     for j in range(lane_count):
         # At the start of a case no point has a history yet, but the joint is loaded: its points do not land.
         longest = 0.0 if load_history(joint_rows, j).normal > 0.0 else IN_THE_AIR
@@ -165,7 +165,7 @@ def clear_joint_sums(joint_rows: Any, lane_count: int) -> None:
 
 @njit(**APART)
 def add_point_to_joint_landing(joint_rows: Any, point: Any, lane_count: int) -> None:
-    """Include one contact point in the landing times of two stones, in all parallel stacks."""
+    """Include one contact point in the landing times of two stones, for all stacks in parallel."""
     for j in range(lane_count):
         store_landing(
             joint_rows,
@@ -176,7 +176,7 @@ def add_point_to_joint_landing(joint_rows: Any, point: Any, lane_count: int) -> 
 
 @njit(**APART)
 def predict_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
-    """Predict the normal force at one contact point of two stones and add it to their sums, in all parallel stacks."""
+    """Predict the normal force at one contact point of two stones and add it to their sums, for all stacks."""
     for j in range(lane_count):
         joint, frame, place = load_joint(joint_rows, j), load_frame(joint_rows, j), load_place(point, j)
         landing, old, half = load_landing(joint_rows, j), load_point(point, j), load_time(case_rows, j).half
@@ -191,7 +191,7 @@ def predict_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
 
 @njit(**APART)
 def predict_joint_friction(case_rows: Any, upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
-    """Predict the friction between a stone and its support, with its terms in the equations, in all parallel stacks."""
+    """Predict the friction between a stone and its support, with its terms in the equations, for all stacks."""
     for j in range(lane_count):
         joint, frame, sums = load_joint(joint_rows, j), load_frame(joint_rows, j), load_normal(joint_rows, j)
         old, half, flat = (
@@ -216,7 +216,7 @@ def rotate_joint_equations(lower_rows: Any, joint_rows: Any, lane_count: int) ->
 
 @njit(**APART)
 def eliminate_upper_stones(case_rows: Any, upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
-    """Eliminate the velocities of an upper stone from the equations of motion, in all parallel stacks."""
+    """Eliminate the velocities of an upper stone from the equations of motion, for all stacks in parallel."""
     for j in range(lane_count):
         below, axes = load_predicted(lower_rows, j), load_axes(lower_rows, j)
         origin = upper_face_centre(load_constants(lower_rows, j), below, axes)
@@ -231,7 +231,7 @@ def eliminate_upper_stones(case_rows: Any, upper_rows: Any, lower_rows: Any, joi
 
 @njit(**APART)
 def solve_lowest_stones(case_rows: Any, rows: Any, joint_rows: Any, lane_count: int) -> None:
-    """Solve the equations of the lowest stone of each parallel stack for its velocity correction."""
+    """Solve the equations of the lowest stone of each stack for its velocity correction."""
     for j in range(lane_count):
         arm = scale_vector(-1.0, load_predicted(rows, j).place)
         e = solve_lowest_stone(load_diagonal(rows, j), load_equations(joint_rows, j), load_time(case_rows, j).half, arm)
@@ -240,7 +240,7 @@ def solve_lowest_stones(case_rows: Any, rows: Any, joint_rows: Any, lane_count: 
 
 @njit(**APART)
 def compute_upper_stone_changes(upper_rows: Any, lower_rows: Any, lane_count: int) -> None:
-    """Compute the velocity correction of an upper stone from that of the stone below, in all parallel stacks."""
+    """Compute the velocity correction of an upper stone from that of the stone below, for all stacks in parallel."""
     for j in range(lane_count):
         solution, below = load_elimination(upper_rows, j), load_change(lower_rows, j)
         e = wrench_plus(solution.alone, matrix_6x6_times_wrench(solution.below, Wrench(below.velocity, below.spin)))

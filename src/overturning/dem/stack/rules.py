@@ -101,7 +101,7 @@ class StackKernelInput(NamedTuple):
 
 
 class StackWorkspace(NamedTuple):
-    """Working arrays of the stack kernel: states of the parallel cases, and indices of the contact points in use."""
+    """Working arrays of the stack kernel: states of the cases, and indices of the contact points in use."""
 
     state: Any
     used: Any
@@ -204,7 +204,7 @@ def initialise_joint(
 
 
 def load_motion_of_next_sample(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
-    """Load the base motion of the next sample for each parallel stack, and rescale all quaternions to length 1."""
+    """Load the base motion of the next sample for each stack, and rescale all quaternions to length 1."""
     load_next_sample_into_lanes(
         workspace.state,
         kernel_input.corners.size,
@@ -226,7 +226,7 @@ def load_next_sample_into_lanes(
     ground: Any,
     settings: QueueSettings,
 ) -> None:
-    """Load the base motion of the current sample for each parallel stack, and rescale all quaternions to length 1."""
+    """Load the base motion of the current sample for each stack, and rescale all quaternions to length 1."""
     along, up, ticks, interval, scale = ground.along, ground.up, settings.ticks, settings.interval, 1.0 / settings.ticks
     for s in range(stone_count):
         rows = of_stone(state, s)
@@ -254,7 +254,7 @@ def load_next_sample_into_lanes(
 def advance_one_sample(
     kernel_input: Any, workspace: Any, lane_count: int, trajectory: Any, recorded_row_count: int
 ) -> tuple[Any, int]:
-    """Attempt a sample's time steps in all parallel stacks; record the first stack once per sample."""
+    """Attempt a sample's time steps for all stacks in parallel; record the first stack once per sample."""
     settings, corners, limit, stones = (
         kernel_input.settings,
         kernel_input.corners,
@@ -274,7 +274,7 @@ def advance_one_sample(
 def mark_lanes_that_may_have_ended(
     kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any
 ) -> int:
-    """Mark and count the parallel stacks whose case may have ended or in which a stone may have fallen."""
+    """Mark and count the stacks whose case may have ended or in which a stone may have fallen."""
     return mark_possibly_ended_lanes(
         workspace.state,
         kernel_input.corners.size,
@@ -296,7 +296,7 @@ def mark_possibly_ended_lanes(
     ticks_per_sample: float,
     last_sample: float,
 ) -> int:
-    """Mark and count the parallel stacks with a fallen stone, a state that is not finite, or no strong motion left."""
+    """Mark and count the stacks with a fallen stone, a state that is not finite, or no strong motion left."""
     count = 0
     for j in range(active_lane_count):
         course, total = load_course(state, j), 0.0

@@ -111,7 +111,7 @@ def compute_patch_forces(
 def store_accepted_stack_states(
     state: Any, stone_count: int, joint_state_size: int, used_points: Any, lane_count: int
 ) -> None:
-    """Store the new states of stones, contacts and contact points in the parallel stacks whose step is accepted."""
+    """Store the new states of stones, contacts and contact points in the stacks whose step is accepted."""
     case, first = state[:CASE_SIZE], CASE_SIZE + stone_count * STONE_SIZE
     for s in range(stone_count):
         stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
@@ -139,7 +139,7 @@ def advance_stacks(
     step_count: int,
     ticks_per_sample: float,
 ) -> None:
-    """Attempt `step_count` time steps of all parallel stacks; `used_points` is a work array."""
+    """Attempt `step_count` time steps of all stacks in parallel; `used_points` is a work array."""
     case = state[:CASE_SIZE]
     first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
     for _ in range(step_count):

@@ -78,7 +78,7 @@ class SpaceModel(Model):
     def ensemble_variables_of_cells(
         self, member_flags: NDArray[np.int8], fall_azimuth_deg: FloatArray, sobol_scramble_of_member: NDArray[np.int64]
     ) -> dict[str, NDArray[Any]]:
-        """Compute, for each case, the share of ensemble runs that fall and the mean sine and cosine of the fall."""
+        """Compute each case's share of ensemble runs that fall, and their mean sine and cosine of fall azimuth."""
         known, fell, angle = member_flags != INT8_MISSING, member_flags == 1, np.radians(fall_azimuth_deg)
         first, second = (
             (sobol_scramble_of_member == number).reshape(-1, *(1,) * (known.ndim - 2)) for number in (0, 1)

@@ -52,7 +52,7 @@ def iterate_record_batches(cube: xr.Dataset, variables: Sequence[str]) -> Iterat
 def apply_to_record_batches(
     function: Callable[[xr.Dataset], xr.Dataset], cube: xr.Dataset, variables: Sequence[str]
 ) -> xr.Dataset:
-    """Apply a function to successive batches of a dataset's records, and join the results along ``record``.
+    """Return, by group name, a mask of the records in each group, such as records with a velocity pulse.
 
     A cube without that dimension is passed whole. The function gets a few records at a time with the variables
     ``variables`` (see `load_records_of_cube`); all variables that it returns must have the dimension ``record``.

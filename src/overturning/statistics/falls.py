@@ -184,7 +184,7 @@ def share_of_directions_with_overturning(cube: xr.Dataset) -> xr.DataArray:
 
 
 def informative_block_mask(cube: xr.Dataset) -> xr.DataArray:
-    """Return a mask of blocks that show a preferred fall direction: 2-D, if few azimuths overturn them; 3-D, all.
+    """Return a mask of the blocks used in direction statistics: in 2-D those that few azimuths overturn, in 3-D all.
 
     The result has the dimensions of ``overturned`` without the direction.
 

@@ -18,7 +18,7 @@ _SHARES: Final = {
 
 
 def planar_model_agreement_counts(cube: xr.Dataset) -> xr.Dataset:
-    """Count, by record and B/H, the cases in which 2-D simulations in the face planes give the 3-D outcome.
+    """Count, by record and B/H, the cases in which 2-D simulations in the planes of the faces give the 3-D outcome.
 
     Cases in which the models differ are counted, too.
 
@@ -51,7 +51,7 @@ def _planar_model_agreement_counts_of_batch(cube: xr.Dataset) -> xr.Dataset:
 
 
 def planar_model_agreement_shares(agreement_counts: xr.Dataset, *kept_dims: str) -> xr.Dataset:
-    """Compute the shares of cases in which 2-D simulations in the face planes give the 3-D outcome.
+    """Compute the shares of cases in which 2-D simulations in the planes of the faces give the 3-D outcome.
 
     The counts of `planar_model_agreement_counts` are summed over all dimensions but those of ``kept_dims``.
 

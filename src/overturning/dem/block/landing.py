@@ -42,7 +42,7 @@ def block_lands_flat(
 def flat_landing_friction(
     block: BlockConstants, is_flat_landing: bool, vx: float, vz: float
 ) -> tuple[bool, float, float]:
-    """Return, for a flat landing, if the block slides, its ±μ, and the share of the friction moment that rotates it.
+    """Return, for a landing on both corners, if the block slides, ±μ, and the rotating share of friction's moment.
 
     The signed friction is ±μ, with the sign of `vx`. The share is the part of the moment that rotates the block.
 

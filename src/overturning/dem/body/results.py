@@ -16,7 +16,7 @@ def outcome_variables(
     orientation_cosines: FloatArray,
     face_normals: list[FloatArray],
 ) -> dict[str, Any]:
-    """Return the outcome variables of n cases by name, each of shape (n,), and ``block_steps``, their numbers of steps.
+    """Return the outcomes of n cases by variable name, each of shape (n,), and ``block_steps``: numbers of time steps.
 
     Parameters
     ----------

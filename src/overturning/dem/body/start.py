@@ -87,7 +87,7 @@ def initialise_body_in_lane(
 
 @njit(**INNER)
 def constants_of_case(case_parameters: Any, body_constants: Any, tick_length: float) -> BodyConstants:
-    """Return a body's constants combined with the contact law of a case; `tick_length` (s) is the clock's unit."""
+    """Return a body's constants combined with the contact law of a case; `tick_length` (s) is the time unit."""
     c, ks = body_constants, case_parameters.tangential
     return BodyConstants(
         inverse=SymmetricMatrix(c.ixx, c.iyy, c.izz, c.ixy, c.ixz, c.iyz),

@@ -102,7 +102,7 @@ class BodyVertex(NamedTuple):
 
 
 class ContactPointHistory(NamedTuple):
-    """State of a contact point at the end of the last step."""
+    """State of a contact point after the last step: spring stretch, position, penetration and normal force."""
 
     sx: float
     """Stretch of the tangential springs along x, m."""
@@ -134,7 +134,7 @@ IN_THE_AIR: Final = -1e300
 
 
 class BaseContactState(NamedTuple):
-    """Contact state of a body's base: lowest and highest vertex, landing times, and tilting share of friction."""
+    """Contact state of a body's base: lowest and highest vertex, landing times, share of friction that tilts."""
 
     low: float
     """Height of the lowest base vertex relative to the centre, m; negative."""

@@ -9,7 +9,7 @@ from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
 
 
 class BodyInitialStateTableColumns(NamedTuple):
-    """Columns of the initial pose and velocities of a body; x points to the orientation, z up, y to the left of x."""
+    """Initial pose and velocities of a body: columns; x towards the orientation's azimuth, y left of x, z up."""
 
     x: float
     """Position of the centre along x, m."""

@@ -39,7 +39,7 @@ class GroundMotion(NamedTuple):
 
 
 class LinearBaseAcceleration(NamedTuple):
-    """One component of the base acceleration (m/s²) from a sample to the next, linear in time (ticks)."""
+    """One component of the base acceleration (m/s²), linear in time (ticks, a time unit) up to the next sample."""
 
     value: float
     """Value at the start of the sample."""
@@ -67,7 +67,7 @@ def base_acceleration_over_sample(
 
 @njit(**INLINE)
 def base_acceleration_at_tick(base_acceleration: LinearBaseAcceleration, tick: float) -> float:
-    """Return a component of the base acceleration at a tick of its sample, m/s²."""
+    """Return a component of the base acceleration, m/s², at a tick (smallest unit of time) within its sample."""
     return base_acceleration.value + base_acceleration.slope * tick
 
 
@@ -75,7 +75,7 @@ def base_acceleration_at_tick(base_acceleration: LinearBaseAcceleration, tick: f
 def base_acceleration_up_to_next_sample(
     base_acceleration: LinearBaseAcceleration, tick: float, ticks_beyond_sample: float
 ) -> float:
-    """Return a component of the base acceleration (m/s²) at a tick of its sample or of the next sample.
+    """Return a component of the base acceleration, m/s², at a tick (unit of time) of its sample or of the next one.
 
     `ticks_beyond_sample` is the number of ticks from the end of the sample to `tick`; 0 within the sample.
     """
@@ -125,7 +125,7 @@ def largest_acceleration_ahead_of_samples(acceleration_magnitude: FloatArray, sa
 
 @njit(**INLINE)
 def is_rest_check_sample(sample: float) -> bool:
-    """True if rest is tested at this sample: one of the first `REST_CHECKS_PER_BLOCK` of each block of samples."""
+    """True if rest of a body is tested at this sample: one of the first `REST_CHECKS_PER_BLOCK` of its block."""
     blocks = sample * (1.0 / REST_CHECK_BLOCK)
     return blocks - math.floor(blocks) < REST_CHECKS_PER_BLOCK / REST_CHECK_BLOCK
 

@@ -245,7 +245,7 @@ def _pair_state_at_rest(prepared_scene: PreparedScene, index: int, a: PlacedElem
 
 
 def pair_uses_flat_landing_rule(elements: list[PlacedElement], index_a: int, index_b: int) -> bool:
-    """True if two elements may land on a whole face in one impact with its own rule (docs/method.md, "A flat landing").
+    """True if the rule for landing on a whole face in one impact applies to two elements (docs/method.md).
 
     Both elements must be heavy enough: a slab of a hundredth of the mass of the stone above it opens and closes its
     contacts in nearly every step, and dashpots that pull in each of these landings multiply the steps by 10 to 90.

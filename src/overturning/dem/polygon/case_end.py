@@ -111,7 +111,7 @@ def outcomes_are_final(
 def update_fall_sides_and_count_elements(
     state: Any, lane: int, element_rules: Any
 ) -> tuple[float, float, int, int, int, bool]:
-    """Store the side of each element that has fallen in this sample; count the standing, fallen and safe elements.
+    """Store the side of elements that fell in this sample; count elements that stand, that fell and that are safe.
 
     Returns
     -------

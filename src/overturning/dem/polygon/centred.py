@@ -89,7 +89,7 @@ def predict_segment_end(
     pair_motion: PairMotionAndInertia,
     fine_step_and_flat_landing: tuple[bool, bool],
 ) -> PredictedSegmentEnd:
-    """Predict contact and friction at one end of two faces' contact segment: from forces if the step is fine.
+    """Predict contact and friction at one end of two faces' contact segment, for the equations of a step.
 
     In long steps the prediction overshoots too far. A normal force on a sliding end must push it out; where friction
     would rotate an element further in instead (Painlevé's paradox), the end sticks. `fine_step_and_flat_landing` holds
@@ -286,7 +286,7 @@ def vertex_positions_from_contact_solution(
     segment_end: SegmentEnd,
     end_solution: SolvedSegmentEnd,
 ) -> tuple[VertexPositionAtFace, VertexPositionAtFace]:
-    """Return the positions of both vertices near an end of a contact segment, the contact vertex as solved."""
+    """Return the positions of both vertices near an end of a contact segment, after the equations are solved."""
     mine, depth = segment_end.mine > 0.0, end_solution.now.depth
     return (
         VertexPositionAtFace(
@@ -302,7 +302,7 @@ def vertex_positions_from_contact_solution(
 def compute_pair_forces_after_solution(
     pair_rows: Any, element_a_rows: Any, element_b_rows: Any, case_rows: Any
 ) -> None:
-    """Add the solved contact forces between two elements to both, and keep the contact's new state for acceptance."""
+    """Add the solved contact forces between two elements to both; store the contact's new state for acceptance."""
     for j in range(rows.COLUMNS):
         pair, step, first, second = (
             rows.load_pair(pair_rows, j),

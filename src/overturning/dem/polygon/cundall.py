@@ -39,7 +39,7 @@ from overturning.dem.polygon.suspended_pairs import resume_pairs_for_step, suspe
 
 
 class CundallSchemeConstants(NamedTuple):
-    """Constants of Cundall's time integration scheme: lag of velocities behind poses, and ticks in a whole step."""
+    """Constants of Cundall's scheme: lag of velocities behind poses, and ticks (time units) in a whole step."""
 
     lag: float = 0.5
     """Lag of velocities behind poses, steps."""

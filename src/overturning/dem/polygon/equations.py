@@ -236,7 +236,7 @@ def add_pair_force_to_right_sides(
     inertia_a: ElementConstants,
     inertia_b: ElementConstants,
 ) -> tuple[PlanarVector, PlanarVector]:
-    """Return the right-hand sides of elements a and b with their predicted contact force `pair_force` added."""
+    """Return the right-hand sides of elements a and b in the equations, with contact force `pair_force` added."""
     m, i, n, k = (
         half_step_time * inertia_a.inverse_mass,
         half_step_time * inertia_a.inverse_inertia,

@@ -121,7 +121,7 @@ def correct_slip_for_friction_work(
     landing_ends: tuple[SegmentEnd, SegmentEnd],
     end_results: tuple[SegmentEndResult, SegmentEndResult],
 ) -> tuple[SegmentEndResult, SegmentEndResult]:
-    """Return the results of both ends of a contact segment, with slips that fit the lever arms of a flat landing.
+    """Return force and slip at both ends of a contact segment; slips fit the lever arms of a flat landing.
 
     With these slips, friction does its work at the lever arms of `segment_ends_with_flat_landing_levers`.
     """

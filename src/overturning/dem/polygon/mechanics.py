@@ -227,7 +227,7 @@ def opening_and_slip_rates(segment_end: SegmentEnd, velocity: PairRelativeVector
 def limit_friction_force(
     trial_force: float, normal_force: float, contact_law: ContactLaw, flat_landing_state: tuple[bool, bool, float]
 ) -> tuple[float, float, bool]:
-    """Return the friction force (N), the largest friction force (N), and True if the contact slips.
+    """Return the friction force (N), its limit μ × normal force (N), and True if the contact slips.
 
     `trial_force` is the force without friction limit (N), `normal_force` the normal force (N).
     `flat_landing_state` holds whether the end is held in a flat landing, and both results of

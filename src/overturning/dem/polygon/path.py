@@ -30,7 +30,7 @@ mean of normal force × place (x, z)."""
 def record_motion_of_all_elements(
     state: Any, element_count: int, sampling_interval: float, ticks_per_sample: float, trajectory_row: Any
 ) -> None:
-    """Write time, base acceleration, and each element's pose and velocity in the first case into `trajectory_row`."""
+    """Write time, base acceleration and each element's pose and velocity, first simulated case, into a row."""
     case = rows.load_case(state, 0)
     trajectory_row[TIME] = (case.sample + case.shaking.tick / ticks_per_sample) * sampling_interval
     trajectory_row[GROUND] = base_acceleration_at_tick(case.shaking.base, case.shaking.tick)

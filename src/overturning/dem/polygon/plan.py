@@ -234,7 +234,7 @@ def step_settings_of_variants(
     sampling_interval: float,
     rocking_time_constant: FloatArray,
 ) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
-    """Return, for each scene variant, steps per sample, finest step (ticks), and automatic over chosen step length.
+    """Return, for each scene variant, steps per sample, finest step (ticks), and automatic/chosen step ratio.
 
     `squared_frequency` and `damping_rate` are ω² (1/s²) and damping rate (1/s) of the highest mode of each variant,
     `rocking_time_constant` is 1/p (s).

@@ -86,7 +86,7 @@ class PreparedScene:
 
     @property
     def static_penetrations(self) -> FloatArray:
-        """Mean static penetration of each two elements in contact at rest, m, shape (loaded contacts,)."""
+        """Mean static penetration of each pair of elements in contact at rest, m, shape (loaded contacts,)."""
         loaded = self.laws.carried > 0.0
         return self.laws.carried[loaded] / (2.0 * self.laws.normal[loaded])
 

@@ -247,7 +247,7 @@ def advance_one_sample(
 
 @njit(**INNER)
 def finish_sample(state: Any, scene: Any, ticks_per_sample: float, sampling_interval: float) -> None:
-    """Store slip and last upright and support times of each element at the end of a sample; start the next sample."""
+    """Store slip and last times upright and on the support of each element after a sample; start the next one."""
     element_rules = scene.elements[0]
     for i in range(element_rules.size):
         if element_rules[i].rides >= 0.0 and element_rules[i].is_free > 0.0:
@@ -275,7 +275,7 @@ def finish_sample(state: Any, scene: Any, ticks_per_sample: float, sampling_inte
 def mark_lanes_that_may_have_ended(
     kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any
 ) -> int:
-    """Set `end_marks_out` to 1 for each case whose test for an end is due, else 0; return their number."""
+    """Set `end_marks_out` to 1 for each case due to be tested for its end, else 0; return their number."""
     stride, count = max(int(CHECK_INTERVAL / kernel_input.settings.interval), 1), 0
     for j in range(active_lane_count):
         part = workspace.state[rows.SAMPLE + j] // stride

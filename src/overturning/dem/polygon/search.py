@@ -48,7 +48,7 @@ def separation_of_b_from_face_of_a(pose_a: Pose, pose_b: Pose, faces_a: Any, fac
 def most_opposite_face_of_b(
     pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, face_index: int
 ) -> tuple[int, float, float]:
-    """Return b's face most nearly opposite to a face of a, the product of the normals, and its lead over the next.
+    """Return b's face most nearly opposite to a face of a, the product of normals, and its margin over the next.
 
     The margin is the difference of the product to that of the next best face.
     """
@@ -206,7 +206,7 @@ def contact_vertex_ranges(faces_a: Any, index_a: int, faces_b: Any, index_b: int
 
 @njit(**APART)
 def add_last_step_to_pair_motion(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> tuple[int, int]:
-    """Add the last step to two elements' relative motion; count the cases with possible contact, or other faces.
+    """Add the last step to two elements' relative motion; count cases of possible contact or change of faces.
 
     The motion of the predicted step counts twice, because the contacts may change it.
     """

@@ -47,7 +47,7 @@ class TouchingSegmentEndDerivatives(NamedTuple):
 
 @dataclass(frozen=True)
 class PairContactLaws:
-    """Contact constants for each two elements that can touch, arrays of shape (pairs,)."""
+    """Contact constants for each pair of elements that can touch, arrays of shape (pairs,)."""
 
     normal: FloatArray  # K_n, N/m
     tangential: FloatArray  # K_s, N/m

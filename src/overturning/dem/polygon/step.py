@@ -36,7 +36,7 @@ from overturning.dem.polygon.suspended_pairs import resume_pairs_for_step, suspe
 
 
 class CentredSchemeConstants(NamedTuple):
-    """Constants of the centred time integration scheme: lag of velocities behind poses, and ticks in a whole step."""
+    """Constants of the centred scheme: lag of velocities behind poses, and ticks (time units) in a whole step."""
 
     lag: float = 0.0
     """Lag of velocities behind poses, steps."""
@@ -48,7 +48,7 @@ class CentredSchemeConstants(NamedTuple):
 def base_acceleration_at_step_end(
     vertical_base_acceleration: Any, case: CaseState, inertia: ElementConstants, ticks_per_sample: float
 ) -> tuple[float, float]:
-    """Return horizontal and vertical base acceleration (m/s²) at the end of the step, as it acts on an element.
+    """Return the base acceleration (horizontal, vertical, m/s²) at the step's end; 0 if the element moves with it.
 
     Both are 0 for an element that moves with the base; `vertical_base_acceleration` is None if the base moves level.
     """

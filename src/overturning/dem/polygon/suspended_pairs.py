@@ -94,7 +94,7 @@ def summed_motion_of_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: A
 
 @njit(**APART)
 def suspend_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> None:
-    """Stop testing two distant elements for contact: subtract both elements' summed motions from the pair's motion."""
+    """Stop contact tests of two distant elements: subtract both elements' summed motions from the pair's motion."""
     for j in range(rows.COLUMNS):
         motion = summed_motion_of_pair(pair_rows, element_a_rows, element_b_rows, j)
         pair_rows[rows.USED + j] = pair_rows[rows.USED + j] - motion
@@ -102,7 +102,7 @@ def suspend_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> No
 
 @njit(**APART)
 def resume_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> None:
-    """Test two distant elements for contact again: add both elements' summed motions to the pair's motion."""
+    """Resume contact tests of two elements: add both elements' summed motions to the motion of the pair."""
     for j in range(rows.COLUMNS):
         motion = summed_motion_of_pair(pair_rows, element_a_rows, element_b_rows, j)
         pair_rows[rows.USED + j] = pair_rows[rows.USED + j] + motion

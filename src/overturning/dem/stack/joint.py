@@ -73,7 +73,7 @@ def joint_sum_terms_of_point(
 def tangential_spring_force(
     joint: JointConstants, stretch: TangentialVector, velocity: TangentialVector
 ) -> TangentialVector:
-    """Return the tangential force between two stones (x, y, twist) from its springs and dashpots, N."""
+    """Return the tangential force between two stones (x, y, twist) from springs and dashpots at their contact, N."""
     k, h = joint.tangential, joint.damping
     return TangentialVector(
         -(k * stretch.x) - h * velocity.x, -(k * stretch.y) - h * velocity.y, -(k * stretch.twist) - h * velocity.twist

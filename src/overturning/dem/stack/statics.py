@@ -116,7 +116,7 @@ def face_corner_rows(corners: FloatArray) -> FloatArray:
 
 
 def _corner_motion_matrix(stones: list[StackStone], joint: int, corner: FloatArray) -> FloatArray:
-    """Return the 3 × 6n matrix from n stones' displacements to the relative one of two stones at a contact corner.
+    """Return the 3 × 6n matrix from n stones' motions to the relative displacement of two stones at a corner.
 
     The motion of a stone is its displacement (m) and its rotation (rad); `corner` has the horizontal position, m.
     """
@@ -202,7 +202,7 @@ def _corner_depths(stones: list[StackStone], joints: JointTable, shift: FloatArr
 
 
 def _fill_in_loads_at_rest(stones: list[StackStone], joints: JointTable) -> None:
-    """Compute normal force, centre of pressure and mean distance from it at rest for each contact, in place."""
+    """Compute, for each contact of a stack at rest, normal force, centre of pressure and mean distance from it."""
     depths = _corner_depths(stones, joints, pose_at_rest(stones, joints).ravel())
     for k, (row, patch, depth) in enumerate(zip(joints.rows, joints.patches, depths, strict=True)):
         force = patch.weights * row["stiffness"] * np.maximum(depth, 0.0)

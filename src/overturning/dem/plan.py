@@ -240,7 +240,7 @@ class SimulationPlan(ABC):
         return {"settings": settings, "cases": cases, "row": row, "results": result_tables["results"], "ground": ground}
 
     def create_result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
-        """Return the empty tables, by name, that the kernel fills for `case_count` cases; ``results`` is always one."""
+        """Return the empty tables, by name, that the kernel fills for `case_count` cases, such as ``results``."""
         return {"results": np.zeros(case_count, self.result_dtype)}
 
     @abstractmethod

@@ -60,7 +60,7 @@ class ContactSettings(StrictModel):
         return self
 
     def with_defaults(self, default_settings: Self) -> Self:
-        """Return these contact settings completed by `default_settings`; a given damping replaces both defaults."""
+        """Return these settings completed by defaults; a given damping ratio or dashpot replaces both defaults."""
         damping = {"damping_ratio", "damping"}
         replaced = self.model_fields_set | (damping if self.model_fields_set & damping else set())
         kept = default_settings.model_dump(exclude=replaced)

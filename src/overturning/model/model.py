@@ -161,7 +161,7 @@ class Model(ABC):
     def rotate_copied_outcomes_in_place(
         self, outcome_arrays: dict[str, NDArray[Any]], grid: CaseGrid, computed_cells: ComputedCells
     ) -> None:
-        """Rotate outcomes copied from a simulated to an equivalent direction of the grid, in place, and mark them."""
+        """Rotate outcomes copied from a simulated to an equivalent direction of the grid, in place; mark the copies."""
 
     @abstractmethod
     def ensemble_variables_of_cells(
@@ -181,7 +181,7 @@ class Model(ABC):
 
     @abstractmethod
     def distinct_direction_indices(self, cube: "xr.Dataset") -> NDArray[np.intp]:
-        """Return the positions of a results dataset's directions, one of each set that is equivalent by symmetry."""
+        """Return the indices of the directions in a results dataset, one of each set equivalent by symmetry."""
 
     @abstractmethod
     def fall_probability_and_direction_by_cell(self, cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":

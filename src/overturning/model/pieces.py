@@ -103,7 +103,7 @@ def _first_vertex_as_text(piece: FloatArray) -> str:
 
 
 def _separation_from_sides(piece: FloatArray, other_piece: FloatArray) -> float:
-    """Return the separation (m) of two convex polygons along the side normals of `piece`; negative: none separates."""
+    """Return the largest separation (m) of two convex polygons across a side of `piece`; negative if none separates."""
     edge = np.roll(piece, -1, axis=0) - piece
     normal = np.stack([edge[:, 1], -edge[:, 0]], axis=1) / np.sqrt((edge**2).sum(axis=1))[:, None]
     return float(((other_piece @ normal.T).min(axis=0) - (piece * normal).sum(axis=1)).max())

@@ -187,7 +187,7 @@ class PlanarModel(SceneModel):
     @property
     @override
     def case_cost_over_block_cost(self) -> float:
-        """Computing time of a case, relative to a single block: 5 per element of scenes in the general kernel."""
+        """Computing time of a case relative to a single block: 1 for one free element, otherwise 5 per element."""
         return 1.0 if len(self.free_element_names) == 1 else 5.0 * len(self.free_element_names)
 
     @property

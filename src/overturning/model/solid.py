@@ -96,7 +96,7 @@ class RigidSolid:
 
     @cached_property
     def base_edge_distances(self) -> FloatArray:
-        """Distances (m) of the base's edges from the point below the centre of mass; negative if it is outside."""
+        """Distances (m) of the base's edges from the point below the centre of mass; negative if that is outside."""
         if self.radius:
             return np.array([self.radius])
         x, y = self.points[: self.base, :2].T

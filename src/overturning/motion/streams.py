@@ -11,7 +11,7 @@ from overturning.units import UNITS
 
 
 def stream_accelerations_and_interval(stream: Any, unit: str | None, sensor: str) -> tuple[dict[str, Any], float]:
-    """Return the accelerations of an obspy Stream, m/s², by component (north, east, up), and the interval, s.
+    """Return the accelerations of an obspy Stream, m/s², by component, and the sampling interval, s.
 
     See `Motion.from_obspy` for the arguments and errors.
     """

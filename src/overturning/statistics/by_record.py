@@ -52,7 +52,7 @@ def iterate_record_batches(cube: xr.Dataset, variables: Sequence[str]) -> Iterat
 def apply_to_record_batches(
     function: Callable[[xr.Dataset], xr.Dataset], cube: xr.Dataset, variables: Sequence[str]
 ) -> xr.Dataset:
-    """Return, by group name, a mask of the records in each group, such as records with a velocity pulse.
+    """Apply a function to successive batches of a dataset's records, and join the results along ``record``.
 
     A cube without that dimension is passed whole. The function gets a few records at a time with the variables
     ``variables`` (see `load_records_of_cube`); all variables that it returns must have the dimension ``record``.
@@ -66,7 +66,7 @@ def apply_to_record_batches(
 def record_masks_by_group(
     cube: xr.Dataset, coordinate: str = "pulse", edges: Sequence[float] = ()
 ) -> dict[str, NDArray[np.bool_]]:
-    """Return, by group name, a mask of the records in each group, shape (records,).
+    """Return, by group name, a mask of the records in each group, such as records with a velocity pulse.
 
     A record without the grouping value is in no group.
 

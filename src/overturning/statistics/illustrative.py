@@ -301,7 +301,7 @@ def case_with_differing_outcomes(
 
 
 def _count_falls_in_one_cube_only(cube: xr.Dataset, second_cube: xr.Dataset) -> tuple[int, int]:
-    """Return the number of cases that fall only in the first results, and of those only in the second.
+    """Return the numbers of cases that fall in the first results only and in the second results only.
 
     Cases with an unknown outcome in either cube do not count.
     """
@@ -313,7 +313,7 @@ def _count_falls_in_one_cube_only(cube: xr.Dataset, second_cube: xr.Dataset) -> 
 def _mark_differing_cells(
     model: Model, cube: xr.Dataset, second_cube: xr.Dataset, *, is_fall_in_first: bool
 ) -> xr.Dataset:
-    """Return masks of the cases whose outcomes differ between two results: one falls (``split``), or both opposite.
+    """Return masks of the cases that fall in one of two results only (``split``), or to opposite sides.
 
     A third mask, ``rocks``, marks cells in which the standing block rocks visibly.
 

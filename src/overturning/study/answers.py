@@ -17,7 +17,7 @@ CaseOutcomes = NDArray[np.void]
 
 
 def empty_case_outcomes(case_count: int, element_count: int) -> CaseOutcomes:
-    """Return an empty array for the outcomes of cases: flag and fall azimuth of each element, and block steps."""
+    """Return an array for the outcomes of cases (flag and fall azimuth per element, block steps), not yet filled."""
     answers = np.zeros(
         case_count,
         [("overturned", np.int8, (element_count,)), ("azimuth", "f4", (element_count,)), ("block_steps", np.int64)],
@@ -27,7 +27,7 @@ def empty_case_outcomes(case_count: int, element_count: int) -> CaseOutcomes:
 
 
 class OutcomeDifferenceCounts(BaseModel):
-    """Number of compared cases, and of those with different outcomes, in two computations of the same cases."""
+    """Numbers of cases compared between two computations, and of those with different outcomes."""
 
     cases: int  # with an outcome in both
     flags: int  # of these, fall in one computation and stand in the other
@@ -44,7 +44,7 @@ class OutcomeDifferenceCounts(BaseModel):
 def count_outcome_differences(
     first_flags: NDArray[np.int8], second_flags: NDArray[np.int8], fall_azimuths_differ: NDArray[np.bool_] | None = None
 ) -> OutcomeDifferenceCounts:
-    """Count the differences between two arrays of outcome flags: +1, −1, 0, or −128 without an outcome.
+    """Count the cases in which two arrays of flags differ: 1 or −1 (fallen), 0 (stands), −128 (no outcome).
 
     `fall_azimuths_differ` is True for 3-D cases whose two falls have different directions; in planar models the flags
     show it.
@@ -66,7 +66,7 @@ def count_outcome_differences(
 def fall_azimuths_differ(
     first_outcomes: CaseOutcomes, second_outcomes: CaseOutcomes, min_difference_deg: float = MAX_AZIMUTH_DIFFERENCE_DEG
 ) -> NDArray[np.bool_]:
-    """True where an element falls in 3-D in both computations, with azimuths at least `min_difference_deg` apart.
+    """True where an element falls in both of two 3-D computations, but to azimuths `min_difference_deg` or more apart.
 
     The shape is (n, elements).
     """

@@ -22,7 +22,7 @@ WARN_ABOVE: Final = 0.01
 
 
 class OutcomeChangesOfElement(OutcomeDifferenceCounts):
-    """Numbers of cases in which a rerun changes the outcome of one element; "" names a single block."""
+    """Numbers of cases in which a second computation changes the outcome of one element; "" is a single block."""
 
     element: str
     undivided: int  # cases with an outcome in both whose ensemble is not divided
@@ -34,13 +34,13 @@ class OutcomeChangesOfElement(OutcomeDifferenceCounts):
 
 
 class RigidComparison(OutcomeChangesOfElement):
-    """Numbers of cases with different outcomes in the study and for the exact rigid block."""
+    """Numbers of cases in which the study's outcome differs from that of the exact rigid block."""
 
     cells: int  # number of cells of the study with blocks that cannot slide
 
 
 class RerunResult(BaseModel):
-    """Result of running cases again in one way: changes of outcomes by element, or the reason for a refusal."""
+    """Result of computing cases again in one way: changed outcomes by element, or why that was not possible."""
 
     block_steps: int
     outcomes: list[OutcomeChangesOfElement]
@@ -48,7 +48,7 @@ class RerunResult(BaseModel):
 
 
 class ChangesWithFinerSteps(BaseModel):
-    """Numbers of cases whose outcome changes with finer steps: all, rerun with the finest steps, confirmed, chaotic."""
+    """Numbers of cases whose outcome changes with finer time steps: in all, checked again, confirmed, chaotic."""
 
     changed: int
     looked_at: int
@@ -58,7 +58,7 @@ class ChangesWithFinerSteps(BaseModel):
 
 
 class RecordChanges(BaseModel):
-    """Number of the cases of a record whose outcome, fall or side of any element, changes with finer steps."""
+    """Number of cases under one record whose outcome (fall or side) changes with finer time steps."""
 
     record: str
     cases: int  # cases with an outcome in both computations
@@ -66,7 +66,7 @@ class RecordChanges(BaseModel):
 
 
 class FallChangesWithAmplitude(BaseModel):
-    """Numbers of 3-D falls that change if the amplitude of the motion changes by at most `AMPLITUDE_REACH`."""
+    """Numbers of 3-D falls that change if the motion's amplitude is changed by a share of up to `AMPLITUDE_REACH`."""
 
     falls: int  # falls of the study that were run again
     moved: int  # of these, azimuth moves by `MIN_AZIMUTH_SHIFT_DEG` or more under one of the motions
@@ -77,7 +77,7 @@ class FallChangesWithAmplitude(BaseModel):
 
 
 class ConvergenceCheckResult(BaseModel):
-    """Result of a convergence check, stored in ``convergence.json``."""
+    """Result of a convergence check (cases computed again more exactly), stored in ``convergence.json``."""
 
     seed: int
     wanted: int
@@ -98,5 +98,5 @@ class ConvergenceCheckResult(BaseModel):
 
 
 def read_convergence_result(path: Path) -> ConvergenceCheckResult:
-    """Read the result of a convergence check; raise a `ResultError` if missing, damaged, or of another version."""
+    """Read the result of a convergence check; a `ResultError` if it is missing, damaged, or from another version."""
     return read_result(ConvergenceCheckResult, path, "convergence check")

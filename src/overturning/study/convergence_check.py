@@ -63,7 +63,7 @@ def check_convergence(
     progress: Progress | None = None,
     rigid_sample: CellSample | None = None,
 ) -> ConvergenceCheckResult:
-    """Rerun a sample of a study's cases with finer time steps and with stiffer contacts, within the allowed cost.
+    """Compute a random sample of cases again with finer time steps and with stiffer contacts, at a limited cost.
 
     Stiffer springs are run first, in growing batches; their block steps predict the cost of finer steps. Finer steps
     are run for the first cases of the same random order, as many as the remaining allowance permits, and both results
@@ -108,7 +108,7 @@ def check_convergence(
 
 
 class _CaseReruns:
-    """Reruns of a random sample of a study's cases, in growing batches, and their outcomes by kind of rerun."""
+    """Random sample of a study's cases that is computed again in several ways, with the outcomes of each way."""
 
     def __init__(
         self, study: Study, records: Sequence[Record], sample: CellSample, threads: int, progress: Progress | None
@@ -124,7 +124,7 @@ class _CaseReruns:
         self.refused: dict[str, str] = {}
 
     def rerun_affordable_cases(self, rerun_kind: str, step_factor: float, allowed_steps: int) -> bool:
-        """Rerun the first cases of the sample that `allowed_steps` (steps × stones) permit; False if one fails."""
+        """Compute as many cases of the sample again as `allowed_steps` permit; False if they cannot be computed."""
         most = len(self.sample.record)
         size = min(PILOT_CASES, most, max(self.sample.computed // 12, 1))
         while size > 0:
@@ -137,7 +137,7 @@ class _CaseReruns:
         return True
 
     def rerun_first_cases(self, rerun_kind: str, case_count: int) -> bool:
-        """Rerun cases until the first `case_count` of the sample are done; False if a rerun is refused."""
+        """Compute the first `case_count` cases of the sample again; return False if they cannot be computed."""
         try:
             more = self._rerun_cases(rerun_kind, np.arange(len(self.answers[rerun_kind]), case_count))
         except ArgumentError as error:
@@ -149,11 +149,11 @@ class _CaseReruns:
         return True
 
     def _rerun_cases(self, rerun_kind: str, case_numbers: NDArray[np.int64], amplitude: float = 1.0) -> CaseOutcomes:
-        """Rerun the cases `case_numbers` of the sample under motions × `amplitude`, and return the outcomes."""
+        """Compute the given cases of the sample again, with motions scaled by `amplitude`; return the outcomes."""
         answers = np.zeros(case_numbers.size, self.sample.answers.dtype)
 
         def rerun_cases_of_record(record_number: int) -> None:
-            """Rerun the cases of one record and store their outcomes."""
+            """Compute the chosen cases of one record again, and store their outcomes."""
             mine = self.sample.record[case_numbers] == record_number
             chosen = self.sample.index[case_numbers[mine]]
             cases = self.grid.cases_at_positions(list(chosen.T), amplitude=amplitude)
@@ -169,14 +169,14 @@ class _CaseReruns:
         return answers
 
     def count_changes_of_first_cases(self, rerun_kind: str, case_count: int) -> RerunResult:
-        """Count the outcomes that a kind of rerun changes among the first cases of the sample."""
+        """Count the first `case_count` cases of the sample whose outcome changes in one kind of second computation."""
         if rerun_kind in self.refused:
             return RerunResult(block_steps=0, outcomes=[], refused=self.refused[rerun_kind])
         outcomes = self._count_changes_by_element(self.answers[rerun_kind][:case_count])
         return RerunResult(block_steps=int(self.answers[rerun_kind]["block_steps"].sum()), outcomes=outcomes)
 
     def _count_changes_by_element(self, rerun_outcomes: CaseOutcomes) -> list[OutcomeChangesOfElement]:
-        """Count the changes of each element between the study and a rerun of the first cases."""
+        """Count, for each element, the cases whose outcome differs between the study and a second computation."""
         count, outcomes = len(rerun_outcomes), []
         own = self.sample.answers[:count]
         away = fall_azimuths_differ(own, rerun_outcomes)
@@ -197,13 +197,13 @@ class _CaseReruns:
         return outcomes
 
     def compare_with_rigid_block(self) -> RigidComparison:
-        """Compare the outcomes of all cases of the sample with the exact rigid block."""
+        """Compare the outcomes of all cases in the sample with those of the exact rigid block."""
         every = np.arange(len(self.sample.record))
         (found,) = self._count_changes_by_element(self._rerun_cases("rigid", every))
         return RigidComparison(cells=self.sample.computed, **found.model_dump())
 
     def count_changes_by_record(self, case_count: int, record_ids: Sequence[str]) -> list[RecordChanges]:
-        """Count the outcomes that finer steps change among the first cases of the sample, record by record."""
+        """Count, by record, the first `case_count` cases of the sample whose outcome changes with finer time steps."""
         known, changed = self._known_and_changed_with_finer_steps(case_count)
         record, found = self.sample.record[:case_count], []
         for number, name in enumerate(record_ids):
@@ -212,13 +212,13 @@ class _CaseReruns:
         return found
 
     def _known_and_changed_with_finer_steps(self, case_count: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Return masks of the first cases of the sample: with an outcome in both computations, and changed."""
+        """Return masks of the first cases: outcome known with normal and finer time steps, and outcome changed."""
         own, finer = self.sample.answers[:case_count], self.answers["finer"][:case_count]
         known = ((finer["overturned"] != INT8_MISSING) & (own["overturned"] != INT8_MISSING)).all(axis=1)
         return known, known & outcomes_differ(finer, own)
 
     def confirm_changed_outcomes(self, case_count: int, allowed_steps: int) -> ChangesWithFinerSteps:
-        """Rerun the cases that finer steps changed, with the finest steps and with a perturbed motion, and compare."""
+        """Compute the cases changed by finer steps again: with the finest steps, and with a perturbed motion."""
         finer = self.answers["finer"][:case_count]
         changed = np.flatnonzero(self._known_and_changed_with_finer_steps(case_count)[1])
         # Cost: steps half as long (2), and the finer steps once more (1).
@@ -237,7 +237,7 @@ class _CaseReruns:
         )
 
     def rerun_with_changed_amplitude(self, case_count: int, allowed_steps: int) -> FallChangesWithAmplitude | None:
-        """Run falls in 3-D among the first cases again under weaker and stronger motions; None in 2-D."""
+        """Simulate 3-D falls among the first cases again with weaker and stronger motion; return None in 2-D."""
         own, finer = self.sample.answers[:case_count], self.answers["finer"][:case_count]
         if self.one_component:
             return None
@@ -263,7 +263,7 @@ class _CaseReruns:
 
 
 def simulate_rigid_block(motion: Motion, cases: Cases) -> Any:
-    """Simulate the exact rigid block, which cannot lift: no outcome if the ground accelerates down by g or more."""
+    """Simulate cases as exact rigid blocks; no outcome if the ground accelerates downwards by g or more."""
     from overturning.dem.block.rigid import rocking  # imported lazily: imports Numba
 
     found, lowest = rocking(motion, cases), 0.0 if motion.up is None else float(motion.up.min())
@@ -272,7 +272,7 @@ def simulate_rigid_block(motion: Motion, cases: Cases) -> Any:
 
 
 def case_rerun_functions(study: Study) -> dict[str, Callable[[Motion, Cases], CaseResults]]:
-    """Return functions that run nominal cases again, by name: unchanged, finer and finest steps, stiffer springs.
+    """Return functions that compute cases again: unchanged, with finer or finest time steps, or stiffer springs.
 
     A step given in seconds shrinks with the period of the stiffer contact; an automatic one follows the stable one.
     """

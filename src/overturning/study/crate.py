@@ -76,7 +76,7 @@ _MEDIA: Final = {
 
 
 def write_ro_crate(study: Study, results_folder: Path, produced_files: Sequence[Path]) -> None:
-    """Write ``study.yaml`` and its description ``ro-crate-metadata.json`` (RO-Crate) into a study's results folder.
+    """Write the study and the metadata file of a research data package (RO-Crate) into the results folder.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ _NO_LICENCE: Final = (
 
 
 def _record_and_package_metadata_of_cube(path: Path) -> dict[str, Any]:
-    """Return the records of a cube (source, hash, licence, names), and versions of the packages that made the cube."""
+    """Return sources, hashes, licences and names of the records of a results cube, and package versions."""
     import netCDF4
 
     try:
@@ -167,7 +167,7 @@ def _list_or_single_value(listed_values: Iterable[Any]) -> Any:
 
 
 def _add_entity(crate: "ROCrate", entity_id: str, entity_type: str, **properties: Any) -> Any:
-    """Add an entity that is not a file to the crate and return it; empty properties are left out."""
+    """Add an entity, such as a person or licence, to the RO-Crate; properties without a value are left out."""
     from rocrate.model.contextentity import ContextEntity
 
     stated = {name: value for name, value in properties.items() if value not in ("", [])}
@@ -175,14 +175,14 @@ def _add_entity(crate: "ROCrate", entity_id: str, entity_type: str, **properties
 
 
 def _licence_entity(crate: "ROCrate", licence: str) -> Any:
-    """Return the entity of a licence, identified by its URL, or by a hash of its text."""
+    """Return the RO-Crate entity of a licence; its identifier is the licence's URL, or a hash of its text."""
     key = licence if licence.startswith("http") else f"#licence-{hashlib.sha256(licence.encode()).hexdigest()[:8]}"
     name = key.rpartition("/")[2] if key is licence else licence
     return crate.get(key) or _add_entity(crate, key, "CreativeWork", name=name, description=f"Terms of use: {licence}")
 
 
 def _add_record_entities(crate: "ROCrate", record_rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Add the input records to the crate and return their entities by record id.
+    """Add the input records to the RO-Crate; return their entities by record id.
 
     Many records must not be redistributed, so the crate has only the hash of each.
     """
@@ -204,7 +204,7 @@ def _add_record_entities(crate: "ROCrate", record_rows: Sequence[dict[str, Any]]
 def _add_file_entities(
     crate: "ROCrate", results: Path, produced_files: Sequence[Path], records: dict[str, Any]
 ) -> dict[str, Any]:
-    """Add the files of the crate, grouped by folder, and return them by their path in the crate."""
+    """Add result files to the RO-Crate, grouped by folder; return their entities by path."""
     paths = [below for path in produced_files for below in (path.rglob("*") if path.is_dir() else [path])]
     names = {path.relative_to(results).as_posix(): path for path in paths if path.name[0] != "." and not path.is_dir()}
     names[CONFIGURATION] = results / CONFIGURATION
@@ -218,7 +218,7 @@ def _add_file_entities(
 
 
 def _add_file_entity(crate: "ROCrate", path: str, file: Path, records: dict[str, Any]) -> Any:
-    """Add a file with size and hash to the crate; a motion also with its source record and that record's licence."""
+    """Add a file with its size and hash to the RO-Crate; a motion file also with record and licence."""
     stem, part = file.stem, file.name.removeprefix("cube.").removesuffix(".nc")
     said = {"part": part, "stem": stem, "folder": file.parent.name}
     name, description = next((both for pattern, both in _FILES.items() if fnmatch(path, pattern)), (path, ""))

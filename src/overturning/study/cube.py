@@ -33,7 +33,7 @@ _COORDINATES: Final = ("record_id", "station", "event", "fault_normal")
 
 
 def _first_missing_variable(cube: "xr.Dataset") -> str:
-    """Return the first coordinate or variable that is missing or has wrong dimensions, as "no NAME"; "" if none."""
+    """Return "no NAME" for the first variable that a results cube lacks or has in a wrong shape; else ""."""
     flags = cube["overturned"]
     grid = set(flags.dims)
     model = model_of_cube(cube)
@@ -58,7 +58,7 @@ def open_cube(
     element: str | None = "reference",
     amplitude: float | None = 1.0,
 ) -> "xr.Dataset":
-    """Open a cube, the file with the outcomes of all cases of a study, as an xarray dataset.
+    """Open a results cube, the NetCDF file with the outcomes of all cases of a study, as an xarray dataset.
 
     The record of an id is ``cube.sel(record="rinaldi")``.
 
@@ -118,7 +118,7 @@ def open_cube(
 def open_cube_by_record(
     cube_path: Path, element: str | None = "reference", amplitude: float | None = 1.0
 ) -> "xr.Dataset":
-    """Open a cube to iterate over its records: a small cube is read into memory, a large one record by record."""
+    """Open a results cube for processing by record: a small one in memory, a large one read record by record."""
     cube = open_cube(cube_path, None, element, amplitude)
     if sum(values.size for values in cube.data_vars.values()) <= IN_MEMORY:
         return cube.load()
@@ -128,7 +128,7 @@ def open_cube_by_record(
 
 @contextmanager
 def _small_chunk_cache(chunks_read_once: bool) -> Iterator[None]:
-    """Context manager in which HDF5 files are opened with a small chunk cache, if their chunks are read only once."""
+    """Context manager that limits the memory for HDF5 chunks, if each chunk is read only once."""
     import netCDF4
 
     before = netCDF4.get_chunk_cache()
@@ -143,7 +143,7 @@ def _small_chunk_cache(chunks_read_once: bool) -> Iterator[None]:
 def select_element_and_amplitude(
     cube: "xr.Dataset", cube_path: Path, element: str | None = "reference", amplitude: float | None = 1.0
 ) -> "xr.Dataset":
-    """Select an element and an amplitude factor of an open cube; for the parameters see `overturning.open_cube`."""
+    """Select one element of the scene and one amplitude factor from a results cube; see `overturning.open_cube`."""
     if amplitude is not None:
         several = "amplitude" in cube.dims  # otherwise one amplitude, 1 unless the coordinate has another value
         known = np.atleast_1d(cube["amplitude"]).tolist() if "amplitude" in cube.coords else [1.0]
@@ -170,7 +170,7 @@ def select_element_and_amplitude(
 
 
 def sort_cube_for_figures(cube: "xr.Dataset") -> "xr.Dataset":
-    """Return a cube, or part of one, with all dimensions and no repeated coordinate values, as figures need it.
+    """Return a results cube with all dimensions, sorted and without repeated coordinates, as figures need it.
 
     One element and amplitude are selected (see `select_element_and_amplitude`). B/H and directions ascend, with
     azimuths in [0°, 360°); heights, aspects and frictions stay in their order. An `ArgumentError` is raised if a
@@ -195,13 +195,13 @@ def sort_cube_for_figures(cube: "xr.Dataset") -> "xr.Dataset":
 
 
 def _check_element_exists(element: str | None, known_elements: Sequence[str], cube_path: Path) -> None:
-    """Raise an ArgumentError if a cube has no element of this name."""
+    """Raise a ResultError if a results cube has no element with this name."""
     if element not in known_elements:
         raise ResultError(f"{cube_path}: no element {element!r}; known: {', '.join(known_elements)}")
 
 
 def index_of_record(cube: "xr.Dataset", record_id: str | None) -> int:
-    """Return the position of a record by its id, which may be None for a cube with one record.
+    """Return the index of a record from its id; None is allowed if the results cube has only one record.
 
     A selection of one record has its id without a dimension; a cube without a study has no ids. An `ArgumentError`
     lists the ids if the record is unknown or not given.
@@ -216,7 +216,7 @@ def index_of_record(cube: "xr.Dataset", record_id: str | None) -> int:
 
 
 def parse_json_attribute(cube: "xr.Dataset", attribute_name: str, expected_type: type) -> Any:
-    """Return the parsed content of a JSON attribute of a cube; raise a ResultError if missing or of another type."""
+    """Return the content of a JSON attribute of a results cube; a ResultError if missing or of another type."""
     try:
         found = json.loads(cube.attrs[attribute_name])
         if not isinstance(found, expected_type):
@@ -229,12 +229,12 @@ def parse_json_attribute(cube: "xr.Dataset", attribute_name: str, expected_type:
 
 
 def study_of_cube(cube: "xr.Dataset") -> Study:
-    """Return the complete study of a cube; raise a ResultError if it is missing, a ConfigError if it is invalid."""
+    """Return the study whose settings a results cube stores; a ResultError or ConfigError if missing or invalid."""
     return study_from_content(parse_json_attribute(cube, "study", dict), "study in the cube")
 
 
 def study_for_presentation(cube: "xr.Dataset", study: Study | None = None) -> Study | None:
-    """Return the study whose title, question and figures describe a cube; None if the cube belongs to no study.
+    """Return the study whose title, question and figure settings apply to a results cube; None without a study.
 
     It is the given study, otherwise that of the configuration next to the cube if it has the same name, otherwise that
     in the cube, which has no title and no question.
@@ -248,7 +248,7 @@ def study_for_presentation(cube: "xr.Dataset", study: Study | None = None) -> St
 
 
 def first_shown_height_and_friction(cube: "xr.Dataset", study: Study | None = None) -> dict[str, list[float]]:
-    """Return height and friction of the block that figures show first, as lists of one value by dimension name.
+    """Return the height and friction that figures show by default, as lists with one value each.
 
     The block is set by `figures` of the `study_for_presentation`, with the first height and the last friction as
     defaults. No selection is made along a dimension that the cube holds only in part, or if the cube belongs to no
@@ -271,7 +271,7 @@ def select_heights_and_frictions(
     *,
     single: bool = False,
 ) -> "xr.Dataset":
-    """Select heights and frictions of a cube by their values; an `ArgumentError` names an unknown value.
+    """Select heights and frictions from a results cube; the `ArgumentError` for an unknown value names it.
 
     With `single`, if only one of both is given, the other is that of the block that figures show first.
     """
@@ -290,7 +290,7 @@ def select_heights_and_frictions(
 
 
 def element_name_of_cube(cube: "xr.Dataset") -> str:
-    """Return the name of the element of a cube: the selected one, or the only one of the scene."""
+    """Return the name of the element whose outcomes a results cube shows: the selected or default one."""
     chosen = "element" in cube.coords
     return (
         str(cube["element"].item())
@@ -300,12 +300,12 @@ def element_name_of_cube(cube: "xr.Dataset") -> str:
 
 
 def motion_folder_of_cube(cube_path: Path, study: Study, variant: str) -> Path:
-    """Return the folder of the motions of a cube, next to the cube; a variant with soil has a folder of its own."""
+    """Return the folder of the input motions of a results cube; variants with soil layers have their own folder."""
     return cube_path.parent / "motion" / (variant if variant_settings(study, variant).site else "")
 
 
 def record_sources(cube: "xr.Dataset") -> list[dict[str, Any]]:
-    """Return source, SHA-256 and licence of each record, in the order of the cube, and the sources of coordinates.
+    """Return source, SHA-256 and licence of each record in a results cube, and the source of its coordinates.
 
     See `overturning.records.catalogue.RecordDescription.coordinate_source_and_fault_trace`.
     """
@@ -313,5 +313,5 @@ def record_sources(cube: "xr.Dataset") -> list[dict[str, Any]]:
 
 
 def record_provenance(cube: "xr.Dataset") -> dict[str, dict[str, Any]]:
-    """Return the provenance of each record, by id; see `overturning.records.record.source_and_processing_of_record`."""
+    """Return source and processing of each record in a results cube, by record id."""
     return dict(parse_json_attribute(cube, "record_processing", dict))

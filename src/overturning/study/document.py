@@ -11,7 +11,7 @@ from overturning.study.schema import Study
 
 
 def study_json_schema_text() -> str:
-    """Return the JSON schema of a study file."""
+    """Return the JSON schema of study files as text."""
     schema = Study.model_json_schema()
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
@@ -22,7 +22,7 @@ CATALOGUE = Path("workflow") / "schemas" / "config.schema.yaml"
 
 
 def study_yaml_schema_text() -> str:
-    """Return the JSON schema of a study file as YAML."""
+    """Return the JSON schema of study files as text in YAML format."""
     import yaml
 
     text: str = yaml.safe_dump(json.loads(study_json_schema_text()), allow_unicode=True, sort_keys=False, width=120)
@@ -30,7 +30,7 @@ def study_yaml_schema_text() -> str:
 
 
 def _resolve_schema_reference(schema: dict[str, Any], entry: dict[str, Any]) -> dict[str, Any]:
-    """Return an entry of a JSON schema, with a reference replaced by the definition to which it refers."""
+    """Return an entry of a JSON schema, with its reference replaced by the definition that is referred to."""
     optional = entry.get("anyOf", ())
     forms = optional if len(optional) == 2 and optional[1] == {"type": "null"} else entry.get("oneOf", ())
     for form in (entry, *forms):  # text, settings or null: use the keys of the settings
@@ -43,7 +43,7 @@ def _resolve_schema_reference(schema: dict[str, Any], entry: dict[str, Any]) -> 
 def _key_table_rows(
     schema: dict[str, Any], section_schema: dict[str, Any], key_prefix: str
 ) -> list[tuple[str, dict[str, Any], bool]]:
-    """Return a row for each key of a section of a JSON schema: key, its entry in the schema, True if required."""
+    """Return, for each key in a part of a JSON schema: the key, its schema entry, and True if it is required."""
     entries = []
     said = section_schema.get("default") or {}  # of settings within settings, whose own keys may be needed
     for name, raw in section_schema.get("properties", {}).items():
@@ -64,7 +64,7 @@ def _key_table_rows(
 
 
 def key_and_column_tables() -> dict[str, str]:
-    """Return two Markdown tables by name: ``keys`` of a study file, and ``columns`` of the record table."""
+    """Return Markdown tables of the keys of a study file (``keys``) and of the record table (``columns``)."""
     schema = Study.model_json_schema()
     keys, columns = ["| key | default | meaning |", "|---|---|---|"], ["| column | meaning |", "|---|---|"]
     for key, entry, required in _key_table_rows(schema, schema, ""):
@@ -76,7 +76,7 @@ def key_and_column_tables() -> dict[str, str]:
 
 
 def insert_tables_into_readme(readme_text: str) -> str:
-    """Return the text of a README with the key and column tables inserted between their marker comments."""
+    """Insert the tables of study keys and of record-table columns into a README between its marker comments."""
     for name, table in key_and_column_tables().items():
         begin, end = f"<!-- {name}: made by `overturning study document`, do not edit -->", f"<!-- end of {name} -->"
         before, _, rest = readme_text.partition(begin)
@@ -85,7 +85,7 @@ def insert_tables_into_readme(readme_text: str) -> str:
 
 
 def write_study_file_documentation(folder: Path) -> None:
-    """Write the study file's schema to ``schema.json`` and for workflows, and its key tables into ``README.md``."""
+    """Write the schema of study files as ``schema.json`` and YAML, and the tables of keys into ``README.md``."""
     (folder / "schema.json").write_text(study_json_schema_text(), encoding="utf-8")
     catalogue = folder.parent / CATALOGUE
     if catalogue.parent.is_dir():
@@ -111,7 +111,7 @@ friction: [0.58, 1.0]
 def study_template(
     name: str, records: Sequence[str], title: str = "", step: float = 15.0, statistic: str = "share"
 ) -> str:
-    """Return the text of a new study file with some records and a primary statistic, not yet checked."""
+    """Return the text of a new, unchecked study file with given records and primary statistic."""
     quoted = json.dumps(title or name, ensure_ascii=False)
     return _TEXT.format(name=name, title=quoted, records=", ".join(records), step=step, statistic=statistic)
 
@@ -121,5 +121,5 @@ _OF_REPOSITORY: Final = re.compile(r"<!-- repository -->\n.*?<!-- end of reposit
 
 
 def project_readme(config_readme_text: str) -> str:
-    """Return config/README.md for a new project, which has neither the pages of docs/ nor the shipped studies."""
+    """Return config/README.md for a new project, without references to docs/ and to studies that it lacks."""
     return _LINK.sub(r"\1", _OF_REPOSITORY.sub("", config_readme_text))

@@ -34,7 +34,7 @@ LARGEST_SHARE_OUTSIDE: Final = 0.2
 
 
 def implausible_setting_warnings(study: Study) -> Iterator[str]:
-    """Yield a warning for each implausible value of a study: key, value, bound, and the likely cause."""
+    """Yield a warning for each implausible value in a study, with key, value, limit and likely cause."""
     yield from _block_setting_warnings(study)
     sites = {"site": study.site} | {f"variants.{name}.site": one.site for name, one in study.variants.items()}
     for key, site in sites.items():
@@ -49,7 +49,7 @@ def implausible_setting_warnings(study: Study) -> Iterator[str]:
 
 
 def _block_setting_warnings(study: Study) -> Iterator[str]:
-    """Yield warnings about B/H, friction, amplitude and density of a study."""
+    """Yield a warning for each implausible B/H, friction, amplitude or density in a study."""
     vertices = study.body is not None and study.body.vertices is not None
     own = round(size_reference_height_and_b_over_h(study.scene)[1], 10)
     shapes = [one for one in study.b_over_h if one > LARGEST_B_OVER_H and not vertices and one != own]
@@ -69,7 +69,7 @@ def _block_setting_warnings(study: Study) -> Iterator[str]:
 
 
 def _friction_warnings(key: str, frictions: tuple[float, ...]) -> Iterator[str]:
-    """Yield a warning about friction coefficients that are implausibly large."""
+    """Yield a warning if friction coefficients are implausibly large, such as angles in degrees."""
     doubtful = [one for one in frictions if one > LARGEST_FRICTION]
     if doubtful:
         angles = [math.tan(math.radians(one)) for one in doubtful if one < 90]
@@ -82,7 +82,7 @@ def _friction_warnings(key: str, frictions: tuple[float, ...]) -> Iterator[str]:
 
 
 def _density_warnings(key: str, density: float) -> Iterator[str]:
-    """Yield a warning about an implausible density."""
+    """Yield a warning if a density is implausible, such as a value in g/cm³ instead of kg/m³."""
     low, high = DENSITIES
     if not low <= density <= high:
         light = "; kN/m³? Times 102" if density < 100 else ""
@@ -91,7 +91,7 @@ def _density_warnings(key: str, density: float) -> Iterator[str]:
 
 
 def _soil_layer_warnings(key: str, site: SoilSite) -> Iterator[str]:
-    """Yield warnings about the soil of a site."""
+    """Yield a warning for each implausible wave velocity or density of soil and rock."""
     below: list[tuple[str, SoilLayer | RockHalfSpace]] = [
         (f"layers.{number}", one) for number, one in enumerate(site.layers)
     ]
@@ -104,7 +104,7 @@ def _soil_layer_warnings(key: str, site: SoilSite) -> Iterator[str]:
 
 
 def _scene_warnings(key: str, scene: Scene) -> Iterator[str]:
-    """Yield warnings about densities and frictions of a scene."""
+    """Yield a warning for each implausible density or friction coefficient in a scene file."""
     for name, material in scene.materials.items():
         yield from _density_warnings(f"{key}.materials.{name}.density", material.density)
     for number, law in enumerate(scene.contacts):
@@ -113,7 +113,7 @@ def _scene_warnings(key: str, scene: Scene) -> Iterator[str]:
 
 
 def _population_range_warnings(study: Study, population: StonePopulation) -> Iterator[str]:
-    """Yield a warning if much of a population lies outside the heights, B/H or frictions of the study.
+    """Yield a warning if many stones of a population lie outside the heights, B/H or frictions that are simulated.
 
     Such stones take the nearest value. Sizes are uniformly distributed, so quantiles represent the stones.
     """
@@ -140,6 +140,6 @@ def _population_range_warnings(study: Study, population: StonePopulation) -> Ite
 
 
 def _format_first_three_numbers(numbers: list[float]) -> str:
-    """Return one text that lists the first three numbers and says how many more there are."""
+    """Return a text with the first three numbers of a list, and how many more there are."""
     more = f" and {len(numbers) - 3} more" if len(numbers) > 3 else ""
     return ", ".join(f"{one:.3g}" for one in numbers[:3]) + more

@@ -58,7 +58,7 @@ Arrays = dict[str, NDArray[Any]]
 
 @dataclass(frozen=True)
 class EnsembleMembers:
-    """Parameter changes of the runs (members) of an ensemble, which are the same in every cell.
+    """Parameter changes of the runs (members) of an ensemble; the same set of runs is used for every case.
 
     Attributes
     ----------
@@ -82,22 +82,22 @@ class EnsembleMembers:
 
     @property
     def member_count(self) -> int:
-        """Number of ensemble members."""
+        """Number of members (runs with changed parameters) of the ensemble."""
         return int(self.scramble.size)
 
     def select_members(self, member_numbers: NDArray[np.intp]) -> "EnsembleMembers":
-        """Select a subset of the ensemble members."""
+        """Return an ensemble with only the members of the given numbers."""
         return EnsembleMembers(*(getattr(self, name)[member_numbers] for name in COLUMNS))
 
     def member_number_batches(self, batch_size: int) -> list[NDArray[np.intp]]:
-        """Return the numbers of the members in running order, in batches with half from each Sobol sequence."""
+        """Return batches of member numbers in running order; each batch has members from both Sobol sequences."""
         own = [np.flatnonzero(self.scramble == scramble) for scramble in range(SCRAMBLES)]
         each = batch_size // SCRAMBLES
         starts = range(0, max(places.size for places in own), each)
         return [np.concatenate([places[start : start + each] for places in own]) for start in starts]
 
     def write_csv(self, csv_path: Path) -> None:
-        """Write the parameter changes of all ensemble members to a CSV file that ends with its SHA-256 checksum."""
+        """Write the parameter changes of all ensemble runs as CSV, with a SHA-256 checksum as last line."""
         rows = zip(*(getattr(self, name).tolist() for name in COLUMNS), strict=True)
         with atomic_write(csv_path) as part:
             part.write_text("".join(f"{','.join(map(str, row))}\n" for row in (COLUMNS, *rows)), encoding="utf-8")
@@ -105,7 +105,7 @@ class EnsembleMembers:
 
     @classmethod
     def read_csv(cls, csv_path: Path) -> Self:
-        """Read a file written by `write_csv`; raise a `ResultError` if it is missing, damaged, or of another kind."""
+        """Read ensemble members from a CSV file of `write_csv`; a `ResultError` if missing, damaged or unsuitable."""
         if csv_path.exists() and not checksum_at_end_matches(csv_path):
             raise ResultError(
                 f"{csv_path}: damaged, or no table of ensemble members; run the study again to recreate it"
@@ -124,7 +124,7 @@ _MemberRow = create_model("_MemberRow", **dict.fromkeys(COLUMNS, (float, ...))) 
 
 
 def sample_member_changes(settings: EnsembleSettings) -> EnsembleMembers:
-    """Draw the parameter changes of all members from two differently scrambled Sobol sequences (Owen 1998).
+    """Draw the parameter changes of all ensemble runs from two Sobol sequences, scrambled differently (Owen 1998).
 
     Values are rounded to 1e-9, so that the file has exactly the same numbers.
     """
@@ -149,7 +149,7 @@ def select_ensemble_cells(
     dimension_count: int = 4,
     fall_azimuth_deg: FloatArray | None = None,
 ) -> NDArray[np.bool_]:
-    """Return True for the cells, shape of the grid, in which the ensemble is run: those near a change of outcome.
+    """Return a mask of the cases for which ensemble runs are made: those near a change of outcome.
 
     These are all cells with `run_all_cells`, or if there is a single B/H. Otherwise, cells within two steps along B/H
     of a change of the nominal flag of any element, shape (a, h, b, …) or (a, h, b, …, elements); a missing flag
@@ -187,7 +187,7 @@ def wilson_interval(case_count: ArrayLike, total_count: ArrayLike) -> tuple[Floa
 
 
 def fall_probabilities_converged(member_flags: NDArray[np.int8], max_half_width: float) -> NDArray[np.bool_]:
-    """True for cells whose fall probabilities are accurate enough without further members, shape (cells,).
+    """True for cases whose fall probabilities are accurate enough without further ensemble runs, shape (cells,).
 
     For every element the intervals (`wilson_interval`) of both probabilities (fall to +1 and to −1) are within
     ±`max_half_width`. Flags, shape (cells, members) or (cells, members, elements), are missing if the member has no
@@ -209,7 +209,7 @@ def intervals_within_half_width(
 
 
 def progress_of_subtask(progress: Progress | None, begin_share: float, end_share: float) -> Progress | None:
-    """Return a progress callback for one part of a task, which reports shares of the whole task to another callback."""
+    """Return a progress callback for a part of a task; it reports the progress of the whole task to `progress`."""
     if progress is None:
         return None
     return lambda done, total: progress(
@@ -219,7 +219,7 @@ def progress_of_subtask(progress: Progress | None, begin_share: float, end_share
 
 @dataclass(frozen=True)
 class EnsembleRunner:
-    """Ensemble of a study: runs every cell, or cells near a change of outcome, with all members."""
+    """Ensemble of a study: runs all cases, or those near a change of outcome, with changed parameters."""
 
     model: Model
     members: EnsembleMembers
@@ -234,7 +234,7 @@ class EnsembleRunner:
         run_cases: Runner,
         progress: Progress | None = None,
     ) -> tuple[Arrays, int]:
-        """Run the ensemble members of all cells, and return the ensemble variables and the number of steps × stones.
+        """Run the ensemble of each selected case; return the ensemble variables and the cost in steps × stones.
 
         `nominal_outcomes` has `overturned`, shape (a, h, b, …) or (a, h, b, …, elements), and the mark of cells
         that are copied from others by symmetry; these are not run. `run_cases` runs the cases of members. The
@@ -278,7 +278,7 @@ class EnsembleRunner:
         fall_azimuth_deg: FloatArray,
         progress: Progress | None,
     ) -> int:
-        """Fill in flags and 3-D fall azimuths of members, by batches until cells converge; return steps × stones."""
+        """Run ensemble members in batches until each cell converges; fill in the outcomes, return steps × stones."""
         batches, block_steps = self.members.member_number_batches(BATCH), 0
         unsettled = np.arange(len(cells))
         for index, batch in enumerate(batches):
@@ -300,7 +300,7 @@ class EnsembleRunner:
         return block_steps
 
     def _member_cases(self, grid: CaseGrid, cells: NDArray[np.int64], members: EnsembleMembers) -> Cases:
-        """Return the cases of all `members` in `cells`; the members of a cell follow each other."""
+        """Return the cases to simulate for all ensemble `members` of all `cells`, sorted by cell."""
         direction, *rest = (
             grid[name][cells[:, at], None].astype(np.float64) for at, name in enumerate(grid.dimension_names)
         )
@@ -321,7 +321,7 @@ class EnsembleRunner:
         )
 
     def _fill_copied_cells(self, grid: CaseGrid, ensemble_arrays: Arrays, copied_cells: NDArray[Any]) -> None:
-        """Fill in the ensemble variables of `copied_cells` from the simulated cells equal to them by symmetry."""
+        """Copy ensemble variables to cells that were not simulated, from those equal to them by symmetry."""
         source = self.model.computed_cell_of_each_direction(grid).cell
         for column in range(source.shape[1]):
             # In the 3-D model the period depends on the aspect, the dimension before friction.

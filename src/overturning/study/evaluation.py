@@ -41,12 +41,12 @@ class FigureSettings(StrictModel):
     @field_validator("formats")
     @classmethod
     def _sort_file_formats(cls, formats: tuple[str, ...]) -> tuple[str, ...]:
-        """Return the file formats of figures in a fixed order."""
+        """Return the file formats for figures in a fixed order; SVG is always included."""
         return tuple(kind for kind in FORMATS if kind == "svg" or kind in formats)
 
 
 class CrateMetadata(StrictModel):
-    """Licence, date and authors for the research crate of the results."""
+    """Licence, date and authors for the research data package (RO-Crate) of the results."""
 
     licence: str = Field(
         default="",
@@ -59,7 +59,7 @@ class CrateMetadata(StrictModel):
 
 
 class PublishedValues(StrictModel):
-    """Published peaks and outcome for one component of a record, to compare with the study."""
+    """Published peaks and outcome for one component of a record, with which the study is compared."""
 
     record: str = Field(description="id of the record")
     azimuth: Degree = Field(description="azimuth of the component, one of the study's, degrees clockwise from north")
@@ -97,7 +97,7 @@ class PrimaryStatistic(StrictModel):
 
 
 class SurveySettings(StrictModel):
-    """Survey of fallen stones, to compare with the prediction of the study for their site."""
+    """Survey of fallen stones, with which the falls predicted at its site are compared."""
 
     stones: str = Field(
         min_length=1, description="survey of fallen stones (CSV, see docs/formats.md); path from the project's folder"

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def film_command_options(cube: "xr.Dataset") -> dict[str, Any]:
-    """Return the options with which `overturning one` films cells of a cube, and the stone sizes it expects.
+    """Return options of `overturning one` that make films of a results cube's cases, and sizes of the stone.
 
     Returns
     -------
@@ -55,7 +55,7 @@ def film_command_options(cube: "xr.Dataset") -> dict[str, Any]:
 
 
 def _unsupported_motion_reasons_and_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
-    """Return why `overturning one` cannot apply the motion of the cells, and options for this motion."""
+    """Return reasons why `overturning one` cannot apply a study's motions, and the options for these motions."""
     own = variant_settings(study, variant)
     missing = []
     if study.processing is not None:
@@ -72,7 +72,7 @@ def _unsupported_motion_reasons_and_options(study: Study, variant: str) -> tuple
 
 
 def _unsupported_model_reasons_and_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
-    """Return why `overturning one` cannot simulate the model of the cells, and options for this model."""
+    """Return reasons why `overturning one` cannot simulate a study's model, and the options for this model."""
     contact = variant_contact(study, variant)
     ratio = contact.damping_ratio
     missing = [] if contact.stiffness_ratio == 1.0 else ["the contact has a stiffness ratio of its own"]
@@ -93,7 +93,7 @@ def _unsupported_model_reasons_and_options(study: Study, variant: str) -> tuple[
 
 
 def _scene_file_holds_same_scene(scene: Scene) -> bool:
-    """True if the scene file that bears the name of `scene` holds an equal scene."""
+    """True if the scene file named like `scene` exists and defines an equal scene."""
     with suppress(OverturningError):
         return load_scene(scene.name) == scene
     return False

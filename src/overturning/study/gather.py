@@ -48,7 +48,7 @@ _PACKAGES = ("overturning", "numba", "llvmlite", "numpy", "scipy", "obspy", "xar
 def merge_sweep_parts(
     study: Study, records: Sequence[Record], sweep_part_paths: Sequence[Path], cube_path: Path, variant: str = NOMINAL
 ) -> None:
-    """Merge the part files of a sweep into the cube of a variant; `records` are processed and in the cube's order.
+    """Merge files with outcomes of records and chunks of cases into the results cube of a study or variant.
 
     A part has cells of one record, from any piece of the grid; the order of parts does not matter. At most one variable
     of one record is in memory. A `ResultError` is raised if a part belongs to another study or a cell is in no part, a
@@ -76,7 +76,7 @@ def merge_sweep_parts(
 
 
 def create_cube_structure(cube: Any, study: Study, records: Sequence[Record], variant: str = NOMINAL) -> None:
-    """Create dimensions, coordinates, attributes and variables (all missing) of a cube in an open netCDF4 file."""
+    """Create the dimensions, coordinates, attributes and empty variables of a results cube in a netCDF4 file."""
     model, grid = variant_model(study, variant), variant_grid(study, variant)
     cube.setncatts(_global_cube_attributes(study, records, variant))
     cube.createDimension("record", len(records))
@@ -101,7 +101,7 @@ def create_cube_structure(cube: Any, study: Study, records: Sequence[Record], va
 def _copy_parts_of_record(
     sweep_part_paths: Sequence[Path], cube: Any, record_index: int, grid: CaseGrid, variables: Sequence[OutcomeVariable]
 ) -> bool:
-    """Copy the parts of a record into a cube, and add up their steps; return False if a cell is in no part."""
+    """Copy the outcomes of one record from part files into a results cube; return False if cells are missing."""
     with ExitStack() as stack:
         parts = [stack.enter_context(open_sweep_part(path, grid, variables)) for path in sweep_part_paths]
         filled = np.zeros(grid.shape, dtype=bool)
@@ -119,7 +119,7 @@ def _copy_parts_of_record(
 
 
 def _add_record_coordinates(cube: Any, records: Sequence[Record], uses_vertical_motion: bool) -> None:
-    """Add the coordinates of the records to a cube; missing if neither file nor record table states the value."""
+    """Add coordinates of records, such as station and fault strike, to a results cube; unknown values are missing."""
     add = partial(add_coordinate, cube, "record")
     add("record", "i4", range(len(records)), long_name="number of the record", units="1")
     for name, long_name, texts in (
@@ -155,7 +155,7 @@ def _add_record_coordinates(cube: Any, records: Sequence[Record], uses_vertical_
 
 
 def _add_station_coordinates(add_record_coordinate: Callable[..., None], records: Sequence[Record]) -> None:
-    """Add latitude and longitude of stations and epicentres to a cube, by a function that adds a coordinate."""
+    """Add latitude and longitude of stations and epicentres to a results cube."""
     for where, pairs in (
         ("station", [(record.latitude, record.longitude) for record in records]),
         ("epicentre", [(r.extra.get("event_latitude"), r.extra.get("event_longitude")) for r in records]),
@@ -168,7 +168,7 @@ def _add_station_coordinates(add_record_coordinate: Callable[..., None], records
 
 
 def _global_cube_attributes(study: Study, records: Sequence[Record], variant: str) -> dict[str, str]:
-    """Return the global attributes of the cube of a variant."""
+    """Return the global attributes of a results cube: study, records, processing and software versions."""
     sources = [
         {"id": record.record_id, "source": record.source, "sha256": record.sha256, "licence": record.licence}
         | {name: record.extra[name] for name in PLACES if name in record.extra}

@@ -27,7 +27,7 @@ FREQUENCIES = np.geomspace(0.1, 50.0, 55)
 
 
 def write_intensity_measures(study: Study, records: Sequence[Record], output_path: Path) -> None:
-    """Write intensity measures, such as PGA, of all processed records along the study's azimuths to a NetCDF file.
+    """Compute intensity measures, such as PGA, of all records along a study's azimuths; write them as NetCDF.
 
     The file (NetCDF) holds the measures by azimuth (``record, azimuth``), those of whole records (JMA intensity, RotD
     of PGA and PGV, peaks before and after processing), and RotD spectra and Fourier amplitude spectra
@@ -58,7 +58,7 @@ def write_intensity_measures(study: Study, records: Sequence[Record], output_pat
 
 
 def _azimuth_independent_measures(records: Sequence[Record], periods: FloatArray) -> dict[str, Any]:
-    """Compute measures that do not depend on azimuth, one value or spectrum per record; NaN if undefined."""
+    """Compute the intensity measures that do not depend on azimuth, such as JMA intensity; NaN if undefined."""
     motions = [Motion.of(record) for record in records]
     columns = [
         jma_intensity_and_peaks_of_record(motion, record.processing)
@@ -112,7 +112,7 @@ def _azimuth_independent_measures(records: Sequence[Record], periods: FloatArray
 
 
 def _smoothed_fourier_amplitude(acceleration: FloatArray, sampling_interval: float) -> FloatArray:
-    """Return smoothed (Konno & Ohmachi) Fourier amplitudes at `FREQUENCIES`, m/s; NaN above the Nyquist frequency."""
+    """Return Fourier amplitudes at `FREQUENCIES`, m/s, smoothed by Konno & Ohmachi; NaN above the Nyquist frequency."""
     frequency, amplitude = fourier_amplitude_spectrum(acceleration, sampling_interval)
     inside = frequency[-1] >= FREQUENCIES
     values = np.full(FREQUENCIES.size, np.nan)

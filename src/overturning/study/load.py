@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def load_study(path: Path) -> Study:
-    """Return the checked study of a study file.
+    """Read a study file and return the validated study.
 
     A `ConfigError` is raised if the file cannot be read, or names file, key, value and remedy of each fault.
     """
@@ -30,7 +30,7 @@ def read_study_content(path: Path) -> dict[str, Any]:
 
 
 def study_from_content(content: Mapping[str, Any], study_file: str) -> Study:
-    """Return the study that the content of a study file describes; a ConfigError has one line per wrong key."""
+    """Return the study described by the content of a study file; the ConfigError has a line for each wrong key."""
     try:
         return Study.model_validate(dict(content))
     except ValidationError as error:
@@ -39,7 +39,7 @@ def study_from_content(content: Mapping[str, Any], study_file: str) -> Study:
 
 
 def record_table_rows(study: Study, study_file: str, root: Path = Path()) -> dict[str, "RecordEntry"]:
-    """Return the rows of the record table that a study uses, in the study's order; the table's path is from `root`.
+    """Return the record-table rows of the records in a study; the path of the table is relative to `root`.
 
     A `ConfigError` names a record that is not in the table, with the study file as `study_file`.
     """
@@ -77,7 +77,7 @@ def load_study_from_file_or_json(file_or_json: str) -> Study:
 
 
 def study_without_absolute_paths(study: Study) -> dict[str, Any]:
-    """Return a complete study as a dictionary in which every absolute path is replaced by its file name."""
+    """Return a study's settings as a dictionary, with only the file name of each absolute path."""
     data = study.model_dump(mode="json")
     for key in ("table", "folder"):
         data["records"][key] = path_without_absolute_folder(data["records"][key])

@@ -22,7 +22,7 @@ _PLANAR_ONLY: Final = {
 
 
 def incompatible_setting_messages(study: Any) -> Iterator[str]:
-    """Yield a message, starting with the key, for each incompatible combination of settings of a `Study`."""
+    """Yield a message with the key for each combination of study settings that are incompatible."""
     named = [name for name, variant in study.variants.items() if variant.scene is not None]
     if named and (study.body is not None or "scene" not in study.model_fields_set):
         yield f"variants.{named[0]}.scene: only a study with a scene can have a variant with another scene"
@@ -44,7 +44,7 @@ def incompatible_setting_messages(study: Any) -> Iterator[str]:
 
 
 def _population_conflicts(study: Any) -> Iterator[str]:
-    """Yield messages on settings that conflict with the population."""
+    """Yield a message for each setting that is incompatible with the study's stone population."""
     if study.body is None and study.population is not None:
         own = study.population.model_dump(include={"shifted", "rotated"}).items()
         if said := [name for name, value in own if value != StonePopulation.model_fields[name].default]:
@@ -52,7 +52,7 @@ def _population_conflicts(study: Any) -> Iterator[str]:
 
 
 def _variant_conflicts(study: Any) -> Iterator[str]:
-    """Yield messages on settings that conflict with a variant."""
+    """Yield a message for each setting that is incompatible with a variant of the study."""
     if "nominal" in study.variants:
         yield "variants: the name nominal is that of the study's own contact; choose another"
     if bare := [name for name, variant in study.variants.items() if variant == Variant()]:
@@ -63,7 +63,7 @@ def _variant_conflicts(study: Any) -> Iterator[str]:
 
 
 def _survey_and_published_value_conflicts(study: Any) -> Iterator[str]:
-    """Yield messages on settings that conflict with surveys or published values."""
+    """Yield a message for each setting that is incompatible with the study's surveys or published values."""
     for row in study.published:
         if row.record not in study.records.use:
             yield f"published: record {row.record!r} is not in records.use"
@@ -79,7 +79,7 @@ def _survey_and_published_value_conflicts(study: Any) -> Iterator[str]:
 
 
 def _body_conflicts(study: Any, body: BodySettings, contacts: dict[str, ContactSettings]) -> Iterator[str]:
-    """Yield messages on settings that conflict with a 3-D body."""
+    """Yield a message for each setting that is incompatible with a 3-D body."""
     for key, reason in _PLANAR_ONLY.items():
         if getattr(study, key) != (gravestone() if key == "scene" else type(study).model_fields[key].default):
             yield f"{key}: {reason}"
@@ -101,7 +101,7 @@ def _body_conflicts(study: Any, body: BodySettings, contacts: dict[str, ContactS
 
 
 def _stack_conflicts(study: Any) -> Iterator[str]:
-    """Yield messages on settings that conflict with a scene that is simulated in 3-D."""
+    """Yield a message for each setting that is incompatible with the 3-D simulation of a scene."""
     if study.scene == gravestone():
         yield "orientation: only a 3-D body or a stack has one; give `body` or `scene`, or `azimuth` instead"
         return
@@ -121,7 +121,7 @@ def _stack_conflicts(study: Any) -> Iterator[str]:
 
 
 def _primary_statistic_conflicts(study: Any) -> Iterator[str]:
-    """Yield messages on settings that conflict with the primary statistic."""
+    """Yield a message for each setting that is incompatible with the primary statistic."""
     statistic, against = study.primary.statistic, study.primary.against
     if statistic == "published" and not study.published:
         yield "primary.statistic: nothing is published to compare with; give `published`"
@@ -134,7 +134,7 @@ def _primary_statistic_conflicts(study: Any) -> Iterator[str]:
 
 
 def _research_question_conflicts(study: Any) -> Iterator[str]:
-    """Yield messages on settings that conflict with the question of the study."""
+    """Yield a message for each setting that is incompatible with the kind of question of the study."""
     if study.asks == "survey" and not (study.surveys or study.published):
         yield "asks: survey, and there is nothing to compare with; give `surveys` or `published`"
     if study.asks == "reference" and study.body is None and not study.is_stack:
@@ -150,7 +150,7 @@ def _research_question_conflicts(study: Any) -> Iterator[str]:
 
 
 def _scene_conflicts(study: Any, contacts: dict[str, ContactSettings]) -> Iterator[str]:
-    """Yield messages on settings that conflict with a scene."""
+    """Yield a message for each setting that is incompatible with a 2-D scene."""
     scenes = {f"variants.{name}.": one.scene or study.scene for name, one in study.variants.items()}
     scenes[""] = study.scene
     own = [where for where, scene in scenes.items() if scene != gravestone()]  # that takes contact and density

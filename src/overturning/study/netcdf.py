@@ -15,7 +15,7 @@ from overturning.model.variables import OutcomeVariable
 
 
 def open_netcdf_unscaled(path: Path, file_description: str, remedy: str, check_checksum: bool = False) -> Any:
-    """Open a netCDF4 file without masking and scaling; a ResultError with the remedy if that fails.
+    """Open a netCDF4 file so that raw values are read; the ResultError on failure states the remedy.
 
     A file whose checksum does not match is refused; with `check_checksum`, also a file without a checksum.
     """
@@ -35,7 +35,7 @@ def open_netcdf_unscaled(path: Path, file_description: str, remedy: str, check_c
 def add_coordinate(
     file: Any, dimension: str, name: str, dtype: Any, values: Iterable[Any], fill_value: Any = None, **attributes: Any
 ) -> None:
-    """Create a coordinate variable in an open netCDF4 file; entries of `values` that are None get the fill value."""
+    """Create a coordinate in an open netCDF4 file; None among the values is stored as the fill value."""
     variable = file.createVariable(name, dtype, (dimension,), fill_value=fill_value)
     variable.setncatts(attributes)
     variable.set_auto_maskandscale(False)
@@ -44,7 +44,7 @@ def add_coordinate(
 
 
 def add_grid_dimensions(file: Any, grid: CaseGrid) -> None:
-    """Create a grid's dimensions and coordinates in an open netCDF4 file; elements have numbers and names."""
+    """Create the dimensions and coordinates of a parameter grid in an open netCDF4 file."""
     for name, values in grid.rows.items():
         file.createDimension(name, values.size)
         add_coordinate(file, name, name, values.dtype, values, **AXES[name])
@@ -65,12 +65,12 @@ CHUNK: Final = 1 << 20
 
 
 def chunk_shape_of_variable(shape: tuple[int, ...]) -> tuple[int, ...]:
-    """Return the chunk shape for one record: the whole grid, or as many directions as fit into `CHUNK` values."""
+    """Return the chunk shape of a variable for one record: the whole grid, or some directions of a large grid."""
     return (min(shape[0], max(1, CHUNK // max(1, prod(shape[1:])))), *shape[1:])
 
 
 def add_variable(file: Any, variable: OutcomeVariable, grid: CaseGrid, *leading_dimensions: str) -> Any:
-    """Create an outcome variable with dimensions `leading_dimensions` and those of a grid; all values are missing."""
+    """Create an outcome variable over a grid in an open netCDF4 file, with all values missing."""
     dimensions = (*leading_dimensions, *grid.cube_dimensions_of_variable(variable))
     own = chunk_shape_of_variable(grid.cube_shape_of_variable(variable)[1 if grid.amplitude else 0 :])
     created = file.createVariable(
@@ -83,7 +83,7 @@ def add_variable(file: Any, variable: OutcomeVariable, grid: CaseGrid, *leading_
 
 
 def outcome_content_hash(file: Any, variables: Sequence[OutcomeVariable]) -> str:
-    """Return the SHA-256 of names and values of the outcome variables of an open netCDF4 file."""
+    """Return a SHA-256 hash of the names and values of all outcome variables in an open netCDF4 file."""
     digest = hashlib.sha256()
     for variable in variables:
         digest.update(variable.name.encode())

@@ -21,14 +21,14 @@ from overturning.study.schema import Study
 
 @dataclass(frozen=True)
 class SweepChunk:
-    """One of the chunks into which the cases of each record are divided: its number, and the number of all chunks."""
+    """Number of a chunk, one of several in which the cases of a record are simulated, and the number of chunks."""
 
     number: int = 1  # from 1
     of: int = 1
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """Parse a text such as ``3-of-8``; raise an `ArgumentError` if it is not a chunk."""
+        """Parse the number of a chunk and the number of all chunks from a text such as ``3-of-8``."""
         found = re.fullmatch(r"(\d{1,9})-of-(\d{1,9})", text)
         if found is None or not 1 <= int(found[1]) <= int(found[2]):
             raise ArgumentError(f"chunk: {text!r}; write a number and that of all chunks, 3-of-8")
@@ -45,18 +45,18 @@ _REMEDY: Final = "run again to recreate it"
 
 
 def sweep_part_path(folder: Path, record_id: str, chunk: SweepChunk) -> Path:
-    """Return the path of a chunk's part file in a folder, such as ``rinaldi.3-of-8.nc``."""
+    """Return the path of the file with the outcomes of one record and chunk, such as ``rinaldi.3-of-8.nc``."""
     return folder / f"{record_id}.{chunk}.nc"
 
 
 def sweep_part_paths(folder: Path, record_ids: Iterable[str], chunk_count: int) -> list[Path]:
-    """Return the paths of the part files of all chunks of the records, in a folder."""
+    """Return the paths of the files with the outcomes of all given records and all chunks."""
     all_chunks = [SweepChunk(number, chunk_count) for number in range(1, chunk_count + 1)]
     return [sweep_part_path(folder, record, chunk) for record in record_ids for chunk in all_chunks]
 
 
 def grid_of_chunk(study: Study, grid: CaseGrid, chunk: SweepChunk, variant: str = NOMINAL) -> CaseGrid:
-    """Return the piece of the grid of a variant that a chunk simulates.
+    """Return the part of a variant's parameter grid that is simulated in one chunk.
 
     Only the directions are divided, in alternation, so that chunks have similar run times. Directions that are copied
     from each other by symmetry stay together, and so do all B/H, since the ensemble compares neighbours along B/H.
@@ -79,7 +79,7 @@ def write_sweep_part(
     attributes: dict[str, str | int],
     variables: tuple[OutcomeVariable, ...] = VARIABLES,
 ) -> None:
-    """Write the outcomes on a piece of a grid to a part file; an empty piece has attributes only."""
+    """Write the outcomes of one chunk of cases to a NetCDF file, which has only attributes if there are none."""
     from netCDF4 import Dataset
 
     with atomic_write(path) as part, Dataset(part, "w", format="NETCDF4") as file:
@@ -91,13 +91,13 @@ def write_sweep_part(
 
 
 class OpenedSweepPartFile(NamedTuple):
-    """Open file with a part of a sweep, whose cells belong to the grid of the study."""
+    """Open file with the outcomes of a chunk of cases, and the positions of these cases in the study's grid."""
 
     file: Any  # netCDF4 dataset without masking and scaling
     places: list[NDArray[np.intp]]  # positions of its cells along each dimension of the whole grid
 
     def copy_variable_into(self, variable_name: str, grid_array: NDArray[Any]) -> None:
-        """Copy this part's values of a variable to their positions in `grid_array`, which is for the whole grid."""
+        """Copy this file's values of a variable to their positions in an array for the whole parameter grid."""
         if self.places[0].size:
             where: tuple[Any, ...] = np.ix_(*self.places)
             grid_array[(slice(None), *where) if "amplitude" in self.file.dimensions else where] = self.file[
@@ -106,14 +106,14 @@ class OpenedSweepPartFile(NamedTuple):
 
 
 def record_and_variant_of_part(path: Path) -> tuple[str, str]:
-    """Return the record id and variant of a part file; raise a `ResultError` if the file cannot be read."""
+    """Return the record id and variant stated in a file with outcomes; a `ResultError` if it is unreadable."""
     with open_netcdf_unscaled(path, "read", _REMEDY, check_checksum=True) as file:
         return file.record_id, file.variant
 
 
 @contextmanager
 def open_sweep_part(path: Path, grid: CaseGrid, variables: Sequence[OutcomeVariable]) -> Iterator[OpenedSweepPartFile]:
-    """Open a part and check that its cells belong to a grid; raise a `ResultError` if they do not."""
+    """Open a file with outcomes of a chunk of cases; a `ResultError` if its cases are not in the grid."""
     with open_netcdf_unscaled(path, "read", _REMEDY, check_checksum=True) as file:
         if not file.dimensions:  # empty chunk
             yield OpenedSweepPartFile(file, [np.zeros(0, np.intp)] * len(grid.dimension_names))
@@ -124,7 +124,7 @@ def open_sweep_part(path: Path, grid: CaseGrid, variables: Sequence[OutcomeVaria
 
 
 def _first_mismatch_with_grid(file: Any, grid: CaseGrid, variables: Sequence[OutcomeVariable]) -> str:
-    """Return the first difference between an open part and a grid; "" if the part belongs to the grid."""
+    """Return the first difference between a file of outcomes and the study's grid; "" if there is none."""
     factors = {"amplitude": np.array(grid.amplitude)} if grid.amplitude else {}
     needed = [*(variable.name for variable in variables), *grid.dimension_names, *factors]
     if absent := [name for name in needed if name not in file.variables]:

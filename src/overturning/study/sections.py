@@ -20,7 +20,7 @@ PulseName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
 
 
 class RecordSettings(StrictModel):
-    """Records of the study, and the table that describes them."""
+    """Records that a study uses, the table that describes them, and the folder of their files."""
 
     table: str = Field(
         default="config/records.tsv", description="record table, tab-separated; path from the project's folder"
@@ -35,7 +35,7 @@ class RecordSettings(StrictModel):
     @model_validator(mode="before")
     @classmethod
     def _add_pulses_to_records(cls, data: Any) -> Any:
-        """Add all synthetic pulses to the records that the study uses."""
+        """Add all synthetic pulses to the list of records that the study uses."""
         if isinstance(data, dict) and isinstance(data.get("pulses"), dict) and data["pulses"]:
             use = list(data.get("use") or ())
             return data | {"use": [*use, *(name for name in data["pulses"] if name not in use)]}
@@ -44,7 +44,7 @@ class RecordSettings(StrictModel):
     @field_validator("use")
     @classmethod
     def _check_unique_ids(cls, ids: tuple[str, ...]) -> tuple[str, ...]:
-        """Raise a ValueError if a record is named twice."""
+        """Raise a ValueError if a record id occurs twice in the list of records."""
         twice = sorted({name for name in ids if ids.count(name) > 1})
         if twice:
             raise ValueError(f"{', '.join(twice)} stands twice; name each record once")
@@ -52,7 +52,7 @@ class RecordSettings(StrictModel):
 
 
 class SimulationSettings(StrictModel):
-    """Numerical settings of the simulation."""
+    """Numerical settings of a study: scheme, time step, vertical motion and omission of samples."""
 
     scheme: str | None = Field(default=None, description="integration scheme; not given: the default of the kernel")
     time_step: Literal["auto"] | Second = Field(
@@ -75,7 +75,7 @@ class SimulationSettings(StrictModel):
 
 
 def load_scene_by_name(name_or_scene: Any) -> Any:
-    """Load a scene from a name or path; return any other value unchanged."""
+    """Load a scene from its name or file path; any other value is returned unchanged."""
     # A name or path is read at once, so that a filled-in study holds the whole scene.
     return load_scene(name_or_scene) if isinstance(name_or_scene, str) else name_or_scene
 
@@ -84,7 +84,7 @@ SceneChoice = Annotated[Scene, BeforeValidator(load_scene_by_name, json_schema_i
 
 
 class Variant(StrictModel):
-    """Variant of a study with another contact, scene, soil or vertical motion; it has a cube of its own."""
+    """Variant: the study repeated with another contact, scene, soil, or use of the vertical motion."""
 
     scene: SceneChoice | None = Field(
         default=None,
@@ -105,7 +105,7 @@ class Variant(StrictModel):
 
 
 class ConvergenceCheckSettings(StrictModel):
-    """Settings of the convergence check, which reruns a random sample of a study's cases with higher accuracy."""
+    """Settings of the convergence check, which computes a random sample of cases again more exactly."""
 
     share: float = Field(
         default=0.02,
@@ -131,7 +131,7 @@ Sides = Annotated[int, Field(ge=3, le=96)]
 
 
 class BodySettings(StrictModel):
-    """Settings of a study for a free 3-D body."""
+    """Shape of the 3-D body that a study simulates: plan, aspect D/B, or vertices."""
 
     plan: Literal["rectangle", "circle"] | Sides = Field(
         default="rectangle",
@@ -154,7 +154,7 @@ class BodySettings(StrictModel):
     @model_validator(mode="before")
     @classmethod
     def _read_vertices(cls, data: Any) -> Any:
-        """Read the vertices of a body from its mesh file."""
+        """Replace the mesh file in the settings of a body by the vertices that are read from it."""
         # A mesh is read at once, so that a filled-in study holds the whole body.
         if not isinstance(data, dict) or data.get("mesh") is None:
             return data
@@ -172,7 +172,7 @@ class BodySettings(StrictModel):
 
     @model_validator(mode="after")
     def _check_shape(self) -> Self:
-        """Raise a ValueError if the shape of the body is invalid or does not fit its other settings."""
+        """Raise a ValueError if the body's shape is invalid or incompatible with the other settings of the body."""
         try:
             shape = self.body_shape()
         except ArgumentError as error:
@@ -184,7 +184,7 @@ class BodySettings(StrictModel):
         return self
 
     def body_shape(self) -> "Shape":
-        """Return the shape of the body; raise an `ArgumentError` if it is invalid."""
+        """Return the shape of the 3-D body; raise an `ArgumentError` if it is invalid."""
         # Imported lazily: 2-D studies do not need it.
         from overturning.model.shapes import Polyhedron, shape_from_name_or_sides
 
@@ -192,7 +192,7 @@ class BodySettings(StrictModel):
 
 
 class OrientationRange(StrictModel):
-    """Orientations of a body or stack: from start by step, up to the rotation after which it looks the same."""
+    """Orientations of a body or stack: from start by step, within the rotation after which it looks the same."""
 
     start: Degree = Field(
         default=0.0, ge=0, lt=360, description="first azimuth that the body faces, degrees clockwise from north"
@@ -206,7 +206,7 @@ class OrientationRange(StrictModel):
     )
 
     def orientations_of_stack(self, scene: Scene) -> tuple[float, ...]:
-        """Return the orientations at which a scene is simulated in 3-D, degrees, ascending; errors as for a body."""
+        """Return the orientations, degrees, at which a stack is simulated, up to its rotational symmetry."""
         from overturning.model.stack import Stack
 
         try:
@@ -223,12 +223,12 @@ class OrientationRange(StrictModel):
         return tuple(round(self.start + self.step * number, 10) for number in range(count))
 
     def _check_start(self) -> None:
-        """Raise a ValueError if the start does not lie below the step."""
+        """Raise a ValueError if the first orientation is not below the step."""
         if self.start >= self.step:
             raise ValueError(f"orientation.start: {self.start:g}°; it must lie below the step, {self.step:g}°")
 
     def orientations_of_body(self, body: BodySettings) -> tuple[float, ...]:
-        """Return the orientations at which a body is simulated, degrees, ascending; a body of revolution has one.
+        """Return the orientations, degrees, at which a body is simulated, up to its rotational symmetry.
 
         A ValueError is raised if the step does not divide the rotation that maps the body of an aspect onto itself, or
         if the start does not lie below the step.

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def to_dataframe(cube: "xr.Dataset") -> "pd.DataFrame":
-    """Convert the cases of a cube, or of a part of it, to a pandas table.
+    """Convert the outcomes in a results cube, or in a part of it, to a pandas table with one row per case.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def to_dataframe(cube: "xr.Dataset") -> "pd.DataFrame":
 
 
 def write_table_of_cases(cube: "xr.Dataset", path: Path) -> int:
-    """Write the cases of a cube to a .csv or .parquet file, one record at a time; return the number of cases.
+    """Write all cases of a results cube as .csv or .parquet, record by record; return the number of cases.
 
     A MissingDataError is raised if pyarrow, which Parquet needs, is not installed.
     """
@@ -80,7 +80,7 @@ def write_table_of_cases(cube: "xr.Dataset", path: Path) -> int:
 def run_study(
     records: Sequence[Record | Motion | str], threads: int = 1, client: Any = None, **keys: Any
 ) -> "xr.Dataset":
-    """Run a study of a few records, with the ensemble, and return the cube: the same numbers as in a workflow.
+    """Run a study of a few records, with its ensemble, without a workflow, and return the results cube.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ def run_study(
 
 
 def _checked_records_and_ids(records: Sequence[Record | Motion | str]) -> list[Record | str]:
-    """Return records and ids, each motion as a named record; raise an ArgumentError if `records` is no such list."""
+    """Return records and record ids from a list; each motion in it gets an id and becomes a record."""
     if isinstance(records, str | Accelerogram):
         raise ArgumentError("records: one that is no list; give a list of them, run_study([record], …)")
     others = [type(one).__name__ for one in records if not isinstance(one, str | Accelerogram)]
@@ -140,7 +140,7 @@ def _checked_records_and_ids(records: Sequence[Record | Motion | str]) -> list[R
 
 
 def _read_and_process_records(records_or_ids: Sequence[Record | str], study: Study) -> list[Record]:
-    """Return the records of a study: ids are read from the record table; all get the soil of the study's site."""
+    """Read and process the records of a study; its soil layers, if any, are applied to all of them."""
     asked = [record for record in records_or_ids if isinstance(record, str)]
     if study.processing is not None and len(asked) < len(records_or_ids):
         raise ConfigError(

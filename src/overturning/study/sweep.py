@@ -40,7 +40,7 @@ NOMINAL_SHARE = 0.15
 
 
 def cube_variables_of_study(study: Study) -> tuple[OutcomeVariable, ...]:
-    """Return the variables of the cube of a study: outcome variables, and those of the ensemble if there is one."""
+    """Return the variables in the results cube of a study: outcomes, and ensemble results if there are any."""
     model = variant_model(study)
     return (
         *model.variables,
@@ -52,7 +52,7 @@ def cube_variables_of_study(study: Study) -> tuple[OutcomeVariable, ...]:
 def create_ensemble_of_all_cells(
     study: Study, variant: str = NOMINAL, members: EnsembleMembers | None = None, run_all_cells: bool = False
 ) -> EnsembleRunner:
-    """Return the ensemble of a variant, with given or newly drawn members, for all cells if `run_all_cells`."""
+    """Return the ensemble of a variant with given members, or with newly drawn ones if none are given."""
     settings = study.ensemble
     run_all_cells = run_all_cells or settings.where == "everywhere"
     return EnsembleRunner(
@@ -63,7 +63,7 @@ def create_ensemble_of_all_cells(
 def simulate_variant(
     study: Study, variant: str, motion: Motion, grid: CaseGrid, numerics: NumericalOptions
 ) -> dict[str, NDArray[Any]]:
-    """Simulate the model of a variant on the grid of the study, or a piece of it; return arrays by variable name.
+    """Simulate all cases of a variant on a parameter grid; return the outcome arrays by variable name.
 
     The scene of a variant is scaled by the same factor as that of the study. B/H applies to its reference element if
     this has the same name as in the study; otherwise the scene keeps its own B/H and the outcome is repeated.
@@ -80,11 +80,11 @@ def simulate_variant(
 
 
 def member_case_runner(study: Study, variant: str, motion: Motion, numerics: NumericalOptions) -> Runner:
-    """Return a function that runs the member cases of a variant, given with heights and B/H of the study's stone."""
+    """Return a function that simulates ensemble members of a variant, whose sizes refer to the study's stone."""
     model, sizes = variant_model(study, variant), StudyToSceneSizeConversion.for_variant(study, variant)
 
     def run_members(cases: Cases, progress: Progress | None) -> CaseResults:
-        """Run member cases, with sizes converted to those of the scene of the variant."""
+        """Simulate cases of ensemble members after converting their sizes to those of the variant's scene."""
         height, b_over_h = np.asarray(cases.height), np.asarray(cases.b_over_h)
         ratio = sizes.to_scene_b_over_h(b_over_h, np.array(study.b_over_h))
         sized = replace(cases, height=sizes.to_scene_heights(height), b_over_h=ratio)
@@ -103,7 +103,7 @@ def sweep_cases_of_record(
     chunk: SweepChunk = WHOLE,
     numerics: NumericalOptions | None = None,
 ) -> None:
-    """Simulate all cases of one processed record, or a chunk of them, and write them as a part of the cube (NetCDF).
+    """Simulate all cases of one record, or one chunk of them, and write the outcomes to a NetCDF file.
 
     Members of the ensemble are drawn from the settings of the study if not given; `numerics` are from
     `numerics_of_study`, with threads, progress and cluster. The part has the number of block steps, whose sum does not
@@ -144,7 +144,7 @@ def sweep_cases_of_record(
 
 
 def scale_motion(motion: Motion, amplitude_factor: float) -> Motion:
-    """Return a motion multiplied by an amplitude factor."""
+    """Return a motion with its accelerations multiplied by an amplitude factor."""
     return motion if amplitude_factor == 1.0 else motion.scaled_by(amplitude_factor)
 
 
@@ -153,7 +153,7 @@ def _stack_outcomes_of_amplitudes(
     variables: tuple[OutcomeVariable, ...],
     nominal_outcome: dict[str, NDArray[Any]],
 ) -> dict[str, NDArray[Any]]:
-    """Stack outcomes along a new first dimension, amplitude; ensemble variables are known at amplitude 1 only."""
+    """Join outcomes for all amplitude factors along a new first axis; ensemble results exist for factor 1 only."""
     unknown = {one.name: 0 if one.name == "members" else one.missing_value_in_memory for one in variables}
     missing = {name: np.full_like(nominal_outcome[name], value) for name, value in unknown.items()}
     return {

@@ -15,7 +15,7 @@ _WHOLE_STEPS = tuple(step for step in range(1, 181) if 360 % step == 0)
 
 
 class ValueRange(StrictModel):
-    """Values from start to stop by step; stop is included if it is a whole number of steps from start."""
+    """Range of values from start to stop by step; stop is included if a whole number of steps leads to it."""
 
     start: float = Field(description="first value")
     stop: float = Field(description="last value, included where a step meets it")
@@ -30,13 +30,13 @@ class ValueRange(StrictModel):
         return self
 
     def expand_values(self) -> tuple[float, ...]:
-        """Return all values of the range, rounded to 1e-10 so that 0.1 + 2 · 0.05 is 0.2."""
+        """Return all values of the range, rounded to 1e-10 so that 0.1 + 2 · 0.05 gives exactly 0.2."""
         count = int(np.floor((self.stop - self.start) / self.step + 1e-9)) + 1
         return tuple(round(self.start + index * self.step, 10) for index in range(count))
 
 
 class AzimuthRange(StrictModel):
-    """Range of azimuths, degrees: from start by step up to, but not including, stop (0° and 360° are the same)."""
+    """Range of azimuths, degrees, from start by step up to, but not including, stop (360° is the same as 0°)."""
 
     start: Degree = Field(default=0.0, ge=0, lt=360, description="first azimuth, degrees clockwise from north")
     stop: Degree = Field(default=360.0, gt=0, le=360, description="end of the range, excluded")
@@ -59,21 +59,21 @@ class AzimuthRange(StrictModel):
         return self
 
     def expand_azimuths(self) -> tuple[float, ...]:
-        """Return all azimuths of the range, degrees, ascending, each once."""
+        """Return all azimuths of the range, degrees, in ascending order and without repetition."""
         count = int(np.ceil((self.stop - self.start) / self.step - 1e-9))
         grid = {round(self.start + index * self.step, 10) for index in range(count)}
         return tuple(sorted(grid | {round(azimuth % 360.0, 10) for azimuth in self.also}))
 
 
 def _to_value_list(value: Any) -> Any:
-    """Convert a range or a single value to a list; a list is returned unchanged."""
+    """Convert a range or a single value of a setting to a list; return a list unchanged."""
     if isinstance(value, dict):
         return ValueRange.model_validate(value).expand_values()
     return [value] if isinstance(value, int | float | str) else value
 
 
 def _sort_unique_values(listed_values: tuple[float, ...]) -> tuple[float, ...]:
-    """Sort values; raise a ValueError if there are none, or if one is repeated."""
+    """Sort the values of a setting; raise a ValueError if there are none, or if one occurs twice."""
     if not listed_values:
         raise ValueError("empty list; give at least one value")
     if len(set(listed_values)) != len(listed_values):

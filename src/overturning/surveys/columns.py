@@ -56,7 +56,7 @@ _UNITS: Final = ("", "deg", "degrees", "°", "true", "mag", "magnetic")
 
 @dataclass
 class ColumnPlan:
-    """Meaning of each column of a survey table.
+    """Meaning of each column of a survey table, with notes on unusual columns and errors on refused ones.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class ColumnPlan:
 
 
 def plan_columns(header: Sequence[str], known_columns: Sequence[str]) -> ColumnPlan:
-    """Return the meaning of each column of a header, with notes and faults.
+    """Return the meaning of each column in the header of a survey table, with notes and error messages.
 
     Parameters
     ----------
@@ -109,12 +109,12 @@ def plan_columns(header: Sequence[str], known_columns: Sequence[str]) -> ColumnP
 
 
 def is_magnetic(column_name: str) -> bool:
-    """True if the name of a column states that its azimuths are from magnetic north."""
+    """True if a column name states that the column's azimuths are measured from magnetic north."""
     return re.search(r"\bmag(netic)?\b", column_name.lower().replace("_", " ")) is not None
 
 
 def _meaning_of_column(name: str, known_columns: Sequence[str]) -> tuple[str, str]:
-    """Return the known name that a column means ("" if it is not used), and why it is refused ("" if it is not)."""
+    """Return the standard name that a column name means ("" if unused), and why it is refused ("" if accepted)."""
     if name.lower() in known_columns:
         return name.lower(), ""
     plain = _plain_name(name)
@@ -133,7 +133,7 @@ def _meaning_of_column(name: str, known_columns: Sequence[str]) -> tuple[str, st
 
 
 def _plain_name(name: str) -> str:
-    """Return a column name in lower case, without parentheses and degree signs, with underscores for blanks."""
+    """Return a column name in lower case, with underscores for blanks, without parentheses and degree signs."""
     return re.sub(r"[\s-]+", "_", re.sub(r"[(\[].*?[)\]]|°", "", name.lower()).strip()).strip("_?.")
 
 
@@ -153,7 +153,7 @@ def _is_misspelling(column_name: str, known_column: str) -> bool:
 
 
 def _intended_column(plain_name: str, known_columns: Sequence[str]) -> str:
-    """Return the known column name that an unknown name probably means; "" if it resembles none."""
+    """Return the standard column name that an unknown name probably means; "" if it resembles none."""
     synonyms = _ACCEPTED | _REFUSED
     long = [one for one in (*known_columns, *synonyms) if len(one) > _SHORT]
     near = [one for one in known_columns if len(one) <= _SHORT and _is_misspelling(plain_name, one)]

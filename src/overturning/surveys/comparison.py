@@ -35,7 +35,7 @@ from overturning.surveys.template import remarks_of_user
 
 @dataclass(frozen=True)
 class SurveyPredictionComparison:
-    """Agreement of the falls in a survey with the falls predicted for its site.
+    """Comparison of the falls in a survey with the falls predicted for its site, by numbers and tests.
 
     Attributes
     ----------
@@ -114,7 +114,7 @@ class SurveyPredictionComparison:
 
 
 def _fall_sector_probabilities(site_prediction: SiteFallPrediction, stone: Stone) -> FloatArray:
-    """Return the predicted probability that a stone's fall lies in each azimuth sector, shape (sectors,)."""
+    """Return the predicted probabilities that a fallen stone's direction lies in each azimuth sector."""
     if not has_known_face_and_slenderness(stone):
         return site_prediction.fall_sector_probabilities(*stone.slenderness_in_both_planes)
     if site_prediction.stone_never_falls(stone):
@@ -135,7 +135,7 @@ def compare_survey_with_prediction(
     random_survey_count: int = 2000,
     seed: int = 1,
 ) -> SurveyPredictionComparison:
-    """Compare the observed falls of stones with those predicted by the cube of their site.
+    """Compare the observed falls of stones with those that the results of a study predict for their site.
 
     Parameters
     ----------
@@ -194,7 +194,7 @@ def compare_survey_with_prediction(
 
 
 def stone_count_by_octant(stone: Stone) -> FloatArray:
-    """Return the share of one fallen stone in each compass octant, shape (8,).
+    """Return the share of a fallen stone that counts in each compass octant: 1 in one, or ½ in each of two.
 
     One of 16 winds that lies between two octants (NNE) counts half in each, since it is known to ±11.25°.
     """
@@ -213,7 +213,7 @@ _Fallen = tuple[Stone, FloatArray, FloatArray]
 
 
 def _stones_with_fall_direction(site_prediction: SiteFallPrediction, stones: Sequence[Stone]) -> list[_Fallen]:
-    """Return each stone that fell in a known direction, with the predicted probabilities of sectors and octants.
+    """Return the stones that fell in a known direction, with their predicted sector and octant probabilities.
 
     A stone is repeated ``count`` times.
     """
@@ -228,7 +228,7 @@ def _stones_with_fall_direction(site_prediction: SiteFallPrediction, stones: Seq
 def _computed_fall_share_and_range(
     site_prediction: SiteFallPrediction, stones: Sequence[Stone]
 ) -> tuple[float, float, float]:
-    """Return the computed share of the stones that fall: mean, smallest and largest.
+    """Return the predicted share of stones that fall: mean, smallest and largest over heights and frictions.
 
     These three are over heights and frictions of the cube.
     """
@@ -243,7 +243,7 @@ def _computed_fall_share_and_range(
 
 
 def _stone_counts_of_comparison(site_prediction: SiteFallPrediction, stones: Sequence[Stone]) -> dict[str, Any]:
-    """Return the numbers of stones in a survey comparison, by name of the attribute of `SurveyPredictionComparison`."""
+    """Return numbers of stones (fallen, standing, without face, …) by attribute of `SurveyPredictionComparison`."""
 
     def count_stones_with(condition: Callable[[Stone], bool]) -> int:
         """Return the number of stones for which `condition` is True."""
@@ -273,7 +273,7 @@ def _stone_counts_of_comparison(site_prediction: SiteFallPrediction, stones: Seq
 def _log_likelihood_ratio_and_p_value(
     site_prediction: SiteFallPrediction, fallen_stones: Sequence[_Fallen], random_survey_count: int, seed: int
 ) -> tuple[float, float]:
-    """Return the sum of ln(predicted/uniform) over fallen stones, and its p-value.
+    """Return the log-likelihood ratio of predicted to uniform fall directions over fallen stones, and its p-value.
 
     The p-value is the share of surveys with random directions whose sum is as large or larger. One of 16 winds counts
     as its middle direction.
@@ -305,7 +305,7 @@ def _log_likelihood_ratio_and_p_value(
 def _confusion_matrix_of_sides(
     site_prediction: SiteFallPrediction, stones: Sequence[Stone]
 ) -> NDArray[np.int64] | None:
-    """Count stones by observed side (rows) and most probable side (columns), shape (5, 5).
+    """Count the stones by observed outcome (rows) and most probable outcome (columns): stands or side of fall.
 
     Sides are in the order of `SIDES`. None if face and B/H of no stone are known.
     """
@@ -325,7 +325,7 @@ def _confusion_matrix_of_sides(
 def _cumulative_fall_probability(
     site_prediction: SiteFallPrediction, sector_probabilities: FloatArray, azimuth_deg: float
 ) -> float:
-    """Return the probability that a fall lies clockwise between the first sector border and `azimuth_deg`.
+    """Return the cumulative probability of fall directions, clockwise from the first sector border to an azimuth.
 
     The probability is linear within each sector.
     """
@@ -344,7 +344,7 @@ def _cumulative_fall_probability(
 
 @dataclass(frozen=True)
 class StoredSurveyComparison:
-    """Stored comparison of a survey with the prediction for its site, with the names of survey and record.
+    """Comparison of a survey with the prediction for its site as stored, with the names of survey and record.
 
     ``stones`` and ``sha256`` are name and hash of the survey file; ``record`` is the record of the site.
 
@@ -369,7 +369,7 @@ def make_stored_survey_comparison(
     unit_warnings: Sequence[str] = (),
     site_comparisons: Mapping[str, SurveyPredictionComparison] | None = None,
 ) -> StoredSurveyComparison:
-    """Add name, hash and remarks of the survey file, the record, and warnings about units to a survey comparison."""
+    """Add the survey file's name and hash, record id and warnings to the comparison of a survey with a prediction."""
     sha256 = hashlib.sha256(survey_path.read_bytes()).hexdigest()
     remarks = remarks_of_user(read_field_table(survey_path, "survey").remarks)
     sites = tuple((site_comparisons or {}).items())
@@ -377,5 +377,5 @@ def make_stored_survey_comparison(
 
 
 def read_survey_comparison(path: Path) -> StoredSurveyComparison:
-    """Read a stored comparison of a survey; raise a `ResultError` if the file is missing or from another version."""
+    """Read the stored comparison of a survey with a prediction; a `ResultError` if missing or from another version."""
     return read_result(StoredSurveyComparison, path, "comparison with a survey")

@@ -20,7 +20,7 @@ _BYTE_ORDER_MARKS: Final = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
 
 @dataclass(frozen=True)
 class TableLine:
-    """Cells of one row of a table, stripped of blanks, and the line of the file on which the row starts."""
+    """Cells of one row of a table, without blanks at their ends, and the number of the row's first line."""
 
     line: int
     cells: tuple[str, ...]
@@ -28,7 +28,7 @@ class TableLine:
 
 @dataclass(frozen=True)
 class FieldTable:
-    """Header and rows of a field table, without comments and empty rows.
+    """Header, rows and separator of a text table, without its comments and empty rows.
 
     ``separator`` is the character between cells; ``remarks`` are the comment lines above the header, without ``#``.
     """
@@ -40,12 +40,12 @@ class FieldTable:
 
     @property
     def separator_name(self) -> str:
-        """Name of the separator in messages, such as "semicolons"."""
+        """Plural name of the table's separator for messages, such as "semicolons"."""
         return _SEPARATORS[self.separator]
 
 
 def read_field_table(path: Path, table_kind: str) -> FieldTable:
-    """Read a table of text whose cells are separated by commas, semicolons or tabs.
+    """Read a text table with cells separated by commas, semicolons or tabs.
 
     UTF-8 with or without byte order mark, and UTF-16 with one, are read; line ends are those of any system. Lines that
     begin with ``#`` are comments, also if a spreadsheet put quotes around them. Rows of empty cells are skipped. A
@@ -81,7 +81,7 @@ def read_field_table(path: Path, table_kind: str) -> FieldTable:
 
 
 def _decode_table(path: Path, table_kind: str) -> str:
-    """Return the text of a table; raise a RecordError that says how to save a file that is no UTF-8."""
+    """Return the text of a table file; if it is not in UTF-8, the RecordError says how to save the file."""
     try:
         if path.stat().st_size > MOST_BYTES:
             raise RecordError(
@@ -113,24 +113,24 @@ def _decode_table(path: Path, table_kind: str) -> str:
 
 
 def _is_comment(line: str) -> bool:
-    """True if a line is a comment, possibly with the quotes of a spreadsheet."""
+    """True if a line of a table is a comment, which starts with # (also after a quotation mark)."""
     return line.startswith(("#", '"#'))
 
 
 def _comment_text(line: str) -> str:
-    """Return the text of a comment, without the quotes and empty cells that a spreadsheet adds."""
+    """Return the text of a comment line, without quotes and separators that a spreadsheet program added."""
     from_spreadsheet = line.startswith('"') or re.search(r"[,;\t]{2,}$", line)
     return line.strip('"# ,;\t' if from_spreadsheet else "# ")
 
 
 def _separator_of_header(header_line: str) -> str:
-    """Return the separator that is most frequent outside quotes in a header line; a comma for a single column."""
+    """Return the most frequent separator in a header line, outside quotation marks; a comma if there is none."""
     outside = "".join(header_line.split('"')[::2])
     return max(_SEPARATORS, key=lambda one: (outside.count(one), one == ","))
 
 
 def _split_rows(lines: list[str], separator: str, path: Path, table_kind: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield for each row its first line number and its stripped cells; comments and empty lines are skipped."""
+    """Yield for each row its first line number and its cells; comments and empty lines are skipped."""
     place = 0
 
     def remaining_lines() -> Iterator[str]:

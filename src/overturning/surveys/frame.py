@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def read_survey(path: "str | os.PathLike[str]", *, declination_deg: float | None = None) -> "pd.DataFrame":
-    """Read a survey of gravestones, and return its stones as a pandas table with validated columns.
+    """Read a survey of gravestones from a text table; return one row per stone as a pandas table.
 
     The whole file is checked first; a table with a fault is not read. Columns, notations and outcomes are described in
     docs/formats.md.
@@ -63,7 +63,7 @@ def read_survey(path: "str | os.PathLike[str]", *, declination_deg: float | None
 
 
 def survey_data_frame(table: SurveyTable) -> "pd.DataFrame":
-    """Convert a survey to the pandas table that `read_survey` returns."""
+    """Convert a survey table to a pandas table with one row per stone or group of stones."""
     import pandas as pd
 
     rows = []

@@ -45,7 +45,7 @@ MIN_FIT_P_VALUE: Final = 0.01
 
 @dataclass(frozen=True)
 class SurveyInversion:
-    """Bayesian inversion of a survey: infers ground motion from which stones fell, and where to.
+    """Bayesian inversion of a survey: infers the ground motion from the fallen and standing stones.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class SurveyInversion:
     def outcome_probabilities(
         self, stone: Stone, outcome_indices: NDArray[np.intp] = ALL_OUTCOMES
     ) -> NDArray[np.float32]:
-        """Return the probability of each given outcome of a stone, shape (motions, levels, rotations, outcomes).
+        """Return the probabilities of a stone's outcomes, shape (motions, velocity levels, rotations, outcomes).
 
         An outcome is a direction bin of the fall, or `STOOD`.
 
@@ -92,7 +92,7 @@ class SurveyInversion:
         return np.asarray((1 - self.fixed) * free + np.float32(self.fixed) * (outcome_indices == STOOD))
 
     def log_likelihoods_by_motion(self, stones: Sequence[Stone]) -> FloatArray:
-        """Compute the log-likelihood of a survey, shape (2, motions, levels, rotations).
+        """Compute the log-likelihood of a survey for each motion, velocity level and rotation, shape (2, s, l, r).
 
         Stones are independent. Index 0 is the part from falling or standing, index 1 that from directions of falls.
         """
@@ -108,7 +108,7 @@ class SurveyInversion:
     def compute_posterior(
         self, log_likelihoods: FloatArray, *, prior: ArrayLike = 1.0, power: float = POWER
     ) -> MotionPosterior:
-        """Compute the posterior probabilities of motions, levels and rotations from log-likelihoods.
+        """Compute the posterior probabilities of motion, peak-velocity level and rotation from log-likelihoods.
 
         s, l and r count motions, levels of peak velocity, and rotations.
 
@@ -138,7 +138,7 @@ class SurveyInversion:
         )
 
     def invert_survey(self, survey_name: str, stones: Sequence[Stone]) -> SurveyInversionResult:
-        """Infer the motion from the stones of the survey `survey_name`, with a check of fit."""
+        """Infer the ground motion from the stones of a survey; return the posterior and a p-value of the fit."""
         posterior = self.compute_posterior(self.log_likelihoods_by_motion(stones))
         fell, stood = (sum(one.count for one in stones if one.fell is kind) for kind in (True, False))
         return SurveyInversionResult(
@@ -146,7 +146,7 @@ class SurveyInversion:
         )
 
     def posterior_predictive_p_value(self, stones: Sequence[Stone], posterior: MotionPosterior, seed: int = 1) -> float:
-        """Compute the share of random surveys that fit their best motion no better than this one.
+        """Compute the p-value of fit: the share of random surveys that fit their best motion no better.
 
         Random surveys are drawn from the posterior with the stones of the survey (Gelman, Meng & Stern 1996, Statistica
         Sinica 6, 733). The measure of fit is the maximum, over motions, levels and rotations of the prior, of the log
@@ -179,7 +179,7 @@ class SurveyInversion:
 
 
 def possible_outcome_indices(stone: Stone) -> NDArray[np.intp]:
-    """Return the indices of the outcomes that agree with what the survey observed of a stone.
+    """Return the indices of the simulated outcomes (directions, or standing) that fit the observation of a stone.
 
     The outcomes are `STOOD`, the direction bins of the fall, or all direction bins for an unknown direction.
     """

@@ -37,7 +37,7 @@ SHIPPED: Final = (
 
 @dataclass(frozen=True, eq=False)
 class CandidateMotion:
-    """Motion that may have shaken the stones of a survey, as recorded: neither scaled nor rotated.
+    """Motion that may have overturned the stones of a survey, as recorded: neither scaled nor rotated.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class CandidateMotion:
 
     @classmethod
     def from_motion(cls, name: str, earthquake: str, motion: Motion) -> "CandidateMotion":
-        """Create a candidate from a motion, and compute its PGA, PGV and velocity axis.
+        """Create a candidate motion, with its PGA, PGV and the axis of its largest velocity.
 
         An ArgumentError is raised if the motion is zero.
         """
@@ -74,14 +74,14 @@ class CandidateMotion:
 
     @property
     def samples_sha256(self) -> str:
-        """SHA-256 hash of the samples and the sampling interval of the motion."""
+        """SHA-256 hash of the motion's samples and sampling interval, by which equal motions are recognised."""
         one = self.motion
         parts = (one.north, one.east, np.zeros(0) if one.up is None else one.up, np.array(one.sampling_interval))
         return hashlib.sha256(b"".join(part.tobytes() for part in parts)).hexdigest()
 
 
 def shipped_candidate_motions() -> list[CandidateMotion]:
-    """Return candidate motions from the records of the package: FEMA P-695 sets, and Te Mara Farm.
+    """Return candidate motions from records in the package: FEMA P-695 sets and Te Mara Farm (Kaikoura).
 
     The records are processed as in a study.
     """
@@ -98,7 +98,7 @@ def shipped_candidate_motions() -> list[CandidateMotion]:
 
 
 def synthetic_pulse_motions() -> list[CandidateMotion]:
-    """Return candidate motions of one sine and one cosine cycle towards north, for each of `PERIODS`."""
+    """Return candidate motions that are one cycle of sine or cosine towards north, for each of `PERIODS`."""
     line = "{} amplitude_gal=400 period_s={} sampling_interval_s=0.01"
     return [
         CandidateMotion.from_motion(
@@ -110,7 +110,7 @@ def synthetic_pulse_motions() -> list[CandidateMotion]:
 
 
 def read_motions_with_unique_ids(paths: Sequence[Path]) -> list[Record]:
-    """Read records from motion files; records with the same id get their file paths as ids.
+    """Read records from NetCDF motion files; records with the same id get their file paths as ids.
 
     A station has one id on rock and on soil, for example.
     """
@@ -121,7 +121,7 @@ def read_motions_with_unique_ids(paths: Sequence[Path]) -> list[Record]:
 
 
 def candidate_motions(user_records: Iterable[Record] = (), *, only_user_records: bool = False) -> list[CandidateMotion]:
-    """Return all candidate motions without duplicates: first those of `user_records`, then of the package.
+    """Return all different candidate motions: first those of `user_records`, then those in the package.
 
     ``only_user_records`` omits the latter. An `ArgumentError` is raised if there is no motion, or if one is zero.
     """

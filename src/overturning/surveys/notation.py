@@ -28,7 +28,7 @@ UNKNOWN_CELLS: Final = ("?", "-", "–", "—", "n/a", "na", "unknown", "not kno
 
 
 class Direction(NamedTuple):
-    """Direction of a survey table: azimuth, degrees clockwise from the north of the table, and the wind if it is one.
+    """Direction in a survey table: azimuth, degrees clockwise from the table's north, and wind (N, NNE, …) if any.
 
     ``wind`` is the index in `WINDS_16`; None if the direction was given in degrees or as a quadrant bearing.
     """
@@ -42,7 +42,7 @@ NO_DIRECTION: Final = Direction(math.nan)
 
 
 def parse_number(text: object) -> object:
-    """Replace a decimal comma by a point and a minus sign by a hyphen in the text of a number; leave other values."""
+    """Prepare the text of a number for `float`: decimal comma to point, minus sign to hyphen."""
     if not isinstance(text, str):
         return text
     plain = text.strip().replace("\N{MINUS SIGN}", "-")
@@ -50,13 +50,13 @@ def parse_number(text: object) -> object:
 
 
 def parse_degrees(text: object) -> object:
-    """Convert the text of an angle to text that `float` reads: without degree sign, with a decimal point."""
+    """Prepare the text of an angle for `float`: remove a degree sign, convert a decimal comma to a point."""
     plain = parse_number(text)
     return parse_number(re.sub(r"\s*(°|deg|degrees)$", "", plain)) if isinstance(plain, str) else plain
 
 
 def parse_direction(text: object) -> Direction:
-    """Convert degrees, one of the 16 winds or a quadrant bearing (S40E, N 25° W) to a `Direction`.
+    """Convert the text of a direction, such as ``120``, ``NNE``, ``S40E`` or ``N 25° W``, to a `Direction`.
 
     A ValueError names the allowed forms.
     """
@@ -122,7 +122,7 @@ OUTCOME_FORMS: Final = (
 
 
 class Outcome(NamedTuple):
-    """Outcome of a stone, from one cell of a survey table.
+    """Outcome of a stone as stated in one table cell: fallen, standing, shifted, twisted and others.
 
     Attributes
     ----------
@@ -167,7 +167,7 @@ def parse_outcome(text: object) -> Outcome:
 
 
 def _add_outcome_part(outcome: Outcome, part: str) -> Outcome:
-    """Return `outcome` with one part of a cell added: a word, a fall with direction, a shift or a twist."""
+    """Add one statement of a table cell to an outcome, such as a fall with direction, a shift or a twist."""
     words = " ".join(part.lower().replace("_", " ").split())
     if words in _WORDS:
         return outcome._replace(kinds=(*outcome.kinds, _WORDS[words]))
@@ -196,7 +196,7 @@ def _add_outcome_part(outcome: Outcome, part: str) -> Outcome:
 
 
 def azimuth_unit_warning(column: str, azimuths_deg: Iterable[float], file_name: str) -> str:
-    """Return a warning if the azimuths of a column of a survey may be in radians or gon; otherwise "".
+    """Return a warning if the azimuths in a column may be in radians or gon instead of degrees; else "".
 
     Azimuths in radians lie within ±2π and are no whole numbers. Azimuths in gon cannot be recognised unless they lie
     above 360, which `parse_direction` refuses, or are the half and full quarters of 400.

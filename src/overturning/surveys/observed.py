@@ -17,7 +17,7 @@ from overturning.surveys.stones import Stone, SurveyTable
 
 @dataclass(frozen=True)
 class ObservedFalls:
-    """Numbers of stones by outcome, and directions of the falls, of one site or of all sites together.
+    """Numbers of stones by outcome, and directions of falls, at one survey site or all sites together.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class ObservedFalls:
 
 @dataclass(frozen=True)
 class ObservedSurvey:
-    """Summary of a survey, for all stones together and for each site; ``sites`` is empty if there is only one.
+    """Summary of a survey: outcomes and fall directions of all stones together, and by site if there are several.
 
     ``declinations_deg`` are the different magnetic declinations that were added to directions, ascending.
     """
@@ -61,7 +61,7 @@ class ObservedSurvey:
 
 
 def summarise_survey(table: SurveyTable) -> ObservedSurvey:
-    """Summarise the stones of a survey, together and by site."""
+    """Summarise outcomes and fall directions of a survey's stones, for all together and by site."""
     sites = table.sites
     sector_count = rose_sector_count(table.stones)
     declinations = {row.magnetic_declination_deg for _, row in table.rows if _has_direction(table, row)}
@@ -75,12 +75,12 @@ def summarise_survey(table: SurveyTable) -> ObservedSurvey:
 
 
 def rose_sector_count(stones: Sequence[Stone]) -> int:
-    """Return the number of sectors of a rose of falls: 8 if a direction is known only to an octant, otherwise 16."""
+    """Return the number of sectors for a rose of falls: 8 if some directions are octants only, otherwise 16."""
     return 8 if any(stone.octant for stone in stones if stone.fell_in_known_direction) else 16
 
 
 def falls_by_sector(stones: Sequence[Stone], sector_count: int) -> FloatArray:
-    """Return the number of falls of known direction towards each sector, shape (`sector_count`,).
+    """Return the number of falls towards each sector of a rose, shape (`sector_count`,).
 
     A direction that is known to an interval (one of 16 winds) is shared between the sectors that it overlaps.
     """
@@ -95,13 +95,13 @@ def falls_by_sector(stones: Sequence[Stone], sector_count: int) -> FloatArray:
 
 
 def _has_direction(table: SurveyTable, row: SurveyRow) -> bool:
-    """True if a row gives the direction of a fall or of a face."""
+    """True if a survey row has a fall direction or a face azimuth."""
     stone = table.stone_of_row(0, row)
     return math.isfinite(stone.azimuth_deg) or math.isfinite(stone.face_azimuth_deg)
 
 
 def _observed_falls(table: SurveyTable, site: str, sector_count: int) -> ObservedFalls:
-    """Summarise the stones of a table, which may be the part of one site."""
+    """Summarise outcomes and fall directions of the stones in a table of one or all sites."""
     stones = table.stones
     reasons = Counter[str]()
     for _, row in table.rows:

@@ -44,7 +44,7 @@ MEASURES: Final = (("PGA", "g"), ("PGV", "cm/s"), ("PGV/PGA", "s"))
 
 @dataclass(frozen=True)
 class SampledStones:
-    """Stones drawn from a population; arrays have one entry per stone, shape (n,).
+    """Random stones of a population: height, B/H, friction and face azimuth of n stones.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class SampledStones:
     lot: FloatArray
 
     def stone_class_masks(self) -> dict[str, NDArray[np.bool_]]:
-        """Return masks, shape (n,), of four classes of stones by name: slender or stout, low or tall.
+        """Return masks, shape (n,), of the stones in four classes: slender or stout, and low or tall.
 
         Heights are compared with the median height of the slender, or of the stout stones. A class without stones is
         left out.
@@ -77,7 +77,7 @@ class SampledStones:
 
 
 def sample_stones(population: StonePopulation) -> SampledStones:
-    """Draw the sizes, frictions and face azimuths of random stones of a population.
+    """Draw random stones of a population: sizes, friction coefficients and face azimuths.
 
     The random numbers are scrambled Sobol points (Owen 1998, ACM TOMACS 8).
     """
@@ -97,7 +97,7 @@ def sample_stones(population: StonePopulation) -> SampledStones:
 def random_neighbour_grid_indices(
     grid_values: FloatArray, stone_values: FloatArray, uniform_numbers: FloatArray
 ) -> NDArray[np.intp]:
-    """Choose at random the lower or upper grid neighbour of each stone's value, and return its index in the grid.
+    """Return a grid index for each stone's value: the lower or upper neighbour, at random in proportion to distance.
 
     `grid_values` are ascending, shape (grid,); `stone_values` have shape (stones,).
 
@@ -110,7 +110,7 @@ def random_neighbour_grid_indices(
 
 
 def share_of_stones_outside_grid(cube: xr.Dataset, stones: SampledStones) -> float:
-    """Return the share of stones whose height, B/H or friction lies outside the range of the cube."""
+    """Return the share of stones with height, B/H or friction outside the range of the simulated values."""
     beyond = np.zeros(stones.height.size, np.bool_)
     for name in _SIZES:
         grid, values = cube[name].to_numpy(), getattr(stones, name)
@@ -119,7 +119,7 @@ def share_of_stones_outside_grid(cube: xr.Dataset, stones: SampledStones) -> flo
 
 
 def outcomes_of_stones(record_cube: xr.Dataset, stones: SampledStones) -> StoneOutcomes:
-    """Return the outcomes of random stones under the record of a cube, each that of a neighbouring cell of the grid.
+    """Return the outcomes of random stones under one record, each taken from a neighbouring simulated case.
 
     `record_cube` is the cube of this record, with or without amplitudes.
 
@@ -142,7 +142,7 @@ def outcomes_of_stones(record_cube: xr.Dataset, stones: SampledStones) -> StoneO
 def outcome_rates_by_amplitude(
     stone_outcomes_by_amplitude: StoneOutcomes, population: StonePopulation
 ) -> dict[str, FloatArray]:
-    """Compute the shares of stones that fall, shift and rotate, at each of the a amplitudes of the motion.
+    """Compute the shares of stones that fall, shift and rotate, for each amplitude factor of the motion.
 
     Stones with an unknown outcome do not count.
 
@@ -192,7 +192,7 @@ def outcome_rates_by_amplitude(
 
 
 def population_rates_by_record(cube: xr.Dataset, population: StonePopulation) -> xr.Dataset:
-    """Compute the shares of a population that fall, shift and rotate under each record of a cube.
+    """Compute the shares of a stone population that fall, shift and rotate under each record of a results cube.
 
     Parameters
     ----------
@@ -244,7 +244,7 @@ def population_rates_by_record(cube: xr.Dataset, population: StonePopulation) ->
 
 
 def intensities_by_measure(fall_rates: xr.Dataset, intensity_table: xr.Dataset) -> dict[str, FloatArray]:
-    """Return PGA, PGV, PGV/PGA and SA(T) of each motion, by measure, shape (records, amplitudes).
+    """Return PGA, PGV, PGV/PGA and SA(T) of each record and amplitude factor, shape (records, amplitudes).
 
     A motion is a record of `fall_rates` times an amplitude factor.
 
@@ -264,7 +264,7 @@ def intensities_by_measure(fall_rates: xr.Dataset, intensity_table: xr.Dataset) 
 
 
 def jma_intensities_of_motions(fall_rates: xr.Dataset, intensity_table: xr.Dataset) -> FloatArray:
-    """Return the JMA instrumental intensity of each motion, shape (records, amplitudes).
+    """Return the JMA instrumental intensity of each record and amplitude factor, shape (records, amplitudes).
 
     A motion is a record of `fall_rates` times an amplitude factor.
 
@@ -278,7 +278,7 @@ def jma_intensities_of_motions(fall_rates: xr.Dataset, intensity_table: xr.Datas
 
 
 def fit_population_fragility_curves(fall_rates: xr.Dataset, intensity_table: xr.Dataset) -> list[FittedFragilityCurve]:
-    """Fit a fragility curve for all stones and for each class, for each intensity measure.
+    """Fit fragility curves for all stones and for each class of stones, one for each intensity measure.
 
     `fall_rates` is a result of `population_rates_by_record`. Measures are `MEASURES` and SA(T).
     """

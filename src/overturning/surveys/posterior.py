@@ -39,7 +39,7 @@ _STORED: Final = {
 
 @dataclass(frozen=True)
 class MotionPosterior:
-    """Posterior and prior probabilities of s candidate motions at l levels of peak velocity and r rotations.
+    """Posterior and prior probabilities of candidate motions, each at several peak velocities and rotations.
 
     Attributes
     ----------
@@ -67,11 +67,11 @@ class MotionPosterior:
 
     @property
     def pgv(self) -> FloatArray:
-        """PGV, m/s, of s candidate motions at l levels of peak velocity, shape (s, l)."""
+        """PGV, m/s, of each candidate motion at each peak-velocity level, shape (s, l)."""
         return np.broadcast_to(self.level, self.probability.shape[:2])
 
     def weakest_and_strongest_level_probabilities(self) -> tuple[float, float]:
-        """Return the posterior probabilities of the lowest and of the highest level of peak velocity.
+        """Return the posterior probabilities of the lowest and the highest peak velocity that were considered.
 
         Levels are peak velocities.
         """
@@ -81,7 +81,7 @@ class MotionPosterior:
     def credible_interval(
         self, values_by_motion_and_level: ArrayLike, *, use_prior: bool = False
     ) -> tuple[float, float]:
-        """Compute the credible interval, of probability `LEVEL`, of a quantity such as PGV.
+        """Return the credible interval, with probability `LEVEL`, of a quantity of the motion such as PGV.
 
         Both tails have equal probability; the quantity increases with the level.
 
@@ -112,11 +112,11 @@ class MotionPosterior:
         return 0.0 if weakest > tail else float(low), math.inf if strongest > tail else float(high)
 
     def motion_probabilities(self) -> FloatArray:
-        """Return the posterior probability of each of the s candidate motions, shape (s,)."""
+        """Return the posterior probability of each candidate motion, for all velocities and rotations together."""
         return np.asarray(self.probability.sum(axis=(1, 2)))
 
     def velocity_axis_probabilities(self) -> FloatArray:
-        """Return the posterior probability of each azimuth of the largest velocity.
+        """Return the posterior probability of each axis (azimuth from 0 to 180°) of the largest velocity.
 
         Azimuths are 0 to 180° in steps of `TURN_DEG`.
         """
@@ -128,7 +128,7 @@ class MotionPosterior:
         return np.asarray(shares[0] + shares[1])
 
     def credible_axis_arc_deg(self, *, everything_fell: bool = False) -> tuple[float, float]:
-        """Return middle (0 to 180°) and width of the credible arc of the axis of largest velocity.
+        """Return middle (0 to 180°) and width, degrees, of the credible arc for the axis of largest velocity.
 
         The credible arc is the shortest arc with probability `LEVEL`, widened to `NO_AXIS_DEG` if every stone of the
         survey fell (`everything_fell`).
@@ -137,7 +137,7 @@ class MotionPosterior:
         return middle, max(width, NO_AXIS_DEG) if everything_fell else width
 
     def _shortest_axis_arc_deg(self) -> tuple[float, float]:
-        """Return middle and width, degrees, of the shortest arc that holds the velocity axis with probability `LEVEL`.
+        """Return middle and width, degrees, of the shortest arc with the velocity axis at probability `LEVEL`.
 
         `LEVEL` is the probability.
         """
@@ -153,7 +153,7 @@ class MotionPosterior:
 
 @dataclass(frozen=True)
 class SurveyInversionResult:
-    """Result of the inversion of a survey: posterior of the motion, check of fit, and numbers of stones.
+    """Result of inferring the motion from a survey: posterior, p-value of fit, and numbers of stones.
 
     Attributes
     ----------
@@ -178,7 +178,7 @@ class SurveyInversionResult:
 
     @property
     def everything_fell(self) -> bool:
-        """True if at least one stone fell and no stone stood."""
+        """True if every stone of the survey that counts fell."""
         return self.fell > 0 and self.stood == 0
 
     @property
@@ -191,7 +191,7 @@ class SurveyInversionResult:
 
     @property
     def pgv_and_pga_by_motion_and_level(self) -> dict[str, FloatArray]:
-        """PGV in cm/s and PGA in g of s motions at l levels, by name, each of shape (s, l).
+        """PGV (cm/s) and PGA (g) of each candidate motion at each peak-velocity level, by name, shape (s, l).
 
         Both are the largest over all azimuths.
         """
@@ -200,7 +200,7 @@ class SurveyInversionResult:
 
 
 def write_inversion_result(inversion_result: SurveyInversionResult, path: Path) -> None:
-    """Write the result of the inversion of a survey to a NetCDF file."""
+    """Write the motion that was inferred from a survey, with its probabilities, to a NetCDF file."""
     table = xr.Dataset(
         {name: (dims, getattr(inversion_result.posterior, name)) for name, dims in _STORED.items()},
         {"source": list(inversion_result.posterior.sources)},
@@ -214,7 +214,7 @@ def write_inversion_result(inversion_result: SurveyInversionResult, path: Path) 
 
 
 def read_inversion_result(path: Path) -> SurveyInversionResult:
-    """Read the result of the inversion of a survey; raise a ResultError if the file cannot be read."""
+    """Read the motion that was inferred from a survey; raise a ResultError if the file cannot be read."""
     try:
         with xr.open_dataset(path, engine="netcdf4") as stored:
             table = stored.load()

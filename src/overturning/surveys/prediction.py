@@ -19,7 +19,7 @@ SIDES = ("stood", "forwards", "to its right", "backwards", "to its left")
 
 
 class SiteFallPrediction:
-    """Prediction, from the cube of one record, of whether and where stones at its site fall.
+    """Prediction of whether and in which directions stones at a site fall, from simulations with its record.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ class SiteFallPrediction:
     def _interpolate_fall_probabilities_and_times(
         self, azimuth_deg: FloatArray, b_over_h: float
     ) -> tuple[FloatArray, FloatArray]:
-        """Interpolate the probabilities of falling towards and away from n azimuths in a cube; return fall times, too.
+        """Interpolate the probabilities of falls towards and away from n azimuths; return them and the fall times.
 
         Shapes are (2, blocks, n) and (blocks, n). A time is that of the nearest azimuth and B/H.
         """
@@ -85,18 +85,18 @@ class SiteFallPrediction:
         return p.reshape(*by_azimuth.shape[1:], -1), self.times[cell, round(float(place))].T
 
     def has_b_over_h_outside_grid(self, stone: Stone) -> bool:
-        """True if a B/H of a stone lies outside the B/H of the cube; the nearest B/H is then used."""
+        """True if a B/H of a stone lies outside the simulated range; the nearest simulated B/H is then used."""
         least, most = self.b_over_h[[0, -1]].tolist()
         return (
             min(stone.slenderness_in_both_planes) < least - 1e-9 or max(stone.slenderness_in_both_planes) > most + 1e-9
         )
 
     def nearest_azimuth_index(self, azimuth_deg: float) -> int:
-        """Return the position, in the azimuths of the cube, of the one nearest to `azimuth_deg`."""
+        """Return the index of the simulated azimuth that is nearest to `azimuth_deg`."""
         return int(nearest_computed_cells(self.azimuth, [azimuth_deg], FULL_TURN).cell[0])
 
     def fall_sector_probabilities(self, b_over_h: float = math.nan, b_over_h_side: float = math.nan) -> FloatArray:
-        """Return the probabilities that a falling stone's azimuth lies in each sector, shape (sectors,).
+        """Return the probabilities that a stone of unknown orientation falls into each azimuth sector.
 
         The probabilities hold for a stone of unknown orientation, and sum to 1.
 
@@ -135,7 +135,7 @@ class SiteFallPrediction:
         return found
 
     def stone_never_falls(self, stone: Stone) -> bool:
-        """True if no stone of this B/H, and face azimuth if known, falls in the cube.
+        """True if no simulated block with the stone's B/H (and face azimuth, if known) falls.
 
         The cube then predicts no direction of its fall.
         """
@@ -152,7 +152,7 @@ class SiteFallPrediction:
         return _slenderness_cache_key(*stone.slenderness_in_both_planes) in self._never
 
     def fall_side_probabilities(self, stone: Stone) -> FloatArray:
-        """Return the probabilities that a stone stands or falls to each side; its face azimuth and B/H must be known.
+        """Return the probabilities that a stone with known face azimuth and B/H stands or falls to each side.
 
         The five probabilities sum to 1.
 
@@ -173,7 +173,7 @@ class SiteFallPrediction:
     def _fall_side_probabilities_without_background(
         self, face_azimuth_deg: FloatArray, slenderness: tuple[float, float]
     ) -> FloatArray:
-        """Return the probabilities of `SIDES` for n face azimuths, shape (5, n), before a background is mixed in.
+        """Return the probabilities of `SIDES` for n face azimuths, shape (5, n), without falls at random directions.
 
         The probabilities are means over blocks, without the random falls of `background`; NaN if unknown.
         """
@@ -182,7 +182,7 @@ class SiteFallPrediction:
     def _fall_side_probabilities_by_block(
         self, face_azimuth_deg: FloatArray, slenderness: tuple[float, float]
     ) -> FloatArray:
-        """Return the probabilities of the outcomes `SIDES` for n face azimuths and each block, shape (5, blocks, n).
+        """Return the probabilities of `SIDES` for n face azimuths and each height and friction, shape (5, blocks, n).
 
         A block is a height and friction of the cube. A probability is NaN if unknown.
         """
@@ -202,7 +202,7 @@ class SiteFallPrediction:
         return np.where(known, np.stack([stood, forwards, right, backwards, left]), math.nan)
 
     def fall_probability_by_block(self, stone: Stone) -> FloatArray:
-        """Return the probability that a stone falls, for each height and friction of the cube.
+        """Return the probability that a stone falls, for each simulated height and friction.
 
         Random falls, the share `background`, are not included.
 
@@ -232,11 +232,11 @@ class SiteFallPrediction:
         return np.asarray(np.broadcast_to(at_height, found.shape))
 
     def has_height_outside_grid(self, stone: Stone) -> bool:
-        """True if the height of a stone is known and lies outside the heights of the cube."""
+        """True if the height of a stone is known and lies outside the simulated range."""
         return bool(stone.height < self.height[0] - 1e-9 or stone.height > self.height[-1] + 1e-9)
 
     def octant_from_sector_probabilities(self, sector_probabilities: FloatArray) -> FloatArray:
-        """Convert probabilities of the azimuth sectors to those of compass octants, shape (8,)."""
+        """Convert probabilities of azimuth sectors to probabilities of the 8 compass octants."""
         fine = np.zeros(8)
         for begin, wide, mass in zip(self.borders[:-1], np.diff(self.borders), sector_probabilities, strict=True):
             np.add.at(fine, sector_index(begin + wide * (np.arange(64) + 0.5) / 64, 8), mass / 64)
@@ -244,7 +244,7 @@ class SiteFallPrediction:
 
 
 def _slenderness_cache_key(b_over_h: float, b_over_h_side: float) -> str:
-    """Return a dictionary key, as text, for two B/H values, each of which may be NaN.
+    """Return a text for two values of B/H (which may be NaN) as key of a dictionary.
 
     NaN does not equal itself, so numbers would not do.
     """
@@ -254,7 +254,7 @@ def _slenderness_cache_key(b_over_h: float, b_over_h_side: float) -> str:
 def _mean_of_known_values(
     values: FloatArray, axis: int | tuple[int, ...], weight: FloatArray | None = None
 ) -> FloatArray:
-    """Return the mean, over `axis`, of the values that are not NaN; `weight` applies to the last axis."""
+    """Return the mean over `axis`, ignoring NaN; `weight` has the length of the last axis."""
     known = np.isfinite(values)
     weights = known if weight is None else known * weight
     with np.errstate(invalid="ignore"):
@@ -267,5 +267,5 @@ def has_known_face_and_slenderness(stone: Stone) -> bool:
 
 
 def observed_side_index(stone: Stone) -> int:
-    """Return the position in `SIDES` of what was observed: stood, or the side to which the stone fell."""
+    """Return the index in `SIDES` of a stone's observed outcome: standing, or the side to which it fell."""
     return 1 + int(sector_index(stone.azimuth_deg - stone.face_azimuth_deg, 4)) if stone.fell else 0

@@ -69,7 +69,7 @@ DRAWS: Final = 64
 
 @dataclass(frozen=True)
 class StoneKind:
-    """Height and shape by which stones are simulated; a height or B/H that is not known is None.
+    """Height and shape (B/H, D/B) for which stones of a survey are simulated; None if unknown.
 
     Attributes
     ----------
@@ -85,7 +85,7 @@ class StoneKind:
 
     @classmethod
     def from_stone(cls, stone: Stone) -> "StoneKind":
-        """Return the kind of a stone of a survey; raise an `ArgumentError` if outside the simulated range."""
+        """Return height and shape of a survey's stone; an `ArgumentError` if outside the simulated range."""
         front, side = stone.slenderness_in_both_planes
         for name, value, grid in (("height_m", stone.height, HEIGHTS), ("b_over_h", min(front, side), SHAPES)):
             if not (math.isnan(value) or 0.8 * grid[0] <= value <= 1.25 * grid[-1]):
@@ -102,12 +102,12 @@ class StoneKind:
 
     @property
     def orientations_deg(self) -> FloatArray:
-        """Distinct face azimuths to simulate, degrees from the motion's north; [0] for round stones."""
+        """Face azimuths to simulate, degrees from the motion's north, without those equal by symmetry."""
         turn = 1 if self.aspect == 0.0 else 90 if self.aspect == 1.0 else 180
         return np.arange(0.0, turn, ORIENTATION_STEP_DEG)
 
     def size_grid_weights(self, size_population: StonePopulation) -> FloatArray:
-        """Return the weights of `HEIGHTS` and `SHAPES` for this kind, shape (heights, shapes).
+        """Return the weights of the simulated `HEIGHTS` and `SHAPES` (B/H) for stones of this kind; their sum is 1.
 
         The weights sum to 1. Unknown sizes are distributed as in `size_population`.
         """
@@ -127,7 +127,7 @@ class StoneKind:
 
 
 def kinds_of_survey_stones(stones: Sequence[Stone], file_name: str) -> list[StoneKind]:
-    """Return the `StoneKind` of each stone of a survey, in the order of the stones.
+    """Return height and shape of each stone of a survey as a `StoneKind`.
 
     An ArgumentError lists all stones outside the simulated range.
     """
@@ -143,7 +143,7 @@ def kinds_of_survey_stones(stones: Sequence[Stone], file_name: str) -> list[Ston
 
 
 class StoneOutcomeProbabilities:
-    """Probabilities of the outcomes of stones under candidate motions, at each level of peak velocity.
+    """Probabilities of outcomes of stones under candidate motions scaled to several peak velocities.
 
     Simulated outcomes are cached in files.
 
@@ -190,7 +190,7 @@ class StoneOutcomeProbabilities:
         self.table = lru_cache(64)(self._outcome_probability_table)
 
     def _outcome_probability_table(self, stone_kind: StoneKind) -> NDArray[np.float32]:
-        """Return probabilities of direction bins, from the north of the motion, and of standing.
+        """Return probabilities of each fall direction, relative to the motion's north, and of standing.
 
         Shape (motions, levels, orientations, bins + 1).
         """
@@ -200,14 +200,14 @@ class StoneOutcomeProbabilities:
 
 
 def response_cache_folder() -> Path:
-    """Return the folder, in the user's cache, of files with simulated outcomes of stones."""
+    """Return the user's cache folder for simulated outcomes of stones."""
     return Path(platformdirs.user_cache_dir("overturning")) / "responses"
 
 
 def size_grid_weights_by_kind(
     stone_kinds: Sequence[StoneKind], size_population: StonePopulation | None = None
 ) -> dict[StoneKind, FloatArray]:
-    """Return, for each kind of stone, the weights of the simulated heights and shapes, shape (heights, shapes).
+    """Return, for each kind of stone, the weight of each simulated height and B/H, shape (heights, shapes).
 
     See `StoneKind.size_grid_weights`.
     """
@@ -215,7 +215,7 @@ def size_grid_weights_by_kind(
 
 
 def needed_size_grid_masks(weights_by_kind: dict[StoneKind, FloatArray]) -> dict[float, NDArray[np.bool_]]:
-    """Return, by D/B, a mask of the heights and B/H to simulate, shape (heights, shapes).
+    """Return, by D/B, a mask of the heights and B/H that must be simulated, shape (heights, shapes).
 
     A pair is needed if its weight for some kind of stone with this D/B is positive.
     """
@@ -228,7 +228,7 @@ def needed_size_grid_masks(weights_by_kind: dict[StoneKind, FloatArray]) -> dict
 def uncached_case_count_and_time(
     motions: Sequence[CandidateMotion], stone_kinds: Sequence[StoneKind], folder: Path | None = None
 ) -> tuple[int, float]:
-    """Return the number of cases to simulate that are not in the cache, and an estimate of the time.
+    """Return the number of cases still to simulate because the cache lacks them, and the estimated time, s.
 
     The cases are those that `StoneOutcomeProbabilities` would simulate.
 
@@ -257,7 +257,7 @@ def uncached_case_count_and_time(
 
 
 def _response_cache_path(candidate_motion: CandidateMotion, aspect: float, folder: Path) -> Path:
-    """Return the path of the cache file for stones of one D/B (`aspect`) under one motion.
+    """Return the path of the cache file for stones with one D/B (`aspect`) under one motion.
 
     The file name is a hash of all inputs.
     """
@@ -282,7 +282,7 @@ def _response_cache_path(candidate_motion: CandidateMotion, aspect: float, folde
 def load_or_compute_outcomes(
     candidate_motion: CandidateMotion, aspect: float, needed_sizes_mask: NDArray[np.bool_], folder: Path, threads: int
 ) -> dict[str, NDArray[np.int8]]:
-    """Return the outcomes of stones of one D/B (`aspect`) under a motion, from the cache if possible.
+    """Return the outcomes of stones with one D/B (`aspect`) under a motion, from the cache or by simulation.
 
     Missing outcomes are simulated and stored in the cache.
 
@@ -314,14 +314,14 @@ def load_or_compute_outcomes(
 
 @cache
 def _response_source_hash() -> str:
-    """Return the hash of the source files that determine simulated outcomes."""
+    """Return a hash of the source files that affect simulated outcomes; it makes an outdated cache invalid."""
     return package_source_hash("dem", "model", "motion", "surveys/responses.py")
 
 
 def simulate_outcomes_of_sizes(
     candidate_motion: CandidateMotion, aspect: float, size_grid_indices: Sequence[tuple[int, int]], threads: int
 ) -> NDArray[np.int8]:
-    """Simulate stones of one D/B at pairs of height and B/H; return their outcomes.
+    """Simulate stones with one D/B at given pairs of height and B/H; return their outcomes.
 
     `size_grid_indices` are pairs of indices into `HEIGHTS` and `SHAPES`. Outcomes have shape (nodes, frictions, levels,
     orientations).
@@ -350,7 +350,7 @@ def simulate_outcomes_of_sizes(
 def _outcome_probabilities(
     outcomes_by_node: dict[str, NDArray[np.int8]], size_grid_weights: FloatArray
 ) -> NDArray[np.float32]:
-    """Return the probability of each direction bin, and of standing, of a kind of stone under a motion.
+    """Return the probabilities of standing and of each fall direction, for one kind of stone under one motion.
 
     The shape is (levels, orientations, bins + 1).
 
@@ -373,7 +373,7 @@ def _outcome_probabilities(
 
 
 def uninformed_outcome_probabilities() -> FloatArray:
-    """Return probabilities of the direction bins and of standing, shape (bins + 1,), if nothing is known.
+    """Return outcome probabilities if nothing is known: ½ for standing, the rest equal for all fall directions.
 
     Falling and standing are equally probable.
     """
@@ -382,7 +382,7 @@ def uninformed_outcome_probabilities() -> FloatArray:
 
 @cache
 def observed_direction_probabilities_by_simulated() -> FloatArray:
-    """Return the probability of each observed direction bin (column) given the simulated bin (row).
+    """Return the probabilities of observed fall directions (columns) given the simulated one (rows).
 
     A bin is a direction bin of a fall.
     """

@@ -39,7 +39,7 @@ _YES, _NO = ("yes", "fell", "true", "1", "y"), ("no", "stood", "false", "0", "n"
 
 
 def _parse_yes_or_no(text: object) -> bool:
-    """Convert the text of a table cell to True for "yes", False for "no", or synonyms of these."""
+    """Convert the text of a table cell to True ("yes" or a synonym) or False ("no" or a synonym)."""
     if str(text).lower() not in _YES + _NO:
         unknown = "; an unknown outcome belongs in the column outcome" if str(text).lower() in UNKNOWN_CELLS else ""
         raise ValueError(f"write yes or no{unknown}")
@@ -67,7 +67,7 @@ _DIRECTION_SCHEMA: dict[str, Any] = {
 
 
 def _number_schema(low: float, high: float, kind: str = "number") -> WithJsonSchema:
-    """Return the JSON schema of a cell with a number from `low` to `high`, which may be given as text."""
+    """Return the JSON schema of a cell that contains a number from `low` to `high`, possibly as text."""
     return WithJsonSchema({"anyOf": [{"type": kind, "minimum": low, "maximum": high}, _NUMBER_TEXT]})
 
 
@@ -78,7 +78,7 @@ _Coordinate = Annotated[float, BeforeValidator(parse_number), Field(ge=-1e8, le=
 
 
 class SurveyRow(BaseModel):
-    """Validated row of a survey table; the fields are its columns, and an empty cell means the default."""
+    """Validated row of a survey table, with a field for each column; an empty cell means the default."""
 
     model_config = ConfigDict(title="Row of a survey of gravestones")
 
@@ -164,7 +164,7 @@ class SurveyRow(BaseModel):
 
     @model_validator(mode="after")
     def _check_row(self, info: ValidationInfo) -> "SurveyRow":
-        """Raise a ValueError with a line for each rule that this row breaks; see `_faults`."""
+        """Raise a ValueError with a line for each contradiction between columns of this row."""
         context = info.context or {}
         faults = [
             message
@@ -176,7 +176,7 @@ class SurveyRow(BaseModel):
         return self
 
     def _faults(self) -> Iterator[tuple[set[str], str]]:
-        """Yield the columns and the message of each rule between columns that this row breaks."""
+        """Yield the columns and a message for each contradiction between columns of this row."""
         exact, outcome = math.isfinite(self.azimuth_deg.azimuth_deg), self.outcome
         directed = exact or self.octant is not None
         if exact and self.octant is not None:
@@ -209,7 +209,7 @@ class SurveyRow(BaseModel):
         yield from self._faults_of_sizes()
 
     def _faults_of_sizes(self) -> Iterator[tuple[set[str], str]]:
-        """Yield the columns and the message of each rule between coordinates, shifts and twists that is broken."""
+        """Yield the columns and a message for each contradiction between coordinates, shifts or twists."""
         for first, second in (("lat", "lon"), ("x", "y")):
             given = [name for name in (first, second) if math.isfinite(getattr(self, name))]
             if len(given) == 1:
@@ -223,7 +223,7 @@ class SurveyRow(BaseModel):
 
     @property
     def kinds(self) -> tuple[OutcomeKind, ...]:
-        """Outcomes of the stone, from all columns that state one, without repetitions; empty if none does."""
+        """Outcomes of the stone in this row, such as "fell" or "shifted", from all columns that state one."""
         kinds: list[OutcomeKind] = list(self.outcome.kinds)
         if self.fell is not None and not kinds:
             kinds = ["fell" if self.fell else "stands"]
@@ -239,7 +239,7 @@ class SurveyRow(BaseModel):
 
     @property
     def counted_as(self) -> Literal["fell", "stands", "not counted"]:
-        """Class in which statistics count the stone of this row.
+        """Class of the stone in statistics: "fell", "stands" or "not counted".
 
         A stone that is fixed to its base does not count. Any other stone that fell counts as fallen, also if it broke
         or was repaired later. Otherwise broken and repaired stones do not count, and shifted and twisted ones stand.
@@ -250,7 +250,7 @@ class SurveyRow(BaseModel):
 
     @property
     def fall_direction(self) -> Direction:
-        """Direction of the fall, from the column that gives it, before the declination is added; NaN if not given."""
+        """Direction of the fall as the table states it, before adding the declination; NaN if not stated."""
         if self.octant is not None:
             return Direction(45.0 * self.octant, 2 * self.octant)
         given = self.azimuth_deg
@@ -264,7 +264,7 @@ class SurveyRow(BaseModel):
 
     @property
     def clockwise_twist_deg(self) -> float:
-        """Rotation about the vertical, degrees, clockwise seen from above positive; NaN if not given."""
+        """Rotation of the stone about the vertical, degrees, clockwise seen from above positive; NaN if not stated."""
         return self.twist_deg if math.isfinite(self.twist_deg) else self.outcome.twist_deg
 
     @classmethod
@@ -275,7 +275,7 @@ class SurveyRow(BaseModel):
         *,
         check_outcome: bool = True,
     ) -> tuple["SurveyRow | None", list[str]]:
-        """Return the validated row of the texts of cells, and all messages on its faults; None if there are any.
+        """Validate the cells of a survey row; return the row (None if invalid) and all error messages.
 
         Rules between columns are also checked if a cell is wrong, as far as they do not involve this cell. With
         ``check_outcome`` False, a row without any outcome is no fault.
@@ -302,7 +302,7 @@ COLUMNS = tuple(SurveyRow.model_fields)
 
 
 def survey_row_schema() -> str:
-    """Return the JSON schema of a row of a survey table as text: its keys are columns, its values cells."""
+    """Return the JSON schema of a row of a survey table as text, with the columns as keys."""
     schema = SurveyRow.model_json_schema(mode="validation")
     for column in schema["properties"].values():
         column.pop("default", None)  # an empty cell, which a JSON object leaves out

@@ -39,7 +39,7 @@ one of this unit, and its name."""
 
 
 class FragilityCurveRow(BaseModel, extra="forbid"):
-    """Row of the table ``fragility.csv``: fragility curve of a class of stones for one intensity measure."""
+    """Row of the table ``fragility.csv``: parameters of the fragility curve of one class of stones."""
 
     stones: str
     measure: str
@@ -66,7 +66,7 @@ class HazardCurveRow(BaseModel, extra="forbid"):
 
 @dataclass(frozen=True)
 class HazardCurve:
-    """Hazard curve: annual rates at which shaking exceeds intensity levels; a power law between levels.
+    """Hazard curve: annual rates at which intensity levels are exceeded; between levels, a power law.
 
     Attributes
     ----------
@@ -82,13 +82,13 @@ class HazardCurve:
     rate: FloatArray
 
     def annual_exceedance_rate(self, level: ArrayLike) -> FloatArray:
-        """Interpolate the annual rates, 1/year, at which shaking exceeds the levels `level`."""
+        """Return the annual rates, 1/year, at which shaking exceeds given intensity levels, by interpolation."""
         return np.asarray(np.exp(np.interp(np.log(level), np.log(self.level), np.log(self.rate))))
 
     def annual_fall_rate(
         self, median: ArrayLike, log_spread: float, min_level: float = 0.0, max_level: float = math.inf
     ) -> FloatArray:
-        """Compute the annual rates of falls, 1/year, due to shaking between two intensity levels.
+        """Compute the annual rate of falls, 1/year, due to shaking between two intensity levels, for each median.
 
         ∫ P |dν| = P ν at the lower end − P ν at the upper end + ∫ ν dP, whose part over a power law a x^−k
         is exactly a m^−k exp(k²β²/2) [Φ(z + kβ)], z = ln(x/m)/β, between its ends (completing the square;
@@ -127,7 +127,7 @@ class HazardCurve:
 
 @dataclass(frozen=True)
 class StandingProbability:
-    """Probability that the stones of a class survive a seismic hazard for an exposure time, T years.
+    """Probability that stones of a class survive a seismic hazard for T years.
 
     Attributes
     ----------
@@ -161,18 +161,18 @@ class StandingProbability:
 def estimate_standing_probability(
     fragility_curve: FragilityCurveRow, hazard_curve: HazardCurve, years: float
 ) -> StandingProbability:
-    """Compute the probability that stones with a fragility curve still stand after `years` of a hazard.
+    """Compute the probability that stones still stand after `years`, from their fragility and a hazard curve.
 
     The median of the curve is known.
     """
     last, seldom = float(hazard_curve.level[-1]), float(hazard_curve.rate[-1])
 
     def fall_probability(level: float, median: ArrayLike, spread: float) -> FloatArray:
-        """Return the probabilities that stones fall at an intensity level, by median."""
+        """Return the probability of a fall at one intensity level, for each median of the fragility curve."""
         return np.asarray(ndtr(np.log(level / np.atleast_1d(median)) / max(spread, MIN_SPREAD)))
 
     def annual_fall_rates(median: ArrayLike, spread: float) -> FloatArray:
-        """Return the annual rates of falls, 1/year, of stones with the medians `median`."""
+        """Return the annual rate of falls, 1/year, for each median of the fragility curve."""
         return np.asarray(
             hazard_curve.annual_fall_rate(median, spread) + seldom * fall_probability(last, median, spread)
         )
@@ -208,7 +208,7 @@ def estimate_standing_probability(
 
 @dataclass(frozen=True)
 class SurvivalByClass:
-    """Survival of each class of stones in a fragility table, under the hazard of a hazard table.
+    """Probability that each class of stones in a fragility table survives the hazard for a number of years.
 
     Attributes
     ----------
@@ -237,7 +237,7 @@ def survival_by_class(
     years: float,
     fragility_and_hazard_file_names: tuple[str, str],
 ) -> SurvivalByClass:
-    """Compute the survival of each class of stones whose intensity measure has a hazard curve.
+    """Compute the survival probability of each class of stones whose intensity measure has a hazard curve.
 
     `hazard_curves` are by intensity measure.
 
@@ -266,7 +266,7 @@ def survival_by_class(
 
 
 def hazard_unit_warning(hazard_curve: HazardCurve) -> str:
-    """Return a warning if the highest level of a hazard curve is implausible in its unit; otherwise "".
+    """Return a warning if the highest intensity of a hazard curve is implausible in its unit; else "".
 
     The warning names the likely unit.
 
@@ -285,7 +285,7 @@ def hazard_unit_warning(hazard_curve: HazardCurve) -> str:
 
 
 def upper_bound_of_annual_fall_rate(years_without_fall: float) -> float:
-    """Return an upper bound of the annual rate of falls, 1/year, after `years_without_fall` years.
+    """Return the upper bound of the fall rate, 1/year, if no stone fell for `years_without_fall` years.
 
     The rate lies below it with the probability `BOUND_PROBABILITY`.
 
@@ -299,7 +299,7 @@ def upper_bound_of_annual_fall_rate(years_without_fall: float) -> float:
 def upper_bound_of_hazard_factor(
     fragility_curve: FragilityCurveRow, hazard_curve: HazardCurve, years: float, fall_rate_bound: float
 ) -> float:
-    """Return the factor on the hazard under which only 5 % of a class of stones would still stand.
+    """Return the factor on the hazard at which only 5 % of the stones would still stand, as an upper bound.
 
     The factor is an upper bound, found from stones that still stand.
 
@@ -312,7 +312,7 @@ def upper_bound_of_hazard_factor(
         return math.nan
 
     def standing_share_minus_five_percent(log_hazard_factor: float) -> float:
-        """Return the share that stands under exp(`log_hazard_factor`) times the hazard, minus 5 %."""
+        """Return the share of stones that stand if the hazard is multiplied by exp(`log_hazard_factor`), minus 5 %."""
         return estimate_standing_probability(
             fragility_curve, hazard_curve, years * math.exp(log_hazard_factor)
         ).share - (1 - BOUND_PROBABILITY)
@@ -329,7 +329,7 @@ def upper_bound_of_hazard_factor(
 
 
 def annual_fall_rate_below_first_level(fragility_curve: FragilityCurveRow, hazard_curve: HazardCurve) -> float:
-    """Extrapolate the annual rate of falls, 1/year, that shaking below the first hazard level causes."""
+    """Estimate the annual rate of falls due to shaking below the hazard curve's first level, by extrapolation."""
     steepness = np.log(hazard_curve.rate[0] / hazard_curve.rate[1]) / np.log(
         hazard_curve.level[1] / hazard_curve.level[0]
     )
@@ -341,7 +341,7 @@ def annual_fall_rate_below_first_level(fragility_curve: FragilityCurveRow, hazar
 
 
 def read_fragility_curves(path: Path) -> list[FragilityCurveRow]:
-    """Read the rows of a fragility table (``fragility.csv``); raise a ResultError if it is invalid."""
+    """Read the fragility curves in a table ``fragility.csv``; raise a ResultError if the table is invalid."""
     return [
         row
         for _, row in read_table_rows(
@@ -351,7 +351,7 @@ def read_fragility_curves(path: Path) -> list[FragilityCurveRow]:
 
 
 def read_hazard_curves(path: Path) -> dict[str, HazardCurve]:
-    """Read a hazard table into hazard curves, by intensity measure.
+    """Read hazard curves from a table; return them by intensity measure.
 
     A ResultError is raised if levels do not ascend, or rates grow with the level.
     """

@@ -28,7 +28,7 @@ _MOST_OCTANT_DECLINATION_DEG = 11.25
 
 @dataclass(frozen=True)
 class Stone:
-    """Stone of a survey, or a group of equal stones, that counts as fallen or standing.
+    """Stone of a survey, or a group of equal stones, that fell or stands.
 
     Attributes
     ----------
@@ -80,12 +80,12 @@ class Stone:
 
     @property
     def direction_half_width_deg(self) -> float:
-        """Largest possible error of the fall direction from its notation, degrees; 0 for an azimuth in degrees."""
+        """Half-width, degrees, of the interval in which the fall direction lies: 22.5 for an octant, 0 for degrees."""
         return 22.5 if self.octant else 11.25 if self.wind_16 else 0.0
 
     @property
     def slenderness_in_both_planes(self) -> tuple[float, float]:
-        """B/H in the plane of the face normal, and in the plane across; NaN if both are unknown.
+        """B/H in the vertical plane of the face normal, and in the perpendicular one; NaN if both are unknown.
 
         If only one is given, the footprint is taken as square.
         """
@@ -94,14 +94,14 @@ class Stone:
 
     @property
     def slender_face_azimuth_deg(self) -> float:
-        """Azimuth of the face normal, degrees, in whose plane B/H is smaller; NaN without a face."""
+        """Azimuth, degrees, of the vertical plane in which the stone's B/H is smaller; NaN if its face is unknown."""
         front, side = self.slenderness_in_both_planes
         return self.face_azimuth_deg + (90.0 if side < front else 0.0)
 
 
 @dataclass(frozen=True)
 class SurveyTable:
-    """All rows of a survey, also those that do not count in statistics.
+    """All rows of a survey file, including stones that statistics do not count, with notes and warnings.
 
     Attributes
     ----------
@@ -125,16 +125,16 @@ class SurveyTable:
 
     @property
     def stones(self) -> list[Stone]:
-        """Stones that count as fallen or standing, in order."""
+        """Stones of the survey that count as fallen or standing, in the order of the rows."""
         return [self.stone_of_row(line, row) for line, row in self.rows if row.counted_as != "not counted"]
 
     @property
     def sites(self) -> list[str]:
-        """Names of the sites, in order of first appearance; "" for stones without one."""
+        """Names of the survey's sites, in order of first appearance; "" for stones without a site."""
         return list(dict.fromkeys(row.site for _, row in self.rows))
 
     def select_site(self, site: str) -> "SurveyTable":
-        """Return the rows of one site."""
+        """Return a table with the rows of one site only."""
         return SurveyTable(
             self.name,
             tuple((line, row) for line, row in self.rows if row.site == site),
@@ -146,7 +146,7 @@ class SurveyTable:
         return sum(row.count for _, row in self.rows if condition(row))
 
     def stone_of_row(self, line: int, row: SurveyRow) -> Stone:
-        """Convert a row, from line `line` of the file, to a stone.
+        """Convert a row of the survey to a stone, with directions relative to true north; `line` is its line number.
 
         Azimuths are turned from magnetic to true north. A stone that stands has no fall direction.
         """
@@ -168,7 +168,7 @@ class SurveyTable:
 
 
 def read_stones(path: Path) -> list[Stone]:
-    """Read the stones of a survey file that count, in the order of its rows; notes and warnings are dropped.
+    """Read from a survey file the stones that statistics count as fallen or standing, in the file's order.
 
     See `read_survey_table`.
     """
@@ -176,7 +176,7 @@ def read_stones(path: Path) -> list[Stone]:
 
 
 def read_stones_with_notes(path: Path) -> tuple[list[Stone], list[str], list[str]]:
-    """Read a survey file: return the stones that count, in order, notes, and warnings about units.
+    """Read a survey file; return the stones that count as fallen or standing, notes, and warnings about units.
 
     See `read_survey_table`; a RecordError is also raised if no stone counts as fallen or standing.
     """
@@ -187,7 +187,7 @@ def read_stones_with_notes(path: Path) -> tuple[list[Stone], list[str], list[str
 
 
 def read_survey_table(path: Path, declination_deg: float | None = None) -> SurveyTable:
-    """Read a survey file with columns as `COLUMNS`; columns of other names are not used, and named in a note.
+    """Read all rows of a survey file, validated; unknown columns are not used, but listed in a note.
 
     Cells are separated by commas, semicolons or tabs; see `overturning.surveys.field_table.read_field_table` for
     encodings. ``magnetic_declination_deg`` (east positive) is added to the stone's directions.
@@ -237,7 +237,7 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
 
 
 def _missing_column_message(table: FieldTable) -> str:
-    """Return the message for a header without any column that tells what the stones did."""
+    """Return the error message for a survey header in which no column states the outcomes of the stones."""
     alone = table.header.cells[0] if len(table.header.cells) == 1 else ""
     spaces = "; columns are separated by spaces: use commas, semicolons or tabs" if "  " in alone else ""
     return f"no column azimuth_deg or octant, fell or outcome; name one of them in the header{spaces}"
@@ -251,7 +251,7 @@ def _read_row(
     *,
     outcome_is_missing: bool,
 ) -> tuple[SurveyRow | None, list[str]]:
-    """Return the validated row of a line, and messages on its faults; None if there are any."""
+    """Validate one row of a survey table; return the row (None if invalid) and error messages."""
     cells = line.cells
     while len(cells) > len(meanings) and not cells[-1]:
         cells = cells[:-1]
@@ -273,7 +273,7 @@ def _read_row(
 
 
 def _declination_faults(rows: list[tuple[int, SurveyRow]], *, winds_are_octants: bool) -> Iterator[tuple[int, str]]:
-    """Yield line and message of each octant that is given from magnetic north with a large declination."""
+    """Yield line number and message for each octant from magnetic north if the declination is large."""
     for line, row in rows:
         by_octant = row.octant is not None or (row.fall_direction.wind is not None and winds_are_octants)
         if by_octant and abs(row.magnetic_declination_deg) > _MOST_OCTANT_DECLINATION_DEG:
@@ -285,7 +285,7 @@ def _declination_faults(rows: list[tuple[int, SurveyRow]], *, winds_are_octants:
 
 
 def _format_faults(path: Path, faults: list[tuple[int, str]]) -> str:
-    """Return one message for all faults of a table: one line each, lines with the same fault together."""
+    """Return one message for all errors in a table; lines with the same error are listed together."""
     lines_of: dict[str, list[int]] = {}
     for line, message in sorted(faults, key=lambda one: one[0]):
         lines_of.setdefault(message, []).append(line)
@@ -304,7 +304,7 @@ def _line_label(lines: list[int]) -> str:
 
 
 def _notes_on_stones(table: SurveyTable) -> Iterator[str]:
-    """Yield notes on the stones of a table that count neither as fallen nor as standing, and on unused directions."""
+    """Yield notes on stones that count neither as fallen nor as standing, and on directions of standing stones."""
     reasons = Counter[str]()
     for _, row in table.rows:
         if row.counted_as == "not counted":
@@ -320,7 +320,7 @@ def _notes_on_stones(table: SurveyTable) -> Iterator[str]:
 
 
 def _warnings(table: SurveyTable, source: FieldTable, declination_deg: float | None) -> Iterator[str]:
-    """Yield warnings: azimuths that may be in another unit, magnetic azimuths, stones that are listed twice."""
+    """Yield warnings about azimuths in a doubtful unit or from magnetic north, and stones listed twice."""
     columns: dict[str, Callable[[SurveyRow], Direction]] = {
         "azimuth_deg": lambda row: row.azimuth_deg,
         "face_azimuth_deg": lambda row: row.face_azimuth_deg,

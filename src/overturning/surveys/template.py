@@ -20,7 +20,7 @@ _EXAMPLES: Final = (
 
 
 def survey_template() -> str:
-    """Return a survey table without stones: comments on each column, commented examples, and the header.
+    """Return the text of an empty survey table: explanations of the columns, example rows, and the header.
 
     The text is ASCII, so that spreadsheets of any system show it unchanged.
     """
@@ -42,6 +42,6 @@ def survey_template() -> str:
 
 
 def remarks_of_user(remarks: Sequence[str]) -> tuple[str, ...]:
-    """Return the comment lines of a survey that are neither empty nor from the template."""
+    """Return the comment lines that the user wrote into a survey, without those of the template."""
     own = {line.strip("# ,") for line in survey_template().splitlines()}
     return tuple(line for line in remarks if line and line.strip(" ,") not in own)

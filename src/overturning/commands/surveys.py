@@ -39,7 +39,7 @@ def summarise_or_compare_survey(
         Path | None, typer.Option("--output", "-o", help="file for the comparison (JSON), used by the report")
     ] = None,
 ) -> None:
-    """Summarise a survey by site, and compare its fall directions with those that a cube predicts.
+    """Summarise a survey by site; compare its fall directions with those that a study's results predict.
 
     Without --cube the numbers of stones, the mean direction and axis of the falls, and a test are printed.
     `overturning survey template > stones.csv` writes an empty survey with comments on all columns.
@@ -87,7 +87,7 @@ def _compare_survey_with_cube(
     figure: Path | None,
     output: Path | None,
 ) -> None:
-    """Compare a survey with the falls that a cube predicts; print the comparison, also by site; draw and store it."""
+    """Compare a survey with the falls that a results cube predicts; print, draw and store the comparison."""
     from overturning.findings.surveys import SurveyCommandResults, survey_findings
     from overturning.labels import unsimulated_azimuth_label, variant_label_as_list
     from overturning.stored import write_result

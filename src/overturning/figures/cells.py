@@ -16,7 +16,7 @@ MAX_COLUMNS: Final = 3
 
 
 def extend_cells_to_full_circle(cube: xr.Dataset) -> xr.Dataset:
-    """Return a cube whose azimuths are repeated to fill the full circle; a cube with one azimuth is unchanged.
+    """Return a results cube with azimuths repeated to a full circle; one with a single azimuth is unchanged.
 
     The outcomes of opposite azimuths follow from each other. Gaps between azimuths that were not simulated are filled
     with missing values; see `simulated_azimuths_deg`.
@@ -35,7 +35,7 @@ def simulated_azimuths_deg(cube: xr.Dataset) -> FloatArray:
 
 
 def trim_outer_rings_without_falls(cube: xr.Dataset, *falls: xr.DataArray) -> xr.Dataset:
-    """Return a cube cut above the smallest B/H from which no block falls; that B/H stays as an empty map ring.
+    """Cut a results cube above the smallest B/H from which no block falls; that B/H remains as an empty ring.
 
     A fall is possible if a value of `falls` (flags or probabilities; a block may fall although its neighbours stand) is
     above 0, or missing in a direction that was simulated. The dataset is unchanged if no fall is possible anywhere.

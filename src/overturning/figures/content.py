@@ -11,14 +11,14 @@ from overturning.units import GAL
 
 
 def check_has_outcomes(cube: xr.Dataset, figure_kind: str) -> None:
-    """Raise an ArgumentError if no case of a cube has an outcome."""
+    """Raise an ArgumentError if no case in a results cube has an outcome, since the figure would be empty."""
     if not bool(overturning_indicator(cube).notnull().any()):
         count = f"none of the {cube['overturned'].size:,} cases has an outcome"
         raise ArgumentError(f"{figure_kind}: nothing to draw: {count}; `status` in the cube gives the cause of each")
 
 
 def check_has_falls(cube: xr.Dataset, figure_kind: str) -> None:
-    """Raise an ArgumentError if no case of a cube overturns."""
+    """Raise an ArgumentError if no case in a results cube overturns, since the figure would be empty."""
     check_has_outcomes(cube, figure_kind)
     falls = overturning_indicator(cube)
     if not bool((falls > 0).any()):
@@ -27,7 +27,7 @@ def check_has_falls(cube: xr.Dataset, figure_kind: str) -> None:
 
 
 def check_has_falls_and_fault_normal(cube: xr.Dataset, fall_axes_by_group: dict[str, xr.Dataset]) -> None:
-    """Raise an ArgumentError unless some earthquake has falls and a known fault normal."""
+    """Raise an ArgumentError unless an earthquake with a known fault normal has falls, which the figure needs."""
     if any(bool(data["cosine"].notnull().any()) for data in fall_axes_by_group.values()):
         return
     check_has_falls(cube, "axes")
@@ -41,7 +41,7 @@ def check_has_falls_and_fault_normal(cube: xr.Dataset, fall_axes_by_group: dict[
 
 
 def check_has_fall_alignment(cube: xr.Dataset, alignment_by_group: dict[str, FallAlignmentWithReferences]) -> None:
-    """Raise an ArgumentError unless the alignment of falls with some reference direction is known for a record."""
+    """Raise an ArgumentError unless the alignment of falls is known for a record, which the figure needs."""
     means = [
         mean.value for group in alignment_by_group.values() for of_part in group.means.values() for mean in of_part
     ]
@@ -53,13 +53,13 @@ def check_has_fall_alignment(cube: xr.Dataset, alignment_by_group: dict[str, Fal
 
 
 def check_has_outcomes_and_motion(cube: xr.Dataset, intensity_measures: xr.Dataset) -> None:
-    """Raise an ArgumentError if no case of a cube has an outcome, or if the largest ``pga`` of its records is 0."""
+    """Raise an ArgumentError if no case in a results cube has an outcome, or if all its motions are zero."""
     check_has_outcomes(cube, "plane")
     check_ground_moves(float(intensity_measures["pga"].max()), "plane")
 
 
 def check_ground_moves(peak_acceleration: float, figure_kind: str) -> None:
-    """Raise an ArgumentError if the ground is at rest: `peak_acceleration`, m/s², does not exceed `LEAST_PGA`."""
+    """Raise an ArgumentError if the peak acceleration, m/s², does not exceed `LEAST_PGA`: the ground is at rest."""
     if not peak_acceleration > LEAST_PGA:
         raise ArgumentError(
             f"{figure_kind}: nothing to draw: the ground does not move (peak {peak_acceleration / GAL:.2g} Gal); "

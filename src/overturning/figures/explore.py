@@ -137,7 +137,7 @@ def _explorer_translations(cube: "xr.Dataset") -> dict[str, dict[str, str]]:
 
 
 def _record_metadata(record_cube: "xr.Dataset") -> dict[str, Any]:
-    """Return id, name, fault normal (degrees), and times (s) of the first and last fall of the record of a cube."""
+    """Return id, name, fault normal (degrees), and first and last time of a fall (s) of one record in the results."""
     key, station, event = (str(record_cube[name].item()) for name in ("record_id", "station", "event"))
     normal, times = float(record_cube["fault_normal"][0]), record_cube["overturning_time"].to_numpy().astype(np.float64)
     return {
@@ -183,7 +183,7 @@ def _initial_block_and_element_indices(cube: "xr.Dataset", study: Study | None) 
 
 
 def _size_reference_element_note(cube: "xr.Dataset") -> list[str]:
-    """Return a list with a note on the element to which height and B/H refer; [] for a cube of one element."""
+    """Return a list with a note on the element to which height and B/H refer; [] if there is only one element."""
     if cube.sizes["element"] == 1:
         return []
     return [f"H and B/H of the {variant_scene(study_of_cube(cube), cube.attrs['variant']).size_reference_element_name}"]
@@ -212,7 +212,7 @@ def explorer_page_html(page_data: dict[str, Any], report_address: str = "") -> s
 
 
 def write_explorer(cube: "xr.Dataset", path: Path, study: Study | None = None, report_address: str = "") -> None:
-    """Write the interactive results page of a cube to a .html file.
+    """Write the interactive results page of a results cube to a .html file.
 
     If the cube has more than `MAX_CELLS_PER_PAGE` cells, those of each record go into a separate file,
     ``NAME-records/0.js`` and so on next to ``NAME.html``, which the page loads when the record is selected. See

@@ -25,7 +25,7 @@ def draw_record_figures(
     write_figure_files: Write,
     record_indices: Iterable[int] | None = None,
 ) -> None:
-    """Draw and write the figures of each record of a cube.
+    """Draw and write the figures of each record in a results cube.
 
     Parameters
     ----------

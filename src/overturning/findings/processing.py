@@ -108,7 +108,7 @@ def record_processing(provenance: Mapping[str, Any]) -> RecordProcessing:
 
 
 def processing_by_record(results: StudyResults) -> dict[str, RecordProcessing]:
-    """Return origin, processing and notes of each record, by its id, if the cube states them."""
+    """Return source, processing and notes of each record, by record id, as far as the results state them."""
     return {name: record_processing(provenance) for name, provenance in record_provenance(results.cube).items()}
 
 

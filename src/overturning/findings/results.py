@@ -75,7 +75,7 @@ class StudyResults:
 
     @cached_property
     def record_names(self) -> tuple[RecordName, ...]:
-        """Identifier, station and earthquake of each record, in the order of the cube."""
+        """Identifier, station and earthquake of each record, in the order of the results."""
         texts = (self.cube[name].to_numpy().astype(str).tolist() for name in ("record_id", "station", "event"))
         return tuple(RecordName(*each) for each in zip(*texts, strict=True))
 

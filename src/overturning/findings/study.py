@@ -121,7 +121,7 @@ class RecordFacts(Finding):
 
 
 class NumericalQuality(Finding):
-    """Energy error and contact penetration of the computation, hash of the cube, and software versions."""
+    """Energy error and contact penetration of the cases, hash of the results cube, and software versions."""
 
     mean_energy_error: Number
     """Mean error of the energy balance over simulated cells, as a share of the input."""

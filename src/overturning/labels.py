@@ -33,7 +33,7 @@ def friction_label(cube_or_study: "xr.Dataset | Study", friction: float) -> str:
 
 
 def variant_label_as_list(cube: "xr.Dataset") -> list[str]:
-    """Return a list with the name of the variant of a cube, such as ["variant soil"], for titles.
+    """Return the name of a results cube's variant in a list, such as ["variant soil"], for titles; [] if nominal.
 
     The list is empty for the nominal cube of a study, and for a cube without a study.
     """
@@ -45,7 +45,7 @@ def variant_label_as_list(cube: "xr.Dataset") -> list[str]:
 
 
 def element_size_note(cube: "xr.Dataset") -> str:
-    """Return a note that names the stone whose height and B/H a cube states; "" if it is the stone of the outcomes."""
+    """Return a note naming the stone to which height and B/H refer; "" if it is the stone whose outcomes are shown."""
     study, variant = study_of_cube(cube), cube.attrs["variant"]
     reference = variant_scene(study, variant).size_reference_element_name
     if element_name_of_cube(cube) != reference:
@@ -54,12 +54,12 @@ def element_size_note(cube: "xr.Dataset") -> str:
 
 
 def earthquake_assignment_notes(cube: "xr.Dataset") -> list[str]:
-    """Return notes on which records count as one earthquake: earthquakes with several names, and doubtful cases."""
+    """Return notes on records assigned to one earthquake although its names differ, and on doubtful assignments."""
     return list(parse_json_attribute(cube, "earthquakes", list)) if "earthquakes" in cube.attrs else []
 
 
 def unsimulated_azimuth_ranges(cube: "xr.Dataset") -> list[tuple[float, float]]:
-    """Return start and end, degrees, of the azimuth ranges that a cube leaves out; empty for a full circle."""
+    """Return start and end, degrees, of the azimuth ranges without simulations; empty for a full circle."""
     if "azimuth" not in cube.dims:
         return []
     period = azimuth_period_of_cube_deg(cube)
@@ -70,5 +70,5 @@ def unsimulated_azimuth_ranges(cube: "xr.Dataset") -> list[tuple[float, float]]:
 
 
 def unsimulated_azimuth_label(cube: "xr.Dataset") -> str:
-    """Return the azimuth ranges that a cube leaves out as text: "between 90° and 180°"; "" for a full circle."""
+    """Return the azimuth ranges without simulations as text: "between 90° and 180°"; "" for a full circle."""
     return " or ".join(f"between {begin:g}° and {end:g}°" for begin, end in unsimulated_azimuth_ranges(cube))

@@ -40,7 +40,7 @@ def __dir__() -> list[str]:
 
 
 def _with_project_style(draw_figure: DrawFunction) -> DrawFunction:
-    """Return a function that draws with the project's Matplotlib settings."""
+    """Decorate a drawing function, so that it uses the project's Matplotlib settings."""
 
     @suggest_closest_keyword()
     @wraps(draw_figure)
@@ -54,18 +54,18 @@ def _with_project_style(draw_figure: DrawFunction) -> DrawFunction:
 
 
 def _register_cube_figure(kind: str, draw_figure: DrawFunction) -> DrawFunction:
-    """Register a function, with the project style, as the one that draws a kind of figure of a cube; return it."""
+    """Register a function as the one that draws a kind of figure from a results cube; return it with the style."""
     KINDS[kind] = styled = _with_project_style(draw_figure)
     return styled
 
 
 @partial(_register_cube_figure, "polar")
 def fall_map(cube: "xr.Dataset", record: str | Sequence[str] | None = None, title: str | None = None) -> "Figure":
-    """Draw the map of falls of the block that a study shows first, under one record.
+    """Draw the falls of one block under one record, by azimuth and B/H (2-D) or orientation and B/H (3-D).
 
-    The map is over azimuth and B/H (2-D) or orientation and B/H (3-D). If the cube holds only a part of the heights or
-    frictions, or comes from `overturning.simulate`, all its blocks are shown. Several records, as a list, are drawn on
-    one radial scale (2-D only).
+    The block is the one that the study shows first. If the cube holds only a part of the heights or frictions, or comes
+    from `overturning.simulate`, all its blocks are shown. Several records, as a list, are drawn on one radial scale
+    (2-D only).
     """
     from overturning.study.cube import first_shown_height_and_friction
 
@@ -76,12 +76,12 @@ def fall_map(cube: "xr.Dataset", record: str | Sequence[str] | None = None, titl
 def fall_maps_by_block(
     cube: "xr.Dataset", record: str | Sequence[str] | None = None, title: str | None = None
 ) -> "Figure":
-    """Draw the maps of falls under one record, one for each height and friction."""
+    """Draw the falls under one record by azimuth and B/H, one map for each height and friction."""
     return _draw_fall_map("blocks", cube, record, title)
 
 
 def _draw_fall_map(kind: str, cube: "xr.Dataset", record: str | Sequence[str] | None, title: str | None) -> "Figure":
-    """Draw maps of falls under one record, or of one block under several records on one scale."""
+    """Draw maps of the falls under one record, or of one block under several records on a common scale."""
     from overturning.figures.content import check_has_outcomes
     from overturning.figures.maps import fall_map_figure
     from overturning.figures.polar_map import azimuth_map_figure
@@ -103,7 +103,7 @@ def _draw_fall_map(kind: str, cube: "xr.Dataset", record: str | Sequence[str] | 
 
 
 def _peak_velocity_by_azimuth(cube: "xr.Dataset") -> "xr.DataArray | None":
-    """Return the peak ground velocity by azimuth of the record of a cube, m/s; None if it was not computed."""
+    """Return PGV by azimuth, m/s, of the record in a results cube; None if it was not computed."""
     try:
         return _intensity_measures(cube)["pgv"].isel(record=0)
     except MissingDataError:
@@ -111,7 +111,7 @@ def _peak_velocity_by_azimuth(cube: "xr.Dataset") -> "xr.DataArray | None":
 
 
 def _scene_and_element_line(cube: "xr.Dataset") -> str:
-    """Return scene and element of a cube as an additional line of a title; "" for a cube that belongs to no study."""
+    """Return scene and element of a results cube as a line for a title; "" if the cube belongs to no study."""
     from overturning.figures.record import scene_and_element_title_line
 
     return scene_and_element_title_line(cube) if "study" in cube.attrs else ""
@@ -119,7 +119,7 @@ def _scene_and_element_line(cube: "xr.Dataset") -> str:
 
 @partial(_register_cube_figure, "boundary")
 def overturning_boundary(cube: "xr.Dataset", record: str | None = None) -> "Figure":
-    """Draw the largest B/H that falls under one record, by azimuth of the motion (2-D cubes only)."""
+    """Draw the largest B/H that falls under one record by azimuth of the motion (2-D results only)."""
     from overturning.figures.boundary import overturning_boundary_figure
     from overturning.figures.content import check_has_falls
     from overturning.statistics import boundary as statistics
@@ -198,7 +198,7 @@ def fall_alignment_by_b_over_h(cube: "xr.Dataset") -> "Figure":
 
 @partial(_register_cube_figure, "plane")
 def outcomes_by_pga_and_pgv_ratio(cube: "xr.Dataset") -> "Figure":
-    """Draw outcomes by PGA and PGV/PGA at the largest friction, with fit and published criteria (2-D cubes only)."""
+    """Draw outcomes by PGA and PGV/PGA at the largest friction, with fit and published criteria (2-D only)."""
     from overturning.figures.content import check_has_outcomes_and_motion
     from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_ratio_figure
     from overturning.labels import element_size_note
@@ -242,7 +242,7 @@ def hodograph(cube: "xr.Dataset", record: str | None = None) -> "Figure":
 
 @partial(_register_cube_figure, "history")
 def time_histories(motion: "Accelerogram | xr.Dataset", record: str | None = None) -> "Figure":
-    """Draw time histories and spectra of a motion or record, or of a cube's record before and after processing."""
+    """Draw time histories and spectra of a motion or record; for a results cube, before and after processing."""
     import xarray as xr
 
     from overturning.figures.history import record_history_figure
@@ -290,7 +290,7 @@ def rotation_slip_and_uplift(trajectories: "xr.Dataset | Sequence[xr.Dataset]", 
 
 
 def _figure_of_all_records(cube: "xr.Dataset", draw_figure: Callable[["xr.Dataset"], "Figure"]) -> "Figure":
-    """Draw a figure of all records of a cube; its title names variant, amplitude factor and scene."""
+    """Draw a figure of all records in a results cube; the title has variant, amplitude factor and scene."""
     from overturning.figures.style import add_title_and_legend
     from overturning.study.cube import sort_cube_for_figures
 
@@ -306,7 +306,7 @@ def _figure_of_all_records(cube: "xr.Dataset", draw_figure: Callable[["xr.Datase
 
 
 def _select_record(cube: "xr.Dataset", record: str | None) -> "xr.Dataset":
-    """Return the outcomes of a cube under one record, loaded into memory and sorted for figures."""
+    """Return the outcomes under one record in a results cube, in memory and sorted for figures."""
     from overturning.study.cube import index_of_record, sort_cube_for_figures
 
     number = index_of_record(cube, record)
@@ -317,7 +317,7 @@ def _select_record(cube: "xr.Dataset", record: str | None) -> "xr.Dataset":
 
 
 def _check_motion_not_zero(motion: AnyMotion, figure_kind: str) -> AnyMotion:
-    """Return a motion or record unchanged; raise an ArgumentError if the ground does not move."""
+    """Return a motion or record unchanged; raise an ArgumentError if its acceleration is zero throughout."""
     from overturning.figures.content import check_ground_moves
 
     check_ground_moves(max(float(abs(one).max()) for one in (motion.north, motion.east)), figure_kind)
@@ -325,7 +325,7 @@ def _check_motion_not_zero(motion: AnyMotion, figure_kind: str) -> AnyMotion:
 
 
 def _record_title(cube: "xr.Dataset", coordinate_names: Sequence[str] = ("station", "event")) -> str:
-    """Return a title with coordinates of the record, and with variant and amplitude factor if they are not nominal."""
+    """Return a title from metadata of the record, such as station, with variant and amplitude factor if not nominal."""
     from overturning.labels import variant_label_as_list
 
     times = [f"motion × {_amplitude_factor(cube):g}"] if _amplitude_factor(cube) != 1.0 else []
@@ -335,18 +335,18 @@ def _record_title(cube: "xr.Dataset", coordinate_names: Sequence[str] = ("statio
 
 
 def _amplitude_factor(cube: "xr.Dataset") -> float:
-    """Return the factor by which the motions of a cube with one amplitude were multiplied; 1 if not stated."""
+    """Return the amplitude factor of the motions in a results cube; 1 if it is not stated."""
     return float(cube["amplitude"]) if "amplitude" in cube.coords and "amplitude" not in cube.dims else 1.0
 
 
 def _check_has_direction(cube: "xr.Dataset", coordinate_name: str, figure_kind: str) -> None:
-    """Raise an ArgumentError if a cube lacks the direction that a kind of figure needs."""
+    """Raise an ArgumentError if results are for the other model (2-D or 3-D) than a kind of figure needs."""
     if coordinate_name not in cube.coords:
         raise ArgumentError(f"{figure_kind}: a cube without {coordinate_name} has no such figure; choose another kind")
 
 
 def _path_in_folder_of_cube(cube: "xr.Dataset", file_name: str) -> Path:
-    """Return the path of a file in the folder of a cube; raise a MissingDataError if there is no such file."""
+    """Return the path of a file next to a results cube; raise a MissingDataError if the file does not exist."""
     file = Path(cube.encoding.get("source", ""))
     if not (path := file.parent / file_name).is_file():
         where = f"not next to {file}" if file.is_file() else "a cube in memory has no such file"
@@ -355,12 +355,12 @@ def _path_in_folder_of_cube(cube: "xr.Dataset", file_name: str) -> Path:
 
 
 def _motion_file_path(cube: "xr.Dataset") -> Path:
-    """Return the path of the file with the motion for which a cube of one record was computed."""
+    """Return the path of the motion file of the one record in a results cube."""
     return _path_in_folder_of_cube(cube, f"{_motion_folder(cube)}/{cube['record_id'].item()}.nc")
 
 
 def _motion_folder(cube: "xr.Dataset") -> Path:
-    """Return the folder of the motions relative to the cube; `motion` for a cube that belongs to no study."""
+    """Return the motion folder, relative to a results cube; `motion` if the cube belongs to no study."""
     from overturning.study.cube import motion_folder_of_cube, study_of_cube
 
     if _amplitude_factor(cube) != 1.0:
@@ -376,7 +376,7 @@ def _motion_folder(cube: "xr.Dataset") -> Path:
 
 
 def _intensity_measures(cube: "xr.Dataset") -> "xr.Dataset":
-    """Return the intensity measures of the records of a cube, in the same order."""
+    """Return the intensity measures of the records in a results cube, in the order of the records."""
     import xarray as xr
 
     path = _path_in_folder_of_cube(cube, "intensity.nc")

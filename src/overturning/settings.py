@@ -10,7 +10,7 @@ from overturning.validation import StrictModel
 
 
 class EnsembleSettings(StrictModel):
-    """Ensemble of runs of each case in a neighbourhood: uniform distributions, scrambled Sobol points."""
+    """Settings of the ensemble: runs of a case with inputs from uniform distributions around the nominal values."""
 
     members: int = Field(
         default=24, ge=0, le=4096, description="largest number of members (runs) per case, even; 0: no ensemble"
@@ -59,7 +59,7 @@ class UniformRange(StrictModel):
 
 
 class StonePopulation(StrictModel):
-    """Population of stones (a cemetery): distribution of sizes, friction and face azimuths."""
+    """Population of stones, such as a cemetery: distributions of size, friction and face azimuth."""
 
     width: UniformRange = Field(
         default=UniformRange(low=0.3, high=0.4), description="widths of the square shafts, m: low, high"

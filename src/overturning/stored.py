@@ -25,13 +25,13 @@ Result = TypeVar("Result")
 
 
 def write_result(result: Any, path: Path, *, indent: int | None = 1) -> None:
-    """Write a dataclass or pydantic model, or a list of one class, as JSON; in one line if `indent` is None."""
+    """Write a dataclass or pydantic model, or a list of them, as JSON; on one line if `indent` is None."""
     kind: Any = list[type(result[0])] if isinstance(result, list) and result else type(result)  # type: ignore[misc]
     write_text(path, TypeAdapter(kind).dump_json(result, indent=indent).decode() + "\n")
 
 
 def read_result(result_class: type[Result], path: Path, result_name: str) -> Result:
-    """Read a file written by `write_result`; raise a `ResultError` if it is missing, damaged, or from another version.
+    """Read a JSON file from `write_result`; a `ResultError` if it is missing, damaged, or from another version.
 
     Parameters
     ----------

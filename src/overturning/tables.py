@@ -28,7 +28,7 @@ def read_table_rows(
     required_alternatives: Sequence[str] = (),
     unknown_column_message: Callable[[str], str] | None = None,
 ) -> Iterator[tuple[int, Row]]:
-    """Yield the line number and the validated row for each row of a table (UTF-8 with or without byte order mark).
+    """Yield the line number and the validated content of each row of a table in a UTF-8 text file.
 
     Lines that begin with ``#`` are comments; empty lines are skipped; an empty cell means the column's default. In a
     tab-separated table, empty cells at the end of a line may be left out.
@@ -85,7 +85,7 @@ def read_table_rows(
 def _numbered_table_lines(
     path: Path, row_model: type[BaseModel], error_class: type[OverturningError], table_kind: str
 ) -> list[tuple[int, str]]:
-    """Return number and text of the lines of a table without comments and empty lines; an error if none is left."""
+    """Return number and text of a table's lines except comments and empty ones; an error if there are none."""
     try:
         if path.stat().st_size > MOST_BYTES:
             raise error_class(
@@ -107,7 +107,7 @@ def _numbered_table_lines(
 
 
 def _other_delimiter(header_line: str, expected_delimiter: str) -> str:
-    """Return the first separator in a header line other than the expected one; "" if there is none."""
+    """Return the separator that a header line contains instead of the expected one; "" if there is none."""
     return next((one for one in _NAMES if one != expected_delimiter and one in header_line.strip()), "")
 
 
@@ -117,7 +117,7 @@ def _column_error_message(
     required_alternatives: Sequence[str],
     unknown_column_message: Callable[[str], str] | None,
 ) -> str:
-    """Return a message for the first unknown or missing column of a table header; empty if there is none."""
+    """Return a message for the first unknown or missing column in a table's header; "" if it is correct."""
     for column in column_names:
         if column not in row_model.model_fields:
             why = (
@@ -138,7 +138,7 @@ def _column_error_message(
 def cell_error_messages(
     validation_error: ValidationError, row_model: type[BaseModel], cells: dict[str, str]
 ) -> list[str]:
-    """Return a message for each wrong cell of a table row: column, value and the expected value.
+    """Return a message for each invalid cell of a table row: column, value and the expected value.
 
     A rule between several cells gives one message per line of its text, without a column.
     """

@@ -37,26 +37,26 @@ Details = dict[str, Any]
 
 
 def _value_count_text(error_details: Details, min_or_max: str) -> str:
-    """Return a text such as "3 values": the smallest or largest allowed length of a list (``min`` or ``max``)."""
+    """Return the allowed number of values in a list as text, such as "3 values", from a validation error."""
     number = error_details[f"{min_or_max}_length"]
     return f"{number} value{'' if number == 1 else 's'}"
 
 
 def _character_count_text(error_details: Details, min_or_max: str) -> str:
-    """Return a text such as "3 characters": the smallest or largest allowed length of a text (``min`` or ``max``)."""
+    """Return the allowed number of characters of a text, such as "3 characters", from a validation error."""
     number = error_details[f"{min_or_max}_length"]
     return f"{number} character{'' if number == 1 else 's'}"
 
 
 def _allowed_values_text(error_details: Details, given_value: Any) -> str:
-    """Return the allowed values of a choice, and the one closest to the given value."""
+    """Return a message with the allowed values of a setting, and the one closest to the given value."""
     known = re.findall(r"'([^']*)'", error_details["expected"])
     near = closest_name_hint(given_value, known, " ") if isinstance(given_value, str) and len(known) > 1 else " "
     return f"it should be {error_details['expected']}{'' if near == ' ' else f'; {near}'}"
 
 
 def _unknown_union_tag_text(error_details: Details) -> str:
-    """Return a message for an unknown value of the key that selects the form of a setting, with the closest value."""
+    """Return a message for an unknown value of a key that selects one of several kinds of setting."""
     known = re.findall(r"'([^']*)'", error_details["expected_tags"])
     hint = closest_name_hint(error_details["tag"], known)
     return f"unknown {error_details['discriminator'].strip(chr(39))} {error_details['tag']!r}; {hint}"
@@ -95,7 +95,7 @@ class StrictModel(BaseModel):
 
 
 def format_validation_error(error_entry: Any) -> str:
-    """Return a message for one entry of a pydantic ValidationError: what is wrong and what is expected."""
+    """Return a message for one error in a pydantic ValidationError: the problem and the expected value."""
     kind, details, given = error_entry["type"], error_entry.get("ctx", {}), error_entry.get("input")
     if kind == "string_pattern_mismatch":
         return _allowed_characters_text(details["pattern"])
@@ -114,7 +114,7 @@ def format_validation_error(error_entry: Any) -> str:
 
 
 def _allowed_characters_text(pattern: str) -> str:
-    """Return a message with the characters that a regular expression of a setting allows."""
+    """Return a message with the characters that a setting may contain, according to its regular expression."""
     if "[0-9a-f]" in pattern:
         return "64 digits of a SHA-256 are needed: 0 to 9 and a to f"
     if r"\S" in pattern:
@@ -124,7 +124,7 @@ def _allowed_characters_text(pattern: str) -> str:
 
 
 def _without_length_errors(error_entries: Sequence[Any]) -> list[Any]:
-    """Return the entries of a ValidationError without "too short" for lists that contain an invalid value."""
+    """Omit "list is too short" errors for lists that also contain an invalid value."""
     places = [tuple(fault["loc"]) for fault in error_entries]
     return [
         fault
@@ -204,7 +204,7 @@ def make_constructor_raise_argument_errors(model_class: type[Model]) -> type[Mod
 
 
 def _key_path_and_models_of_error(error_entry: Any, root_model: Any) -> tuple[Steps, list[type[BaseModel]]]:
-    """Return the key path of a wrong value, and the pydantic models to which its last key belongs or leads.
+    """Return the keys that lead to a wrong value, and the pydantic models in which its last key is defined.
 
     Names that pydantic adds for members of a union, and tags of models, are left out: they are not keys of the file.
     """
@@ -232,7 +232,7 @@ def _pydantic_models_in_annotation(annotation: Any) -> list[type[BaseModel]]:
 
 
 def _union_tag_and_values(union_models: Sequence[type[BaseModel]]) -> tuple[str, list[str]]:
-    """Return the key that distinguishes the pydantic models of a union, and its values; empty if there is none."""
+    """Return the key whose value selects one of several pydantic models, and its possible values; else "" and []."""
     for name in union_models[0].model_fields if union_models else ():
         words = [form.model_fields[name].annotation for form in union_models if name in form.model_fields]
         if all(get_origin(word) is Literal for word in words):
@@ -241,7 +241,7 @@ def _union_tag_and_values(union_models: Sequence[type[BaseModel]]) -> tuple[str,
 
 
 def _is_file_key(location_part: str) -> bool:
-    """True if a part of an error location is a key of the file, not a name that pydantic adds."""
+    """True if a part of the location of a pydantic error is a key in the file, not a name added by pydantic."""
     members = {"float", "int", "str", "bool", "tuple", "list", "literal", "none"}
     return (
         location_part.replace("_", "").replace("-", "").isalnum()
@@ -251,7 +251,7 @@ def _is_file_key(location_part: str) -> bool:
 
 
 def _mapping_form_hint(key_path: Steps, union_models: Sequence[type[BaseModel]], given_value: object) -> str:
-    """Return a message with the correct form of a mapping, for a single value given instead of the mapping."""
+    """Return a message with the correct form of a setting with several keys, if a single value is given instead."""
     if len(union_models) > 1:
         key, known = _union_tag_and_values(union_models)
         if isinstance(given_value, str) and given_value in known:
@@ -270,7 +270,7 @@ def _mapping_form_hint(key_path: Steps, union_models: Sequence[type[BaseModel]],
 
 
 def _likely_key_of_value(model_fields: Mapping[str, Any], given_value: object) -> str:
-    """Return the key that a value without a key probably belongs to: ``step``, or the first that accepts its type."""
+    """Return the key to which a value that was given without a key probably belongs."""
     kinds = {int: (int, float), float: (float, int), str: (str,), list: (tuple,)}
     if type(given_value) in (int, float) and "step" in model_fields:
         return "step"
@@ -281,7 +281,7 @@ def _likely_key_of_value(model_fields: Mapping[str, Any], given_value: object) -
 
 
 def _plain_python_types(annotation: Any) -> set[Any]:
-    """Return the plain types in a type annotation: `tuple` for any list, `str` for a literal word."""
+    """Return the basic Python types that a type annotation allows: `tuple` for lists, `str` for literal words."""
     if (origin := get_origin(annotation)) is tuple:
         return {tuple}
     if origin is Literal:
@@ -290,10 +290,10 @@ def _plain_python_types(annotation: Any) -> set[Any]:
 
 
 def short_text_of_value(value: object) -> str:
-    """Return the text of a value for messages, shortened to 60 characters and three levels of nested lists."""
+    """Return the text of a value for messages, at most 60 characters and three nested levels long."""
 
     def shorten_nested(nested_value: object, levels_left: int) -> object:
-        """Return a nested value in which long texts, long lists and deep levels are shortened."""
+        """Return a value of nested lists and dictionaries with long texts and deep levels cut."""
         if isinstance(nested_value, list | tuple):
             return [shorten_nested(one, levels_left - 1) for one in nested_value[:20]] if levels_left else "…"
         if isinstance(nested_value, dict):
@@ -312,5 +312,5 @@ def short_text_of_value(value: object) -> str:
 
 
 def _shorten_text(text: str) -> str:
-    """Return a text shortened to 60 characters."""
+    """Return a text, cut to 60 characters."""
     return text if len(text) <= 60 else text[:57] + "…"

@@ -119,7 +119,7 @@ def assemble_record(
 def _relative_header_peak_differences(
     components: Sequence[RecordComponent], refusals_out: AssemblyRefusalCollector
 ) -> dict[str, float]:
-    """Return |data peak − header peak| / header peak by axis name; components without header peak are left out."""
+    """Return |sample peak − header peak| / header peak by axis, for components with a peak in the header."""
     differences = {}
     for component in components:
         with refusals_out.collect_reason():

@@ -35,14 +35,14 @@ _language: ContextVar[str] = ContextVar("language", default=ENGLISH)
 
 
 def check_language_is_known(language: str) -> None:
-    """Raise an ArgumentError that lists the known languages if a language code is not among them."""
+    """Raise an ArgumentError, with the codes of all known languages, if a language code is unknown."""
     if language not in LANGUAGES:
         raise ArgumentError(f"language {language}: no texts in this language; choose one of {', '.join(LANGUAGES)}")
 
 
 @contextmanager
 def translate_visible_texts_to(language: str | None) -> Iterator[None]:
-    """Translate visible texts into a language inside the block; None stands for English.
+    """Context manager in which texts of figures and reports are translated into a language; None is English.
 
     Raises
     ------
@@ -58,13 +58,13 @@ def translate_visible_texts_to(language: str | None) -> Iterator[None]:
 
 
 def current_language() -> str:
-    """Return the code of the language into which visible texts are translated."""
+    """Return the code of the language into which texts of figures and reports are translated."""
     return _language.get()
 
 
 @cache
 def read_translation_table(language: str, table_name: str) -> dict[str, str]:
-    """Return the translations of English texts in a table (``labels``, ``figures`` or ``explorer``) of a language."""
+    """Read a translation table (``labels``, ``figures`` or ``explorer``): translations by English text."""
     import yaml
 
     path = resources.files("overturning").joinpath("translation", "tables", language, f"{table_name}.yaml")
@@ -73,24 +73,24 @@ def read_translation_table(language: str, table_name: str) -> dict[str, str]:
 
 
 def read_label_translations(language: str) -> dict[str, str]:
-    """Return the translations into a language of the English names that findings contain, by English name."""
+    """Read the translations of the names in a study's results (statistics, outcomes, …), by English name."""
     return read_translation_table(language, "labels")
 
 
 @cache
 def _label_and_figure_translations(language: str) -> dict[str, str]:
-    """Return the translations for figures and films into a language, including the labels, by English text."""
+    """Read the translations of the texts in figures and films, and of names in results, by English text."""
     return read_label_translations(language) | read_translation_table(language, "figures")
 
 
 def translate_label(text: str, translation_table: Mapping[str, str]) -> str:
-    """Return the translation of a text that has an entry of its own in a table, or the text if it has none."""
+    """Translate a text that a table lists as a whole; return the text itself if the table lacks it."""
     found = _entry_translation(text, tuple(translation_table.items()))
     return text if found is None else found
 
 
 def translate(text: str, language: str | None = None) -> str:
-    """Return a visible text in a language, by default the current one; parts without an entry stay as they are.
+    """Translate a text of a figure or film, by default into the current language; unknown parts stay English.
 
     Lines of a text that have an entry only together, since a sentence was broken, are translated together.
     """
@@ -103,7 +103,7 @@ def translate(text: str, language: str | None = None) -> str:
 
 
 def translate_strings(data: Any, language: str | None = None) -> Any:
-    """Return plain data (dictionaries, lists, texts, numbers) with translated texts; packed ``data`` stays as it is."""
+    """Translate all texts in nested dictionaries and lists, except values of the key ``data``."""
     if isinstance(data, str):
         return translate(data, language)
     if isinstance(data, dict):
@@ -114,7 +114,7 @@ def translate_strings(data: Any, language: str | None = None) -> Any:
 
 
 def installed_fonts_of_language(language: str) -> list[str]:
-    """Return the names of installed fonts for a language; empty for a language that needs no special font."""
+    """Return the installed fonts for a language; empty if none is installed or the language needs none."""
     import typst
 
     _, names = FONTS.get(language, ("", ()))
@@ -123,7 +123,7 @@ def installed_fonts_of_language(language: str) -> list[str]:
 
 
 def check_font_is_installed(language: str, file_name: str) -> None:
-    """Raise an error that names the Debian package if a file needs a font of a language, and none is installed."""
+    """Raise an error with the Debian package to install if a file needs a missing font of a language."""
     if language in FONTS and not installed_fonts_of_language(language):
         raise MissingDataError(
             f"{file_name}: no font for the language {language}; install the Debian package {FONTS[language][0]}"
@@ -131,7 +131,7 @@ def check_font_is_installed(language: str, file_name: str) -> None:
 
 
 class _TranslationEntryWithFields(NamedTuple):
-    """Entry of a translation table whose English text contains fields, such as ``{}`` or ``{name}``."""
+    """English text with placeholders (``{}`` or ``{name}``) as a pattern, with its translation."""
 
     pattern: "re.Pattern[str]"
     names: tuple[str, ...]  # of the fields in the English text; "" for a number
@@ -142,7 +142,7 @@ class _TranslationEntryWithFields(NamedTuple):
 def _translation_entries_and_those_with_fields(
     table_entries: tuple[tuple[str, str], ...],
 ) -> tuple[dict[str, str], list[_TranslationEntryWithFields]]:
-    """Return all entries of a table as a dictionary, and the list of those that contain fields, in their order."""
+    """Return a table's translations by English text, and a list of those whose text has placeholders."""
     found = []
     for english, translation in table_entries:
         fixed, names = _FIELD.split(english)[::2], tuple(_FIELD.findall(english))
@@ -156,7 +156,7 @@ def _translation_entries_and_those_with_fields(
 
 @lru_cache(maxsize=4096)
 def _entry_translation(text: str, table_entries: tuple[tuple[str, str], ...]) -> str | None:
-    """Return the translation of a text that equals or matches an entry of a table; None if there is no such entry."""
+    """Return the translation of a text that a table lists, exactly or with placeholders; None if there is none."""
     exact, entries = _translation_entries_and_those_with_fields(table_entries)
     if text in exact:
         return exact[text]
@@ -171,7 +171,7 @@ def _entry_translation(text: str, table_entries: tuple[tuple[str, str], ...]) ->
 
 
 def _translate_text_lines(text: str, table_entries: tuple[tuple[str, str], ...]) -> str:
-    """Return a text translated line by line; lines that have an entry only together are translated together."""
+    """Translate a text line by line; lines that the table lists only together are translated together."""
     lines, translated, start = text.split("\n"), list[str](), 0
     while start < len(lines):
         for end in range(start + 1, len(lines) + 1):
@@ -186,7 +186,7 @@ def _translate_text_lines(text: str, table_entries: tuple[tuple[str, str], ...])
 
 
 def _translate_list_parts(text: str, table_entries: tuple[tuple[str, str], ...]) -> str:
-    """Return a list such as "a, b" with its parts translated; unchanged if no part of it has an entry."""
+    """Translate the parts of a list such as "a, b"; return it unchanged if no part is in the table."""
     for separator in SEPARATORS:
         parts = text.split(separator)
         if len(parts) > 1:

@@ -186,7 +186,7 @@ class Header(TextLines):
         return (north, east) if each == 2 else (round(north, 5), round(east, 5))
 
     def origin_time_and_epicentre_entries(self) -> tuple[datetime | None, dict[str, Any]]:
-        """Return an earthquake's origin time (UTC), and its epicentre as entries of ``extra``; None, {} if missing."""
+        """Return origin time (UTC) and epicentre (as entries of `Record.extra`) of the earthquake, or None and {}."""
         stated = re.sub(r"\s+|,", "", re.sub(r",?\s+(?=\d+:)", "-", self.field_text("origin")))
         origin = parse_time_as_utc(stated, "%Y/%m/%d-%H:%M:%S", "%m/%d/%Y-%H:%M:%S", "%m/%d/%y-%H:%M:%S")
         if origin and origin.year >= 2000 + FIRST_YEAR:  # Python reads years up to 68 as 20xx.

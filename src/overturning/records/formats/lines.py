@@ -91,7 +91,7 @@ class TextLines:
     def read_fixed_width_samples(
         self, first_line: int, *, width: int, per_line: int, count: int, ends_file: bool = False
     ) -> tuple[FloatArray, int, tuple[str, ...]]:
-        """Return ``count`` samples in columns of fixed width, index of the next line, and notes on surplus numbers."""
+        """Read ``count`` samples in fixed-width columns; return also the next line's index and notes."""
         values = self.read_fixed_columns(first_line, width=width, per_line=per_line, count=count)
         return values, *self.skip_surplus_lines(first_line + -(-count // per_line), count, ends_file=ends_file)
 
@@ -197,7 +197,7 @@ class TextLines:
         return np.array(numbers, dtype=np.float64)
 
     def _check_last_number_is_complete(self) -> None:
-        """Raise a RecordError if the last number is cut: no line end, and other decimals than the number before."""
+        """Raise a RecordError if the file ends within a number: no newline, and fewer or more decimals than before."""
         words = " ".join(self.lines[-2:]).split()[-2:]
         if not self.ends_with_newline and len(words) == 2 and len(words[0].lstrip("+-")) != len(words[1].lstrip("+-")):
             before, last = (w.partition(".")[2] for w in words)

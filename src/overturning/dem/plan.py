@@ -52,7 +52,7 @@ def group_numbers_of_equal_cases(*case_columns: NDArray[Any]) -> NDArray[np.int6
 class SimulationPlan(ABC):
     """Plan (checked input and settings) of the simulation of a model in n cases, for one compiled kernel.
 
-    Each value depends only on its own case and motion, so that subsets give the same results.
+    The values of a case depend only on this case and its motion, so that subsets give the same results.
     """
 
     split_long_queues: ClassVar[bool] = False

@@ -164,7 +164,7 @@ def steps_per_sample(
 ) -> NDArray[np.int64]:
     """Return the number of time steps per sample of the record for each case, from the requested time step.
 
-    It depends only on the case and the sampling interval.
+    The number depends only on the case and the sampling interval.
 
     Parameters
     ----------

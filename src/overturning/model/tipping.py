@@ -181,7 +181,7 @@ def _lowest_vertex_changes(
 def _final_resting_triangles(hull: ConvexHull, size: float) -> NDArray[np.int64]:
     """Return, for each triangle of a hull, the triangle on which a body starting there at rest stops rolling.
 
-    It rolls over the edge beyond which the foot of the perpendicular from its centre lies furthest.
+    The body rolls over the edge beyond which the foot of the perpendicular from its centre lies furthest.
     """
     feet, beyond = hull.normals * hull.offsets[:, None], []
     for k in range(3):

@@ -48,7 +48,7 @@ def oscillator_filter_coefficients(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the coefficients of a recursive filter from ground acceleration to an oscillator's displacement, velocity.
 
-    They are the numerators for relative displacement and velocity, and their common denominator.
+    The coefficients are the numerators for relative displacement and velocity, and their common denominator.
 
     The state (d, v) of d̈ + 2hωḋ + ω²d = −a advances by one sample as A (d, v) + B₀ a_k + B₁ a_(k+1), with
     the matrix exponential A of the linear system; its z-transform gives one denominator and two numerators, shape (3,).
@@ -116,7 +116,7 @@ class OscillatorResponseCalculator:
     ) -> list[FloatArray]:
         """Return an oscillator's relative displacement (m) or velocity (m/s) over time, for each requested quantity.
 
-        Each array has the shape (k, points) for k components; `points_per_sample_for_period` says how many per sample.
+        Each array has the shape (k, points) for k components; see `points_per_sample_for_period` for the number of points.
         """
         from scipy.signal import lfilter
 

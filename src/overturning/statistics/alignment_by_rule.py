@@ -79,7 +79,7 @@ def fault_normal_alignment_by_block_selection(
 def _sum_falls_by_block_rule(block_rules: Sequence[BlockSelectionRule], cube: xr.Dataset) -> xr.Dataset:
     """Return, for each record and block selection rule, the number of falls and the sums over doubled fall axes.
 
-    The dimensions are (record, rule). The sums are those of cosines and sines of doubled fall axes.
+    The dimensions are (record, rule); cosines and sines of doubled fall axes are summed.
     """
     model, share = model_of_cube(cube), share_of_directions_with_overturning(cube)
     falls = model.fall_probability_and_direction_by_cell(cube)

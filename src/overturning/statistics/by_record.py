@@ -19,7 +19,7 @@ def load_records_of_cube(
 ) -> xr.Dataset:
     """Load the simulated outcomes of some records into memory from a results dataset, with a single read.
 
-    That is faster than many small dask graphs.
+    A single read is faster than many small dask graphs.
 
     Parameters
     ----------

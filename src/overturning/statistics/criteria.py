@@ -56,7 +56,7 @@ def ishiyama_velocity_limit(height: ArrayLike, b_over_h: ArrayLike) -> FloatArra
 def ishiyama_acceleration_limit(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
     """Return the PGA (m/s²) above which a block overturns: the larger of Ishiyama's acceleration and velocity limits.
 
-    It is the larger of g B/H and of `ishiyama_velocity_limit` divided by PGV/PGA, s.
+    The limits are g B/H and `ishiyama_velocity_limit` divided by PGV/PGA, s.
     """
     by_velocity = ishiyama_velocity_limit(height, b_over_h) / _checked_positive_array("pgv_over_pga", pgv_over_pga)
     return np.maximum(west_acceleration_limit(b_over_h), by_velocity)

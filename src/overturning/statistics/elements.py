@@ -164,7 +164,7 @@ def _median_and_90th_percentile(values_by_record: list[NDArray[np.float32]]) -> 
 def count_falls_of_two_stones(cube: xr.Dataset, other_cube: xr.Dataset) -> xr.Dataset:
     """Count, for each record, the cases in which both of two stones fall, and those in which only one falls.
 
-    Each stone has its own cube.
+    Each stone has its own results dataset.
 
     Parameters
     ----------

@@ -59,7 +59,7 @@ class BestCaseOfRecord(NamedTuple):
 class IllustrativeCaseRule(NamedTuple):
     """Rule that finds, among one record's results, the best case to illustrate one kind of behaviour.
 
-    The dimensions of this cube are in the order of the model.
+    The dimensions of these results are in the order of the model.
     """
 
     title: str

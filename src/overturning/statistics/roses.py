@@ -82,7 +82,7 @@ def _nominal_fall_azimuths_and_weights(cube: xr.Dataset) -> tuple[FloatArray, Fl
 def _rose_spread_width_deg(plane_azimuths_deg: FloatArray) -> float:
     """Return the width (degrees) over which a rose diagram spreads the 2-D falls simulated at one azimuth.
 
-    It is 0 for a single plane, and if all sectors have equally many planes.
+    The width is 0 for a single plane, and if all sectors have equally many planes.
     """
     step = azimuth_gaps_and_step(plane_azimuths_deg, FULL_TURN)[1]
     in_a_sector = FULL_TURN / SECTORS / step

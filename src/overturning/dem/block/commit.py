@@ -150,7 +150,7 @@ def slip_directions_for_next_attempt(
 ) -> AssumedSlipDirections:
     """Return, for both corners, the signed friction ±μ (0: sticking) that the next attempted step assumes.
 
-    They are those of the solved step; a retry keeps the old direction of a corner if it was correct.
+    The solved step gives the new friction; a repeated step keeps the old assumption of a corner if it was correct.
     """
     of_left, of_right = (0.0 if is_fine_step else assumed_slip.left), (0.0 if is_fine_step else assumed_slip.right)
     left, right = solved_corners.left, solved_corners.right
@@ -167,7 +167,7 @@ def contact_time_beyond_half_step(
 ) -> float:
     """Return the time (s) by which a corner contact that closed in this step acts beyond half the step; 0 for others.
 
-    It is 0 if the contact of `corner` has not closed in the step. One division serves both corners.
+    One division serves both corners.
     """
     inverse = 2.0 * half_step_time / (corner.sunk * other_corner.sunk)
     time = corner.corner.depth * (inverse * other_corner.sunk) - half_step_time

@@ -44,7 +44,7 @@ def flat_landing_friction(
 ) -> tuple[bool, float, float]:
     """Return, for a landing on both corners, if the block slides, ±μ, and the rotating share of friction's moment.
 
-    The signed friction is ±μ, with the sign of `vx`. The share is the part of the moment that rotates the block.
+    The friction coefficient ±μ has the sign of `vx`. The share is the part of the moment that rotates the block.
 
     The velocity of the centre decides. If μ ≤ B/H, the resultant impulse passes through the base, which
     therefore takes the whole moment of friction.

@@ -59,10 +59,7 @@ def unused_block_state_fields(with_vertical: bool, with_friction: bool) -> list[
 
 @cache
 def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) -> Any:
-    """Return the compiled time loop of the centred scheme for blocks, with or without vertical motion and friction.
-
-    The variants are those with or without vertical base motion, and with or without friction.
-    """
+    """Return the compiled time loop of the centred scheme for blocks, with or without vertical motion, friction."""
     unused = unused_block_state_fields(with_vertical, with_friction)
     solution = centred.solve_velocity_changes if with_friction else centred.solve_velocity_changes_without_friction
     load_block, load_inertial_accelerations, load_step_control = (

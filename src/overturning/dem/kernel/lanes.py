@@ -113,8 +113,8 @@ borrowed: Final[Any] = intrinsic(_view_arrays_without_reference_counts)
 def create_window_slicer(window_length: int, first_index: int = 0, stride: int | None = None) -> Any:
     """Return a compiled function ``window(array, k)`` that returns the k-th slice of fixed length of an array.
 
-    It has `window_length` values from ``first_index + k * stride`` on; `stride` defaults to `window_length`. The array
-    is flat and borrowed. Unlike an ordinary slice it has no bounds checks, which take long to compile.
+    A slice has `window_length` values from ``first_index + k * stride`` on; `stride` defaults to `window_length`. The
+    array is flat and borrowed. Unlike an ordinary slice it has no bounds checks, which take long to compile.
     """
 
     def slice_window(_typing_context: Any, array: Any, window_index: Any) -> Any:  # noqa: ARG001

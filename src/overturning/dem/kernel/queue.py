@@ -143,7 +143,7 @@ def write_lane_results(
 def register_model_functions(kernel_input_type: type, *functions: Callable[..., Any]) -> None:
     """Register a model's functions under the type of its kernel input, by which compiled code selects them.
 
-    Each has the name of one of the functions of this module without implementation.
+    Each function has the name of one of the functions of this module that have no implementation.
     """
     for function in functions:
 

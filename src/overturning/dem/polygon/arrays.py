@@ -257,7 +257,7 @@ def pair_uses_flat_landing_rule(elements: list[PlacedElement], index_a: int, ind
 def nearest_faces_never_change(elements: list[PlacedElement]) -> bool:
     """True for an upright rectangle on wide driven ground: which faces are in contact stays the same until a fall.
 
-    Only its lower corners can touch the ground until it lies on its side, when it has fallen.
+    Only the lower corners of the rectangle can touch the ground until it lies on its side, when it has fallen.
     """
     if len(elements) != 2:
         return False

@@ -161,7 +161,8 @@ def completed_fall_side(element: ElementState, element_rules: Any) -> float:
 def any_element_can_fall_without_base_motion(state: Any, lane: int, element_rules: Any, gravity: float) -> bool:
     """True if the energy of any standing element suffices to overturn it while the base is at rest.
 
-    It needs its barrier or, without a tipping angle, 1 % of the potential energy that it loses down to its fall limit.
+    An element needs its energy barrier or, without a tipping angle, 1 % of the potential energy that it loses down to
+    its fall limit.
     """
     for i in range(element_rules.size):
         item = rows.load_element(rows.of_element(state, i), lane)

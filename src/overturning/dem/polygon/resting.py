@@ -44,7 +44,7 @@ def count_touching_segment_ends(pair: PairState) -> int:
 def last_support_time(state: Any, lane: int, scene: Any, element_index: int, max_gap: float) -> float:
     """Return the last time (s) at which an element was on a standing support; infinity if it is on one now.
 
-    It is on its support if their distance is at most `max_gap` (m): a stone that hops a little has not left it.
+    An element is on its support if their distance is at most `max_gap` (m): a stone that hops a little has not left it.
     """
     until, had = rows.of_element(state, element_index)[rows.CARRIED_UNTIL + lane], False
     for p in range(scene.layout.shape[0]):

@@ -116,7 +116,7 @@ class OscillatorResponseCalculator:
     ) -> list[FloatArray]:
         """Return an oscillator's relative displacement (m) or velocity (m/s) over time, for each requested quantity.
 
-        Each array has the shape (k, points) for k components; see `points_per_sample_for_period` for the number of points.
+        Each array has the shape (k, points) for k components; see `points_per_sample_for_period`.
         """
         from scipy.signal import lfilter
 

@@ -50,7 +50,7 @@ def test_mass_inertia_and_base_are_those_of_the_prism(plan: PlanShape) -> None:
     assert 0.5 * cross.sum() == pytest.approx(area)
     assert stone.mass == pytest.approx(2650.0 * area * 1.2, rel=2e-2)
     assert stone.mass / Stack(prisms(("rectangle", 0.4, 1.2))).stones()[0].mass == pytest.approx(area / 0.16)
-    assert stone.base_reach == pytest.approx(0.2, rel=1e-9 if plan != "circle" else 1e-2)
+    assert stone.nearest_base_side_distance == pytest.approx(0.2, rel=1e-9 if plan != "circle" else 1e-2)
 
 
 @pytest.mark.parametrize("plan", PLANS)
@@ -61,7 +61,7 @@ def test_free_rocking_about_a_side_loses_what_housner_predicts(plan: PlanShape) 
     """
     scene = prisms((plan, 0.4, 1.2))
     (stone,) = Stack(scene).stones()
-    b, h, t = stone.base_reach, 0.6, np.arange(0.0, 6.0, INTERVAL)
+    b, h, t = stone.nearest_base_side_distance, 0.6, np.arange(0.0, 6.0, INTERVAL)
     pulse = np.where(t < 0.5, 1.6 * b / h * GRAVITY * np.sin(2.0 * np.pi * t), 0.0)
     motion = Motion(pulse, np.zeros(t.size), sampling_interval=INTERVAL, trust_data=True)
     path = trajectory(motion, scene, orientation_deg=0.0, friction=3.0)

@@ -25,7 +25,7 @@ from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import round_to_stored_precision
 from overturning.settings import EnsembleSettings
-from overturning.study.answers import OutcomeDifferenceCounts, count_outcome_differences, empty_case_outcomes
+from overturning.study.answers import OutcomeDifferenceCounts, count_outcome_differences, empty_outcome_array
 from overturning.study.convergence import read_convergence_result
 from overturning.study.convergence_check import case_rerun_functions, check_convergence
 from overturning.study.cube import open_cube
@@ -234,7 +234,7 @@ def test_repetition_goes_on_with_finer_steps_where_stiffer_springs_are_refused()
     settings = study(contact={"stiffness": 3e13}, verification={"at_least": 4, "cost": 50})
     none = np.zeros(2, np.bool_)
     sure, index = none[:, None], np.zeros((2, 4), np.int64)
-    sample = CellSample(np.zeros(2, np.int64), index, empty_case_outcomes(2, 1), none, sure, sure, np.ones(2), 36, 0)
+    sample = CellSample(np.zeros(2, np.int64), index, empty_outcome_array(2, 1), none, sure, sure, np.ones(2), 36, 0)
     quiet = Record("a", np.zeros(50), np.zeros(50), None, 0.01)
     found = check_convergence(settings, [quiet], sample)
     assert "stiffness" in found.stiffer.refused

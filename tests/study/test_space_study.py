@@ -15,7 +15,7 @@ from overturning.records.record import Record
 from overturning.records.store import read_record_from_motion_file
 from overturning.study.answers import (
     count_outcome_differences,
-    empty_case_outcomes,
+    empty_outcome_array,
     fall_azimuths_differ,
     outcomes_differ,
 )
@@ -172,7 +172,7 @@ def test_a_part_of_it_is_run_again_more_exactly(cube_file: Path, settings: Study
 
 
 def test_azimuths_fifteen_degrees_apart_are_another_direction() -> None:
-    first, second = empty_case_outcomes(4, 1), empty_case_outcomes(4, 1)
+    first, second = empty_outcome_array(4, 1), empty_outcome_array(4, 1)
     first["overturned"][:, 0] = second["overturned"][:, 0] = flags = np.array([1, 1, 1, 0], np.int8)
     first["azimuth"][:, 0], second["azimuth"][:, 0] = [359.0, 10.0, 100.0, np.nan], [13.0, 26.0, 110.0, np.nan]
     found = count_outcome_differences(flags, flags, fall_azimuths_differ(first, second)[:, 0])

@@ -126,7 +126,7 @@ def test_all_faults_are_reported_at_once(tmp_path: Path) -> None:
 def test_what_outcomes_count_as(tmp_path: Path, header: str, cells: str, counted: str, kinds: tuple[str, ...]) -> None:
     table = read(tmp_path, f"{header}\n{cells}\n")
     row = table.rows[0][1]
-    assert (row.counted_as, row.kinds) == (counted, kinds)
+    assert (row.counted_as, row.outcome_kinds) == (counted, kinds)
     assert [stone.fell for stone in table.stones] == ([] if counted == "not counted" else [counted == "fell"])
     assert all(math.isnan(stone.azimuth_deg) for stone in table.stones if not stone.fell)
 

@@ -24,7 +24,7 @@ from overturning.dem.body.base_contact import (
     both_extreme_base_points_rest,
     landing_time_of_new_contact,
     update_base_contacts,
-    vertex_waits_for_extreme_base_vertices,
+    vertex_contact_is_deferred,
 )
 from overturning.dem.body.centred import (
     centre_acceleration,
@@ -345,7 +345,7 @@ def add_vertex_contact_forces(
             left,
             rate,
             (
-                vertex_waits_for_extreme_base_vertices(body, base_contact, p, at.arm.z, left),
+                vertex_contact_is_deferred(body, base_contact, p, at.arm.z, left),
                 base_lands_flat(base_contact),
                 landing_time_of_new_contact(body, base_contact),
                 base_contact.tilting,
@@ -358,7 +358,7 @@ def add_vertex_contact_forces(
             right,
             rate,
             (
-                vertex_waits_for_extreme_base_vertices(body, base_contact, q, on.arm.z, right),
+                vertex_contact_is_deferred(body, base_contact, q, on.arm.z, right),
                 base_lands_flat(base_contact),
                 landing_time_of_new_contact(body, base_contact),
                 base_contact.tilting,

@@ -67,7 +67,7 @@ def summarise_or_compare_survey(
     for note in table.notes:
         print(note)
     observed = observed_survey_findings(summarise_survey(table))
-    _print_template(SurveyCommandResults(observed=[observed]), "survey_summary")
+    _print_rendered_template(SurveyCommandResults(observed=[observed]), "survey_summary")
     if rose is not None:
         draw_observed_roses([observed.together], rose)
         print(f"rose: {rose}")
@@ -113,7 +113,7 @@ def _compare_survey_with_cube(
         print(f"no plane {gaps} was computed: the prediction for these directions comes from other planes")
     found = survey_findings(result)
     # The summary has printed the doubts.
-    _print_template(SurveyCommandResults(surveys=[found.model_copy(update={"doubts": []})]), "survey")
+    _print_rendered_template(SurveyCommandResults(surveys=[found.model_copy(update={"doubts": []})]), "survey")
     if output is not None:
         write_result(result, output)
     if figure is not None:
@@ -123,7 +123,7 @@ def _compare_survey_with_cube(
         print(f"figure: {figure}")
 
 
-def _print_template(found: "BaseModel", name: str) -> None:
+def _print_rendered_template(found: "BaseModel", name: str) -> None:
     """Print results as plain text, formatted by the report template `name`."""
     from overturning.report.render import parse_markdown, render_markdown
     from overturning.report.terminal import plain_lines
@@ -205,7 +205,7 @@ def infer_motion_from_survey(
 
     responses = StoneOutcomeProbabilities(library, kinds, threads=threads, progress=print_progress)
     result = SurveyInversion(responses, background_share, fixed_share).invert_survey(stones.name, rows)
-    _print_template(SurveyCommandResults(inferred_motions=[inferred_motion_findings(result, rows)]), "motions")
+    _print_rendered_template(SurveyCommandResults(inferred_motions=[inferred_motion_findings(result, rows)]), "motions")
     if output is not None:
         write_inversion_result(result, output)
     if figure is not None:
@@ -234,4 +234,4 @@ def compute_survival_probability(
     for note in notes:
         print(note)
     found = survival_by_class(curves, hazards, years, fragility_and_hazard_file_names=(str(fragility), str(hazard)))
-    _print_template(survival_findings(found, rows), "stood")
+    _print_rendered_template(survival_findings(found, rows), "stood")

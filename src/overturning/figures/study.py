@@ -58,11 +58,14 @@ def study_figure_functions(
         plane = partial(outcomes_by_pga_and_pgv_ratio_figure, cube, intensity, fit, friction, another)
         return functions | {"plane": plane}
 
-    def follow() -> "Figure":
+    def draw_alignment_by_b_over_h() -> "Figure":
         slender = cube["b_over_h"].to_numpy().astype(np.float64)
         return fall_alignment_by_b_over_h_figure(fall_alignment_with_references(cube, intensity), slender)
 
-    return functions | {"earthquakes": partial(fall_roses_by_earthquake_figure, cube), "follow": follow}
+    return functions | {
+        "earthquakes": partial(fall_roses_by_earthquake_figure, cube),
+        "follow": draw_alignment_by_b_over_h,
+    }
 
 
 def _draw_station_maps(cube: xr.Dataset, output_folder: Path, write_figure_files: Write) -> None:

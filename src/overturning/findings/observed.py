@@ -4,7 +4,7 @@ from pydantic import Field
 
 from overturning.findings.values import Finding, Number
 from overturning.statistics.bootstrap import exact_share_interval
-from overturning.statistics.sample_direction import SampleDirection
+from overturning.statistics.mean_direction import MeanDirectionWithInterval
 from overturning.surveys.observed import ObservedFalls, ObservedSurvey
 
 
@@ -132,7 +132,7 @@ def _observed_falls_finding(observed: ObservedFalls) -> ObservedFallsFinding:
     )
 
 
-def _mean_fall_direction(found: SampleDirection) -> MeanFallDirection:
+def _mean_fall_direction(found: MeanDirectionWithInterval) -> MeanFallDirection:
     """Return the report's numbers on a mean fall direction or axis: angle, interval, resultant and p-value."""
     return MeanFallDirection(
         sample_size=found.n,

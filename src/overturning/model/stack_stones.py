@@ -50,7 +50,7 @@ class StackStone:
         return len(self.base) == 4 and len(np.unique(self.base[:, 0])) == 2
 
     @property
-    def base_reach(self) -> float:
+    def nearest_base_side_distance(self) -> float:
         """Horizontal distance of the nearest side of the base from the centre of mass, m."""
         return float(np.abs(self.base).min() if self.is_box else polygon_side_distances(self.base).min())
 
@@ -88,10 +88,10 @@ def reasons_scene_is_no_stack(scene: Scene) -> list[str]:
         law = scene.contact_law(below, element)
         if law.stiffness != "auto" or law.damping is not None:
             faults.append(f"the contact of {element.name} has a stiffness or dashpot of 2-D corners")
-    return faults or _level_face_and_balance_faults(scene)
+    return faults or _reasons_stones_are_not_level_or_balanced(scene)
 
 
-def _level_face_and_balance_faults(scene: Scene) -> list[str]:
+def _reasons_stones_are_not_level_or_balanced(scene: Scene) -> list[str]:
     """Return the reasons why stones of a scene do not stand on each other with level faces and in balance."""
     placed = place_elements(scene)[1:]
     faults = [
@@ -124,11 +124,12 @@ def stack_stones(scene: Scene, height: float | None = None, b_over_h: float | No
     for below, item in zip(scene.elements, placed[1:], strict=False):
         element = item.element
         depth = element.depth * scale * (wider if element.name == scene.size_reference_element_name else 1.0)
-        stones.append(_stone_of_element(item, depth, scene.contact_law(below, element), _density(scene, element)))
+        density = _density_of_element(scene, element)
+        stones.append(_stone_of_element(item, depth, scene.contact_law(below, element), density))
     return stones
 
 
-def _density(scene: Scene, element: Element) -> float:
+def _density_of_element(scene: Scene, element: Element) -> float:
     """Return the density of an element, kg/m³."""
     return scene.materials[element.material].density
 
@@ -140,7 +141,7 @@ def polygon_side_distances(corners: FloatArray, x: float = 0.0) -> FloatArray:
     return np.asarray(inward / np.sqrt((side**2).sum(axis=1)))
 
 
-def _ring_and_inertia_of_plan(plan: PlanShape, width: float, height: float) -> tuple[FloatArray, FloatArray]:
+def _outline_and_inertia_of_plan(plan: PlanShape, width: float, height: float) -> tuple[FloatArray, FloatArray]:
     """Return the corners (m) of a circular or polygonal plan, anticlockwise, and its prism's inertia per mass (m²).
 
     The first side of a polygon faces +x. A circle becomes the polygon of `CIRCLE_SIDES` sides with its area, with the
@@ -171,7 +172,7 @@ def _stone_of_element(item: PlacedElement, depth: float, law: ContactLaw, densit
     symmetry = 4 if is_square else 2
     inertia = np.array([[yy + zz, 0.0, -xz], [0.0, xx + zz, 0.0], [-xz, 0.0, xx + yy]])
     if plan != "rectangle":
-        ring, inertia = _ring_and_inertia_of_plan(plan, *(float(side) for side in np.ptp(outline, axis=0)))
+        ring, inertia = _outline_and_inertia_of_plan(plan, *(float(side) for side in np.ptp(outline, axis=0)))
         faces, symmetry = [ring, ring], (0 if plan == "circle" else int(plan))
     return StackStone(
         name=item.element.name, mass=density * depth * item.shape.area, symmetry=symmetry,

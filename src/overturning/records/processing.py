@@ -63,7 +63,7 @@ def process_record(record: Record, steps: Sequence[Step] | None, site: SoilSite 
             chosen = f"nothing taken from {' and '.join(still)}: the line is zero at no time before the fit"
         record = _with_processing_entry(record, changed, step, chosen, shift)
     if site is not None:
-        surface, chosen = site.move_record_to_surface(record)
+        surface, chosen = site.propagate_record_to_surface(record)
         record = _with_processing_entry(record, surface, site, chosen)
     # Unchanged records of an agency were checked when they were read.
     looked_at = not steps and site is None and record.extra.get("processed", False)

@@ -95,7 +95,7 @@ def block_frequency_parameter(height: ArrayLike, b_over_h: ArrayLike) -> FloatAr
     return np.asarray(np.sqrt(1.5 * STANDARD_GRAVITY / (tall * np.sqrt(1 + slenderness**2))))
 
 
-def _pulse_over_block_frequency(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
+def _pulse_to_block_frequency_ratio(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
     """Return ω/p of a block: angular frequency of a sine pulse with the motion's PGV/PGA, over p = √(3g/4R).
 
     p is the `block_frequency_parameter`.
@@ -113,7 +113,7 @@ def pulse_acceleration_to_overturn_after_impact(
     near-source pulses). The paper was not available. Compared with the rocking block, the formula is 0 to 11 % too
     high for ω/p of 1 to 4 and B/H = 0.1, and far too low for ω/p above 5.
     """
-    ratio = _pulse_over_block_frequency(height, b_over_h, pgv_over_pga)
+    ratio = _pulse_to_block_frequency_ratio(height, b_over_h, pgv_over_pga)
     return west_acceleration_limit(b_over_h) * (1 + ratio / 6)
 
 
@@ -127,7 +127,7 @@ def pulse_acceleration_to_overturn_without_impact(
     Engineering Mechanics 127; in closed form as in Dimitrakopoulos & DeJong 2012, Proceedings of the Royal Society A
     468).
     """
-    ratio = _pulse_over_block_frequency(height, b_over_h, pgv_over_pga)
+    ratio = _pulse_to_block_frequency_ratio(height, b_over_h, pgv_over_pga)
 
     def amplitude_equation_excess(amplitude_factor: FloatArray) -> FloatArray:
         length = (2 * np.pi - np.arcsin(1 / amplitude_factor)) / ratio
@@ -301,7 +301,7 @@ def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> Overt
     kinds, block = np.unique(np.stack([height, slender], axis=1).round(9), axis=0, return_inverse=True)
     of_block = [(float(tall), float(shape)) for tall, shape in kinds]
     group = np.unique(event, return_inverse=True)[1] * len(kinds) + block.ravel()
-    valid = _pulse_over_block_frequency(height, slender, ratio) <= PULSE_VALID
+    valid = _pulse_to_block_frequency_ratio(height, slender, ratio) <= PULSE_VALID
 
     def count_hits_and_misses(predicted_falls: NDArray[np.bool_], weight: FloatArray) -> FloatArray:
         """Count hits, misses, false alarms and rejections by earthquake and block, shape (earthquakes, blocks, 4)."""

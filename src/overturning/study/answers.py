@@ -13,10 +13,10 @@ MAX_AZIMUTH_DIFFERENCE_DEG: Final = 15.0
 """Smallest difference of the azimuths of two 3-D falls that counts as a change of direction, degrees."""
 
 CaseOutcomes = NDArray[np.void]
-"""Structured array of outcomes with the fields `overturned`, `azimuth` and `block_steps`; see `empty_case_outcomes`."""
+"""Structured array of outcomes with the fields `overturned`, `azimuth` and `block_steps`; see `empty_outcome_array`."""
 
 
-def empty_case_outcomes(case_count: int, element_count: int) -> CaseOutcomes:
+def empty_outcome_array(case_count: int, element_count: int) -> CaseOutcomes:
     """Return an array for the outcomes of cases (flag and fall azimuth per element, block steps), not yet filled."""
     answers = np.zeros(
         case_count,

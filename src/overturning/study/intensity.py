@@ -15,7 +15,7 @@ from overturning.motion.motion import Motion
 from overturning.motion.spectra import rotd_percentile_measures
 from overturning.records.earthquakes import assign_records_to_earthquakes
 from overturning.records.record import Record
-from overturning.study.scenes import integer_or_float_directions
+from overturning.study.scenes import directions_as_int16_if_whole
 from overturning.study.schema import Study
 
 PERCENTILES = (0.0, 50.0, 100.0)
@@ -35,7 +35,7 @@ def write_intensity_measures(study: Study, records: Sequence[Record], output_pat
     """
     import xarray as xr
 
-    azimuth = integer_or_float_directions(study.azimuth.expand_azimuths())
+    azimuth = directions_as_int16_if_whole(study.azimuth.expand_azimuths())
     measures = [intensity_dataset_by_azimuth(Motion.of(record), azimuth) for record in records]
     table = xr.concat(measures, dim="record", combine_attrs="override", coords="minimal", compat="override")
     table = table.assign_coords(

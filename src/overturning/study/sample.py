@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from overturning.model.planes import PlanarModel
 from overturning.model.space import MIN_AGREEMENT, cell_weight_in_direction_statistics
-from overturning.study.answers import CaseOutcomes, empty_case_outcomes
+from overturning.study.answers import CaseOutcomes, empty_outcome_array
 from overturning.study.netcdf import open_netcdf_unscaled
 from overturning.study.scenes import variant_grid, variant_model
 from overturning.study.schema import Study
@@ -91,7 +91,7 @@ def read_cell_sample(
             return np.concatenate(of)[place].reshape(record.size, -1)
 
         overturned = values_of_chosen_cells("overturned")
-        answers = empty_case_outcomes(*overturned.shape)
+        answers = empty_outcome_array(*overturned.shape)
         answers["overturned"] = overturned
         if "fall_azimuth" in file.variables:
             answers["azimuth"] = values_of_chosen_cells("fall_azimuth")

@@ -79,11 +79,11 @@ def variant_grid(study: Study, variant: str = NOMINAL) -> CaseGrid:
     element = model.free_element_names if len(model.free_element_names) > 1 else ()
     amplitude = study.amplitude if len(study.amplitude) > 1 else ()
     return CaseGrid(
-        {model.direction: integer_or_float_directions(study.azimuths_or_orientations_deg)} | rows, element, amplitude
+        {model.direction: directions_as_int16_if_whole(study.azimuths_or_orientations_deg)} | rows, element, amplitude
     )
 
 
-def integer_or_float_directions(directions_deg: Sequence[float]) -> NDArray[Any]:
+def directions_as_int16_if_whole(directions_deg: Sequence[float]) -> NDArray[Any]:
     """Convert directions (degrees) to an array: int16 if all are whole numbers, otherwise float64."""
     given = np.array(directions_deg, np.float64)
     return given.astype(np.int16) if np.array_equal(given, np.round(given)) else given

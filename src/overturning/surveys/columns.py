@@ -117,7 +117,7 @@ def _meaning_of_column(name: str, known_columns: Sequence[str]) -> tuple[str, st
     """Return the standard name that a column name means ("" if unused), and why it is refused ("" if accepted)."""
     if name.lower() in known_columns:
         return name.lower(), ""
-    plain = _plain_name(name)
+    plain = _simplified_column_name(name)
     aside = re.findall(r"[(\[](.*?)[)\]]", name.lower())
     if all(word.strip() in _UNITS for word in aside):
         if plain in _ACCEPTED:
@@ -132,7 +132,7 @@ def _meaning_of_column(name: str, known_columns: Sequence[str]) -> tuple[str, st
     return "", ""
 
 
-def _plain_name(name: str) -> str:
+def _simplified_column_name(name: str) -> str:
     """Return a column name in lower case, with underscores for blanks, without parentheses and degree signs."""
     return re.sub(r"[\s-]+", "_", re.sub(r"[(\[].*?[)\]]|°", "", name.lower()).strip()).strip("_?.")
 

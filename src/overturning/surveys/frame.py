@@ -73,7 +73,7 @@ def survey_data_frame(table: SurveyTable) -> "pd.DataFrame":
         rows.append(
             {
                 **{name: getattr(row, name) for name in ("site", "stone", "kind")},
-                "outcome": ", ".join(row.kinds),
+                "outcome": ", ".join(row.outcome_kinds),
                 "counted_as": row.counted_as,
                 "azimuth_deg": stone.azimuth_deg,
                 "azimuth_half_width_deg": stone.direction_half_width_deg if directed else float("nan"),

@@ -9,7 +9,7 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.statistics.circular import sector_index
-from overturning.statistics.sample_direction import SampleDirection, sample_direction
+from overturning.statistics.mean_direction import MeanDirectionWithInterval, mean_direction_with_interval
 from overturning.surveys.notation import NOT_COUNTED
 from overturning.surveys.row import SurveyRow
 from overturning.surveys.stones import Stone, SurveyTable
@@ -29,7 +29,7 @@ class ObservedFalls:
         Stones that count neither as fallen nor as standing, by reason.
     fell_in_unknown_direction : int
         Fallen stones with unknown direction.
-    direction, axis : SampleDirection
+    direction, axis : MeanDirectionWithInterval
         Mean direction and mean axis of the falls of known direction.
     falls_by_sector : ndarray, shape (8,) or (16,)
         Number of falls towards each sector of equal width; the first is centred on north.
@@ -41,8 +41,8 @@ class ObservedFalls:
     moved: int
     not_counted: dict[str, int]
     fell_in_unknown_direction: int
-    direction: SampleDirection
-    axis: SampleDirection
+    direction: MeanDirectionWithInterval
+    axis: MeanDirectionWithInterval
     falls_by_sector: FloatArray
 
 
@@ -106,7 +106,7 @@ def _observed_falls(table: SurveyTable, site: str, sector_count: int) -> Observe
     reasons = Counter[str]()
     for _, row in table.rows:
         if row.counted_as == "not counted":
-            reasons[next(kind for kind in NOT_COUNTED if kind in row.kinds)] += row.count
+            reasons[next(kind for kind in NOT_COUNTED if kind in row.outcome_kinds)] += row.count
     angles = np.repeat(
         [stone.azimuth_deg for stone in stones if stone.fell_in_known_direction],
         [stone.count for stone in stones if stone.fell_in_known_direction],
@@ -115,12 +115,14 @@ def _observed_falls(table: SurveyTable, site: str, sector_count: int) -> Observe
         site=site,
         fell=sum(stone.count for stone in stones if stone.fell),
         stands=sum(stone.count for stone in stones if not stone.fell),
-        moved=table.count(lambda row: row.counted_as == "stands" and bool({"shifted", "twisted"} & set(row.kinds))),
+        moved=table.count(
+            lambda row: row.counted_as == "stands" and bool({"shifted", "twisted"} & set(row.outcome_kinds))
+        ),
         not_counted=dict(reasons),
         fell_in_unknown_direction=sum(
             stone.count for stone in stones if stone.fell and not stone.fell_in_known_direction
         ),
-        direction=sample_direction(angles),
-        axis=sample_direction(angles, axial=True),
+        direction=mean_direction_with_interval(angles),
+        axis=mean_direction_with_interval(angles, axial=True),
         falls_by_sector=falls_by_sector(stones, sector_count),
     )

@@ -168,14 +168,14 @@ class SurveyRow(BaseModel):
         context = info.context or {}
         faults = [
             message
-            for columns, message in self._faults()
+            for columns, message in self._broken_rules()
             if not columns & context.get("faulty", set()) and not ("fell" in columns and context.get("no_outcome"))
         ]
         if faults:
             raise ValueError("\n".join(faults))
         return self
 
-    def _faults(self) -> Iterator[tuple[set[str], str]]:
+    def _broken_rules(self) -> Iterator[tuple[set[str], str]]:
         """Yield the columns and a message for each contradiction between columns of this row."""
         exact, outcome = math.isfinite(self.azimuth_deg.azimuth_deg), self.outcome
         directed = exact or self.octant is not None
@@ -192,7 +192,7 @@ class SurveyRow(BaseModel):
                 {"azimuth_deg", "octant", "outcome"},
                 "outcome: the direction is not known, but azimuth_deg or octant gives one; empty one of them",
             )
-        if not (self.kinds or directed):
+        if not (self.outcome_kinds or directed):
             yield (
                 {"fell", "outcome", "azimuth_deg", "octant", "shift_cm", "shift_mm", "twist_deg"},
                 "fell: empty, and no direction; write no for a stone that stood, yes for one that fell in an unknown "
@@ -206,9 +206,9 @@ class SurveyRow(BaseModel):
                 {"fell", "outcome", "azimuth_deg", "octant"},
                 "fell: a stone that stood has no fall direction; empty azimuth_deg and octant",
             )
-        yield from self._faults_of_sizes()
+        yield from self._broken_size_rules()
 
-    def _faults_of_sizes(self) -> Iterator[tuple[set[str], str]]:
+    def _broken_size_rules(self) -> Iterator[tuple[set[str], str]]:
         """Yield the columns and a message for each contradiction between coordinates, shifts or twists."""
         for first, second in (("lat", "lon"), ("x", "y")):
             given = [name for name in (first, second) if math.isfinite(getattr(self, name))]
@@ -222,7 +222,7 @@ class SurveyRow(BaseModel):
             yield {"twist_deg", "outcome"}, "twist_deg: outcome gives the twist as well; give it once"
 
     @property
-    def kinds(self) -> tuple[OutcomeKind, ...]:
+    def outcome_kinds(self) -> tuple[OutcomeKind, ...]:
         """Outcomes of the stone in this row, such as "fell" or "shifted", from all columns that state one."""
         kinds: list[OutcomeKind] = list(self.outcome.kinds)
         if self.fell is not None and not kinds:
@@ -244,9 +244,9 @@ class SurveyRow(BaseModel):
         A stone that is fixed to its base does not count. Any other stone that fell counts as fallen, also if it broke
         or was repaired later. Otherwise broken and repaired stones do not count, and shifted and twisted ones stand.
         """
-        if "fixed" not in self.kinds and "fell" in self.kinds:
+        if "fixed" not in self.outcome_kinds and "fell" in self.outcome_kinds:
             return "fell"
-        return "not counted" if set(self.kinds) & set(NOT_COUNTED) else "stands"
+        return "not counted" if set(self.outcome_kinds) & set(NOT_COUNTED) else "stands"
 
     @property
     def fall_direction(self) -> Direction:

@@ -308,12 +308,14 @@ def _notes_on_stones(table: SurveyTable) -> Iterator[str]:
     reasons = Counter[str]()
     for _, row in table.rows:
         if row.counted_as == "not counted":
-            reasons[next(kind for kind in NOT_COUNTED if kind in row.kinds)] += row.count
+            reasons[next(kind for kind in NOT_COUNTED if kind in row.outcome_kinds)] += row.count
     if reasons:
         listed = ", ".join(f"{number} {reason}" for reason, number in reasons.items())
         yield f"not counted as fallen or standing: {reasons.total()} (outcomes: {listed})"
     moved = [
-        line for line, row in table.rows if "fell" not in row.kinds and math.isfinite(row.fall_direction.azimuth_deg)
+        line
+        for line, row in table.rows
+        if "fell" not in row.outcome_kinds and math.isfinite(row.fall_direction.azimuth_deg)
     ]
     if moved:
         yield f"the direction of a stone that did not fall is not used: {_line_label(moved)}"

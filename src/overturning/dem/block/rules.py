@@ -30,7 +30,7 @@ from overturning.dem.kernel.ending import (
     CaseProgress,
     CaseRestState,
     body_is_still,
-    case_must_continue,
+    case_cannot_have_ended,
     progress_after_sample_end,
 )
 from overturning.dem.kernel.ground import (
@@ -293,7 +293,7 @@ def mark_possibly_ended_lanes(
         most = max_penetration * (b if b < block.half_height else block.half_height)
         sound = (s.cos > 0.0) & (load_peaks(state, j).depth <= most)
         total = (s.vx + s.vz + s.vw) + (s.x + s.z + s.cos)
-        goes_on = case_must_continue(load_course(state, j), s.tick, ticks_per_sample, last_sample, total, sound)
+        goes_on = case_cannot_have_ended(load_course(state, j), s.tick, ticks_per_sample, last_sample, total, sound)
         end_marks_out[j] = 0.0 if goes_on else 1.0
         count += 0 if goes_on else 1
     return count

@@ -69,7 +69,7 @@ def base_contact_including_vertex(
 
 
 @njit(**INLINE)
-def vertex_waits_for_extreme_base_vertices(
+def vertex_contact_is_deferred(
     body: BodyConstants,
     base_contact: BaseContactState,
     vertex: BodyVertex,

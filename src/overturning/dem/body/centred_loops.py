@@ -10,7 +10,7 @@ from overturning.dem.body.base_contact import (
     both_extreme_base_points_rest,
     landing_time_of_new_contact,
     update_base_contacts,
-    vertex_waits_for_extreme_base_vertices,
+    vertex_contact_is_deferred,
 )
 from overturning.dem.body.centred import (
     contact_equation_terms,
@@ -117,7 +117,7 @@ def predict_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: Any, lane_c
                 fine,
                 False,
                 (
-                    vertex_waits_for_extreme_base_vertices(body, base_contact, p, a.z, left),
+                    vertex_contact_is_deferred(body, base_contact, p, a.z, left),
                     flat,
                     new_landing,
                     base_contact.tilting,
@@ -136,7 +136,7 @@ def predict_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: Any, lane_c
                 fine,
                 False,
                 (
-                    vertex_waits_for_extreme_base_vertices(body, base_contact, q, b.z, right),
+                    vertex_contact_is_deferred(body, base_contact, q, b.z, right),
                     flat,
                     new_landing,
                     base_contact.tilting,

@@ -206,7 +206,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     for name, values in columns.items():
         table[name] = values
     poses = [pose_at_rest(body, float(law[0])) for body, law in zip(made, laws, strict=True)]
-    sunk = np.array([_deepest_penetration(body, pose) for body, pose in zip(made, poses, strict=True)])
+    sunk = np.array([_largest_penetration_at_rest(body, pose) for body, pose in zip(made, poses, strict=True)])
     if start is None:
         table["start"] = np.array([_initial_conditions_at_rest(pose) for pose in poses])[which]
     else:
@@ -320,7 +320,7 @@ def base_accelerations_by_orientation(motion: Motion, cases: Cases) -> tuple[NDA
     return row, cosines[row], along
 
 
-def _deepest_penetration(body: RigidSolid, rest_pose: FloatArray) -> float:
+def _largest_penetration_at_rest(body: RigidSolid, rest_pose: FloatArray) -> float:
     """Return the penetration, m, of the base vertex that is deepest in the ground in the pose at rest."""
     x, y = body.points[: body.base, :2].T
     return float(np.max(body.centre_height - rest_pose[2] - (rest_pose[3] * y - rest_pose[4] * x)))

@@ -44,7 +44,7 @@ from overturning.dem.kernel.ending import (
     STILL,
     CaseProgress,
     CaseRestState,
-    case_must_continue,
+    case_cannot_have_ended,
     progress_after_sample_end,
 )
 from overturning.dem.kernel.ground import (
@@ -242,7 +242,7 @@ def mark_possibly_ended_lanes(
         sound = (rotation_matrix(s.turn).zz > limits.fallen) & (load_peaks(state, j).depth <= limits.deepest)
         end_marks_out[j] = (
             0.0
-            if case_must_continue(
+            if case_cannot_have_ended(
                 load_course(state, j), s.tick, ticks_per_sample, last_sample, sum_of_state_components(s), sound
             )
             else 1.0

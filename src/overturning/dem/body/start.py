@@ -59,7 +59,7 @@ def initialise_body_in_lane(
     """Write the constants and initial state of a body and its vertices into column `lane` of both state arrays."""
     for row in range(NUMBERS):
         state[row * COLUMNS + lane] = 0.0
-    body = constants_of_case(case_parameters, body_constants, sampling_interval / ticks_per_sample)
+    body = body_constants_of_case(case_parameters, body_constants, sampling_interval / ticks_per_sample)
     begin = initialise_vertices_in_lane(vertex_rows, lane, body, case_parameters.start, vertex_positions)
     store_body(state, lane, body)
     case_step_control = CaseStepControl(
@@ -86,7 +86,7 @@ def initialise_body_in_lane(
 
 
 @njit(**INNER)
-def constants_of_case(case_parameters: Any, body_constants: Any, tick_length: float) -> BodyConstants:
+def body_constants_of_case(case_parameters: Any, body_constants: Any, tick_length: float) -> BodyConstants:
     """Return a body's constants combined with the contact law of a case; `tick_length` (s) is the time unit."""
     c, ks = body_constants, case_parameters.tangential
     return BodyConstants(

@@ -74,7 +74,7 @@ def progress_after_sample_end(
 
 
 @njit(**INLINE)
-def case_must_continue(
+def case_cannot_have_ended(
     case_progress: CaseProgress,
     tick: float,
     ticks_per_sample: float,

@@ -83,11 +83,11 @@ from overturning.dem.stack.joint_state import (
     JOINT,
     POINT,
     ContactPointPosition,
-    JointBeforeAndAfter,
+    JointAtStepStartAndEnd,
     PointForceAndImpulse,
     SumOfForceTimesDistance,
 )
-from overturning.dem.stack.landing import joint_lands_flat, landing_time_of_new_point, point_waits
+from overturning.dem.stack.landing import joint_lands_flat, landing_time_of_new_point, point_contact_is_deferred
 from overturning.dem.stack.patch import (
     upper_face_centre,
 )
@@ -98,13 +98,13 @@ from overturning.dem.stack.solve import (
 )
 from overturning.dem.stack.state import (
     STONE,
-    StackAccount,
     StackClock,
-    StoneChange,
-    StoneContactSums,
+    StackEnergyAccount,
+    StoneContactForceSums,
     StoneFallState,
-    StonePeaks,
+    StonePeakTilt,
     StoneState,
+    StoneVelocityChange,
     Wrench,
 )
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -115,14 +115,17 @@ add_end, no_end = (
 )
 FINE: Final = BODY.fine
 PRESENT: Final = STONE.row_start(StoneFallState, "present")
-SLID, NEW_SLID = JOINT.row_start(JointBeforeAndAfter, "old.slid"), JOINT.row_start(JointBeforeAndAfter, "new.slid")
-NEW_CROSSED: Final = JOINT.row_start(JointBeforeAndAfter, "new.crossed")
+SLID, NEW_SLID = (
+    JOINT.row_start(JointAtStepStartAndEnd, "old.slid"),
+    JOINT.row_start(JointAtStepStartAndEnd, "new.slid"),
+)
+NEW_CROSSED: Final = JOINT.row_start(JointAtStepStartAndEnd, "new.crossed")
 WEIGHT: Final = POINT.row_start(ContactPointPosition, "weight")
 
 
 @njit(**INLINE)
 def relative_velocity_change_of_joint(
-    upper: StoneChange, lower: StoneChange, arms: tuple[Vector3, Vector3], axes: Matrix3
+    upper: StoneVelocityChange, lower: StoneVelocityChange, arms: tuple[Vector3, Vector3], axes: Matrix3
 ) -> tuple[Vector3, Vector3]:
     """Return the change of the upper stone's velocity and angular velocity relative to the lower one."""
     to_face = transpose(axes)
@@ -162,7 +165,7 @@ def compute_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
         end, findings, losses, new = solve_point_contact(
             joint, frame, place, old, (change.force, change.moment),
             (load_time(case_rows, j).half, joint_lands_flat(landing), landing_time_of_new_point(joint, landing),
-             point_waits(joint, landing, place, old)),
+             point_contact_is_deferred(joint, landing, place, old)),
         )  # fmt: skip
         store_next_point(point, j, new)
         store_point_sum(joint_rows, j, add_end(load_point_sum(joint_rows, j), end))
@@ -205,14 +208,14 @@ def compute_joint_wrench(
             at_end = Wrench(matrix_times_vector(axes, at_end.force), matrix_times_vector(axes, at_end.moment))
             early = Wrench(matrix_times_vector(axes, early.force), matrix_times_vector(axes, early.moment))
             arm, other = minus(origin, below.place), load_sum(lower_rows, j)
-            store_sum(lower_rows, j, StoneContactSums(
+            store_sum(lower_rows, j, StoneContactForceSums(
                 wrench_minus(other.at_end, shift_wrench_to_centre(at_end, arm)),
                 wrench_minus(other.early, shift_wrench_to_centre(early, arm)),
             ))  # fmt: skip
         else:
             origin = Vector3(0.0, 0.0, 0.0)
         arm = minus(origin, stone.place)
-        store_sum(upper_rows, j, StoneContactSums(
+        store_sum(upper_rows, j, StoneContactForceSums(
             wrench_plus(total.at_end, shift_wrench_to_centre(at_end, arm)),
             wrench_plus(total.early, shift_wrench_to_centre(early, arm)),
         ))  # fmt: skip
@@ -275,19 +278,19 @@ def complete_stone_step(case_rows: Any, rows: Any, lane_count: int, is_first: An
             momentum=plus(extrapolate_vector(p.momentum, half, moment), scale_vector(one, t)),
             acceleration=acceleration, moment=moment,
         ))  # fmt: skip
-        store_peaks_unless(rows, j, skip, StonePeaks(
+        store_peaks_unless(rows, j, skip, StonePeakTilt(
             updated_maximum(peaks.lean, lean), tick if lean < constants.critical else peaks.last_upright
         ))  # fmt: skip
         power = (push.x * velocity.x + push.y * velocity.y) + (push.z + GRAVITY) * velocity.z
         power = constants.mass * power if present else 0.0
         account, losses = load_account(case_rows, j), load_losses(case_rows, j)
         if is_first is not None:
-            account = StackAccount(
+            account = StackEnergyAccount(
                 account.work + half * account.power,
                 account.lost + (half * (account.loss + losses.power) + losses.let_go),
                 0.0, losses.power, updated_maximum(account.depth, load_findings(case_rows, j).depth),
             )  # fmt: skip
-        store_account_unless(case_rows, j, again, StackAccount(
+        store_account_unless(case_rows, j, again, StackEnergyAccount(
             account.work + half * power, account.lost, account.power + power, account.loss, account.depth
         ))  # fmt: skip
 

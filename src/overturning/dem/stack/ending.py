@@ -47,7 +47,7 @@ from overturning.dem.stack.landing import FLAT_SPREAD
 from overturning.dem.stack.state import (
     CASE,
     STONE,
-    StackAccount,
+    StackEnergyAccount,
     StoneConstants,
     StoneFallState,
     StoneState,
@@ -77,7 +77,7 @@ def sum_of_stone_state_components(state: StoneState) -> float:
 
 
 @njit(**INNER)
-def kinetic_energy(constants: StoneConstants, state: StoneState) -> float:
+def stone_kinetic_energy(constants: StoneConstants, state: StoneState) -> float:
     """Return the kinetic energy of a stone, J."""
     spin = angular_velocity_from_momentum(constants.inverse, rotation_matrix(state.turn), state.momentum)
     return float(
@@ -97,7 +97,7 @@ def stack_energy(state: Any, lane: int, stone_count: int, corner_limit: int, hei
         if not load_outcome(rows, lane).present > 0.0:
             continue
         constants, stone = load_constants(rows, lane), load_stone(rows, lane)
-        total += kinetic_energy(constants, stone) + constants.mass * GRAVITY * (stone.place.z - heights[s])
+        total += stone_kinetic_energy(constants, stone) + constants.mass * GRAVITY * (stone.place.z - heights[s])
         at = first + s * size
         joint, old = load_joint(state[at : at + JOINT_SIZE], lane), load_history(state[at : at + JOINT_SIZE], lane)
         total += 0.5 * joint.tangential * squared_length(old.stretch)
@@ -183,7 +183,7 @@ def remove_fallen_stones(
     account = load_account(state, lane)
     gone = before - stack_energy(state, lane, stone_count, corner_limit, heights)
     store_account(
-        state, lane, StackAccount(account.work, account.lost + gone, account.power, account.loss, account.depth)
+        state, lane, StackEnergyAccount(account.work, account.lost + gone, account.power, account.loss, account.depth)
     )
     return fallen == 0
 
@@ -209,7 +209,7 @@ def stack_status(
         stone = load_stone(rows, lane)
         if not np.isfinite(sum_of_stone_state_components(stone)):
             return CaseStatus.UNSTABLE
-        kinetic += kinetic_energy(load_constants(rows, lane), stone)
+        kinetic += stone_kinetic_energy(load_constants(rows, lane), stone)
         at = first + s * size
         loaded = loaded and load_history(state[at : at + JOINT_SIZE], lane).normal > 0.0
     if load_account(state, lane).depth > case.deepest:

@@ -26,7 +26,7 @@ from overturning.dem.stack.joint_state import (
     PointHistory,
     TangentialVector,
 )
-from overturning.dem.stack.state import ForceVelocityBlocks, JointLosses, LargestContactChanges, Wrench
+from overturning.dem.stack.state import ForceVelocityBlocks, JointEnergyLosses, LargestContactChanges, Wrench
 
 LEAST_WEIGHT: Final = 1e-3
 """Smallest weight of a point that asks for a finer step when it opens or closes."""
@@ -238,7 +238,7 @@ def joint_equation_terms(
 def solve_point_contact(
     joint: JointConstants, frame: JointRelativeMotion, position: ContactPointPosition, previous: PointHistory,
     change: tuple[Vector3, Vector3], step: tuple[float, bool, float, bool],
-) -> tuple[PointForceAndImpulse, LargestContactChanges, JointLosses, PointHistory]:  # fmt: skip
+) -> tuple[PointForceAndImpulse, LargestContactChanges, JointEnergyLosses, PointHistory]:  # fmt: skip
     """Return normal force, contact changes, losses and new state of a contact point from a step's solved equations.
 
     `change` is the change of the relative velocity at the origin and of the relative angular velocity; `step` holds
@@ -285,7 +285,7 @@ def solve_point_contact(
             n, n * position.x, n * position.y, more * n, more * (n * position.x), more * (n * position.y)
         ),
         findings,
-        JointLosses(power, let_go + more * power),
+        JointEnergyLosses(power, let_go + more * power),
         PointHistory(
             depth=depth if counts & (not waits) else 0.0,
             pressure=pressure,
@@ -301,7 +301,7 @@ def solve_joint_contact(
     joint: JointConstants, frame: JointRelativeMotion, friction: JointFriction,
     points: tuple[PointForceAndImpulse, float], change: tuple[Vector3, Vector3], previous: JointHistory,
     step: tuple[float, bool, bool, float],
-) -> tuple[Wrench, Wrench, LargestContactChanges, JointLosses, JointHistory]:  # fmt: skip
+) -> tuple[Wrench, Wrench, LargestContactChanges, JointEnergyLosses, JointHistory]:  # fmt: skip
     """Return force, moment, contact changes, losses and new state between two stones from a step's solved equations.
 
     `points` holds the sums over its points and Σ n r (N·m); `step` half of the step (s), whether it is fine, whether
@@ -377,4 +377,4 @@ def solve_joint_contact(
         kept, velocity, ends.x * one * in_contact, ends.y * one * in_contact, arm_sum * one * in_contact,
         ends.force if loaded else 0.0, 1.0 if slips & (most != 0.0) else 0.0, 0.0,
     )  # fmt: skip
-    return at_end, sooner, findings, JointLosses(power, let_go + early * power), new
+    return at_end, sooner, findings, JointEnergyLosses(power, let_go + early * power), new

@@ -65,7 +65,7 @@ class JointHistory(NamedTuple):
     """1 if a point other than a corner of the upper stone carried weight."""
 
 
-class JointBeforeAndAfter(NamedTuple):
+class JointAtStepStartAndEnd(NamedTuple):
     """Contact state of two stones before a step (`old`), and after it (`new`, valid if the step is accepted)."""
 
     old: JointHistory
@@ -207,7 +207,7 @@ class PointHistory(NamedTuple):
     """Penetration that the point took up without force while it waited in a flat landing, m."""
 
 
-class PointBeforeAndAfter(NamedTuple):
+class PointAtStepStartAndEnd(NamedTuple):
     """State of a contact point of two stones before a step (`old`), and after it (`new`, valid if accepted)."""
 
     old: PointHistory
@@ -234,7 +234,7 @@ class SolvedJointPointSums(NamedTuple):
 
 
 JOINT: Final = TupleRowLayout(
-    COLUMNS, JointConstants, JointBeforeAndAfter, JointLandingTimes, JointRelativeMotion, JointNormalForceSums,
+    COLUMNS, JointConstants, JointAtStepStartAndEnd, JointLandingTimes, JointRelativeMotion, JointNormalForceSums,
     SumOfForceTimesDistance, JointFriction, JointEquations, SolvedJointPointSums,
 )  # fmt: skip
-POINT: Final = TupleRowLayout(COLUMNS, FaceCorner, ContactPointPosition, ClippedSide, PointBeforeAndAfter)
+POINT: Final = TupleRowLayout(COLUMNS, FaceCorner, ContactPointPosition, ClippedSide, PointAtStepStartAndEnd)

@@ -24,7 +24,7 @@ def joint_lands_flat(landing: JointLandingTimes) -> bool:
 
 
 @njit(**INLINE)
-def point_waits(
+def point_contact_is_deferred(
     joint: JointConstants, landing: JointLandingTimes, position: ContactPointPosition, previous: PointHistory
 ) -> bool:
     """True if a contact point gets no load in a flat landing, because it lies between the two ends of the patch.

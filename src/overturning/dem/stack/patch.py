@@ -40,9 +40,9 @@ from overturning.dem.stack.joint_state import (
     ClippedSide,
     ContactPointPosition,
     FaceCorner,
-    JointBeforeAndAfter,
+    JointAtStepStartAndEnd,
     JointRelativeMotion,
-    PointBeforeAndAfter,
+    PointAtStepStartAndEnd,
 )
 from overturning.dem.stack.state import STONE, PredictedStone, StoneConstants, StoneFallState
 
@@ -50,9 +50,9 @@ P: Final = POINT.size
 point_window: Final = create_window_slicer(P)
 """Return the rows of a point of a joint."""
 INSIDE, RIM = JOINT.row_start(JointRelativeMotion, "inside"), JOINT.row_start(JointRelativeMotion, "rim")
-CROSSED: Final = JOINT.row_start(JointBeforeAndAfter, "old.crossed")
+CROSSED: Final = JOINT.row_start(JointAtStepStartAndEnd, "old.crossed")
 WEIGHT: Final = POINT.row_start(ContactPointPosition, "weight")
-OLD_WEIGHT: Final = POINT.row_start(PointBeforeAndAfter, "old.weight")
+OLD_WEIGHT: Final = POINT.row_start(PointAtStepStartAndEnd, "old.weight")
 PRESENT: Final = STONE.row_start(StoneFallState, "present")
 
 

@@ -67,7 +67,12 @@ from overturning.dem.stack.joint_state import (
     JointLandingTimes,
     JointNormalForceSums,
 )
-from overturning.dem.stack.landing import NO_POINT, joint_landing_times_with_point, joint_lands_flat, point_waits
+from overturning.dem.stack.landing import (
+    NO_POINT,
+    joint_landing_times_with_point,
+    joint_lands_flat,
+    point_contact_is_deferred,
+)
 from overturning.dem.stack.patch import (
     upper_face_centre,
 )
@@ -84,9 +89,9 @@ from overturning.dem.stack.state import (
     DiagonalBlockAndRightSide,
     PredictedStone,
     StackClock,
-    StoneChange,
-    StoneContactSums,
+    StoneContactForceSums,
     StoneState,
+    StoneVelocityChange,
     Wrench,
 )
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -96,7 +101,7 @@ add_normal, no_normal = (
     create_elementwise_tuple_functions(JointNormalForceSums).zero,
 )
 no_sum, no_wrench = (
-    create_elementwise_tuple_functions(StoneContactSums).zero,
+    create_elementwise_tuple_functions(StoneContactForceSums).zero,
     create_elementwise_tuple_functions(Wrench).zero,
 )
 FINE: Final = BODY.fine
@@ -180,7 +185,7 @@ def predict_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
     for j in range(lane_count):
         joint, frame, place = load_joint(joint_rows, j), load_frame(joint_rows, j), load_place(point, j)
         landing, old, half = load_landing(joint_rows, j), load_point(point, j), load_time(case_rows, j).half
-        waits = point_waits(joint, landing, place, old)
+        waits = point_contact_is_deferred(joint, landing, place, old)
         fine = load_attempt(case_rows, j).length <= FINE * load_clock(case_rows, j).finest
         pressure, on = predicted_force_per_weight_and_contact(
             joint, frame, place, old, (fine, joint_lands_flat(landing), waits)
@@ -235,13 +240,13 @@ def solve_lowest_stones(case_rows: Any, rows: Any, joint_rows: Any, lane_count: 
     for j in range(lane_count):
         arm = scale_vector(-1.0, load_predicted(rows, j).place)
         e = solve_lowest_stone(load_diagonal(rows, j), load_equations(joint_rows, j), load_time(case_rows, j).half, arm)
-        store_change(rows, j, StoneChange(e.force, e.moment))
+        store_change(rows, j, StoneVelocityChange(e.force, e.moment))
 
 
 @njit(**APART)
-def compute_upper_stone_changes(upper_rows: Any, lower_rows: Any, lane_count: int) -> None:
+def compute_upper_stone_velocity_changes(upper_rows: Any, lower_rows: Any, lane_count: int) -> None:
     """Compute the velocity correction of an upper stone from that of the stone below, for all stacks in parallel."""
     for j in range(lane_count):
         solution, below = load_elimination(upper_rows, j), load_change(lower_rows, j)
         e = wrench_plus(solution.alone, matrix_6x6_times_wrench(solution.below, Wrench(below.velocity, below.spin)))
-        store_change(upper_rows, j, StoneChange(e.force, e.moment))
+        store_change(upper_rows, j, StoneVelocityChange(e.force, e.moment))

@@ -62,7 +62,7 @@ from overturning.dem.stack.state import (
     StackConstants,
     StoneConstants,
     StoneFallState,
-    StonePeaks,
+    StonePeakTilt,
     StoneState,
 )
 from overturning.dem.stack.step import advance_stacks, joint_state_size
@@ -71,7 +71,7 @@ CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = CASE.size, STONE.size, JOINT.size, POINT.
 TICK, SAMPLE = CASE.row_start(StackClock, "tick"), CASE.row_start(CaseProgress, "sample")
 ENERGY, LOADED = CASE.row_start(CaseProgress, "energy"), CASE.row_start(LoadedSampleNumber, "sample")
 LAST_UPRIGHT, UPRIGHT_UNTIL = (
-    STONE.row_start(StonePeaks, "last_upright"),
+    STONE.row_start(StonePeakTilt, "last_upright"),
     STONE.row_start(StoneFallState, "upright_until"),
 )
 
@@ -176,7 +176,7 @@ def initialise_stone(rows: Any, lane: int, constants: Any) -> None:
     at, still = constants.start, Vector3(0.0, 0.0, 0.0)
     turn = Quaternion(at.qw, at.qx, at.qy, at.qz)
     store_stone(rows, lane, StoneState(Vector3(at.x, at.y, at.z), turn, still, still, still, still))
-    store_peaks(rows, lane, StonePeaks(lean_as_squared_sine(rotation_matrix(turn)), -1.0))
+    store_peaks(rows, lane, StonePeakTilt(lean_as_squared_sine(rotation_matrix(turn)), -1.0))
     store_outcome(rows, lane, StoneFallState(1.0, 0.0, 0.0))
 
 

@@ -44,7 +44,7 @@ class StackClock(NamedTuple):
     half: float
 
 
-class StackAccount(NamedTuple):
+class StackEnergyAccount(NamedTuple):
     """Energy account of a stack: work of the ground and losses (J), their rates (W), and largest penetration (m)."""
 
     work: float
@@ -76,7 +76,7 @@ class LargestContactChanges(NamedTuple):
     """1 if a joint carries load."""
 
 
-class JointLosses(NamedTuple):
+class JointEnergyLosses(NamedTuple):
     """Power lost in a stack's contacts (W), and spring energy released without work, as when contacts open (J)."""
 
     power: float
@@ -121,7 +121,7 @@ class StoneState(NamedTuple):
     """Moment of the contact forces about the centre per mass, m²/s²."""
 
 
-class StonePeaks(NamedTuple):
+class StonePeakTilt(NamedTuple):
     """Largest lean of a stone so far (sin² of its tilt), and the last tick below its critical angle (−1: none)."""
 
     lean: float
@@ -184,14 +184,14 @@ class EliminatedStone(NamedTuple):
     alone: Wrench
 
 
-class StoneChange(NamedTuple):
+class StoneVelocityChange(NamedTuple):
     """Correction of a stone's predicted velocity (m/s) and angular velocity (rad/s) from a step's equations."""
 
     velocity: Vector3
     spin: Vector3
 
 
-class StoneContactSums(NamedTuple):
+class StoneContactForceSums(NamedTuple):
     """Sum of the contact forces and moments on a stone, and of the impulses of contacts that closed early."""
 
     at_end: Wrench
@@ -199,10 +199,10 @@ class StoneContactSums(NamedTuple):
 
 
 CASE: Final = TupleRowLayout(
-    COLUMNS, CaseStepControl, StackConstants, StackClock, StackAccount, BodyBaseMotion, LoadedSampleNumber,
-    CaseProgress, StepAttempt, StepRejectionFlags, LargestContactChanges, JointLosses, Vector3,
+    COLUMNS, CaseStepControl, StackConstants, StackClock, StackEnergyAccount, BodyBaseMotion, LoadedSampleNumber,
+    CaseProgress, StepAttempt, StepRejectionFlags, LargestContactChanges, JointEnergyLosses, Vector3,
 )  # fmt: skip
 STONE: Final = TupleRowLayout(
-    COLUMNS, StoneConstants, StoneState, StonePeaks, StoneFallState, PredictedStone, Matrix3, DiagonalBlockAndRightSide,
-    EliminatedStone, StoneChange, StoneContactSums,
+    COLUMNS, StoneConstants, StoneState, StonePeakTilt, StoneFallState, PredictedStone, Matrix3,
+    DiagonalBlockAndRightSide, EliminatedStone, StoneVelocityChange, StoneContactForceSums,
 )  # fmt: skip

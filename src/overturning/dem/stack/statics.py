@@ -70,7 +70,7 @@ def stone_table(stones: list[StackStone], joints: JointTable) -> NDArray[np.void
         inverse = inverse_of_inertia(stone.inertia)
         for name, at in pairs.items():
             row[f"a{name}"], row[f"i{name}"] = stone.inertia[at], inverse[at]
-        reach = stone.base_reach
+        reach = stone.nearest_base_side_distance
         row["mass"], row["foot"], row["top"], row["reach"] = stone.mass, stone.foot, stone.top, reach
         row["critical"] = reach**2 / (reach**2 + stone.foot**2)
         tilt = max(FALLEN_TILT, 0.5 * (np.arctan2(reach, stone.foot) + 0.5 * np.pi))

@@ -31,7 +31,7 @@ from overturning.dem.stack.patch import (
 from overturning.dem.stack.predict_loops import (
     add_point_to_joint_landing,
     clear_joint_sums,
-    compute_upper_stone_changes,
+    compute_upper_stone_velocity_changes,
     eliminate_upper_stones,
     predict_inertial_acceleration,
     predict_joint_friction,
@@ -171,7 +171,7 @@ def advance_stacks(
         )
         for s in range(1, stone_count):
             stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
-            compute_upper_stone_changes(
+            compute_upper_stone_velocity_changes(
                 stone, state[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE], lane_count
             )
         for s in range(stone_count):

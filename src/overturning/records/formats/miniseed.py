@@ -77,12 +77,12 @@ def stream_components_in_m_s2(
     components, reasons = [], RecordRefusalReasons()
     for trace in stream:
         with reasons.collect_reason():
-            components.append(_trace_component(trace, inventory, source_file, declared_properties))
+            components.append(_component_of_trace(trace, inventory, source_file, declared_properties))
     reasons.raise_collected_reasons()
     return components
 
 
-def _trace_component(
+def _component_of_trace(
     trace: Any, inventory: Any, source_file: SourceFile, declared_properties: DeclaredFileProperties
 ) -> RecordComponent:
     """Convert one obspy trace to a component, m/s²; a RecordError if the channel's StationXML is unsuitable."""

@@ -53,10 +53,10 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
             f"{source_file.name}: SAC does not say its unit; declare it (unit in the record table, --unit here: "
             f"{', '.join(UNITS)}) or give StationXML"
         )
-    return [_trace_component(stream[0], source_file, declared_properties.unit, declared_properties)]
+    return [_component_of_trace(stream[0], source_file, declared_properties.unit, declared_properties)]
 
 
-def _trace_component(
+def _component_of_trace(
     trace: Any, source_file: SourceFile, unit: str, declared_properties: DeclaredFileProperties
 ) -> RecordComponent:
     """Convert a SAC trace in a declared unit to a component, m/s²; a RecordError if it is not acceleration."""

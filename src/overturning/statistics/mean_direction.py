@@ -23,7 +23,7 @@ MOST_RESAMPLED: Final = 1000
 
 
 @dataclass(frozen=True)
-class SampleDirection:
+class MeanDirectionWithInterval:
     """Mean direction or axis of n independent observations.
 
     Attributes
@@ -48,9 +48,9 @@ class SampleDirection:
     test: StatisticalTestResult
 
 
-def sample_direction(
+def mean_direction_with_interval(
     angle_deg: ArrayLike, *, axial: bool = False, level: float = 0.95, draws: int = 4000
-) -> SampleDirection:
+) -> MeanDirectionWithInterval:
     """Compute the mean direction (or axis) of angles, its interval, and the test of no common direction.
 
     The interval is the expanded percentile interval of the distances of bootstrap means from the mean. For more than
@@ -78,9 +78,9 @@ def sample_direction(
     else:
         test = common_axis_test(*vectors.T)
     if not (test.p_value <= 1 - level and resultant >= LEAST_RESULTANT):
-        return SampleDirection(angle.size, math.nan, math.nan, resultant, test)
+        return MeanDirectionWithInterval(angle.size, math.nan, math.nan, resultant, test)
     half = _half_width_of_mean_deg(vectors, fold * mean, resultant, level, draws) / fold
-    return SampleDirection(angle.size, mean, half, resultant, test)
+    return MeanDirectionWithInterval(angle.size, mean, half, resultant, test)
 
 
 def _half_width_of_mean_deg(vectors: FloatArray, mean_deg: float, resultant: float, level: float, draws: int) -> float:

@@ -6,13 +6,16 @@ import numpy as np
 import pytest
 import scipy
 
-from overturning.statistics.sample_direction import MOST_RESAMPLED, sample_direction
+from overturning.statistics.mean_direction import MOST_RESAMPLED, mean_direction_with_interval
 
 
 def test_mean_of_four_falls_by_hand() -> None:
     # Four falls at 30° and four at 50°: mean 40°, resultant cos 10°. As axes: 40°, cos 20°.
     falls = [30.0, 50.0] * 4
-    found, axis = sample_direction(falls), sample_direction([*falls[:4], *(one + 180 for one in falls[4:])], axial=True)
+    found, axis = (
+        mean_direction_with_interval(falls),
+        mean_direction_with_interval([*falls[:4], *(one + 180 for one in falls[4:])], axial=True),
+    )
     assert found.mean_deg == pytest.approx(40)
     assert found.resultant == pytest.approx(math.cos(math.radians(10)))
     assert axis.mean_deg == pytest.approx(40)
@@ -23,29 +26,29 @@ def test_mean_of_four_falls_by_hand() -> None:
 
 def test_opposite_falls_have_an_axis_and_no_direction() -> None:
     falls = np.array([10, 20, 30, 15, 25, 190, 200, 210, 195, 205])
-    assert math.isnan(sample_direction(falls).mean_deg)
-    assert sample_direction(falls, axial=True).mean_deg == pytest.approx(20)
+    assert math.isnan(mean_direction_with_interval(falls).mean_deg)
+    assert mean_direction_with_interval(falls, axial=True).mean_deg == pytest.approx(20)
 
 
 def test_mean_is_that_of_scipy() -> None:
     falls = np.random.default_rng(1).vonmises(math.radians(310), 2.0, 40) * 180 / math.pi
     expected = math.degrees(scipy.stats.circmean(np.radians(falls)))
-    assert sample_direction(falls).mean_deg == pytest.approx(expected)
-    n, length = 40, sample_direction(falls).resultant
+    assert mean_direction_with_interval(falls).mean_deg == pytest.approx(expected)
+    n, length = 40, mean_direction_with_interval(falls).resultant
     assert length == pytest.approx(1 - scipy.stats.circvar(np.radians(falls)))
-    assert sample_direction(falls).test.p_value < math.exp(-n * length**2) + 0.001
+    assert mean_direction_with_interval(falls).test.p_value < math.exp(-n * length**2) + 0.001
 
 
 def test_rayleigh_test_of_random_falls() -> None:
     falls = np.random.default_rng(7).uniform(0, 360, 60)
-    found = sample_direction(falls)
+    found = mean_direction_with_interval(falls)
     assert found.test.p_value == pytest.approx(math.exp(-60 * found.resultant**2), abs=0.03)
 
 
 @pytest.mark.parametrize("falls", [[], [40.0], [40.0, 41.0, 39.0]])
 def test_few_falls_have_no_interval(falls: list[float]) -> None:
-    assert math.isnan(sample_direction(falls).half_width_deg)
-    assert sample_direction(falls).n == len(falls)
+    assert math.isnan(mean_direction_with_interval(falls).half_width_deg)
+    assert mean_direction_with_interval(falls).n == len(falls)
 
 
 @pytest.mark.parametrize(("count", "concentration"), [(12, 2.0), (30, 1.0)])
@@ -54,7 +57,7 @@ def test_intervals_cover_the_true_direction(count: int, concentration: float) ->
     covered = list[bool]()
     for _ in range(300):
         falls = np.degrees(generator.vonmises(math.radians(355), concentration, count))
-        found = sample_direction(falls, draws=500)
+        found = mean_direction_with_interval(falls, draws=500)
         if math.isfinite(found.mean_deg):
             covered.append(abs((found.mean_deg - 355 + 180) % 360 - 180) <= found.half_width_deg)
     assert len(covered) > 250
@@ -65,5 +68,7 @@ def test_many_falls_have_the_interval_of_large_samples() -> None:
     generator = np.random.default_rng(4)
     few = np.degrees(generator.vonmises(1.0, 1.0, MOST_RESAMPLED))
     many = np.tile(few, 4)
-    assert sample_direction(many).mean_deg == pytest.approx(sample_direction(few).mean_deg)
-    assert sample_direction(many).half_width_deg == pytest.approx(sample_direction(few).half_width_deg / 2, rel=0.06)
+    assert mean_direction_with_interval(many).mean_deg == pytest.approx(mean_direction_with_interval(few).mean_deg)
+    assert mean_direction_with_interval(many).half_width_deg == pytest.approx(
+        mean_direction_with_interval(few).half_width_deg / 2, rel=0.06
+    )

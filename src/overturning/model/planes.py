@@ -63,7 +63,7 @@ def distinct_plane_indices(azimuth_deg: ArrayLike, period_deg: float = PLANE_PER
 
 
 def azimuth_gaps_and_step(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> tuple[NDArray[np.bool_], float]:
-    """Return a mask of azimuths that are followed by a gap in the grid, and the grid's step without gaps, degrees.
+    """Return a mask of the azimuths after which the grid has a gap, and the grid's regular step, degrees.
 
     Parameters
     ----------

@@ -96,7 +96,7 @@ def overturning_boundary_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
 
 
 def easiest_overturning_axis(azimuth_boundaries: xr.Dataset, grid_b_over_h: ArrayLike) -> xr.Dataset:
-    """Compute the horizontal axis along which a block overturns most easily, from boundaries of B/H by azimuth.
+    """Compute the horizontal axis along which a block overturns most easily, from the largest falling B/H by azimuth.
 
     The result also compares the boundaries (B/H) of the easiest and of the hardest plane.
 

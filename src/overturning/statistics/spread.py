@@ -114,7 +114,7 @@ def _fall_counts_by_outcome_code(run_count: int) -> tuple[Counts, Counts]:
 
 
 def _share_of_run_orders_by_outcome_code(run_count: int) -> FloatArray:
-    """Return, for each code of two fall numbers, the share of all outcome sequences that have these numbers.
+    """Return, for each code (two numbers of falls), the share of all outcome sequences with these numbers.
 
     An order is a sequence of `run_count` outcomes (+1, −1 or stands) of one batch.
     """

@@ -242,7 +242,7 @@ class PredictedContactPoint(NamedTuple):
 
 
 class StepRejectionFlags(NamedTuple):
-    """Flags (1 or 0): `again`, the step is rejected; `sooner`, the next attempt keeps the assumptions on contact."""
+    """Flags (1 or 0): `again`, the step is rejected; `sooner`, the next attempt assumes the same contact state."""
 
     again: float
     sooner: float

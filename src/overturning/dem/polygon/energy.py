@@ -22,7 +22,7 @@ def case_energy(state: Any, lane: int, scene: Any) -> float:
 
 @njit(**INNER)
 def kinetic_and_gravitational_energy(state: Any, lane: int, scene: Any) -> float:
-    """Compute the kinetic and gravitational energy of a scene at the last half step, J, for the case in a column."""
+    """Compute kinetic and gravitational energy of a scene at the last half step, J, for the case in column `lane`."""
     total, half = 0.0, rows.load_case(state, lane).lag
     for e in range(scene.elements.shape[1]):
         item = rows.load_element(rows.of_element(state, e), lane)

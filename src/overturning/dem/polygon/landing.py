@@ -84,7 +84,7 @@ def relative_rotation_lever(
 
 @njit(**INLINE)
 def shorten_tangential_levers(segment_end: SegmentEnd, lever_reduction: float) -> SegmentEnd:
-    """Return one end of a contact segment with the lever arms (m) of its tangential force reduced by a length."""
+    """Return one end of a contact segment, with `lever_reduction` (m) subtracted from the tangential lever arms."""
     end = segment_end
     return SegmentEnd(
         end.mine, end.faces, end.closed, end.nx, end.nz, end.depth, end.before, end.slip,

@@ -131,7 +131,7 @@ class ElementStepTotals(NamedTuple):
 
 
 class SummedElementMotion(NamedTuple):
-    """Path length and summed rotation of an element since the first distant pair was left out of contact tests."""
+    """Path length and summed rotation of an element since the first pair of elements was left out of contact tests."""
 
     moved: float
     """Length of its path, m."""

@@ -86,7 +86,7 @@ def add_last_step_to_summed_motion(element_rows: Any) -> None:
 
 @njit(**INLINE)
 def summed_motion_of_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any, lane: int) -> float:
-    """Return the sum (m) of path lengths and lever arm × rotations of two elements, for the case in a column."""
+    """Return the sum (m) of path lengths and lever arm × rotations of two elements, for the case in column `lane`."""
     lever = rows.load_nearest(pair_rows, lane).lever
     a, b = rows.load_element(element_a_rows, lane).travel, rows.load_element(element_b_rows, lane).travel
     return (a.moved + b.moved) + lever * (a.turned + b.turned)
@@ -94,7 +94,7 @@ def summed_motion_of_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: A
 
 @njit(**APART)
 def suspend_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> None:
-    """Stop contact tests of two distant elements: subtract both elements' summed motions from the pair's motion."""
+    """Stop contact tests of two distant elements; store their relative motion minus both elements' summed motions."""
     for j in range(rows.COLUMNS):
         motion = summed_motion_of_pair(pair_rows, element_a_rows, element_b_rows, j)
         pair_rows[rows.USED + j] = pair_rows[rows.USED + j] - motion
@@ -102,7 +102,7 @@ def suspend_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> No
 
 @njit(**APART)
 def resume_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> None:
-    """Resume contact tests of two elements: add both elements' summed motions to the motion of the pair."""
+    """Resume contact tests of two elements; add both elements' summed motions to their stored relative motion."""
     for j in range(rows.COLUMNS):
         motion = summed_motion_of_pair(pair_rows, element_a_rows, element_b_rows, j)
         pair_rows[rows.USED + j] = pair_rows[rows.USED + j] + motion

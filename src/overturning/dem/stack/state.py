@@ -178,7 +178,7 @@ class DiagonalBlockAndRightSide(NamedTuple):
 
 
 class EliminatedStone(NamedTuple):
-    """Velocity correction of a stone as a linear function of that of the stone below: `alone` + `below` · e_below."""
+    """Velocity correction of a stone: `alone` + `below` × (velocity correction of the stone below)."""
 
     below: ForceVelocityBlocks
     alone: Wrench

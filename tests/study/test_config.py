@@ -117,6 +117,15 @@ IN_PLANES = [
     ({"population": {"rotated": 20}}, "population.rotated: only 3-D stones have shifts and rotations"),
     ({"population": {"width": {"low": 0.2, "high": 0.1}}}, "high 0.1 lies below low 0.2"),
     (SOIL | {"variants": {"soft": SOIL}}, "variants.soft.site: the study has a site too"),
+    (
+        SOIL | {"surveys": [{"stones": "a.csv", "sites": {"River": SOIL["site"]}}]},
+        "surveys.0.sites.River: the study has a site too, whose layers would come twice; give the layers at each",
+    ),
+    (
+        {"surveys": [{"stones": "a.csv", "site": {"layers": [{"thickness_m": 0, "velocity_m_s": 150}]}}]},
+        "surveys.0.site.layers.0.thickness_m: 0 – it should be greater than 0",
+    ),
+    ({"surveys": [{"stones": "a.csv", "sites": {"River": {"rock": {}}}}]}, "surveys.0.sites.River.layers: this key is"),
     ({"site": SOIL["site"] | {"layers": [{"thickness_m": 20, "velocity_m_s": -1}]}}, "site.layers.0.velocity_m_s: -1"),
     ({"site": SOIL["site"] | {"rock": {"velocity_m_s": 760, "density_kg_m3": 2.2}}}, "site.rock.density_kg_m3: 2.2"),
     ({"variants": {"one": {"scene": "monolith"}}}, "only a study with a scene"),

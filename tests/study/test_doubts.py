@@ -41,6 +41,11 @@ def test_no_study_of_the_package_is_doubted(path: Path) -> None:
             "site.rock.velocity_m_s: 0.76 m/s below 30 m/s; km/s?",
         ),
         (
+            {"surveys": [{"stones": "a.csv", "sites": {"River": soil(0.15)}}]},
+            {"surveys": [{"stones": "a.csv", "sites": {"River": soil(150)}}]},
+            "surveys.0.sites.River.layers.0.velocity_m_s: 0.15 m/s below 30 m/s; km/s? Give 150",
+        ),
+        (
             {"variants": {"soft": {"site": soil(0.15)}}},
             {"variants": {"soft": {"site": soil(150)}}},
             "variants.soft.site.layers.0.velocity_m_s: 0.15 m/s below 30 m/s; km/s? Give 150",

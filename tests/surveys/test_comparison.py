@@ -1,6 +1,7 @@
 """Two surveys with a known answer: stones drawn from the prediction, and stones that fell any way."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -442,3 +443,27 @@ def test_a_wind_between_two_octants_counts_half_in_each() -> None:
     assert octants(27.5, wind_16=True) == {"N": round(6.25 / 22.5, 9), "NE": round(16.25 / 22.5, 9)}
     assert octants(22.5) == {"NE": 1}
     assert octants(315, octant=True) == {"NW": 1}
+
+
+def test_each_site_is_compared_with_its_own_motion(make_cube, sector) -> None:
+    """Stones at A fall as under one motion, those at B as under another; the sums are those of the sites alone."""
+    east, west = (make_cube(sector(towards, 30), azimuth=range(0, 360, 2)) for towards in (90, 270))
+    at_a = [replace(stone, site="A") for stone in draw(20, 90, 30, seed=1)]
+    at_b = [replace(stone, site="B") for stone in draw(20, 270, 30, seed=2)]
+    both = compare_survey_with_prediction([*at_a, *at_b], east, site_cubes={"B": west})
+    alone = compare_survey_with_prediction(at_a, east), compare_survey_with_prediction(at_b, west)
+    assert both.log_likelihood_ratio == pytest.approx(sum(one.log_likelihood_ratio for one in alone))
+    assert both.octant_predicted == pytest.approx(sum(one.octant_predicted for one in alone))
+    assert both.log_likelihood_ratio > 40 > 0 > compare_survey_with_prediction(at_b, east).log_likelihood_ratio
+    # Shares by hand: where each plane falls and where none does.
+    stands = make_cube(lambda azimuth, *_: 0 * azimuth, azimuth=range(0, 360, 2))
+    falls = make_cube(lambda azimuth, *_: np.where(azimuth < 180, 1, -1), azimuth=range(0, 360, 2))
+    stones = [replace(facing(), site="A", count=3), replace(facing(), site="B", count=1)]
+    found = compare_survey_with_prediction(stones, stands, site_cubes={"B": falls})
+    assert found.computed_fall_share == pytest.approx(1 / 4)
+
+
+def test_cubes_of_one_survey_need_one_grid(make_cube, sector) -> None:
+    fine, coarse = (make_cube(sector(60, 30), azimuth=range(0, 360, step)) for step in (2, 4))
+    with pytest.raises(ArgumentError, match="site 'B': its cube has other values of azimuth"):
+        compare_survey_with_prediction(draw(3, 60, 30, 1), fine, site_cubes={"B": coarse})

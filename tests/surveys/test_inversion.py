@@ -9,7 +9,7 @@ import pytest
 
 from overturning.dem.run import simulate_cases
 from overturning.errors import ArgumentError, ResultError
-from overturning.findings.surveys import inferred_motion_findings
+from overturning.findings.inferred_motion import inferred_motion_findings
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.records.store import write_record_to_motion_file

@@ -55,6 +55,7 @@ def create_project(folder: Annotated[Path, typer.Argument(help="folder to create
 def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> None:
     """Check a study before a run: keys, missing or damaged files, number of cases; and estimate time and memory."""
     from overturning.study.doubts import implausible_setting_warnings
+    from overturning.study.grounds import check_names_of_cemeteries
     from overturning.study.load import load_study
     from overturning.study.preflight import (
         check_optional_packages,
@@ -73,8 +74,9 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
     check_optional_packages(study, str(path))
     entries, _ = check_record_files(study, str(path))
     searched: list[StoneKind] = []
-    for survey in study.surveys:
+    for number, survey in enumerate(study.surveys):
         stones, notes, doubts = read_stones_with_notes(Path(survey.stones))
+        check_names_of_cemeteries(study, number, {stone.site for stone in stones}, str(path))
         searched += kinds_of_survey_stones(stones, survey.stones) if survey.backwards else []
         print(*notes, *doubts, sep="\n", end="\n" * bool(notes or doubts))
     for note in (*read_and_check_records(study, entries), *note_on_primary_statistic(study, entries)):

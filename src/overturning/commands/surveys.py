@@ -1,5 +1,6 @@
 """`overturning survey`, `backwards` and `stood`: inference from stones that fell or still stand."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -19,6 +20,14 @@ def summarise_or_compare_survey(
     ],
     cube: Annotated[
         Path | None, typer.Option(help="cube of a study that holds the site's record (NetCDF), to compare with")
+    ] = None,
+    site_cubes: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--site-cube",
+            help="NAME=FILE: cube for the stones of one site, with the motion at the surface of its soil; may be given "
+            "several times",
+        ),
     ] = None,
     record: Annotated[
         str | None, typer.Option(help="id of the site's record; optional if the cube has only one")
@@ -57,7 +66,7 @@ def summarise_or_compare_survey(
     from overturning.surveys.stones import read_survey_table
 
     if cube is None:
-        given = {"--record": record, "--output": output}
+        given = {"--record": record, "--output": output, "--site-cube": site_cubes or None}
         for name in (name for name, value in given.items() if value is not None):
             raise ArgumentError(f"{name}: only with --cube; give the cube of a study that holds the site's record")
     for option, path in (("--figure", figure), ("--rose", rose)):
@@ -73,43 +82,69 @@ def summarise_or_compare_survey(
         print(f"rose: {rose}")
     if cube is not None:
         print()
-        _compare_survey_with_cube(stones, table, (cube, record), background, figure, output)
+        cubes = {"": cube} | _parse_site_cubes(site_cubes or (), table.sites)
+        _compare_survey_with_cube(stones, table, (cubes, record), background, figure, output)
     elif figure is not None:
         draw_observed_roses([observed.together, *observed.sites], figure)
         print(f"figure: {figure}")
 
 
+def _parse_site_cubes(site_cubes: Sequence[str], known_sites: Sequence[str]) -> dict[str, Path]:
+    """Return the cubes of the option --site-cube by name of the site; raise an ArgumentError for an unknown site."""
+    from overturning.errors import closest_name_hint
+
+    found: dict[str, Path] = {}
+    for one in site_cubes:
+        site, equals, path = one.rpartition("=")
+        if not (site and equals and path):
+            raise ArgumentError(f"--site-cube {one}: write NAME=FILE, such as River=results/mine/cube.clay.nc")
+        if site not in known_sites:
+            hint = closest_name_hint(site, known_sites, f"its sites are {', '.join(filter(None, known_sites)) or '–'}")
+            raise ArgumentError(f"--site-cube {site}: no stone of the survey has this site; {hint}")
+        if site in found:
+            raise ArgumentError(f"--site-cube {site}: given twice; keep one cube for each site")
+        found[site] = Path(path)
+    return found
+
+
 def _compare_survey_with_cube(
     path: Path,
     table: "SurveyTable",
-    cube_and_record: tuple[Path, str | None],
+    cubes_and_record: tuple[dict[str, Path], str | None],
     background: float,
     figure: Path | None,
     output: Path | None,
 ) -> None:
-    """Compare a survey with the falls that a results cube predicts; print, draw and store the comparison."""
+    """Compare a survey with the falls that cubes predict; print the comparison, also by site; draw and store it.
+
+    Cubes are given by site, with "" for all sites that are not named.
+    """
     from overturning.findings.surveys import SurveyCommandResults, survey_findings
     from overturning.labels import unsimulated_azimuth_label, variant_label_as_list
     from overturning.stored import write_result
     from overturning.study.cube import index_of_record, open_cube
     from overturning.surveys.comparison import compare_survey_with_prediction, make_stored_survey_comparison
+    from overturning.surveys.ground import ground_of_cube
 
-    cube, record = cube_and_record
-    with open_cube(cube, chunks={"record": 1}) as data:
-        site = data.isel(record=[index_of_record(data, record)]).load()
-        name = str(site["record_id"].item())
-        comparison = compare_survey_with_prediction(table.stones, site, background=background)
-        parts = {one: table.select_site(one).stones for one in table.sites if len(table.sites) > 1}
-        by_site = {
-            one: compare_survey_with_prediction(part, site, background=background)
-            for one, part in parts.items()
-            if part
-        }
-        gaps = unsimulated_azimuth_label(site)
-        against = ", ".join([name, *variant_label_as_list(site)])
-    result = make_stored_survey_comparison(path, name, comparison, table.warnings, by_site)
-    print(f"{result.stones} against {against}")
-    if gaps:
+    paths, record = cubes_and_record
+    cubes, grounds = {}, {}
+    for site, cube in paths.items():
+        with open_cube(cube, chunks={"record": 1}) as data:
+            cubes[site] = data.isel(record=[index_of_record(data, record)]).load()
+            grounds[site] = ground_of_cube(data, record)
+    default = cubes.pop("")
+    name = str(default["record_id"].item())
+    comparison = compare_survey_with_prediction(table.stones, default, site_cubes=cubes, background=background)
+    parts = {one: table.select_site(one).stones for one in table.sites if len(table.sites) > 1}
+    by_site = {
+        one: compare_survey_with_prediction(part, cubes.get(one, default), background=background)
+        for one, part in parts.items()
+        if part
+    }
+    on_soil = {site: one for site, one in grounds.items() if one is not None}
+    result = make_stored_survey_comparison(path, name, comparison, table.warnings, by_site, on_soil)
+    print(f"{result.stones} against {', '.join([name, *variant_label_as_list(default)])}")
+    if gaps := unsimulated_azimuth_label(default):
         print(f"no plane {gaps} was computed: the prediction for these directions comes from other planes")
     found = survey_findings(result)
     # The summary has printed the doubts.
@@ -163,7 +198,8 @@ def infer_motion_from_survey(
     import time
 
     from overturning.files import check_output_path
-    from overturning.findings.surveys import SurveyCommandResults, inferred_motion_findings
+    from overturning.findings.inferred_motion import inferred_motion_findings
+    from overturning.findings.surveys import SurveyCommandResults
     from overturning.report.drawings import draw_posterior
     from overturning.report.filters import counted
     from overturning.study.preflight import format_duration

@@ -49,6 +49,7 @@ from overturning.findings.extent import (
     source_and_licence_of_records,
     study_extent,
 )
+from overturning.findings.inferred_motion import InferredMotion, all_inferred_motion_findings
 from overturning.findings.population import PopulationFindings, population_findings
 from overturning.findings.processing import RecordNotes, record_notes
 from overturning.findings.published import (
@@ -68,12 +69,7 @@ from overturning.findings.study import (
     record_facts,
     study_facts,
 )
-from overturning.findings.surveys import (
-    InferredMotion,
-    SurveyFindings,
-    all_inferred_motion_findings,
-    all_survey_findings,
-)
+from overturning.findings.surveys import SurveyFindings, all_survey_findings
 from overturning.findings.values import Finding
 from overturning.stored import read_result
 from overturning.study.schema import Study

@@ -1,21 +1,19 @@
 """Surveys of fallen stones: comparison with the prediction, and inferred motion."""
 
 import math
-from collections.abc import Sequence
 
 from pydantic import Field
 
+from overturning.findings.inferred_motion import InferredMotion
 from overturning.findings.observed import ObservedFallShare, ObservedSurveyFindings, observed_share
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Finding, Number
-from overturning.settings import StonePopulation
 from overturning.statistics.circular import LEAST_RESULTANT
 from overturning.surveys.comparison import StoredSurveyComparison, SurveyPredictionComparison
-from overturning.surveys.inversion import MIN_FIT_P_VALUE, POWER
-from overturning.surveys.posterior import LEVEL, SurveyInversionResult
+from overturning.surveys.ground import CemeteryGround
 from overturning.surveys.prediction import SIDES
-from overturning.surveys.stones import OCTANTS, Stone
-from overturning.units import CM
+from overturning.surveys.stones import OCTANTS
+from overturning.units import STANDARD_GRAVITY
 
 
 class StatisticalTestFinding(Finding):
@@ -43,6 +41,25 @@ class ComputedFallShare(Finding):
     """Smallest share of a height and friction; None if the grid has one height and one friction."""
     high: Number
     """Largest share of a height and friction; None if the grid has one height and one friction."""
+
+
+class CemeteryGroundFinding(Finding):
+    """Soil layers below a cemetery, through which the record was propagated, and their effect on its peak."""
+
+    site: str
+    """Name of the site; empty for all sites of the survey that have no layers of their own."""
+    thickness_m: Number
+    """Thickness of all layers, m."""
+    velocity_m_s: Number
+    """Mean shear-wave velocity of the layers: thickness over travel time, m/s."""
+    equivalent_linear: bool
+    """True if a layer softens with strain."""
+    converged: bool
+    """False if the equivalent-linear computation did not converge."""
+    rock_pga_g: Number
+    """Peak acceleration of the larger horizontal component of the record, g."""
+    surface_pga_g: Number
+    """Peak acceleration of the larger horizontal component at the surface, g."""
 
 
 class SurveySiteFindings(Finding):
@@ -142,90 +159,9 @@ class SurveyFindings(Finding):
     """Assumed share of the stones that fall in a random direction."""
     sites: list[SurveySiteFindings] = Field(default_factory=list)
     """Comparison for each site by itself, with the same record; empty if the survey has only one site."""
+    grounds: list[CemeteryGroundFinding] = Field(default_factory=list)
+    """Soil below the cemeteries; empty if the record is used as it is for all stones."""
 
-
-class InferredMotionStrength(Finding):
-    """Credible intervals of an intensity measure without the survey (prior) and with it (posterior)."""
-
-    measure: str
-    """Intensity measure, such as PGV."""
-    unit: str
-    """Unit of the bounds."""
-    posterior_low: Number
-    """Lower end of the interval after the survey."""
-    posterior_high: Number
-    """Upper end of the interval after the survey."""
-    prior_low: Number
-    """Lower end of the interval before the survey."""
-    prior_high: Number
-    """Upper end of the interval before the survey."""
-
-
-class LikelyMotion(Finding):
-    """Candidate motion, and its probability without the survey (prior) and with it (posterior)."""
-
-    motion: str
-    probability: Number
-    prior: Number
-
-
-class StoneSizeRange(Finding):
-    """Range of the heights or widths of stones, m."""
-
-    low: float
-    high: float
-
-
-class InferredMotion(Finding):
-    """Axis and strength of the ground motion that are inferred from the fallen stones of a survey."""
-
-    stones: str
-    """Name of the survey file."""
-    fell: int
-    """Number of stones that fell."""
-    stood: int
-    """Number of stones that stood."""
-    level: float = LEVEL
-    """Probability of the credible intervals and of the arc."""
-    velocity_axis_deg: Number
-    """Middle of the credible arc of the axis of the largest velocity, 0 to 180."""
-    velocity_axis_arc_deg: Number
-    """Width of the arc of the axis of the largest velocity."""
-    strengths: list[InferredMotionStrength]
-    """Interval of each intensity measure."""
-    everything_fell: bool
-    """True if every stone fell: then the survey shows no axis."""
-    axis_half_arc_deg: Number
-    """Half of the width of the arc of the axis."""
-    stronger_than_library: float
-    """Share of the probability on the strongest level of the motions."""
-    weaker_than_library: float
-    """Share of the probability on the weakest level of the motions."""
-    weakest_level_cm_s: float
-    strongest_level_cm_s: float
-    fixed: float
-    """Share of stones taken to be fixed to their base."""
-    fit_p_value: Number
-    """p-value of the posterior predictive check; small if no motion fits the survey."""
-    fits: bool
-    """False if the check rejects every motion."""
-    beyond_library_above: bool
-    """True if so much probability lies on the strongest level that no upper bound can be given."""
-    beyond_library_below: bool
-    power: float
-    """Power of the likelihood of directions (see docs/surveys.md)."""
-    likeliest_motions: list[LikelyMotion]
-    """Motions with the largest probabilities, in descending order."""
-    stones_without_height: int
-    """Stones without a height, and those without B/H, of a survey whose stones are given; otherwise 0."""
-    stones_without_b_over_h: int
-    sizes_assumed: bool
-    assumed_height_m: StoneSizeRange
-    """Height of the stones without one, and width of those without B/H."""
-    assumed_width_m: StoneSizeRange
-
-
-MOTIONS_LISTED = 12
 
 FEWEST_FALLS = 5 * len(OCTANTS)
 """Falls of known direction below which the report calls a survey small: a chi-square test over octants expects five."""
@@ -286,6 +222,20 @@ def survey_findings(survey_result: StoredSurveyComparison) -> SurveyFindings:
         stones_beyond_heights=found.beyond_heights,
         share_in_random_direction=found.background,
         sites=[_survey_site_findings(site, one) for site, one in survey_result.sites],
+        grounds=[_cemetery_ground_finding(site, one) for site, one in survey_result.grounds],
+    )
+
+
+def _cemetery_ground_finding(site: str, ground: CemeteryGround) -> CemeteryGroundFinding:
+    """Convert the ground below a cemetery to findings."""
+    return CemeteryGroundFinding(
+        site=site,
+        thickness_m=ground.thickness_m,
+        velocity_m_s=ground.velocity_m_s,
+        equivalent_linear=ground.equivalent_linear,
+        converged=ground.converged,
+        rock_pga_g=ground.rock_pga / STANDARD_GRAVITY,
+        surface_pga_g=ground.surface_pga / STANDARD_GRAVITY,
     )
 
 
@@ -302,67 +252,6 @@ def _survey_site_findings(site: str, found: SurveyPredictionComparison) -> Surve
         ),
         log_likelihood_ratio=found.log_likelihood_ratio,
         log_likelihood_ratio_p_value=found.likelihood_ratio_p,
-    )
-
-
-def all_inferred_motion_findings(results: StudyResults) -> list[InferredMotion]:
-    """Return, for each survey of a study, the report's numbers on the inferred ground motion."""
-    return [inferred_motion_findings(one) for one in results.inferred_motions]
-
-
-def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Sequence[Stone] = ()) -> InferredMotion:
-    """Return the report's numbers on the ground motion that is inferred from a survey.
-
-    `stones` are the stones of the survey; stones without sizes are counted. Pass an empty list if they are unknown.
-    """
-    one, strengths = inversion_result.posterior, []
-    for name, values in inversion_result.pgv_and_pga_by_motion_and_level.items():
-        (low, high), (least, most) = one.credible_interval(values), one.credible_interval(values, use_prior=True)
-        strengths.append(
-            InferredMotionStrength(
-                measure=name.split(", ")[0],
-                unit=name.split(", ")[1],
-                posterior_low=low,
-                posterior_high=high,
-                prior_low=least,
-                prior_high=most,
-            )
-        )
-    middle, width = inversion_result.credible_axis_arc_deg
-    weakest, strongest = (float(share) for share in one.weakest_and_strongest_level_probabilities())
-    high = sum(int(each.count) for each in stones if math.isnan(each.height))
-    wide = sum(int(each.count) for each in stones if math.isnan(each.slenderness_in_both_planes[0]))
-    assumed = StonePopulation()
-    shares, prior = one.motion_probabilities(), one.prior.sum(axis=(1, 2))
-    order = (-shares).argsort(kind="stable")[:MOTIONS_LISTED]
-    return InferredMotion(
-        stones=inversion_result.name,
-        fell=inversion_result.fell,
-        stood=inversion_result.stood,
-        velocity_axis_deg=middle,
-        velocity_axis_arc_deg=width,
-        strengths=strengths,
-        everything_fell=inversion_result.everything_fell,
-        axis_half_arc_deg=width / 2,
-        weaker_than_library=weakest,
-        stronger_than_library=strongest,
-        beyond_library_below=weakest > (1 - LEVEL) / 2,
-        beyond_library_above=strongest > (1 - LEVEL) / 2,
-        power=POWER,
-        weakest_level_cm_s=float(one.level[0]) / CM,
-        strongest_level_cm_s=float(one.level[-1]) / CM,
-        fixed=inversion_result.fixed,
-        fit_p_value=inversion_result.fit,
-        fits=not inversion_result.fit < MIN_FIT_P_VALUE,
-        likeliest_motions=[
-            LikelyMotion(motion=one.sources[place], probability=float(shares[place]), prior=float(prior[place]))
-            for place in order
-        ],
-        stones_without_height=int(high),
-        stones_without_b_over_h=int(wide),
-        sizes_assumed=bool(high or wide),
-        assumed_height_m=StoneSizeRange(low=assumed.height.low, high=assumed.height.high),
-        assumed_width_m=StoneSizeRange(low=assumed.width.low, high=assumed.width.high),
     )
 
 

@@ -12,6 +12,7 @@ from overturning.model.scene import Scene
 from overturning.motion.soil import RockHalfSpace, SoilLayer
 from overturning.records.site import SoilSite
 from overturning.settings import StonePopulation, UniformRange
+from overturning.study.grounds import soils_of_study
 from overturning.study.schema import Study
 
 SLOWEST_SOIL: Final = 30.0
@@ -36,10 +37,8 @@ LARGEST_SHARE_OUTSIDE: Final = 0.2
 def implausible_setting_warnings(study: Study) -> Iterator[str]:
     """Yield a warning for each implausible value in a study, with key, value, limit and likely cause."""
     yield from _block_setting_warnings(study)
-    sites = {"site": study.site} | {f"variants.{name}.site": one.site for name, one in study.variants.items()}
-    for key, site in sites.items():
-        if site is not None:
-            yield from _soil_layer_warnings(key, site)
+    for key, site in soils_of_study(study):
+        yield from _soil_layer_warnings(key, site)
     scenes = {"scene": study.scene} | {f"variants.{name}.scene": one.scene for name, one in study.variants.items()}
     for key, scene in scenes.items():
         if scene is not None:

@@ -7,6 +7,7 @@ from pydantic import Field, field_validator
 
 from overturning.model.element import Name
 from overturning.quantities import Degree, Metre
+from overturning.records.site import SoilSite
 from overturning.validation import StrictModel
 
 FORMATS: Final = ("svg", "png", "pdf")
@@ -104,6 +105,16 @@ class SurveySettings(StrictModel):
     )
     record: str | None = Field(
         default=None, description="id of the record of the site; not needed if the study has only one record"
+    )
+    site: SoilSite | None = Field(
+        default=None,
+        description="soil layers below the stones, as in `site` of a study; the record is the motion of the rock. Not "
+        "given: the record as it is",
+    )
+    sites: dict[str, SoilSite] = Field(
+        default={},
+        description="soil layers below single cemeteries, by the name in the column `site` of the survey; the other "
+        "cemeteries have those of `site`",
     )
     background: float = Field(default=0.05, ge=0, lt=1, description="share of stones assumed to fall at random")
     backwards: bool = Field(

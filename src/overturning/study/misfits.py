@@ -76,6 +76,12 @@ def _survey_and_published_value_conflicts(study: Any) -> Iterator[str]:
             yield f"surveys.{index}.record: {len(study.records.use)} records; name the one of the survey's site"
         elif survey.record not in study.records.use:
             yield f"surveys.{index}.record: {survey.record!r} is not in records.use"
+        if study.site is not None and (survey.site is not None or survey.sites):
+            key = "site" if survey.site is not None else f"sites.{next(iter(survey.sites))}"
+            yield (
+                f"surveys.{index}.{key}: the study has a site too, whose layers would come twice; give the layers at "
+                "each survey, or only at the study"
+            )
 
 
 def _body_conflicts(study: Any, body: BodySettings, contacts: dict[str, ContactSettings]) -> Iterator[str]:

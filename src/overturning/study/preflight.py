@@ -16,6 +16,7 @@ from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordEntry, paths_of_record_files
 from overturning.study.ensemble import BATCH, MAX_MEMBER_CASES
+from overturning.study.grounds import additional_grounds, soils_of_study
 from overturning.study.load import record_table_rows
 from overturning.study.scenes import (
     NOMINAL,
@@ -103,6 +104,8 @@ def estimate_study_size(study: Study, chunks_per_record: int = 1) -> StudySizeEs
     records, members, variants = len(study.records.use), study.ensemble.members, 1 + len(study.variants)
     elements, scales = len(variant_model(study).free_element_names), len(study.amplitude)
     jobs = {"read": records, "sweep": records * variants * chunks_per_record, "record_figures": records}
+    sweeps = sum(len(named) for _, named in additional_grounds(study).values())  # at one amplitude: an upper bound
+    jobs["sweep"] += sweeps * chunks_per_record
     work = sum(
         jobs.get(rule, 1) * seconds for rule, seconds in expected_job_seconds_by_rule(study, chunks_per_record).items()
     )
@@ -113,7 +116,7 @@ def estimate_study_size(study: Study, chunks_per_record: int = 1) -> StudySizeEs
         + min(cells, MAX_MEMBER_CASES / BATCH) * _MEMBER_IN_MEMORY * members
     )
     cells_on_disk = study.cases_per_record * scales * _CELL_ON_DISK * elements * variants
-    disk = _STUDY_ON_DISK + records * (_RECORD_ON_DISK + cells_on_disk)
+    disk = _STUDY_ON_DISK + records * (_RECORD_ON_DISK + cells_on_disk) + sweeps * cells_on_disk
     return StudySizeEstimate(records, study.cases_per_record, work, memory, disk)
 
 
@@ -156,14 +159,13 @@ def check_optional_packages(study: Study, study_file: str) -> None:
     """Raise a `ConfigError` if a study needs an optional package that is missing or lacks a soil curve."""
     from overturning.motion.soil import check_soil_layer_curves
 
-    sites = {"": study.site} | {f"variants.{name}: ": one.site for name, one in study.variants.items()}
     problems: dict[str, None] = {}
-    for key, site in sites.items():
+    for key, site in soils_of_study(study):
         try:
-            if site is not None:
-                check_soil_layer_curves(site.layers)
+            check_soil_layer_curves(site.layers)
         except ArgumentError as error:
-            problems[f"{study_file}: {key}{error}"] = None
+            where = "" if key == "site" else f"{key.removesuffix('.site')}: "
+            problems[f"{study_file}: {where}{error}"] = None
     if problems:
         raise ConfigError(_format_problems(list(problems)))
 
@@ -283,9 +285,9 @@ def _record_moves_no_block(study: Study, record: "Record") -> bool:
     False for a scene (its elements have thresholds of their own), a body given by vertices, and records amplified by
     soil, for which the threshold is not known before the run.
     """
-    others = any(one.scene is not None or one.site is not None for one in study.variants.values())
+    others = any(one.scene is not None for one in study.variants.values())
     vertices = study.body is not None and study.body.vertices is not None
-    if study.scene != gravestone() or study.site is not None or others or vertices:
+    if study.scene != gravestone() or any(soils_of_study(study)) or others or vertices:
         return False
     threshold = min(min(study.b_over_h) * min(1.0, *study.aspect_ratios_d_over_b), *study.friction)
     factor = max(study.amplitude)

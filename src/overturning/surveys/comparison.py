@@ -23,9 +23,11 @@ from overturning.statistics.circular import (
 )
 from overturning.stored import StoredCounts, StoredFloat, StoredFloats, read_result
 from overturning.surveys.field_table import read_field_table
+from overturning.surveys.ground import CemeteryGround
 from overturning.surveys.prediction import (
     SIDES,
     SiteFallPrediction,
+    SurveyFallPrediction,
     has_known_face_and_slenderness,
     observed_side_index,
 )
@@ -131,6 +133,7 @@ def compare_survey_with_prediction(
     stones: Sequence[Stone],
     cube: xr.Dataset,
     *,
+    site_cubes: Mapping[str, xr.Dataset] | None = None,
     background: float = BACKGROUND,
     random_survey_count: int = 2000,
     seed: int = 1,
@@ -141,8 +144,8 @@ def compare_survey_with_prediction(
     ----------
     stones : sequence of Stone
         Stones from `read_stones`.
-    cube, background
-        As in `SiteFallPrediction`.
+    cube, site_cubes, background
+        As in `SurveyFallPrediction`.
     random_survey_count, seed : int
         Number and seed of random surveys for the p-value of the likelihood ratio (parametric bootstrap with uniform
         directions: Davison & Hinkley 1997, Bootstrap Methods and their Application, section 4.2).
@@ -150,12 +153,13 @@ def compare_survey_with_prediction(
     Raises
     ------
     ArgumentError
-        If there is no stone.
+        If there is no stone, or the cubes of two sites have different grids.
     """
     if not stones:
         raise ArgumentError("stones: none; a survey needs at least one row")
-    site = SiteFallPrediction(cube, background=background)
-    fallen = _stones_with_fall_direction(site, stones)
+    predictions = SurveyFallPrediction(cube, site_cubes, background=background)
+    site = predictions.default  # sectors and octants are the same at all sites
+    fallen = _stones_with_fall_direction(predictions, stones)
     uniform_octant = site.octant_from_sector_probabilities(site.share)
     azimuth = [stone.azimuth_deg for stone, *_ in fallen]
     observed = sum((stone_count_by_octant(stone) for stone, *_ in fallen), np.zeros(8))
@@ -169,10 +173,10 @@ def compare_survey_with_prediction(
     mean, length = mean_angle_and_resultant(azimuth)
     density = sum((of_stone for _, of_stone, _ in fallen), np.zeros(site.azimuth.size))
     predicted_mean, predicted_length = mean_angle_and_resultant(site.azimuth, density)
-    share_mean, share_low, share_high = _computed_fall_share_and_range(site, stones)
+    share_mean, share_low, share_high = _computed_fall_share_and_range(predictions, stones)
     ratio, p_value = _log_likelihood_ratio_and_p_value(site, fallen, random_survey_count, seed)
     return SurveyPredictionComparison(
-        **_stone_counts_of_comparison(site, stones),
+        **_stone_counts_of_comparison(predictions, stones),
         mean_direction_deg=mean,
         resultant=length,
         predicted_mean_direction_deg=predicted_mean,
@@ -188,7 +192,7 @@ def compare_survey_with_prediction(
         fit_octants_watson=grouped_watson_test(observed, share),
         fit_exact=watson_u2_test(exact),
         uniform_octants=grouped_watson_test(observed, uniform_octant),
-        confusion=_confusion_matrix_of_sides(site, stones),
+        confusion=_confusion_matrix_of_sides(predictions, stones),
         background=background,
     )
 
@@ -212,7 +216,7 @@ _Fallen = tuple[Stone, FloatArray, FloatArray]
 """A stone that fell in a known direction, its density of fall directions, and its probabilities of octants."""
 
 
-def _stones_with_fall_direction(site_prediction: SiteFallPrediction, stones: Sequence[Stone]) -> list[_Fallen]:
+def _stones_with_fall_direction(predictions: SurveyFallPrediction, stones: Sequence[Stone]) -> list[_Fallen]:
     """Return the stones that fell in a known direction, with their predicted sector and octant probabilities.
 
     A stone is repeated ``count`` times.
@@ -220,19 +224,20 @@ def _stones_with_fall_direction(site_prediction: SiteFallPrediction, stones: Seq
     fallen: list[_Fallen] = []
     for stone in stones:
         if stone.fell_in_known_direction:
+            site_prediction = predictions.for_stone(stone)
             density = _fall_sector_probabilities(site_prediction, stone)
             fallen += stone.count * [(stone, density, site_prediction.octant_from_sector_probabilities(density))]
     return fallen
 
 
 def _computed_fall_share_and_range(
-    site_prediction: SiteFallPrediction, stones: Sequence[Stone]
+    predictions: SurveyFallPrediction, stones: Sequence[Stone]
 ) -> tuple[float, float, float]:
     """Return the predicted share of stones that fall: mean, smallest and largest over heights and frictions.
 
     These three are over heights and frictions of the cube.
     """
-    falls = np.array([site_prediction.fall_probability_by_block(stone) for stone in stones])
+    falls = np.array([predictions.for_stone(stone).fall_probability_by_block(stone) for stone in stones])
     weight = np.isfinite(falls) * np.array([stone.count for stone in stones])[:, None, None]
     known = weight.sum(axis=0) > 0
     if not known.any():
@@ -242,7 +247,7 @@ def _computed_fall_share_and_range(
     return float(share.mean()), float(low), float(high)
 
 
-def _stone_counts_of_comparison(site_prediction: SiteFallPrediction, stones: Sequence[Stone]) -> dict[str, Any]:
+def _stone_counts_of_comparison(predictions: SurveyFallPrediction, stones: Sequence[Stone]) -> dict[str, Any]:
     """Return numbers of stones (fallen, standing, without face, …) by attribute of `SurveyPredictionComparison`."""
 
     def count_stones_with(condition: Callable[[Stone], bool]) -> int:
@@ -262,10 +267,10 @@ def _stone_counts_of_comparison(site_prediction: SiteFallPrediction, stones: Seq
             lambda stone: stone.fell_in_known_direction and math.isnan(stone.slenderness_in_both_planes[0])
         ),
         "without_direction": count_stones_with(lambda stone: stone.fell and not stone.fell_in_known_direction),
-        "beyond": count_stones_with(site_prediction.has_b_over_h_outside_grid),
-        "beyond_heights": count_stones_with(site_prediction.has_height_outside_grid),
+        "beyond": count_stones_with(predictions.default.has_b_over_h_outside_grid),
+        "beyond_heights": count_stones_with(predictions.default.has_height_outside_grid),
         "never": count_stones_with(
-            lambda stone: stone.fell_in_known_direction and site_prediction.stone_never_falls(stone)
+            lambda stone: stone.fell_in_known_direction and predictions.for_stone(stone).stone_never_falls(stone)
         ),
     }
 
@@ -302,9 +307,7 @@ def _log_likelihood_ratio_and_p_value(
     return total, (1 + int((simulated >= total - 1e-12).sum())) / (1 + random_survey_count)
 
 
-def _confusion_matrix_of_sides(
-    site_prediction: SiteFallPrediction, stones: Sequence[Stone]
-) -> NDArray[np.int64] | None:
+def _confusion_matrix_of_sides(predictions: SurveyFallPrediction, stones: Sequence[Stone]) -> NDArray[np.int64] | None:
     """Count the stones by observed outcome (rows) and most probable outcome (columns): stands or side of fall.
 
     Sides are in the order of `SIDES`. None if face and B/H of no stone are known.
@@ -316,9 +319,8 @@ def _confusion_matrix_of_sides(
     ]
     confusion = np.zeros((len(SIDES), len(SIDES)), dtype=np.int64)
     for stone in known:
-        confusion[observed_side_index(stone), int(np.argmax(site_prediction.fall_side_probabilities(stone)))] += (
-            stone.count
-        )
+        probable = int(np.argmax(predictions.for_stone(stone).fall_side_probabilities(stone)))
+        confusion[observed_side_index(stone), probable] += stone.count
     return confusion if known else None
 
 
@@ -350,7 +352,8 @@ class StoredSurveyComparison:
 
     ``doubts`` are the warnings of `overturning.surveys.stones.SurveyTable`, ``remarks`` the comment lines at the start
     of the survey file that are not empty, without those of the template; ``sites`` are pairs of a site's name and its
-    comparison by itself, none if the survey has one site.
+    comparison by itself, none if the survey has one site. ``grounds`` are pairs of a site's name and the ground of its
+    stones, with "" for all other sites; none if the record is used as it is at all sites.
     """
 
     stones: str
@@ -360,6 +363,7 @@ class StoredSurveyComparison:
     doubts: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
     sites: tuple[tuple[str, SurveyPredictionComparison], ...] = ()
+    grounds: tuple[tuple[str, CemeteryGround], ...] = ()
 
 
 def make_stored_survey_comparison(
@@ -368,12 +372,22 @@ def make_stored_survey_comparison(
     comparison: SurveyPredictionComparison,
     unit_warnings: Sequence[str] = (),
     site_comparisons: Mapping[str, SurveyPredictionComparison] | None = None,
+    grounds: Mapping[str, CemeteryGround] | None = None,
 ) -> StoredSurveyComparison:
     """Add the survey file's name and hash, record id and warnings to the comparison of a survey with a prediction."""
     sha256 = hashlib.sha256(survey_path.read_bytes()).hexdigest()
     remarks = remarks_of_user(read_field_table(survey_path, "survey").remarks)
     sites = tuple((site_comparisons or {}).items())
-    return StoredSurveyComparison(survey_path.name, sha256, record_id, comparison, tuple(unit_warnings), remarks, sites)
+    return StoredSurveyComparison(
+        survey_path.name,
+        sha256,
+        record_id,
+        comparison,
+        tuple(unit_warnings),
+        remarks,
+        sites,
+        tuple((grounds or {}).items()),
+    )
 
 
 def read_survey_comparison(path: Path) -> StoredSurveyComparison:

@@ -1,6 +1,7 @@
 """Predict the falls of the stones of a survey from the cube of its site."""
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 import xarray as xr
@@ -241,6 +242,48 @@ class SiteFallPrediction:
         for begin, wide, mass in zip(self.borders[:-1], np.diff(self.borders), sector_probabilities, strict=True):
             np.add.at(fine, sector_index(begin + wide * (np.arange(64) + 0.5) / 64, 8), mass / 64)
         return np.asarray(fine / fine.sum())
+
+
+class SurveyFallPrediction:
+    """Prediction of the falls of all stones of a survey, whose sites may have motions of their own.
+
+    Parameters
+    ----------
+    cube : Dataset
+        Cube of one record, for the stones of all sites that are not in `site_cubes`.
+    site_cubes : mapping of str to Dataset, optional
+        Cubes for the stones of single sites, by name of the site: those of the motions at their surfaces.
+    background : float
+        See `BACKGROUND`.
+
+    Raises
+    ------
+    ArgumentError
+        As `SiteFallPrediction`, and if the cubes differ in azimuths, B/H or heights.
+    """
+
+    def __init__(
+        self,
+        cube: xr.Dataset,
+        site_cubes: Mapping[str, xr.Dataset] | None = None,
+        *,
+        background: float = BACKGROUND,
+    ) -> None:
+        self.default = SiteFallPrediction(cube, background=background)
+        self._by_site = {
+            site: SiteFallPrediction(one, background=background) for site, one in (site_cubes or {}).items()
+        }
+        for site, one in self._by_site.items():
+            for name in ("azimuth", "b_over_h", "height"):
+                if not np.array_equal(getattr(one, name), getattr(self.default, name)):
+                    raise ArgumentError(
+                        f"site {site!r}: its cube has other values of {name} than the other sites; compute the cubes "
+                        "of one survey with one grid"
+                    )
+
+    def for_stone(self, stone: Stone) -> SiteFallPrediction:
+        """Return the prediction for the site of a stone."""
+        return self._by_site.get(stone.site, self.default)
 
 
 def _slenderness_cache_key(b_over_h: float, b_over_h_side: float) -> str:

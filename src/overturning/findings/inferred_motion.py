@@ -1,0 +1,157 @@
+"""Motion inferred from a survey of fallen stones: intervals of strength and axis, and the likeliest motions."""
+
+import math
+from collections.abc import Sequence
+
+from overturning.findings.results import StudyResults
+from overturning.findings.values import Finding, Number
+from overturning.settings import StonePopulation
+from overturning.surveys.inversion import MIN_FIT_P_VALUE, POWER
+from overturning.surveys.posterior import LEVEL, SurveyInversionResult
+from overturning.surveys.stones import Stone
+from overturning.units import CM
+
+
+class InferredMotionStrength(Finding):
+    """Credible intervals of an intensity measure without the survey (prior) and with it (posterior)."""
+
+    measure: str
+    """Intensity measure, such as PGV."""
+    unit: str
+    """Unit of the bounds."""
+    posterior_low: Number
+    """Lower end of the interval after the survey."""
+    posterior_high: Number
+    """Upper end of the interval after the survey."""
+    prior_low: Number
+    """Lower end of the interval before the survey."""
+    prior_high: Number
+    """Upper end of the interval before the survey."""
+
+
+class LikelyMotion(Finding):
+    """Candidate motion, and its probability without the survey (prior) and with it (posterior)."""
+
+    motion: str
+    probability: Number
+    prior: Number
+
+
+class StoneSizeRange(Finding):
+    """Range of the heights or widths of stones, m."""
+
+    low: float
+    high: float
+
+
+class InferredMotion(Finding):
+    """Axis and strength of the ground motion that are inferred from the fallen stones of a survey."""
+
+    stones: str
+    """Name of the survey file."""
+    fell: int
+    """Number of stones that fell."""
+    stood: int
+    """Number of stones that stood."""
+    level: float = LEVEL
+    """Probability of the credible intervals and of the arc."""
+    velocity_axis_deg: Number
+    """Middle of the credible arc of the axis of the largest velocity, 0 to 180."""
+    velocity_axis_arc_deg: Number
+    """Width of the arc of the axis of the largest velocity."""
+    strengths: list[InferredMotionStrength]
+    """Interval of each intensity measure."""
+    everything_fell: bool
+    """True if every stone fell: then the survey shows no axis."""
+    axis_half_arc_deg: Number
+    """Half of the width of the arc of the axis."""
+    stronger_than_library: float
+    """Share of the probability on the strongest level of the motions."""
+    weaker_than_library: float
+    """Share of the probability on the weakest level of the motions."""
+    weakest_level_cm_s: float
+    strongest_level_cm_s: float
+    fixed: float
+    """Share of stones taken to be fixed to their base."""
+    fit_p_value: Number
+    """p-value of the posterior predictive check; small if no motion fits the survey."""
+    fits: bool
+    """False if the check rejects every motion."""
+    beyond_library_above: bool
+    """True if so much probability lies on the strongest level that no upper bound can be given."""
+    beyond_library_below: bool
+    power: float
+    """Power of the likelihood of directions (see docs/surveys.md)."""
+    likeliest_motions: list[LikelyMotion]
+    """Motions with the largest probabilities, in descending order."""
+    stones_without_height: int
+    """Stones without a height, and those without B/H, of a survey whose stones are given; otherwise 0."""
+    stones_without_b_over_h: int
+    sizes_assumed: bool
+    assumed_height_m: StoneSizeRange
+    """Height of the stones without one, and width of those without B/H."""
+    assumed_width_m: StoneSizeRange
+
+
+MOTIONS_LISTED = 12
+
+
+def all_inferred_motion_findings(results: StudyResults) -> list[InferredMotion]:
+    """Return, for each survey of a study, the report's numbers on the inferred ground motion."""
+    return [inferred_motion_findings(one) for one in results.inferred_motions]
+
+
+def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Sequence[Stone] = ()) -> InferredMotion:
+    """Return the report's numbers on the ground motion that is inferred from a survey.
+
+    `stones` are the stones of the survey; stones without sizes are counted. Pass an empty list if they are unknown.
+    """
+    one, strengths = inversion_result.posterior, []
+    for name, values in inversion_result.pgv_and_pga_by_motion_and_level.items():
+        (low, high), (least, most) = one.credible_interval(values), one.credible_interval(values, use_prior=True)
+        strengths.append(
+            InferredMotionStrength(
+                measure=name.split(", ")[0],
+                unit=name.split(", ")[1],
+                posterior_low=low,
+                posterior_high=high,
+                prior_low=least,
+                prior_high=most,
+            )
+        )
+    middle, width = inversion_result.credible_axis_arc_deg
+    weakest, strongest = (float(share) for share in one.weakest_and_strongest_level_probabilities())
+    high = sum(int(each.count) for each in stones if math.isnan(each.height))
+    wide = sum(int(each.count) for each in stones if math.isnan(each.slenderness_in_both_planes[0]))
+    assumed = StonePopulation()
+    shares, prior = one.motion_probabilities(), one.prior.sum(axis=(1, 2))
+    order = (-shares).argsort(kind="stable")[:MOTIONS_LISTED]
+    return InferredMotion(
+        stones=inversion_result.name,
+        fell=inversion_result.fell,
+        stood=inversion_result.stood,
+        velocity_axis_deg=middle,
+        velocity_axis_arc_deg=width,
+        strengths=strengths,
+        everything_fell=inversion_result.everything_fell,
+        axis_half_arc_deg=width / 2,
+        weaker_than_library=weakest,
+        stronger_than_library=strongest,
+        beyond_library_below=weakest > (1 - LEVEL) / 2,
+        beyond_library_above=strongest > (1 - LEVEL) / 2,
+        power=POWER,
+        weakest_level_cm_s=float(one.level[0]) / CM,
+        strongest_level_cm_s=float(one.level[-1]) / CM,
+        fixed=inversion_result.fixed,
+        fit_p_value=inversion_result.fit,
+        fits=not inversion_result.fit < MIN_FIT_P_VALUE,
+        likeliest_motions=[
+            LikelyMotion(motion=one.sources[place], probability=float(shares[place]), prior=float(prior[place]))
+            for place in order
+        ],
+        stones_without_height=int(high),
+        stones_without_b_over_h=int(wide),
+        sizes_assumed=bool(high or wide),
+        assumed_height_m=StoneSizeRange(low=assumed.height.low, high=assumed.height.high),
+        assumed_width_m=StoneSizeRange(low=assumed.width.low, high=assumed.width.high),
+    )

@@ -1,0 +1,80 @@
+"""Soil layers below the cemeteries of surveys: names of their cubes, and checks of the names of cemeteries."""
+
+import hashlib
+from collections.abc import Collection, Iterator
+
+from overturning.errors import ConfigError, closest_name_hint
+from overturning.records.site import SoilSite
+from overturning.study.evaluation import SurveySettings
+from overturning.study.scenes import NOMINAL
+from overturning.study.schema import Study
+from overturning.study.sections import Variant
+
+
+def ground_name(study: Study, soil: SoilSite | None) -> str:
+    """Return the name of the cube with the motion at the surface of some soil layers.
+
+    The name is "nominal" without soil, that of a variant which changes nothing but the soil to these layers, or
+    otherwise derived from the layers, so that equal layers are computed once.
+    """
+    if soil is None:
+        return NOMINAL
+    for name, variant in study.variants.items():
+        if variant == Variant(site=soil):
+            return name
+    return f"soil-{hashlib.sha256(soil.model_dump_json().encode()).hexdigest()[:8]}"
+
+
+def ground_names_of_survey(study: Study, survey: SurveySettings) -> tuple[str, dict[str, str]]:
+    """Return the name of the cube for a survey, and those for single cemeteries by their names.
+
+    See `ground_name`. A cemetery with the layers of the whole survey is left out.
+    """
+    default = ground_name(study, survey.site)
+    named = {site: ground_name(study, soil) for site, soil in survey.sites.items()}
+    return default, {site: name for site, name in named.items() if name != default}
+
+
+def additional_grounds(study: Study) -> dict[str, tuple[SoilSite, list[str]]]:
+    """Return the soil layers below cemeteries that need a cube of their own, and their records, by name of the cube.
+
+    The soil layers of variants are left out, since variants have cubes. Records are in the order of the study.
+    """
+    soils, records = dict[str, SoilSite](), dict[str, set[str | None]]()
+    for survey in study.surveys:
+        for soil in (survey.site, *survey.sites.values()):
+            name = ground_name(study, soil)
+            if soil is not None and name not in study.variants:
+                soils[name] = soil
+                records.setdefault(name, set()).add(survey.record)
+    return {name: (soil, [one for one in study.records.use if one in records[name]]) for name, soil in soils.items()}
+
+
+def soils_of_study(study: Study) -> Iterator[tuple[str, SoilSite]]:
+    """Yield the key and the value of each description of soil layers in a study: its own, of variants, of surveys."""
+    if study.site is not None:
+        yield "site", study.site
+    for name, variant in study.variants.items():
+        if variant.site is not None:
+            yield f"variants.{name}.site", variant.site
+    for number, survey in enumerate(study.surveys):
+        if survey.site is not None:
+            yield f"surveys.{number}.site", survey.site
+        for name, soil in survey.sites.items():
+            yield f"surveys.{number}.sites.{name}", soil
+
+
+def check_names_of_cemeteries(study: Study, number: int, known_names: Collection[str], study_file: str) -> None:
+    """Raise a `ConfigError` if soil layers are given for a cemetery that is not in the survey of this number.
+
+    Surveys are counted from 0; `known_names` are the names in the column ``site`` of its table.
+    """
+    for name in study.surveys[number].sites:
+        if name not in known_names:
+            named = sorted(one for one in known_names if one)
+            there = f"its sites are {', '.join(named)}" if named else "no stone has one; give `site` instead of `sites`"
+            remedy = closest_name_hint(name, named, there)
+            raise ConfigError(
+                f"{study_file}: surveys.{number}.sites.{name}: no stone of {study.surveys[number].stones} has this "
+                f"site; {remedy}"
+            )

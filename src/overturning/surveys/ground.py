@@ -1,0 +1,60 @@
+"""Ground below the stones of a survey, as stored in the cube of the motion at its surface."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from overturning.records.site import SoilSite
+from overturning.study.cube import index_of_record, record_provenance, study_of_cube
+from overturning.study.scenes import variant_settings
+
+
+@dataclass(frozen=True)
+class CemeteryGround:
+    """Soil layers below a cemetery, and the effect of the layers on the motion of the record.
+
+    Attributes
+    ----------
+    thickness_m : float
+        Thickness of all layers, m.
+    velocity_m_s : float
+        Mean shear-wave velocity of the layers at small strain: their thickness over the travel time, m/s.
+    equivalent_linear : bool
+        True if a layer softens with strain.
+    converged : bool
+        False if the equivalent-linear computation did not converge.
+    rock_pga, surface_pga : float
+        Peak acceleration of the larger horizontal component in the rock and at the surface, m/s².
+    """
+
+    thickness_m: float
+    velocity_m_s: float
+    equivalent_linear: bool
+    converged: bool
+    rock_pga: float
+    surface_pga: float
+
+
+def ground_of_cube(cube: xr.Dataset, record_id: str | None) -> CemeteryGround | None:
+    """Return the ground whose surface motion a cube was computed with; None if the record was used as it is.
+
+    The layers are those of the variant of the cube, or of its study; peaks are those of the record `record_id`, which
+    may be None for a cube with one record.
+    """
+    study = study_of_cube(cube)
+    soil = variant_settings(study, str(cube.attrs["variant"])).site or study.site
+    if soil is None:
+        return None
+    name = str(np.atleast_1d(cube["record_id"].to_numpy())[index_of_record(cube, record_id)])
+    step = next(one for one in reversed(record_provenance(cube)[name]["steps"]) if one["step"] == SoilSite.step)
+    before, after = step["effect"]["pga"]
+    thickness = sum(layer.thickness_m for layer in soil.layers)
+    return CemeteryGround(
+        thickness_m=thickness,
+        velocity_m_s=thickness / sum(layer.thickness_m / layer.velocity_m_s for layer in soil.layers),
+        equivalent_linear=any(layer.curve is not None for layer in soil.layers),
+        converged="not converged" not in step.get("chosen", ""),
+        rock_pga=float(before),
+        surface_pga=float(after),
+    )

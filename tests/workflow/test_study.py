@@ -60,6 +60,8 @@ def test_time_and_memory_of_each_job_are_kept(finished: Checkout) -> None:
     assert float(dict(zip(head.split("\t"), row.split("\t"), strict=True))["s"]) > 0
 
 
+SOIL = {"layers": [{"thickness_m": 20, "velocity_m_s": 200}], "rock": {"velocity_m_s": 760}}
+
 FIGURES = {"record_figures_1", "figures", "illustrative"}
 LAST = {"report", "crate", "all"}
 AFTER_SWEEP = FIGURES | {"gather", "convergence", "explore", "findings"} | LAST
@@ -72,7 +74,7 @@ AFTER_SWEEP = FIGURES | {"gather", "convergence", "explore", "findings"} | LAST
         ({"friction": [0.5]}, {"sweep"} | AFTER_SWEEP),
         ({"amplitude": [1, 2]}, {"sweep"} | AFTER_SWEEP),
         (
-            {"site": {"layers": [{"thickness_m": 20, "velocity_m_s": 200}], "rock": {"velocity_m_s": 760}}},
+            {"site": SOIL},
             {"read", "describe", "rotate", "sweep"} | AFTER_SWEEP,
         ),
         ({"title": "Other", "question": "Where?"}, {"explore", "findings", *LAST}),
@@ -86,6 +88,10 @@ AFTER_SWEEP = FIGURES | {"gather", "convergence", "explore", "findings"} | LAST
         (
             {"surveys": [{"stones": "config/stones.csv", "record": "rinaldi", "backwards": False}]},
             {"survey", "findings", *LAST},
+        ),
+        (
+            {"surveys": [{"stones": "config/stones.csv", "record": "rinaldi", "site": SOIL, "backwards": False}]},
+            {"cemetery_surface", "describe_cemetery", "sweep", "gather", "survey", "findings", *LAST},
         ),
         ({"figures": {"dpi": 100}}, {"record_figures_1", "figures", *LAST}),
         ({"figures": {"formats": ["pdf"]}}, {"record_figures_1", "figures", *LAST}),

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import shlex
 import sys
 from functools import cache
 from pathlib import Path
@@ -14,6 +15,11 @@ from overturning.errors import OverturningError
 from overturning.files import atomic_write
 from overturning.statistics.fragility_files import openquake_file_name
 from overturning.surveys.stones import read_stones
+from overturning.study.grounds import (
+    additional_grounds,
+    check_names_of_cemeteries,
+    ground_names_of_survey,
+)
 from overturning.study.preflight import (
     check_record_files,
     check_optional_packages,
@@ -68,9 +74,12 @@ def load_study_and_records():
         study = study_from_content(keys, where)
         check_study_size(study, where, chunks_per_record=CHUNKS)
         entries, files = check_record_files(study, where)
-        for survey in study.surveys:
+        for number, survey in enumerate(study.surveys):
             # Report errors in the survey now, not after the sweep.
-            read_stones(Path(survey.stones))
+            stones = read_stones(Path(survey.stones))
+            check_names_of_cemeteries(
+                study, number, {one.site for one in stones}, where
+            )
         if workflow.is_main_process:
             results = Path("results", study.name)
             # Requests that compute nothing need neither the lock nor a repair.
@@ -93,11 +102,16 @@ def load_study_and_records():
                 for name, entry in entries.items()
                 if not (motion / f"{name}.nc").is_file()
             }
-            soils = [motion / name for name, one in study.variants.items() if one.site]
+            surface = [
+                motion / variant / f"{name}.nc"
+                for variant, one in study.variants.items()
+                if one.site
+                for name in entries
+            ]
+            for ground, (_, names) in additional_grounds(study).items():
+                surface += [motion / ground / f"{name}.nc" for name in names]
             # A report of existing results does not need the packages that computed them.
-            if (study.site and new) or not all(
-                (soil / f"{name}.nc").is_file() for soil in soils for name in entries
-            ):
+            if (study.site and new) or not all(path.is_file() for path in surface):
                 check_optional_packages(study, where)
             read_and_check_records(study, new)
         return study, entries, files
@@ -122,6 +136,13 @@ CASES = (
 CUBE_KEYS = [key for key in SETTINGS if key not in REPORT_KEYS]
 VARIANTS = ["nominal", *STUDY.variants]
 ON_SOIL = [name for name, variant in STUDY.variants.items() if variant.site]
+# Soil below cemeteries of surveys, by name of its cube; computed like a variant, for the records of the surveys only.
+GROUNDS = {
+    name: soil.model_dump(mode="json")
+    for name, (soil, _) in additional_grounds(STUDY).items()
+}
+RECORDS_ON_GROUND = {name: use for name, (_, use) in additional_grounds(STUDY).items()}
+GROUND_PATTERN = "|".join(map(re.escape, GROUNDS)) or "(?!)"  # (?!): never
 RESULTS = f"results/{STUDY.name}"
 LOGS = f"{RESULTS}/logs"
 BENCHMARKS = f"{RESULTS}/benchmarks"  # time and memory of each job
@@ -182,14 +203,15 @@ CONVERGENCE = [f"{RESULTS}/convergence.json"] if STUDY.verification != "none" el
 
 wildcard_constraints:
     record="|".join(map(re.escape, RECORDS)),
-    variant="|".join(map(re.escape, VARIANTS)),
+    variant="|".join(map(re.escape, [*VARIANTS, *GROUNDS])),
 
 
-def step_settings(*keys, use=RECORDS, **parts):
+def step_settings(*keys, use=RECORDS, variant="nominal", **parts):
     """Return the part of the study on which a step depends, as JSON, so that other changes do not repeat the step.
 
     `keys` are whole keys of the study; `parts` names keys inside a key. If the text is too long for a command (for
-    thousands of records), the name of a file with the text is returned.
+    thousands of records), the name of a file with the text is returned. For the soil below a cemetery (`variant`), the
+    soil is the only variant, and records are not multiplied by further amplitudes.
     """
     # A study must use each of its pulses, and published values must belong to its records: leave out the others.
     own = SETTINGS["records"]
@@ -199,6 +221,9 @@ def step_settings(*keys, use=RECORDS, **parts):
     part = {key: SETTINGS[key] for key in keys if key != "records" and key in SETTINGS}
     if "published" in part:
         part["published"] = [row for row in part["published"] if row["record"] in use]
+    if variant in GROUNDS:
+        own = {"variants": {variant: {"site": GROUNDS[variant]}}, "amplitude": [1.0]}
+        part |= {key: value for key, value in own.items() if key in part}
     for key, inside in parts.items():
         part[key] = {name: SETTINGS[key][name] for name in inside}
     return text_or_file(
@@ -244,20 +269,32 @@ def variant_name(wildcards):
 
 def motion_folder(variant):
     """Return the folder of the motions of a variant: its own folder if it has soil layers, else that of the study."""
-    return f"{RESULTS}/motion/{variant}" if variant in ON_SOIL else f"{RESULTS}/motion"
+    own = variant in ON_SOIL or variant in GROUNDS
+    return f"{RESULTS}/motion/{variant}" if own else f"{RESULTS}/motion"
 
 
 def unlabelled_motion_folder(variant):
     """Return the folder of the motions of a variant without the labels of the record table."""
-    return f"{RESULTS}/read/{variant}" if variant in ON_SOIL else f"{RESULTS}/read"
+    own = variant in ON_SOIL or variant in GROUNDS
+    return f"{RESULTS}/read/{variant}" if own else f"{RESULTS}/read"
+
+
+def records_of_cube(wildcards):
+    """Return the records of a cube: all of the study, or those of the surveys on the soil below a cemetery."""
+    return RECORDS_ON_GROUND.get(variant_name(wildcards), RECORDS)
 
 
 def part_files_of_cube(wildcards):
     """Return the parts of a cube, for all records and chunks."""
     return gather.sweep(
         f"{RESULTS}/sweep/{variant_name(wildcards)}/{{record}}.{{scatteritem}}.nc",
-        record=RECORDS,
+        record=records_of_cube(wildcards),
     )
+
+
+def cube_of_ground(name):
+    """Return the cube with the motion at the surface of some soil, by the name of the variant or soil."""
+    return f"{RESULTS}/cube.nc" if name == "nominal" else f"{RESULTS}/cube.{name}.nc"
 
 
 def sweep_priority(wildcards):

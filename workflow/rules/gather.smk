@@ -4,7 +4,8 @@
 rule gather:
     input:
         motions=lambda wildcards: expand(
-            f"{motion_folder(variant_name(wildcards))}/{{record}}.nc", record=RECORDS
+            f"{motion_folder(variant_name(wildcards))}/{{record}}.nc",
+            record=records_of_cube(wildcards),
         ),
         parts=part_files_of_cube,
     output:
@@ -14,12 +15,14 @@ rule gather:
     benchmark:
         f"{BENCHMARKS}/gather{{suffix}}.tsv"
     wildcard_constraints:
-        suffix=rf"(?:\.(?:{'|'.join(map(re.escape, STUDY.variants)) or '(?!)'}))?",  # (?!): never
+        suffix=rf"(?:\.(?:{'|'.join(map(re.escape, [*STUDY.variants, *GROUNDS])) or '(?!)'}))?",  # (?!): never
     priority: 3
     resources:
         mem_mb=lambda wildcards, attempt: attempt * READING_MB,
     params:
-        study=step_settings(*CUBE_KEYS),
+        study=lambda wildcards: step_settings(
+            *CUBE_KEYS, use=records_of_cube(wildcards), variant=variant_name(wildcards)
+        ),
         variant=variant_name,
         motions=lambda wildcards, input: Path(input.motions[0]).parent,
         parts=lambda wildcards, input: Path(input.parts[0]).parent,

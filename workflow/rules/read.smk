@@ -37,6 +37,8 @@ rule surface:
         f"{LOGS}/surface/{{variant}}.log",
     benchmark:
         f"{BENCHMARKS}/surface/{{variant}}.tsv"
+    wildcard_constraints:
+        variant="|".join(map(re.escape, ON_SOIL)) or "(?!)",  # (?!): never
     priority: 3
     resources:
         mem_mb=800,
@@ -48,6 +50,59 @@ rule surface:
     shell:
         "overturning surface --study {params.study:q} --variant {wildcards.variant} --motions {params.motions}"
         " --output {params.folder} 2> {log}"
+
+
+# Motion of a record at the surface of the soil below a cemetery, for the comparison with a survey.
+rule cemetery_surface:
+    input:
+        f"{RESULTS}/read/{{record}}.nc",
+    output:
+        f"{RESULTS}/read/{{ground}}/{{record}}.nc",
+    log:
+        f"{LOGS}/surface/{{ground}}/{{record}}.log",
+    benchmark:
+        f"{BENCHMARKS}/surface/{{ground}}/{{record}}.tsv"
+    wildcard_constraints:
+        ground=GROUND_PATTERN,
+    priority: 3
+    resources:
+        mem_mb=800,
+    params:
+        study=lambda wildcards: step_settings(
+            *("scene", "body", "orientation", "variants"),
+            use=[wildcards.record],
+            variant=wildcards.ground,
+        ),
+        motions=lambda wildcards, input: Path(input[0]).parent,
+        folder=lambda wildcards, output: Path(output[0]).parent,
+        sources=step_source_hash("records", "motion", "study"),
+    shell:
+        "overturning surface --study {params.study:q} --variant {wildcards.ground} --motions {params.motions}"
+        " --output {params.folder} 2> {log}"
+
+
+rule describe_cemetery:
+    input:
+        f"{RESULTS}/read/{{ground}}/{{record}}.nc",
+    output:
+        f"{RESULTS}/motion/{{ground}}/{{record}}.nc",
+    log:
+        f"{LOGS}/describe/{{ground}}/{{record}}.log",
+    benchmark:
+        f"{BENCHMARKS}/describe/{{ground}}/{{record}}.tsv"
+    wildcard_constraints:
+        ground=GROUND_PATTERN,
+    priority: 3
+    resources:
+        mem_mb=800,
+    params:
+        study=lambda wildcards: step_settings(use=[wildcards.record]),
+        labels=lambda wildcards: ENTRIES[wildcards.record].model_dump_json(),
+        motions=lambda wildcards, input: Path(input[0]).parent,
+        folder=lambda wildcards, output: Path(output[0]).parent,
+        sources=step_source_hash("model", "study"),
+    shell:
+        "overturning describe --study {params.study:q} --motions {params.motions} --output {params.folder} 2> {log}"
 
 
 # Labels of station, event and site from the record table; samples do not change.

@@ -107,6 +107,14 @@ rule crate:
             for variant in ["nominal", *ON_SOIL]
             for record in RECORDS
         ],
+        [
+            path
+            for name, records in RECORDS_ON_GROUND.items()
+            for path in (
+                cube_of_ground(name),
+                *(f"{motion_folder(name)}/{record}.nc" for record in records),
+            )
+        ],
     output:
         f"{RESULTS}/study.yaml",
         crate=CRATE,

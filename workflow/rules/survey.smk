@@ -1,10 +1,27 @@
 # Comparison of surveys of fallen stones with the cube, and inference of the motion, one job per survey each.
 
 
+def survey_grounds(wildcards):
+    """Return the name of the ground of a survey (`cube_of_ground`), and those of single cemeteries by name."""
+    return ground_names_of_survey(STUDY, survey_settings(wildcards))
+
+
+def surface_motions_of_survey(wildcards):
+    """Return the motions of the record of a survey at the surfaces of the soils below its cemeteries."""
+    default, by_site = survey_grounds(wildcards)
+    soils = [name for name in {default: None, **dict.fromkeys(by_site.values())}]
+    record = survey_settings(wildcards).record
+    return [f"{motion_folder(name)}/{record}.nc" for name in soils if name != "nominal"]
+
+
 rule survey:
     input:
         stones=lambda wildcards: survey_settings(wildcards).stones,
-        cube=f"{RESULTS}/cube.nc",
+        cube=lambda wildcards: cube_of_ground(survey_grounds(wildcards)[0]),
+        site_cubes=lambda wildcards: [
+            cube_of_ground(name)
+            for name in dict.fromkeys(survey_grounds(wildcards)[1].values())
+        ],
     output:
         comparison=f"{RESULTS}/survey/{{number}}.json",
         figure=report(
@@ -25,9 +42,13 @@ rule survey:
         content=lambda wildcards: file_hash(survey_settings(wildcards).stones),
         record=lambda wildcards: survey_settings(wildcards).record,
         background=lambda wildcards: survey_settings(wildcards).background,
+        site_cubes=lambda wildcards: " ".join(
+            f"--site-cube {shlex.quote(f'{site}={cube_of_ground(name)}')}"
+            for site, name in survey_grounds(wildcards)[1].items()
+        ),
         sources=step_source_hash(*DRAWING, "findings", "report"),
     shell:
-        "overturning survey {input.stones:q} --cube {input.cube} --record {params.record}"
+        "overturning survey {input.stones:q} --cube {input.cube} {params.site_cubes} --record {params.record}"
         " --background {params.background} --figure {output.figure} --output {output.comparison} > {log} 2>&1"
 
 
@@ -35,6 +56,7 @@ rule backwards:
     input:
         stones=lambda wildcards: survey_settings(wildcards).stones,
         motions=expand(f"{RESULTS}/motion/{{record}}.nc", record=RECORDS),
+        surface=surface_motions_of_survey,
     output:
         f"{RESULTS}/survey/{{number}}.motion.nc",
     log:
@@ -50,7 +72,7 @@ rule backwards:
     params:
         content=lambda wildcards: file_hash(survey_settings(wildcards).stones),
         motions=lambda wildcards, input: " ".join(
-            f"--motion {each}" for each in input.motions
+            f"--motion {each}" for each in (*input.motions, *input.surface)
         ),
         background=lambda wildcards: survey_settings(wildcards).background,
         sources=step_source_hash("surveys", "statistics", *NUMERICS),

@@ -35,7 +35,9 @@ rule sweep:
         runtime=lambda wildcards, attempt: attempt * SWEEP_MINUTES,
     params:
         study=lambda wildcards: step_settings(
-            *(*CASES, "amplitude", "variants", "ensemble"), use=[wildcards.record]
+            *(*CASES, "amplitude", "variants", "ensemble"),
+            use=[wildcards.record],
+            variant=wildcards.variant,
         ),
         sources=step_source_hash(*NUMERICS),
         members=lambda wildcards, input: " ".join(

@@ -49,7 +49,7 @@ class _DaskArrayType:
 
 
 def skip_dask_import() -> None:
-    """Prevent xarray from importing dask (0.3 s) only to check that its arrays are not dask arrays.
+    """Keep xarray from importing dask (0.3 s) only to check whether an array is a dask array.
 
     No array can be a dask array before dask is imported. Without this private table, xarray imports dask as usual.
     """

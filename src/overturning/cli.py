@@ -55,7 +55,7 @@ def _first_docstring_paragraph(command: Callable[..., None] | None) -> str:
 
 
 def _add_command_group(group: typer.Typer, group_name: str) -> None:
-    """Add a group of subcommands to the command line, and set the short help of each of its commands."""
+    """Add a group of subcommands to the command line, and set the short help text of each subcommand."""
     groups = [group, *(each.typer_instance for each in group.registered_groups if each.typer_instance)]
     for each in groups:
         for below in each.registered_commands:

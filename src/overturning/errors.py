@@ -53,7 +53,7 @@ class RecordError(OverturningError, ValueError):
 
 
 def closest_name_hint(name: str, known_names: Iterable[str], remedy: str = "") -> str:
-    """Return, for messages, the known name closest to an unknown one, else the remedy or all known names."""
+    """Return a hint for an error message: the known name closest to an unknown one, or all known names."""
     names = list(known_names)
     near = difflib.get_close_matches(name, names, n=1)
     return f"did you mean {near[0]}?" if near else remedy or f"known are {', '.join(names[:40])}"

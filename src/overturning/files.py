@@ -41,7 +41,7 @@ def check_output_path(path: Path | None, argument_name: str, *suffixes: str) -> 
 
 @contextmanager
 def atomic_write(path: Path) -> Iterator[Path]:
-    """Yield a temporary path in the same folder, and move the complete file to ``path`` at the end of the block.
+    """Context manager: write to a temporary file, which replaces ``path`` at the end of the block if no error occurs.
 
     A missing folder is created. If the block raises an exception, the temporary file is removed and an existing file
     keeps its content. A checksum is appended to NetCDF files (see `append_checksum`).
@@ -91,7 +91,7 @@ _REMEDIES = {
 
 
 def os_error_message(error: OSError) -> str:
-    """Return the message for an operating system error: file, error and remedy; "" if no remedy is known."""
+    """Return a message for an operating-system error, with file and remedy; "" if no remedy is known."""
     remedy = _REMEDIES.get(error.errno or 0)
     return f"{error.filename or 'a file'}: {str(error.strerror).lower()}; {remedy}" if remedy else ""
 
@@ -152,14 +152,14 @@ _BLOCK = 1 << 20  # bytes read at a time
 
 
 def path_without_absolute_folder(path_text: str) -> str:
-    """Return a path as stored in results: a relative path unchanged, of an absolute one only the file name."""
+    """Return a path as results store it: of an absolute path only the file name, a relative path unchanged."""
     path = Path(path_text)
     return path.name if path.is_absolute() else path.as_posix()
 
 
 @cache
 def _strict_yaml_loader_class() -> Any:
-    """Return a safe YAML loader that refuses duplicate keys and ambiguous numbers instead of guessing."""
+    """Return a class for reading YAML that refuses duplicate keys and ambiguous numbers, such as base 60."""
     import yaml
 
     class StrictYamlLoader(yaml.SafeLoader):

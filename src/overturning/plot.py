@@ -136,7 +136,7 @@ def overturning_boundary(cube: "xr.Dataset", record: str | None = None) -> "Figu
 
 @partial(_register_cube_figure, "rose")
 def fall_rose(cube: "xr.Dataset") -> "Figure":
-    """Draw roses of the fall axes for records with and without a velocity pulse, from the fault normal if known."""
+    """Draw roses of the fall axes under records with and without a velocity pulse, relative to the fault normal."""
     from overturning.figures.content import check_has_falls
     from overturning.figures.rose import fall_roses_by_group_figure
     from overturning.statistics.earthquakes import fall_axes_by_group, summarise_fall_axes
@@ -181,7 +181,7 @@ def fall_alignment_by_earthquake(cube: "xr.Dataset") -> "Figure":
 
 @partial(_register_cube_figure, "follow")
 def fall_alignment_by_b_over_h(cube: "xr.Dataset") -> "Figure":
-    """Draw the alignment of falls with fault normal, radial direction, peaks and pulse of the motion against B/H."""
+    """Draw the alignment of falls with the fault, the epicentre and the motion's peak and pulse axes, by B/H."""
     from overturning.figures.alignment import fall_alignment_by_b_over_h_figure
     from overturning.figures.content import check_has_fall_alignment
     from overturning.statistics.earthquakes import fall_alignment_with_references
@@ -276,7 +276,7 @@ def spectra(motion: "Accelerogram", azimuth_deg: "ArrayLike" = (0.0, 90.0), titl
 
 @_with_project_style
 def rotation_slip_and_uplift(trajectories: "xr.Dataset | Sequence[xr.Dataset]", title: str = "") -> "Figure":
-    """Draw rotation, slip and uplift against time of 2-D trajectories (`overturning.trajectory`), a column each."""
+    """Draw rotation, slip and uplift over time of 2-D simulations from `overturning.trajectory`, a column each."""
     import xarray as xr
 
     from overturning.figures.response import rotation_slip_and_uplift_figure

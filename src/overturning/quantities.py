@@ -23,7 +23,7 @@ _UNITS: dict[str, dict[str, float]] = {
 
 
 def parse_quantity(value: object, unit: str) -> float:
-    """Convert a number, or a text such as ``"60 cm"``, to a number in `unit`; a ValueError lists the units that fit."""
+    """Convert a number, or a text such as ``"60 cm"``, to a number in `unit`; a ValueError for another unit."""
     if isinstance(value, bool) or not isinstance(value, Real | str):
         raise ValueError(f"give a number in {unit}")
     if not isinstance(value, str):
@@ -39,7 +39,7 @@ def parse_quantity(value: object, unit: str) -> float:
 
 
 def _unit_validator_and_schema_field(unit: str) -> tuple[Any, Any]:
-    """Return annotations for a pydantic field: a validator that converts to `unit`, and the unit for the schema."""
+    """Return pydantic annotations for a quantity: a validator that converts to `unit`, and the unit in the schema."""
     read = BeforeValidator(partial(parse_quantity, unit=unit), json_schema_input_type=float | str)
     return read, Field(json_schema_extra={"unit": unit})
 

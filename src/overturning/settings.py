@@ -38,7 +38,7 @@ class EnsembleSettings(StrictModel):
     @field_validator("members")
     @classmethod
     def _check_member_count_is_even(cls, members: int) -> int:
-        """Raise a ValueError if the number of ensemble members is odd."""
+        """Raise a ValueError if the number of ensemble members is odd; each Sobol sequence gives half of them."""
         if members % 2:
             raise ValueError("an even number is needed: half of the members belong to each of two scrambles")
         return members
@@ -90,7 +90,7 @@ class StonePopulation(StrictModel):
 
     @model_validator(mode="after")
     def _check_face_azimuth_if_spread_given(self) -> Self:
-        """Raise a ValueError if a spread of face azimuths is given without a face azimuth."""
+        """Raise a ValueError if a spread of the face azimuths is given, but no mean face azimuth."""
         if self.face is None and self.face_spread != StonePopulation.model_fields["face_spread"].default:
             raise ValueError(f"face_spread {self.face_spread:g}° is about `face`, which is not given; give it")
         return self
@@ -98,6 +98,6 @@ class StonePopulation(StrictModel):
     @field_validator("height")
     @classmethod
     def _check_stone_heights(cls, height: UniformRange) -> UniformRange:
-        """Raise an error if the heights of the population are outside the allowed range."""
+        """Raise an error if heights of the stone population are outside the allowed range."""
         check_stone_heights([height.low, height.high])
         return height

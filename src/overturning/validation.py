@@ -88,7 +88,7 @@ LISTS: Final = ("tuple_type", "list_type", "set_type", "frozen_set_type")
 
 
 class StrictModel(BaseModel):
-    """Base class of models read from files: unknown keys are refused, instances are immutable."""
+    """Base class of settings read from files: unknown keys are refused, and instances are immutable."""
 
     # A misspelt key is an error. Immutable instances can be hashed, cached and shared between threads.
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
@@ -177,7 +177,7 @@ Model = TypeVar("Model", bound=BaseModel)
 
 
 def make_constructor_raise_argument_errors(model_class: type[Model]) -> type[Model]:
-    """Return a pydantic model whose constructor accepts positional values and raises ArgumentErrors.
+    """Return a pydantic model that can be created with positional values, and raises ArgumentErrors.
 
     An unknown keyword is answered with the closest one. Values that are validated as a part of another model, or by
     `model_validate`, raise pydantic's errors as usual. Subclasses inherit the constructor.

@@ -19,7 +19,7 @@ RESOURCES: Final = Path("resources/records")
 
 
 def dataclass_fields_as_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Decorate a command so that each field of its dataclass parameters becomes an option.
+    """Decorate a command: each field of its dataclass parameters becomes a command-line option.
 
     Typer makes one option for each parameter in the signature of a function. The returned function has the fields of
     the dataclasses as parameters; it builds the dataclasses and passes them to the command.
@@ -44,7 +44,7 @@ def dataclass_fields_as_options(command: Callable[..., None]) -> Callable[..., N
 
 
 def _option_flag(field_name: str) -> str:
-    """Return the command-line option of a field of `FileOptions`: its name without the unit."""
+    """Return the name of the command-line option for a field of `FileOptions`: the field name without unit."""
     return f"--{field_name.removesuffix('_deg').removesuffix('_s').replace('_', '-')}"
 
 
@@ -118,7 +118,7 @@ class StoneOptions:
 
 @dataclass(frozen=True)
 class PlanarModelOptions:
-    """Options of `overturning one` for a 2-D block or scene."""
+    """Options of `overturning one` for 2-D simulations: azimuths, scene, density, stiffness and damping."""
 
     azimuth: Annotated[
         list[float] | None, typer.Option(help="degrees clockwise from north; may be given several times")
@@ -136,7 +136,7 @@ class PlanarModelOptions:
 
 @dataclass(frozen=True)
 class BodyOptions:
-    """Options of `overturning one` for a 3-D body."""
+    """Options of `overturning one` for a 3-D body: its shape, and the azimuths of its front face."""
 
     body: Annotated[bool, typer.Option("--body", help="simulate a 3-D body instead of a 2-D scene")] = False
     orientation: Annotated[
@@ -156,7 +156,7 @@ class BodyOptions:
 
 @dataclass(frozen=True)
 class OutputOptions:
-    """Options of `overturning one` for output files."""
+    """Options of `overturning one` for the film and figure files that it writes, and their language."""
 
     animate: Annotated[
         Path | None,

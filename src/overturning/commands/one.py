@@ -34,7 +34,7 @@ def simulate_one_stone(
     output_options: OutputOptions,
     file_options: FileOptions,
 ) -> None:
-    """Simulate one block, scene or stack, print the outcome, and write a film or a figure of it."""
+    """Simulate one block, scene or stack under one record; print the outcome, and write a film or figure."""
     from overturning.errors import ArgumentError
     from overturning.motion.motion import Motion
     from overturning.records.record import start_offset_from_file_start_s
@@ -107,7 +107,7 @@ def simulate_one_stone(
 
 
 def _time_origin_notes(file_time_shift: float) -> list[str]:
-    """Return a note that times count from the first sample of the file, if the simulated motion starts elsewhere."""
+    """Return a note that printed times count from the file's first sample, if the simulated motion starts elsewhere."""
     if not file_time_shift:
         return []
     first = (
@@ -119,7 +119,7 @@ def _time_origin_notes(file_time_shift: float) -> list[str]:
 
 
 def _trajectory_in_file_time(trajectory: "xr.Dataset", file_time_shift: float) -> "xr.Dataset":
-    """Return a trajectory with times counted from the first sample of the record file."""
+    """Shift the times of a simulated motion, so that they count from the first sample of the record file."""
     return trajectory.assign(overturning_time=trajectory["overturning_time"] + file_time_shift).assign_coords(
         time=trajectory["time"] + file_time_shift
     )
@@ -138,7 +138,7 @@ def _motion_in_file_time(motion: "Motion", file_time_shift: float) -> "Motion":
 
 @dataclass(frozen=True)
 class _SimulatedTrajectories:
-    """Trajectories of one stone, the description of the stone, and a line of text for each trajectory."""
+    """Simulated motions of one stone over time, with its description and a line on the outcome of each."""
 
     stone_description: str
     outcome_lines: "list[str]"
@@ -148,19 +148,19 @@ class _SimulatedTrajectories:
 
     @property
     def direction(self) -> float | None:
-        """Azimuth or orientation, degrees, of the only trajectory; None if there are several trajectories."""
+        """Azimuth or orientation, degrees, of the simulated case; None if there are several."""
         name = f"{self.model.direction}_deg"
         return float(self.trajectories[0].attrs[name]) if len(self.trajectories) == 1 else None
 
     @property
     def trajectory_of_shown_stone(self) -> "xr.Dataset":
-        """First trajectory of the simulated stone; if a 3-D stack was simulated, only that of its reference element."""
+        """Motion over time of the first simulated case; of a 3-D stack, only that of the reference element."""
         first = self.trajectories[0]
         return first.sel(element=first.attrs["reference"]) if "element" in first.dims else first
 
 
 def _check_stack_options(planar_model_options: PlanarModelOptions, body_options: BodyOptions) -> None:
-    """Raise an error if options of a 3-D body or of a 2-D scene are given with a 3-D stack."""
+    """Raise an error if options for a 3-D body or a 2-D scene are combined with those for a 3-D stack."""
     from overturning.errors import ArgumentError
 
     if planar_model_options.azimuth or body_options != BodyOptions(orientation=body_options.orientation):
@@ -177,7 +177,7 @@ def _simulate_stack(
     stone_options: StoneOptions,
     file_time_shift: float,
 ) -> _SimulatedTrajectories:
-    """Simulate a stack in 3-D at each orientation; `file_time_shift` (s) converts its times to times of the file."""
+    """Simulate a 3-D stack at each orientation; `file_time_shift`, s, is added to all times (0 s: start of file)."""
     from overturning.dem.trajectory import trajectory
     from overturning.figures.film_of_trajectory import AFTERMATH, outcome_sentence, panel_heading_of_trajectory
     from overturning.model.stack import Stack
@@ -222,7 +222,7 @@ def _simulate_planar(
     stone_options: StoneOptions,
     file_time_shift: float,
 ) -> _SimulatedTrajectories:
-    """Simulate a 2-D scene along each azimuth; `file_time_shift` (s) converts its times to times of the file."""
+    """Simulate a 2-D scene along each azimuth; `file_time_shift`, s, is added to all times (0 s: start of the file)."""
     from overturning.dem.trajectory import trajectory
     from overturning.figures.film_of_trajectory import AFTERMATH, outcome_sentence
     from overturning.figures.style import compass_bearing
@@ -261,7 +261,7 @@ def _simulate_planar(
 def _simulate_body(
     motion: "Motion", amplitude: float, body_options: BodyOptions, stone_options: StoneOptions, file_time_shift: float
 ) -> _SimulatedTrajectories:
-    """Simulate a 3-D body at each orientation; `file_time_shift` (s) converts its times to times of the file."""
+    """Simulate a 3-D body at each orientation; `file_time_shift`, s, is added to all times (0 s: start of the file)."""
     from overturning.dem.trajectory import trajectory
     from overturning.errors import ArgumentError
     from overturning.figures.film_of_trajectory import outcome_sentence, panel_heading_of_trajectory
@@ -307,7 +307,7 @@ def _simulate_body(
 
 
 def _check_output_files(output_options: OutputOptions, body_options: BodyOptions) -> None:
-    """Raise an error, before the simulation, if an output file could not be written after it."""
+    """Raise an error before the simulation if the film or figure could not be written after it."""
     from overturning.errors import ArgumentError
     from overturning.files import check_output_path
     from overturning.translation.texts import ENGLISH, check_font_is_installed, check_language_is_known
@@ -329,7 +329,7 @@ def _check_output_files(output_options: OutputOptions, body_options: BodyOptions
 
 
 def _load_or_create_scene(planar_model_options: PlanarModelOptions, damping_ratio: float | None) -> "Scene":
-    """Return the named scene, or the default gravestone with the given density and contact."""
+    """Return the scene named by the options; by default, a gravestone with the density and contact in them."""
     from overturning.errors import ArgumentError
     from overturning.model.contact import Contact
     from overturning.model.scene import gravestone, load_scene

@@ -49,13 +49,13 @@ def check_record_files(paths: Paths, file_options: FileOptions) -> None:
 
 
 def _print_notes(notes: Iterable[str]) -> None:
-    """Print each of the notes on record files in a line of its own."""
+    """Print notes on record files, each on its own line."""
     for note in notes:
         typer.echo(f"earthquakes: {note}")
 
 
 def _print_record_notes(record: "Record") -> None:
-    """Print the notes of a record."""
+    """Print the notes on a record, such as doubts and omitted files."""
     from overturning.records.check import notes_for_check_report
 
     for note in notes_for_check_report(record):
@@ -137,7 +137,7 @@ def add_record(
     table: Annotated[Path, typer.Option(help="record table")] = TABLE,
     folder: Annotated[Path, typer.Option(help="folder to which the files are copied")] = RESOURCES,
 ) -> None:
-    """Read the files of a record, copy them into the folder, and add a line to the record table."""
+    """Copy the files of a record into the folder of record files, and add a line for it to the record table."""
     from overturning.errors import ArgumentError
     from overturning.records.table_line import add_record_to_table, new_record_notes
 
@@ -170,7 +170,7 @@ def fetch_file_from_url(
     name: Annotated[str, typer.Option(help="file name; default: the end of the address")] = "",
     timeout: Annotated[float, typer.Option(help="longest time without data from the server, s")] = 30.0,
 ) -> None:
-    """Download a file and check its SHA-256.
+    """Download a file from a URL, and check its SHA-256.
 
     Credentials come from OVERTURNING_FETCH_USER and OVERTURNING_FETCH_PASSWORD in the environment.
     """
@@ -206,7 +206,7 @@ def fetch_records_from_fdsn(
     folder: Folder = RESOURCES,
     timeout: Annotated[float, typer.Option(help="longest time without an answer, s")] = 60.0,
 ) -> None:
-    """Download waveforms and StationXML from FDSN web services, and check them."""
+    """Download the records of a station and their StationXML from FDSN web services, and check them."""
     from overturning.records.check import check_records_in_files, format_record_check
     from overturning.records.fdsn import FdsnWaveformRequest, fetch_fdsn_record
 

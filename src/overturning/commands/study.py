@@ -18,7 +18,7 @@ app = typer.Typer(no_args_is_help=True, help="Write or check a study file; write
 
 
 def create_project(folder: Annotated[Path, typer.Argument(help="folder to create")]) -> None:
-    """Create a folder with a study, the record table, scenes and the workflow."""
+    """Create a folder for a new project, with a study file, the record table, scenes and the workflow."""
     import re
     import shlex
     import shutil
@@ -87,7 +87,7 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
 
 
 def _motion_search_time_note(stone_kinds: "Sequence[StoneKind]", record_count: int) -> str:
-    """Return a note on how long the search for the motion behind each survey takes, given the number of records."""
+    """Return a note on the processor time needed to infer the ground motion from each survey of a study."""
     from overturning.study.preflight import format_duration
     from overturning.surveys.library import candidate_motions
     from overturning.surveys.responses import uncached_case_count_and_time
@@ -114,7 +114,7 @@ def create_study_file(
     step: Annotated[float, typer.Option(help="step of the azimuth, degrees")] = 15.0,
     folder: Annotated[Path, typer.Option(help="folder of the file")] = Path("config"),
 ) -> None:
-    """Write a new study file; options that are not given are asked for."""
+    """Write a new study file; the command asks for options that are not given."""
     from overturning.errors import ArgumentError, ConfigError
     from overturning.files import atomic_write, check_output_path
     from overturning.study.document import study_template

@@ -64,7 +64,7 @@ def read_and_process_record(
 
 
 def _load_study_and_processed_motions(study: str, motions: Path) -> tuple[Any, list[Any]]:
-    """Return the study and the processed motions of its records."""
+    """Return the study and the processed motions of its records, read from files."""
     from overturning.records.store import read_record_from_motion_file
     from overturning.study.load import load_study_from_file_or_json
 
@@ -117,7 +117,7 @@ def add_record_labels(
 
 
 def compute_intensity_measures(study: Study, motions: Motions, output: NetCDF) -> None:
-    """Compute the intensity measures of all records along each azimuth."""
+    """Compute the intensity measures, such as PGA, of all records along each azimuth of the study."""
     from overturning.study.intensity import write_intensity_measures
 
     write_intensity_measures(*_load_study_and_processed_motions(study, motions), output)

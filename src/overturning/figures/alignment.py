@@ -27,7 +27,7 @@ def fall_alignment_by_earthquake_figure(
 
 
 def plotted_estimate_of_mean(earthquake_mean: MeanOverEarthquakes) -> PlottedEstimate:
-    """Convert a mean over earthquakes, with its interval and the number of earthquakes, to a `PlottedEstimate`."""
+    """Convert a mean over earthquakes (value, interval and their number) to the form that figures draw."""
     return PlottedEstimate(earthquake_mean.value, earthquake_mean.low, earthquake_mean.high, earthquake_mean.n)
 
 

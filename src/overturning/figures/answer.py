@@ -39,7 +39,7 @@ _BESIDE: Final[dict[str, Any]] = {
 
 
 class PlottedEstimate(NamedTuple):
-    """Estimated value, low and high end of its interval, and number n of earthquakes; None or NaN: not known."""
+    """Value to draw, with the ends of its confidence interval and the number of earthquakes; NaN or None if unknown."""
 
     value: float | None
     low: float | None = None
@@ -231,7 +231,7 @@ def _set_x_axis_from_minus_1_to_1(axes: Any, tick_names: tuple[str, str, str], m
 def draw_estimate_with_interval(
     axes: Any, estimate: PlottedEstimate, row: float, marker_style: dict[str, Any], interval_line_width: float
 ) -> None:
-    """Draw an estimate as a marker at the height `row`, and its interval as a line; nothing if it is not known."""
+    """Draw an estimate as a marker, and its interval as a line, at the height `row`; draw nothing if it is unknown."""
     if not _is_finite(estimate.value):
         return
     if _is_finite(estimate.low) and _is_finite(estimate.high):

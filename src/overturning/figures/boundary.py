@@ -58,7 +58,7 @@ def _draw_overturning_boundary(axes: Any, boundary_by_azimuth: xr.Dataset, large
 def overturning_boundary_figure(
     boundary_by_azimuth: xr.Dataset, largest_b_over_h: float, fault_normal_deg: float, title: str
 ) -> Figure:
-    """Draw the overturning boundary of one record (see `overturning_boundary_by_azimuth`), a panel per height.
+    """Draw the largest B/H that falls under one record, by azimuth of the motion, one panel per height.
 
     `boundary_by_azimuth` has the attributes of its cube if the cube belongs to a study. `largest_b_over_h` is the
     largest B/H of the cube. The azimuth of the fault normal, degrees, can be NaN.

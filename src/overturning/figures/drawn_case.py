@@ -12,7 +12,7 @@ CASES: Final = "cases.json"
 
 @dataclass(frozen=True)
 class IllustrativeCaseWithFigures:
-    """An illustrative case with its film and figures.
+    """Case that illustrates the results of a study, with the names of its film and figures.
 
     Attributes
     ----------
@@ -53,5 +53,5 @@ def write_cases_with_figures(drawn_cases: list[IllustrativeCaseWithFigures], fol
 
 
 def read_cases_with_figures(folder: Path) -> list[IllustrativeCaseWithFigures]:
-    """Read the illustrative cases of a folder; raise a `ResultError` if their file is missing or of another version."""
+    """Read the illustrative cases with films and figures from a folder; a `ResultError` if they are missing."""
     return read_result(list[IllustrativeCaseWithFigures], folder / CASES, "illustrative cases")

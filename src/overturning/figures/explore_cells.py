@@ -80,7 +80,7 @@ def _encode_array_as_base64(values: NDArray[Any]) -> str:
 
 
 def _encode_as_base64_integers(values: FloatArray, step: float, integer_type: str) -> str:
-    """Return an array as base64 text of unsigned integers that count units of `step`.
+    """Return an array as unsigned integers in base64 text; the integers are multiples of `step`.
 
     The largest integer stands for missing; larger values are clipped to the second largest.
     """

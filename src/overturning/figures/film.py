@@ -124,7 +124,7 @@ class FilmPanel:
 
 @dataclass(frozen=True)
 class Film:
-    """Animation of simulations in one or more panels that play synchronously."""
+    """Film of simulations in one or more panels that play synchronously."""
 
     title: str  # heading
     start: float  # time of the first frame, s after the record's start
@@ -146,7 +146,7 @@ class Film:
 
     @property
     def has_vertical_motion(self) -> bool:
-        """True if any panel has vertical motion; all panels then show a trace of the vertical motion."""
+        """True if any panel has vertical motion; every panel of the film then shows a trace of it."""
         return any(panel.vertical is not None for panel in self.panels)
 
     @property
@@ -198,7 +198,7 @@ def frame_times_between(first_movement_time: float, last_movement_time: float) -
 def interpolate_to_frame_times(
     frame_times: FloatArray, sample_times: FloatArray, sample_columns: FloatArray
 ) -> FloatArray:
-    """Return `sample_columns`, shape (samples, columns), interpolated to `frame_times`: shape (frames, columns)."""
+    """Interpolate columns of sampled values linearly to the times of film frames, shape (frames, columns)."""
     return np.stack([np.interp(frame_times, sample_times, column) for column in sample_columns.T], axis=1)
 
 

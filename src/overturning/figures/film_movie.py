@@ -116,7 +116,7 @@ def _wrapped_movie_title(film: Film, width_inches: float) -> str:
 
 
 def _create_movie_figure_and_updater(film: Film) -> "tuple[Figure, Callable[[int], None]]":
-    """Return a figure of the film, and a function that shows a frame (by index) in the figure."""
+    """Return the figure of a film, and a function that draws the frame with a given index into it."""
     from matplotlib.patches import Polygon
 
     columns = len(film.panels)

@@ -17,7 +17,7 @@ STILL = 1e-3
 
 
 def _trajectory_of_each_stone(trajectory: "xr.Dataset") -> list["xr.Dataset"]:
-    """Return a list with the trajectory of each stone; a single body is one stone named "body"."""
+    """Return a list with the simulated motion of each stone; a single body is one stone, named "body"."""
     if "element" not in trajectory.dims:
         return [trajectory.assign_coords(element="body")]
     return [trajectory.isel(element=index) for index in range(trajectory.sizes["element"])]

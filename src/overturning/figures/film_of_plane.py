@@ -21,7 +21,7 @@ MAX_EXTENSION = 0.5
 
 
 def trajectory_of_free_elements(trajectory: "xr.Dataset") -> "xr.Dataset":
-    """Return a trajectory without its driven and held elements."""
+    """Return the simulated motions of the free elements, without elements that are fixed or move with the ground."""
     return trajectory.isel(element=trajectory["kind"].to_numpy() == "free")
 
 

@@ -75,7 +75,7 @@ def _movement_start_return_and_end_times(trajectory: "xr.Dataset") -> tuple[floa
 
 
 def has_fallen_stone(trajectory: "xr.Dataset") -> bool:
-    """True if a stone of a trajectory falls."""
+    """True if at least one stone falls in a simulation."""
     return bool((np.abs(trajectory["overturned"].to_numpy()) == 1).any())
 
 

@@ -143,7 +143,7 @@ def _camera_view_matrix() -> FloatArray:
 
 
 def corners_of_body_at_frame(body: FilmBody, frame_index: int = 0) -> FloatArray:
-    """Return east, north and up of the n corners of a 3-D body in a frame, m, shape (n, 3)."""
+    """Return east, north and up, m, of the n corners of a 3-D body in one frame, shape (n, 3)."""
     w, *u = body.rotation[frame_index] / np.linalg.norm(body.rotation[frame_index])
     return np.asarray(
         body.position[frame_index] + body.vertices + 2.0 * np.cross(u, np.cross(u, body.vertices) + w * body.vertices)

@@ -43,7 +43,7 @@ def _draw_hodograph(
     name_and_unit: tuple[str, str],
     fault_normal_deg: float,
 ) -> None:
-    """Draw a hodograph: east component to the right, north component up; `name_and_unit` are of the quantity."""
+    """Draw the path of a horizontal quantity seen from above: east to the right, north up."""
     radius, (title, unit) = np.hypot(north_component, east_component), name_and_unit
     size = float(radius.max(initial=0.0))
     largest = 1.12 * size or 1.0

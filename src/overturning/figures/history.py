@@ -138,7 +138,7 @@ def start_shift_from_unprocessed(processed_record: Record) -> float:
 
 
 def _sample_times(record: Record, start_shift: float = 0.0) -> FloatArray:
-    """Return the times of the samples of a record, s, the first at `start_shift`."""
+    """Return the times of a record's samples, s, of which the first is `start_shift`."""
     return np.asarray(np.arange(record.north.size) * record.sampling_interval + start_shift, dtype=np.float64)
 
 

@@ -78,7 +78,7 @@ class PolarMapPanel:
 
     @property
     def b_over_h_edges(self) -> FloatArray:
-        """Edges of the B/H cells of the map, which are its radii, ascending."""
+        """Edges of the map's cells along the radius, in B/H, ascending."""
         return b_over_h_cell_edges(self.cells["b_over_h"].to_numpy().astype(np.float64))
 
 
@@ -276,7 +276,7 @@ def half_probability_line(
 
 
 def round_up_rim_velocity(peak_velocity: float) -> float:
-    """Return a round number of cm/s, in m/s, at least 5 % above a peak velocity, m/s; 0 for 0."""
+    """Round a peak velocity (m/s) up to a round value in cm/s that is at least 5 % higher; return it in m/s."""
     if not peak_velocity > 0:
         return 0.0
     needed = peak_velocity / CM / 0.95

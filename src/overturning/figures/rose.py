@@ -76,7 +76,7 @@ def draw_fall_rose(axes: Any, rose: FallRose, radius_limit: float | None = None)
 
 
 def _label_fall_axis_angles(axes: Any, from_fault_normal: bool) -> None:
-    """Label the angles of a half-circle rose of fall axes, which start at the fault normal or at north."""
+    """Label the angles of a half-circle rose of fall axes, measured from the fault normal or from north."""
     names = ("along\nfault", "−45°", "across the fault (normal)", "45°", "along\nfault")
     names = names if from_fault_normal else ("W", "NW", "N", "NE", "E")
     axes.set_xticks(np.radians([-90, -45, 0, 45, 90]), names, fontsize=8)

@@ -78,7 +78,7 @@ class EarthquakeOnMap(NamedTuple):
 def local_east_north_km(
     latitude: Any, longitude: Any, origin_latitude: float, origin_longitude: float
 ) -> tuple[Any, Any]:
-    """Return east and north, km, of a point from the origin (azimuthal equidistant projection; degrees).
+    """Return the distances east and north, km, of a point from an origin, given latitudes and longitudes, degrees.
 
     Distance and direction from the origin are those along the great circle.
     """

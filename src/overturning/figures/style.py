@@ -112,7 +112,7 @@ def format_three_digits(value: float) -> str:
 
 
 def compass_bearing(azimuth_deg: float) -> str:
-    """Return an azimuth, degrees, as a bearing with up to two decimals: N60°E for 60, S28°E for 152, N for 0."""
+    """Return an azimuth, degrees, as a bearing such as N60°E (60), S28°E (152) or N (0)."""
     azimuth = round(azimuth_deg % 360.0, 2) % 360.0
     if azimuth % 90.0 == 0.0:
         return "NESW"[int(azimuth // 90.0)]
@@ -151,7 +151,7 @@ def create_panel_grid(
     layout: Any = "constrained",
     **more: Any,
 ) -> Any:
-    """Return a figure of a size in inches and its grid of panels, an array of shape (row_count, column_count).
+    """Return a figure of a given size, inches, and its panels as an array of shape (row_count, column_count).
 
     Only the first `visible_count` panels are visible, by default all. Further keywords go to
     `matplotlib.figure.Figure.subplots`. Inside `figures_for_phone` all panels stand below each other.
@@ -235,7 +235,7 @@ def set_logarithmic_ticks(axis: Any) -> None:
 
 
 def draw_line_through_origin(axes: Any, azimuth_deg: float, half_length: float, **look: Any) -> None:
-    """Draw a line along an azimuth on a map, from −`half_length` to `half_length` in map units about the origin."""
+    """Draw a line through the origin of a map along an azimuth, `half_length` (map units) to both sides."""
     east, north = half_length * np.sin(np.radians(azimuth_deg)), half_length * np.cos(np.radians(azimuth_deg))
     axes.plot([-east, east], [-north, north], color=FAULT, **look)
 
@@ -245,7 +245,7 @@ def turn_axes_into_compass(
     direction_names: Sequence[str] = ("N", "NE", "E", "SE", "S", "SW", "W", "NW"),
     name_distance_pt: float = 0,
 ) -> None:
-    """Make a polar axis a compass: north up, clockwise, with eight named directions."""
+    """Make a polar axis a compass: north at the top, angles clockwise, with eight named directions."""
     axes.set_theta_zero_location("N")
     axes.set_theta_direction(-1)
     axes.tick_params(axis="x", pad=name_distance_pt)  # cheaper before the eight ticks exist
@@ -293,7 +293,7 @@ def label_radius_arrow(axes: Any, meaning: str, font_size: float = 7.5) -> None:
 
 
 def mark_fault_normal(axes: Any, fault_normal_deg: float, label: str | None = "fault normal") -> None:
-    """Mark both ends of the fault normal on the rim of a compass; do nothing if its azimuth is NaN."""
+    """Mark the azimuth of the fault normal at both ends on the rim of a polar axis; do nothing if it is NaN."""
     if not np.isfinite(fault_normal_deg):
         return
     radius, angles = axes.get_ylim()[1], np.radians([fault_normal_deg, fault_normal_deg + 180.0])
@@ -307,7 +307,7 @@ def mark_fault_normal(axes: Any, fault_normal_deg: float, label: str | None = "f
 
 
 def mark_epicentre_direction(axes: Any, radial_deg: float) -> None:
-    """Mark the azimuth away from the epicentre by an arrowhead on the rim of a compass; do nothing if it is NaN."""
+    """Mark the azimuth away from the epicentre by an arrowhead on the rim of a polar axis; do nothing if NaN."""
     if not np.isfinite(radial_deg):
         return
     radius = axes.get_ylim()[1]

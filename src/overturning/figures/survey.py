@@ -71,7 +71,7 @@ class SurveyFigureData:
 
 
 def survey_falls_figure(drawn_surveys: Sequence[SurveyFigureData]) -> Figure:
-    """Draw for each survey roses of observed and computed falls, and below them the shares of stones that fell."""
+    """Draw for each survey the roses of observed and computed falls, and the shares of stones that fell."""
     count = len(drawn_surveys)
     rows = -(-count // ROSES_IN_A_ROW)
     if count == 1 and is_drawing_for_phone():

@@ -28,7 +28,7 @@ NO_TITLE: Final = "none"
 def save_figure_files(
     figure: "Figure", *paths: Path, dpi: float = DPI, width: float | None = None, font: float | None = None
 ) -> None:
-    """Write a figure to .svg, .png and .pdf files, in the order of the paths; the files are reproducible.
+    """Write a figure to one or more files (.svg, .png or .pdf), byte for byte equal each time.
 
     Parameters
     ----------

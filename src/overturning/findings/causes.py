@@ -17,7 +17,7 @@ MOST_ODDS_RATIO = 100.0
 
 
 class LogisticCoefficient(Finding):
-    """Coefficient of one predictor in the logistic fit of the fall probability, with its interval."""
+    """Coefficient of one predictor in the logistic regression of falls, with its confidence interval."""
 
     predictor: str
     """Name of the predictor; "intercept" for the constant."""
@@ -114,7 +114,7 @@ class CriteriaFindings(Finding):
 
 
 class ComparisonWithPublished(Finding):
-    """Published and computed outcome of one block under one record, with motion along one azimuth."""
+    """Published and computed outcome of one block under one record along one azimuth."""
 
     variant: str
     """Name of the variant; "nominal" for the study itself."""
@@ -233,7 +233,7 @@ def _insignificant_score_differences(
 
 
 def compare_outcomes_with_published(results: StudyResults) -> list[ComparisonWithPublished]:
-    """Compare computed with published outcomes, for each variant, height and friction of the study.
+    """Compare computed outcomes with published ones, for each variant, height and friction of the study.
 
     Empty if the study names no published outcomes.
     """
@@ -258,7 +258,7 @@ def compare_outcomes_with_published(results: StudyResults) -> list[ComparisonWit
 def computed_outcomes_at_published_cells(
     results: StudyResults, variant: str
 ) -> dict[tuple[float, float], tuple[bool | None, ...]]:
-    """Return, by (height, friction), the computed outcome of each published case of the study.
+    """Return, by (height, friction), the computed outcome of each case with a published outcome.
 
     An outcome is True if the block overturns, False if it stands, None if it is unknown.
     """

@@ -46,7 +46,7 @@ class ComparisonWithSecondComputation(Finding):
 
 
 def share_of_changed_cases(changed_count: int, compared_count: int, is_random_sample: bool) -> ChangedCases:
-    """Return the share of compared cases that changed, with an interval if the cases are a random sample."""
+    """Return the share of cases whose outcome changed, with an interval if the cases are a random sample."""
     low, high = (
         map(float, wilson_interval(changed_count, compared_count))
         if is_random_sample and compared_count

@@ -117,7 +117,7 @@ class SoilLayerSummary(Finding):
 
 
 class SiteFallRates(Finding):
-    """Share of the population of stones that falls at a site with one soil column, at one amplitude of the motion."""
+    """Share of a stone population that falls at a site with one soil profile, at one amplitude factor."""
 
     variant: str
     """Name of the variant that sets the soil; "nominal" for the study itself."""
@@ -146,7 +146,7 @@ FALL_RATE = "share of the stones of a cemetery that fall under the records as th
 
 
 def names_of_differing_settings(study: Study, variant: str, other_variant: str) -> list[str]:
-    """Return which of the settings scene, contact, vertical and site differ between two variants."""
+    """Return which settings (scene, contact, vertical motion, site) differ between two variants of a study."""
     one, other = variant_settings(study, variant), variant_settings(study, other_variant)
     differing = {
         "scene": (one.scene or study.scene) != (other.scene or study.scene),
@@ -171,7 +171,7 @@ def compared_record_indices(results: StudyResults, variant: str) -> NDArray[np.i
 
 
 def contrast_study_with_variants(results: StudyResults) -> list[VariantContrast]:
-    """Compare the study with each of its variants that has at least one record to compare."""
+    """Compare the outcomes of the study with those of each variant that has records to compare."""
     places = {name: compared_record_indices(results, name) for name in results.study.variants}
     return [_contrast_study_with_variant(results, name, some) for name, some in places.items() if some.size]
 
@@ -291,7 +291,7 @@ def _element_outcomes(
 
 
 def population_fall_rates_by_soil(results: StudyResults) -> list[SiteFallRates]:
-    """Compute the share of the population that falls, for each soil column and amplitude.
+    """Compute the share of a stone population that falls, for each soil profile and amplitude factor.
 
     Empty without a variant that sets the soil, or without a population.
     """
@@ -349,7 +349,7 @@ def angles_between_fall_axes_deg(soil_rates: xr.Dataset, rock_rates: xr.Dataset)
 
 
 def unconverged_soil_analyses(results: StudyResults) -> list[str]:
-    """Return a label for each soil analysis that did not converge: variant, record and components."""
+    """Return variant, record and components of each soil-response analysis that did not converge."""
     found = []
     for variant in results.study.variants:
         if variant_settings(results.study, variant).site is None:

@@ -176,7 +176,7 @@ def _reason_for_no_fall_axis(results: StudyResults) -> str:
 
 
 def fall_direction_findings(results: StudyResults) -> FallDirection:
-    """Compute the direction of falls relative to the fault normal, for each group of records."""
+    """Compute the axis of falls relative to the fault normal, and their alignment, by group of records."""
     cube, groups = results.cube, []
     lengths, own = (
         results.mean_fall_directions_by_record["axis_resultant"].to_numpy(),

@@ -33,7 +33,7 @@ MIN_CASES_OF_RECORD: Final = 20
 
 
 class EnsembleFindings(Finding):
-    """Shares of cells (blocks under one motion) whose ensemble runs, with slightly changed parameters, disagree."""
+    """Shares of cases whose ensemble runs, with slightly changed parameters, disagree about the fall."""
 
     share_of_cells_repeated: Number
     """Share of all cells that lie near a change of outcome and were run again, several times."""

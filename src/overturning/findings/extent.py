@@ -16,7 +16,7 @@ from overturning.study.scenes import variant_scene
 
 
 class StudyCounts(Finding):
-    """Numbers of records, earthquakes, blocks and directions of a study, and properties of its motions."""
+    """Numbers of records, earthquakes, blocks and azimuths or orientations, and properties of the motions."""
 
     records: int
     earthquakes: int
@@ -89,7 +89,7 @@ class RecordSource(Finding):
 
 
 def study_extent(results: StudyResults) -> StudyCounts:
-    """Return the numbers of records, earthquakes, blocks and directions of a study."""
+    """Return the numbers of records, earthquakes, blocks, and azimuths or orientations of a study."""
     study, cube, model = results.study, results.cube, results.model
     sizes = {name: int(cube.sizes[name]) for name in ("height", "b_over_h", "friction")}
     steps = np.unique(np.diff(cube[model.direction].to_numpy().astype(np.float64)).round(9))

@@ -230,7 +230,7 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
 
 
 def _record_fall_rate(results: StudyResults, record_index: int) -> RecordFallRate:
-    """Return the share of the population that falls under record `record_index`, with its interval."""
+    """Return the share of the stone population that falls under one record, with its interval."""
     own = results.populations[NOMINAL].isel(record=record_index).sel(amplitude=1.0)
     rate, ends = float(own["fall_rate"]), own["fall_interval"].to_numpy().tolist()
     most = own.isel(octant=int(np.argmax(own["fall_octant"].to_numpy()))) if rate > 0 else None

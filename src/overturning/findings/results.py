@@ -91,7 +91,7 @@ class StudyResults:
 
     @cached_property
     def count_of_records_with_applied_vertical(self) -> int:
-        """Number of records whose vertical motion the study applies."""
+        """Number of records in the study that have vertical motion which is applied."""
         return int((self.cube["vertical"] == 1).sum().compute())
 
     @property

@@ -47,7 +47,7 @@ class StoneClassSurvival(Finding):
 
 
 class StoneClassWithoutFragilityCurve(Finding):
-    """Class of stones whose survival is unknown, because its fragility curve has no known median."""
+    """Class of stones whose survival is unknown, because no median of its fragility curve could be fitted."""
 
     stones: str
     measure: str

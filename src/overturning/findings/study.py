@@ -54,7 +54,7 @@ class StudyFacts(Finding):
 
 
 class CaseCounts(Finding):
-    """Numbers of cases, and shares of the cases that overturn."""
+    """Numbers of cases, of cases without outcome by reason, and shares of cases that overturn."""
 
     total: int
     """Number of cases."""
@@ -71,7 +71,7 @@ class CaseCounts(Finding):
 
 
 class RecordFacts(Finding):
-    """Peaks of one record and directions of the falls under it; azimuths clockwise from north."""
+    """Peaks of one record, and mean direction and axis of the falls under it (azimuths clockwise from north)."""
 
     id: str
     """Identifier of the record."""

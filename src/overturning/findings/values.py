@@ -50,12 +50,12 @@ class Estimate(Finding):
 
     @property
     def excludes_zero(self) -> bool:
-        """True if the estimate has an interval, and 0 lies outside the interval."""
+        """True if the confidence interval of the estimate is known and does not include 0."""
         return self.low is not None and self.high is not None and (self.low > 0 or self.high < 0)
 
 
 def negate_estimate(estimate: Estimate) -> Estimate:
-    """Return an estimate with the opposite sign."""
+    """Return an estimate multiplied by −1; its interval is reversed accordingly."""
     value, low, high = (None if one is None else -one for one in (estimate.value, estimate.low, estimate.high))
     return estimate.model_copy(update={"value": value, "low": high, "high": low})
 

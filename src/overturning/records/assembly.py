@@ -203,7 +203,7 @@ def _unused_declaration_note(component: RecordComponent, declared_properties: De
 
 
 def _implausible_amplitude_reason(components: Sequence[RecordComponent]) -> str:
-    """Return the reason why the amplitudes of components are implausible; "" if they are plausible.
+    """Return the reason why the amplitudes of components are implausible for ground motion; "" if plausible.
 
     The mean of raw data is subtracted first, and their velocity is not checked.
     """

@@ -154,7 +154,7 @@ def has_non_record_name(path: Path) -> bool:
 
 
 def skipped_file_names(paths: Sequence[Path]) -> list[str]:
-    """Return the names of the files at the paths, or in folders there, that are skipped: see `has_non_record_name`."""
+    """Return the names of the files that are skipped since their extension belongs to no record format."""
     return sorted(
         p.name for path in paths for p in _list_all_and_skipped_files(path, is_only_argument=len(paths) == 1)[1]
     )

@@ -153,7 +153,7 @@ MAX_VAULT_DEPTH_M = 3.0
 
 
 def surface_or_borehole_sensor(depth_m: float | None = None, location_text: str = "") -> Sensor:
-    """Return "borehole" or "surface" for a sensor by its depth, m, or a text on its location; by default "surface"."""
+    """Return "borehole" or "surface" for a sensor, from its depth, m, or a text on its location."""
     size = r"(\d+(?:\.\d+)?)\s*(m|ft|feet)\b"
     for pattern in (
         rf"depth\D{{0,5}}{size}",

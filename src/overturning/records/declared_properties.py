@@ -17,7 +17,7 @@ assert set(UNITS) == set(get_args(Unit))
 
 
 def _split_number_text(text_or_value: Any) -> Any:
-    """Split a text at commas and blanks into number texts (None if empty); return any other value unchanged."""
+    """Split a text of numbers at commas and blanks; return None for an empty text, other values unchanged."""
     return (
         [part for part in text_or_value.replace(",", " ").split() if part] or None
         if isinstance(text_or_value, str)

@@ -95,7 +95,7 @@ def report_dead_horizontal_axis(
 
 
 def _dead_vertical_axis_notes(components: Sequence[RecordComponent]) -> list[str]:
-    """Return a note if the third component, which is vertical, is far weaker than the horizontal ones; else []."""
+    """Return a note if the vertical component of a record is far weaker than its horizontal ones; else []."""
     peaks = [_peak_without_mean(component) for component in components]
     if len(peaks) < 3 or peaks[2] >= DEAD_RATIO * max(peaks[:2]):
         return []

@@ -130,7 +130,7 @@ def url_without_credentials(url: str) -> str:
 
 
 def _resume_download(url: str, partial_file: Path, timeout: float) -> None:
-    """Download the rest of a partial file; raise a RecordError if the connection breaks off."""
+    """Download the missing rest of a partial file; raise a RecordError if the connection breaks off."""
     import requests
 
     have = partial_file.stat().st_size if partial_file.exists() else 0

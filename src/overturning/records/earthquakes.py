@@ -140,7 +140,7 @@ class _RecordsOfEarthquake:
 
     @property
     def name(self) -> str:
-        """Name of the earthquake in the first record that states one; else its id or origin time."""
+        """Name of the earthquake in the first of its records that states one; else its id or origin time."""
         named = [self.members[index].name for index in sorted(self.members) if self.members[index].name]
         return named[0] if named else self.event_id_or_origin
 
@@ -221,7 +221,7 @@ def _earthquake_label_of_each_record(earthquakes: list[_RecordsOfEarthquake]) ->
 
 
 def _notes_on_earthquakes_with_several_names(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
-    """Yield a note for each earthquake whose records have several names."""
+    """Yield a note for each earthquake to which records with different earthquake names are assigned."""
     for one in earthquakes:
         names = [name for name in one.names.values() if name]
         if len(names) > 1:

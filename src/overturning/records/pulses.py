@@ -107,7 +107,7 @@ class _PulseOfStatedDuration(_AccelerationPulse):
 
 
 class ConstantPulse(_PulseOfStatedDuration):
-    """Pulse of constant acceleration a = A towards the azimuth, for a given time."""
+    """Pulse of constant acceleration A towards the azimuth of the pulse, for a given duration."""
 
     shape: Literal["constant"] = "constant"
 
@@ -116,7 +116,7 @@ class ConstantPulse(_PulseOfStatedDuration):
 
 
 class NoisePulse(_PulseOfStatedDuration):
-    """Pulse of band-limited white noise under a cosine bell.
+    """Pulse of band-limited white noise, multiplied by a cosine bell over its duration.
 
     a = A/N^½ sin²(πt/D) Σ_k √2 cos(2πf_k t + φ_k), with f_k = k/D from low to high, N of them: each frequency
     has the same amplitude, and the phases φ_k come from the seed by SHA-256, so that the burst is the same with every

@@ -39,7 +39,7 @@ NO_SOURCE: Final = "left off the map: its coordinates have no source; name one i
 
 
 def read_record(table_entry: RecordEntry, data_dir: Path | str) -> Record:
-    """Read a record of the record table, from the user's files in a folder or from a package of records.
+    """Read a record of the record table, from the user's files in a folder or from records in the package.
 
     Raises a `MissingDataError` that names missing files and their source, a `RecordError` if files cannot be read or
     are inconsistent, a `ConfigError` for an unknown format.
@@ -177,7 +177,7 @@ def read_record_without_processing(
 
 
 def add_notes_to_record(record: Record, notes: Sequence[str]) -> Record:
-    """Return a copy of a record with ``notes`` appended to the notes that the record already has."""
+    """Append notes to those of a record; return the record as a copy."""
     return replace(record, extra=record.extra | {"notes": [*record.notes, *notes]}) if notes else record
 
 

@@ -87,7 +87,7 @@ class Record(Accelerogram):
 
     @property
     def notes(self) -> list[str]:
-        """Notes for the user on how the files were read: omitted or resampled parts, doubts."""
+        """Notes on reading the record, such as omitted files, resampling or doubtful samples."""
         return list(self.extra.get("notes") or ())
 
     @property

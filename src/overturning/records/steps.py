@@ -56,7 +56,7 @@ class RemoveMean(_ProcessingStep):
 
 
 class Detrend(_ProcessingStep):
-    """Subtract from each component the least-squares polynomial of its whole length."""
+    """Subtract from each component a polynomial that is fitted to the component by least squares."""
 
     step: Literal["detrend"] = "detrend"
     order: int = Field(default=1, ge=0, le=5, description="Order of the polynomial; 1 is a line.")
@@ -210,7 +210,7 @@ class Baseline(_ProcessingStep):
 
 
 class Resample(_ProcessingStep):
-    """Band-limited change of the sampling interval; new/old interval must be a fraction of small whole numbers."""
+    """Change the sampling interval, band-limited; the ratio of new to old must be a fraction of small integers."""
 
     step: Literal["resample"] = "resample"
     sampling_interval_s: float = Field(gt=0, le=1, description="New time between samples, s.")
@@ -233,7 +233,7 @@ class Resample(_ProcessingStep):
 
 
 class Cut(_ProcessingStep):
-    """Keep the samples from ``start_s`` to ``end_s``."""
+    """Keep only the samples of the record from the time ``start_s`` to ``end_s``."""
 
     step: Literal["cut"] = "cut"
     start_s: float = Field(default=0.0, ge=0, description="First sample kept, s after the record's start.")

@@ -76,6 +76,6 @@ def fall_azimuths_differ(
 
 
 def outcomes_differ(first_outcomes: CaseOutcomes, second_outcomes: CaseOutcomes) -> NDArray[np.bool_]:
-    """True for cases in which the outcome of any element differs; shape (n,)."""
+    """Return a mask, shape (n,): True for cases in which the outcome of any element differs."""
     flags_differ = first_outcomes["overturned"] != second_outcomes["overturned"]
     return np.asarray((flags_differ | fall_azimuths_differ(first_outcomes, second_outcomes)).any(axis=1))

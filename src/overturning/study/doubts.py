@@ -119,7 +119,7 @@ def _population_range_warnings(study: Study, population: StonePopulation) -> Ite
     quantile = (np.arange(50) + 0.5) / 50
 
     def values_at_quantiles(uniform_range: UniformRange) -> FloatArray:
-        """Return the values of a uniform distribution at 50 evenly spaced quantiles."""
+        """Return values of a uniform distribution at 50 evenly spaced quantiles."""
         return np.asarray(uniform_range.low + (uniform_range.high - uniform_range.low) * quantile)
 
     width, height = values_at_quantiles(population.width), values_at_quantiles(population.height)

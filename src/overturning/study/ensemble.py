@@ -203,7 +203,7 @@ def fall_probabilities_converged(member_flags: NDArray[np.int8], max_half_width:
 def intervals_within_half_width(
     towards_count: NDArray[Any], away_count: NDArray[Any], known_count: ArrayLike, max_half_width: float
 ) -> NDArray[np.bool_]:
-    """True if the 95 % intervals of the shares of falls to either side are no wider than ±`max_half_width`."""
+    """True if the 95 % intervals of both shares of falls (to either side) are within ±`max_half_width`."""
     ends = [wilson_interval(count, known_count) for count in (towards_count, away_count)]
     return np.asarray(np.logical_and(*(high - low <= 2.0 * max_half_width for low, high in ends)))
 

@@ -83,7 +83,7 @@ CONTRASTS: Final = ("vertical", "scene", "site")
 
 
 class PrimaryStatistic(StrictModel):
-    """Statistic that answers the question of a study, chosen before the results are seen; all others are secondary."""
+    """Statistic that answers a study's question; it is chosen before the results are known."""
 
     statistic: Literal["alignment", "share", "fall_rate", "published"] = Field(
         default="alignment",

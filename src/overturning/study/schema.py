@@ -282,5 +282,5 @@ class Study(StrictModel):
 
     @property
     def aspect_ratios_d_over_b(self) -> tuple[float, ...]:
-        """Aspects D/B of the 3-D body; 1 for a 2-D study."""
+        """Aspect ratios D/B (depth over width) of the 3-D body; 1 for a 2-D study."""
         return (1.0,) if self.body is None else self.body.aspect

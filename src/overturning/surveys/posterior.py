@@ -183,7 +183,7 @@ class SurveyInversionResult:
 
     @property
     def credible_axis_arc_deg(self) -> tuple[float, float]:
-        """Middle and width, degrees, of the credible arc of the axis of largest velocity.
+        """Middle and width, degrees, of the credible arc for the axis of the motion's largest velocity.
 
         See `MotionPosterior.credible_axis_arc_deg`.
         """

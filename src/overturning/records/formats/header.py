@@ -85,7 +85,7 @@ class Header(TextLines):
         return cls(lines.source, lines.lines, lines.before, found)
 
     def line_index_of_field(self, field_name: str) -> int:
-        """Return the index of the line of a header field; raise a RecordError if the header has no such field."""
+        """Return the line index of a header field; raise a RecordError if the header lacks the field."""
         if field_name not in self.found:
             why = f"no {field_name} in the header that begins here; the file is cut or of another kind: get it again"
             raise super().line_error(0, why)
@@ -96,7 +96,7 @@ class Header(TextLines):
         return self.found[field_name][1] if field_name in self.found else None
 
     def field_text(self, field_name: str) -> str:
-        """Return the text of a header field (the first group that matched); "" if the header does not state it."""
+        """Return the text of a header field; "" if the header lacks the field."""
         match = self.field_pattern_match(field_name)
         return next((group.strip() for group in match.groups() if group is not None), "") if match else ""
 

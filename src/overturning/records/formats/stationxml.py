@@ -48,7 +48,7 @@ def normalise_unit(unit_text: str) -> str:
 
 
 def acceleration_unit_in_m_s2(unit: str) -> float | None:
-    """Return the size of a unit of acceleration in m/s²; None for any other unit."""
+    """Return the factor from a unit of acceleration to m/s²; None for any other unit."""
     return _SCALES.get(normalise_unit(unit))
 
 
@@ -58,7 +58,7 @@ def is_velocity_unit(unit: str) -> bool:
 
 
 def is_acceleration_or_velocity_unit(unit: str) -> bool:
-    """Return True if the unit is one of acceleration, or metres per second."""
+    """Return True if a unit is one of acceleration, or metres per second."""
     return acceleration_unit_in_m_s2(unit) is not None or is_velocity_unit(unit)
 
 

@@ -182,7 +182,7 @@ def find_format_by_name(format_name: str) -> RecordFileFormat | None:
 
 
 def has_known_format(source_file: SourceFile) -> bool:
-    """Return True if the content of a file is in a known format."""
+    """Return True if the content of a file is in a supported record format."""
     return any(form.matches_file(source_file) for form in FORMATS)
 
 

@@ -219,12 +219,12 @@ def markdown_by_marker(rows: pd.DataFrame) -> dict[str, str]:
     ends = dict.fromkeys(f"{end:.0f}" for end in (min(held), max(held)))
     fits = shipped["fit"].dropna()
     text = (
-        f"The intervals have a nominal coverage of {100 * AIM:.0f} %, and contain the true value in "
+        f"The estimated intervals have a nominal coverage of {100 * AIM:.0f} %, and contain the true value in "
         f"{' to '.join(ends)} % of the reported surveys. Numbers in brackets are 95 % confidence intervals of the "
-        "coverage, from a bootstrap over earthquakes. If all intervals of a table line contain the true value, or "
-        "none does, one end of the confidence interval is an exact bound. The table gives no confidence interval for "
-        "fewer than eight earthquakes. If every stone of a survey fell, the survey does not determine the axis, and "
-        "the table gives the arc that is valid without a survey. The last three columns of the coverage table give "
+        "coverage, from a bootstrap over earthquakes. If all intervals of a line of the coverage table contain "
+        "the true value, or none does, one end of the confidence interval is an exact bound. The coverage table gives "
+        "no confidence interval for fewer than eight earthquakes. If every stone of a survey fell, the survey does not "
+        "determine the axis, and the coverage table gives the arc that is valid without a survey. The last three columns of the coverage table give "
         "medians of the widths of the 90 % intervals. If an interval has no upper bound, its width is computed with "
         "the strongest level of shaking in the library; if it has no lower bound, with the weakest level. Without a "
         "survey, the upper end divided by the lower end of the 90 % interval is "

@@ -146,8 +146,8 @@ def step_and_contact(thin: ThinnedStudy) -> Bodies:
             print(*lines[-1], flush=True)
     cells_of = markdown_table(("δ/B", "ξ", "0.125", *steps), lines)
     about = (
-        f"Each row of the table has {computed} cases, under {len(groups)} records along {thin.azimuths} azimuths, in "
-        "which the shaking is strong enough to move the block."
+        f"Each row of the table of steps and contacts has {computed} cases, under {len(groups)} records along "
+        f"{thin.azimuths} azimuths, in which the shaking is strong enough to move the block."
     )
     return {"step-and-contact": f"{cells_of}\n\n{wrap_text(about)}"}
 
@@ -322,8 +322,8 @@ def most_friction(thin: ThinnedStudy) -> Bodies:
             print(*lines[-1], flush=True)
     heads = ("μ", "steps", "unstable, %", "flags that differ, %", "sides that differ, %")
     about = (
-        f"Each row of the table has {far.cases + far.unanswered} cases under {len(motions)} records; the column "
-        "*steps* gives the number of time steps, divided by the number in the first row."
+        f"Each row of the table of friction coefficients has {far.cases + far.unanswered} cases under {len(motions)} "
+        "records; the column *steps* gives the number of time steps, divided by the number in the first row."
     )
     return {"most-friction": f"{markdown_table(heads, lines)}\n\n{wrap_text(about)}"}
 

@@ -71,8 +71,9 @@ def markdown_by_marker(results: StudyResults) -> dict[str, str]:
             answers.append(text)
     heads = ("factor", "ground", "PGA, g, median", "fall rate, mean", "median", "records with half or more")
     text = (
-        f"The equivalent-linear computation did not converge for {len(failed)} of the surface motions. In the order of "
-        f"the table, the fundamental periods of the soil layers at small strain are {fundamental_periods(results)}."
+        f"The equivalent-linear computation did not converge for {len(failed)} of the surface motions. The "
+        f"fundamental periods of the soil layers at small strain are {fundamental_periods(results)} (in the order of "
+        "the table of fall rates)."
     )
     return {
         "soft-ground": markdown_table((*heads, "axis turned, median (records)"), rows),

@@ -136,7 +136,7 @@ def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
         "`unstable`.",
         f"Very stiff contacts have a penetration δ at rest below {PRECISION_FLOOR * np.finfo(float).eps:.1g} H, where "
         "H is the height: double precision cannot resolve such a penetration. The program refuses a block or "
-        "scene with such a contact, and the error names `stiffness`.",
+        "scene whose contacts are too stiff for double precision, and the error names `stiffness`.",
         "On lightly damped contacts, strong shaking throws corners up, and the corners land fast. Of the "
         f"{int(unstable.sum())} unstable blocks with δ/B below 10⁻², {_percent(blocks['damping'][unstable] < 0.1)} "
         "have a damping ratio ξ below 0.1. Half of the unstable blocks with δ/B below 10⁻² are shaken with a peak "

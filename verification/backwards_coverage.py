@@ -20,7 +20,7 @@ import typer
 from overturning.arrays import FloatArray
 from overturning.dem.run import simulate_cases
 from overturning.findings.inferred_motion import inferred_motion_findings
-from overturning.findings.surveys import SurveyCommandResults
+from overturning.findings.survey_commands import SurveyCommandResults
 from overturning.model.cases import Cases
 from overturning.model.shapes import Cylinder, RectangularPrism
 from overturning.report.drawings import draw_posterior

@@ -209,6 +209,29 @@ SURVEY: dict[str, Any] = {
 }  # fmt: skip
 
 
+def _measure(name: str, stones: int, observed: list[float | None], computed: list[float | None]) -> dict[str, Any]:
+    ends = ("value", "low", "high")
+    pairs = {kind: dict(zip(ends, of, strict=True)) for kind, of in (("observed", observed), ("computed", computed))}
+    return {"measure": name, "stones": stones, **pairs}
+
+
+_DISPLACED: dict[str, Any] = {
+    "site": "", "fell": 21, "stood": 33, "cells": 417, "never_stand": 2,
+    "measures": [
+        _measure("fell", 54, [0.389, 0.259, 0.531], [0.44, 0.37, 0.52]),
+        _measure("shifted", 32, [0.281, 0.137, 0.467], [0.15, 0.08, 0.23]),
+        _measure("twisted", 33, [0.182, 0.07, 0.355], [0.11, None, None]),
+        _measure("clockwise", 6, [0.833, 0.359, 0.996], [0.58, None, None]),
+        _measure("shift_m", 9, [2.4, 1.3, 5.6], [1.9, None, None]),
+        _measure("twist_deg", 6, [8.3, None, None], [None, None, None]),
+    ],
+}  # fmt: skip
+SURVEY_DISPLACEMENTS: dict[str, Any] = {
+    "stones": "plots", "sha256": "abc", "record": "vale", "doubts": ["angles may be in gon"], "remarks": [],
+    "together": _DISPLACED, "sites": [], "grounds": [],
+}  # fmt: skip
+
+
 def _observed_mean(mean: float | None, half_width: float | None, p_value: float) -> dict[str, Any]:
     return {"sample_size": 19, "mean_deg": mean, "half_width_deg": half_width, "resultant": 0.57, "p_value": p_value}
 

@@ -1,12 +1,19 @@
 """`overturning recheck` and `overturning survey` on a finished study."""
 
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 import xarray as xr
 
 from overturning.cli import main
+from overturning.findings.collect import findings, write_findings
+from overturning.report.write import write_report
+from overturning.study.cube import open_cube
+from overturning.study.load import study_from_content
 from overturning.surveys.comparison import read_survey_comparison
+from tests.report.tiny_studies import make_results, pulse_record
 
 
 def run(*arguments: str) -> int:
@@ -68,6 +75,53 @@ def test_survey_by_site(hostile: Path, tmp_path: Path, capsys: pytest.CaptureFix
     # Sites are independent: their log likelihood ratios add up to that of the survey.
     ratios = [one.log_likelihood_ratio for one in alone.values() if one.fallen_count_in_known_direction]
     assert sum(ratios) == pytest.approx(stored.comparison.log_likelihood_ratio)
+
+
+def test_survey_of_a_3_d_study(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Twist and slip are compared with the outcomes of the cube, in the command and in the report."""
+    body: dict[str, Any] = {"body": {"aspect": [1]}, "orientation": {"step": 45}, "friction": [0.2, 0.35]}
+    records = [pulse_record("one", 60, 6.0)]
+    folder = make_results(tmp_path / "tiny", records, drawn=False, b_over_h=[0.4, 0.5], **body)
+    stones, output, figure = tmp_path / "stones.csv", folder / "survey" / "1.json", tmp_path / "survey.svg"
+    stones.write_text(
+        "site,outcome,face_azimuth_deg,b_over_h,count\n"
+        "A,shifted 5 cm,45,0.4,3\nA,fell N,45,0.4,1\nB,twisted -7,0,0.5,2\nB,stands,0,0.5,6\n"
+    )
+    output.parent.mkdir()
+    options = ("--cube", str(folder / "cube.nc"), "--output", str(output), "--figure", str(figure))
+    assert run("survey", str(stones), *options) == 0
+    text = capsys.readouterr().out.replace("\u00a0", " ")
+    assert "compared with the stones of the study under the record one: 1 stone fell, 11 stood" in text
+    assert figure.is_file()
+    with open_cube(folder / "cube.nc") as cube:
+        cells = [cube.isel(record=0).sel(orientation=face, b_over_h=shape) for face, shape in ((45, 0.4), (0, 0.5))]
+        slip = [np.hypot(one["residual_slip_north"], one["residual_slip_east"]).fillna(0) for one in cells]
+        stands = [one["overturned"] == 0 for one in cells]
+        # Each of three stones of A and eight of B takes the share of its own standing cases, friction by friction.
+        shares = [
+            sum(
+                n * float(((far >= 0.01) & up).isel(friction=at).sum())
+                for n, far, up in zip((3, 8), slip, stands, strict=True)
+            )
+            / 11
+            for at in range(2)
+        ]
+        assert all(bool(up.all()) for up in stands), "otherwise the sum above needs weights"
+    content = {"name": "tiny", "records": {"use": ["one"]}, "b_over_h": [0.4, 0.5], **body}
+    survey = {"stones": str(stones), "backwards": False}
+    study = study_from_content(content | {"verification": "none", "surveys": [survey]}, "tiny.yaml")
+    found = findings(folder, study)
+    (survey_found,) = found.survey_displacements
+    assert (found.surveys, [one.site for one in survey_found.sites]) == ([], ["A", "B"])
+    shifted = next(one for one in survey_found.together.measures if one.measure == "shifted")
+    assert (shifted.stones, shifted.observed.value) == (11, pytest.approx(3 / 11))
+    assert shifted.computed.value == pytest.approx(np.mean(shares))
+    assert 0 < np.mean(shares) < 1, "so that the comparison is not one of zeros"
+    write_findings(found, folder / "findings.json")
+    write_report(folder, folder / "report.html", None, study)
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert "Observed and computed twist and slip" in page
+    assert "of the standing: shifted by 1" in page
 
 
 @pytest.mark.parametrize(

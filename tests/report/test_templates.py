@@ -16,7 +16,7 @@ from syrupy.assertion import SnapshotAssertion
 
 from overturning.findings.collect import Findings
 from overturning.findings.population import JMA_DEGREES
-from overturning.findings.surveys import SurveyCommandResults
+from overturning.findings.survey_commands import SurveyCommandResults
 from overturning.model.status import CaseStatus
 from overturning.report.render import (
     LANGUAGES,
@@ -31,7 +31,7 @@ from overturning.report.terminal import paragraphs_of, plain_lines
 from overturning.statistics.criteria import CRITERIA, SLENDERNESS_ONLY
 from overturning.statistics.falls import BLOCK_RULES
 from overturning.translation.texts import translate
-from tests.report.by_hand import MOTION, OBSERVED, REMARK, STUDIES, SURVEY, findings_by_hand
+from tests.report.by_hand import MOTION, OBSERVED, REMARK, STUDIES, SURVEY, SURVEY_DISPLACEMENTS, findings_by_hand
 
 CONSTANTS = {"0", "1", "−1", "2", "15", "30", "45", "50", "95", "10", "180"}
 """Numbers of the templates themselves: ends of a scale, angles and levels that define a statistic."""
@@ -391,6 +391,7 @@ def test_the_prose_of_each_kind_of_study(study: str, snapshot: SnapshotAssertion
     [
         ("survey", {"surveys": [SURVEY]}),
         ("survey_summary", {"observed": [OBSERVED]}),
+        ("displacements", {"survey_displacements": [SURVEY_DISPLACEMENTS]}),
         ("motions", {"inferred_motions": [MOTION]}),
     ],
 )

@@ -197,7 +197,6 @@ IN_SPACE = [
     ({"scene": {"name": "x"}}, "scene"),
     (STACK, "variants.stack.scene: only a study with a scene can have a variant"),
     ({"density": 2000}, "density: nothing depends on it in 3-D"),
-    ({"surveys": [{"stones": "a.csv"}]}, "surveys: surveys are compared with 2-D studies"),
     ({"contact": {"stiffness": 1e6}}, "in 3-D the stiffness is auto"),
     ({"variants": {"hard": {"contact": {"damping": 3500}}}}, "variants.hard.contact: in 3-D the stiffness is auto"),
     ({"ensemble": {"initial_tilt": 0.01}}, "a 3-D body starts at rest"),

@@ -10,7 +10,9 @@ from overturning.errors import ArgumentError
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
+    from xarray import Dataset
 
+    from overturning.surveys.ground import CemeteryGround
     from overturning.surveys.stones import SurveyTable
 
 
@@ -60,7 +62,7 @@ def summarise_or_compare_survey(
         return
     from overturning.files import check_output_path
     from overturning.findings.observed import observed_survey_findings
-    from overturning.findings.surveys import SurveyCommandResults
+    from overturning.findings.survey_commands import SurveyCommandResults
     from overturning.report.drawings import draw_observed_roses
     from overturning.surveys.observed import summarise_survey
     from overturning.surveys.stones import read_survey_table
@@ -119,7 +121,8 @@ def _compare_survey_with_cube(
 
     Cubes are given by site, with "" for all sites that are not named.
     """
-    from overturning.findings.surveys import SurveyCommandResults, survey_findings
+    from overturning.findings.survey_commands import SurveyCommandResults
+    from overturning.findings.surveys import survey_findings
     from overturning.labels import unsimulated_azimuth_label, variant_label_as_list
     from overturning.stored import write_result
     from overturning.study.cube import index_of_record, open_cube
@@ -134,6 +137,11 @@ def _compare_survey_with_cube(
             grounds[site] = ground_of_cube(data, record)
     default = cubes.pop("")
     name = str(default["record_id"].item())
+    on_soil = {site: one for site, one in grounds.items() if one is not None}
+    print(f"{path.name} against {', '.join([name, *variant_label_as_list(default)])}")
+    if "residual_twist" in default:
+        _compare_displacements(path, table, (default, cubes), (name, on_soil), figure, output)
+        return
     comparison = compare_survey_with_prediction(table.stones, default, site_cubes=cubes, background=background)
     parts = {one: table.select_site(one).stones for one in table.sites if len(table.sites) > 1}
     by_site = {
@@ -141,9 +149,7 @@ def _compare_survey_with_cube(
         for one, part in parts.items()
         if part
     }
-    on_soil = {site: one for site, one in grounds.items() if one is not None}
     result = make_stored_survey_comparison(path, name, comparison, table.warnings, by_site, on_soil)
-    print(f"{result.stones} against {', '.join([name, *variant_label_as_list(default)])}")
     if gaps := unsimulated_azimuth_label(default):
         print(f"no plane {gaps} was computed: the prediction for these directions comes from other planes")
     found = survey_findings(result)
@@ -155,6 +161,56 @@ def _compare_survey_with_cube(
         from overturning.report.drawings import draw_surveys
 
         draw_surveys([found], figure)
+        print(f"figure: {figure}")
+
+
+def _compare_displacements(
+    path: Path,
+    table: "SurveyTable",
+    cubes: "tuple[Dataset, dict[str, Dataset]]",
+    record_and_grounds: "tuple[str, dict[str, CemeteryGround]]",
+    figure: Path | None,
+    output: Path | None,
+) -> None:
+    """Compare the shifts and twists of a survey with those of a 3-D study; print, store, and draw the observed falls.
+
+    `cubes` are the cube for all sites that are not named, and those of single sites.
+    """
+    from overturning.findings.observed import observed_survey_findings
+    from overturning.findings.survey_commands import SurveyCommandResults
+    from overturning.findings.survey_displacements import survey_displacement_findings
+    from overturning.report.drawings import draw_observed_roses
+    from overturning.stored import write_result
+    from overturning.surveys.comparison import survey_file_hash_and_remarks
+    from overturning.surveys.displacements import StoredDisplacementComparison, compare_displacements
+    from overturning.surveys.observed import summarise_survey
+
+    default, by_site = cubes
+    record, grounds = record_and_grounds
+    parts = {one: table.select_site(one) for one in table.sites if len(table.sites) > 1}
+    sha256, remarks = survey_file_hash_and_remarks(path)
+    result = StoredDisplacementComparison(
+        stones=path.name,
+        sha256=sha256,
+        record=record,
+        together=compare_displacements(table, default, by_site),
+        doubts=table.warnings,
+        remarks=remarks,
+        sites=tuple(
+            (site, compare_displacements(part, by_site.get(site, default)))
+            for site, part in parts.items()
+            if part.stones
+        ),
+        grounds=tuple(grounds.items()),
+    )
+    found = survey_displacement_findings(result)
+    shown = found.model_copy(update={"doubts": []})
+    _print_rendered_template(SurveyCommandResults(survey_displacements=[shown]), "displacements")
+    if output is not None:
+        write_result(result, output)
+    if figure is not None:
+        observed = observed_survey_findings(summarise_survey(table))
+        draw_observed_roses([observed.together, *observed.sites], figure)
         print(f"figure: {figure}")
 
 
@@ -199,7 +255,7 @@ def infer_motion_from_survey(
 
     from overturning.files import check_output_path
     from overturning.findings.inferred_motion import inferred_motion_findings
-    from overturning.findings.surveys import SurveyCommandResults
+    from overturning.findings.survey_commands import SurveyCommandResults
     from overturning.report.drawings import draw_posterior
     from overturning.report.filters import counted
     from overturning.study.preflight import format_duration

@@ -4,6 +4,8 @@ import json
 from pathlib import Path
 from typing import Any
 
+from pydantic import Field
+
 from overturning.files import write_text
 from overturning.findings.causes import (
     ComparisonWithPublished,
@@ -69,6 +71,7 @@ from overturning.findings.study import (
     record_facts,
     study_facts,
 )
+from overturning.findings.survey_displacements import SurveyDisplacements, all_survey_displacements
 from overturning.findings.surveys import SurveyFindings, all_survey_findings
 from overturning.findings.values import Finding
 from overturning.stored import read_result
@@ -101,6 +104,8 @@ class Findings(Finding):
     """Soil computations that did not converge."""
     surveys: list[SurveyFindings]
     """Comparison of each survey of fallen stones with the prediction."""
+    survey_displacements: list[SurveyDisplacements] = Field(default_factory=list)
+    """Comparison of each survey with the displacements computed in a 3-D study."""
     inferred_motions: list[InferredMotion]
     """Motion inferred from each survey."""
     published_peaks: list[PublishedPeak]
@@ -148,6 +153,7 @@ def findings_from_results(results: StudyResults) -> Findings:
         site_fall_rates=population_fall_rates_by_soil(results),
         not_converged=unconverged_soil_analyses(results),
         surveys=all_survey_findings(results),
+        survey_displacements=all_survey_displacements(results),
         inferred_motions=all_inferred_motion_findings(results),
         published_peaks=compare_peaks_with_published(results),
         published_agreement=count_blocks_that_agree_with_published(results),

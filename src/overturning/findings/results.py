@@ -22,11 +22,13 @@ from overturning.statistics.falls import mean_fall_directions, overturning_indic
 from overturning.statistics.fragility import FittedFragilityCurve
 from overturning.statistics.logistic import LogisticFit, fit_logistic_overturning_model
 from overturning.statistics.space import planar_model_agreement_counts
+from overturning.stored import read_result
 from overturning.study.convergence import ConvergenceCheckResult, read_convergence_result
 from overturning.study.cube import open_cube_by_record, study_of_cube
 from overturning.study.scenes import NOMINAL, variant_scene
 from overturning.study.schema import Study
 from overturning.surveys.comparison import StoredSurveyComparison, read_survey_comparison
+from overturning.surveys.displacements import StoredDisplacementComparison
 from overturning.surveys.population import fit_population_fragility_curves, population_rates_by_record
 from overturning.surveys.posterior import SurveyInversionResult, read_inversion_result
 
@@ -57,7 +59,9 @@ class StudyResults:
     convergence : ConvergenceCheckResult or None
         Result of its convergence check; None if the study has none.
     surveys : tuple of StoredSurveyComparison
-        Comparisons of surveys of stones with its predictions.
+        Comparisons of surveys of stones with its predictions; empty for a 3-D study.
+    survey_displacements : tuple of StoredDisplacementComparison
+        Comparisons of the displacements in surveys with those of a 3-D study; empty for a 2-D study.
     populations : dict of xarray.Dataset
         Fall rates of the study's population, by the names of the cubes; empty if it has none.
     inferred_motions : tuple of SurveyInversionResult
@@ -70,6 +74,7 @@ class StudyResults:
     intensity: xr.Dataset
     convergence: ConvergenceCheckResult | None
     surveys: tuple[StoredSurveyComparison, ...]
+    survey_displacements: tuple[StoredDisplacementComparison, ...] = ()
     populations: dict[str, xr.Dataset] = field(default_factory=dict)
     inferred_motions: tuple[SurveyInversionResult, ...] = ()
 
@@ -292,6 +297,7 @@ def open_study_results(folder: Path, study_override: Study | None = None) -> Ite
         whole = {NOMINAL: nominal} | {name: open_variant_cube(name) for name in study.variants}
         cubes = {name: select_recorded_amplitude(cube) for name, cube in whole.items()}
         stones, files = study.population, [folder / "survey" / f"{n + 1}" for n in range(len(study.surveys))]
+        in_space = study.body is not None or study.is_stack
         asked = [file for file, survey in zip(files, study.surveys, strict=True) if survey.backwards]
         yield StudyResults(
             study=study,
@@ -299,7 +305,12 @@ def open_study_results(folder: Path, study_override: Study | None = None) -> Ite
             cubes=cubes,
             intensity=stack.enter_context(xr.open_dataset(folder / "intensity.nc")),
             convergence=read_convergence_result(folder / "convergence.json") if study.verification != "none" else None,
-            surveys=tuple(read_survey_comparison(file.with_suffix(".json")) for file in files),
+            surveys=() if in_space else tuple(read_survey_comparison(file.with_suffix(".json")) for file in files),
+            survey_displacements=tuple(
+                read_result(StoredDisplacementComparison, file.with_suffix(".json"), "comparison with a survey")
+                for file in files
+                if in_space
+            ),
             populations={name: population_rates_by_record(cube, stones) for name, cube in whole.items()}
             if stones
             else {},

@@ -1,11 +1,11 @@
 """Surveys of fallen stones: comparison with the prediction, and inferred motion."""
 
 import math
+from collections.abc import Sequence
 
 from pydantic import Field
 
-from overturning.findings.inferred_motion import InferredMotion
-from overturning.findings.observed import ObservedFallShare, ObservedSurveyFindings, observed_share
+from overturning.findings.observed import ObservedFallShare, observed_share
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Finding, Number
 from overturning.statistics.circular import LEAST_RESULTANT
@@ -222,21 +222,24 @@ def survey_findings(survey_result: StoredSurveyComparison) -> SurveyFindings:
         stones_beyond_heights=found.beyond_heights,
         share_in_random_direction=found.background,
         sites=[_survey_site_findings(site, one) for site, one in survey_result.sites],
-        grounds=[_cemetery_ground_finding(site, one) for site, one in survey_result.grounds],
+        grounds=cemetery_ground_findings(survey_result.grounds),
     )
 
 
-def _cemetery_ground_finding(site: str, ground: CemeteryGround) -> CemeteryGroundFinding:
-    """Convert the ground below a cemetery to findings."""
-    return CemeteryGroundFinding(
-        site=site,
-        thickness_m=ground.thickness_m,
-        velocity_m_s=ground.velocity_m_s,
-        equivalent_linear=ground.equivalent_linear,
-        converged=ground.converged,
-        rock_pga_g=ground.rock_pga / STANDARD_GRAVITY,
-        surface_pga_g=ground.surface_pga / STANDARD_GRAVITY,
-    )
+def cemetery_ground_findings(grounds: Sequence[tuple[str, CemeteryGround]]) -> list[CemeteryGroundFinding]:
+    """Return the report's numbers on the ground below the cemeteries of a survey, given with their names."""
+    return [
+        CemeteryGroundFinding(
+            site=site,
+            thickness_m=ground.thickness_m,
+            velocity_m_s=ground.velocity_m_s,
+            equivalent_linear=ground.equivalent_linear,
+            converged=ground.converged,
+            rock_pga_g=ground.rock_pga / STANDARD_GRAVITY,
+            surface_pga_g=ground.surface_pga / STANDARD_GRAVITY,
+        )
+        for site, ground in grounds
+    ]
 
 
 def _survey_site_findings(site: str, found: SurveyPredictionComparison) -> SurveySiteFindings:
@@ -253,11 +256,3 @@ def _survey_site_findings(site: str, found: SurveyPredictionComparison) -> Surve
         log_likelihood_ratio=found.log_likelihood_ratio,
         log_likelihood_ratio_p_value=found.likelihood_ratio_p,
     )
-
-
-class SurveyCommandResults(Finding):
-    """Results that the commands `overturning survey` and `overturning backwards` print."""
-
-    observed: list[ObservedSurveyFindings] = Field(default_factory=list)
-    surveys: list[SurveyFindings] = Field(default_factory=list)
-    inferred_motions: list[InferredMotion] = Field(default_factory=list)

@@ -12,7 +12,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 
@@ -257,6 +257,26 @@ def exact_share_interval(matching_count: int, total_count: int, level: float = 0
         else 1.0
     )
     return ConfidenceInterval(float(low), float(high))
+
+
+def exact_median_interval(values: ArrayLike, level: float = 0.95) -> ConfidenceInterval:
+    """Return the exact interval of the median of independent values: two of the values, chosen by their ranks.
+
+    The ends are the order statistics of David & Nagaraja (2003, Order Statistics, section 7.1). The interval is NaN for
+    fewer than six values, whose smallest and largest enclose the median with a probability below 95 %.
+
+    Parameters
+    ----------
+    values : array_like, shape (n,)
+        Values.
+    level : float
+        Smallest probability of the interval.
+    """
+    ordered = np.sort(np.asarray(values, np.float64))
+    below = int(scipy.stats.binom.ppf((1.0 - level) / 2.0, ordered.size, 0.5)) if ordered.size else 0
+    if below == 0:
+        return ConfidenceInterval(math.nan, math.nan)
+    return ConfidenceInterval(float(ordered[below - 1]), float(ordered[ordered.size - below]))
 
 
 def _finite_means_by_earthquake(

@@ -15,7 +15,6 @@ _PLANAR_ONLY: Final = {
     "scene": "a study has a scene or a single 3-D body; keep one",
     "azimuth": "a 3-D body or stack moves in all directions at once; give orientation, the azimuths that it faces",
     "published": "a 3-D body or stack faces no single azimuth; compare in a 2-D study",
-    "surveys": "surveys are compared with 2-D studies; leave them out here",
     "density": "nothing depends on it in 3-D, where the contact is relative to the weight; leave it out",
 }
 """Keys that a study with the 3-D model refuses, with the reason."""

@@ -375,8 +375,7 @@ def make_stored_survey_comparison(
     grounds: Mapping[str, CemeteryGround] | None = None,
 ) -> StoredSurveyComparison:
     """Add the survey file's name and hash, record id and warnings to the comparison of a survey with a prediction."""
-    sha256 = hashlib.sha256(survey_path.read_bytes()).hexdigest()
-    remarks = remarks_of_user(read_field_table(survey_path, "survey").remarks)
+    sha256, remarks = survey_file_hash_and_remarks(survey_path)
     sites = tuple((site_comparisons or {}).items())
     return StoredSurveyComparison(
         survey_path.name,
@@ -388,6 +387,12 @@ def make_stored_survey_comparison(
         sites,
         tuple((grounds or {}).items()),
     )
+
+
+def survey_file_hash_and_remarks(survey_path: Path) -> tuple[str, tuple[str, ...]]:
+    """Return the SHA-256 hash of a survey file, and the comment lines of the user at its start."""
+    sha256 = hashlib.sha256(survey_path.read_bytes()).hexdigest()
+    return sha256, remarks_of_user(read_field_table(survey_path, "survey").remarks)
 
 
 def read_survey_comparison(path: Path) -> StoredSurveyComparison:

@@ -1,0 +1,18 @@
+"""Results that the commands on surveys print."""
+
+from pydantic import Field
+
+from overturning.findings.inferred_motion import InferredMotion
+from overturning.findings.observed import ObservedSurveyFindings
+from overturning.findings.survey_displacements import SurveyDisplacements
+from overturning.findings.surveys import SurveyFindings
+from overturning.findings.values import Finding
+
+
+class SurveyCommandResults(Finding):
+    """Results that the commands `overturning survey` and `overturning backwards` print."""
+
+    observed: list[ObservedSurveyFindings] = Field(default_factory=list)
+    surveys: list[SurveyFindings] = Field(default_factory=list)
+    inferred_motions: list[InferredMotion] = Field(default_factory=list)
+    survey_displacements: list[SurveyDisplacements] = Field(default_factory=list)

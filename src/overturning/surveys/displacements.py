@@ -1,0 +1,316 @@
+"""Shifts and twists of the standing stones of a survey, next to those computed with the 3-D model."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final, Literal, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from overturning.arrays import FloatArray
+from overturning.errors import ArgumentError
+from overturning.model.symmetry import FULL_TURN
+from overturning.settings import StonePopulation
+from overturning.statistics.bootstrap import exact_median_interval, exact_share_interval
+from overturning.stored import StoredFloat
+from overturning.surveys.ground import CemeteryGround
+from overturning.surveys.row import SurveyRow
+from overturning.surveys.stones import Stone, SurveyTable
+
+SHIFTED_M: Final = StonePopulation().shifted
+"""Shift from which a standing stone counts as shifted, m; people rarely note smaller ones."""
+
+TWISTED_DEG: Final = StonePopulation().rotated
+"""Absolute twist from which a standing stone counts as twisted, degrees."""
+
+_ROUNDING: Final = 1e-9
+
+MeasureName = Literal["fell", "shifted", "twisted", "clockwise", "shift_m", "twist_deg"]
+"""Share of the stones that fell; of the standing ones that are shifted, and twisted; of the twisted ones that are
+twisted clockwise; median shift of the shifted, m; median absolute twist of the twisted, degrees."""
+
+
+@dataclass(frozen=True)
+class DisplacementMeasure:
+    """Observed and computed value of one measure of the outcome or the displacement of stones.
+
+    Attributes
+    ----------
+    name : MeasureName
+        Name of the measure.
+    stones : int
+        Number of observed stones of the share or median.
+    observed, observed_low, observed_high : float
+        Observed value with its exact 95 % interval; NaN without stones, the ends also for fewer than six stones of a
+        median.
+    computed, computed_low, computed_high : float
+        Computed value, and its range over the frictions of the study; NaN if nothing of the kind was computed, the
+        ends also for a study with one friction.
+    """
+
+    name: MeasureName
+    stones: int
+    observed: StoredFloat
+    observed_low: StoredFloat
+    observed_high: StoredFloat
+    computed: StoredFloat
+    computed_low: StoredFloat
+    computed_high: StoredFloat
+
+
+@dataclass(frozen=True)
+class DisplacementComparison:
+    """Comparison of the outcomes and displacements of stones with the computed ones.
+
+    Attributes
+    ----------
+    fell, stood : int
+        Number of stones.
+    cells : int
+        Number of different computed cases that resemble the stones.
+    never_stand : int
+        Standing stones like which none stands in the study; they are compared in no displacement.
+    measures : tuple of DisplacementMeasure
+        Measures in a fixed order.
+    """
+
+    fell: int
+    stood: int
+    cells: int
+    never_stand: int
+    measures: tuple[DisplacementMeasure, ...]
+
+
+@dataclass(frozen=True)
+class StoredDisplacementComparison:
+    """Stored comparison of a survey with a 3-D study, together and by site; names and hash as for 2-D studies.
+
+    See `overturning.surveys.comparison.StoredSurveyComparison`.
+    """
+
+    stones: str
+    sha256: str
+    record: str
+    together: DisplacementComparison
+    doubts: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+    sites: tuple[tuple[str, DisplacementComparison], ...] = ()
+    grounds: tuple[tuple[str, CemeteryGround], ...] = ()
+
+
+class _ObservedStone(NamedTuple):
+    """Counted stone of a survey, with shift (m) and twist (degrees, clockwise); NaN if an amount is not given."""
+
+    stone: Stone
+    shift: float
+    twist: float
+
+
+class _ComputedStones(NamedTuple):
+    """Outcomes of cases like observed stones: weights, friction index, and displacements (m, degrees clockwise)."""
+
+    weight: FloatArray
+    friction: NDArray[np.intp]
+    shift: FloatArray
+    twist: FloatArray
+
+
+def compare_displacements(
+    table: SurveyTable, cube: xr.Dataset, site_cubes: Mapping[str, xr.Dataset] | None = None
+) -> DisplacementComparison:
+    """Compare the shifts and twists of standing stones with those of similar standing stones in a 3-D study.
+
+    Each stone is compared with the cases of the nearest orientation, height, B/H and D/B; all values of the grid have
+    equal weight where the survey does not give the value, and so have all frictions. A stone that stands without a
+    noted shift or twist has none.
+
+    Parameters
+    ----------
+    table : SurveyTable
+        The survey, or the part of one site.
+    cube : Dataset
+        Cube of one record of a 3-D body, or of one element of a 3-D scene.
+    site_cubes : mapping of str to Dataset, optional
+        Cubes for the stones of single sites, by name of the site.
+
+    Raises
+    ------
+    ArgumentError
+        If the cube is of 2-D blocks, or no stone counts as fallen or standing.
+    """
+    if "residual_twist" not in cube:
+        raise ArgumentError("cube: of 2-D blocks, which neither twist nor slip obliquely; give that of a 3-D study")
+    observed = [_observed_stone(table, line, row) for line, row in table.rows if row.counted_as != "not counted"]
+    if not observed:
+        raise ArgumentError("stones: none counts as fallen or standing; a comparison needs at least one")
+    used = {id(one): np.zeros(one["overturned"].shape, np.bool_) for one in (cube, *(site_cubes or {}).values())}
+    standing, never_stand = list[_ComputedStones](), 0
+    fall_shares = list[tuple[int, FloatArray]]()
+    for one in observed:
+        own = (site_cubes or {}).get(one.stone.site, cube)
+        flags, cells = _cells_like_stone(own, one.stone, used[id(own)])
+        fall_shares.append((one.stone.count, _mean_by_friction(flags)))
+        if not one.stone.fell and (cells is None or not cells.weight.size):
+            never_stand += one.stone.count
+        elif not one.stone.fell and cells is not None:
+            standing.append(cells._replace(weight=one.stone.count * cells.weight))
+    computed = _ComputedStones(*(np.concatenate(parts) for parts in zip(*standing, strict=True))) if standing else None
+    return DisplacementComparison(
+        fell=sum(one.stone.count for one in observed if one.stone.fell),
+        stood=sum(one.stone.count for one in observed if not one.stone.fell),
+        cells=sum(int(mask.sum()) for mask in used.values()),
+        never_stand=never_stand,
+        measures=(_fall_measure(observed, fall_shares), *_displacement_measures(observed, computed)),
+    )
+
+
+def _observed_stone(table: SurveyTable, line: int, row: SurveyRow) -> _ObservedStone:
+    """Return the stone of a row with its shift and twist; 0 if none is noted, NaN if the amount is not noted."""
+    shift = row.shift_m if "shifted" in row.outcome_kinds else 0.0
+    twist = row.clockwise_twist_deg if "twisted" in row.outcome_kinds else 0.0
+    return _ObservedStone(table.stone_of_row(line, row), shift, twist)
+
+
+def _cells_like_stone(
+    cube: xr.Dataset, stone: Stone, used: NDArray[np.bool_]
+) -> tuple[xr.DataArray, _ComputedStones | None]:
+    """Return the outcome flags of the cases that resemble a stone, and those that stand; mark the cases in `used`.
+
+    The weights of the standing cases sum to 1.
+    """
+    chosen = _grid_indices_like_stone(cube, stone)
+    whole = cube["overturned"]
+    mask = np.zeros(whole.shape, np.bool_)
+    mask[np.ix_(*(chosen.get(str(name), np.arange(whole.sizes[name])) for name in whole.dims))] = True
+    used |= mask & np.isfinite(whole.to_numpy())
+    cells = cube.isel({name: index for name, index in chosen.items() if name in whole.dims})
+    flags = cells["overturned"]
+    dims = ("friction", ...) if "friction" in flags.dims else (...,)
+    stands = (flags == 0).transpose(*dims).to_numpy()
+    frictions = stands.shape[0] if "friction" in flags.dims else 1
+    rows = stands.reshape(frictions, -1)
+    if not rows.any():
+        return flags, None
+    north, east, twist = (
+        np.asarray(cells[name].transpose(*dims), np.float64).reshape(rows.shape)[rows]
+        for name in ("residual_slip_north", "residual_slip_east", "residual_twist")
+    )
+    # Frictions have equal weight where both stand and fall; within a friction so have its standing cases.
+    weight = np.where(rows, 1.0, 0.0) / np.maximum(rows.sum(axis=1, keepdims=True), 1) / rows.any(axis=1).sum()
+    friction = np.broadcast_to(np.arange(frictions)[:, None], rows.shape)
+    # Cases that were not simulated, because the motion is too weak, have no displacement.
+    shift = np.hypot(np.nan_to_num(north), np.nan_to_num(east))
+    return flags, _ComputedStones(weight[rows], friction[rows].astype(np.intp), shift, np.nan_to_num(twist))
+
+
+def _grid_indices_like_stone(cube: xr.Dataset, stone: Stone) -> dict[str, NDArray[np.intp]]:
+    """Return, by dimension, the indices of the grid values of a cube that are nearest to those of a stone.
+
+    A dimension whose value is not known of the stone is left out.
+    """
+    front, side = stone.slenderness_in_both_planes
+    wanted = {"height": stone.height, "b_over_h": front, "aspect": side / front if front else math.nan}
+    found = {
+        name: np.array([int(np.abs(np.log(cube[name].to_numpy() / value)).argmin())])
+        for name, value in wanted.items()
+        if name in cube["overturned"].dims and math.isfinite(value)
+    }
+    if "orientation" in cube["overturned"].dims and math.isfinite(stone.face_azimuth_deg):
+        grid = cube["orientation"].to_numpy().astype(np.float64)
+        period = grid.size * (grid[1] - grid[0]) if grid.size > 1 else FULL_TURN
+        apart = (grid - stone.face_azimuth_deg + period / 2) % period - period / 2
+        found["orientation"] = np.array([int(np.abs(apart).argmin())])
+    return found
+
+
+def _mean_by_friction(flags: xr.DataArray) -> FloatArray:
+    """Return the share of falls among cases of known outcome for each friction; NaN without known outcomes."""
+    known, fell = flags.notnull(), flags == 1
+    over = [name for name in flags.dims if name != "friction"]
+    counts, falls = (np.atleast_1d(one.sum(over).to_numpy()) for one in (known, fell))
+    return np.asarray(np.divide(falls, counts, out=np.full(counts.shape, np.nan), where=counts > 0))
+
+
+def _fall_measure(
+    observed: Sequence[_ObservedStone], fall_shares: Sequence[tuple[int, FloatArray]]
+) -> DisplacementMeasure:
+    """Return the observed and the computed share of stones that fell."""
+    fell = sum(one.stone.count for one in observed if one.stone.fell)
+    stones = sum(one.stone.count for one in observed)
+    shares, counts = np.array([share for _, share in fall_shares]), np.array([count for count, _ in fall_shares])
+    known = np.isfinite(shares)
+    with np.errstate(invalid="ignore"):
+        by_friction = np.where(known, shares, 0.0).T @ counts / (known.T @ counts)
+    # A survey without any standing stone perhaps lists only the fallen ones: then the share that fell is not known.
+    return _share_measure("fell", fell if fell < stones else 0, stones if fell < stones else 0, by_friction)
+
+
+def _share_measure(name: MeasureName, matching: int, stones: int, by_friction: FloatArray) -> DisplacementMeasure:
+    """Return an observed share with its exact interval, and the computed share: mean and range over frictions."""
+    low, high = exact_share_interval(matching, stones) if stones else (math.nan, math.nan)
+    return DisplacementMeasure(
+        name, stones, matching / stones if stones else math.nan, low, high, *_mean_and_range(by_friction)
+    )
+
+
+def _mean_and_range(by_friction: FloatArray) -> tuple[float, float, float]:
+    """Return mean, smallest and largest of the known values; NaN without any, and for the ends of a single value."""
+    known = by_friction[np.isfinite(by_friction)]
+    if not known.size:
+        return math.nan, math.nan, math.nan
+    low, high = (known.min(), known.max()) if by_friction.size > 1 else (math.nan, math.nan)
+    return float(known.mean()), float(low), float(high)
+
+
+def _displacement_measures(
+    observed: Sequence[_ObservedStone], computed: _ComputedStones | None
+) -> list[DisplacementMeasure]:
+    """Return the measures of the displacements of standing stones."""
+    standing = [one for one in observed if not one.stone.fell]
+    counts = np.array([one.stone.count for one in standing], np.intp)
+    shift, twist = (np.repeat([getattr(one, name) for one in standing], counts) for name in ("shift", "twist"))
+    shift, twist = shift[np.isfinite(shift)], twist[np.isfinite(twist)]
+    far, turned = shift >= SHIFTED_M - _ROUNDING, np.abs(twist) >= TWISTED_DEG - _ROUNDING
+    none = _ComputedStones(np.empty(0), np.empty(0, np.intp), np.empty(0), np.empty(0))
+    cells = computed or none
+    cells_far = cells.shift >= SHIFTED_M - _ROUNDING
+    cells_turned = np.abs(cells.twist) >= TWISTED_DEG - _ROUNDING
+
+    def by_friction(statistic: Callable[[NDArray[np.bool_]], float]) -> FloatArray:
+        """Return a statistic of the computed stones of each friction, selected by a mask."""
+        return np.array([statistic(cells.friction == one) for one in np.unique(cells.friction)])
+
+    def share(of: NDArray[np.bool_], among: NDArray[np.bool_]) -> float:
+        """Return the weighted share of the cases `of` among others; NaN if there are none."""
+        total = cells.weight[among].sum()
+        return float(cells.weight[among & of].sum() / total) if total > 0 else math.nan
+
+    def median(values: FloatArray, among: NDArray[np.bool_]) -> float:
+        """Return the weighted median of the values of some cases; NaN if there are none."""
+        order = values[among].argsort(kind="stable")
+        below = cells.weight[among][order].cumsum()
+        return float(values[among][order][np.searchsorted(below, below[-1] / 2)]) if below.size else math.nan
+
+    def median_measure(name: MeasureName, values: FloatArray, computed_median: FloatArray) -> DisplacementMeasure:
+        """Return an observed median with its exact interval, and the computed median."""
+        middle = float(np.median(values)) if values.size else math.nan
+        return DisplacementMeasure(
+            name, values.size, middle, *exact_median_interval(values), *_mean_and_range(computed_median)
+        )
+
+    return [
+        _share_measure("shifted", int(far.sum()), far.size, by_friction(lambda own: share(cells_far, own))),
+        _share_measure("twisted", int(turned.sum()), turned.size, by_friction(lambda own: share(cells_turned, own))),
+        _share_measure(
+            "clockwise",
+            int((twist[turned] > 0).sum()),
+            int(turned.sum()),
+            by_friction(lambda own: share(cells.twist > 0, own & cells_turned)),
+        ),
+        median_measure("shift_m", shift[far], by_friction(lambda own: median(cells.shift, own & cells_far))),
+        median_measure(
+            "twist_deg", np.abs(twist[turned]), by_friction(lambda own: median(np.abs(cells.twist), own & cells_turned))
+        ),
+    ]

@@ -1,0 +1,173 @@
+"""Twist and slip of surveyed stones next to those of 3-D cubes, with a truth that the tests invent."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy
+import xarray as xr
+
+from overturning.errors import ArgumentError
+from overturning.findings.survey_displacements import survey_displacement_findings
+from overturning.statistics.bootstrap import exact_median_interval
+from overturning.surveys.displacements import (
+    DisplacementComparison,
+    StoredDisplacementComparison,
+    compare_displacements,
+)
+from overturning.surveys.stones import SurveyTable, read_survey_table
+
+GRID: dict[str, Any] = {
+    "record": ["a"],
+    "orientation": np.arange(0.0, 90.0, 15.0),
+    "height": [0.5, 0.8],
+    "b_over_h": [0.3, 0.4, 0.5],
+    "friction": [0.5, 0.7],
+}
+
+
+def cube_of(**values: Any) -> xr.Dataset:
+    """Return a 3-D cube whose variables are given as arrays that broadcast to the grid."""
+    shape = tuple(len(one) for one in GRID.values())
+    nothing = {"overturned": 0.0, "residual_slip_north": 0.0, "residual_slip_east": 0.0, "residual_twist": 0.0}
+    return xr.Dataset(
+        {name: (tuple(GRID), np.broadcast_to(np.asarray(one, np.float64), shape).copy())
+         for name, one in (nothing | values).items()},
+        GRID,
+    )  # fmt: skip
+
+
+def table(folder: Path, rows: str) -> SurveyTable:
+    path = folder / "stones.csv"
+    path.write_text(f"site,outcome,face_azimuth_deg,height_m,b_over_h,count\n{rows}", encoding="utf-8")
+    return read_survey_table(path)
+
+
+def by_name(found: DisplacementComparison) -> dict[str, Any]:
+    return {one.name: one for one in found.measures}
+
+
+def test_numbers_by_hand(tmp_path: Path) -> None:
+    """Nine stones whose shares and medians are counted here; half of the frictions slip by 3 cm and twist by 8°."""
+    stones = table(
+        tmp_path,
+        "A,fell,0,0.5,0.3,2\nA,stands,0,0.5,0.3,3\nA,shifted 3 cm,0,0.5,0.3,1\nB,twisted -10,0,0.5,0.3,2\n"
+        "B,twisted 6,0,0.5,0.3,1\nB,shifted,0,0.5,0.3,1\nB,shifted 4 mm,0,0.5,0.3,1\nB,broken,0,0.5,0.3,7\n",
+    )
+    slips = np.array([0.0, 0.03])
+    found = compare_displacements(stones, cube_of(residual_slip_east=-slips, residual_twist=[0.0, -8.0]))
+    assert (found.fell, found.stood, found.never_stand) == (2, 9, 0)
+    assert found.cells == 2, "one orientation, height and B/H, two frictions"
+    measures = by_name(found)
+    # The stone that is shifted by an unknown amount counts in no share of shifts.
+    for name, matching, n in (("fell", 2, 11), ("shifted", 1, 8), ("twisted", 3, 9), ("clockwise", 1, 3)):
+        exact = scipy.stats.binomtest(matching, n).proportion_ci(method="exact")
+        one = measures[name]
+        assert one.stones == n, name
+        assert (one.observed, one.observed_low, one.observed_high) == pytest.approx((matching / n, *exact)), name
+    assert (measures["fell"].computed, measures["shifted"].computed, measures["clockwise"].computed) == (0, 0.5, 0)
+    assert (measures["shifted"].computed_low, measures["shifted"].computed_high) == (0.0, 1.0), "range over frictions"
+    assert (measures["shift_m"].observed, measures["shift_m"].computed) == pytest.approx((0.03, 0.03))
+    assert (measures["twist_deg"].observed, measures["twist_deg"].computed) == (10.0, 8.0)
+    assert np.isnan(measures["twist_deg"].observed_low), "three stones have no interval of the median"
+
+
+def test_a_stone_is_compared_with_cases_of_its_own_face_size_and_shape(tmp_path: Path) -> None:
+    """The computed twist names the cell: 100 · orientation index + 10 · height index + B/H index."""
+    names = 100.0 * np.arange(6)[:, None, None, None] + 10.0 * np.arange(2)[:, None, None] + np.arange(3)[:, None]
+    cube = cube_of(residual_twist=names + 5.0)
+
+    def twist(row: str) -> tuple[float, int]:
+        found = compare_displacements(table(tmp_path, row), cube)
+        return by_name(found)["twist_deg"].computed, found.cells
+
+    # A square looks alike every 90°: 107° is 17°, nearest to 15°.
+    assert twist("A,stands,107,0.52,0.41,1\n") == (100.0 + 0.0 + 1.0 + 5.0, 2)
+    assert twist("A,stands,359,2.0,0.3,1\n") == (0.0 + 10.0 + 0.0 + 5.0, 2)
+    assert twist("A,stands,,0.8,0.5,1\n")[1] == 2 * 6, "every orientation of a stone whose face is not known"
+    assert twist("A,stands,0,,,1\n")[1] == 2 * 2 * 3, "every size"
+
+
+def test_a_synthetic_survey_is_recovered(tmp_path: Path) -> None:
+    """Stones drawn from the cube itself: the intervals of the observed values hold the computed ones."""
+    generator = np.random.default_rng(7)
+    shape = tuple(len(one) for one in GRID.values())
+    falls = (generator.random(shape) < np.array([0.2, 0.4, 0.1])[:, None]).astype(float)
+    twists = np.where(falls == 1, np.nan, generator.normal(2.0, 5.0, shape))
+    slips = np.where(falls == 1, 0.0, generator.exponential(0.015, shape))
+    cube = cube_of(overturned=falls, residual_twist=twists, residual_slip_north=slips)
+    rows = []
+    for _ in range(500):
+        at = tuple(int(generator.integers(size)) for size in shape)
+        size = f"{GRID['orientation'][at[1]]:g},{GRID['height'][at[2]]:g},{GRID['b_over_h'][at[3]]:g},1"
+        outcome = f'"shifted {1000 * slips[at]:.2f} mm, twisted {twists[at]:.2f}"'
+        rows.append(f"A,{'fell' if falls[at] else outcome},{size}\n")
+    found = compare_displacements(table(tmp_path, "".join(rows)), cube)
+    measures = by_name(found)
+    assert found.cells == cube["overturned"].size
+    for name, one in measures.items():
+        assert one.observed_low <= one.computed <= one.observed_high, name
+    # A truth whose twists are all reversed is rejected.
+    other = by_name(
+        compare_displacements(table(tmp_path, "".join(rows)), cube.assign(residual_twist=-cube["residual_twist"]))
+    )
+    assert other["clockwise"].computed < other["clockwise"].observed_low
+    assert other["twisted"].computed == measures["twisted"].computed
+
+
+def test_stones_that_stand_where_none_stands_are_counted(tmp_path: Path) -> None:
+    falls = np.array([1.0, 0.0, 0.0])[:, None]
+    stones = table(tmp_path, "A,stands,0,0.5,0.3,2\nA,shifted 2 cm,0,0.5,0.5,1\n")
+    found = compare_displacements(stones, cube_of(overturned=falls, residual_slip_north=0.02))
+    assert (found.never_stand, found.stood) == (2, 3)
+    assert by_name(found)["shifted"].computed == 1.0, "of the stone that can stand"
+    nowhere = compare_displacements(table(tmp_path, "A,stands,0,0.5,0.3,2\n"), cube_of(overturned=1.0))
+    assert np.isnan(by_name(nowhere)["shifted"].computed)
+
+
+def test_each_site_has_its_own_cube(tmp_path: Path) -> None:
+    stones = table(tmp_path, "A,stands,0,0.5,0.3,1\nB,stands,0,0.5,0.3,1\n")
+    still, moved = cube_of(), cube_of(residual_slip_north=0.05)
+    found = compare_displacements(stones, still, {"B": moved})
+    assert by_name(found)["shifted"].computed == 0.5
+    assert by_name(compare_displacements(stones.select_site("B"), moved))["shifted"].computed == 1.0
+
+
+def test_a_survey_of_fallen_stones_only_has_no_share_that_fell(tmp_path: Path) -> None:
+    fell = by_name(compare_displacements(table(tmp_path, "A,fell,0,0.5,0.3,4\n"), cube_of(overturned=1.0)))["fell"]
+    assert (fell.stones, fell.computed) == (0, 1.0)
+    assert np.isnan(fell.observed)
+
+
+def test_2_d_cubes_and_empty_surveys_are_refused(tmp_path: Path) -> None:
+    stones = table(tmp_path, "A,stands,0,0.5,0.3,1\n")
+    with pytest.raises(ArgumentError, match="cube: of 2-D blocks"):
+        compare_displacements(stones, cube_of().drop_vars("residual_twist"))
+    with pytest.raises(ArgumentError, match="stones: none counts"):
+        compare_displacements(table(tmp_path, "A,broken,0,0.5,0.3,1\n"), cube_of())
+
+
+def test_findings_are_in_cm(tmp_path: Path) -> None:
+    stones = table(tmp_path, "A,shifted 25 mm,0,0.5,0.3,8\n")
+    stored = StoredDisplacementComparison(
+        "s", "x", "a", compare_displacements(stones, cube_of(residual_slip_east=0.03))
+    )
+    found = survey_displacement_findings(stored)
+    shift = next(one for one in found.together.measures if one.measure == "shift_m")
+    assert (shift.observed.value, shift.observed.low, shift.computed.value) == pytest.approx((2.5, 2.5, 3.0))
+    assert (found.shifted_from_cm, found.twisted_from_deg) == pytest.approx((1.0, 5.0))
+
+
+@pytest.mark.parametrize("n", [6, 9, 20, 101])
+def test_the_interval_of_a_median_has_its_probability(n: int) -> None:
+    """The probability that the median lies between two ranks is binomial; the next closer ranks have too little."""
+    low, high = exact_median_interval(np.random.default_rng(n).permutation(n))
+    rank = int(low) + 1
+
+    def probability(r: int) -> float:
+        return float(1 - 2 * scipy.stats.binom.cdf(r - 1, n, 0.5))
+
+    assert high == n - rank
+    assert probability(rank) >= 0.95 > probability(rank + 1)
+    assert np.isnan(exact_median_interval(np.arange(5.0)).low)

@@ -45,6 +45,8 @@ rule all:
 
 onstart:
     back_up_cubes(Path(RESULTS))
+    if workflow.local_exec:
+        start_fork_server(Path(BENCHMARKS, "steps.tsv"))
 
 
 onerror:

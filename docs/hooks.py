@@ -111,7 +111,7 @@ def commands() -> str:
     import click
     import typer
 
-    from overturning.cli import app
+    from overturning.commands.application import app
 
     root: Any = typer.main.get_command(app)
     parts = []

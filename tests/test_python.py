@@ -27,8 +27,9 @@ from typer.main import get_command as click_of
 
 import overturning
 from overturning.arrays import FloatArray
-from overturning.cli import app, main
+from overturning.cli import main
 from overturning.commands import declared
+from overturning.commands.application import app
 from overturning.dem.numerics import NumericalOptions
 from overturning.errors import ArgumentError, ConfigError, MissingDataError, ResultError
 from overturning.figures.explore import explorer_page_data

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from overturning.cli import app
+from overturning.commands.application import app
 from overturning.errors import ArgumentError, ConfigError
 from overturning.records.catalogue import RecordEntry, read_record_table
 from overturning.records.earthquakes import (

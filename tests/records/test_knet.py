@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 import overturning
-from overturning.cli import app
+from overturning.commands.application import app
 from overturning.errors import MissingDataError, RecordError
 from overturning.records.catalogue import RecordEntry
 from overturning.records.component import checked_header_peak_difference

@@ -11,6 +11,7 @@ from snakemake.exceptions import WorkflowError
 from snakemake.logging import logger
 from snakemake.utils import update_config
 
+from overturning.commands.fork_client import start_fork_server
 from overturning.errors import OverturningError
 from overturning.files import atomic_write
 from overturning.statistics.fragility_files import openquake_file_name

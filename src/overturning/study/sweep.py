@@ -38,6 +38,9 @@ from overturning.study.schema import Study
 NOMINAL_SHARE = 0.15
 """Assumed share of the nominal run in the work of a sweep with an ensemble; only for the progress line."""
 
+_LOADING_AMPLITUDE = 3.0
+"""Factor on the motion for loading kernels; with it nearly every record moves the first stone of the grid."""
+
 
 def cube_variables_of_study(study: Study) -> tuple[OutcomeVariable, ...]:
     """Return the variables in the results cube of a study: outcomes, and ensemble results if there are any."""
@@ -141,6 +144,14 @@ def sweep_cases_of_record(
     write_sweep_part(
         output_path, grid, outcome, attributes | {"block_steps": block_steps}, cube_variables_of_study(study)
     )
+
+
+def load_kernels(study: Study, record: Record, variant: str = NOMINAL) -> None:
+    """Load the compiled kernels of a sweep into this process, by simulating one case that moves."""
+    grid = variant_grid(study, variant)
+    one_case = grid.replace_values(**{name: grid[name][:1] for name in grid.dimension_names})
+    motion = motion_for_variant(study, record, variant).scaled_by(_LOADING_AMPLITUDE)
+    simulate_variant(study, variant, motion, one_case, numerics_of_study(study))
 
 
 def scale_motion(motion: Motion, amplitude_factor: float) -> Motion:

@@ -1,0 +1,124 @@
+"""Start of the fork server by a workflow, and its clients: steps that run in the server and are waited for here.
+
+A client imports few modules, since its start is most of its cost.
+"""
+
+import os
+import sys
+from collections.abc import Callable, Sequence
+from typing import Final
+
+SERVER_MODULE: Final = "overturning.commands.fork_server"
+"""Module of the server, which this module must not import."""
+
+SERVER_VARIABLE: Final = "OVERTURNING_FORK_SERVER"
+"""Environment variable with the path of the server's socket."""
+
+THREADS_VARIABLE: Final = "OPENBLAS_NUM_THREADS"
+"""Environment variable that Snakemake sets to the number of threads of a step."""
+
+LIBRARY_THREADS: Final = (
+    *(THREADS_VARIABLE, "OMP_NUM_THREADS", "GOTO_NUM_THREADS", "MKL_NUM_THREADS"),
+    *("VECLIB_MAXIMUM_THREADS", "NUMEXPR_NUM_THREADS"),
+)
+"""Environment variables with the number of threads of numerical libraries, as Snakemake sets them for a step."""
+
+HEADER_BYTES: Final = 4
+"""Length of the number before a request: the size of the request, bytes."""
+
+STARTED: Final = b"+"
+"""First byte of the answer: the step has begun. Its exit status follows as text at its end."""
+
+
+def installation() -> list[str]:
+    """Return what server and client must have in common: the program of Python and the folder of this package."""
+    return [sys.executable, os.path.dirname(os.path.dirname(os.path.abspath(__file__)))]
+
+
+def run_step_in_fork_server(arguments: Sequence[str]) -> int | None:
+    """Run a step in the fork server of a workflow and return its exit status.
+
+    Returns None if the step must run in this process: without a server, with a server of another installation, and for
+    a step with several threads, because the server has loaded its libraries for one thread.
+    """
+    path = os.environ.get(SERVER_VARIABLE)
+    if not arguments or not path or os.environ.get(THREADS_VARIABLE) != "1":
+        return None
+    import json
+    import signal
+    import socket
+
+    about = {"arguments": list(arguments), "folder": os.getcwd(), "environment": dict(os.environ)}
+    request = json.dumps(about | {"installation": installation()}).encode()
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as server:
+        try:
+            server.connect(path)
+            # Standard output and error of the step are those of this process.
+            socket.send_fds(server, [len(request).to_bytes(HEADER_BYTES, "big")], [1, 2])
+            server.sendall(request)
+            if server.recv(1) != STARTED:
+                return None
+        except OSError:  # the server has ended
+            return None
+        # Ctrl-C stops the step, too; wait for its message and status.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        answer = b""
+        while received := server.recv(64):
+            answer += received
+    if not answer:
+        print("error: the fork server of the run has ended; run again", file=sys.stderr)
+        return 1
+    return int(answer)
+
+
+def start_fork_server(measurements: str | os.PathLike[str]) -> Callable[[], None]:
+    """Start a fork server for the steps that this process starts from now on; it ends with this process.
+
+    Nothing happens on systems other than Linux, where a copy of a process with loaded libraries may fail, and if the
+    folder of temporary files accepts no socket.
+
+    Parameters
+    ----------
+    measurements : path
+        Table (TSV) to which processor time and memory of each step are appended.
+
+    Returns
+    -------
+    callable
+        Function that ends the server before this process ends.
+    """
+    if sys.platform != "linux":
+        return _do_nothing
+    import atexit
+    import shutil
+    import socket
+    import subprocess
+    import tempfile
+
+    folder = tempfile.mkdtemp(prefix="overturning-")
+    path = os.path.join(folder, "socket")
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as listener:
+        try:
+            listener.bind(path)
+        except OSError:  # such as a path that is too long
+            shutil.rmtree(folder)
+            return _do_nothing
+        listener.listen(128)  # clients can connect from now on; the server answers as soon as it has started
+        server = subprocess.Popen(
+            [sys.executable, "-P", "-m", SERVER_MODULE, str(listener.fileno()), str(measurements)],
+            stdin=subprocess.PIPE,
+            pass_fds=[listener.fileno()],
+            env=os.environ | dict.fromkeys(LIBRARY_THREADS, "1"),
+        )
+    os.environ[SERVER_VARIABLE] = path
+
+    def stop_fork_server() -> None:
+        os.environ.pop(SERVER_VARIABLE, None)
+        server.communicate()  # its input ends, and so does the server
+
+    atexit.register(stop_fork_server)
+    return stop_fork_server
+
+
+def _do_nothing() -> None:
+    """Do nothing: there is no server to end."""

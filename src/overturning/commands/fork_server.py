@@ -1,0 +1,206 @@
+"""Fork server: a process that runs each step of a workflow in a copy of itself, with modules and kernels loaded.
+
+Starting Python, importing packages and loading compiled kernels takes a second, more than the work of many steps. The
+server does it once; a copy of it (fork) is ready in milliseconds. Each step still has its own process, output, log and
+exit status. `overturning.cli` sends a step to the server named in the environment, and otherwise runs it itself.
+"""
+
+import contextlib
+import ctypes
+import json
+import os
+import selectors
+import shutil
+import signal
+import socket
+import sys
+import tempfile
+import traceback
+from importlib import import_module
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Final, NamedTuple, NoReturn
+
+from overturning.commands.application import run_command_line
+from overturning.commands.fork_client import HEADER_BYTES, SERVER_VARIABLE, STARTED, installation
+
+_MODULES: Final = {
+    "read": ("overturning.records.processing", "overturning.records.read", "overturning.study.load", "netCDF4"),
+    "sweep": ("overturning.study.sweep", "overturning.dem.body.plan", "overturning.dem.polygon.plan"),
+    "record-figures": ("overturning.figures.record", "matplotlib.backends.backend_svg"),
+}
+"""Modules that the server imports before the first step of a command, for this step and all later ones."""
+
+_REQUEST_TIMEOUT: Final = 30.0  # s until a client must have sent its request
+_DIE_WITH_PARENT: Final = 1  # PR_SET_PDEATHSIG of prctl(2)
+
+
+class RunningStep(NamedTuple):
+    """Step that runs in a copy of the server."""
+
+    arguments: list[str]
+    connection: socket.socket
+
+
+class ForkServer:
+    """Server that forks a copy of itself for each request, until its standard input ends and all steps have ended."""
+
+    def __init__(self, listener: socket.socket, measurements: Path) -> None:
+        self._listener, self._measurements = listener, measurements
+        self._steps: dict[int, RunningStep] = {}  # by process id
+        self._sweep: list[str] | None = None  # arguments of a sweep that has succeeded
+        self._has_kernels = False
+        self._selector = selectors.DefaultSelector()
+
+    def serve(self) -> None:
+        """Answer requests until the process that started the server has ended, and no step runs."""
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C stops steps and workflow; the server ends after them
+        ended_step, wake_up = socket.socketpair()
+        wake_up.setblocking(False)
+        signal.signal(signal.SIGCHLD, lambda *_: None)
+        signal.set_wakeup_fd(wake_up.fileno())
+        self._selector.register(self._listener, selectors.EVENT_READ)
+        self._selector.register(ended_step, selectors.EVENT_READ)
+        self._selector.register(sys.stdin, selectors.EVENT_READ)
+        going_on = True
+        while going_on or self._steps:
+            for key, _ in self._selector.select():
+                if key.fileobj is self._listener:
+                    self._begin_step()
+                elif key.fileobj is ended_step:
+                    ended_step.recv(4096)
+                    self._report_ended_steps()
+                elif key.fileobj is sys.stdin:
+                    self._selector.unregister(sys.stdin)
+                    going_on = False
+                elif key.data in self._steps:  # its client was killed
+                    self._selector.unregister(key.fileobj)
+                    os.kill(key.data, signal.SIGKILL)
+
+    def _begin_step(self) -> None:
+        """Accept a request and fork a copy of this process for it."""
+        connection = self._listener.accept()[0]
+        connection.settimeout(_REQUEST_TIMEOUT)
+        try:
+            request, outputs = _receive_request(connection)
+        except (OSError, ValueError):
+            connection.close()
+            return
+        with contextlib.ExitStack() as stack:
+            for output in outputs:
+                stack.callback(os.close, output)
+            if request["installation"] != installation():
+                connection.close()
+                return
+            self._load_for(request["arguments"])
+            process = os.fork()
+            if not process:
+                _run_step_and_exit(request, outputs)
+        with contextlib.suppress(OSError):  # the client was killed: the selector notices
+            connection.sendall(STARTED)
+        self._steps[process] = RunningStep(request["arguments"], connection)
+        self._selector.register(connection, selectors.EVENT_READ, process)
+
+    def _load_for(self, arguments: list[str]) -> None:
+        """Import the modules of a command, and load the kernels of a sweep if an earlier one has compiled them."""
+        with contextlib.suppress(Exception):  # the step reports it
+            for name in _MODULES.get(arguments[0], ()):
+                import_module(name)
+            if arguments[0] == "sweep" and self._sweep is not None and not self._has_kernels:
+                self._has_kernels = True
+                _load_kernels_of_sweep(self._sweep)
+
+    def _report_ended_steps(self) -> None:
+        """Send the exit status of steps that have ended to their clients, and store their processor time and memory."""
+        while self._steps:
+            process, wait_status, used = os.wait4(-1, os.WNOHANG)
+            if not process:
+                return
+            step, status = self._steps.pop(process), os.waitstatus_to_exitcode(wait_status)
+            with contextlib.suppress(KeyError, ValueError):
+                self._selector.unregister(step.connection)
+            with contextlib.suppress(OSError):
+                step.connection.sendall(str(status if status >= 0 else 128 - status).encode())
+            step.connection.close()
+            if step.arguments[0] == "sweep" and status == 0:
+                self._sweep = step.arguments
+            self._store_measurements(step.arguments, used)
+
+    def _store_measurements(self, arguments: list[str], used: Any) -> None:
+        """Append processor time and memory of a step to the table."""
+        options = dict(pairwise(arguments))
+        output = options.get("--output") or options.get("--results", "")
+        with contextlib.suppress(OSError):
+            self._measurements.parent.mkdir(parents=True, exist_ok=True)
+            with self._measurements.open("a", encoding="utf-8") as table:
+                if not table.tell():
+                    table.write("command\toutput\tcpu_time\tmax_rss\n")  # s and MB, like Snakemake's tables
+                time, memory = used.ru_utime + used.ru_stime, used.ru_maxrss / 1000
+                table.write(f"{arguments[0]}\t{output}\t{time:.2f}\t{memory:.1f}\n")
+
+
+def _receive_request(connection: socket.socket) -> tuple[dict[str, Any], list[int]]:
+    """Return a request of a client, and the descriptors of its standard output and error."""
+    header, outputs, *_ = socket.recv_fds(connection, HEADER_BYTES, 2)
+    size, data = int.from_bytes(header, "big"), b""
+    while len(data) < size:
+        if not (received := connection.recv(size - len(data))):
+            raise OSError("the client has ended")
+        data += received
+    return json.loads(data), outputs
+
+
+def _load_kernels_of_sweep(arguments: list[str]) -> None:
+    """Load the kernels of a sweep into this process; the sweep has left them compiled on disk."""
+    from overturning.records.store import read_record_from_motion_file
+    from overturning.study.load import load_study_from_file_or_json
+    from overturning.study.sweep import load_kernels
+
+    options = dict(pairwise(arguments))
+    record = read_record_from_motion_file(Path(options["--motion"]))
+    load_kernels(load_study_from_file_or_json(options["--study"]), record, options["--variant"])
+
+
+def _run_step_and_exit(request: dict[str, Any], outputs: list[int]) -> NoReturn:
+    """Run a step in this copy of the server, with the folder, environment and outputs of the client, and exit."""
+    status: Any = 1
+    try:
+        signal.set_wakeup_fd(-1)
+        signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
+        os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+        for number, output in enumerate(outputs, start=1):
+            os.dup2(output, number)
+        os.closerange(3, os.sysconf("SC_OPEN_MAX"))  # sockets of the server and of other steps
+        os.environ.clear()
+        os.environ.update(request["environment"])
+        del os.environ[SERVER_VARIABLE]
+        tempfile.tempdir = None  # the folder of temporary files is that of the step
+        os.chdir(request["folder"])
+        sys.argv = ["overturning", *request["arguments"]]
+        run_command_line(request["arguments"])
+        status = 0
+    except SystemExit as end:
+        status = 0 if end.code is None else end.code
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        with contextlib.suppress(OSError):
+            sys.stdout.flush()
+            sys.stderr.flush()
+        os._exit(status if isinstance(status, int) else 1)
+
+
+def main(listener: int, measurements: str) -> None:
+    """Serve the socket with a descriptor until the workflow has ended, then remove its folder."""
+    with socket.socket(fileno=listener) as accepted:
+        folder = Path(accepted.getsockname()).parent
+        try:
+            ForkServer(accepted, Path(measurements)).serve()
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]), sys.argv[2])

@@ -1,0 +1,167 @@
+"""Steps in the fork server of a run: what they write and return is that of a process of their own."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import psutil
+import pytest
+
+from overturning.commands import fork_client
+from overturning.commands.fork_client import SERVER_VARIABLE, THREADS_VARIABLE, run_step_in_fork_server
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the server runs on Linux only")
+
+STUDY = '{"name": "small", "records": {"use": ["rinaldi"]}, "azimuth": {"step": 1}, "ensemble": {"members": 64}}'
+LONG = STUDY.replace('"members": 64', '"members": 512, "where": "everywhere"')
+PROGRAM = [sys.executable, "-m", "overturning.cli"]
+READ = ("read", "--study", STUDY, "--record", "rinaldi")
+
+
+@pytest.fixture
+def measurements(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """Run a fork server during a test; its table of measurements."""
+    monkeypatch.setenv(THREADS_VARIABLE, "1")
+    monkeypatch.setenv(SERVER_VARIABLE, "")
+    table = tmp_path / "steps.tsv"
+    stop = fork_client.start_fork_server(table)
+    yield table
+    stop()
+
+
+def step(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    """Run a step as a workflow does; without the name of a server in the environment it is a process of its own."""
+    return subprocess.run([*PROGRAM, *words], env=os.environ | environment, capture_output=True, text=True, check=False)
+
+
+def rows(measurements: Path) -> list[list[str]]:
+    return [line.split("\t") for line in measurements.read_text(encoding="utf-8").splitlines()]
+
+
+def wait_until(condition: Callable[[], object]) -> None:
+    end = time.monotonic() + 60.0
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def begin_long_sweep(folder: Path) -> tuple[subprocess.Popen[str], psutil.Process]:
+    """Begin a sweep of minutes; its client, and its process in the server."""
+    motion = folder / "motion.nc"
+    assert step(*READ, "--output", str(motion)).returncode == 0
+    words = ["sweep", "--study", LONG, "--motion", str(motion), "--output", str(folder / "part.nc")]
+    (server,) = (one for one in psutil.Process().children() if fork_client.SERVER_MODULE in one.cmdline())
+    client = subprocess.Popen([*PROGRAM, *words], stderr=subprocess.PIPE, text=True)
+    wait_until(server.children)
+    return client, server.children()[0]
+
+
+def test_output_of_a_step_is_that_of_a_process_of_its_own(measurements: Path, tmp_path: Path) -> None:
+    for name, environment in (("own.nc", {SERVER_VARIABLE: ""}), ("server.nc", {})):
+        done = step(*READ, "--output", str(tmp_path / name), **environment)
+        assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    assert (tmp_path / "own.nc").read_bytes() == (tmp_path / "server.nc").read_bytes()
+    head, row = rows(measurements)
+    assert row[:2] == ["read", str(tmp_path / "server.nc")]
+    used = dict(zip(head, row, strict=True))
+    assert 0.0 < float(used["cpu_time"]) < 60.0
+    assert 10.0 < float(used["max_rss"]) < 2000.0
+
+
+@pytest.mark.parametrize("words", [("read", "--study", STUDY, "--record", "none", "--output", "x.nc"), ("read",)])
+def test_a_failing_step_has_the_message_and_status_of_a_process_of_its_own(
+    measurements: Path, words: tuple[str, ...]
+) -> None:
+    own, served = step(*words, **{SERVER_VARIABLE: ""}), step(*words)
+    assert own.returncode != 0
+    assert (served.returncode, served.stdout, served.stderr) == (own.returncode, own.stdout, own.stderr)
+    assert len(rows(measurements)) == 2, "it ran in the server"
+
+
+def test_a_step_has_the_folder_and_environment_of_its_client(
+    measurements: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "config").mkdir()
+    (tmp_path / "config" / "records.tsv").write_text("id\tformat\tsource\nmine\tauto\tgone.V2A\n", encoding="utf-8")
+    words = ("read", "--study", STUDY.replace("rinaldi", "mine"), "--record", "mine", "--output", "mine.nc")
+    assert "mine: gone.V2A is not in resources/records" in step(*words).stderr
+    (tmp_path / "config" / "records.tsv").unlink()
+    (tmp_path / "temporary").mkdir(mode=0o500)
+    assert step(*READ, "--output", "motion.nc", TMPDIR=str(tmp_path / "temporary")).returncode == 0
+    assert (tmp_path / "motion.nc").is_file()
+    assert len(rows(measurements)) == 3
+
+
+def test_steps_run_at_the_same_time(measurements: Path, tmp_path: Path) -> None:
+    client, process = begin_long_sweep(tmp_path)
+    assert step(*READ, "--output", str(tmp_path / "other.nc")).returncode == 0
+    assert client.poll() is None
+    process.kill()
+    client.communicate()
+    assert client.returncode == 128 + signal.SIGKILL, "as a shell returns it"
+    assert step(*READ, "--output", str(tmp_path / "third.nc")).returncode == 0, "the server goes on"
+    assert not (tmp_path / "part.nc").exists()
+
+
+def test_a_step_ends_with_its_client(measurements: Path, tmp_path: Path) -> None:
+    client, process = begin_long_sweep(tmp_path)
+    client.kill()
+    client.communicate()
+    process.wait(60.0)
+    assert not (tmp_path / "part.nc").exists()
+    assert step(*READ, "--output", str(tmp_path / "other.nc")).returncode == 0, "the server goes on"
+
+
+def test_steps_end_with_a_killed_server(measurements: Path, tmp_path: Path) -> None:
+    client, process = begin_long_sweep(tmp_path)
+    process.parent().kill()
+    assert "error: the fork server of the run has ended; run again" in client.communicate()[1]
+    assert client.returncode == 1
+    wait_until(lambda: not process.is_running() or process.status() == psutil.STATUS_ZOMBIE)
+    done = step(*READ, "--output", str(tmp_path / "other.nc"))
+    assert (done.returncode, done.stderr) == (0, ""), "a step without a server runs in a process of its own"
+
+
+def test_a_server_ends_after_its_killed_workflow_and_the_steps_that_run(tmp_path: Path) -> None:
+    """Those steps go on, and a new run waits for them."""
+    motion = tmp_path / "motion.nc"
+    code = (
+        "import subprocess, sys\nfrom overturning.commands.fork_client import start_fork_server\n"
+        f"start_fork_server({str(tmp_path / 'steps.tsv')!r})\n"
+        f"print(subprocess.Popen([*{PROGRAM}, *{[*READ, '--output', str(motion)]}]).pid, flush=True)\ninput()\n"
+    )
+    environment = os.environ | {THREADS_VARIABLE: "1", "TMPDIR": str(tmp_path)}
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    workflow = subprocess.Popen([sys.executable, "-c", code], env=environment, text=True, **pipes)
+    assert workflow.stdout is not None
+    client = psutil.Process(int(workflow.stdout.readline()))
+    (server,) = (one for one in psutil.Process(workflow.pid).children() if fork_client.SERVER_MODULE in one.cmdline())
+    wait_until(lambda: server.children() or motion.exists())
+    workflow.kill()
+    workflow.communicate()
+    for process in (client, server):
+        wait_until(lambda process=process: not process.is_running() or process.status() == psutil.STATUS_ZOMBIE)
+    assert motion.is_file()
+    assert not list(tmp_path.glob("overturning-*")), "the folder of its socket is gone"
+
+
+@pytest.mark.parametrize(
+    ("variable", "value"), [(THREADS_VARIABLE, "2"), (SERVER_VARIABLE, ""), (SERVER_VARIABLE, "/no/socket")]
+)
+def test_a_step_that_the_server_cannot_run_is_left_to_the_caller(
+    measurements: Path, monkeypatch: pytest.MonkeyPatch, variable: str, value: str
+) -> None:
+    """Its numerical libraries were loaded for one thread."""
+    monkeypatch.setenv(variable, value)
+    assert run_step_in_fork_server(["--version"]) is None
+
+
+def test_a_server_of_another_installation_is_not_used(measurements: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fork_client, "installation", lambda: [sys.executable, "/elsewhere"])
+    assert run_step_in_fork_server(["--version"]) is None
+    assert not measurements.exists()

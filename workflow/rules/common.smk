@@ -169,6 +169,7 @@ CUBES = [
 # Periods T of the measures Sa(T) for fragility curves of the population.
 PERIODS = STUDY.population.period if STUDY.population else ()
 FRAGILITY = [f"{RESULTS}/fragility/fragility.csv"] if STUDY.population else []
+FITTED_CURVES = [f"{RESULTS}/fragility/curves.json"] if STUDY.population else []
 
 SURVEYS = list(range(1, len(STUDY.surveys) + 1))
 # Surveys for which the motion is inferred, too.

@@ -7,6 +7,7 @@ rule fragility:
         intensity=f"{RESULTS}/intensity.nc",
     output:
         f"{RESULTS}/fragility/fragility.csv",
+        f"{RESULTS}/fragility/curves.json",
         f"{RESULTS}/fragility/fragility-pga.xml",
         f"{RESULTS}/fragility/fragility-pgv.xml",
         [

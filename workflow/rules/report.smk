@@ -31,6 +31,7 @@ rule findings:
     input:
         cubes=CUBES,
         intensity=f"{RESULTS}/intensity.nc",
+        fragility=FITTED_CURVES,
         convergence=CONVERGENCE,
         backwards=expand(f"{RESULTS}/survey/{{number}}.motion.nc", number=BACKWARDS),
         surveys=expand(f"{RESULTS}/survey/{{number}}.json", number=SURVEYS),
@@ -65,6 +66,7 @@ rule report:
             *rules.figures.output,
             *rules.illustrative.output,
         ],
+        fragility=FITTED_CURVES,
         convergence=CONVERGENCE,
         backwards=expand(f"{RESULTS}/survey/{{number}}.motion.nc", number=BACKWARDS),
         surveys=expand(f"{RESULTS}/survey/{{number}}.json", number=SURVEYS),

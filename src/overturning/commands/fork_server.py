@@ -26,10 +26,13 @@ from overturning.commands.fork_client import HEADER_BYTES, SERVER_VARIABLE, STAR
 
 _MODULES: Final = {
     "read": ("overturning.records.processing", "overturning.records.read", "overturning.study.load", "netCDF4"),
-    "sweep": ("overturning.study.sweep", "overturning.dem.body.plan", "overturning.dem.polygon.plan"),
+    "members": ("scipy.stats",),
+    "rotate": ("overturning.study.intensity", "scipy.signal", "xarray"),
+    "sweep": ("overturning.study.sweep", "overturning.dem.block.plan"),
     "record-figures": ("overturning.figures.record", "matplotlib.backends.backend_svg"),
+    "findings": ("overturning.findings.results",),
 }
-"""Modules that the server imports before the first step of a command, for this step and all later ones."""
+"""Modules that the server imports before the first step of a command, because later steps use them, too."""
 
 _REQUEST_TIMEOUT: Final = 30.0  # s until a client must have sent its request
 _DIE_WITH_PARENT: Final = 1  # PR_SET_PDEATHSIG of prctl(2)

@@ -176,7 +176,7 @@ def fit_fragility(
     study: Study,
     cube: Cube,
     intensity: Intensity,
-    output: Annotated[Path, typer.Option(help="folder for fragility.csv and the OpenQuake models (XML)")],
+    output: Annotated[Path, typer.Option(help="folder for fragility.csv, curves.json and the OpenQuake models (XML)")],
 ) -> None:
     """Fit fragility curves to the share of a stone population that falls; write them as CSV and for OpenQuake."""
     import xarray as xr
@@ -190,13 +190,16 @@ def fit_fragility(
     )
     from overturning.study.cube import open_cube
     from overturning.study.load import load_study_from_file_or_json
+    from overturning.surveys.fragility_results import CURVES, write_fragility_curves
     from overturning.surveys.population import fit_population_fragility_curves, population_rates_by_record
 
     settings = load_study_from_file_or_json(study)
     if settings.population is None:
         raise ConfigError(f"{settings.name}: no population; add the key population to the study")
     with open_cube(cube, amplitude=None) as outcomes, xr.open_dataset(intensity) as measures:
-        curves = fit_population_fragility_curves(population_rates_by_record(outcomes, settings.population), measures)
+        rates = population_rates_by_record(outcomes, settings.population)
+        curves = fit_population_fragility_curves(rates, measures)
+        write_fragility_curves(curves, rates, measures, output / CURVES.name)
     write_fragility_csv(curves, output / "fragility.csv")
     for measure in filter(is_openquake_measure, dict.fromkeys(one.measure for one in curves)):
         chosen = [one for one in curves if one.measure == measure]

@@ -29,7 +29,8 @@ from overturning.study.scenes import NOMINAL, variant_scene
 from overturning.study.schema import Study
 from overturning.surveys.comparison import StoredSurveyComparison, read_survey_comparison
 from overturning.surveys.displacements import StoredDisplacementComparison
-from overturning.surveys.population import fit_population_fragility_curves, population_rates_by_record
+from overturning.surveys.fragility_results import CURVES, fit_or_read_fragility_curves
+from overturning.surveys.population import population_rates_by_record
 from overturning.surveys.posterior import SurveyInversionResult, read_inversion_result
 
 
@@ -66,6 +67,8 @@ class StudyResults:
         Fall rates of the study's population, by the names of the cubes; empty if it has none.
     inferred_motions : tuple of SurveyInversionResult
         Motions inferred from the surveys with the key `backwards`.
+    folder : Path
+        Folder of the results.
     """
 
     study: Study
@@ -77,6 +80,7 @@ class StudyResults:
     survey_displacements: tuple[StoredDisplacementComparison, ...] = ()
     populations: dict[str, xr.Dataset] = field(default_factory=dict)
     inferred_motions: tuple[SurveyInversionResult, ...] = ()
+    folder: Path = Path()
 
     @cached_property
     def record_names(self) -> tuple[RecordName, ...]:
@@ -218,7 +222,9 @@ class StudyResults:
     @cached_property
     def fragility_curves(self) -> list[FittedFragilityCurve]:
         """Fitted fragility curves of the study's population of stones; empty without a population."""
-        return fit_population_fragility_curves(self.populations[NOMINAL], self.intensity) if self.populations else []
+        if not self.populations:
+            return []
+        return fit_or_read_fragility_curves(self.populations[NOMINAL], self.intensity, self.folder / CURVES)
 
     @cached_property
     def planar_model_agreement_counts(self) -> xr.Dataset:
@@ -315,4 +321,5 @@ def open_study_results(folder: Path, study_override: Study | None = None) -> Ite
             if stones
             else {},
             inferred_motions=tuple(read_inversion_result(file.with_suffix(".motion.nc")) for file in asked),
+            folder=folder,
         )

@@ -28,7 +28,10 @@ _FOLDERS: Final = {
     "motion": ("Motions", "Ground motion of each record: accelerations north, east and up, as computed with."),
     "figures": ("Figures", "Figures of the report, and further ones."),
     "survey": ("Surveys", "Observed stones, and the predictions of the study."),
-    "fragility": ("Fragility", "Fragility curves of the study's population, as a table and for OpenQuake."),
+    "fragility": (
+        "Fragility",
+        "Fragility curves of the study's population, as tables and for OpenQuake.",
+    ),
     "explore-records": ("Cells of the explorer", "What explore.html reads of each record."),
 }
 

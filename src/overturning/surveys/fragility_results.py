@@ -1,0 +1,59 @@
+"""Fragility curves of a study's population of stones in a file, so that a run fits them only once."""
+
+import hashlib
+from pathlib import Path
+from typing import Final
+
+import xarray as xr
+from pydantic import BaseModel, ConfigDict
+
+from overturning.errors import ResultError
+from overturning.statistics.fragility import FittedFragilityCurve
+from overturning.stored import read_result, write_result
+from overturning.study.sources import package_source_hash
+from overturning.surveys.population import fit_population_fragility_curves
+
+CURVES: Final = Path("fragility", "curves.json")
+"""File of the curves in a folder of results."""
+
+
+class StoredFragilityCurves(BaseModel):
+    """Fragility curves of a population under the records of a cube, with the digest of what they were fitted to."""
+
+    model_config = ConfigDict(ser_json_inf_nan="constants")  # a median can be infinite
+
+    input_sha256: str
+    curves: list[FittedFragilityCurve]
+
+
+def _digest_of_fit_input(fall_rates: xr.Dataset, intensity_table: xr.Dataset) -> str:
+    """Return a digest of the numbers to which the curves are fitted, and of the sources of the fit."""
+    digest = hashlib.sha256(package_source_hash("statistics", "surveys").encode())
+    for name in ("fall_rate", "class_rate", "members", "stones", "event", "amplitude"):
+        digest.update(f"{name} {fall_rates[name].to_numpy().tolist()}\n".encode())
+    for name in ("pga_rotd", "pgv_rotd", "psa_rotd"):
+        digest.update(f"{name} {intensity_table[name].to_numpy().tolist()}\n".encode())
+    digest.update(f"{sorted(fall_rates.attrs.items())}".encode())
+    return digest.hexdigest()
+
+
+def write_fragility_curves(
+    curves: list[FittedFragilityCurve], fall_rates: xr.Dataset, intensity_table: xr.Dataset, path: Path
+) -> None:
+    """Write curves fitted to fall rates and intensities, for `fit_or_read_fragility_curves`."""
+    write_result(
+        StoredFragilityCurves(input_sha256=_digest_of_fit_input(fall_rates, intensity_table), curves=curves), path
+    )
+
+
+def fit_or_read_fragility_curves(
+    fall_rates: xr.Dataset, intensity_table: xr.Dataset, path: Path
+) -> list[FittedFragilityCurve]:
+    """Return the curves in a file if they were fitted to the same numbers; otherwise fit them."""
+    try:
+        stored = read_result(StoredFragilityCurves, path, "fragility curves")
+    except ResultError:
+        stored = None
+    if stored is not None and stored.input_sha256 == _digest_of_fit_input(fall_rates, intensity_table):
+        return stored.curves
+    return fit_population_fragility_curves(fall_rates, intensity_table)

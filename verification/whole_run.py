@@ -1,49 +1,113 @@
-"""Cost of a complete run of the default study, from the records to the report, in a separate folder."""
+"""Cost of a complete run of the default study, from the records to the report, in a separate folder.
+
+`python -m verification.bench whole-run` runs the study twice: with the fork server of a run, and with each step in a
+process of its own. The processor times of each kind of step show what starting processes costs.
+"""
 
 import csv
 import resource
+import subprocess
+import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
+from overturning.commands.fork_client import SERVER_VARIABLE
+from overturning.errors import ResultError
+from overturning.study.cube import open_cube
 from verification.project import Project
 from verification.tables import MeasuredFigure
 
 CORES: Final = 2
-LONG: Final = 10.0
-"""Rules whose jobs take at least this time in total, s, are listed."""
+
+LONG: Final = 2.0
+"""Commands whose steps take at least this processor time together, s, are listed."""
+
+STEPS: Final = "steps.tsv"
+"""Table of processor time and memory of each step, in the folder `benchmarks` of the results."""
+
+WRAPPER: Final = """\
+#!{python} -S
+import os, sys
+step = os.fork()
+if not step:
+    os.execv({program!r}, [{program!r}, *sys.argv[1:]])
+_, status, used = os.wait4(step, 0)
+with open({table!r}, "a") as table:
+    table.write("%s\\t\\t%.3f\\t%.1f\\n" % (sys.argv[1], used.ru_utime + used.ru_stime, used.ru_maxrss / 1000))
+sys.exit(os.waitstatus_to_exitcode(status))
+"""
+"""Program `overturning` that measures each step in a process of its own, in a table like that of the fork server."""
+
+
+class StepCost(NamedTuple):
+    """Number of steps of a command, their processor time together, and the memory of the largest."""
+
+    steps: int
+    processor_s: float
+    memory_mb: float
+
+
+class WholeRun(NamedTuple):
+    """Cost of one complete run."""
+
+    wall_s: float
+    processor_s: float
+    first_map_s: float  # time until the first polar map exists
+    steps: dict[str, StepCost]  # by command
+    cube_sha256: str
+
+
+def run_default_study(with_fork_server: bool) -> WholeRun:
+    """Run the default study in a new folder, with compiled kernels, and return its cost."""
+    with tempfile.TemporaryDirectory() as scratch:
+        project = Project(Path(scratch) / "project", "", "--cores", str(CORES))
+        how, table = project.command(file=""), project.results / "benchmarks" / STEPS
+        if not with_fork_server:
+            table = Path(scratch) / STEPS
+            program = str(Path(sys.executable).with_name("overturning"))
+            wrapper = Path(scratch) / "overturning"
+            text = WRAPPER.format(python=sys.executable, program=program, table=str(table))
+            wrapper.write_text(text, encoding="utf-8")
+            wrapper.chmod(0o755)
+            how["env"] |= {SERVER_VARIABLE: "off", "PATH": f"{scratch}:{how['env']['PATH']}"}
+        before, begin, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter(), time.time()
+        subprocess.run(**how, check=True)
+        wall, after = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
+        spent = (after.ru_utime - before.ru_utime) + (after.ru_stime - before.ru_stime)
+        first = min(path.stat().st_mtime for path in project.results.glob("figures/polar/*.svg"))
+        with open_cube(project.cube) as cube:
+            return WholeRun(wall, spent, first - began, read_step_costs(table), str(cube.attrs["content_sha256"]))
+
+
+def read_step_costs(table: Path) -> dict[str, StepCost]:
+    """Return the cost of the steps of each command from a table of steps, those with most processor time first."""
+    costs: dict[str, StepCost] = {}
+    with table.open(encoding="utf-8", newline="") as file:
+        for row in csv.reader(file, delimiter="\t"):
+            if row[0] != "command":
+                steps, seconds, memory = costs.get(row[0], (0, 0.0, 0.0))
+                costs[row[0]] = StepCost(steps + 1, seconds + float(row[2]), max(memory, float(row[3])))
+    return dict(sorted(costs.items(), key=lambda one: -one[1].processor_s))
 
 
 def measure_whole_run() -> list[MeasuredFigure]:
-    """Measure elapsed and processor time with compiled kernels; ensemble, figures and report take most of it."""
-    with tempfile.TemporaryDirectory() as scratch:
-        project = Project(Path(scratch), "", "--cores", str(CORES))
-        before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-        project.run(file="").check_returncode()
-        wall, after = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
-        longest = job_times(project.results / "benchmarks")
-    spent = (after.ru_utime - before.ru_utime) + (after.ru_stime - before.ru_stime)
-    return [
-        MeasuredFigure("default study, whole run: time on two cores", wall, "s"),
-        MeasuredFigure("default study, whole run: processor time", spent, "s"),
-        *(
-            MeasuredFigure(
-                f"default study, whole run: {count} job{'s'[: count > 1]} of `{rule}`, together", seconds, "s"
-            )
-            for rule, (count, seconds) in longest.items()
-            if seconds >= LONG
-        ),
+    """Measure elapsed and processor time with compiled kernels, with the fork server and without it."""
+    served, own = run_default_study(with_fork_server=True), run_default_study(with_fork_server=False)
+    if served.cube_sha256 != own.cube_sha256:
+        raise ResultError(f"the cubes differ: {served.cube_sha256}, {own.cube_sha256}")
+    rows = []
+    for run, how in ((served, ""), (own, ", a process for each step")):
+        what = f"default study, whole run{how}"
+        rows += [
+            MeasuredFigure(f"{what}: time on two cores", run.wall_s, "s"),
+            MeasuredFigure(f"{what}: processor time", run.processor_s, "s"),
+            MeasuredFigure(f"{what}: first polar map after", 100.0 * run.first_map_s / run.wall_s, "%"),
+        ]
+    return rows + [
+        MeasuredFigure(f"default study, whole run{how}: processor time of `{command}`", cost.processor_s, "s")
+        for command, in_server in served.steps.items()
+        for how, cost in (("", in_server), (", a process for each step", own.steps[command]))
+        if own.steps[command].processor_s >= LONG
     ]
-
-
-def job_times(benchmarks: Path) -> dict[str, tuple[int, float]]:
-    """Return number and total time, s, of the jobs of each rule, as measured by Snakemake, longest first."""
-    found: dict[str, tuple[int, float]] = {}
-    for path in benchmarks.rglob("*.tsv"):
-        rule = path.relative_to(benchmarks).parts[0].partition(".")[0]
-        with path.open(encoding="utf-8", newline="") as file:
-            seconds = sum(float(row["s"]) for row in csv.DictReader(file, delimiter="\t"))
-        count, before = found.get(rule, (0, 0.0))
-        found[rule] = count + 1, before + seconds
-    return dict(sorted(found.items(), key=lambda one: -one[1][1]))

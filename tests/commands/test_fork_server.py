@@ -161,6 +161,14 @@ def test_a_step_that_the_server_cannot_run_is_left_to_the_caller(
     assert run_step_in_fork_server(["--version"]) is None
 
 
+def test_steps_run_in_their_own_processes_on_request(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(SERVER_VARIABLE, "off")
+    monkeypatch.setenv(THREADS_VARIABLE, "1")
+    fork_client.start_fork_server(tmp_path / "steps.tsv")
+    assert os.environ[SERVER_VARIABLE] == "off"
+    assert run_step_in_fork_server(["--version"]) is None
+
+
 def test_a_server_of_another_installation_is_not_used(measurements: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fork_client, "installation", lambda: [sys.executable, "/elsewhere"])
     assert run_step_in_fork_server(["--version"]) is None

@@ -74,8 +74,9 @@ def run_step_in_fork_server(arguments: Sequence[str]) -> int | None:
 def start_fork_server(measurements: str | os.PathLike[str]) -> Callable[[], None]:
     """Start a fork server for the steps that this process starts from now on; it ends with this process.
 
-    Nothing happens on systems other than Linux, where a copy of a process with loaded libraries may fail, and if the
-    folder of temporary files accepts no socket.
+    No server starts on systems other than Linux, where a copy of a process with loaded libraries may fail, and if the
+    folder of temporary files accepts no socket. Nor does it if the environment already names a server, or has another
+    text in `SERVER_VARIABLE`, such as ``off``: then each step runs in a process of its own.
 
     Parameters
     ----------
@@ -87,7 +88,7 @@ def start_fork_server(measurements: str | os.PathLike[str]) -> Callable[[], None
     callable
         Function that ends the server before this process ends.
     """
-    if sys.platform != "linux":
+    if sys.platform != "linux" or os.environ.get(SERVER_VARIABLE):
         return _do_nothing
     import atexit
     import shutil

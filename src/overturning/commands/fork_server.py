@@ -7,6 +7,7 @@ exit status. `overturning.cli` sends a step to the server named in the environme
 
 import contextlib
 import ctypes
+import gc
 import json
 import os
 import selectors
@@ -96,6 +97,7 @@ class ForkServer:
                 connection.close()
                 return
             self._load_for(request["arguments"])
+            gc.freeze()  # garbage collection of a step need not visit, and so copy, what is loaded
             process = os.fork()
             if not process:
                 _run_step_and_exit(request, outputs)

@@ -65,7 +65,7 @@ def check_records_in_files(
 def _read_components_of_declared_sensor(
     source_files: Sequence[SourceFile], declared_properties: DeclaredFileProperties
 ) -> tuple[list[RecordComponent], list[RecordCheckResult]]:
-    """Return the components of the declared sensor (by default of all sensors), and a result for each refused file."""
+    """Return the components of the declared sensor (by default, all), and the reason for each refused file."""
     components: list[RecordComponent] = []
     others: list[RecordComponent] = []
     refused = []
@@ -109,7 +109,10 @@ def _check_record(
 def _refusal_reason_of_several_locations(
     components: Sequence[RecordComponent], all_component_groups: Sequence[Sequence[RecordComponent]]
 ) -> str:
-    """Return a reason to refuse components if sensors at several places recorded the earthquake; else ""."""
+    """Return a reason to refuse components if sensors at several places of a station recorded the earthquake.
+
+    The reason is "" otherwise.
+    """
     first = components[0]
     alike = [
         one[0]

@@ -50,7 +50,10 @@ class FilePropertyColumns(BaseModel, extra="forbid", frozen=True, use_attribute_
 
 @make_constructor_raise_argument_errors
 class DeclaredFileProperties(FilePropertyColumns, frozen=True):
-    """Properties of record files that the user declares because the files do not state them, or state them wrongly."""
+    """Properties of record files that the user declares because the files do not state them, or state them wrongly.
+
+    An `ArgumentError` is raised if a property is invalid.
+    """
 
     correction_deg: float = 0.0
     """Angle that is added to the azimuths of the axes: misorientation plus magnetic declination, clockwise, degrees."""

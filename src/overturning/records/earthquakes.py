@@ -268,7 +268,7 @@ def _format_record_ids(records: list[_EarthquakeMetadata]) -> str:
 
 
 def _texts_on_earthquakes_that_may_be_one(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
-    """Yield a warning for each two earthquakes that may be one, as their names or record starts are similar."""
+    """Yield a warning for each pair of earthquakes that may be one: names or record starts are similar."""
     named = [
         (one, _name_words_and_date(one)) for one in earthquakes if one.name and not one.first_record_metadata.synthetic
     ]

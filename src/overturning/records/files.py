@@ -64,7 +64,7 @@ def read_components(files: Iterable[SourceFile], declared_properties: DeclaredFi
 
 
 def _unpack_archives(files: Iterable[SourceFile]) -> Iterator[tuple[SourceFile, SourceFile]]:
-    """Yield each archive member with its archive, and each file that is no archive with itself."""
+    """Yield pairs (file, archive) of all archive members; a file outside an archive is paired with itself."""
     for file in files:
         for member in unpack_archive(file) if is_archive(file.data) else [file]:
             yield member, file

@@ -102,7 +102,7 @@ class _PulseOfStatedDuration(_AccelerationPulse):
 
     @property
     def duration(self) -> float:
-        """Duration of the pulse, s, as given."""
+        """Duration of the pulse, s, as set by the user."""
         return self.duration_s
 
 

@@ -105,7 +105,10 @@ def as_record(motion: Accelerogram, record_id: str = "motion") -> Record:
 
 
 def pga_pgv_pgd_of_larger_component(horizontal_acceleration: FloatArray, sampling_interval: float) -> dict[str, float]:
-    """Return PGA (m/s²), PGV (m/s) and PGD (m): the larger peak of north and east each, to nine digits."""
+    """Return PGA (m/s²), PGV (m/s) and PGD (m): the larger peak of north and east each, to nine digits.
+
+    The keys are ``pga``, ``pgv`` and ``pgd``.
+    """
     velocity = integrate(horizontal_acceleration, sampling_interval)
     series = {"pga": horizontal_acceleration, "pgv": velocity, "pgd": integrate(velocity, sampling_interval)}
     # Nine digits suffice for a report and are the same on every processor.

@@ -21,7 +21,10 @@ _NUMBERS = ("fault_strike_deg", "latitude", "longitude")
 
 
 def round_to_stored_precision(record: Record) -> Record:
-    """Round the samples of a record to the precision of stored files, 1e-9 m/s²."""
+    """Round the samples of a record to the precision of stored files, 1e-9 m/s².
+
+    Negative zeros become zeros.
+    """
     return record.with_changed_components(lambda samples: np.round(samples, DECIMALS) + 0.0)
 
 

@@ -72,7 +72,7 @@ def cut_to_common_window(
 
 
 def _check_same_sensor(components: Sequence[RecordComponent], refusals_out: AssemblyRefusalCollector) -> None:
-    """Report a contradiction if components are of different stations, earthquakes or sensors, or some are raw only."""
+    """Report a contradiction if stations, earthquakes or sensors of components differ, or only some are raw."""
     said = [
         (c.station, c.extra.get("network", ""), c.event, "processed" if c.processed else "raw", c.location, sensor)
         for c, sensor in zip(components, map(seed_band_and_instrument_code, components), strict=True)
@@ -121,7 +121,7 @@ def _samples_before_common_start(
 def _checked_length_difference(
     components: Sequence[RecordComponent], sampling_interval: float, refusals_out: AssemblyRefusalCollector
 ) -> float:
-    """Return the longest minus the shortest duration, s; report a contradiction if files differ too much."""
+    """Return the longest minus the shortest duration, s; report a contradiction if several files differ too much."""
     sizes = [c.samples.size for c in components]
     spread = (max(sizes) - min(sizes)) * sampling_interval
     one_file = len({c.sha256 for c in components}) == 1 or all(c.film for c in components)

@@ -94,6 +94,6 @@ def _utc_time_of_local_time_field(header: Header, field_name: str) -> datetime |
 
 
 def _stated_peak_of_column(header: Header, column_number: int) -> HeaderPeak | None:
-    """Return the peak acceleration that the header states for column number `column_number`; None if it states none."""
+    """Return the peak acceleration that the header states for one data column; None if it states no peaks."""
     stated = header.field_text("MAXIMUM ACCELERATION").split()
     return header.field_peak_acceleration("MAXIMUM ACCELERATION", GAL, stated[column_number]) if stated else None

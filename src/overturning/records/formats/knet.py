@@ -46,7 +46,10 @@ DELAY: Final = timedelta(seconds=15)
 
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
-    """Read the one component of a K-NET or KiK-net file, m/s², as a list; its offset is not removed."""
+    """Read the one component of a K-NET or KiK-net file, m/s², as a list; its offset is not removed.
+
+    A RecordError names the line of an error.
+    """
     header = Header.find_fields(source_file, FIELDS, min_lines=len(KEYS))
     if not re.fullmatch(r"[A-Z0-9]{3,7}", station := header.field_text("Station Code")):
         raise header.line_error(

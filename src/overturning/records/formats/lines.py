@@ -82,7 +82,7 @@ class TextLines:
             raise self.line_error(line_index, f"{what}; the file is cut or holds more: get it again")
 
     def surplus_number_notes(self, stated_count: int, surplus_label: str) -> tuple[str, ...]:
-        """Return a note that the file has more numbers than the header states samples."""
+        """Return a note that the file has more numbers than the samples stated in its header."""
         return (
             f"{self.source.name} goes on after the {stated_count} samples that its header promises: "
             f"{surplus_label} left out",

@@ -32,7 +32,10 @@ NO_SERIES: Final[dict[float | None, str]] = {2.0: "a spectrum", 3.0: "a spectrum
 
 
 def read_components(source_file: SourceFile, declared_properties: DeclaredFileProperties) -> list[RecordComponent]:
-    """Read the one component of a SAC file, as a list; its unit comes from StationXML or the user."""
+    """Read the one component of a SAC file, as a list; its unit comes from StationXML or the user.
+
+    A RecordError is raised if neither of them states a unit.
+    """
     # Check the interval first: obspy divides by it while reading.
     intervals = [struct.unpack(f"{order}f", source_file.data[:4])[0] for order in "<>"]
     if not any(1e-6 < interval < 1e3 for interval in intervals):

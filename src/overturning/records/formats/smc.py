@@ -104,7 +104,7 @@ def _sensor_location(header_integers: np.ndarray) -> str:
 def _flagged_problem_and_longitude_notes(
     file_name: str, header_integers: np.ndarray, header_reals: dict[int, float]
 ) -> list[str]:
-    """Return notes on a problem that the header flags, and on a longitude that may be meant as west."""
+    """Return notes on a problem that the header flags, and on a longitude that may be counted to the west."""
     flagged = (
         [f"{file_name}: its header flags a problem with the record; read its comments"]
         if header_integers[17] == 1

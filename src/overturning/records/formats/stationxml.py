@@ -178,7 +178,7 @@ def _check_stage_gains(
 
 
 def _check_first_stage_unit(response: Any, unit: str, report_contradiction: Callable[[str, str], None]) -> None:
-    """Report a contradiction if one of the channel and its first stage is in acceleration and the other in velocity."""
+    """Report a contradiction if a channel is in acceleration but its first stage in velocity, or the reverse."""
     first = (response.response_stages or [None])[0]
     other = (getattr(first, "input_units", None) or "").strip().upper()
     differ = (acceleration_unit_in_m_s2(unit) is None) != (acceleration_unit_in_m_s2(other) is None)
@@ -223,7 +223,7 @@ _ANGULAR_PER_HERTZ: Final = {"LAPLACE (RADIANS/SECOND)": 2.0 * np.pi, "LAPLACE (
 
 
 def _gain_ratio(stage: Any, frequency: float | None) -> float:
-    """Return a stage's gain at a frequency, Hz, divided by its gain at the frequency of its stated gain.
+    """Return a stage's gain at a frequency, Hz, divided by its gain at the frequency for which the gain is stated.
 
     The ratio is 1 for a stage without analogue poles and zeros, or where one of the two frequencies is not stated or
     has no gain.

@@ -92,7 +92,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
 def _samples_at_even_times(
     channel_lines: TextLines, first_line: int, values_per_line: int, time: FloatArray, samples: FloatArray
 ) -> tuple[FloatArray, float, tuple[str, ...]]:
-    """Resample at constant time intervals from 0; return samples, interval, s, and a note if resampled."""
+    """Resample acceleration at constant time intervals; return it, the interval, s, and a note if it changed."""
     steps = np.diff(time)
     wrong = np.flatnonzero([time[0] != 0, *(steps <= 0) | (steps > LONGEST_GAP)])
     if wrong.size:

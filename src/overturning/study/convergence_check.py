@@ -169,7 +169,7 @@ class _CaseReruns:
         return answers
 
     def count_changes_of_first_cases(self, rerun_kind: str, case_count: int) -> RerunResult:
-        """Count the first `case_count` cases of the sample whose outcome changes in one kind of second computation."""
+        """Count the changed outcomes among the first `case_count` cases, for one kind of second computation."""
         if rerun_kind in self.refused:
             return RerunResult(block_steps=0, outcomes=[], refused=self.refused[rerun_kind])
         outcomes = self._count_changes_by_element(self.answers[rerun_kind][:case_count])
@@ -203,7 +203,7 @@ class _CaseReruns:
         return RigidComparison(cells=self.sample.computed, **found.model_dump())
 
     def count_changes_by_record(self, case_count: int, record_ids: Sequence[str]) -> list[RecordChanges]:
-        """Count, by record, the first `case_count` cases of the sample whose outcome changes with finer time steps."""
+        """Count, by record, the outcomes that finer time steps change among the first `case_count` cases."""
         known, changed = self._known_and_changed_with_finer_steps(case_count)
         record, found = self.sample.record[:case_count], []
         for number, name in enumerate(record_ids):

@@ -101,7 +101,7 @@ def create_cube_structure(cube: Any, study: Study, records: Sequence[Record], va
 def _copy_parts_of_record(
     sweep_part_paths: Sequence[Path], cube: Any, record_index: int, grid: CaseGrid, variables: Sequence[OutcomeVariable]
 ) -> bool:
-    """Copy the outcomes of one record from part files into a results cube; return False if cells are missing."""
+    """Copy the outcomes of one record from its files into a results cube; return False if cells are missing."""
     with ExitStack() as stack:
         parts = [stack.enter_context(open_sweep_part(path, grid, variables)) for path in sweep_part_paths]
         filled = np.zeros(grid.shape, dtype=bool)

@@ -21,7 +21,7 @@ _PLANAR_ONLY: Final = {
 
 
 def incompatible_setting_messages(study: Any) -> Iterator[str]:
-    """Yield a message with the key for each combination of study settings that are incompatible."""
+    """Yield a message, which begins with the key, for each incompatible combination of study settings."""
     named = [name for name, variant in study.variants.items() if variant.scene is not None]
     if named and (study.body is not None or "scene" not in study.model_fields_set):
         yield f"variants.{named[0]}.scene: only a study with a scene can have a variant with another scene"

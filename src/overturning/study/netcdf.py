@@ -65,7 +65,7 @@ CHUNK: Final = 1 << 20
 
 
 def chunk_shape_of_variable(shape: tuple[int, ...]) -> tuple[int, ...]:
-    """Return the chunk shape of a variable for one record: the whole grid, or some directions of a large grid."""
+    """Return the HDF5 chunk shape of a variable for one record: the whole grid, or some of its directions."""
     return (min(shape[0], max(1, CHUNK // max(1, prod(shape[1:])))), *shape[1:])
 
 

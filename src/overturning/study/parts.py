@@ -21,14 +21,17 @@ from overturning.study.schema import Study
 
 @dataclass(frozen=True)
 class SweepChunk:
-    """Number of a chunk, one of several in which the cases of a record are simulated, and the number of chunks."""
+    """Chunk of the cases of a record: its number, and the number of chunks into which the cases are divided."""
 
     number: int = 1  # from 1
     of: int = 1
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """Parse the number of a chunk and the number of all chunks from a text such as ``3-of-8``."""
+        """Parse the number of a chunk and the number of all chunks from a text such as ``3-of-8``.
+
+        An `ArgumentError` is raised for any other text.
+        """
         found = re.fullmatch(r"(\d{1,9})-of-(\d{1,9})", text)
         if found is None or not 1 <= int(found[1]) <= int(found[2]):
             raise ArgumentError(f"chunk: {text!r}; write a number and that of all chunks, 3-of-8")

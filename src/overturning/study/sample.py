@@ -29,7 +29,7 @@ _ROUNDING: Final = 1e-6
 
 @dataclass(frozen=True)
 class CellSample:
-    """Random sample of cells of a results cube, in the order of their second computation, with their outcomes."""
+    """Random sample of cells of a results cube, in the order in which they are computed again, with outcomes."""
 
     record: NDArray[np.int64]  # position of the record, shape (n,)
     index: NDArray[np.int64]  # positions along the dimensions of the study, shape (n, 4), or (n, 5) in space
@@ -73,6 +73,8 @@ def read_cell_sample(
     cube: Path, settings: ConvergenceCheckSettings, candidate_cells: NDArray[np.bool_] | None = None
 ) -> CellSample:
     """Choose cells of a results cube at random, and read their outcomes from the cube.
+
+    A ResultError is raised if the cube cannot be read.
 
     Cells are chosen among those that were computed and, if given, are True in `candidate_cells`, shaped like the grid.
     """

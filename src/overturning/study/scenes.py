@@ -34,7 +34,7 @@ def variant_names(study: Study) -> list[str]:
 
 
 def variant_settings(study: Study, variant: str = NOMINAL) -> Variant:
-    """Return the settings in which a variant differs from its study; None for the same setting.
+    """Return the settings in which a variant differs from its study; the other settings are None.
 
     A `ConfigError` is raised if the study has no such variant.
     """
@@ -58,7 +58,10 @@ def variant_scene(study: Study, variant: str = NOMINAL) -> Scene:
 
 
 def variant_model(study: Study, variant: str = NOMINAL) -> Model:
-    """Return the mechanical model of a variant (2-D scene, 3-D body or stack); a `ConfigError` if unknown."""
+    """Return the mechanical model of a variant: 2-D scene, 3-D body or stack.
+
+    A `ConfigError` is raised if the study has no such variant.
+    """
     if study.is_stack:
         return Stack(variant_scene(study, variant))
     if study.body is None:

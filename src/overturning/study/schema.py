@@ -60,7 +60,7 @@ _ALWAYS_STORED: Final = frozenset({"azimuth", "body", "contact", "crate", "figur
 
 
 class Study(StrictModel):
-    """Study, as its YAML file configures it: records, stones, simulation, and evaluation of the outcomes."""
+    """Settings of a study, from its YAML file: records, stones, simulation, and evaluation of the outcomes."""
 
     name: Name = Field(description="name of the study and of its folder under results/: small letters, digits, hyphens")
     title: str = Field(default="", description="title of the report")
@@ -157,7 +157,7 @@ class Study(StrictModel):
 
     @model_serializer(mode="wrap")
     def _leave_out_azimuths_of_a_stack(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Return the study as a dictionary; a stack's has no azimuths, which a stored study must not contain."""
+        """Return the study as a dictionary; azimuths are left out for a stack, which may not have any."""
         content: dict[str, Any] = handler(self)
         if self.is_stack:
             content.pop("azimuth", None)

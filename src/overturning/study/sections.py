@@ -84,7 +84,7 @@ SceneChoice = Annotated[Scene, BeforeValidator(load_scene_by_name, json_schema_i
 
 
 class Variant(StrictModel):
-    """Variant: the study repeated with another contact, scene, soil, or use of the vertical motion."""
+    """Settings of a variant, the study repeated with another contact, scene, soil, or use of vertical motion."""
 
     scene: SceneChoice | None = Field(
         default=None,
@@ -206,7 +206,10 @@ class OrientationRange(StrictModel):
     )
 
     def orientations_of_stack(self, scene: Scene) -> tuple[float, ...]:
-        """Return the orientations, degrees, at which a stack is simulated, up to its rotational symmetry."""
+        """Return the orientations of a stack to simulate, degrees, within the rotation that maps it onto itself.
+
+        The orientations ascend. Errors are those of `orientations_of_body`.
+        """
         from overturning.model.stack import Stack
 
         try:
@@ -228,7 +231,7 @@ class OrientationRange(StrictModel):
             raise ValueError(f"orientation.start: {self.start:g}°; it must lie below the step, {self.step:g}°")
 
     def orientations_of_body(self, body: BodySettings) -> tuple[float, ...]:
-        """Return the orientations, degrees, at which a body is simulated, up to its rotational symmetry.
+        """Return the orientations of a body to simulate, degrees, within the rotation that maps it onto itself.
 
         A ValueError is raised if the step does not divide the rotation that maps the body of an aspect onto itself, or
         if the start does not lie below the step.

@@ -130,7 +130,10 @@ def run_study(
 
 
 def _checked_records_and_ids(records: Sequence[Record | Motion | str]) -> list[Record | str]:
-    """Return records and record ids from a list; each motion in it gets an id and becomes a record."""
+    """Return records and record ids from a list; each motion in it gets an id and becomes a record.
+
+    An ArgumentError is raised if `records` is not such a list.
+    """
     if isinstance(records, str | Accelerogram):
         raise ArgumentError("records: one that is no list; give a list of them, run_study([record], …)")
     others = [type(one).__name__ for one in records if not isinstance(one, str | Accelerogram)]

@@ -116,7 +116,10 @@ class SurveyPredictionComparison:
 
 
 def _fall_sector_probabilities(site_prediction: SiteFallPrediction, stone: Stone) -> FloatArray:
-    """Return the predicted probabilities that a fallen stone's direction lies in each azimuth sector."""
+    """Return the predicted probabilities that a fallen stone's direction lies in each azimuth sector.
+
+    The shape is (sectors,).
+    """
     if not has_known_face_and_slenderness(stone):
         return site_prediction.fall_sector_probabilities(*stone.slenderness_in_both_planes)
     if site_prediction.stone_never_falls(stone):
@@ -200,7 +203,8 @@ def compare_survey_with_prediction(
 def stone_count_by_octant(stone: Stone) -> FloatArray:
     """Return the share of a fallen stone that counts in each compass octant: 1 in one, or ½ in each of two.
 
-    One of 16 winds that lies between two octants (NNE) counts half in each, since it is known to ±11.25°.
+    The shape is (8,). One of 16 winds that lies between two octants (NNE) counts half in each, since it is known to
+    ±11.25°.
     """
     half = stone.direction_half_width_deg if stone.wind_16 else 0.0
     # Just inside the ends: an octant that the range only touches has no part of it.
@@ -310,7 +314,7 @@ def _log_likelihood_ratio_and_p_value(
 def _confusion_matrix_of_sides(predictions: SurveyFallPrediction, stones: Sequence[Stone]) -> NDArray[np.int64] | None:
     """Count the stones by observed outcome (rows) and most probable outcome (columns): stands or side of fall.
 
-    Sides are in the order of `SIDES`. None if face and B/H of no stone are known.
+    The shape is (5, 5); sides are in the order of `SIDES`. None if face and B/H of no stone are known.
     """
     known = [
         stone

@@ -92,7 +92,7 @@ class SurveyInversion:
         return np.asarray((1 - self.fixed) * free + np.float32(self.fixed) * (outcome_indices == STOOD))
 
     def log_likelihoods_by_motion(self, stones: Sequence[Stone]) -> FloatArray:
-        """Compute the log-likelihood of a survey for each motion, velocity level and rotation, shape (2, s, l, r).
+        """Compute the log-likelihoods of a survey (outcomes, directions), shape (2, motions, levels, rotations).
 
         Stones are independent. Index 0 is the part from falling or standing, index 1 that from directions of falls.
         """

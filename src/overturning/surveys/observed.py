@@ -50,6 +50,8 @@ class ObservedFalls:
 class ObservedSurvey:
     """Summary of a survey: outcomes and fall directions of all stones together, and by site if there are several.
 
+    ``sites`` is empty if there is only one site.
+
     ``declinations_deg`` are the different magnetic declinations that were added to directions, ascending.
     """
 

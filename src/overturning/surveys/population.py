@@ -97,7 +97,7 @@ def sample_stones(population: StonePopulation) -> SampledStones:
 def random_neighbour_grid_indices(
     grid_values: FloatArray, stone_values: FloatArray, uniform_numbers: FloatArray
 ) -> NDArray[np.intp]:
-    """Return a grid index for each stone's value: the lower or upper neighbour, at random in proportion to distance.
+    """Return a grid index for each stone's value: one of its two neighbours, at random, the closer one more often.
 
     `grid_values` are ascending, shape (grid,); `stone_values` have shape (stones,).
 

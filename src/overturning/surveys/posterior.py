@@ -71,10 +71,7 @@ class MotionPosterior:
         return np.broadcast_to(self.level, self.probability.shape[:2])
 
     def weakest_and_strongest_level_probabilities(self) -> tuple[float, float]:
-        """Return the posterior probabilities of the lowest and the highest peak velocity that were considered.
-
-        Levels are peak velocities.
-        """
+        """Return the posterior probabilities of the lowest and the highest peak velocity that were considered."""
         weight = self.probability.sum(axis=(0, 2))
         return float(weight[0]), float(weight[-1])
 
@@ -112,7 +109,10 @@ class MotionPosterior:
         return 0.0 if weakest > tail else float(low), math.inf if strongest > tail else float(high)
 
     def motion_probabilities(self) -> FloatArray:
-        """Return the posterior probability of each candidate motion, for all velocities and rotations together."""
+        """Return the posterior probability of each candidate motion, for all velocities and rotations together.
+
+        The shape is (s,).
+        """
         return np.asarray(self.probability.sum(axis=(1, 2)))
 
     def velocity_axis_probabilities(self) -> FloatArray:
@@ -137,10 +137,7 @@ class MotionPosterior:
         return middle, max(width, NO_AXIS_DEG) if everything_fell else width
 
     def _shortest_axis_arc_deg(self) -> tuple[float, float]:
-        """Return middle and width, degrees, of the shortest arc with the velocity axis at probability `LEVEL`.
-
-        `LEVEL` is the probability.
-        """
+        """Return middle and width, degrees, of the shortest arc that has the velocity axis with probability `LEVEL`."""
         share = self.velocity_axis_probabilities()
         total = np.concatenate([[0.0], np.cumsum(np.tile(share, 2))])
         for bins in range(1, share.size + 1):

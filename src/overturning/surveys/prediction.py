@@ -99,10 +99,9 @@ class SiteFallPrediction:
     def fall_sector_probabilities(self, b_over_h: float = math.nan, b_over_h_side: float = math.nan) -> FloatArray:
         """Return the probabilities that a stone of unknown orientation falls into each azimuth sector.
 
-        The probabilities hold for a stone of unknown orientation, and sum to 1.
-
-        The probabilities are means of `fall_side_probabilities` over all face azimuths. Without ``b_over_h`` all B/H of
-        the cube have equal weight, and without ``b_over_h_side`` the footprint is square.
+        The shape is (sectors,), and the sum is 1. The probabilities are means of `fall_side_probabilities` over all
+        face azimuths. Without ``b_over_h`` all B/H of the cube have equal weight, and without ``b_over_h_side`` the
+        footprint is square.
         """
         of = _slenderness_cache_key(b_over_h, b_over_h_side)
         if of in self._densities:
@@ -237,7 +236,10 @@ class SiteFallPrediction:
         return bool(stone.height < self.height[0] - 1e-9 or stone.height > self.height[-1] + 1e-9)
 
     def octant_from_sector_probabilities(self, sector_probabilities: FloatArray) -> FloatArray:
-        """Convert probabilities of azimuth sectors to probabilities of the 8 compass octants."""
+        """Convert probabilities of azimuth sectors to probabilities of the 8 compass octants.
+
+        The shape is (8,).
+        """
         fine = np.zeros(8)
         for begin, wide, mass in zip(self.borders[:-1], np.diff(self.borders), sector_probabilities, strict=True):
             np.add.at(fine, sector_index(begin + wide * (np.arange(64) + 0.5) / 64, 8), mass / 64)

@@ -109,6 +109,8 @@ class StoneKind:
     def size_grid_weights(self, size_population: StonePopulation) -> FloatArray:
         """Return the weights of the simulated `HEIGHTS` and `SHAPES` (B/H) for stones of this kind; their sum is 1.
 
+        The shape is (heights, shapes).
+
         The weights sum to 1. Unknown sizes are distributed as in `size_population`.
         """
         generator = np.random.Generator(np.random.PCG64(size_population.seed))
@@ -375,7 +377,7 @@ def _outcome_probabilities(
 def uninformed_outcome_probabilities() -> FloatArray:
     """Return outcome probabilities if nothing is known: ½ for standing, the rest equal for all fall directions.
 
-    Falling and standing are equally probable.
+    The shape is (bins + 1,).
     """
     return np.append(np.full(DIRECTION_BINS, 0.5 / DIRECTION_BINS), 0.5)
 

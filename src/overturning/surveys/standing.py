@@ -88,7 +88,7 @@ class HazardCurve:
     def annual_fall_rate(
         self, median: ArrayLike, log_spread: float, min_level: float = 0.0, max_level: float = math.inf
     ) -> FloatArray:
-        """Compute the annual rate of falls, 1/year, due to shaking between two intensity levels, for each median.
+        """Compute annual rates of falls, 1/year, due to shaking between two levels, for several fragility medians.
 
         ∫ P |dν| = P ν at the lower end − P ν at the upper end + ∫ ν dP, whose part over a power law a x^−k
         is exactly a m^−k exp(k²β²/2) [Φ(z + kβ)], z = ln(x/m)/β, between its ends (completing the square;

@@ -133,7 +133,7 @@ class ComparisonWithPublished(Finding):
 
 
 def logistic_fit_findings(results: StudyResults) -> LogisticFitFindings | None:
-    """Return the logistic fit of the fall probability; None in 3-D, or if height and B/H are of another stone."""
+    """Return the logistic fit of the fall probability; None in 3-D, or if outcomes and B/H are of different stones."""
     if (fit := results.logistic_fit) is None:
         return None
     rows = []

@@ -29,7 +29,7 @@ class EarthquakeFallAxis(Finding):
 
 
 class BlockSelectionAlignment(Finding):
-    """Alignment of falls with the fault normal, if blocks are selected by one rule."""
+    """Alignment of falls with the fault normal, over those blocks that one selection rule includes."""
 
     rule: str
     """Rule that selects the blocks."""
@@ -149,7 +149,7 @@ class PlanarModelAgreement(Finding):
 def _block_selection_alignment(
     rule_alignment: FallAlignmentOfBlockSelection, direction_noun: str, is_study_rule: bool
 ) -> BlockSelectionAlignment:
-    """Return the report's numbers on the alignment of falls, if blocks are selected by one rule.
+    """Return the report's numbers on the alignment of falls, over the blocks that one selection rule includes.
 
     `direction_noun`, such as "plane", completes the name of the rule.
     """

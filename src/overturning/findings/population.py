@@ -250,7 +250,7 @@ def _record_fall_rate(results: StudyResults, record_index: int) -> RecordFallRat
 def _mask_of_motions_in_fall_rate_range_of_rule(
     survey_rule: tuple[float, float, float, float, str], known_motions: BoolArray, fall_rates: FloatArray
 ) -> BoolArray:
-    """Return a mask, shape (records, amplitudes): True for motions whose fall rate is in the range of a rule."""
+    """Return a mask, shape (records, amplitudes), of motions whose fall rate is in the range of a survey rule."""
     low, high, *_ = survey_rule
     return known_motions & (fall_rates >= low) & ((fall_rates < high) | (high >= 1))
 

@@ -100,7 +100,7 @@ class StudyResults:
 
     @cached_property
     def count_of_records_with_applied_vertical(self) -> int:
-        """Number of records in the study that have vertical motion which is applied."""
+        """Number of records with vertical motion that the study applies."""
         return int((self.cube["vertical"] == 1).sum().compute())
 
     @property
@@ -121,7 +121,7 @@ class StudyResults:
 
     @cached_property
     def logistic_fit(self) -> LogisticFit | None:
-        """Logistic fit of the fall probability; None in 3-D, or if height and B/H are of another stone."""
+        """Logistic fit of the fall probability; None in 3-D, or if outcomes and B/H are of different stones."""
         if not self.model.one_component or element_size_note(self.cube):
             return None
         return fit_logistic_overturning_model(self.cube, self.intensity)
@@ -200,7 +200,7 @@ class StudyResults:
     def fault_normal_alignment_by_block_selection(
         self,
     ) -> dict[str, list[alignment_by_rule.FallAlignmentOfBlockSelection]]:
-        """Alignment of falls with the fault normal for each rule that selects blocks, by group of records.
+        """Alignment of falls with the fault normal, for each rule that selects blocks, by name of the group of records.
 
         Each list has an entry for each rule that selects blocks.
         """

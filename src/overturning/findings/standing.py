@@ -23,7 +23,7 @@ NEGLIGIBLE: Final = 0.01
 
 
 class StoneClassSurvival(Finding):
-    """Probability that stones of a class survive the hazard, according to one intensity measure."""
+    """Probability that stones of a class survive a seismic hazard, computed with one intensity measure."""
 
     stones: str
     measure: str

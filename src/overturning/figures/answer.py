@@ -147,7 +147,7 @@ def overturned_share_contrast_figure(
     shares_by_setting: Mapping[str, Sequence[PlottedEstimate]],
     share_differences: Sequence[PlottedEstimate],
 ) -> Figure:
-    """Draw the shares of cases that overturn under two settings, and their difference, one row per B/H or total.
+    """Draw the shares of cases that overturn under two settings, and their difference; a row per group of cases.
 
     Parameters
     ----------

@@ -200,6 +200,8 @@ def _has_rotation_in_degrees(cube: "xr.Dataset", element_count: int) -> list[boo
 def explorer_page_html(page_data: dict[str, Any], report_address: str = "") -> str:
     """Return the HTML text of the interactive results page from the dictionary of `explorer_page_data`.
 
+    The page is reproducible and loads only files of the records.
+
     Its texts are in the current language, as those of its data. It has a link to a report if the address of one is
     given.
     """

@@ -24,7 +24,10 @@ def _trajectory_of_each_stone(trajectory: "xr.Dataset") -> list["xr.Dataset"]:
 
 
 def body_outcome_sentence(trajectory: "xr.Dataset") -> str:
-    """Return a sentence on the outcome of a 3-D body: azimuth and time of the fall, or tilt, twist and slip."""
+    """Return a sentence on the outcome of a 3-D body: azimuth and time of the fall, or tilt, twist and slip.
+
+    The sentence has no full stop.
+    """
     if float(trajectory["overturned"]) == 1:
         return fall_sentence(round(float(trajectory["fall_azimuth"])), float(trajectory["overturning_time"]))
     slip = float(np.hypot(trajectory["residual_slip_north"], trajectory["residual_slip_east"]))
@@ -37,7 +40,10 @@ def body_outcome_sentence(trajectory: "xr.Dataset") -> str:
 
 
 def stack_outcome_sentence(trajectory: "xr.Dataset") -> str:
-    """Return a sentence on the outcome of a 3-D stack: names and times of the stones that fall, or how it stands."""
+    """Return a sentence on the outcome of a 3-D stack: names and times of the stones that fall, or how it stands.
+
+    The sentence has no full stop.
+    """
     stones = _trajectory_of_each_stone(trajectory)
     falls = sorted(
         (float(one["overturning_time"]), str(one["element"].item()), round(float(one["fall_azimuth"])))

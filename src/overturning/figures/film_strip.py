@@ -100,7 +100,10 @@ def draw_panel_frame(axes: Any, panel: FilmPanel, frame_position: float) -> None
 
 
 def body_at_frame(body: FilmBody, frame_position: float) -> FilmBody:
-    """Return a body with its pose at one frame only; a fraction, such as 2.5, interpolates between two frames."""
+    """Return a body with its pose at one frame only; a fraction, such as 2.5, interpolates between two frames.
+
+    A position beyond the last frame gives the last pose.
+    """
 
     def interpolate_poses_at_frame(poses_by_frame: FloatArray) -> FloatArray:
         low = min(int(frame_position), len(poses_by_frame) - 1)

@@ -137,7 +137,7 @@ def _draw_illustrative_case(
 
 
 def _motion_of_variant(study: Study, motion_folder: Path, record_id: str, variant: str) -> Motion:
-    """Read the motion of a record as a variant of a study uses it: at the soil surface, with or without vertical."""
+    """Read the motion of a record as a variant uses it: at the soil surface or not, with or without vertical."""
     folder = motion_folder / variant if variant_settings(study, variant).site else motion_folder
     return motion_for_variant(study, read_record_from_motion_file(folder / f"{record_id}.nc"), variant)
 

@@ -39,7 +39,10 @@ LOOKS: Final = (
 def pga_pgv_ratio_and_fall_probability(
     cube: xr.Dataset, intensity: xr.Dataset, height: float, b_over_h: float, friction: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return PGA (m/s²), PGV/PGA (s) and fall probability of one block, one value per record and azimuth."""
+    """Return PGA (m/s²), PGV/PGA (s) and fall probability of one block, one value per record and azimuth.
+
+    The arrays have shape (n,), without cases of unknown outcome and motions below `LEAST_PGA`.
+    """
     block = cube.sel(height=height, b_over_h=b_over_h, friction=friction, method="nearest")
     planes = model_of_cube(cube).fall_probability_and_direction_by_cell(block).compute()
     along = intensity[["pga", "pgv"]].sel(azimuth=planes["azimuth"], method="nearest")

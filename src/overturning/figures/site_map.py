@@ -67,7 +67,10 @@ class StationOnMap(NamedTuple):
 
 
 class EarthquakeOnMap(NamedTuple):
-    """Stations, epicentre (latitude, longitude, degrees) and fault trace of one earthquake for a map."""
+    """Stations, epicentre (latitude, longitude, degrees) and fault trace of one earthquake for a map.
+
+    An unknown epicentre is None.
+    """
 
     name: str
     stations: Sequence[StationOnMap]

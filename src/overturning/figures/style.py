@@ -96,7 +96,7 @@ def project_style() -> Iterator[None]:
 
 
 def minimum_and_maximum_by_group(samples: FloatArray, group_size: int) -> tuple[NDArray[np.intp], FloatArray]:
-    """Return indices and values of the smallest and largest of each `group_size` samples, in order of time.
+    """Return indices and values of the smallest and largest sample in each group of `group_size`, in order of time.
 
     Each group has two: its minimum and its maximum, in the order of the samples.
     """

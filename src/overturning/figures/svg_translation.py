@@ -92,7 +92,7 @@ def _width_of_line(english_line: _SvgTextLine) -> float:
 
 
 def _lines_with_alignment_anchors(lines: list[_SvgTextLine]) -> list[_SvgTextLine]:
-    """Return the lines of a text, each positioned by its start, middle or end, as the text is aligned.
+    """Return the lines of a text, each with the position of its start, middle or end, according to the alignment.
 
     A rotated text is centred. Several lines are aligned where their places differ least.
     """

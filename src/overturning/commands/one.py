@@ -107,7 +107,7 @@ def simulate_one_stone(
 
 
 def _time_origin_notes(file_time_shift: float) -> list[str]:
-    """Return a note that printed times count from the file's first sample, if the simulated motion starts elsewhere."""
+    """Return a note on the time origin, the first sample of the file; [] if the simulated motion starts there."""
     if not file_time_shift:
         return []
     first = (
@@ -329,7 +329,7 @@ def _check_output_files(output_options: OutputOptions, body_options: BodyOptions
 
 
 def _load_or_create_scene(planar_model_options: PlanarModelOptions, damping_ratio: float | None) -> "Scene":
-    """Return the scene named by the options; by default, a gravestone with the density and contact in them."""
+    """Return the named scene; by default, a gravestone with the density and contact that the options state."""
     from overturning.errors import ArgumentError
     from overturning.model.contact import Contact
     from overturning.model.scene import gravestone, load_scene

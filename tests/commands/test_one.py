@@ -12,6 +12,7 @@ from overturning.figures.film import Film
 from overturning.figures.style import format_three_digits
 from overturning.report.filters import number
 from tests.expect import said
+from tests.model.solids import rotated, statue, write_mesh
 
 TABLE = str(Path(__file__).parents[2] / "config/records.tsv")
 
@@ -115,6 +116,10 @@ IN_SPACE = (*AT_RINALDI, "--body")
         ((*IN_SPACE, "--plan", "²"), "body: '²'"),
         ((*IN_SPACE, "--plan", "circle", "--mesh", "a.obj"), "--plan, --mesh: both given; leave one out"),
         ((*IN_SPACE, "--mesh", "a.obj"), "a.obj: No such file"),
+        ((*AT_RINALDI, "--mesh", "a.obj", "--mesh-unit", "ft"), "--mesh-unit: 'ft'; give m, cm or mm"),
+        ((*AT_RINALDI, "--mesh", "a.obj", "--azimuth", "3"), "--body: accepts --orientation"),
+        ((*IN_SPACE, "--relief", "0.001"), "--mesh-unit, --relief: only for a mesh; add --mesh"),
+        ((*IN_SPACE, "--density", "2000"), "density without --mesh"),
         ((*IN_PLANE, "--plan", "circle"), "only for a 3-D body; add --body"),
         (
             (*IN_SPACE, "--orientation=1", "--orientation=2", "--response", "a.svg"),
@@ -244,3 +249,19 @@ elements:
     text = run("--record", "rinaldi", "--azimuth", "32", "--scene", scene)
     assert "motion along N32°E: 3 of 3 fall: " in text
     assert all(f"{name} falls towards" in text for name in ("left", "right", "lintel"))
+
+
+def test_a_scan_is_placed_and_its_mass_pose_and_footprint_are_printed(tmp_path: Path) -> None:
+    """A statue scanned in millimetres and tilted by 3°; its volume is 0.046 m³, and its foot is 0.2 m wide."""
+    pytest.importorskip("trimesh")
+    path = write_mesh(rotated(statue(), 1, 3.0), tmp_path / "statue.ply", 1000.0)
+    given = ("--record", "sine amplitude_gal=600 period_s=1", "--mesh", str(path), "--orientation", "20")
+    text = run(*given, "--density", "2000", "--mesh-unit", "mm", "--relief", "0.001")
+    for words in (
+        "volume 0.046 m³, mass 92 kg",
+        "placed in its nearest stable pose, tilted by 3.00° from its own vertical",
+        "footprint within a relief of 1 mm: 4 corners",
+        "facing N20°E: falls",
+    ):
+        assert words in text
+    assert "declare the unit" in run(*given, status=1)

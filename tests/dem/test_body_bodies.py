@@ -1,6 +1,4 @@
-"""3-D bodies: mass properties, contact vertices, fall tilt, pose at rest, mesh files, and refused shapes."""
-
-from pathlib import Path
+"""3-D bodies: mass properties, contact vertices, fall tilt, pose at rest, and refused shapes."""
 
 import numpy as np
 import pytest
@@ -10,7 +8,6 @@ from overturning.dem.simulate import simulate, simulate_as_arrays
 from overturning.errors import ArgumentError
 from overturning.model.body import Body, Start
 from overturning.model.contact import VertexContact
-from overturning.model.mesh import read_mesh_polyhedron
 from overturning.model.shapes import (
     Cylinder,
     Polyhedron,
@@ -144,91 +141,6 @@ def test_an_eccentric_body_rests_on_its_springs() -> None:
     found = simulate_as_arrays(still, Polyhedron(WEDGE), orientation_deg=0.0, leave_out=False)
     assert found["overturned"].item() == 0
     assert found["peak_tilt"].item() < 1e-3
-
-
-def test_meshes_are_read_in_three_formats(tmp_path: Path) -> None:
-    corners = "\n".join(f"{x} {y} {z}" for x, y, z in BOX)
-    (tmp_path / "box.obj").write_text(
-        "# a box\n" + "".join(f"v {line}\n" for line in corners.splitlines()) + "f 1 2 3 # of a side\n"
-    )
-    properties = "".join(f"property double {axis}\n" for axis in "xyz")
-    head = f"element vertex {len(BOX)}\n{properties}element face 0\nend_header\n"
-    (tmp_path / "box.ply").write_text(f"ply\nformat ascii 1.0\n{head}{corners}\n")
-    (tmp_path / "binary.ply").write_bytes(
-        f"ply\nformat binary_little_endian 1.0\n{head}".encode() + BOX.astype("<f8").tobytes()
-    )
-    (tmp_path / "box.stl").write_text("solid\n" + "".join(f"vertex {line}\n" for line in corners.splitlines()))
-    from scipy.spatial import ConvexHull
-
-    triangles = BOX[ConvexHull(BOX).simplices].astype("<f4")
-    rows = b"".join(bytes(12) + one.tobytes() + bytes(2) for one in triangles)
-    (tmp_path / "binary.stl").write_bytes(bytes(80) + len(triangles).to_bytes(4, "little") + rows)
-    for path in tmp_path.iterdir():
-        np.testing.assert_allclose(
-            read_mesh_polyhedron(path).unscaled_solid.inertia, Polyhedron(BOX).unscaled_solid.inertia, rtol=1e-6
-        )
-    with refused(ArgumentError, "box.xyz", ".obj", brief=True):
-        read_mesh_polyhedron(tmp_path / "box.xyz")
-    (tmp_path / "broken.stl").write_text("solid")
-    with refused(ArgumentError, "broken.stl", brief=True):
-        read_mesh_polyhedron(tmp_path / "broken.stl")
-    (tmp_path / "large.obj").write_text("".join(f"v {1000 * x} {1000 * y} {1000 * z}\n" for x, y, z in BOX))
-    with refused(ArgumentError, "large.obj", "600", "millimetres", brief=True):
-        read_mesh_polyhedron(tmp_path / "large.obj")
-
-
-NOTCHED = np.array([[0, 0], [1, 0], [1, 0.3], [0.3, 0.3], [0.3, 1], [0, 1]], dtype=float)
-
-
-def slab(ring: np.ndarray, folder: Path) -> list[Path]:
-    """Write a slab with an outline as a mesh in every format; front and back are single faces or triangle fans."""
-    n = len(ring)
-    points = np.array([[x, y, z] for y in (0.0, 0.3) for x, z in ring])
-    around = [[k, (k + 1) % n, n + (k + 1) % n, n + k] for k in range(n)]
-    faces = [list(range(n)), list(range(n, 2 * n)), *around]
-    fans = np.array([[face[0], face[k], face[k + 1]] for face in faces[2:] for k in (1, 2)])
-    lines = "".join("v {} {} {}\n".format(*point) for point in points)
-    (folder / "slab.obj").write_text(
-        lines + "".join("f " + " ".join(f"{k + 1}//1" for k in face) + "\n" for face in faces)
-    )
-    (folder / "back.obj").write_text(
-        lines + "".join("f " + " ".join(f"{k - 2 * n}" for k in face) + "\n" for face in faces)
-    )
-    head = "".join(f"property float {axis}\n" for axis in "xyz") + f"element face {len(faces)}\n"
-    head = f"element vertex {2 * n}\n{head}property list uchar float texcoord\ncomment two lists and a number\n"
-    head += (
-        "property list uchar int vertex_indices\nproperty uchar red\nelement edge 1\nproperty int vertex1\nend_header\n"
-    )
-    rows = lines.replace("v ", "") + "".join(" ".join(map(str, [0, len(f), *f, 7])) + "\n" for f in faces) + "3\n"
-    (folder / "slab.ply").write_text(f"ply\nformat ascii 1.0\n{head}{rows}")
-    packed = b"".join(bytes([0, len(f)]) + np.array(f, ">i4").tobytes() + b"\7" for f in faces)
-    (folder / "binary.ply").write_bytes(
-        f"ply\nformat binary_big_endian 1.0\n{head}".encode() + points.astype(">f4").tobytes() + packed
-    )
-    (folder / "slab.stl").write_text(
-        "solid\n" + "".join("vertex {} {} {}\n".format(*points[k]) for fan in fans for k in fan)
-    )
-    return sorted(folder.iterdir())
-
-
-def test_a_mesh_whose_sides_run_inside_the_hull_of_its_vertices_is_refused(tmp_path: Path) -> None:
-    """All vertices of a notched slab lie on its hull, but the hull has B/H 0.36 and the slab 0.42."""
-    for path in slab(NOTCHED, tmp_path):
-        with refused(ArgumentError, path.name, "not convex", "0.3, 0.0, 0.3", "inside the hull", brief=True):
-            read_mesh_polyhedron(path)
-    for path in slab(np.delete(NOTCHED, 3, axis=0), tmp_path):
-        assert read_mesh_polyhedron(path).unscaled_solid.base == 4
-
-
-def test_a_convex_mesh_with_rounded_coordinates_is_accepted(tmp_path: Path) -> None:
-    """Rounding to millimetres makes the sides of a frustum uneven, and a diagonal of a side may lie inside the hull."""
-    ring = np.array([[np.cos(turn), np.sin(turn)] for turn in np.arange(7) * 2 * np.pi / 7])
-    points = np.concatenate([np.column_stack([r * ring, np.full(7, z)]) for r, z in ((0.3, 0.0), (0.2, 0.6))]).round(3)
-    pairs = [(k + 1, (k + 1) % 7 + 1) for k in range(7)]
-    halves = [(one, other, one + 7) for one, other in pairs] + [(other, other + 7, one + 7) for one, other in pairs]
-    lines = ["v {} {} {}".format(*point) for point in points] + ["f {} {} {}".format(*half) for half in halves]
-    (tmp_path / "frustum.obj").write_text("\n".join(lines))
-    assert read_mesh_polyhedron(tmp_path / "frustum.obj").unscaled_solid.base == 7
 
 
 LEANING = np.concatenate([BOX[BOX[:, 2] == 0], BOX[BOX[:, 2] > 0] + [0.5, 0, 0]])

@@ -10,7 +10,7 @@ import pytest
 import yaml
 from hypothesis import strategies as st
 
-from overturning.model.mesh import read_mesh_polyhedron
+from overturning.model.mesh import read_scan
 from overturning.model.scene import load_scene
 from overturning.records.catalogue import read_record_table
 from overturning.records.declared_properties import DeclaredFileProperties
@@ -19,6 +19,7 @@ from overturning.study.load import load_study
 from overturning.study.preflight import check_record_files, check_study_size
 from overturning.surveys.stones import read_stones
 from tests.fuzz.spoiling import edited, fuzz, met, spoilt, wrong_tree
+from tests.model.solids import box
 from tests.records.malformed_corpus import COUNTS, WHOLE
 from tests.records.seed_writers import write_inventory, write_mseed, write_sac
 
@@ -113,26 +114,36 @@ def test_files_that_users_write(folder: Path, name: str, read: Callable[[Path], 
     fuzz(wrong_tree(yaml.safe_load(whole)) | spoilt(whole) if bombs else spoilt(whole), put)
 
 
-CORNERS = np.array(list(itertools.product((-0.2, 0.2), (-0.3, 0.3), (0.0, 1.0))))
-_LINES = "".join(f"v {x} {y} {z}\n" for x, y, z in CORNERS)
-_PLY = "ply\nformat {}\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
+_BOX = box((0.4, 0.6, 1.0))
+_TRIANGLES = "".join("f {} {} {}\n".format(*one) for one in _BOX.triangles + 1)
+_LINES = "".join("v {} {} {}\n".format(*one) for one in _BOX.vertices)
+_PLY = (
+    "ply\nformat {}\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\n"
+    "element face 12\nproperty list uchar int vertex_indices\nend_header\n"
+)
 MESHES = {
-    "obj": _LINES.encode(),
-    "ply": (_PLY.format("ascii 1.0") + _LINES.replace("v ", "")).encode(),
-    "binary.ply": _PLY.format("binary_little_endian 1.0").encode() + CORNERS.astype("<f4").tobytes(),
+    "obj": (_LINES + _TRIANGLES).encode(),
+    "ply": (
+        _PLY.format("ascii 1.0")
+        + _LINES.replace("v ", "")
+        + "".join("3 {} {} {}\n".format(*one) for one in _BOX.triangles)
+    ).encode(),
+    "binary.ply": _PLY.format("binary_little_endian 1.0").encode()
+    + _BOX.vertices.astype("<f4").tobytes()
+    + b"".join(b"\3" + one.astype("<i4").tobytes() for one in _BOX.triangles),
     "stl": bytes(80)
-    + (8).to_bytes(4, "little")
-    + b"".join(
-        np.array([[0, 0, 0], *np.roll(CORNERS, turn, axis=0)[:3]], dtype="<f4").tobytes() + b"\0\0" for turn in range(8)
-    ),
+    + (12).to_bytes(4, "little")
+    + b"".join(bytes(12) + one.astype("<f4").tobytes() + b"\0\0" for one in _BOX.corners),
 }
 
 
 def test_meshes(folder: Path) -> None:
+    pytest.importorskip("trimesh")
+
     def read(case: tuple[str, bytes]) -> None:
         path = folder / f"body.{case[0]}"
         path.write_bytes(case[1])
-        met(lambda: read_mesh_polyhedron(path))
+        met(lambda: read_scan(path))
 
     huge = _PLY.replace("vertex 8", "vertex 99999999999").format("binary_little_endian 1.0")
     read(("ply", huge.encode()))

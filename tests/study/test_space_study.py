@@ -29,6 +29,7 @@ from overturning.study.sample import read_cell_sample
 from overturning.study.schema import Study
 from overturning.study.sections import ConvergenceCheckSettings
 from overturning.study.sweep import sweep_cases_of_record
+from tests.model.solids import box_sums, rotated, statue, write_mesh
 from tests.study.small_study import cube_of
 
 SMALL: dict[str, Any] = {
@@ -218,7 +219,8 @@ def test_a_polyhedron_has_its_own_sizes() -> None:
 
 
 def test_a_mesh_becomes_part_of_the_study(tmp_path: Path) -> None:
-    faces = [(1, 3, 2), (2, 3, 4), (1, 2, 5), (2, 4, 5), (4, 3, 5), (3, 1, 5)]
+    pytest.importorskip("trimesh")
+    faces = [(1, 2, 3), (2, 4, 3), (1, 5, 2), (2, 5, 4), (4, 5, 3), (3, 5, 1)]
     lines = [*(f"v {x} {y} {z}" for x, y, z in BOULDER), *(f"f {a} {b} {c}" for a, b, c in faces)]
     (tmp_path / "stone.obj").write_text("\n".join(lines) + "\n", encoding="utf-8")
     study = study_from_content(
@@ -227,5 +229,28 @@ def test_a_mesh_becomes_part_of_the_study(tmp_path: Path) -> None:
     assert study.body is not None
     assert sorted(study.body.vertices or ()) == sorted(tuple(map(float, vertex)) for vertex in BOULDER)
     assert load_study_from_file_or_json(study.model_dump_json()) == study, "and the file is no longer needed"
+    given = study_from_content({"name": "b", "records": {"use": ["a"]}, "body": {"vertices": BOULDER}}, "b")
+    assert given.body is not None
+    assert study.body.model_dump().keys() == given.body.model_dump().keys() == {"plan", "aspect", "vertices", "mesh"}
     with pytest.raises(ConfigError, match=r"gone\.obj"):
         study_from_content({"name": "b", "records": {"use": ["a"]}, "body": {"mesh": "gone.obj"}}, "b")
+
+
+def test_a_scan_becomes_part_of_the_study(tmp_path: Path) -> None:
+    """The study holds points that can touch, mass properties, tilt and relief; the file is no longer needed."""
+    pytest.importorskip("trimesh")
+    path = write_mesh(rotated(statue(), 0, 4.0), tmp_path / "statue.stl", 1000.0)
+    about = {"mesh": str(path), "mesh_unit": "mm", "relief": "1 mm"}
+    study = study_from_content({"name": "b", "records": {"use": ["a"]}, "body": about}, "b")
+    assert study.body is not None
+    assert study.body.scan is not None
+    volume, centre, _ = box_sums("statue")
+    assert (study.body.scan.volume, study.body.scan.tilt) == pytest.approx((volume, 4.0), abs=1e-3)
+    assert (study.body.relief, study.height) == (0.001, pytest.approx((0.8,)))
+    assert study.b_over_h == pytest.approx(((0.1 - centre[0]) / centre[2],), abs=1e-5)
+    path.unlink()
+    assert load_study_from_file_or_json(study.model_dump_json()) == study
+    with pytest.raises(ConfigError, match="only a mesh"):
+        study_from_content(
+            {"name": "b", "records": {"use": ["a"]}, "body": {"vertices": BOULDER, "relief": 0.001}}, "b"
+        )

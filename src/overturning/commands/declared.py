@@ -148,7 +148,16 @@ class BodyOptions:
     plan: Annotated[
         str | None, typer.Option(help="3-D body: rectangle, circle, or number of sides (default rectangle)")
     ] = None
-    mesh: Annotated[Path | None, typer.Option(help="3-D body: mesh file (OBJ, PLY, STL) instead of a plan")] = None
+    mesh: Annotated[
+        Path | None, typer.Option(help="3-D body: scan of a stone (closed mesh; OBJ, PLY, STL), also without --body")
+    ] = None
+    mesh_unit: Annotated[
+        str | None, typer.Option(help="unit of the mesh: m, cm or mm (default m, if the size is plausible)")
+    ] = None
+    relief: Annotated[
+        float | None,
+        typer.Option(help="3-D body from a mesh: height of the points of its base that bear, m (default 0.002)"),
+    ] = None
     aspect: Annotated[
         float, typer.Option(help="3-D body with a rectangular plan: D/B, ratio of its width across to its width along")
     ] = 1.0

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from overturning.commands.declared import (
     RESOURCES,
@@ -43,9 +43,13 @@ def simulate_one_stone(
     _check_output_files(output_options, body_options)
     record = _read_processed_record(motion_options, file_options)
     motion = Motion.of(record if motion_options.vertical else replace(record, up=None))
-    if body_options.body and planar_model_options != PlanarModelOptions():
+    if body_options.mesh is not None and not body_options.body:
+        body_options = replace(body_options, body=True)
+    allowed = PlanarModelOptions(density=planar_model_options.density if body_options.mesh else None)
+    if body_options.body and planar_model_options != allowed:
         raise ArgumentError(
-            "--body: accepts --orientation and --damping-ratio; leave out azimuth, scene, density, damping, stiffness"
+            "--body: accepts --orientation and --damping-ratio; leave out azimuth, scene, damping, stiffness, and "
+            "density without --mesh"
         )
     is_stack = planar_model_options.scene is not None and body_options.orientation is not None
     if is_stack:
@@ -58,7 +62,9 @@ def simulate_one_stone(
         raise ArgumentError("--azimuth: not given; give the azimuth of the motion, or use --body with --orientation")
     shift = start_offset_from_file_start_s(record)
     if body_options.body:
-        found = _simulate_body(motion, motion_options.amplitude, body_options, stone_options, shift)
+        found = _simulate_body(
+            motion, motion_options.amplitude, body_options, stone_options, shift, planar_model_options.density
+        )
     elif is_stack:
         found = _simulate_stack(
             motion, motion_options.amplitude, planar_model_options, body_options.orientation or [], stone_options, shift
@@ -259,23 +265,21 @@ def _simulate_planar(
 
 
 def _simulate_body(
-    motion: "Motion", amplitude: float, body_options: BodyOptions, stone_options: StoneOptions, file_time_shift: float
+    motion: "Motion",
+    amplitude: float,
+    body_options: BodyOptions,
+    stone_options: StoneOptions,
+    file_time_shift: float,
+    density: float | None,
 ) -> _SimulatedTrajectories:
     """Simulate a 3-D body at each orientation; `file_time_shift`, s, is added to all times (0 s: start of the file)."""
+    from overturning.commands.body_shape import body_shape_from_options
     from overturning.dem.trajectory import trajectory
-    from overturning.errors import ArgumentError
     from overturning.figures.film_of_trajectory import outcome_sentence, panel_heading_of_trajectory
     from overturning.model.body import Body
     from overturning.model.contact import VertexContact
-    from overturning.model.mesh import read_mesh_polyhedron
-    from overturning.model.shapes import shape_from_name_or_sides
 
-    if body_options.plan is not None and body_options.mesh is not None:
-        raise ArgumentError("--plan, --mesh: both given; leave one out")
-    plan: Any = body_options.plan or "rectangle"
-    shape = shape_from_name_or_sides(
-        read_mesh_polyhedron(body_options.mesh) if body_options.mesh else int(plan) if plan.isdecimal() else plan
-    )
+    shape, about_scan = body_shape_from_options(body_options, density)
     height, b_over_h, friction = stone_options.height, stone_options.b_over_h, stone_options.friction_coefficient
     if shape.slenderness_is_parameter:
         height, b_over_h = 0.6 if height is None else height, 0.4 if b_over_h is None else b_over_h
@@ -298,7 +302,7 @@ def _simulate_body(
     sizes, oblong = paths[0].attrs, f", D/B = {body_options.aspect:g}" if shape.aspect_is_parameter else ""
     return _SimulatedTrajectories(
         f"{shape.name}, B/H = {sizes['b_over_h']:.3g}{oblong}, H = {sizes['height']:.3g} m, µ = {friction:g}",
-        [*level, *(f"{panel_heading_of_trajectory(path)}: {outcome_sentence(path)}" for path in paths)],
+        [*about_scan, *level, *(f"{panel_heading_of_trajectory(path)}: {outcome_sentence(path)}" for path in paths)],
         paths,
         Body(shape, contact),
         {name: float(sizes[name]) for name in ("height", "b_over_h")}

@@ -1,181 +1,127 @@
-"""Vertices of a body from a mesh file: Wavefront OBJ, Stanford PLY, STL.
+"""Mesh files of stones: Wavefront OBJ, Stanford PLY and STL, read by trimesh (group `mesh`)."""
 
-The faces of the file are only used to check that the body is convex.
-"""
-
-import io
-from collections.abc import Callable, Iterator
-from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Any, Final, Literal
 
 import numpy as np
-import scipy
 
-from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.shapes import Polyhedron
+from overturning.model.scan import Scan, stone_from_surface
+from overturning.model.surface import TriangleSurface, closed_surface
 
-MAX_BYTES: Final = 50_000_000
-"""Largest size of a mesh file, bytes. The parsed numbers of a text file take about ten times as much memory."""
+MAX_BYTES: Final = 200_000_000
+"""Largest size of a mesh file, bytes. The numbers of a text file take several times as much memory."""
 
-NOTCH_TOLERANCE: Final = 1e-3
-"""Depth of a side inside the hull that is attributed to rounding in the file, as a share of the body's size."""
+SUFFIXES: Final = (".obj", ".ply", ".stl")
+"""Extensions of mesh files."""
 
-ReadNumbers = Callable[[str, int], list[float]]
-"""Function of a type name and a count that returns the next numbers of a PLY file."""
+MeshUnit = Literal["m", "cm", "mm"]
+"""Unit of the coordinates of a mesh file."""
 
-Mesh = tuple[FloatArray, list[list[int]]]
-"""Vertices, shape (n, 3), m, and the vertex indices of each face in order."""
+METRES: Final[dict[str, float]] = {"m": 1.0, "cm": 100.0, "mm": 1000.0}
+"""Number of units in a metre. Dividing by it keeps 600 mm at exactly 0.6 m."""
 
-_STL_HEADER: Final = 84
-_STL_TRIANGLE: Final = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-_PLY_TYPES: Final = {
-    "char": "i1",
-    "uchar": "u1",
-    "short": "i2",
-    "ushort": "u2",
-    "int": "i4",
-    "uint": "u4",
-    "float": "f4",
-    **{f"{kind}{8 * size}": f"{kind[0]}{size}" for kind in ("int", "uint") for size in (1, 2, 4)},
-    "double": "f8",
-    "float32": "f4",
-    "float64": "f8",
-}
+PLAUSIBLE: Final = (0.05, 10.0)
+"""Range of the largest extent of a stone, m, within which an undeclared unit is taken for metres."""
 
 
-def read_mesh_polyhedron(path: Path | str) -> Polyhedron:
-    """Read a convex body from a mesh file (.obj, .ply or .stl), z up, lengths in metres.
+def import_trimesh() -> Any:
+    """Return the package trimesh; raise an ArgumentError with the installation command if it is missing."""
+    try:
+        import trimesh as package
+    except ImportError as error:
+        raise ArgumentError(
+            f"mesh files need trimesh, which cannot be imported ({error}); python -m pip install 'overturning[mesh]'"
+        ) from None
+    return package
+
+
+def read_mesh_surface(path: Path | str, unit: MeshUnit | None = None) -> TriangleSurface:
+    """Read the triangles of a mesh file, z up; faces with more corners are divided, equal vertices merged.
+
+    Parameters
+    ----------
+    path : Path or str
+        Mesh file: .obj, .ply or .stl.
+    unit : {"m", "cm", "mm"}, optional
+        Unit of the file's coordinates; metres if not given.
 
     Raises
     ------
     ArgumentError
-        If the format is not supported, the file is damaged, the body is not convex, or it cannot be simulated (see
-        `Polyhedron`).
+        If the format is not supported, the file is damaged or too large, or the size is implausible in metres and no
+        unit is given.
     """
     path = Path(path)
-    readers = {".obj": _parse_obj, ".ply": _parse_ply, ".stl": _parse_stl}
-    if path.suffix.lower() not in readers:
-        raise ArgumentError(f"{path}: unknown mesh format; give {', '.join(readers)}")
+    if path.suffix.lower() not in SUFFIXES:
+        raise ArgumentError(f"{path}: unknown mesh format; give {', '.join(SUFFIXES)}")
     try:
         if path.stat().st_size > MAX_BYTES:
-            raise ArgumentError(f"{path}: larger than {MAX_BYTES} bytes; give its convex hull, or fewer vertices")
-        vertices, faces = readers[path.suffix.lower()](path.read_bytes())
-        ends = [pair for face in faces for pair in zip(face, face[1:] + face[:1], strict=True)]
-        sides = vertices[np.array(ends, np.int64).reshape(-1, 2)]
+            raise ArgumentError(f"{path}: larger than {MAX_BYTES} bytes; reduce the number of faces")
     except OSError as error:
         raise ArgumentError(f"{path}: {error.strerror}") from None
+    vertices, triangles = _parse_mesh_file(path)
+    if not len(vertices) or not np.isfinite(vertices).all():
+        raise ArgumentError(f"{path}: damaged, or not in {path.suffix.lower()} format")
+    vertices = vertices / METRES[unit or "m"]
+    extent = float(np.ptp(vertices, axis=0).max())
+    if unit is None and not PLAUSIBLE[0] <= extent <= PLAUSIBLE[1]:
+        guess = "mm" if extent > 100.0 else "cm" if extent > PLAUSIBLE[1] else "m"
+        raise ArgumentError(
+            f"{path}: the mesh is {extent:.4g} m large if its unit is the metre; a stone is {PLAUSIBLE[0]:g} to "
+            f"{PLAUSIBLE[1]:g} m large: declare the unit of the file (m, cm or mm; perhaps {guess})"
+        )
+    return TriangleSurface(vertices, triangles)
+
+
+def _parse_mesh_file(path: Path) -> tuple[Any, Any]:
+    """Return the vertices (n, 3) and triangles (m, 3) of a mesh file; m is 0 for a file without faces."""
+    package = import_trimesh()
+    kind = path.suffix.lower()[1:]
+    options = {"skip_materials": True, "split_objects": False, "group_material": False} if kind == "obj" else {}
+    try:
+        with path.open("rb") as opened:
+            loaded = package.load_scene(opened, file_type=kind, process=False, **options)
+        shapes = list(loaded.geometry.values())
+        solids = [shape for shape in shapes if len(getattr(shape, "faces", ()))]
+        if not solids:
+            points = [np.asarray(shape.vertices, np.float64) for shape in shapes]
+            return np.concatenate(points), np.zeros((0, 3), np.int64)
+        mesh = package.util.concatenate(solids) if len(solids) > 1 else solids[0]
+        if not np.isfinite(mesh.vertices).all():
+            raise ValueError
+        mesh.merge_vertices(merge_tex=True, merge_norm=True)
+        mesh.update_faces(mesh.nondegenerate_faces(height=None))
+        return np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
     except ArgumentError:
         raise
-    except (ValueError, KeyError, IndexError, StopIteration):
-        raise ArgumentError(f"{path}: damaged, or not in {path.suffix.lower()} format") from None
+    except OSError as error:
+        raise ArgumentError(f"{path}: {error.strerror}") from None
+    except Exception:  # trimesh raises many types for damaged files
+        hint = " (faces of a binary PLY file need equal numbers of corners)" if kind == "ply" else ""
+        raise ArgumentError(f"{path}: damaged, or not in {path.suffix.lower()} format{hint}") from None
+
+
+def read_scan(path: Path | str, unit: MeshUnit | None = None, relief: float | None = None) -> Scan:
+    """Read a stone from a mesh file, and place it in its nearest stable pose.
+
+    Parameters
+    ----------
+    path : Path or str
+        Mesh file: .obj, .ply or .stl; z up.
+    unit : {"m", "cm", "mm"}, optional
+        Unit of the file's coordinates; metres if not given.
+    relief : float, optional
+        Height above the lowest point up to which the points of the base bear, m; default
+        `overturning.model.scan.DEFAULT_RELIEF`.
+
+    Raises
+    ------
+    ArgumentError
+        If the file cannot be read (see `read_mesh_surface`), has holes, or the body cannot be simulated.
+    """
+    surface = read_mesh_surface(path, unit)
     try:
-        body = Polyhedron(np.unique(vertices, axis=0), name=path.stem)
-        _check_convex(np.asarray(body.vertices), sides)
+        return stone_from_surface(*closed_surface(surface), Path(path).stem, relief)
     except ArgumentError as error:
         raise ArgumentError(f"{path}: {error}") from None
-    return body
-
-
-def _check_convex(vertices: FloatArray, mesh_sides: FloatArray) -> None:
-    """Raise an `ArgumentError` if a mesh is not convex: one of its sides lies inside the hull of its vertices.
-
-    Checking the vertices is not enough: all vertices of a notched slab lie on its hull.
-    """
-    planes = scipy.spatial.ConvexHull(vertices).equations
-    inside = -(mesh_sides.mean(axis=1) @ planes[:, :3].T + planes[:, 3]).max(axis=1)
-    if np.max(inside, initial=0.0) > NOTCH_TOLERANCE * np.ptp(vertices, axis=0).max():
-        one, other = mesh_sides[inside.argmax()].round(6).tolist()
-        raise ArgumentError(
-            f"body: not convex; the side from {one} to {other} runs {inside.max():.3g} m inside the hull of the "
-            "vertices: give the vertices of a convex body"
-        )
-
-
-def _parse_obj(content: bytes) -> Mesh:
-    """Return the vertices and faces of an OBJ mesh.
-
-    A face lists vertex numbers, before the first slash, from 1 or negative from the latest vertex.
-    """
-    faces, count = [], 0
-    for text in content.decode("utf-8", errors="replace").splitlines():
-        line = text.partition("#")[0].split()
-        count += line[:1] == ["v"]
-        if line[:1] == ["f"]:
-            numbers = [int(word.split("/")[0]) for word in line[1:]]
-            faces.append([number - 1 if number > 0 else count + number for number in numbers])
-    return _numbers_after_keyword(content, "v", 1), faces
-
-
-def _numbers_after_keyword(mesh_text: bytes, keyword: str, skipped_word_count: int) -> FloatArray:
-    """Return three numbers from each line that begins with a keyword, after the first `skipped_word_count` words."""
-    lines = (line.split() for line in mesh_text.decode("utf-8", errors="replace").splitlines())
-    return np.array(
-        [
-            [float(value) for value in line[skipped_word_count : skipped_word_count + 3]]
-            for line in lines
-            if line and line[0] == keyword
-        ]
-    )
-
-
-def _parse_stl(content: bytes) -> Mesh:
-    """Return the vertices and faces of a binary or text STL mesh."""
-    count = int.from_bytes(content[_STL_HEADER - 4 : _STL_HEADER], "little")
-    if len(content) == _STL_HEADER + count * _STL_TRIANGLE.itemsize:
-        corners = np.frombuffer(content, _STL_TRIANGLE, count, _STL_HEADER)["corners"].astype(np.float64).reshape(-1, 3)
-    else:
-        corners = _numbers_after_keyword(content, "vertex", 1)
-    return corners, np.arange(len(corners)).reshape(-1, 3).tolist() if len(corners) % 3 == 0 else []
-
-
-def _parse_ply(content: bytes) -> Mesh:
-    """Return the vertices and faces of a binary or text PLY mesh."""
-    head, _, body = content.partition(b"end_header")
-    body = body[body.index(b"\n") + 1 :]
-    lines = [line.split() for line in head.decode("ascii").splitlines()]
-    form = next(line[1] for line in lines if line[:1] == ["format"])
-    elements: list[tuple[str, int, list[list[str]]]] = []
-    for line in lines:
-        if line[:1] == ["element"]:
-            elements.append((line[1], int(line[2]), []))
-        if line[:1] == ["property"]:
-            elements[-1][2].append(line[1:])
-    (first, count, columns), (second, many, kinds) = (*elements, ("", 0, []))[:2]
-    if first != "vertex":
-        raise ValueError("vertices must come first")
-    names = [name for _, name in columns]
-    if form == "ascii":
-        read: ReadNumbers = partial(_next_text_numbers, iter(body.decode("ascii").split()))
-        table = np.array(read("", count * len(names))).reshape(count, len(names))
-        vertices = table[:, [names.index(axis) for axis in "xyz"]]
-    else:
-        order = "<" if form == "binary_little_endian" else ">"
-        layout = np.dtype([(name, order + _PLY_TYPES[kind]) for kind, name in columns])
-        records = np.frombuffer(body, layout, count)
-        vertices = np.stack([records[axis].astype(np.float64) for axis in "xyz"], axis=1)
-        read = partial(_next_binary_numbers, io.BytesIO(body[records.nbytes :]), order)
-    return vertices, _read_ply_faces(read, many, kinds) if second == "face" else []
-
-
-def _next_text_numbers(words: Iterator[str], _type_name: str, count: int) -> list[float]:
-    """Return the next `count` numbers of a text PLY file; the type is ignored, as text needs none."""
-    return [float(next(words)) for _ in range(count)]
-
-
-def _next_binary_numbers(stream: io.BytesIO, byte_order: str, type_name: str, count: int) -> list[float]:
-    """Return the next `count` numbers of a PLY data type from a binary file."""
-    layout = np.dtype(byte_order + _PLY_TYPES[type_name])
-    return np.frombuffer(stream.read(count * layout.itemsize), layout, count).tolist() if count else []
-
-
-def _read_ply_faces(read_numbers: ReadNumbers, face_count: int, property_types: list[list[str]]) -> list[list[int]]:
-    """Return the vertex indices of each face of a PLY file; `property_types` are its header's type words."""
-    faces = []
-    for _ in range(face_count):
-        for *of_list, kind, name in property_types:
-            values = read_numbers(kind, int(read_numbers(of_list[1], 1)[0]) if of_list else 1)
-            if name in {"vertex_indices", "vertex_index"}:
-                faces.append([int(value) for value in values])
-    return faces

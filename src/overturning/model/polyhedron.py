@@ -10,6 +10,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.rest import FLAT, mask_of_resting_faces
 from overturning.model.solid import RigidSolid
+from overturning.model.surface import mass_properties
 from overturning.model.tipping import ConvexHull, fall_tilt_limits
 
 DIGITS: Final = 12
@@ -18,7 +19,24 @@ DIGITS: Final = 12
 
 def solid_from_vertices(vertices: FloatArray) -> RigidSolid:
     """Return the body that stands on the lowest face of a polyhedron; see `Polyhedron` for parameters and errors."""
-    hull = _convex_hull(vertices)
+    return solid_from_hull(_convex_hull(vertices))
+
+
+def solid_from_hull(hull: ConvexHull, least_fall_tilt: float = 0.0) -> RigidSolid:
+    """Return the body that stands on the lowest face of its convex hull.
+
+    Parameters
+    ----------
+    hull : ConvexHull
+        Convex hull about the body's centre of mass, with the body's inertia.
+    least_fall_tilt : float
+        Tilt, rad, below which resting on another face does not count as a fall.
+
+    Raises
+    ------
+    ArgumentError
+        If it stands on fewer than three vertices, its centre lies outside its base, or too many vertices can touch.
+    """
     size = float(np.ptp(hull.points, axis=0).max())
     bottom = float(hull.points[:, 2].min())
     below = np.flatnonzero(hull.points[:, 2] <= bottom + FLAT * size)
@@ -31,8 +49,8 @@ def solid_from_vertices(vertices: FloatArray) -> RigidSolid:
         base = below[scipy.spatial.ConvexHull(hull.points[below, :2]).vertices]  # anticlockwise
     except scipy.spatial.QhullError:
         raise ArgumentError("body: it stands on an edge; turn it so that a face lies on z = const") from None
-    tilt, faces = _least_tilt_and_resting_face_normals(hull, size)
-    fall = fall_tilt_limits(hull, size, tilt, faces)
+    tilt, faces = _least_tilt_and_resting_face_normals(hull, size, least_fall_tilt)
+    fall = fall_tilt_limits(hull, size, tilt, faces, least_fall_tilt)
     kept = np.concatenate(
         [base, np.setdiff1d(np.append(_indices_of_vertices_that_touch(hull, tilt), fall.touched), below)]
     )
@@ -66,6 +84,18 @@ def _convex_hull(vertices: FloatArray) -> ConvexHull:
             f"body: not convex; vertex {inside.argmax()} lies {inside.max():.3g} m inside the hull of the others: "
             "leave it out"
         )
+    return hull_about_centre(vertices, hull)
+
+
+def hull_about_centre(
+    vertices: FloatArray,
+    hull: "scipy.spatial.ConvexHull",
+    centre_and_inertia: tuple[FloatArray, FloatArray] | None = None,
+) -> ConvexHull:
+    """Return the hull of vertices, shape (n, 3), m, about the centre of mass of a body.
+
+    Centre (3,), m, and inertia per mass (3, 3), m², are those of the hull's own volume if they are not given.
+    """
     # Qhull does not order the vertices of a triangle; make all anticlockwise seen from outside.
     corners = vertices[hull.simplices]
     outward = np.sum(
@@ -74,36 +104,28 @@ def _convex_hull(vertices: FloatArray) -> ConvexHull:
     simplices, neighbours = hull.simplices.astype(np.int64), hull.neighbors.astype(np.int64)
     turned = outward < 0
     simplices[turned], neighbours[turned] = simplices[turned][:, [0, 2, 1]], neighbours[turned][:, [0, 2, 1]]
-    centre, inertia = _centre_and_inertia_per_mass(vertices[simplices])
+    if centre_and_inertia is None:
+        centre_and_inertia = mass_properties(vertices[simplices])[1:]
+    centre, inertia = centre_and_inertia
     normals = hull.equations[:, :3]
     return ConvexHull(
         vertices - centre, simplices, neighbours, normals, -hull.equations[:, 3] - normals @ centre, inertia
     )
 
 
-def _centre_and_inertia_per_mass(triangle_corners: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return a body's centre of mass and the inertia per mass about it, from the corners of its surface triangles."""
-    origin = triangle_corners.reshape(-1, 3).mean(axis=0)
-    a, b, c = (triangle_corners[:, k] - origin for k in range(3))
-    volume = np.sum(np.cross(a, b) * c, axis=1)  # six times the volume of each tetrahedron
-    total = volume.sum()
-    mean = (volume[:, None] * (a + b + c)).sum(axis=0) / (4.0 * total)
-    second = np.zeros((3, 3))
-    for i in range(3):
-        for k in range(3):
-            of = (a[:, i] + b[:, i] + c[:, i]) * (a[:, k] + b[:, k] + c[:, k]) + a[:, i] * a[:, k] + b[:, i] * b[:, k]
-            second[i, k] = np.sum(volume * (of + c[:, i] * c[:, k])) / (20.0 * total)
-    second -= np.outer(mean, mean)
-    return origin + mean, np.trace(second) * np.eye(3) - second
+def _least_tilt_and_resting_face_normals(
+    hull: ConvexHull, size: float, least_fall_tilt: float
+) -> tuple[float, FloatArray]:
+    """Return the least tilt (rad) for rest on a face other than the base, and the normals of all such faces.
 
-
-def _least_tilt_and_resting_face_normals(hull: ConvexHull, size: float) -> tuple[float, FloatArray]:
-    """Return the least tilt (rad) for rest on a face other than the base, and the normals of all such faces."""
+    Faces on which it rests at less than `least_fall_tilt`, rad, are left out.
+    """
     _, first = np.unique(np.round(hull.normals, 5), axis=0, return_index=True)
     normals, offsets = hull.normals[first], hull.offsets[first]
     down = -normals[:, 2]
     # Exclude the base and a face opposite to it: a body falls onto a side first.
     stable = mask_of_resting_faces(normals, offsets, size) & (np.abs(down) < 1.0 - FLAT)
+    stable &= down <= np.cos(least_fall_tilt)
     if not stable.any():
         return np.pi, np.zeros((0, 3))
     tilt = float(np.round(np.arccos(np.clip(down[stable].max(), -1.0, 1.0)), DIGITS))

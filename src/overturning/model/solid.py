@@ -20,6 +20,10 @@ RIM_POINTS: Final = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 """Contact points of a circular base that stands flat, in units of its radius."""
 
 
+class TooManyContactVerticesError(ArgumentError):
+    """Error for a body of which more vertices can touch than `MAX_CONTACT_VERTICES`."""
+
+
 @dataclass(frozen=True)
 class RigidSolid:
     """Homogeneous rigid body; coordinates (m) are from its centre of mass, with z up in the pose at rest.
@@ -62,7 +66,7 @@ class RigidSolid:
 
     def __post_init__(self) -> None:
         if len(self.points) > MAX_CONTACT_VERTICES:
-            raise ArgumentError(
+            raise TooManyContactVerticesError(
                 f"body: {len(self.points)} vertices can touch; at most {MAX_CONTACT_VERTICES}: simplify the mesh, or "
                 "take 'circle' for a round body"
             )

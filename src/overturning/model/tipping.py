@@ -74,7 +74,11 @@ class LowestVertexChanges(NamedTuple):
 
 
 def fall_tilt_limits(
-    hull: ConvexHull, size: float, least_tilt: float, resting_face_normals: FloatArray
+    hull: ConvexHull,
+    size: float,
+    least_tilt: float,
+    resting_face_normals: FloatArray,
+    shallowest_rest: float = 0.0,
 ) -> FallTiltLimits:
     """Compute the tilt at which a convex body has fallen, for each direction in which it leans.
 
@@ -88,11 +92,14 @@ def fall_tilt_limits(
         Least tilt at which it can rest on another face, rad; no smaller tilt counts as a fall.
     resting_face_normals : ndarray, shape (faces, 3)
         Outward normals of the other faces on which it can rest; resting on any of them counts as a fall.
+    shallowest_rest : float
+        Tilt, rad, below which resting on an edge or face does not count as a fall.
     """
     ends, sides = _hull_edge_vertices_and_triangles(hull)
     found = _lowest_vertex_changes(hull, ends, sides)
     off_base = -hull.normals[_final_resting_triangles(hull, size)[found.rolls_to], 2] < 1.0 - FLAT
     rests = off_base & (found.rises.min(axis=1) < -FLAT * size) & (found.rises.max(axis=1) > FLAT * size)
+    rests &= found.tilt >= shallowest_rest
     limits, rows = np.full(DIRECTIONS, np.pi), np.zeros((DIRECTIONS, 4))
     rows[:, 3] = 1.0  # unreachable limit: there is no edge to rest on
     order = np.flatnonzero(rests)[np.argsort(-found.tilt[rests], kind="stable")]

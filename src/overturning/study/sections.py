@@ -1,14 +1,22 @@
 """Sections of a study file for the simulation: records, contact, simulation, ensemble, check, body."""
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from functools import lru_cache
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
 import numpy as np
-from pydantic import BeforeValidator, Field, field_validator, model_validator
+from pydantic import (
+    BeforeValidator,
+    Field,
+    SerializerFunctionWrapHandler,
+    field_validator,
+    model_serializer,
+    model_validator,
+)
 
 from overturning.errors import ArgumentError, OverturningError
 from overturning.model.contact import ContactSettings
 from overturning.model.scene import Scene, load_scene
-from overturning.quantities import Degree, Metre, Second
+from overturning.quantities import Degree, Metre, Second, parse_quantity
 from overturning.records.site import SoilSite
 from overturning.study.values import Values
 from overturning.validation import StrictModel
@@ -126,8 +134,22 @@ class ConvergenceCheckSettings(StrictModel):
     seed: int = Field(default=1, ge=0, description="seed of the random choice of cases")
 
 
+_SCAN_KEYS: Final = ("mesh_unit", "relief", "scan")
+"""Keys of a body that are stored only if they are given, so that other studies keep their text and hash."""
+
 Aspect = Annotated[float, Field(gt=0, le=10)]
 Sides = Annotated[int, Field(ge=3, le=96)]
+
+
+class ScanProperties(StrictModel):
+    """Properties of a scanned stone, filled in from its mesh."""
+
+    volume: float = Field(gt=0, description="volume, m³")
+    tilt: Degree = Field(ge=0, le=180, description="tilt of the scan's own vertical in the stable pose, degrees")
+    centre_of_mass: tuple[Metre, Metre, Metre] = Field(description="centre of mass of the volume, m")
+    inertia: tuple[float, float, float, float, float, float] = Field(
+        description="moments of inertia xx, yy, zz and products xy, xz, yz about the centre per mass, m²"
+    )
 
 
 class BodySettings(StrictModel):
@@ -148,27 +170,60 @@ class BodySettings(StrictModel):
 
     mesh: str | None = Field(
         default=None,
-        description="instead of vertices: mesh of such a body (OBJ, PLY or STL, m); path from the project's folder",
+        description="instead of vertices: scan of a stone (closed mesh; OBJ, PLY or STL; z up), which need not be "
+        "convex; path from the project's folder. It is placed in its nearest stable pose",
+    )
+    mesh_unit: Literal["m", "cm", "mm"] | None = Field(
+        default=None, description="unit of the mesh; not given: metres, if the size of the stone is plausible"
+    )
+    relief: Metre | None = Field(
+        default=None,
+        ge=0,
+        le=0.03,
+        description="only with a mesh: height above its lowest point up to which the points of the base bear, m; not "
+        "given: 0.002, or a convex mesh on one of its faces",
+    )
+    scan: ScanProperties | None = Field(
+        default=None, description="filled in from the mesh: properties of the stone, whose `vertices` can touch"
     )
 
     @model_validator(mode="before")
     @classmethod
     def _read_vertices(cls, data: Any) -> Any:
-        """Replace the mesh file in the settings of a body by the vertices that are read from it."""
+        """Replace the mesh file in the settings of a body by the vertices and properties that are read from it."""
         # A mesh is read at once, so that a filled-in study holds the whole body.
         if not isinstance(data, dict) or data.get("mesh") is None:
             return data
         if data.get("vertices") is not None:
             raise ValueError("vertices and mesh are both given; keep one")
-        from overturning.model.mesh import read_mesh_polyhedron
+        from overturning.model.mesh import read_scan
+        from overturning.model.scan import ScannedStone
 
+        unit, relief = data.get("mesh_unit"), data.get("relief")
+        if unit not in (None, "m", "cm", "mm"):
+            return data  # the field says what is wrong
         try:
-            read = read_mesh_polyhedron(str(data["mesh"]))
+            read = read_scan(str(data["mesh"]), unit, None if relief is None else parse_quantity(relief, "m"))
         except OverturningError as error:
             raise ValueError(f"mesh: {error}") from None
-        return {key: value for key, value in data.items() if key != "mesh"} | {
-            "vertices": np.asarray(read.vertices).tolist()
-        }
+        filled = {key: value for key, value in data.items() if key not in ("mesh", "mesh_unit")}
+        shape: Any = read.shape
+        filled["vertices"] = np.asarray(shape.vertices).tolist()
+        if isinstance(shape, ScannedStone):
+            filled["relief"] = shape.relief
+            filled["scan"] = {
+                "volume": round(read.volume, 9),
+                "tilt": round(read.pose.tilt_deg, 3),
+                "centre_of_mass": np.asarray(shape.centre_of_mass).tolist(),
+                "inertia": np.asarray(shape.inertia).tolist(),
+            }
+        return filled
+
+    @model_serializer(mode="wrap")
+    def _leave_out_keys_of_scans(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Return the settings as a dictionary, without the keys of scans if the body is none."""
+        content: dict[str, Any] = handler(self)
+        return {key: value for key, value in content.items() if value is not None or key not in _SCAN_KEYS}
 
     @model_validator(mode="after")
     def _check_shape(self) -> Self:
@@ -179,6 +234,8 @@ class BodySettings(StrictModel):
             raise ValueError(str(error).removeprefix("body: ")) from None
         if self.vertices is not None and self.plan != "rectangle":
             raise ValueError(f"plan {self.plan}: the body has vertices of its own; keep one of them")
+        if (self.relief is None) != (self.scan is None):
+            raise ValueError("relief: only a mesh that is not a convex polyhedron on its face has one; leave it out")
         if not shape.aspect_is_parameter and self.aspect != (1.0,):
             raise ValueError(f"aspect {list(self.aspect)}: only a rectangle has one; leave it out")
         return self
@@ -188,7 +245,19 @@ class BodySettings(StrictModel):
         # Imported lazily: 2-D studies do not need it.
         from overturning.model.shapes import Polyhedron, shape_from_name_or_sides
 
+        if self.scan is not None and self.vertices is not None and self.relief is not None:
+            return _scanned_stone(self.vertices, self.scan, self.relief)
         return shape_from_name_or_sides(self.plan if self.vertices is None else Polyhedron(self.vertices))
+
+
+@lru_cache(maxsize=4)
+def _scanned_stone(
+    vertices: tuple[tuple[float, float, float], ...], properties: ScanProperties, relief: float
+) -> "Shape":
+    """Return the stone of a scan; made once, because its outlines take a second."""
+    from overturning.model.scan import ScannedStone
+
+    return ScannedStone(vertices, properties.centre_of_mass, properties.inertia, relief)
 
 
 class OrientationRange(StrictModel):

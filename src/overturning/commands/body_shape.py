@@ -1,0 +1,32 @@
+"""Shape of the 3-D body of `overturning one`: a prism, or a scan of a stone."""
+
+from typing import TYPE_CHECKING, Any
+
+from overturning.commands.declared import BodyOptions
+
+if TYPE_CHECKING:
+    from overturning.model.shapes import Shape
+
+
+def body_shape_from_options(body_options: BodyOptions, density: float | None) -> "tuple[Shape, list[str]]":
+    """Return the shape that the options give, and lines of text about a scan; `density` is in kg/m³."""
+    from overturning.errors import ArgumentError
+    from overturning.model.shapes import shape_from_name_or_sides
+
+    if body_options.mesh is None:
+        if body_options.mesh_unit is not None or body_options.relief is not None:
+            raise ArgumentError("--mesh-unit, --relief: only for a mesh; add --mesh")
+        plan: Any = body_options.plan or "rectangle"
+        return shape_from_name_or_sides(int(plan) if plan.isdecimal() else plan), []
+    if body_options.plan is not None:
+        raise ArgumentError("--plan, --mesh: both given; leave one out")
+    from overturning.model.mesh import METRES, read_scan
+    from overturning.units import GRANITE_DENSITY
+
+    unit: Any = body_options.mesh_unit
+    if unit is not None and unit not in METRES:
+        raise ArgumentError(f"--mesh-unit: {unit!r}; give m, cm or mm")
+    if density is not None and not density > 0.0:
+        raise ArgumentError(f"--density: {density:g} kg/m³; it must be above 0")
+    scan = read_scan(body_options.mesh, unit, body_options.relief)
+    return scan.shape, scan.description(GRANITE_DENSITY if density is None else density)

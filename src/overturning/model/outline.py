@@ -1,0 +1,60 @@
+"""Convex outlines with fewer points: of a footprint in the plane, and of a whole body."""
+
+from typing import Final
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from overturning.arrays import FloatArray
+
+ROUNDS: Final = 60
+"""Largest number of rounds in which points are added to an outline."""
+
+
+STEEP: Final = -np.cos(np.radians(45.0))
+"""Vertical component of the outward normal above which a facet of a body touches the ground only when it falls."""
+
+STEEP_FACTOR: Final = 8.0
+"""Factor on the tolerance of steep facets: a body that touches with them has passed its point of balance."""
+
+
+def outline_within_tolerance(points: FloatArray, tolerance: float, start: NDArray[np.intp] | None = None) -> FloatArray:
+    """Return some of the points, whose convex hull lies inside that of all points by at most a tolerance.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 2) or (n, 3)
+        Points, m, that do not lie on one line or in one plane.
+    tolerance : float
+        Largest distance of a point from the returned hull, m; 0 for all vertices of the hull. In 3-D, it is larger by
+        `STEEP_FACTOR` for facets that are steeper than 45° or face up.
+    start : ndarray of int, optional
+        Indices of points that are part of the outline in any case.
+
+    Returns
+    -------
+    ndarray, shape (m, 2) or (m, 3)
+        Vertices of the simplified hull; in 2-D anticlockwise.
+    """
+    whole = scipy.spatial.ConvexHull(points)
+    if tolerance <= 0.0:
+        return points[whole.vertices]
+    candidates = points[whole.vertices]
+    chosen = np.unique(np.concatenate([candidates.argmin(axis=0), candidates.argmax(axis=0)]))
+    kept = candidates[chosen] if start is None else np.concatenate([points[start], candidates[chosen]])
+    for _ in range(ROUNDS):
+        try:
+            hull = scipy.spatial.ConvexHull(kept)
+        except scipy.spatial.QhullError:  # the first points lie in one plane
+            return candidates
+        beyond = candidates @ hull.equations[:, :-1].T + hull.equations[:, -1]
+        if points.shape[1] == 3:
+            beyond /= np.where(hull.equations[:, 2] > STEEP, STEEP_FACTOR, 1.0)
+        farthest = beyond.max(axis=0)
+        if not (farthest > tolerance).any():
+            return kept[hull.vertices]
+        # Add the farthest point beyond each facet; small errors wait for the next round, which may not need them.
+        facets = farthest > max(tolerance, 0.5 * float(farthest.max()))
+        kept = np.concatenate([kept, candidates[np.unique(beyond[:, facets].argmax(axis=0))]])
+    return candidates

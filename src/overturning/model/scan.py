@@ -1,0 +1,314 @@
+"""Scanned stone: its mass from the true volume, its contact from the footprint, and its stable pose.
+
+The mesh of a scan need not be convex. Only its convex hull can touch a flat ground. The real ground and the real base
+are rough: all points of the base that are higher than its lowest points by less than a *relief* bear, too. Their
+convex outline is the *footprint*.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import ClassVar, Final, NamedTuple, Self
+
+import numpy as np
+import scipy
+from typing_extensions import override
+
+from overturning.arrays import ArrayLike, FloatArray
+from overturning.errors import ArgumentError
+from overturning.model.cases import check_stone_heights
+from overturning.model.outline import outline_within_tolerance
+from overturning.model.polyhedron import hull_about_centre, solid_from_hull
+from overturning.model.rest import FLAT
+from overturning.model.shapes import Outline, Polyhedron, Shape
+from overturning.model.solid import MAX_CONTACT_VERTICES, RigidSolid, TooManyContactVerticesError
+from overturning.model.surface import MassProperties, TriangleSurface, mass_properties
+
+DEFAULT_RELIEF: Final = 0.002
+"""Relief of a footprint if none is given, m."""
+
+MAX_RELIEF: Final = 0.03
+"""Largest relief, m; more would raise a small stone visibly."""
+
+FOOTPRINT_TOLERANCE: Final = 1e-3
+"""Largest distance by which a simplified footprint is smaller, as a share of the body's size."""
+
+HULL_TOLERANCE: Final = 0.002
+"""Distance by which the hull above the footprint is simplified, as a share of the size; doubled for too many points."""
+
+LEAST_FALL_TILT: Final = np.radians(10.0)
+"""Tilt below which a scanned stone that rests on another part of its base has not fallen, rad."""
+
+CONVEX_SHARE: Final = 1e-3
+"""Largest share of the hull's volume outside a body that counts as convex: rounding in the file."""
+
+STORED_DIGITS: Final = 6
+"""Decimals of stored positions, m: a micrometre."""
+
+
+class StablePose(NamedTuple):
+    """Rotation of a scan into its nearest stable pose."""
+
+    rotation: FloatArray
+    """Rotation matrix from the axes of the scan, shape (3, 3)."""
+    tilt_deg: float
+    """Angle between the vertical of the scan and that of the pose, degrees."""
+    direction_deg: float
+    """Direction in which the top of the scan is tilted, degrees anticlockwise from the x axis of the scan."""
+
+
+@dataclass(frozen=True, eq=False)
+class ScannedStone(Shape):
+    """Body with the convex contact outline and the mass properties of a scan, standing on its footprint.
+
+    Parameters
+    ----------
+    vertices : array_like, shape (n, 3)
+        Points that can touch a flat ground in its stable pose, m: z up, x to the azimuth of its orientation.
+    centre_of_mass : array_like, shape (3,)
+        Centre of mass of the whole volume in the same axes, m.
+    inertia : array_like, shape (6,)
+        Moments of inertia about the centre per mass, xx, yy, zz, and products xy, xz, yz (integrals of xy, …), m².
+    relief : float
+        Height above the lowest point up to which the points of the base bear, m.
+    name : str
+        Name in datasets.
+    hull_tolerance : float
+        Distance, as a share of the size, by which the outline above the footprint is simplified at least.
+
+    Raises
+    ------
+    ArgumentError
+        If it cannot stand, its height or relief is out of range, or its mass properties are impossible.
+    """
+
+    vertices: ArrayLike
+    centre_of_mass: ArrayLike
+    inertia: ArrayLike
+    relief: float = DEFAULT_RELIEF
+    name: str = "scan"
+    hull_tolerance: float = HULL_TOLERANCE
+    slenderness_is_parameter: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        for name, shape in (("vertices", (-1, 3)), ("centre_of_mass", (3,)), ("inertia", (6,))):
+            object.__setattr__(self, name, np.array(getattr(self, name), dtype=np.float64).reshape(shape))
+        if not 0.0 <= self.relief <= MAX_RELIEF:
+            raise ArgumentError(f"relief: {self.relief:g} m; it must be from 0 to {MAX_RELIEF:g} m")
+        moments = np.linalg.eigvalsh(self.inertia_matrix)
+        if not (moments[0] > 0.0 and moments[0] + moments[1] >= moments[2] * (1.0 - 1e-6)):
+            raise ArgumentError(f"inertia: principal moments {moments.round(9).tolist()} m²; no body has these")
+        _ = self.unscaled_solid  # raises the errors
+
+    @property
+    def inertia_matrix(self) -> FloatArray:
+        """Moments and negative products of inertia about the centre of mass per mass, shape (3, 3), m²."""
+        xx, yy, zz, xy, xz, yz = np.asarray(self.inertia).tolist()
+        return np.array([[xx, -xy, -xz], [-xy, yy, -yz], [-xz, -yz, zz]])
+
+    @property
+    def unscaled_height(self) -> float:
+        """Height of the stone as scanned, m."""
+        return float(np.ptp(np.asarray(self.vertices)[:, 2]))
+
+    @cached_property
+    def footprint(self) -> FloatArray:
+        """Corners of the footprint relative to the foot of the centre of mass, anticlockwise, shape (n, 2), m."""
+        solid = self.unscaled_solid
+        return solid.points[: solid.base, :2]
+
+    @cached_property
+    def contact_points(self) -> FloatArray:
+        """Points of the contact outline with the footprint in one plane, shape (n, 3), m."""
+        return _flattened(np.asarray(self.vertices), self.relief)
+
+    @cached_property
+    def unscaled_solid(self) -> RigidSolid:
+        """Rigid body of the stone as scanned."""
+        check_stone_heights(self.unscaled_height)
+        properties = np.asarray(self.centre_of_mass), self.inertia_matrix
+        size = float(np.ptp(np.asarray(self.vertices), axis=0).max())
+        base = np.flatnonzero(self.contact_points[:, 2] == self.contact_points[:, 2].min())
+        tolerance = self.hull_tolerance * size
+        while True:
+            points = outline_within_tolerance(self.contact_points, tolerance, base)
+            hull = hull_about_centre(points, scipy.spatial.ConvexHull(points), properties)
+            try:
+                return solid_from_hull(hull, LEAST_FALL_TILT)
+            except TooManyContactVerticesError:
+                if tolerance > 0.1 * size:
+                    raise
+                tolerance *= 2.0
+
+    def with_relief(self, relief: float) -> Self:
+        """Return the same stone with another relief, m."""
+        known: dict[float, Self] = self.__dict__.setdefault("_of_relief", {self.relief: self})
+        if relief not in known:
+            known[relief] = replace(self, relief=relief)
+        return known[relief]
+
+    @override
+    def solid(self, height: float, b_over_h: float, aspect: float) -> RigidSolid:
+        return self.unscaled_solid.scaled_by(height / self.unscaled_height)
+
+    @override
+    def drawn_corners_and_edges(self, height: float, b_over_h: float, aspect: float) -> Outline:
+        points = outline_within_tolerance(self.contact_points, 0.004 * self.unscaled_height)
+        hull = scipy.spatial.ConvexHull(points)
+        edges = np.unique(np.sort(np.concatenate([hull.simplices[:, [k, (k + 1) % 3]] for k in range(3)])), axis=0)
+        return (points - np.asarray(self.centre_of_mass)) * (height / self.unscaled_height), edges.astype(np.int64)
+
+
+def _flattened(points: FloatArray, relief: float) -> FloatArray:
+    """Return the corners of the footprint in the lowest plane, then all points above the relief, shape (n, 3), m."""
+    size = float(np.ptp(points, axis=0).max())
+    bottom = float(points[:, 2].min())
+    low = points[:, 2] <= bottom + max(relief, FLAT * size)
+    try:
+        outline = outline_within_tolerance(points[low, :2], FOOTPRINT_TOLERANCE * size)
+    except (scipy.spatial.QhullError, ValueError):
+        raise ArgumentError(
+            f"body: fewer than three points, or points on one line, bear within a relief of {1000 * relief:g} mm; "
+            "give a larger relief"
+        ) from None
+    return np.concatenate([np.column_stack([outline, np.full(len(outline), bottom)]), points[~low]])
+
+
+def nearest_stable_pose(points: FloatArray, centre_of_mass: FloatArray) -> StablePose:
+    """Return the stable pose of a body on flat ground that is nearest to the pose of its points.
+
+    The body can rest on a face of its hull if the foot of its centre of mass lies on that face. The nearest such face
+    is the one with the least tilt. Points (n, 3) and centre (3,) are in m, z up.
+
+    Raises
+    ------
+    ArgumentError
+        If all points lie in one plane.
+    """
+    try:
+        hull = scipy.spatial.ConvexHull(points)
+    except scipy.spatial.QhullError:
+        raise ArgumentError("body: its vertices lie in one plane, so it has no volume") from None
+    normals = hull.equations[:, :3]
+    offsets = -hull.equations[:, 3] - normals @ centre_of_mass
+    size = float(np.ptp(points, axis=0).max())
+    for index in np.argsort(normals[:, 2], kind="stable"):
+        beyond = normals @ (normals[index] * offsets[index]) - offsets
+        beyond[normals @ normals[index] > 1.0 - FLAT] = -np.inf
+        if beyond.max() < -FLAT * size:
+            break
+    return _pose_on_face(normals[index])
+
+
+def _pose_on_face(normal: FloatArray) -> StablePose:
+    """Return the pose in which an outward normal, shape (3,), points down, by the smallest rotation."""
+    normal = normal / np.sqrt(normal @ normal)
+    axis, cosine = np.cross(normal, [0.0, 0.0, -1.0]), float(-normal[2])
+    sine = float(np.sqrt(axis @ axis))
+    # A tilt below rounding leaves the scan as it is, so that a mesh that stands on a face keeps its coordinates.
+    if cosine > 0.0 and sine < 1e-9:
+        return StablePose(np.eye(3), 0.0, 0.0)
+    if sine == 0.0:
+        axis, sine = np.array([1.0, 0.0, 0.0]), 0.0
+    else:
+        axis = axis / sine
+    x, y, z = axis
+    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    rotation = np.eye(3) + sine * skew + (1.0 - cosine) * skew @ skew
+    top = rotation[:2, 2]
+    return StablePose(
+        rotation, float(np.degrees(np.arctan2(sine, cosine))), float(np.degrees(np.arctan2(top[1], top[0])))
+    )
+
+
+def points_that_can_touch(points: FloatArray) -> FloatArray:
+    """Return the points of a stable pose that can touch the ground at some relief up to `MAX_RELIEF`, shape (n, 3).
+
+    These are the vertices of the hull, and the low points that widen the footprint before a hull vertex does.
+    """
+    size = float(np.ptp(points, axis=0).max())
+    hull = scipy.spatial.ConvexHull(points)
+    low = np.flatnonzero(points[:, 2] <= points[:, 2].min() + MAX_RELIEF)
+    low = low[np.argsort(points[low, 2], kind="stable")]
+    chosen, outline = [], np.zeros((0, 3))
+    for index in low:
+        if len(outline) and (outline[:, :2] @ points[index, :2] + outline[:, 2]).max() <= FOOTPRINT_TOLERANCE * size:
+            continue
+        chosen.append(index)
+        if len(chosen) >= 3:
+            try:
+                outline = scipy.spatial.ConvexHull(points[chosen, :2]).equations
+            except scipy.spatial.QhullError:
+                continue
+    return points[np.union1d(hull.vertices, np.array(chosen, np.intp))]
+
+
+class Scan(NamedTuple):
+    """Stone from a scan, with the facts to print."""
+
+    shape: Shape
+    volume: float
+    """Volume, m³."""
+    pose: StablePose
+    notes: list[str]
+    """Changes of the mesh, in words."""
+
+    def description(self, density: float) -> list[str]:
+        """Return lines of text about mass, pose and footprint of a stone with a density, kg/m³."""
+        lines = [f"volume {self.volume:.4g} m³, mass {self.volume * density:.4g} kg", *self.notes]
+        if self.pose.tilt_deg > 0.0:
+            lines.append(
+                f"placed in its nearest stable pose, tilted by {self.pose.tilt_deg:.2f}° from its own vertical"
+            )
+        if isinstance(self.shape, ScannedStone):
+            solid = self.shape.unscaled_solid
+            lines.append(
+                f"footprint within a relief of {1000 * self.shape.relief:.3g} mm: {solid.base} corners, nearest edge "
+                f"{1000 * solid.min_base_edge_distance:.3g} mm from the foot of the centre of mass"
+            )
+        return lines
+
+
+def stone_from_surface(surface: TriangleSurface, notes: list[str], name: str, relief: float | None = None) -> Scan:
+    """Return the stone of a closed surface in its nearest stable pose.
+
+    A convex body that stands on a face of its own is a `Polyhedron`, as if its vertices had been given.
+
+    Raises
+    ------
+    ArgumentError
+        If the body cannot stand, or its size is out of range; see `ScannedStone`.
+    """
+    found = mass_properties(surface.corners)
+    used = surface.vertices[np.unique(surface.triangles)]
+    pose = nearest_stable_pose(used, found.centre)
+    if relief is None and pose.tilt_deg == 0.0 and (solid := _convex_polyhedron(used, found, name)) is not None:
+        return Scan(solid, found.volume, pose, notes)
+    placed = used @ pose.rotation.T
+    origin = pose.rotation @ found.centre
+    origin[2] = placed[:, 2].min()
+    touching = np.round(points_that_can_touch(placed - origin), STORED_DIGITS)
+    inertia = pose.rotation @ found.inertia @ pose.rotation.T
+    six = [*np.diag(inertia), -inertia[0, 1], -inertia[0, 2], -inertia[1, 2]]
+    shape = ScannedStone(
+        touching,
+        np.round(pose.rotation @ found.centre - origin, STORED_DIGITS),
+        np.round(six, 9),
+        DEFAULT_RELIEF if relief is None else relief,
+        name,
+    )
+    return Scan(shape, found.volume, pose, notes)
+
+
+def _convex_polyhedron(points: FloatArray, found: MassProperties, name: str) -> Polyhedron | None:
+    """Return the polyhedron of the vertices of a convex body, or None if it is not convex or more of it bears."""
+    hull = scipy.spatial.ConvexHull(points)
+    if abs(hull.volume - found.volume) > CONVEX_SHARE * hull.volume:
+        return None
+    size = float(np.ptp(points, axis=0).max())
+    inside = -(points @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1)
+    height = points[:, 2] - points[:, 2].min()
+    if inside.max() > FLAT * size or ((height > FLAT * size) & (height <= DEFAULT_RELIEF)).any():
+        return None
+    if len(points) > MAX_CONTACT_VERTICES:
+        return None
+    return Polyhedron(points, name)

@@ -1,0 +1,142 @@
+"""Closed triangle surface of a body: open edges, a lid on an open base, volume, centre of mass, inertia."""
+
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.arrays import FloatArray
+from overturning.errors import ArgumentError
+
+LID_FLATNESS: Final = 0.01
+"""Largest distance of the rim of an open base from its plane, as a share of the body's size."""
+
+LID_SLOPE: Final = np.cos(np.radians(45.0))
+"""Least cosine of the angle between the plane of an open base and the horizontal."""
+
+MAX_NAMED_EDGES: Final = 3
+"""Largest number of open edges that an error message lists."""
+
+
+class TriangleSurface(NamedTuple):
+    """Triangle surface of a body."""
+
+    vertices: FloatArray
+    """Positions, shape (n, 3), m, z up."""
+    triangles: NDArray[np.int64]
+    """Vertex indices, shape (m, 3), anticlockwise from outside."""
+
+    @property
+    def corners(self) -> FloatArray:
+        """Positions of the corners of each triangle, shape (m, 3, 3), m."""
+        return self.vertices[self.triangles]
+
+
+class MassProperties(NamedTuple):
+    """Mass properties of a homogeneous body."""
+
+    volume: float
+    """Volume, m³; negative if the triangles are clockwise from outside."""
+    centre: FloatArray
+    """Centre of mass, shape (3,), m."""
+    inertia: FloatArray
+    """Moments and negative products of inertia about the centre per mass, shape (3, 3), m²."""
+
+
+def mass_properties(triangle_corners: FloatArray) -> MassProperties:
+    """Compute the mass properties of the body inside a closed surface, from its triangles, shape (m, 3, 3), m.
+
+    Each triangle spans a tetrahedron with a common origin; volumes are counted negative where the surface faces it.
+    """
+    origin = triangle_corners.reshape(-1, 3).mean(axis=0)
+    a, b, c = (triangle_corners[:, k] - origin for k in range(3))
+    volume = np.sum(np.cross(a, b) * c, axis=1)  # six times the volume of each tetrahedron
+    total = volume.sum()
+    mean = (volume[:, None] * (a + b + c)).sum(axis=0) / (4.0 * total)
+    second = np.zeros((3, 3))
+    for i in range(3):
+        for k in range(3):
+            of = (a[:, i] + b[:, i] + c[:, i]) * (a[:, k] + b[:, k] + c[:, k]) + a[:, i] * a[:, k] + b[:, i] * b[:, k]
+            second[i, k] = np.sum(volume * (of + c[:, i] * c[:, k])) / (20.0 * total)
+    second -= np.outer(mean, mean)
+    return MassProperties(float(total) / 6.0, origin + mean, np.trace(second) * np.eye(3) - second)
+
+
+def open_edges(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the directed edges, shape (n, 2), at which a surface is open: no triangle has the reverse edge.
+
+    An edge of four triangles, two in each direction, is closed: the surface touches itself there.
+    """
+    edges = np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)])
+    number = int(triangles.max(initial=0)) + 1
+    forward, reverse = edges[:, 0] * number + edges[:, 1], edges[:, 1] * number + edges[:, 0]
+    codes, counts = np.unique(forward, return_counts=True)
+    place = np.minimum(np.searchsorted(codes, reverse), codes.size - 1)
+    count, of_reverse = counts[np.searchsorted(codes, forward)], np.where(codes[place] == reverse, counts[place], 0)
+    return edges[count > of_reverse]
+
+
+def closed_surface(surface: TriangleSurface) -> tuple[TriangleSurface, list[str]]:
+    """Close the open base of a surface, turn its triangles outwards, and return it with a note of each change.
+
+    Raises
+    ------
+    ArgumentError
+        If the surface has other holes, neighbouring triangles face opposite sides, or it encloses no volume.
+    """
+    if not len(surface.triangles):
+        raise ArgumentError("body: points without faces enclose no volume; make a closed mesh of them")
+    notes = []
+    edges = open_edges(surface.triangles)
+    if len(edges):
+        surface, deviation = _with_lid(surface, edges)
+        notes.append(
+            f"the open base is closed by a flat lid; its {len(edges)} open edges lie within {1000 * deviation:.2g} mm "
+            "of a plane"
+        )
+    size = float(np.ptp(surface.vertices, axis=0).max())
+    corners = surface.corners - surface.corners.reshape(-1, 3).mean(axis=0)
+    volume = float(np.sum(np.cross(corners[:, 0], corners[:, 1]) * corners[:, 2])) / 6.0
+    if not abs(volume) > 1e-6 * size**3:
+        raise ArgumentError(
+            f"body: a volume of {volume:.3g} m³ in a size of {size:.3g} m; it is flat, or its parts cancel"
+        )
+    if volume < 0.0:
+        notes.append("the faces were listed clockwise from outside; they are turned")
+        surface = surface._replace(triangles=np.ascontiguousarray(surface.triangles[:, ::-1]))
+    return surface, notes
+
+
+def _with_lid(surface: TriangleSurface, edges: NDArray[np.int64]) -> tuple[TriangleSurface, float]:
+    """Return a surface with a fan of triangles on its open edges, and their largest distance from a plane, m.
+
+    The fan is flat, so that its volume and moments are right for a rim of any outline, also for several rims.
+    """
+    rim, points = surface.vertices[edges], surface.vertices
+    size = float(np.ptp(points, axis=0).max())
+    centre = rim.reshape(-1, 3).mean(axis=0)
+    area = 0.5 * np.cross(rim[:, 1] - centre, rim[:, 0] - centre).sum(axis=0)
+    length = float(np.sqrt(area @ area))
+    normal = area / length if length > 0.0 else np.zeros(3)
+    deviation = float(np.abs((rim - centre) @ normal).max()) if length > 0.0 else np.inf
+    below = np.abs(normal[2]) >= LID_SLOPE and _is_base(points, centre, normal, LID_FLATNESS * size)
+    # An edge twice without its reverse belongs to a face of the wrong sense.
+    single = len(np.unique(edges, axis=0)) == len(edges)
+    if not (deviation <= LID_FLATNESS * size and below and single):
+        first = ", ".join(
+            f"{one.round(4).tolist()} to {other.round(4).tolist()}" for one, other in rim[:MAX_NAMED_EDGES]
+        )
+        more = f" and {len(rim) - MAX_NAMED_EDGES} more" if len(rim) > MAX_NAMED_EDGES else ""
+        raise ArgumentError(
+            f"body: not closed at {len(rim)} edges, so its volume is undefined: {first}{more} (m); fill the holes and "
+            "make all faces point outwards (only an open base in one plane is closed here)"
+        )
+    vertices = np.concatenate([points, centre[None]])
+    lid = np.column_stack([edges[:, 1], edges[:, 0], np.full(len(edges), len(points))])
+    return TriangleSurface(vertices, np.concatenate([surface.triangles, lid])), deviation
+
+
+def _is_base(points: FloatArray, centre: FloatArray, normal: FloatArray, tolerance: float) -> bool:
+    """True if all points lie above a plane through `centre`, within a tolerance, m; the sign of `normal` is free."""
+    upward = normal * np.sign(normal[2])
+    return bool(((points - centre) @ upward).min() >= -tolerance)

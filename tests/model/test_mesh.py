@@ -1,0 +1,124 @@
+"""Mesh files: three formats and their variants, units, damaged and unsuitable files."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from overturning.errors import ArgumentError
+from overturning.model.mesh import import_trimesh, read_mesh_surface, read_scan
+from overturning.model.scan import ScannedStone
+from overturning.model.shapes import Polyhedron
+from overturning.model.surface import mass_properties
+from tests.expect import refused
+from tests.model.solids import SURFACES, box, box_sums, l_shape, write_mesh
+
+FILES = ("a.obj", "a.ply", "a.text.ply", "a.stl", "a.text.stl")
+
+
+@pytest.fixture(autouse=True)
+def _needs_trimesh() -> None:
+    pytest.importorskip("trimesh")
+
+
+@pytest.mark.parametrize("file", FILES)
+@pytest.mark.parametrize("name", SURFACES)
+def test_formats(tmp_path: Path, file: str, name: str) -> None:
+    found = mass_properties(read_mesh_surface(write_mesh(SURFACES[name](), tmp_path / file)).corners)
+    for one, other in zip(found, box_sums(name), strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-7)
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_a_convex_mesh_is_a_polyhedron(tmp_path: Path, file: str) -> None:
+    scan = read_scan(write_mesh(box((0.4, 0.3, 0.8)), tmp_path / file))
+    assert isinstance(scan.shape, Polyhedron)
+    assert scan.volume == pytest.approx(0.4 * 0.3 * 0.8)
+    assert (scan.pose.tilt_deg, scan.notes, scan.shape.name) == (0.0, [], (tmp_path / file).stem)
+    np.testing.assert_allclose(
+        scan.shape.unscaled_solid.inertia, Polyhedron(box((0.4, 0.3, 0.8)).vertices).unscaled_solid.inertia, rtol=1e-6
+    )
+
+
+def test_variants_of_the_formats(tmp_path: Path) -> None:
+    """Polygons as faces, vertex numbers counted from the end, texture numbers, comments, further columns and lists."""
+    whole, n = l_shape(), 6
+    points = whole.vertices
+    faces = [[0, 1, 2, 3, 4, 5], [6, 11, 10, 9, 8, 7], *([k, n + k, n + (k + 1) % n, (k + 1) % n] for k in range(n))]
+    lines = "".join("v {} {} {}\n".format(*point) for point in points)
+    slashes = "".join("f " + " ".join(f"{k + 1}//1" for k in face) + "\n" for face in faces)
+    (tmp_path / "slashes.obj").write_text(f"# a stone\nvn 0 0 1\n{lines}{slashes}")
+    (tmp_path / "back.obj").write_text(
+        lines + "".join("f " + " ".join(str(k - 2 * n) for k in face) + "\n" for face in faces)
+    )
+    columns = "".join(f"property float {axis}\n" for axis in "xyz") + "property uchar red\n"
+    head = f"ply\nformat {{}} 1.0\ncomment a stone\nelement vertex {2 * n}\n{columns}element face {len(faces)}\n"
+    head += "property list uchar int vertex_indices\nproperty uchar red\nend_header\n"
+    rows = "".join("{} {} {} 7\n".format(*point) for point in points)
+    rows += "".join(" ".join(map(str, [len(face), *face, 7])) + "\n" for face in faces)
+    (tmp_path / "columns.ply").write_text(head.format("ascii") + rows)
+    packed = b"".join(point.astype(">f4").tobytes() + b"\7" for point in points)
+    mixed = packed + b"".join(bytes([len(face)]) + np.array(face, ">i4").tobytes() + b"\7" for face in faces)
+    binary = head.format("binary_big_endian")
+    (tmp_path / "mixed.ply").write_bytes(binary.encode() + mixed)
+    with refused(ArgumentError, "mixed.ply", "equal numbers of corners", brief=True):
+        read_mesh_surface(tmp_path / "mixed.ply")
+    (tmp_path / "mixed.ply").unlink()
+    packed += b"".join(b"\3" + face.astype(">i4").tobytes() + b"\7" for face in whole.triangles)
+    binary = binary.replace(f"element face {len(faces)}", f"element face {len(whole.triangles)}")
+    (tmp_path / "big.ply").write_bytes(binary.encode() + packed)
+    for path in sorted(tmp_path.iterdir()):
+        found = mass_properties(read_mesh_surface(path).corners)
+        for one, other in zip(found, box_sums("l-shape"), strict=True):
+            np.testing.assert_allclose(one, other, atol=1e-7, err_msg=path.name)
+
+
+def test_volume_and_inertia_equal_those_of_trimesh(tmp_path: Path) -> None:
+    path = write_mesh(l_shape(), tmp_path / "a.ply")
+    found, other = mass_properties(read_mesh_surface(path).corners), import_trimesh().load_mesh(path)
+    assert found.volume == pytest.approx(other.volume)
+    np.testing.assert_allclose(found.centre, other.center_mass)
+    np.testing.assert_allclose(found.inertia, other.moment_inertia / other.volume, atol=1e-12)
+
+
+def test_units(tmp_path: Path) -> None:
+    path = write_mesh(l_shape(), tmp_path / "stone.obj", 1000.0)
+    with refused(ArgumentError, "stone.obj", "800 m large", "declare the unit", "perhaps mm", brief=True):
+        read_scan(path)
+    assert read_scan(path, "mm").volume == pytest.approx(box_sums("l-shape")[0])
+    path = write_mesh(l_shape(), tmp_path / "stone.ply", 100.0)
+    with refused(ArgumentError, "80 m large", "perhaps cm", brief=True):
+        read_scan(path)
+    assert read_scan(path, "cm").volume == pytest.approx(box_sums("l-shape")[0])
+    with refused(ArgumentError, "0.0008 m", brief=True):
+        read_scan(write_mesh(l_shape(), tmp_path / "small.ply"), "mm")
+
+
+def test_a_mesh_that_is_not_convex_is_a_scan(tmp_path: Path) -> None:
+    scan = read_scan(write_mesh(l_shape(), tmp_path / "stone.stl"), relief=0.001)
+    assert isinstance(scan.shape, ScannedStone)
+    assert scan.shape.relief == 0.001
+    _, centre, _ = box_sums("l-shape")
+    assert scan.shape.unscaled_solid.b_over_h == pytest.approx(min(centre[0], 0.15) / centre[2], abs=1e-5)
+
+
+def test_files_that_are_refused(tmp_path: Path) -> None:
+    whole = l_shape()
+    cases = {
+        "box.xyz": (b"", ["box.xyz", ".obj, .ply, .stl"]),
+        "broken.stl": (b"solid", ["broken.stl"]),
+        "empty.obj": (b"", ["empty.obj", "damaged"]),
+        "torn.ply": (write_mesh(whole, tmp_path / "a.ply").read_bytes()[:-40], ["torn.ply"]),
+        "number.obj": (b"v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", ["number.obj"]),
+        "points.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n", ["points.obj", "without faces"]),
+        "sheet.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", ["sheet.obj"]),
+    }
+    for name, (content, words) in cases.items():
+        (tmp_path / name).write_bytes(content)
+        with refused(ArgumentError, *words, brief=True):
+            read_scan(tmp_path / name)
+    with refused(ArgumentError, "gone.obj: No such file", brief=True):
+        read_scan(tmp_path / "gone.obj")
+    hole = whole._replace(triangles=whole.triangles[2:])
+    with refused(ArgumentError, "hole.ply", "not closed at", "fill the holes", brief=True):
+        read_scan(write_mesh(hole, tmp_path / "hole.ply"))

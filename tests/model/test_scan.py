@@ -1,0 +1,189 @@
+"""Scanned stones: mass properties of non-convex solids, holes, footprint, stable pose, and agreement with polyhedra."""
+
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull
+
+from overturning.errors import ArgumentError
+from overturning.model.outline import outline_within_tolerance
+from overturning.model.scan import ScannedStone, nearest_stable_pose, stone_from_surface
+from overturning.model.shapes import Polyhedron
+from overturning.model.surface import TriangleSurface, closed_surface, mass_properties, open_edges
+from tests.expect import refused
+from tests.model.solids import SURFACES, box, box_sums, l_shape, ring, rotated, statue
+
+ROUGH = 0.004
+"""Largest height of the rough base of `rough_block`, m."""
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_mass_properties_of_non_convex_solids(name: str) -> None:
+    """Volume, centre and inertia equal sums over the boxes that the solid consists of."""
+    volume, centre, inertia = box_sums(name)
+    surface = SURFACES[name]()
+    found = mass_properties(surface.corners)
+    assert found.volume == pytest.approx(volume, rel=1e-12)
+    np.testing.assert_allclose(found.centre, centre, atol=1e-12)
+    np.testing.assert_allclose(found.inertia, inertia, atol=1e-12)
+    assert ConvexHull(surface.vertices).volume > 1.2 * volume
+    assert len(open_edges(surface.triangles)) == 0
+
+
+def test_the_solid_of_a_scan_has_the_inertia_of_the_volume() -> None:
+    """The ring is a body with a hole: its hull would have a quarter less inertia about the vertical."""
+    _, _, inertia = box_sums("ring")
+    scan = stone_from_surface(ring(), [], "ring")
+    np.testing.assert_allclose(scan.shape.solid(0.25, 1.0, 1.0).inertia, inertia, atol=1e-8)
+    assert scan.shape.solid(0.25, 1.0, 1.0).base == 4
+
+
+def test_clockwise_faces_are_turned_outwards() -> None:
+    inside_out = l_shape()._replace(triangles=l_shape().triangles[:, ::-1])
+    assert mass_properties(inside_out.corners).volume < 0
+    surface, notes = closed_surface(inside_out)
+    assert mass_properties(surface.corners).volume == pytest.approx(box_sums("l-shape")[0])
+    assert "clockwise" in notes[0]
+
+
+def test_an_open_base_in_one_plane_is_closed() -> None:
+    """Removing the faces of the base changes nothing, for one rim and for the two rims of a ring."""
+    for whole in (l_shape(), ring(), statue()):
+        bottom = (whole.corners[:, :, 2] == 0.0).all(axis=1)
+        assert bottom.sum() >= 2
+        surface, notes = closed_surface(whole._replace(triangles=whole.triangles[~bottom]))
+        assert "open base" in notes[0]
+        for one, other in zip(mass_properties(surface.corners), mass_properties(whole.corners), strict=True):
+            np.testing.assert_allclose(one, other, atol=1e-12)
+
+
+def test_a_hole_elsewhere_is_refused_and_its_edges_are_named() -> None:
+    whole = l_shape()
+    top = int(np.flatnonzero((whole.corners[:, :, 2] == 0.8).all(axis=1))[0])
+    with refused(ArgumentError, "not closed at 3 edges", "0.8]", "fill the holes", brief=True):
+        closed_surface(whole._replace(triangles=np.delete(whole.triangles, top, axis=0)))
+    # A base whose rim is not flat.
+    bent = whole.vertices.copy()
+    bent[whole.vertices[:, 2] == 0.0, 2] += [0.0, 0.1, 0.0, 0.0]
+    open_below = whole.triangles[~(whole.corners[:, :, 2] == 0.0).all(axis=1)]
+    with refused(ArgumentError, "not closed at 4 edges", brief=True):
+        closed_surface(TriangleSurface(bent, open_below))
+    with refused(ArgumentError, "without faces", "closed mesh", brief=True):
+        closed_surface(TriangleSurface(whole.vertices, np.zeros((0, 3), np.int64)))
+
+
+def test_a_face_of_the_wrong_sense_is_refused() -> None:
+    whole = box((0.4, 0.3, 0.8))
+    turned = whole.triangles.copy()
+    turned[-1] = turned[-1, ::-1]
+    with refused(ArgumentError, "not closed", "point outwards", brief=True):
+        closed_surface(whole._replace(triangles=turned))
+
+
+@pytest.mark.parametrize(("axis", "direction"), [(1, 0.0), (0, -90.0)])
+@pytest.mark.parametrize("tilt", [0.5, 7.0, 20.0])
+def test_a_tilted_box_is_placed_upright_and_the_tilt_is_known(axis: int, direction: float, tilt: float) -> None:
+    """Rotated about y its top leans towards +x; placed upright it is the box again, at the same azimuth."""
+    scan = stone_from_surface(rotated(box((0.4, 0.3, 0.8)), axis, tilt), [], "box")
+    assert scan.pose.tilt_deg == pytest.approx(tilt, abs=1e-6)
+    # The pose turns the top back, opposite to the lean.
+    assert abs((scan.pose.direction_deg - direction - 180.0 + 180.0) % 360.0 - 180.0) == pytest.approx(0.0, abs=1e-6)
+    solid = scan.shape.solid(0.8, 1.0, 1.0)
+    np.testing.assert_allclose(np.abs(solid.points[:4, :2]), [[0.2, 0.15]] * 4, atol=2e-6)
+    assert solid.b_over_h == pytest.approx(0.15 / 0.4, abs=1e-5)
+
+
+def test_a_wedge_falls_onto_its_nearest_face() -> None:
+    """A slender wedge that stands on its edge leans by half of its opening angle onto the nearer side."""
+    half = np.radians(15.0)
+    outline = np.array([(0.0, 0.0), (np.sin(half), np.cos(half)), (-np.sin(half), np.cos(half))])
+    points = np.array([[x, y, z] for y in (-0.3, 0.3) for x, z in outline])
+    centre = points.mean(axis=0)
+    pose = nearest_stable_pose(points, centre)
+    assert pose.tilt_deg == pytest.approx(75.0, abs=1e-6)
+
+
+def rough_block(generator: np.random.Generator) -> TriangleSurface:
+    """Return a block with a rough base: a grid of points with heights up to `ROUGH`, and a flat top."""
+    n = 9
+    x, y = np.meshgrid(np.linspace(-0.2, 0.2, n), np.linspace(-0.15, 0.15, n), indexing="ij")
+    low = np.column_stack([x.ravel(), y.ravel(), generator.uniform(0.0, ROUGH, n * n)])
+    high = np.column_stack([x.ravel(), y.ravel(), np.full(n * n, 0.7)])
+    cells = np.arange(n * n).reshape(n, n)
+    a, b, c, d = cells[:-1, :-1].ravel(), cells[1:, :-1].ravel(), cells[1:, 1:].ravel(), cells[:-1, 1:].ravel()
+    top = np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
+    rim = np.concatenate([cells[:, 0], cells[-1, 1:], cells[-2::-1, -1], cells[0, -2:0:-1]])
+    after = np.roll(rim, -1)
+    m = n * n
+    sides = np.concatenate([np.column_stack([rim, after, rim + m]), np.column_stack([after, after + m, rim + m])])
+    return TriangleSurface(np.concatenate([low, high]), np.concatenate([top[:, ::-1], top + m, sides]))
+
+
+def test_the_footprint_is_the_hull_of_the_points_within_the_relief() -> None:
+    surface, _ = closed_surface(rough_block(np.random.default_rng(4)))
+    stone = stone_from_surface(surface, [], "rough", 0.0).shape
+    assert isinstance(stone, ScannedStone)
+    pose = nearest_stable_pose(surface.vertices, mass_properties(surface.corners).centre)
+    placed = surface.vertices @ pose.rotation.T
+    above = placed[:, 2] - placed[:, 2].min()
+    slenderness = []
+    for relief in (0.0005, 0.001, 0.002, 0.004, 0.01):
+        solid = stone.with_relief(relief).unscaled_solid
+        hull = ConvexHull(placed[above <= relief, :2])
+        x, y = solid.points[: solid.base, :2].T
+        area = 0.5 * float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
+        # The simplification may leave out a strip of 1 ‰ of the size along the outline.
+        assert hull.volume - 7e-4 * hull.area <= area <= hull.volume + 1e-6
+        slenderness.append(solid.b_over_h)
+    assert slenderness == sorted(slenderness)
+    assert slenderness[0] < 0.8 * slenderness[-1]
+    whole = Polyhedron(box((0.4, 0.3, 0.7)).vertices).unscaled_solid
+    assert slenderness[-1] == pytest.approx(whole.b_over_h, rel=0.03)
+
+
+def test_a_convex_mesh_is_the_polyhedron_of_its_vertices() -> None:
+    """The same bits, so that studies with such a mesh keep their results."""
+    frustum = box((0.5, 0.4, 0.7))
+    points = frustum.vertices * np.where(frustum.vertices[:, 2:] > 0, [[0.6, 0.7, 1.0]], 1.0)
+    scan = stone_from_surface(frustum._replace(vertices=points), [], "frustum")
+    own, other = scan.shape.solid(0.7, 1.0, 1.0), Polyhedron(points).solid(0.7, 1.0, 1.0)
+    assert isinstance(scan.shape, Polyhedron)
+    for name in ("points", "inertia", "faces", "sectors"):
+        assert getattr(own, name).tobytes() == getattr(other, name).tobytes()
+    # As a scan with a relief of its own it differs by the rounding to micrometres only.
+    scanned = stone_from_surface(frustum._replace(vertices=points), [], "frustum", 0.001).shape
+    assert isinstance(scanned, ScannedStone)
+    np.testing.assert_allclose(np.sort(scanned.unscaled_solid.points, axis=0), np.sort(own.points, axis=0), atol=2e-6)
+    np.testing.assert_allclose(scanned.unscaled_solid.inertia, own.inertia, atol=1e-8)
+
+
+def test_an_outline_lies_inside_by_at_most_the_tolerance() -> None:
+    points = np.random.default_rng(2).normal(size=(4000, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    counts = []
+    for tolerance in (0.002, 0.005, 0.02):
+        kept = outline_within_tolerance(points, tolerance)
+        equations = ConvexHull(kept).equations
+        beyond = points @ equations[:, :3].T + equations[:, 3]
+        assert beyond[:, equations[:, 2] <= -np.cos(np.radians(45.0))].max() <= tolerance + 1e-12
+        counts.append(len(kept))
+    assert counts == sorted(counts, reverse=True)
+    assert len(outline_within_tolerance(points[:, :2], 0.01)) < 40
+    whole = outline_within_tolerance(points[:, :2], 0.0)
+    assert {tuple(one) for one in whole} == {tuple(one) for one in points[ConvexHull(points[:, :2]).vertices, :2]}
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"relief": 0.05}, ["relief", "0.05", "0.03"]),
+        ({"relief": -0.001}, ["relief", "-0.001"]),
+        ({"inertia": (1.0, 1.0, 3.0, 0, 0, 0)}, ["inertia", "no body"]),
+        ({"centre_of_mass": (0.5, 0.0, 0.4)}, ["outside its base"]),
+    ],
+)
+def test_impossible_scans_are_refused(change: dict, words: list[str]) -> None:
+    points = box((0.4, 0.3, 0.8)).vertices - [0.2, 0.15, 0.0]
+    own = {"centre_of_mass": (0.0, 0.0, 0.4), "inertia": (0.06, 0.07, 0.02, 0, 0, 0), "relief": 0.002}
+    ScannedStone(points, **own)
+    with refused(ArgumentError, *words, brief=True):
+        ScannedStone(points, **own | change)

@@ -13,7 +13,7 @@ from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).parents[1]
 RUN, DEV = ROOT / "requirements.lock", ROOT / "requirements-dev.lock"
-OPTIONAL = {"pyarrow": "parquet", "pystrata": "soil"}
+OPTIONAL = {"pyarrow": "parquet", "pystrata": "soil", "trimesh": "mesh"}
 """Imported packages that only some runs need, and their groups."""
 
 

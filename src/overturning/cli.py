@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line; a step of a running workflow runs in the fork server of that run.
+    """Run the program `overturning`; a workflow step runs as a copy (fork) of the workflow's server process if it can.
 
     See `overturning.commands.application.run_command_line`; `arguments` are those of the process if not given.
     """

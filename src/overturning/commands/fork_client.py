@@ -31,12 +31,12 @@ STARTED: Final = b"+"
 
 
 def installation() -> list[str]:
-    """Return what server and client must have in common: the program of Python and the folder of this package."""
+    """Return Python's path and the package's folder, which must be equal for fork server and client."""
     return [sys.executable, os.path.dirname(os.path.dirname(os.path.abspath(__file__)))]
 
 
 def run_step_in_fork_server(arguments: Sequence[str]) -> int | None:
-    """Run a step in the fork server of a workflow and return its exit status.
+    """Run a workflow step in a copy (fork) of the workflow's server process, and return the step's exit status.
 
     Returns None if the step must run in this process: without a server, with a server of another installation, and for
     a step with several threads, because the server has loaded its libraries for one thread.
@@ -72,7 +72,7 @@ def run_step_in_fork_server(arguments: Sequence[str]) -> int | None:
 
 
 def start_fork_server(measurements: str | os.PathLike[str]) -> Callable[[], None]:
-    """Start a fork server for the steps that this process starts from now on; it ends with this process.
+    """Start a server process that forks a copy of itself for each workflow step; return a function that ends it.
 
     No server starts on systems other than Linux, where a copy of a process with loaded libraries may fail, and if the
     folder of temporary files accepts no socket. Nor does it if the environment already names a server, or has another
@@ -122,4 +122,4 @@ def start_fork_server(measurements: str | os.PathLike[str]) -> Callable[[], None
 
 
 def _do_nothing() -> None:
-    """Do nothing: there is no server to end."""
+    """Do nothing: stands for the function that ends the fork server, if there is no server."""

@@ -40,14 +40,14 @@ _DIE_WITH_PARENT: Final = 1  # PR_SET_PDEATHSIG of prctl(2)
 
 
 class RunningStep(NamedTuple):
-    """Step that runs in a copy of the server."""
+    """Workflow step that runs in a forked copy of the server: its arguments, and the connection to its client."""
 
     arguments: list[str]
     connection: socket.socket
 
 
 class ForkServer:
-    """Server that forks a copy of itself for each request, until its standard input ends and all steps have ended."""
+    """Server that runs each workflow step in a forked copy of itself, which saves the time to import modules."""
 
     def __init__(self, listener: socket.socket, measurements: Path) -> None:
         self._listener, self._measurements = listener, measurements
@@ -57,7 +57,7 @@ class ForkServer:
         self._selector = selectors.DefaultSelector()
 
     def serve(self) -> None:
-        """Answer requests until the process that started the server has ended, and no step runs."""
+        """Answer requests until the process that started the server has ended, and all steps have ended."""
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C stops steps and workflow; the server ends after them
         ended_step, wake_up = socket.socketpair()
         wake_up.setblocking(False)
@@ -107,7 +107,7 @@ class ForkServer:
         self._selector.register(connection, selectors.EVENT_READ, process)
 
     def _load_for(self, arguments: list[str]) -> None:
-        """Import the modules of a command, and load the kernels of a sweep if an earlier one has compiled them."""
+        """Import the modules that a command needs; for a sweep, load the simulation code compiled by an earlier one."""
         with contextlib.suppress(Exception):  # the step reports it
             for name in _MODULES.get(arguments[0], ()):
                 import_module(name)
@@ -116,7 +116,7 @@ class ForkServer:
                 _load_kernels_of_sweep(self._sweep)
 
     def _report_ended_steps(self) -> None:
-        """Send the exit status of steps that have ended to their clients, and store their processor time and memory."""
+        """Send the exit statuses of ended steps to their clients, and store their processor time and memory."""
         while self._steps:
             process, wait_status, used = os.wait4(-1, os.WNOHANG)
             if not process:
@@ -132,7 +132,7 @@ class ForkServer:
             self._store_measurements(step.arguments, used)
 
     def _store_measurements(self, arguments: list[str], used: Any) -> None:
-        """Append processor time and memory of a step to the table."""
+        """Append the processor time (s) and memory (MB) of a workflow step to the table of measurements."""
         options = dict(pairwise(arguments))
         output = options.get("--output") or options.get("--results", "")
         with contextlib.suppress(OSError):
@@ -145,7 +145,7 @@ class ForkServer:
 
 
 def _receive_request(connection: socket.socket) -> tuple[dict[str, Any], list[int]]:
-    """Return a request of a client, and the descriptors of its standard output and error."""
+    """Receive a client's request; return it, and the file descriptors of the client's standard output and error."""
     header, outputs, *_ = socket.recv_fds(connection, HEADER_BYTES, 2)
     size, data = int.from_bytes(header, "big"), b""
     while len(data) < size:
@@ -156,7 +156,7 @@ def _receive_request(connection: socket.socket) -> tuple[dict[str, Any], list[in
 
 
 def _load_kernels_of_sweep(arguments: list[str]) -> None:
-    """Load the kernels of a sweep into this process; the sweep has left them compiled on disk."""
+    """Load the compiled simulation code that an earlier sweep of the same study has stored on disk."""
     from overturning.records.store import read_record_from_motion_file
     from overturning.study.load import load_study_from_file_or_json
     from overturning.study.sweep import load_kernels
@@ -167,7 +167,7 @@ def _load_kernels_of_sweep(arguments: list[str]) -> None:
 
 
 def _run_step_and_exit(request: dict[str, Any], outputs: list[int]) -> NoReturn:
-    """Run a step in this copy of the server, with the folder, environment and outputs of the client, and exit."""
+    """Run a workflow step in this forked process, with the client's folder, environment and outputs; then exit."""
     status: Any = 1
     try:
         signal.set_wakeup_fd(-1)
@@ -198,7 +198,7 @@ def _run_step_and_exit(request: dict[str, Any], outputs: list[int]) -> NoReturn:
 
 
 def main(listener: int, measurements: str) -> None:
-    """Serve the socket with a descriptor until the workflow has ended, then remove its folder."""
+    """Run the fork server on the socket `listener` until the workflow has ended, then remove the socket's folder."""
     with socket.socket(fileno=listener) as accepted:
         folder = Path(accepted.getsockname()).parent
         try:

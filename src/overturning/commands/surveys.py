@@ -92,7 +92,7 @@ def summarise_or_compare_survey(
 
 
 def _parse_site_cubes(site_cubes: Sequence[str], known_sites: Sequence[str]) -> dict[str, Path]:
-    """Return the cubes of the option --site-cube by name of the site; raise an ArgumentError for an unknown site."""
+    """Parse the option --site-cube: return the path of the results cube for each named survey site."""
     from overturning.errors import closest_name_hint
 
     found: dict[str, Path] = {}
@@ -117,7 +117,7 @@ def _compare_survey_with_cube(
     figure: Path | None,
     output: Path | None,
 ) -> None:
-    """Compare a survey with the falls that cubes predict; print the comparison, also by site; draw and store it.
+    """Compare a survey with the falls that results cubes predict; print, draw and store the comparison.
 
     Cubes are given by site, with "" for all sites that are not named.
     """
@@ -172,7 +172,7 @@ def _compare_displacements(
     figure: Path | None,
     output: Path | None,
 ) -> None:
-    """Compare the shifts and twists of a survey with those of a 3-D study; print, store, and draw the observed falls.
+    """Compare a survey's shifts and twists with those of a 3-D study; print and store, and draw the observed falls.
 
     `cubes` are the cube for all sites that are not named, and those of single sites.
     """

@@ -16,7 +16,7 @@ from overturning.units import CM
 
 
 class ObservedMeasure(Finding):
-    """Observed share or median with its exact 95 % interval."""
+    """Observed share or median of a survey's stones, with its exact 95 % interval."""
 
     value: Number
     """Share or median; None without stones."""
@@ -29,7 +29,7 @@ class ObservedMeasure(Finding):
 
 
 class ComputedMeasure(Finding):
-    """Computed share or median: mean and range over the frictions of the study."""
+    """Computed share or median of stones: mean and range over the friction coefficients of the study."""
 
     value: Number
     """Mean over frictions; None if nothing of the kind was computed."""
@@ -40,7 +40,7 @@ class ComputedMeasure(Finding):
 
 
 class DisplacementMeasureFinding(Finding):
-    """Observed and computed value of a measure: shares 0 to 1, shifts in cm, twists in degrees."""
+    """Observed and computed value of a share (0 to 1), a median shift (cm) or a median twist (degrees)."""
 
     measure: MeasureName
     """Share that fell, share of the standing stones that are shifted or twisted, share of clockwise twists, medians."""
@@ -51,7 +51,7 @@ class DisplacementMeasureFinding(Finding):
 
 
 class SurveyDisplacementsOfSite(Finding):
-    """Outcomes and displacements of the stones of one site, or of all sites together."""
+    """Observed and computed falls, shifts and twists of the stones at one survey site, or at all together."""
 
     site: str
     """Name of the site; empty for stones without one, and for all sites together."""
@@ -67,7 +67,7 @@ class SurveyDisplacementsOfSite(Finding):
 
 
 class SurveyDisplacements(Finding):
-    """Comparison of a survey with a 3-D study: outcomes, shifts and twists."""
+    """Comparison of a survey with a 3-D study: falls, shifts and twists of the stones."""
 
     stones: str
     """Name of the survey file."""
@@ -92,12 +92,12 @@ class SurveyDisplacements(Finding):
 
 
 def all_survey_displacements(results: StudyResults) -> list[SurveyDisplacements]:
-    """Return, for each survey of a 3-D study, the comparison of displacements; empty for a 2-D study."""
+    """Return the comparison of falls, shifts and twists for each survey of a 3-D study; [] for a 2-D study."""
     return [survey_displacement_findings(one) for one in results.survey_displacements]
 
 
 def survey_displacement_findings(stored: StoredDisplacementComparison) -> SurveyDisplacements:
-    """Return the report's numbers on the displacements of the stones of a survey."""
+    """Return the report's numbers on falls, shifts and twists of the stones of a survey."""
     return SurveyDisplacements(
         stones=stored.stones,
         sha256=stored.sha256,
@@ -111,7 +111,7 @@ def survey_displacement_findings(stored: StoredDisplacementComparison) -> Survey
 
 
 def _displacements_of_site(site: str, found: DisplacementComparison) -> SurveyDisplacementsOfSite:
-    """Convert the comparison of the stones of one site to findings."""
+    """Return the report's numbers on falls, shifts and twists of the stones at one site."""
     measures = []
     for one in found.measures:
         scale = 1 / CM if one.name == "shift_m" else 1.0

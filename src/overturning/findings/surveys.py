@@ -44,7 +44,7 @@ class ComputedFallShare(Finding):
 
 
 class CemeteryGroundFinding(Finding):
-    """Soil layers below a cemetery, through which the record was propagated, and their effect on its peak."""
+    """Soil layers below a survey site, and the PGA of the record before and after propagation through them."""
 
     site: str
     """Name of the site; empty for all sites of the survey that have no layers of their own."""
@@ -227,7 +227,7 @@ def survey_findings(survey_result: StoredSurveyComparison) -> SurveyFindings:
 
 
 def cemetery_ground_findings(grounds: Sequence[tuple[str, CemeteryGround]]) -> list[CemeteryGroundFinding]:
-    """Return the report's numbers on the ground below the cemeteries of a survey, given with their names."""
+    """Return the report's numbers on the soil layers below the sites of a survey."""
     return [
         CemeteryGroundFinding(
             site=site,

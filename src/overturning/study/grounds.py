@@ -12,7 +12,7 @@ from overturning.study.sections import Variant
 
 
 def ground_name(study: Study, soil: SoilSite | None) -> str:
-    """Return the name of the cube with the motion at the surface of some soil layers.
+    """Return the name of the results cube for motions on top of given soil layers, such as "nominal" without soil.
 
     The name is "nominal" without soil, that of a variant which changes nothing but the soil to these layers, or
     otherwise derived from the layers, so that equal layers are computed once.
@@ -26,7 +26,7 @@ def ground_name(study: Study, soil: SoilSite | None) -> str:
 
 
 def ground_names_of_survey(study: Study, survey: SurveySettings) -> tuple[str, dict[str, str]]:
-    """Return the name of the cube for a survey, and those for single cemeteries by their names.
+    """Return the name of the results cube for a survey, and those for sites with other soil layers, by site.
 
     See `ground_name`. A cemetery with the layers of the whole survey is left out.
     """
@@ -36,7 +36,7 @@ def ground_names_of_survey(study: Study, survey: SurveySettings) -> tuple[str, d
 
 
 def additional_grounds(study: Study) -> dict[str, tuple[SoilSite, list[str]]]:
-    """Return the soil layers below cemeteries that need a cube of their own, and their records, by name of the cube.
+    """Return soil layers that need a results cube of their own, and the records to apply, by name of the cube.
 
     The soil layers of variants are left out, since variants have cubes. Records are in the order of the study.
     """
@@ -51,7 +51,7 @@ def additional_grounds(study: Study) -> dict[str, tuple[SoilSite, list[str]]]:
 
 
 def soils_of_study(study: Study) -> Iterator[tuple[str, SoilSite]]:
-    """Yield the key and the value of each description of soil layers in a study: its own, of variants, of surveys."""
+    """Yield key and value of each setting of soil layers: of the study, its variants and its surveys."""
     if study.site is not None:
         yield "site", study.site
     for name, variant in study.variants.items():
@@ -65,7 +65,7 @@ def soils_of_study(study: Study) -> Iterator[tuple[str, SoilSite]]:
 
 
 def check_names_of_cemeteries(study: Study, number: int, known_names: Collection[str], study_file: str) -> None:
-    """Raise a `ConfigError` if soil layers are given for a cemetery that is not in the survey of this number.
+    """Raise a `ConfigError` if soil layers are set for a site that does not occur in the survey's table.
 
     Surveys are counted from 0; `known_names` are the names in the column ``site`` of its table.
     """

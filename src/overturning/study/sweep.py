@@ -147,7 +147,7 @@ def sweep_cases_of_record(
 
 
 def load_kernels(study: Study, record: Record, variant: str = NOMINAL) -> None:
-    """Load the compiled kernels of a sweep into this process, by simulating one case that moves."""
+    """Load the compiled simulation code of a sweep into this process, by simulating one case that moves."""
     grid = variant_grid(study, variant)
     one_case = grid.replace_values(**{name: grid[name][:1] for name in grid.dimension_names})
     motion = motion_for_variant(study, record, variant).scaled_by(_LOADING_AMPLITUDE)

@@ -394,7 +394,7 @@ def make_stored_survey_comparison(
 
 
 def survey_file_hash_and_remarks(survey_path: Path) -> tuple[str, tuple[str, ...]]:
-    """Return the SHA-256 hash of a survey file, and the comment lines of the user at its start."""
+    """Return the SHA-256 hash of a survey file, and the comment lines that the user wrote at its start."""
     sha256 = hashlib.sha256(survey_path.read_bytes()).hexdigest()
     return sha256, remarks_of_user(read_field_table(survey_path, "survey").remarks)
 

@@ -34,7 +34,7 @@ twisted clockwise; median shift of the shifted, m; median absolute twist of the 
 
 @dataclass(frozen=True)
 class DisplacementMeasure:
-    """Observed and computed value of one measure of the outcome or the displacement of stones.
+    """Observed and computed value of one statistic, such as the share of stones that fell or the median shift.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class DisplacementMeasure:
 
 @dataclass(frozen=True)
 class DisplacementComparison:
-    """Comparison of the outcomes and displacements of stones with the computed ones.
+    """Comparison of the observed falls, shifts and twists of stones with the computed ones.
 
     Attributes
     ----------
@@ -85,7 +85,7 @@ class DisplacementComparison:
 
 @dataclass(frozen=True)
 class StoredDisplacementComparison:
-    """Stored comparison of a survey with a 3-D study, together and by site; names and hash as for 2-D studies.
+    """Comparison of a survey with a 3-D study as stored, for all sites together and by site.
 
     See `overturning.surveys.comparison.StoredSurveyComparison`.
     """
@@ -101,7 +101,7 @@ class StoredDisplacementComparison:
 
 
 class _ObservedStone(NamedTuple):
-    """Counted stone of a survey, with shift (m) and twist (degrees, clockwise); NaN if an amount is not given."""
+    """Stone that statistics count, with its shift (m) and twist (degrees, clockwise); NaN if not stated."""
 
     stone: Stone
     shift: float
@@ -109,7 +109,7 @@ class _ObservedStone(NamedTuple):
 
 
 class _ComputedStones(NamedTuple):
-    """Outcomes of cases like observed stones: weights, friction index, and displacements (m, degrees clockwise)."""
+    """Simulated cases that resemble observed stones: weight, friction index, shift (m), twist (degrees clockwise)."""
 
     weight: FloatArray
     friction: NDArray[np.intp]
@@ -167,7 +167,7 @@ def compare_displacements(
 
 
 def _observed_stone(table: SurveyTable, line: int, row: SurveyRow) -> _ObservedStone:
-    """Return the stone of a row with its shift and twist; 0 if none is noted, NaN if the amount is not noted."""
+    """Return the stone of a survey row with its shift and twist: 0 if none is stated, NaN if the amount is not."""
     shift = row.shift_m if "shifted" in row.outcome_kinds else 0.0
     twist = row.clockwise_twist_deg if "twisted" in row.outcome_kinds else 0.0
     return _ObservedStone(table.stone_of_row(line, row), shift, twist)
@@ -176,7 +176,7 @@ def _observed_stone(table: SurveyTable, line: int, row: SurveyRow) -> _ObservedS
 def _cells_like_stone(
     cube: xr.Dataset, stone: Stone, used: NDArray[np.bool_]
 ) -> tuple[xr.DataArray, _ComputedStones | None]:
-    """Return the outcome flags of the cases that resemble a stone, and those that stand; mark the cases in `used`.
+    """Return the flags of the simulated cases that resemble a stone, and those cases that stand; mark them in `used`.
 
     The weights of the standing cases sum to 1.
     """
@@ -206,7 +206,7 @@ def _cells_like_stone(
 
 
 def _grid_indices_like_stone(cube: xr.Dataset, stone: Stone) -> dict[str, NDArray[np.intp]]:
-    """Return, by dimension, the indices of the grid values of a cube that are nearest to those of a stone.
+    """Return, by dimension, the grid indices of the simulated cases that are closest to a stone.
 
     A dimension whose value is not known of the stone is left out.
     """
@@ -226,7 +226,7 @@ def _grid_indices_like_stone(cube: xr.Dataset, stone: Stone) -> dict[str, NDArra
 
 
 def _mean_by_friction(flags: xr.DataArray) -> FloatArray:
-    """Return the share of falls among cases of known outcome for each friction; NaN without known outcomes."""
+    """Return the share of falls among cases with known outcome, for each friction; NaN if none is known."""
     known, fell = flags.notnull(), flags == 1
     over = [name for name in flags.dims if name != "friction"]
     counts, falls = (np.atleast_1d(one.sum(over).to_numpy()) for one in (known, fell))
@@ -236,7 +236,7 @@ def _mean_by_friction(flags: xr.DataArray) -> FloatArray:
 def _fall_measure(
     observed: Sequence[_ObservedStone], fall_shares: Sequence[tuple[int, FloatArray]]
 ) -> DisplacementMeasure:
-    """Return the observed and the computed share of stones that fell."""
+    """Return the observed and the computed share of stones that fell, with interval and range."""
     fell = sum(one.stone.count for one in observed if one.stone.fell)
     stones = sum(one.stone.count for one in observed)
     shares, counts = np.array([share for _, share in fall_shares]), np.array([count for count, _ in fall_shares])
@@ -256,7 +256,7 @@ def _share_measure(name: MeasureName, matching: int, stones: int, by_friction: F
 
 
 def _mean_and_range(by_friction: FloatArray) -> tuple[float, float, float]:
-    """Return mean, smallest and largest of the known values; NaN without any, and for the ends of a single value."""
+    """Return mean, smallest and largest known value; NaN if none is known, or for the range of a single value."""
     known = by_friction[np.isfinite(by_friction)]
     if not known.size:
         return math.nan, math.nan, math.nan
@@ -267,7 +267,7 @@ def _mean_and_range(by_friction: FloatArray) -> tuple[float, float, float]:
 def _displacement_measures(
     observed: Sequence[_ObservedStone], computed: _ComputedStones | None
 ) -> list[DisplacementMeasure]:
-    """Return the measures of the displacements of standing stones."""
+    """Return shares and medians of the shifts and twists of standing stones, observed and computed."""
     standing = [one for one in observed if not one.stone.fell]
     counts = np.array([one.stone.count for one in standing], np.intp)
     shift, twist = (np.repeat([getattr(one, name) for one in standing], counts) for name in ("shift", "twist"))
@@ -279,22 +279,22 @@ def _displacement_measures(
     cells_turned = np.abs(cells.twist) >= TWISTED_DEG - _ROUNDING
 
     def by_friction(statistic: Callable[[NDArray[np.bool_]], float]) -> FloatArray:
-        """Return a statistic of the computed stones of each friction, selected by a mask."""
+        """Return a statistic of the simulated cases for each friction; `statistic` gets a mask of the cases."""
         return np.array([statistic(cells.friction == one) for one in np.unique(cells.friction)])
 
     def share(of: NDArray[np.bool_], among: NDArray[np.bool_]) -> float:
-        """Return the weighted share of the cases `of` among others; NaN if there are none."""
+        """Return the weighted share of the cases in the mask `of` among those in `among`; NaN if there are none."""
         total = cells.weight[among].sum()
         return float(cells.weight[among & of].sum() / total) if total > 0 else math.nan
 
     def median(values: FloatArray, among: NDArray[np.bool_]) -> float:
-        """Return the weighted median of the values of some cases; NaN if there are none."""
+        """Return the weighted median of the values in the mask `among`; NaN if there are none."""
         order = values[among].argsort(kind="stable")
         below = cells.weight[among][order].cumsum()
         return float(values[among][order][np.searchsorted(below, below[-1] / 2)]) if below.size else math.nan
 
     def median_measure(name: MeasureName, values: FloatArray, computed_median: FloatArray) -> DisplacementMeasure:
-        """Return an observed median with its exact interval, and the computed median."""
+        """Return the observed median with its exact interval, and the computed median with its range over frictions."""
         middle = float(np.median(values)) if values.size else math.nan
         return DisplacementMeasure(
             name, values.size, middle, *exact_median_interval(values), *_mean_and_range(computed_median)

@@ -18,7 +18,7 @@ CURVES: Final = Path("fragility", "curves.json")
 
 
 class StoredFragilityCurves(BaseModel):
-    """Fragility curves of a population under the records of a cube, with the digest of what they were fitted to."""
+    """Fitted fragility curves as stored, with a hash of the data and of the program that they depend on."""
 
     model_config = ConfigDict(ser_json_inf_nan="constants")  # a median can be infinite
 
@@ -27,7 +27,7 @@ class StoredFragilityCurves(BaseModel):
 
 
 def _digest_of_fit_input(fall_rates: xr.Dataset, intensity_table: xr.Dataset) -> str:
-    """Return a digest of the numbers to which the curves are fitted, and of the sources of the fit."""
+    """Return a hash of the data to which fragility curves are fitted, and of the program's source files."""
     digest = hashlib.sha256(package_source_hash("statistics", "surveys").encode())
     for name in ("fall_rate", "class_rate", "members", "stones", "event", "amplitude"):
         digest.update(f"{name} {fall_rates[name].to_numpy().tolist()}\n".encode())
@@ -40,7 +40,7 @@ def _digest_of_fit_input(fall_rates: xr.Dataset, intensity_table: xr.Dataset) ->
 def write_fragility_curves(
     curves: list[FittedFragilityCurve], fall_rates: xr.Dataset, intensity_table: xr.Dataset, path: Path
 ) -> None:
-    """Write curves fitted to fall rates and intensities, for `fit_or_read_fragility_curves`."""
+    """Write fitted fragility curves, with a hash of the data, so that they need not be fitted again."""
     write_result(
         StoredFragilityCurves(input_sha256=_digest_of_fit_input(fall_rates, intensity_table), curves=curves), path
     )
@@ -49,7 +49,7 @@ def write_fragility_curves(
 def fit_or_read_fragility_curves(
     fall_rates: xr.Dataset, intensity_table: xr.Dataset, path: Path
 ) -> list[FittedFragilityCurve]:
-    """Return the curves in a file if they were fitted to the same numbers; otherwise fit them."""
+    """Return stored fragility curves if they were fitted to the same data; otherwise fit the curves."""
     try:
         stored = read_result(StoredFragilityCurves, path, "fragility curves")
     except ResultError:

@@ -12,7 +12,7 @@ from overturning.study.scenes import variant_settings
 
 @dataclass(frozen=True)
 class CemeteryGround:
-    """Soil layers below a cemetery, and the effect of the layers on the motion of the record.
+    """Soil layers below a survey site, and the PGA of the record before and after propagation through them.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class CemeteryGround:
 
 
 def ground_of_cube(cube: xr.Dataset, record_id: str | None) -> CemeteryGround | None:
-    """Return the ground whose surface motion a cube was computed with; None if the record was used as it is.
+    """Return the soil layers on which the motion of a results cube was computed; None without soil layers.
 
     The layers are those of the variant of the cube, or of its study; peaks are those of the record `record_id`, which
     may be None for a cube with one record.

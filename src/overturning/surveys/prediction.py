@@ -247,7 +247,7 @@ class SiteFallPrediction:
 
 
 class SurveyFallPrediction:
-    """Prediction of the falls of all stones of a survey, whose sites may have motions of their own.
+    """Predicted falls of all stones of a survey, whose sites may have different ground motions.
 
     Parameters
     ----------
@@ -284,7 +284,7 @@ class SurveyFallPrediction:
                     )
 
     def for_stone(self, stone: Stone) -> SiteFallPrediction:
-        """Return the prediction for the site of a stone."""
+        """Return the prediction for the survey site at which a stone stands."""
         return self._by_site.get(stone.site, self.default)
 
 

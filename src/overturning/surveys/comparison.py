@@ -116,10 +116,7 @@ class SurveyPredictionComparison:
 
 
 def _fall_sector_probabilities(site_prediction: SiteFallPrediction, stone: Stone) -> FloatArray:
-    """Return the predicted probabilities that a fallen stone's direction lies in each azimuth sector.
-
-    The shape is (sectors,).
-    """
+    """Return the predicted probabilities that a stone's fall lies in each azimuth sector, shape (sectors,)."""
     if not has_known_face_and_slenderness(stone):
         return site_prediction.fall_sector_probabilities(*stone.slenderness_in_both_planes)
     if site_prediction.stone_never_falls(stone):
@@ -203,8 +200,7 @@ def compare_survey_with_prediction(
 def stone_count_by_octant(stone: Stone) -> FloatArray:
     """Return the share of a fallen stone that counts in each compass octant: 1 in one, or ½ in each of two.
 
-    The shape is (8,). One of 16 winds that lies between two octants (NNE) counts half in each, since it is known to
-    ±11.25°.
+    The shape is (8,). One of 16 winds between two octants (NNE) counts half in each: it is known to ±11.25°.
     """
     half = stone.direction_half_width_deg if stone.wind_16 else 0.0
     # Just inside the ends: an octant that the range only touches has no part of it.

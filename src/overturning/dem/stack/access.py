@@ -22,8 +22,10 @@ from overturning.dem.stack.joint_state import (
     JointFriction,
     JointLandingTimes,
     JointNormalForceSums,
+    JointPose,
     JointRelativeMotion,
     PointAtStepStartAndEnd,
+    RimLoad,
     SolvedJointPointSums,
     SumOfForceTimesDistance,
 )
@@ -77,9 +79,11 @@ load_friction, store_friction, _ = JOINT.lane_access(JointFriction)
 load_history, store_history, store_history_unless = JOINT.lane_access(JointAtStepStartAndEnd, "old")
 load_joint, store_joint, _ = JOINT.lane_access(JointConstants)
 load_joint_change, store_joint_change, _ = JOINT.lane_access(JointEquations, "wrench")
+load_joint_pose, store_joint_pose, _ = JOINT.lane_access(JointPose)
 load_landing, store_landing, _ = JOINT.lane_access(JointLandingTimes)
 load_next_history, store_next_history, _ = JOINT.lane_access(JointAtStepStartAndEnd, "new")
 load_normal, store_normal, _ = JOINT.lane_access(JointNormalForceSums)
+load_rim, store_rim, _ = JOINT.lane_access(RimLoad)
 load_point_sum, store_point_sum, _ = JOINT.lane_access(SolvedJointPointSums, "at_end")
 
 load_clip, store_clip, _ = POINT.lane_access(ClippedSide)

@@ -33,7 +33,6 @@ from overturning.dem.stack.access import (
     load_account,
     load_arm,
     load_attempt,
-    load_axes,
     load_case,
     load_change,
     load_clock,
@@ -45,6 +44,7 @@ from overturning.dem.stack.access import (
     load_inertial,
     load_joint,
     load_joint_change,
+    load_joint_pose,
     load_landing,
     load_losses,
     load_next_history,
@@ -88,9 +88,6 @@ from overturning.dem.stack.joint_state import (
     SumOfForceTimesDistance,
 )
 from overturning.dem.stack.landing import joint_lands_flat, landing_time_of_new_point, point_contact_is_deferred
-from overturning.dem.stack.patch import (
-    upper_face_centre,
-)
 from overturning.dem.stack.solve import (
     shift_wrench_to_centre,
     wrench_minus,
@@ -144,8 +141,7 @@ def store_relative_velocity_changes(
     for j in range(lane_count):
         stone, one = load_predicted(upper_rows, j), load_change(upper_rows, j)
         if on_ground is None:
-            below, axes = load_predicted(lower_rows, j), load_axes(lower_rows, j)
-            origin = upper_face_centre(load_constants(lower_rows, j), below, axes)
+            below, (axes, origin) = load_predicted(lower_rows, j), load_joint_pose(joint_rows, j)
             arms = (minus(origin, stone.place), minus(origin, below.place))
             velocity, spin = relative_velocity_change_of_joint(one, load_change(lower_rows, j), arms, axes)
         else:
@@ -203,8 +199,7 @@ def compute_joint_wrench(
         store_losses(case_rows, j, add_losses(load_losses(case_rows, j), losses))
         stone, total = load_predicted(upper_rows, j), load_sum(upper_rows, j)
         if on_ground is None:
-            below, axes = load_predicted(lower_rows, j), load_axes(lower_rows, j)
-            origin = upper_face_centre(load_constants(lower_rows, j), below, axes)
+            below, (axes, origin) = load_predicted(lower_rows, j), load_joint_pose(joint_rows, j)
             at_end = Wrench(matrix_times_vector(axes, at_end.force), matrix_times_vector(axes, at_end.moment))
             early = Wrench(matrix_times_vector(axes, early.force), matrix_times_vector(axes, early.moment))
             arm, other = minus(origin, below.place), load_sum(lower_rows, j)

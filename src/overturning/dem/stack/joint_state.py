@@ -6,7 +6,7 @@ the centre of that face, axes of the lower stone. See `overturning.dem.stack.sta
 
 from typing import Final, NamedTuple
 
-from overturning.dem.body.vectors import Vector3
+from overturning.dem.body.vectors import Matrix3, Vector3
 from overturning.dem.kernel.lanes import TupleRowLayout
 from overturning.dem.stack.state import COLUMNS, ForceVelocityBlocks, Wrench
 
@@ -104,6 +104,28 @@ class JointRelativeMotion(NamedTuple):
     """Length of the rim of the patch, m."""
 
 
+class JointPose(NamedTuple):
+    """Axes and origin of the frame of a joint, in the axes of the ground at the predicted end of a step."""
+
+    axes: Matrix3
+    """Directions of the axes of the frame, as columns; z is the normal of contact."""
+    origin: Vector3
+    """Position of the origin, m."""
+
+
+class RimLoad(NamedTuple):
+    """Sums over the points of a partial patch, weighted by weight × penetration (m), from which its normal follows."""
+
+    load: float
+    """Weight × penetration, m."""
+    x: float
+    """Position in the lower face, m²."""
+    y: float
+    slope_x: float
+    """Horizontal components of the normal of contact, divided by the vertical one, m."""
+    slope_y: float
+
+
 class JointNormalForceSums(NamedTuple):
     """Sums over the contact points of two stones: normal force, its moments, and their velocity derivatives."""
 
@@ -190,6 +212,8 @@ class ClippedSide(NamedTuple):
     """End, as a share of the side."""
     length: float
     """Length of the part, m."""
+    overhang: float
+    """Largest distance by which a corner of the upper base lies beyond the side, m; for sides of the lower face."""
 
 
 class PointHistory(NamedTuple):
@@ -234,7 +258,7 @@ class SolvedJointPointSums(NamedTuple):
 
 
 JOINT: Final = TupleRowLayout(
-    COLUMNS, JointConstants, JointAtStepStartAndEnd, JointLandingTimes, JointRelativeMotion, JointNormalForceSums,
-    SumOfForceTimesDistance, JointFriction, JointEquations, SolvedJointPointSums,
+    COLUMNS, JointConstants, JointAtStepStartAndEnd, JointLandingTimes, JointPose, RimLoad, JointRelativeMotion,
+    JointNormalForceSums, SumOfForceTimesDistance, JointFriction, JointEquations, SolvedJointPointSums,
 )  # fmt: skip
 POINT: Final = TupleRowLayout(COLUMNS, FaceCorner, ContactPointPosition, ClippedSide, PointAtStepStartAndEnd)

@@ -32,6 +32,7 @@ from overturning.dem.stack.access import (
     load_predicted,
     store_clip,
     store_frame,
+    store_joint_pose,
     store_place,
 )
 from overturning.dem.stack.joint_state import (
@@ -41,6 +42,7 @@ from overturning.dem.stack.joint_state import (
     ContactPointPosition,
     FaceCorner,
     JointAtStepStartAndEnd,
+    JointPose,
     JointRelativeMotion,
     PointAtStepStartAndEnd,
 )
@@ -107,6 +109,7 @@ def predict_motion_relative_to_stone_below(upper_rows: Any, lower_rows: Any, joi
         below, axes = load_predicted(lower_rows, j), load_axes(lower_rows, j)
         origin = upper_face_centre(load_constants(lower_rows, j), below, axes)
         velocity = plus(below.end, cross_product(below.spin, minus(origin, below.place)))
+        store_joint_pose(joint_rows, j, JointPose(axes, origin))
         store_frame(joint_rows, j, relative_motion_at_lower_face(
             load_constants(upper_rows, j), load_predicted(upper_rows, j), load_axes(upper_rows, j), axes, origin,
             (velocity, below.spin),
@@ -181,21 +184,21 @@ def clip_side(clip: ClippedSide, at_begin: float, at_end: float) -> ClippedSide:
     outside = (at_begin < 0.0) & (at_end < 0.0)
     begin = share if crosses & (at_begin < 0.0) & (share > clip.begin) else clip.begin
     end = share if crosses & (at_end < 0.0) & (share < clip.end) else clip.end
-    return ClippedSide(begin, (-1.0 if outside else end), clip.length)
+    return ClippedSide(begin, (-1.0 if outside else end), clip.length, clip.overhang)
 
 
 @njit(**INLINE)
 def clipped_side_with_length(clip: ClippedSide, length: float) -> ClippedSide:
     """Return the clipped part of a face's side with its length, m; `length` is that of the whole side, m."""
     part = clip.end - clip.begin
-    return ClippedSide(clip.begin, clip.end, length * part if part > 0.0 else 0.0)
+    return ClippedSide(clip.begin, clip.end, length * part if part > 0.0 else 0.0, clip.overhang)
 
 
 @njit(**APART)
 def reset_clipped_side(point: Any, lane_count: int) -> None:
     """Start the clipping of a side of a face with the whole side, for all stacks in parallel."""
     for j in range(lane_count):
-        store_clip(point, j, ClippedSide(0.0, 1.0, 0.0))
+        store_clip(point, j, ClippedSide(0.0, 1.0, 0.0, 0.0))
 
 
 @njit(**APART)
@@ -243,8 +246,12 @@ def clip_lower_side(side: Any, next_corner: Any, begin: Any, end: Any, lane_coun
     for j in range(lane_count):
         a, b = load_place(begin, j), load_place(end, j)
         c, d = load_outline(side, j), load_outline(next_corner, j)
-        store_clip(side, j, clip_side(
+        clip = clip_side(
             load_clip(side, j), signed_area_inside_side(a, b, c.x, c.y), signed_area_inside_side(a, b, d.x, d.y)
+        )  # fmt: skip
+        beyond = (c.nx * a.x + c.ny * a.y) - c.reach
+        store_clip(side, j, ClippedSide(
+            clip.begin, clip.end, clip.length, beyond if beyond > clip.overhang else clip.overhang
         ))  # fmt: skip
 
 

@@ -20,7 +20,6 @@ from overturning.dem.kernel.ground import base_acceleration_up_to_next_sample as
 from overturning.dem.kernel.lanes import APART, INLINE, create_elementwise_tuple_functions
 from overturning.dem.stack.access import (
     load_attempt,
-    load_axes,
     load_case,
     load_change,
     load_clock,
@@ -32,6 +31,7 @@ from overturning.dem.stack.access import (
     load_history,
     load_inertial,
     load_joint,
+    load_joint_pose,
     load_landing,
     load_normal,
     load_place,
@@ -72,9 +72,6 @@ from overturning.dem.stack.landing import (
     joint_landing_times_with_point,
     joint_lands_flat,
     point_contact_is_deferred,
-)
-from overturning.dem.stack.patch import (
-    upper_face_centre,
 )
 from overturning.dem.stack.solve import (
     eliminate_stone,
@@ -213,18 +210,18 @@ def predict_joint_friction(case_rows: Any, upper_rows: Any, joint_rows: Any, lan
 
 
 @njit(**APART)
-def rotate_joint_equations(lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
-    """Rotate the contact terms of two stones in the equations from the lower stone's axes to those of the ground."""
+def rotate_joint_equations(joint_rows: Any, lane_count: int) -> None:
+    """Rotate the contact terms of two stones in the equations from the axes of their contact to those of the ground."""
     for j in range(lane_count):
-        store_equations(joint_rows, j, rotate_equations(load_axes(lower_rows, j), load_equations(joint_rows, j)))
+        axes = load_joint_pose(joint_rows, j).axes
+        store_equations(joint_rows, j, rotate_equations(axes, load_equations(joint_rows, j)))
 
 
 @njit(**APART)
 def eliminate_upper_stones(case_rows: Any, upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Eliminate the velocities of an upper stone from the equations of motion, for all stacks in parallel."""
     for j in range(lane_count):
-        below, axes = load_predicted(lower_rows, j), load_axes(lower_rows, j)
-        origin = upper_face_centre(load_constants(lower_rows, j), below, axes)
+        below, origin = load_predicted(lower_rows, j), load_joint_pose(joint_rows, j).origin
         solution, rest = eliminate_stone(
             load_diagonal(upper_rows, j), load_diagonal(lower_rows, j), load_equations(joint_rows, j),
             load_time(case_rows, j).half, minus(origin, load_predicted(upper_rows, j).place),

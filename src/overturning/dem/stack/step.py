@@ -40,6 +40,7 @@ from overturning.dem.stack.predict_loops import (
     rotate_joint_equations,
     solve_lowest_stones,
 )
+from overturning.dem.stack.rim import sum_rim_loads, turn_contact_point, turn_joint_frame
 from overturning.dem.stack.state import CASE, STONE
 
 CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = CASE.size, STONE.size, JOINT.size, POINT.size
@@ -55,6 +56,7 @@ def joint_state_size(corner_limit: int) -> int:
 def predict_patch_forces(
     case_rows: Any,
     upper_rows: Any,
+    lower_rows: Any,
     joint_rows: Any,
     points: Any,
     corner_counts: tuple[int, int],
@@ -75,9 +77,13 @@ def predict_patch_forces(
         clip_upper_sides(joint_rows, points, upper_count, lower_count, lane_count)
         clip_lower_sides(joint_rows, points, upper_count, lower_count, lane_count)
         place_points_of_partial_patch(joint_rows, points, upper_count, lower_count, lane_count)
+        sum_rim_loads(upper_rows, joint_rows, points, upper_count, lower_count, lane_count)
+        turn_joint_frame(upper_rows, lower_rows, joint_rows, lane_count)
         for i in range(upper_count, 3 * (upper_count + lower_count)):
             used_points[1 + count] = i
             count += 1 if any_lane_uses_point(point_window(points, i), lane_count) else 0
+        for n in range(count):
+            turn_contact_point(joint_rows, point_window(points, used_points[1 + n]), lane_count)
     used_points[0] = count
     clear_joint_sums(joint_rows, lane_count)
     for n in range(count):
@@ -153,13 +159,15 @@ def advance_stacks(
             joint, points = state[at : at + JOINT_SIZE], state[at + JOINT_SIZE : at + size]
             if s == 0:
                 predict_motion_relative_to_ground(stone, joint, lane_count)
-                predict_patch_forces(case, stone, joint, points, (int(corner_counts[s]), 0), used_points[s], lane_count)
+                predict_patch_forces(
+                    case, stone, stone, joint, points, (int(corner_counts[s]), 0), used_points[s], lane_count
+                )
             else:
                 lower = state[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]
                 predict_motion_relative_to_stone_below(stone, lower, joint, lane_count)
                 both = (int(corner_counts[s]), int(corner_counts[s - 1]))
-                predict_patch_forces(case, stone, joint, points, both, used_points[s], lane_count)
-                rotate_joint_equations(lower, joint, lane_count)
+                predict_patch_forces(case, stone, lower, joint, points, both, used_points[s], lane_count)
+                rotate_joint_equations(joint, lane_count)
         for s in range(stone_count - 1, 0, -1):
             stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
             lower = state[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]

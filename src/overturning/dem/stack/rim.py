@@ -1,0 +1,199 @@
+"""Normal of contact of two stones where the upper stone leans over the rim of the lower one.
+
+Where corners of the upper base touch the lower face, the normal of contact is that of the lower face. Where the rim of
+the lower face carries the upper base, the normal is that of the upper base, as far as the base is inclined across that
+side of the rim. The frame of a joint takes the mean of both, weighted by the loads, so that the contact force of a
+stone that tips over a rim does no work where the stone slides along its base (docs/method.md).
+"""
+
+import math
+from typing import Any, Final
+
+from numba import njit
+
+from overturning.dem.body.state import lean_as_squared_sine
+from overturning.dem.body.vectors import (
+    Matrix3,
+    Vector3,
+    cross_product,
+    matrix_product,
+    matrix_times_vector,
+    minus,
+    plus,
+    scale_vector,
+    transpose,
+)
+from overturning.dem.kernel.lanes import APART, INLINE, INNER, create_window_slicer
+from overturning.dem.stack.access import (
+    load_axes,
+    load_clip,
+    load_constants,
+    load_frame,
+    load_joint_pose,
+    load_outline,
+    load_place,
+    load_predicted,
+    load_rim,
+    store_frame,
+    store_joint_pose,
+    store_place,
+    store_rim,
+)
+from overturning.dem.stack.joint_state import (
+    POINT,
+    ContactPointPosition,
+    JointPose,
+    JointRelativeMotion,
+    RimLoad,
+)
+from overturning.dem.stack.patch import relative_motion_at_lower_face
+
+FULL_OVERHANG: Final = 0.005
+"""Overhang from which the rim's normal counts in full, as a share of the distance of that side from the centre.
+
+Below it the normal turns in proportion, so that forces are continuous when a corner passes the rim."""
+
+point_window: Final = create_window_slicer(POINT.size)
+"""Return the rows of a contact point of two stones."""
+
+
+@njit(**INLINE)
+def inclination_of_base(frame: JointRelativeMotion) -> tuple[float, float]:
+    """Return the horizontal components of the normal of the upper stone's base, divided by the vertical one."""
+    normal = cross_product(frame.along_x, frame.along_y)
+    up = normal.z if normal.z > 0.1 else 0.1
+    return normal.x / up, normal.y / up
+
+
+@njit(**INLINE)
+def rim_load_with_point(rim: RimLoad, place: ContactPointPosition, slope: tuple[float, float]) -> RimLoad:
+    """Return the sums for the normal of contact with one more contact point, whose normal has the slope `slope`."""
+    load = place.weight * (-place.z if place.z < 0.0 else 0.0)
+    return RimLoad(
+        rim.load + load, rim.x + load * place.x, rim.y + load * place.y, rim.slope_x + load * slope[0],
+        rim.slope_y + load * slope[1],
+    )  # fmt: skip
+
+
+@njit(**APART)
+def clear_rim_loads(joint_rows: Any, lane_count: int) -> None:
+    """Clear the sums from which the normal of contact of two stones follows, for all stacks in parallel."""
+    for j in range(lane_count):
+        store_rim(joint_rows, j, RimLoad(0.0, 0.0, 0.0, 0.0, 0.0))
+
+
+@njit(**APART)
+def add_base_corner_load(joint_rows: Any, point: Any, lane_count: int) -> None:
+    """Add one corner of the upper stone's base to the sums for the normal of contact, for all stacks in parallel."""
+    for j in range(lane_count):
+        store_rim(joint_rows, j, rim_load_with_point(load_rim(joint_rows, j), load_place(point, j), (0.0, 0.0)))
+
+
+@njit(**APART)
+def add_rim_point_loads(joint_rows: Any, side: Any, previous_side: Any, start: Any, end: Any, lane_count: int) -> None:
+    """Add a corner of the lower face and both ends of its side to the sums for the normal of contact."""
+    for j in range(lane_count):
+        own, previous = load_outline(side, j), load_outline(previous_side, j)
+        slope_x, slope_y = inclination_of_base(load_frame(joint_rows, j))
+        hangs, other = load_clip(side, j).overhang / own.reach, load_clip(previous_side, j).overhang / previous.reach
+        least = hangs if hangs < other else other
+        full, corner = hangs * (1.0 / FULL_OVERHANG), least * (1.0 / FULL_OVERHANG)
+        full, corner = (full if full > 0.0 else 0.0), (corner if corner > 0.0 else 0.0)
+        full, corner = (full if full < 1.0 else 1.0), (corner if corner < 1.0 else 1.0)
+        # A base that lies on a side of the rim can only tip across that side.
+        across = slope_x * own.nx + slope_y * own.ny
+        across = full * (across if across > 0.0 else 0.0)
+        tilt = (across * own.nx, across * own.ny)
+        rim = rim_load_with_point(load_rim(joint_rows, j), load_place(side, j), (corner * slope_x, corner * slope_y))
+        rim = rim_load_with_point(rim, load_place(start, j), tilt)
+        store_rim(joint_rows, j, rim_load_with_point(rim, load_place(end, j), tilt))
+
+
+@njit(**INLINE)
+def rotation_to_normal(normal: Vector3) -> Matrix3:
+    """Return the smallest rotation that turns the z axis to a normal (unit vector with positive z)."""
+    x, y, z = normal.x, normal.y, normal.z
+    unit = 1.0 / (1.0 + z)
+    return Matrix3(
+        1.0 - x * (x * unit), -(x * (y * unit)), x, -(x * (y * unit)), 1.0 - y * (y * unit), y, -x, -y, z
+    )  # fmt: skip
+
+
+@njit(**INLINE)
+def pose_with_mean_normal(rim: RimLoad) -> JointPose:
+    """Return axes and origin of the frame of contact of two stones, with the mean normal, in the lower face's frame.
+
+    The origin is the foot, from the centre of the lower face, on the plane through the mean position of the loads that
+    is normal to the force.
+    """
+    one = 1.0 / (rim.load if rim.load > 0.0 else 1.0)
+    x, y = rim.slope_x * one, rim.slope_y * one
+    z = 1.0 / math.sqrt(1.0 + (x * x + y * y))
+    normal = Vector3(x * z, y * z, z)
+    height = (normal.x * rim.x + normal.y * rim.y) * one
+    return JointPose(rotation_to_normal(normal), scale_vector(height, normal))
+
+
+@njit(**APART)
+def turn_contact_point(joint_rows: Any, point: Any, lane_count: int) -> None:
+    """Express one contact point in the turned frame of its contact: position in the plane, and distance along z."""
+    for j in range(lane_count):
+        pose, place = pose_with_mean_normal(load_rim(joint_rows, j)), load_place(point, j)
+        turned = matrix_times_vector(transpose(pose.axes), minus(Vector3(place.x, place.y, 0.0), pose.origin))
+        store_place(point, j, ContactPointPosition(turned.x, turned.y, pose.axes.zz * place.z, place.weight))
+
+
+@njit(**APART)
+def turn_joint_frame(upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
+    """Turn the frame of contact of two stones to the mean normal, and express their relative motion in that frame."""
+    for j in range(lane_count):
+        turn, pose, old = (
+            pose_with_mean_normal(load_rim(joint_rows, j)),
+            load_joint_pose(joint_rows, j),
+            (load_frame(joint_rows, j)),
+        )
+        axes = matrix_product(pose.axes, turn.axes)
+        origin = plus(pose.origin, matrix_times_vector(pose.axes, turn.origin))
+        below = load_predicted(lower_rows, j)
+        velocity = plus(below.end, cross_product(below.spin, minus(origin, below.place)))
+        new = relative_motion_at_lower_face(
+            load_constants(upper_rows, j), load_predicted(upper_rows, j), load_axes(upper_rows, j), axes, origin,
+            (velocity, below.spin),
+        )  # fmt: skip
+        store_joint_pose(joint_rows, j, JointPose(axes, origin))
+        store_frame(joint_rows, j, JointRelativeMotion(
+            new.corner, new.along_x, new.along_y, new.velocity, new.spin, old.inside, old.rim
+        ))  # fmt: skip
+
+
+@njit(**APART)
+def keep_normal_beyond_critical_lean(upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
+    """Keep the normal of the lower face where the upper stone leans beyond its critical angle, for all stacks.
+
+    Such a stone has fallen as soon as a corner of its base is below the rim (`stone_hangs_over_rim`).
+    """
+    for j in range(lane_count):
+        rim, axes = load_rim(joint_rows, j), load_axes(upper_rows, j)
+        upright = lean_as_squared_sine(axes) < load_constants(upper_rows, j).critical
+        store_rim(joint_rows, j, RimLoad(
+            rim.load, rim.x, rim.y, rim.slope_x if upright else 0.0, rim.slope_y if upright else 0.0
+        ))  # fmt: skip
+
+
+@njit(**INNER)
+def sum_rim_loads(
+    upper_rows: Any, joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int
+) -> None:
+    """Sum loads, positions and normals of the points of a partial patch, from which the normal of contact follows."""
+    corners, crossings = upper_count + lower_count, 2 * (upper_count + lower_count)
+    clear_rim_loads(joint_rows, lane_count)
+    for i in range(upper_count):
+        add_base_corner_load(joint_rows, point_window(points, i), lane_count)
+    for k in range(lower_count):
+        add_rim_point_loads(
+            joint_rows, point_window(points, upper_count + k),
+            point_window(points, upper_count + (k + lower_count - 1) % lower_count),
+            point_window(points, corners + upper_count + k), point_window(points, crossings + upper_count + k),
+            lane_count,
+        )  # fmt: skip
+    keep_normal_beyond_critical_lean(upper_rows, joint_rows, lane_count)

@@ -169,6 +169,18 @@ def test_steps_run_in_their_own_processes_on_request(tmp_path: Path, monkeypatch
     assert run_step_in_fork_server(["--version"]) is None
 
 
+@pytest.mark.parametrize("folder", ["gone", "long" * 30])
+def test_a_run_goes_on_without_a_socket(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, folder: str) -> None:
+    """No folder for temporary files, or a path that is too long for a socket."""
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / folder))
+    if folder != "gone":
+        (tmp_path / folder).mkdir()
+    monkeypatch.delenv(SERVER_VARIABLE, raising=False)
+    fork_client.start_fork_server(tmp_path / "steps.tsv")()
+    assert SERVER_VARIABLE not in os.environ
+    assert [path.name for path in tmp_path.rglob("*")] == [folder] * (folder != "gone")
+
+
 def test_a_server_of_another_installation_is_not_used(measurements: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fork_client, "installation", lambda: [sys.executable, "/elsewhere"])
     assert run_step_in_fork_server(["--version"]) is None

@@ -51,16 +51,22 @@ def run_step_in_fork_server(arguments: Sequence[str]) -> int | None:
     about = {"arguments": list(arguments), "folder": os.getcwd(), "environment": dict(os.environ)}
     request = json.dumps(about | {"installation": installation()}).encode()
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as server:
+        # Ctrl-C ends this process, and thereby the step, if the step does not exist yet.
+        interrupt_handler = signal.getsignal(signal.SIGINT)
+        if interrupt_handler != signal.SIG_IGN:
+            signal.signal(signal.SIGINT, signal.SIG_DFL)
         try:
             server.connect(path)
             # Standard output and error of the step are those of this process.
             socket.send_fds(server, [len(request).to_bytes(HEADER_BYTES, "big")], [1, 2])
             server.sendall(request)
-            if server.recv(1) != STARTED:
-                return None
+            accepted = server.recv(1) == STARTED
         except OSError:  # the server has ended
+            accepted = False
+        if not accepted:
+            signal.signal(signal.SIGINT, interrupt_handler)
             return None
-        # Ctrl-C stops the step, too; wait for its message and status.
+        # Later it also reaches the step: wait for its message and status.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         answer = b""
         while received := server.recv(64):
@@ -96,13 +102,14 @@ def start_fork_server(measurements: str | os.PathLike[str]) -> Callable[[], None
     import subprocess
     import tempfile
 
-    folder = tempfile.mkdtemp(prefix="overturning-")
-    path = os.path.join(folder, "socket")
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as listener:
+        folder = ""
         try:
+            folder = tempfile.mkdtemp(prefix="overturning-")
+            path = os.path.join(folder, "socket")
             listener.bind(path)
         except OSError:  # such as a path that is too long
-            shutil.rmtree(folder)
+            shutil.rmtree(folder, ignore_errors=True)
             return _do_nothing
         listener.listen(128)  # clients can connect from now on; the server answers as soon as it has started
         server = subprocess.Popen(

@@ -55,10 +55,12 @@ class ForkServer:
         self._sweep: list[str] | None = None  # arguments of a sweep that has succeeded
         self._has_kernels = False
         self._selector = selectors.DefaultSelector()
+        self._interrupt_handler: Any = signal.SIG_DFL  # that of the steps
 
     def serve(self) -> None:
         """Answer requests until the process that started the server has ended, and all steps have ended."""
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C stops steps and workflow; the server ends after them
+        # Ctrl-C stops steps and workflow; the server ends after them.
+        self._interrupt_handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
         ended_step, wake_up = socket.socketpair()
         wake_up.setblocking(False)
         signal.signal(signal.SIGCHLD, lambda *_: None)
@@ -98,9 +100,13 @@ class ForkServer:
                 return
             self._load_for(request["arguments"])
             gc.freeze()  # garbage collection of a step need not visit, and so copy, what is loaded
-            process = os.fork()
+            try:
+                process = os.fork()
+            except OSError:  # no memory or too many processes: the client runs the step itself
+                connection.close()
+                return
             if not process:
-                _run_step_and_exit(request, outputs)
+                _run_step_and_exit(request, outputs, self._interrupt_handler)
         with contextlib.suppress(OSError):  # the client was killed: the selector notices
             connection.sendall(STARTED)
         self._steps[process] = RunningStep(request["arguments"], connection)
@@ -166,13 +172,13 @@ def _load_kernels_of_sweep(arguments: list[str]) -> None:
     load_kernels(load_study_from_file_or_json(options["--study"]), record, options["--variant"])
 
 
-def _run_step_and_exit(request: dict[str, Any], outputs: list[int]) -> NoReturn:
+def _run_step_and_exit(request: dict[str, Any], outputs: list[int], interrupt_handler: Any) -> NoReturn:
     """Run a workflow step in this forked process, with the client's folder, environment and outputs; then exit."""
     status: Any = 1
     try:
         signal.set_wakeup_fd(-1)
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+        signal.signal(signal.SIGINT, interrupt_handler)
         ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
         os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
         for number, output in enumerate(outputs, start=1):

@@ -198,7 +198,7 @@ def test_additional_records_run_alone(finished: Checkout) -> None:
     drawn = sorted(
         (json.loads(shlex.split(line)[3])["records"]["use"] for line in of_records), key=lambda one: use.index(one[0])
     )
-    assert drawn == [use[:7], use[7:]]
+    assert drawn == [use[:4], use[4:8], use[8:]]
     assert not any("cube.nc" in line for line in of_records)
 
 

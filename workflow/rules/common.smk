@@ -175,9 +175,10 @@ SURVEYS = list(range(1, len(STUDY.surveys) + 1))
 # Surveys for which the motion is inferred, too.
 BACKWARDS = [number for number in SURVEYS if STUDY.surveys[number - 1].backwards]
 
-# Number of records whose figures are drawn in one job, because its imports take longer than the figures of one record.
-# Each batch is a separate rule, because it has no wildcard.
-BATCH = max(7, -(-len(RECORDS) // 16))
+# Number of records whose figures are drawn in one job. With few records the first figure appears early; with one, the
+# imports of a job without fork server (on a cluster) would take longer than its figures. Each batch is a separate rule,
+# because it has no wildcard.
+BATCH = max(4, -(-len(RECORDS) // 16))
 BATCHES = {
     f"record_figures_{at // BATCH + 1}": RECORDS[at : at + BATCH]
     for at in range(0, len(RECORDS), BATCH)
@@ -195,7 +196,7 @@ logger.info(
     "Expected time of jobs",
     extra={
         "expected_s": SECONDS
-        | dict.fromkeys(BATCHES, 1.5 + SECONDS["record_figures"] * BATCH),
+        | dict.fromkeys(BATCHES, 0.5 + SECONDS["record_figures"] * BATCH),
         "first_figure": f"{FIGURES}/polar/{RECORDS[0]}.svg",
     },
 )

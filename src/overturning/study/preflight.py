@@ -90,8 +90,8 @@ def expected_job_seconds_by_rule(study: Study, chunks_per_record: int = 1) -> di
     runs = scales + members * (_RUN_AGAIN if study.ensemble.where == "boundary" else 1.0)  # members at one amplitude
     cases = study.cases_per_record * _CASE_S * variant_model(study).case_cost_over_block_cost * runs
     seconds = {
-        "read": 0.8, "describe": 1.2 + 0.03 * records, "rotate": 1.5 + 0.25 * records,
-        "sweep": 0.8 + cases / chunks_per_record,
+        "read": 0.2, "describe": 1.2 + 0.03 * records, "rotate": 1.5 + 0.25 * records,
+        "sweep": 0.2 + cases / chunks_per_record,
         "gather": 1.0 + 0.05 * records, "convergence": 2.0 + 0.05 * records * cases, "record_figures": 1.2,
         "figures": 2.0 + 0.15 * records, "illustrative": 4.0, "explore": 3.0, "report": 3.0 + 0.1 * records,
         "crate": 1.5,

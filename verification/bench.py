@@ -34,7 +34,7 @@ from verification.inputs import NO_SLIDING, case_grid, default_study_groups, rea
 from verification.measures import compare_results, error_shares, join_results, percentage, run_case_groups
 from verification.tables import RESULTS, MeasuredFigure, figures_table, publish_markdown, select_parts, write_figures
 from verification.timing import minimum_processor_time, run_program
-from verification.whole_run import measure_whole_run
+from verification.whole_run import WITH_SERVER, measure_whole_run, start_up_table
 
 
 @njit
@@ -267,8 +267,9 @@ def main(
         print(body := figures_table(found), flush=True)
         rows += found
         known = write_figures(rows, RESULTS / f"{machine}.csv", keep_other_figures=bool(parts) or name != names[-1])
-        bodies = {"bench": figures_table(known)}
-        publish_markdown(bodies | ({name: body} if name == "left-out" else {}))
+        bodies = {"bench": figures_table(one for one in known if not one.quantity.startswith(WITH_SERVER))}
+        own = {"left-out": body} if name == "left-out" else {name: start_up_table(found)} if name == "whole-run" else {}
+        publish_markdown(bodies | own)
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -17,12 +18,16 @@ from overturning.commands.fork_client import SERVER_VARIABLE
 from overturning.errors import ResultError
 from overturning.study.cube import open_cube
 from verification.project import Project
-from verification.tables import MeasuredFigure
+from verification.tables import MeasuredFigure, figure_text, markdown_table
 
 CORES: Final = 2
 
 LONG: Final = 2.0
 """Commands whose steps take at least this processor time together, s, are listed."""
+
+WITH_SERVER: Final = "default study, whole run"
+WITHOUT_SERVER: Final = "default study, whole run, a process for each step"
+"""First words of the quantities of the two runs."""
 
 STEPS: Final = "steps.tsv"
 """Table of processor time and memory of each step, in the folder `benchmarks` of the results."""
@@ -98,16 +103,23 @@ def measure_whole_run() -> list[MeasuredFigure]:
     if served.cube_sha256 != own.cube_sha256:
         raise ResultError(f"the cubes differ: {served.cube_sha256}, {own.cube_sha256}")
     rows = []
-    for run, how in ((served, ""), (own, ", a process for each step")):
-        what = f"default study, whole run{how}"
+    for run, what in ((served, WITH_SERVER), (own, WITHOUT_SERVER)):
         rows += [
             MeasuredFigure(f"{what}: time on two cores", run.wall_s, "s"),
             MeasuredFigure(f"{what}: processor time", run.processor_s, "s"),
             MeasuredFigure(f"{what}: first polar map after", 100.0 * run.first_map_s / run.wall_s, "%"),
         ]
-    return rows + [
-        MeasuredFigure(f"default study, whole run{how}: processor time of `{command}`", cost.processor_s, "s")
-        for command, in_server in served.steps.items()
-        for how, cost in (("", in_server), (", a process for each step", own.steps[command]))
-        if own.steps[command].processor_s >= LONG
-    ]
+    for command in (name for name, cost in own.steps.items() if cost.processor_s >= LONG):
+        for run, what in ((served, WITH_SERVER), (own, WITHOUT_SERVER)):
+            cost = run.steps[command]
+            quantity = f"{what}: processor time of `{command}` × {cost.steps}"
+            rows.append(MeasuredFigure(quantity, cost.processor_s, "s"))
+    return rows
+
+
+def start_up_table(figures: Sequence[MeasuredFigure]) -> str:
+    """Return a Markdown table of a whole run: a row per quantity, a column without and one with the fork server."""
+    values = {one.quantity: figure_text(one) for one in figures}
+    names = [quantity.removeprefix(f"{WITHOUT_SERVER}: ") for quantity in values if quantity.startswith(WITHOUT_SERVER)]
+    rows = [(name, values[f"{WITHOUT_SERVER}: {name}"], values[f"{WITH_SERVER}: {name}"]) for name in names]
+    return markdown_table(("", "a process for each step", "fork server"), rows)

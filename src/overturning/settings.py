@@ -1,12 +1,29 @@
 """Settings of a study that statistics and surveys also use: the ensemble, and a population of stones."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Final, Literal, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, field_validator, model_serializer, model_validator
 
 from overturning.model.cases import check_stone_heights
 from overturning.quantities import Degree, Metre, Radian, Second
 from overturning.validation import StrictModel
+
+MAX_RELIEF: Final = 0.03
+"""Largest relief of a scanned stone, m; see `overturning.model.scan`."""
+
+
+class UniformRange(StrictModel):
+    """Uniform distribution between a lowest and a highest value."""
+
+    low: float = Field(gt=0, description="lowest value")
+    high: float = Field(gt=0, description="highest value")
+
+    @model_validator(mode="after")
+    def _check_order(self) -> Self:
+        """Raise a ValueError if the highest value is below the lowest."""
+        if self.high < self.low:
+            raise ValueError(f"high {self.high:g} lies below low {self.low:g}; exchange them")
+        return self
 
 
 class EnsembleSettings(StrictModel):
@@ -33,7 +50,30 @@ class EnsembleSettings(StrictModel):
     damping: float = Field(default=0.2, ge=0, lt=1, description="half-width of the contact's damping, share")
     azimuth: Degree = Field(default=2.0, ge=0, le=90, description="half-width of the sensor's azimuth, degrees")
     initial_tilt: Radian = Field(default=0.0, ge=0, lt=1.5, description="half-width of the initial tilt, rad")
+    relief: UniformRange | None = Field(
+        default=None,
+        description="relief under the base of a scanned stone, m: low, high; uniform. Not given: every run has that of "
+        "the body",
+    )
+    orientation: Degree = Field(
+        default=0.0, ge=0, le=180, description="half-width of the orientation of a 3-D body on the ground, degrees"
+    )
     seed: int = Field(default=1, ge=0, description="seed of the two scrambled sequences")
+
+    @model_serializer(mode="wrap")
+    def _leave_out_unused_keys(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Return the settings as a dictionary, without relief and orientation unless they vary."""
+        content: dict[str, Any] = handler(self)
+        unused = [name for name in ("relief", "orientation") if not content.get(name)]
+        return {name: value for name, value in content.items() if name not in unused}
+
+    @field_validator("relief")
+    @classmethod
+    def _check_relief(cls, relief: UniformRange | None) -> UniformRange | None:
+        """Raise a ValueError if a relief is larger than any that a scanned stone may have."""
+        if relief is not None and relief.high > MAX_RELIEF:
+            raise ValueError(f"high {relief.high:g} m; at most {MAX_RELIEF:g} m (the unit is the metre)")
+        return relief
 
     @field_validator("members")
     @classmethod
@@ -42,20 +82,6 @@ class EnsembleSettings(StrictModel):
         if members % 2:
             raise ValueError("an even number is needed: half of the members belong to each of two scrambles")
         return members
-
-
-class UniformRange(StrictModel):
-    """Uniform distribution between a lowest and a highest value."""
-
-    low: float = Field(gt=0, description="lowest value")
-    high: float = Field(gt=0, description="highest value")
-
-    @model_validator(mode="after")
-    def _check_order(self) -> Self:
-        """Raise a ValueError if the highest value is below the lowest."""
-        if self.high < self.low:
-            raise ValueError(f"high {self.high:g} lies below low {self.low:g}; exchange them")
-        return self
 
 
 class StonePopulation(StrictModel):

@@ -13,6 +13,7 @@ from overturning.findings.comparison import (
     comparisons_with_second_computations,
     share_of_changed_cases,
 )
+from overturning.findings.relief import ReliefFindings, relief_findings
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Finding, Number
 from overturning.model.model import Model
@@ -49,6 +50,8 @@ class EnsembleFindings(Finding):
     """Share of the repeated cells in which some runs fall and others stand."""
     share_falling_both_ways: Number
     """Share of the repeated cells in which most runs fall, but not all to one side (3-D: directions far apart)."""
+    relief: ReliefFindings | None = None
+    """Part of the relief under the base of a scanned stone; None unless the relief varies."""
 
 
 class ChangesUnderRecord(Finding):
@@ -156,6 +159,7 @@ def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
         first_batch_runs=min(BATCH, settings.members),
         share_disagreeing=ratio_of_sums("divided", "run"),
         share_falling_both_ways=ratio_of_sums("apart", "agree"),
+        relief=relief_findings(results),
     )
 
 

@@ -11,6 +11,7 @@ from overturning.arrays import ArrayLike, FloatArray
 from overturning.errors import ArgumentError, suggest_closest_keyword
 from overturning.model.contact import VertexContact
 from overturning.model.grid import CaseGrid
+from overturning.model.scan import ScannedStone
 from overturning.model.shapes import RectangularPrism, Shape, shape_from_name_or_sides
 from overturning.model.space import SpaceModel
 from overturning.model.symmetry import FULL_TURN, ComputedCells
@@ -128,6 +129,12 @@ class Body(SpaceModel):
         if not self.shape.aspect_is_parameter and aspect.tolist() != [1.0]:
             raise ArgumentError(f"aspect: {aspect.tolist()}; only a rectangle has one")
         return np.array([self.shape.solid(1.0, 0.5, float(value)).period for value in aspect])
+
+    def with_relief(self, relief: float) -> "Body":
+        """Return the same body, a scanned stone, with another relief under its base, m."""
+        if not isinstance(self.shape, ScannedStone):
+            raise ArgumentError(f"relief: a {self.shape.name} has none; only a scanned stone has")
+        return replace(self, shape=self.shape.with_relief(relief))
 
     @override
     def with_stiffness_factor(self, stiffness_factor: float) -> "Body":

@@ -212,3 +212,14 @@ BODY_ENSEMBLE_VARIABLES: Final = (
     _MEMBERS,
 )  # fmt: skip
 """Ensemble variables of a 3-D body."""
+
+RELIEF_VARIABLES: Final = tuple(
+    OutcomeVariable(
+        f"probability_falls_{half}_relief",
+        "f4",
+        f"share of ensemble members that fall among those with the {half}er half of the reliefs",
+        attributes=_OVER,
+    )
+    for half in ("low", "high")
+)
+"""Further ensemble variables of a scanned stone whose members differ in relief."""

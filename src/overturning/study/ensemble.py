@@ -23,7 +23,7 @@ from overturning.files import append_checksum, atomic_write, checksum_at_end_mat
 from overturning.model.cases import Cases
 from overturning.model.grid import CaseGrid
 from overturning.model.model import Model
-from overturning.model.variables import INT8_MISSING
+from overturning.model.variables import INT8_MISSING, RELIEF_VARIABLES, OutcomeVariable
 from overturning.motion.direction import azimuth_difference
 from overturning.motion.motion import Motion
 from overturning.settings import EnsembleSettings
@@ -50,8 +50,8 @@ MAX_MOTION_SAMPLES = 20_000_000
 MAX_MEMBER_CASES: Final = 1_000_000
 """Largest number of member cases that are run together (300 MB)."""
 
-Runner = Callable[[Any, Progress | None], Any]
-"""Function that runs cases under the motion of the nominal cases."""
+Runner = Callable[..., Any]
+"""Function of cases, progress and, for a scanned stone, a relief (m) that runs cases under the nominal motion."""
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -70,6 +70,10 @@ class EnsembleMembers:
         Rotation of the sensor, added to the azimuth, degrees.
     initial_tilt : ndarray, shape (n,)
         Initial rotation, rad.
+    orientation_deg : ndarray, shape (n,)
+        Rotation of the body on the ground, added to its orientation, degrees clockwise.
+    relief : ndarray, shape (n,)
+        Relief under the base of a scanned stone, m; NaN: that of the body.
     """
 
     scramble: NDArray[np.int64]
@@ -79,6 +83,24 @@ class EnsembleMembers:
     damping: FloatArray
     azimuth_deg: FloatArray
     initial_tilt: FloatArray
+    orientation_deg: FloatArray
+    relief: FloatArray
+
+    @property
+    def varies_relief(self) -> bool:
+        """True if the relief under the base differs between members."""
+        return bool(np.isfinite(self.relief).all() and self.relief.size)
+
+    @property
+    def has_high_relief(self) -> NDArray[np.bool_]:
+        """True for members whose relief lies in the upper half of its distribution, shape (n,)."""
+        return np.asarray(self.relief > np.median(self.relief))
+
+    @property
+    def stored_columns(self) -> tuple[str, ...]:
+        """Names of the columns of the members' file: without those that do not vary."""
+        varies = {"relief": self.varies_relief, "orientation_deg": bool(self.orientation_deg.any())}
+        return tuple(name for name in COLUMNS if varies.get(name, True))
 
     @property
     def member_count(self) -> int:
@@ -98,9 +120,10 @@ class EnsembleMembers:
 
     def write_csv(self, csv_path: Path) -> None:
         """Write the parameter changes of all ensemble runs as CSV, with a SHA-256 checksum as last line."""
-        rows = zip(*(getattr(self, name).tolist() for name in COLUMNS), strict=True)
+        names = self.stored_columns
+        rows = zip(*(getattr(self, name).tolist() for name in names), strict=True)
         with atomic_write(csv_path) as part:
-            part.write_text("".join(f"{','.join(map(str, row))}\n" for row in (COLUMNS, *rows)), encoding="utf-8")
+            part.write_text("".join(f"{','.join(map(str, row))}\n" for row in (names, *rows)), encoding="utf-8")
             append_checksum(part)
 
     @classmethod
@@ -120,7 +143,12 @@ class EnsembleMembers:
 
 COLUMNS: Final = tuple(item.name for item in fields(EnsembleMembers))
 
-_MemberRow = create_model("_MemberRow", **dict.fromkeys(COLUMNS, (float, ...)))  # type: ignore[call-overload]
+_DEFAULTS: Final = {"orientation_deg": 0.0, "relief": np.nan}
+"""Values of columns that the members' file may lack."""
+
+_MemberRow = create_model(  # type: ignore[call-overload]
+    "_MemberRow", **{name: (float, _DEFAULTS.get(name, ...)) for name in COLUMNS}
+)
 
 
 def sample_member_changes(settings: EnsembleSettings) -> EnsembleMembers:
@@ -136,11 +164,23 @@ def sample_member_changes(settings: EnsembleSettings) -> EnsembleMembers:
         np.random.Generator(np.random.PCG64(stream))
         for stream in np.random.SeedSequence(settings.seed).spawn(SCRAMBLES)
     )
-    points = [qmc.Sobol(d=6, scramble=True, rng=one).random_base2(power)[:half] for one in generators]
+    # Two more dimensions change the points of all; ensembles without them keep theirs.
+    dimensions = 8 if settings.relief is not None or settings.orientation else 6
+    points = [qmc.Sobol(d=dimensions, scramble=True, rng=one).random_base2(power)[:half] for one in generators]
     widths = (settings.amplitude, settings.b_over_h, settings.friction, settings.damping)
-    changes = (2 * np.concatenate(points) - 1) * np.array([*widths, settings.azimuth, settings.initial_tilt])
+    signed = 2 * np.concatenate(points) - 1
+    changes = signed[:, :6] * np.array([*widths, settings.azimuth, settings.initial_tilt])
     changes[:, : len(widths)] += 1.0  # factors
-    return EnsembleMembers(np.repeat(np.arange(SCRAMBLES), half), *np.round(changes, 9).T)
+    count = SCRAMBLES * half
+    turns, reliefs = np.zeros(count), np.full(count, np.nan)
+    if dimensions > 6:
+        turns = np.round(settings.orientation * signed[:, 6], 9)
+    if settings.relief is not None:
+        low, high = settings.relief.low, settings.relief.high
+        reliefs = np.round(low + (high - low) * 0.5 * (signed[:, 7] + 1.0), 9)
+    return EnsembleMembers(
+        np.repeat(np.arange(SCRAMBLES), half), *np.column_stack([np.round(changes, 9), turns, reliefs]).T
+    )
 
 
 def select_ensemble_cells(
@@ -208,6 +248,22 @@ def intervals_within_half_width(
     return np.asarray(np.logical_and(*(high - low <= 2.0 * max_half_width for low, high in ends)))
 
 
+def fall_shares_by_relief(
+    member_flags: NDArray[np.int8], has_high_relief: NDArray[np.bool_]
+) -> dict[str, NDArray[Any]]:
+    """Return the shares of falls among members of low and of high relief, by variable, each of shape (cells,).
+
+    Flags have shape (cells, members); a share is NaN if no member of that half has an outcome.
+    """
+    known = member_flags != INT8_MISSING
+    counts = [((known & half).sum(axis=1), ((member_flags == 1) & half).sum(axis=1)) for half in (
+        ~has_high_relief, has_high_relief)]  # fmt: skip
+    return {
+        variable.name: np.where(count > 0, fell / np.maximum(count, 1), np.nan)
+        for variable, (count, fell) in zip(RELIEF_VARIABLES, counts, strict=True)
+    }
+
+
 def progress_of_subtask(progress: Progress | None, begin_share: float, end_share: float) -> Progress | None:
     """Return a progress callback for a part of a task; it reports the progress of the whole task to `progress`."""
     if progress is None:
@@ -225,6 +281,11 @@ class EnsembleRunner:
     members: EnsembleMembers
     everywhere: bool = True  # run all cells, not only those near a change of outcome
     widest: float = 0.0  # half-width for `fall_probabilities_converged`; 0: every cell gets all members
+
+    @property
+    def variables(self) -> tuple[OutcomeVariable, ...]:
+        """Variables that describe the ensemble of each cell."""
+        return (*self.model.ensemble_variables, *(RELIEF_VARIABLES if self.members.varies_relief else ()))
 
     def run_members_of_cells(
         self,
@@ -244,7 +305,7 @@ class EnsembleRunner:
         azimuths = nominal_outcomes.get("fall_azimuth")
         chosen = select_ensemble_cells(overturned, self.everywhere, len(grid.shape), azimuths) & (marked == 0)
         arrays: Arrays = {}
-        for variable in self.model.ensemble_variables:
+        for variable in self.variables:
             shape = overturned.shape if variable.per_element else grid.shape
             arrays[variable.name] = np.full(shape, 0 if variable.name == "members" else np.nan, variable.dtype)
         directions = np.flatnonzero(chosen.any(axis=tuple(range(1, chosen.ndim))))
@@ -263,6 +324,8 @@ class EnsembleRunner:
             block_steps += self._fill_member_outcomes(grid, cells, run_cases, flags, azimuth, of_group)
             sensor = members.azimuth_deg.reshape(-1, *(1,) * (azimuth.ndim - 2))
             found = self.model.ensemble_variables_of_cells(flags, azimuth - sensor, members.scramble)
+            if members.varies_relief:
+                found |= fall_shares_by_relief(flags, members.has_high_relief)
             for name, values in found.items():
                 arrays[name][tuple(cells.T)] = values
             done += len(cells)
@@ -283,15 +346,20 @@ class EnsembleRunner:
         unsettled = np.arange(len(cells))
         for index, batch in enumerate(batches):
             of_batch = progress_of_subtask(progress, index / len(batches), (index + 1) / len(batches))
-            results = run_cases(
-                self._member_cases(grid, cells[unsettled], self.members.select_members(batch)), of_batch
-            )
-            block_steps += int(results.block_steps.sum())
-            new = results.overturned.reshape(unsettled.size, batch.size, *member_flags.shape[2:])
-            member_flags[unsettled[:, None], batch] = new
-            if (towards := getattr(results, "fall_azimuth", None)) is not None:
-                azimuths = towards.reshape(unsettled.size, batch.size, *fall_azimuth_deg.shape[2:])
-                fall_azimuth_deg[unsettled[:, None], batch] = azimuths
+            # Members with a relief of their own are other bodies, so each of them is run by itself.
+            relief = self.members.relief
+            for own in batch[:, None] if self.members.varies_relief else [batch]:
+                results = run_cases(
+                    self._member_cases(grid, cells[unsettled], self.members.select_members(own)),
+                    of_batch,
+                    *([float(relief[own[0]])] if self.members.varies_relief else []),
+                )
+                block_steps += int(results.block_steps.sum())
+                new = results.overturned.reshape(unsettled.size, own.size, *member_flags.shape[2:])
+                member_flags[unsettled[:, None], own] = new
+                if (towards := getattr(results, "fall_azimuth", None)) is not None:
+                    azimuths = towards.reshape(unsettled.size, own.size, *fall_azimuth_deg.shape[2:])
+                    fall_azimuth_deg[unsettled[:, None], own] = azimuths
             unsettled = unsettled[~fall_probabilities_converged(member_flags[unsettled], self.widest)]
             if unsettled.size == 0:
                 break
@@ -315,7 +383,7 @@ class EnsembleRunner:
         }
         return Cases(
             # Rotating the sensor anticlockwise is equivalent to rotating plane or body clockwise by the same angle.
-            (direction + members.azimuth_deg).ravel(),
+            (direction + members.azimuth_deg + members.orientation_deg).ravel(),
             **{name: values.ravel() for name, values in sizes.items()},
             **{name: np.tile(one, len(cells)) for name, one in alike.items()},
         )
@@ -329,6 +397,6 @@ class EnsembleRunner:
             alike = copied_cells[(slice(None), *rest)]
             behind = np.flatnonzero(alike.any(axis=tuple(range(1, alike.ndim))))
             where = (source[behind, column], *rest)
-            seen = {item.name: item.mirrored_values(ensemble_arrays, where) for item in self.model.ensemble_variables}
+            seen = {item.name: item.mirrored_values(ensemble_arrays, where) for item in self.variables}
             for name, values in seen.items():
                 ensemble_arrays[name][(behind, *rest)] = values

@@ -43,7 +43,9 @@ def incompatible_setting_messages(study: Any) -> Iterator[str]:
 
 
 def _population_conflicts(study: Any) -> Iterator[str]:
-    """Yield a message for each setting that is incompatible with the study's stone population."""
+    """Yield a message for each setting of population or ensemble that only a 3-D body can have."""
+    if study.body is None and (study.ensemble.relief is not None or study.ensemble.orientation):
+        yield "ensemble.relief, ensemble.orientation: only a single 3-D body has them; give `body`, or leave them out"
     if study.body is None and study.population is not None:
         own = study.population.model_dump(include={"shifted", "rotated"}).items()
         if said := [name for name, value in own if value != StonePopulation.model_fields[name].default]:
@@ -101,6 +103,10 @@ def _body_conflicts(study: Any, body: BodySettings, contacts: dict[str, ContactS
         EnsembleSettings.model_fields["b_over_h"].default,
     ):
         yield "ensemble.b_over_h: the body of these vertices keeps its own in every run; leave it out"
+    if study.ensemble.relief is not None and body.scan is None:
+        yield (
+            "ensemble.relief: only a scanned stone has a relief; give body.mesh, and for a convex mesh also body.relief"
+        )
     if study.ensemble.initial_tilt:
         yield "ensemble.initial_tilt: a 3-D body starts at rest; leave it at 0"
 

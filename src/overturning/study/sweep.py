@@ -14,7 +14,7 @@ from overturning.dem.run import simulate_cases
 from overturning.model.cases import Cases
 from overturning.model.grid import CaseGrid
 from overturning.model.results import COUNTS, CaseResults
-from overturning.model.variables import OutcomeVariable
+from overturning.model.variables import RELIEF_VARIABLES, OutcomeVariable
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.study.ensemble import (
@@ -49,6 +49,7 @@ def cube_variables_of_study(study: Study) -> tuple[OutcomeVariable, ...]:
         *model.variables,
         *model.study_variables_besides_outcomes,
         *(model.ensemble_variables if study.ensemble.members else ()),
+        *(RELIEF_VARIABLES if study.ensemble.members and study.ensemble.relief else ()),
     )
 
 
@@ -84,14 +85,16 @@ def simulate_variant(
 
 def member_case_runner(study: Study, variant: str, motion: Motion, numerics: NumericalOptions) -> Runner:
     """Return a function that simulates ensemble members of a variant, whose sizes refer to the study's stone."""
-    model, sizes = variant_model(study, variant), StudyToSceneSizeConversion.for_variant(study, variant)
+    model: Any = variant_model(study, variant)
+    sizes = StudyToSceneSizeConversion.for_variant(study, variant)
 
-    def run_members(cases: Cases, progress: Progress | None) -> CaseResults:
+    def run_members(cases: Cases, progress: Progress | None, relief: float | None = None) -> CaseResults:
         """Simulate cases of ensemble members after converting their sizes to those of the variant's scene."""
         height, b_over_h = np.asarray(cases.height), np.asarray(cases.b_over_h)
         ratio = sizes.to_scene_b_over_h(b_over_h, np.array(study.b_over_h))
         sized = replace(cases, height=sizes.to_scene_heights(height), b_over_h=ratio)
-        return simulate_cases(model, motion, sized, replace(numerics, progress=progress))
+        body = model if relief is None else model.with_relief(relief)
+        return simulate_cases(body, motion, sized, replace(numerics, progress=progress))
 
     return run_members
 

@@ -1,0 +1,78 @@
+"""Share of the spread within ensembles that the relief under the base of a scanned stone explains."""
+
+import numpy as np
+import xarray as xr
+
+from overturning.arrays import FloatArray
+from overturning.findings.results import StudyResults
+from overturning.findings.values import Finding, Number
+from overturning.model.variables import RELIEF_VARIABLES
+from overturning.statistics.by_record import apply_to_record_batches
+
+_LOW, _HIGH = (variable.name for variable in RELIEF_VARIABLES)
+
+
+class ReliefFindings(Finding):
+    """Falls of a scanned stone in ensemble runs with a low and with a high relief under its base."""
+
+    middle_mm: Number
+    """Relief that divides the runs of a case into two halves, mm."""
+    share_falling_low: Number
+    """Share of the runs with a lower relief that fall, over the cases that were run again."""
+    share_falling_high: Number
+    """Share of the runs with a higher relief that fall, over the cases that were run again."""
+    share_of_spread: Number
+    """Share of the variance of the outcome (fall or stand) within ensembles between both halves of the reliefs."""
+
+
+def relief_findings(results: StudyResults) -> ReliefFindings | None:
+    """Compute how much of the ensemble's spread the relief explains; None unless it varies."""
+    relief = results.study.ensemble.relief
+    if relief is None or _LOW not in results.cube:
+        return None
+    found = apply_to_record_batches(_sums_by_record, results.cube, (_LOW, _HIGH, "members", "overturned")).sum()
+    cells, total = float(found["cells"]), float(found["total"])
+    return ReliefFindings(
+        middle_mm=500.0 * (relief.low + relief.high),
+        share_falling_low=float(found["low"]) / cells if cells else float("nan"),
+        share_falling_high=float(found["high"]) / cells if cells else float("nan"),
+        share_of_spread=min(max(float(found["between"]) / total, 0.0), 1.0) if total > 0.0 else float("nan"),
+    )
+
+
+def _sums_by_record(cube: xr.Dataset) -> xr.Dataset:
+    """Return sums over the repeated cases of each record; see `variance_between_halves`."""
+    low, high, members = (cube[name].astype("float64") for name in (_LOW, _HIGH, "members"))
+    over = [name for name in low.dims if name != "record"]
+    between, total = variance_between_halves(low.to_numpy(), high.to_numpy(), members.to_numpy())
+    known = low.notnull() & high.notnull()
+    sums = {
+        "cells": known.astype("float64"),
+        "low": low.where(known),
+        "high": high.where(known),
+        "between": low.copy(data=between),
+        "total": low.copy(data=total),
+    }
+    return xr.Dataset({name: values.fillna(0.0).sum(over) for name, values in sums.items()})
+
+
+def variance_between_halves(
+    low_share: FloatArray, high_share: FloatArray, member_count: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Estimate the variance of an outcome (0 or 1) between two equally large halves of the runs, and in total.
+
+    Both estimates are unbiased: the variance between observed shares exceeds that between the halves by the sampling
+    variance of the shares.
+
+    Parameters
+    ----------
+    low_share, high_share : ndarray
+        Share of falls in each half; NaN where a cell has no runs.
+    member_count : ndarray
+        Runs of both halves.
+    """
+    half = np.maximum(0.5 * member_count, 2.0)
+    noise = (low_share * (1.0 - low_share) + high_share * (1.0 - high_share)) / (half - 1.0)
+    between = 0.25 * ((high_share - low_share) ** 2 - noise)
+    within = 0.5 * half / (half - 1.0) * (low_share * (1.0 - low_share) + high_share * (1.0 - high_share))
+    return between, between + within

@@ -1,0 +1,106 @@
+"""Ensemble of a scanned stone whose members differ in relief and in orientation on the ground."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from overturning.errors import ConfigError
+from overturning.model.body import Body
+from overturning.model.scan import ScannedStone
+from overturning.settings import EnsembleSettings
+from overturning.study.ensemble import EnsembleMembers, EnsembleRunner, sample_member_changes
+from overturning.study.load import load_study_from_file_or_json, study_from_content
+
+POINTS = np.array([[x, y, z] for a, z in ((0.05, 0.0), (0.07, 0.003), (0.07, 0.8)) for x in (-a, a) for y in (-a, a)])
+STONE = ScannedStone(POINTS, (0.0, 0.0, 0.4), (0.055, 0.055, 0.003, 0.0, 0.0, 0.0), 0.001)
+BODY = {
+    "vertices": POINTS.tolist(),
+    "relief": 0.001,
+    "scan": {"volume": 0.015, "tilt": 1.5, "centre_of_mass": [0, 0, 0.4], "inertia": [0.055, 0.055, 0.003, 0, 0, 0]},
+}
+
+
+def test_new_dimensions_leave_other_ensembles_as_they_are(tmp_path: Path) -> None:
+    plain = sample_member_changes(EnsembleSettings(members=16))
+    assert not plain.varies_relief
+    assert not plain.orientation_deg.any()
+    assert {"relief", "orientation"}.isdisjoint(EnsembleSettings().model_dump())
+    varied = sample_member_changes(
+        EnsembleSettings.model_validate({"members": 64, "relief": {"low": 0.001, "high": 0.005}, "orientation": 5.0})
+    )
+    assert varied.varies_relief
+    assert (varied.relief >= 0.001).all()
+    assert (varied.relief <= 0.005).all()
+    assert varied.relief.mean() == pytest.approx(0.003, abs=2e-4)
+    assert np.abs(varied.orientation_deg).max() == pytest.approx(5.0, abs=0.5)
+    assert varied.has_high_relief.sum() == 32
+    for members, columns in ((plain, 7), (varied, 9)):
+        members.write_csv(tmp_path / "members.csv")
+        assert len((tmp_path / "members.csv").read_text().splitlines()[0].split(",")) == columns
+        again = EnsembleMembers.read_csv(tmp_path / "members.csv")
+        for name in ("amplitude", "orientation_deg", "relief"):
+            np.testing.assert_array_equal(getattr(again, name), getattr(members, name))
+
+
+class Grid:
+    """Grid of one stone at two orientations, as far as an ensemble needs it."""
+
+    dimension_names = ("orientation", "aspect", "height", "b_over_h", "friction")
+    shape = (2, 1, 1, 1, 1)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return {"orientation": np.array([0.0, 90.0]), "height": np.array([0.8])}.get(name, np.ones(1))
+
+
+def test_members_run_with_their_own_relief_and_orientation(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The fall depends on the relief only here, so that the shares of both halves are 1 and 0."""
+    members = sample_member_changes(
+        EnsembleSettings.model_validate({"members": 16, "relief": {"low": 0.001, "high": 0.005}, "orientation": 5.0})
+    )
+    limit, seen = float(np.median(members.relief)), []
+
+    def run(cases: Any, progress: Any, relief: float) -> Any:
+        seen.append((relief, np.asarray(cases.azimuth_deg)))
+        falls = np.full(cases.case_count, relief <= limit)
+
+        class Results:
+            block_steps = np.ones(cases.case_count, np.int64)
+            overturned = falls.astype(np.int8)
+            fall_azimuth = np.where(falls, 30.0, np.nan)
+
+        return Results()
+
+    class Still:
+        sample_count = 100
+
+    nominal = {"overturned": np.zeros(Grid.shape, np.int8), "repeated": np.zeros(Grid.shape, np.int8)}
+    runner = EnsembleRunner(Body(STONE), members)
+    monkeypatch.setattr(EnsembleRunner, "_fill_copied_cells", lambda *_: None)
+    found, steps = runner.run_members_of_cells(Still(), Grid(), nominal, run)  # type: ignore[arg-type]
+    assert steps == 2 * 16
+    assert [relief for relief, _ in seen] == pytest.approx(
+        np.concatenate([members.relief[batch] for batch in members.member_number_batches(8)]).tolist()
+    )
+    turned = {float(relief): azimuth for relief, azimuth in seen}
+    for number in range(16):
+        turn = members.azimuth_deg[number] + members.orientation_deg[number]
+        np.testing.assert_allclose(turned[float(members.relief[number])], [turn, 90.0 + turn])
+    np.testing.assert_array_equal(found["probability_falls_low_relief"].ravel(), [1.0, 1.0])
+    np.testing.assert_array_equal(found["probability_falls_high_relief"].ravel(), [0.0, 0.0])
+    np.testing.assert_allclose(found["probability_falls"].ravel(), 0.5)
+
+
+def test_settings_of_a_scan_and_what_is_refused() -> None:
+    about = {"name": "b", "records": {"use": ["a"]}}
+    ensemble = {"relief": {"low": 0.001, "high": 0.005}, "members": 8}
+    study = study_from_content(about | {"body": BODY, "ensemble": ensemble}, "b")
+    assert load_study_from_file_or_json(study.model_dump_json()) == study
+    for wrong, words in (
+        ({"body": {"plan": "circle"}, "ensemble": ensemble}, "only a scanned stone has a relief"),
+        ({"ensemble": ensemble}, "only a single 3-D body has them"),
+        ({"body": BODY, "ensemble": {"relief": {"low": 1, "high": 5}}}, "the unit is the metre"),
+    ):
+        with pytest.raises(ConfigError, match=words):
+            study_from_content(about | wrong, "b")

@@ -89,6 +89,7 @@ scale: setup-dev ## test the largest study sizes and reproducibility; half an ho
 
 shaking-table: setup-dev ## compare predictions with shaking-table tests: DATA=folder (sources: docs/shaking-table.md)
 	$(BIN)/python -m verification.shaking_table $(or $(DATA),resources/shaking-table) --threads $(CORES)
+	$(BIN)/python -m verification.shaking_table.scan_page $(or $(DATA),resources/shaking-table) --threads $(CORES)
 
 faults: setup-dev ## interrupt and damage a small study fifty times, and resume it each time
 	$(BIN)/python -m verification.faults

@@ -1,0 +1,128 @@
+"""Prediction of shaking-table tests from a scan, with a synthetic boulder and synthetic tests."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from overturning.errors import ResultError
+from overturning.model.scan import ScannedStone, stone_from_surface
+from tests.model.solids import box_sums, statue, write_mesh
+from verification.shaking_table import scan
+from verification.shaking_table.data import SPECIMENS, ShakingTableTests
+from verification.shaking_table.models import PEAKS, prediction_models
+from verification.shaking_table.scan import (
+    YAWS,
+    fall_shares,
+    most_likely_orientation,
+    read_boulder,
+    simulate_orientations,
+    split_motion_halves,
+)
+from verification.shaking_table.scan_page import (
+    SCAN,
+    fitted_orientation_table,
+    held_out_scores,
+    orientation_table,
+    relief_table,
+    scan_model,
+    score_table,
+)
+
+TRUE_YAW = 7
+"""Index of the orientation of the synthetic boulder."""
+
+
+@pytest.fixture
+def synthetic(monkeypatch: pytest.MonkeyPatch) -> tuple[ShakingTableTests, np.ndarray]:
+    """Return 240 tests of twelve motions, and falls of a boulder that is weakest towards one orientation."""
+    generator = np.random.default_rng(3)
+    monkeypatch.setattr("verification.shaking_table.scores.DRAWS", 40)
+    peak = np.exp(generator.uniform(np.log(0.5), np.log(8), 240))
+    limit = 2.5 - 1.2 * np.cos(np.radians(YAWS))
+    fell = peak[None, :, None] * np.array([1.1, 1.0])[:, None, None] > limit[None, None, :]
+    threshold = limit[TRUE_YAW] * np.exp(generator.normal(0, 0.25, 240))
+    tests = ShakingTableTests(
+        number=np.arange(240),
+        motion=np.repeat([f"RSN{i}" for i in range(12)], 20),
+        acceleration=[np.zeros(2)] * 240,
+        sampling_interval=0.005,
+        pga=peak,
+        pgv=0.1 * peak * np.exp(generator.normal(0, 0.3, 240)),
+        fell=dict.fromkeys(SPECIMENS, peak > threshold),
+    )
+    return tests, fell
+
+
+def test_the_orientation_is_recovered_from_each_half(synthetic: tuple[ShakingTableTests, np.ndarray]) -> None:
+    """Orientations are symmetric about 0°, so that the mirror image is equally likely."""
+    tests, fell = synthetic
+    shares = fall_shares(fell)
+    assert shares.shape == (YAWS.size, 240)
+    assert ((shares > 0) & (shares < 1)).all()
+    for learn, _ in split_motion_halves(tests):
+        chosen = most_likely_orientation(shares, tests.fell[1], learn)
+        assert min(abs(chosen - TRUE_YAW), abs(YAWS.size - chosen - TRUE_YAW)) <= 2
+
+
+def test_no_motion_is_in_both_halves(synthetic: tuple[ShakingTableTests, np.ndarray]) -> None:
+    tests, _ = synthetic
+    predicted = []
+    for learn, predict in split_motion_halves(tests):
+        assert not set(tests.motion[learn]) & set(tests.motion[predict])
+        assert abs(len(learn) - len(predict)) <= 20
+        predicted.append(predict)
+    assert np.array_equal(np.sort(np.concatenate(predicted)), np.arange(240))
+
+
+def test_scores_and_tables(synthetic: tuple[ShakingTableTests, np.ndarray]) -> None:
+    tests, fell = synthetic
+    shares = fall_shares(fell)
+    unknown = np.full((576, 240), 0.5)
+    models = {PEAKS: prediction_models(tests, unknown, unknown)[PEAKS], SCAN: scan_model(tests, shares)}
+    rows = held_out_scores(tests, models)
+    values = rows.set_index(["split", "specimen", "model", "score"])["value"]
+    assert values["half of the motions", 1, SCAN, "F1"] > 0.85
+    assert isinstance(rows, pd.DataFrame)
+    own = rows[rows["model"] == SCAN]
+    assert (own["low"] <= own["value"] + 0.02).all()
+    assert score_table(rows).count("\n") == 1 + 2 * 2 * 2
+    assert orientation_table(tests, shares).count("\n") == 1 + 24
+    assert "first half of the motions" in fitted_orientation_table(tests, shares)
+    assert "1.000" not in relief_table(tests, fell).splitlines()[2].split("|")[2]
+
+
+def test_neighbouring_orientations_share_their_falls() -> None:
+    fell = np.zeros((2, 1, YAWS.size), bool)
+    fell[:, 0, 0] = True
+    shares = fall_shares(fell)[:, 0]
+    np.testing.assert_allclose(shares[[0, 1, -1, 2]], (np.array([0.5, 0.25, 0.25, 0.0]) + 0.25) / 1.5)
+
+
+def test_a_scanned_statue_under_two_motions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Far below its threshold it stands at every orientation; a long pulse overturns it. The results are kept."""
+    time = np.arange(300) * 0.005
+    pulse = np.where(time < 1, np.sin(2 * np.pi * time), 0.0)
+    tests = ShakingTableTests(
+        np.arange(2), np.array(["a", "b"]), [0.1 * pulse, 9.0 * pulse], 0.005, np.array([0.1, 9.0]), np.ones(2),
+        dict.fromkeys(SPECIMENS, np.zeros(2, bool)),
+    )  # fmt: skip
+    stone = stone_from_surface(statue(), [], "statue").shape
+    assert isinstance(stone, ScannedStone)
+    fell = simulate_orientations(stone, tests, tmp_path, 1, (0.002,))
+    assert fell.shape == (1, 2, YAWS.size)
+    assert not fell[0, 0].any()
+    assert fell[0, 1].all()
+    monkeypatch.setattr(scan, "simulate_cases", None)
+    assert np.array_equal(simulate_orientations(stone, tests, tmp_path, 1, (0.002,)), fell)
+
+
+def test_read_boulder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("trimesh")
+    with pytest.raises(ResultError, match=r"no SP1\.ply"):
+        read_boulder(tmp_path)
+    write_mesh(statue(), tmp_path / "SP1.ply")
+    stone = read_boulder(tmp_path)
+    assert f"{box_sums('statue')[0]:.4f} m³" in capsys.readouterr().out
+    assert stone.unscaled_solid.base == 4

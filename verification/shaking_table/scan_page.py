@@ -1,0 +1,167 @@
+"""`python -m verification.shaking_table.scan_page FOLDER`: predict the shaking-table tests from the boulder's scan.
+
+The results go into docs/shaking-table.md, next to the models with two fitted numbers.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Final
+
+import numpy as np
+import pandas as pd
+import typer
+
+from overturning.arrays import FloatArray
+from overturning.errors import ResultError
+from verification.shaking_table.clouds import PRISMS, RECTANGLES, simulate_stones
+from verification.shaking_table.data import SPECIMENS, ShakingTableTests, read_tests
+from verification.shaking_table.models import (
+    ENSEMBLE,
+    PEAKS,
+    SPACE,
+    Model,
+    Rows,
+    ensemble_fractions,
+    predict_held_out,
+    prediction_models,
+    split_odd_even,
+)
+from verification.shaking_table.scan import (
+    RELIEFS,
+    YAWS,
+    fall_shares,
+    most_likely_orientation,
+    read_boulder,
+    simulate_orientations,
+    split_motion_halves,
+)
+from verification.shaking_table.scores import NAMES, bootstrap_samples, motion_interval, prediction_scores
+from verification.tables import RESULTS, iterate_rows, markdown_table, publish_markdown, write_csv
+
+SCAN: Final = "scan, orientation fitted"
+SPLITS: Final[dict[str, Callable[[ShakingTableTests], Iterator[tuple[Rows, Rows]]]]] = {
+    "half of the motions": split_motion_halves,
+    "odd to even": split_odd_even,
+}
+"""Splits into tests for fitting and for prediction, by name."""
+
+FITTED_NUMBERS: Final = {PEAKS: 3, ENSEMBLE: 2, SPACE: 2, SCAN: 1}
+"""Number of fitted numbers of each model."""
+
+
+def scan_model(tests: ShakingTableTests, shares: FloatArray) -> Model:
+    """Return the model that chooses an orientation of the scan; `shares` has shape (orientations, tests)."""
+
+    def model(specimen: int, learn: Rows, predict: Rows) -> FloatArray:
+        return np.asarray(shares[most_likely_orientation(shares, tests.fell[specimen], learn)][predict])
+
+    return model
+
+
+def held_out_scores(tests: ShakingTableTests, models: Mapping[str, Model]) -> pd.DataFrame:
+    """Return the scores of every split, specimen and model on the predicted tests, with intervals over motions."""
+    rows = []
+    for split, divide in SPLITS.items():
+        for specimen in SPECIMENS:
+            fell = tests.fell[specimen]
+            held = {name: predict_held_out(model, specimen, divide(tests), fell.size) for name, model in models.items()}
+            known = np.isfinite(held[SCAN])
+            samples, motions = bootstrap_samples(tests.motion[known]), np.unique(tests.motion[known]).size
+            for name, p in held.items():
+                drawn = np.array([prediction_scores(p[known][one], fell[known][one]) for one in samples])
+                for place, (what, value) in enumerate(
+                    zip(NAMES, prediction_scores(p[known], fell[known]), strict=True)
+                ):
+                    low, high = motion_interval(drawn[:, place], motions)
+                    rows.append((split, specimen, name, what, value, low, high, int(known.sum())))
+    columns = ["split", "specimen", "model", "score", "value", "low", "high", "tests"]
+    return pd.DataFrame(rows, columns=columns)
+
+
+def score_table(score_rows: pd.DataFrame) -> str:
+    """Return the table of scores as Markdown."""
+    lines = []
+    for (split, specimen, model), own in score_rows.groupby(["split", "specimen", "model"], sort=False):
+        cells = [f"{one.value:.3f} ({one.low:.2f} to {one.high:.2f})" for one in iterate_rows(own)]
+        lines.append((split, specimen, model, FITTED_NUMBERS[str(model)], *cells, int(own["tests"].iloc[0])))
+    return markdown_table(("split", "specimen", "model", "fitted numbers", *NAMES, "tests"), lines)
+
+
+def fitted_orientation_table(tests: ShakingTableTests, shares: FloatArray) -> str:
+    """Return a table of the orientation that each fit chooses, and of the best one of all tests."""
+    names = {
+        "odd-numbered tests": next(split_odd_even(tests))[0],
+        **{
+            f"{number} half of the motions": learn
+            for number, (learn, _) in zip(("first", "second"), split_motion_halves(tests), strict=True)
+        },
+        "all tests": np.arange(tests.number.size),
+    }
+    lines = [
+        (name, *(f"{YAWS[most_likely_orientation(shares, tests.fell[one], learn)]:g}°" for one in SPECIMENS))
+        for name, learn in names.items()
+    ]
+    return markdown_table(("fitted to", *(f"orientation, specimen {one}" for one in SPECIMENS)), lines)
+
+
+def orientation_table(tests: ShakingTableTests, shares: FloatArray) -> str:
+    """Return a table of the scores of all orientations on all tests, without any fit."""
+    lines = []
+    for yaw, own in zip(YAWS, shares, strict=True):
+        found = [prediction_scores(own, tests.fell[one]) for one in SPECIMENS]
+        lines.append((f"{yaw:g}°", *(f"{value:.3f}" for scores in found for value in scores)))
+    heads = (f"{what}, specimen {one}" for one in SPECIMENS for what in NAMES)
+    return markdown_table(("orientation", *heads), lines)
+
+
+def relief_table(tests: ShakingTableTests, fell: np.ndarray) -> str:
+    """Return a table of the share of falls for each relief alone; `fell` has shape (reliefs, tests, orientations)."""
+    lines = []
+    for relief, own in sorted(zip(RELIEFS, fell, strict=True), key=lambda pair: pair[0]):
+        best = []
+        for specimen in SPECIMENS:
+            shares = fall_shares(own[None])
+            chosen = most_likely_orientation(shares, tests.fell[specimen], np.arange(tests.number.size))
+            best += [f"{prediction_scores(shares[chosen], tests.fell[specimen])[0]:.3f}"]
+        lines.append((f"{1000 * relief:.2g} mm", f"{own.mean():.3f}", *best))
+    lines.append(("shaking table", ", ".join(f"{tests.fell[one].mean():.3f}" for one in SPECIMENS), "", ""))
+    heads = ("relief", "share of falls", *(f"F1 at the best orientation, specimen {one}" for one in SPECIMENS))
+    return markdown_table(heads, lines)
+
+
+def main(
+    folder: Annotated[Path, typer.Argument(help="folder with tests.npz; for its source see docs/shaking-table.md")],
+    scans: Annotated[Path | None, typer.Option(help="folder with the scan SP1.ply (default: the same)")] = None,
+    kept: Annotated[Path, typer.Option(help="folder for results that take long to compute")] = Path(
+        "results/shaking-table"
+    ),
+    threads: Annotated[int, typer.Option(min=1, help="threads")] = 2,
+) -> None:
+    """Simulate the scanned boulder under every test, fit its orientation, predict tests, and write tables."""
+    try:
+        tests = read_tests(folder)
+        boulder = read_boulder(scans or folder)
+    except ResultError as error:
+        print(f"skipped: {error}")
+        return
+    kept.mkdir(parents=True, exist_ok=True)
+    fell = simulate_orientations(boulder, tests, kept, threads)
+    shares = fall_shares(fell)
+    others = {
+        name: ensemble_fractions(simulate_stones(kind, tests, kept, threads=threads))
+        for name, kind in {ENSEMBLE: RECTANGLES, SPACE: PRISMS}.items()
+    }
+    models = prediction_models(tests, others[ENSEMBLE], others[SPACE])
+    compared = {name: models[name] for name in (PEAKS, ENSEMBLE, SPACE)} | {SCAN: scan_model(tests, shares)}
+    rows = held_out_scores(tests, compared)
+    write_csv(rows, RESULTS / "shaking-table-scan.csv")
+    publish_markdown({
+        "shaking-table-scan-scores": score_table(rows),
+        "shaking-table-scan-fits": fitted_orientation_table(tests, shares),
+        "shaking-table-scan-orientations": orientation_table(tests, shares),
+        "shaking-table-scan-relief": relief_table(tests, fell),
+    })  # fmt: skip
+
+
+if __name__ == "__main__":
+    typer.run(main)

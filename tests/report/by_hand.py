@@ -267,6 +267,16 @@ MOTION: dict[str, Any] = {
     "likeliest_motions": [{"motion": "vale", "probability": 0.19, "prior": 0.04}], "stones_without_height": 3,
     "stones_without_b_over_h": 5, "sizes_assumed": True, "assumed_height_m": {"low": 0.61, "high": 0.92},
     "assumed_width_m": {"low": 0.31, "high": 0.42},
+    "sites": [
+        {"site": "upper", "fell": 13, "stood": 6, "velocity_axis_deg": 118.0, "velocity_axis_arc_deg": 98.0,
+         "axis_half_arc_deg": 49.0, "everything_fell": False, "fit_p_value": 0.004, "fits": False,
+         "strengths": [{"measure": "PGV", "unit": "cm/s", "posterior_low": 31.2, "posterior_high": 214.0,
+                        "prior_low": 8.2, "prior_high": 340.0}]},
+        {"site": "", "fell": 9, "stood": 0, "velocity_axis_deg": 127.0, "velocity_axis_arc_deg": 162.0,
+         "axis_half_arc_deg": 81.0, "everything_fell": True, "fit_p_value": 0.41, "fits": True,
+         "strengths": [{"measure": "PGV", "unit": "cm/s", "posterior_low": 44.1, "posterior_high": float("inf"),
+                        "prior_low": 8.2, "prior_high": 340.0}]},
+    ],
 }  # fmt: skip
 
 ONE = {"records": 1, "earthquakes": 1, "earthquakes_in_several_groups": 0}

@@ -3,10 +3,12 @@
 import math
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import simulate_cases
 from overturning.errors import ArgumentError, ResultError
 from overturning.findings.inferred_motion import inferred_motion_findings
@@ -317,12 +319,11 @@ def test_cases_are_counted_before_they_are_computed(tmp_path: Path, monkeypatch:
     """As many as the kernel is then asked for, and none of those that are kept; the time grows with the motion's."""
     asked: list[int] = []
 
-    def counting(one: CandidateMotion, aspect: float, nodes: list[tuple[int, int]], threads: int) -> np.ndarray:
-        outcome = ruled(one, aspect, nodes, threads)
-        asked.append(outcome.size)
-        return outcome
+    def counting(shape: str, motion: Motion, cases: Cases, numerics: NumericalOptions) -> SimpleNamespace:
+        asked.append(np.size(cases.height))
+        return SimpleNamespace(overturned=np.zeros(asked[-1]), fall_azimuth=np.full(asked[-1], np.nan))
 
-    monkeypatch.setattr(computed, "simulate_outcomes_of_sizes", counting)
+    monkeypatch.setattr(computed, "simulate_cases", counting)
     motions, kinds = [candidate(0.5), candidate(0.8)], [StoneKind(*SIZES[0], 0.0), StoneKind(*SIZES[1], 2.0)]
     cases, seconds = uncached_case_count_and_time(motions, kinds, tmp_path)
     StoneOutcomeProbabilities(motions, kinds, folder=tmp_path)
@@ -334,6 +335,53 @@ def test_cases_are_counted_before_they_are_computed(tmp_path: Path, monkeypatch:
     asked.clear()
     StoneOutcomeProbabilities(motions, [*kinds, StoneKind(*SIZES[2], 0.0)], folder=tmp_path)
     assert 0 < more == sum(asked)
+
+
+def test_only_a_sixth_of_the_combinations_of_rectangular_stones_is_simulated(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The kernel gets the size, friction, level and face azimuth of each simulated cell; the other cells are unknown.
+
+    The stand-in of the kernel returns a direction that names height, B/H, friction, level and face of its case.
+    """
+
+    def named(height, shape, friction, amplitude, azimuth):  # one of 72 bins
+        parts = [np.searchsorted(grid, value * 1.001) - 1 for grid, value in ((HEIGHTS, height), (SHAPES, shape))]
+        level = np.searchsorted(LEVELS, amplitude * one.pgv * 1.001) - 1
+        return (7 * parts[0] + 11 * parts[1] + 13 * level + 5 * np.round(azimuth / 15) + 17 * (friction > 0.5)) % 72
+
+    def kernel(shape: str, motion: Motion, cases: Cases, numerics: NumericalOptions) -> SimpleNamespace:
+        bins = named(cases.height, cases.b_over_h, cases.friction, cases.amplitude, cases.azimuth_deg)
+        return SimpleNamespace(overturned=np.ones(bins.size), fall_azimuth=5.0 * bins)
+
+    one = candidate(0.5)
+    monkeypatch.setattr(computed, "simulate_cases", kernel)
+    nodes = [(2, 5), (2, 6), (3, 5)]
+    found = computed.simulate_outcomes_of_sizes(one, 2.0, nodes, 1)
+    known = found != computed.UNKNOWN
+    assert known.mean() == pytest.approx(1 / 6)
+    for (h, b), f, at, o in ((nodes[n], f, at, o) for n, f, at, o in np.argwhere(known)[::7].tolist()):
+        expected = named(HEIGHTS[h], SHAPES[b], FRICTIONS[f], LEVELS[at] / one.pgv, 15.0 * o)
+        assert found[nodes.index((h, b)), f, at, o] == expected
+    assert (computed.simulate_outcomes_of_sizes(one, 0.0, nodes, 1) != computed.UNKNOWN).all(), "every round stone"
+
+
+def test_each_site_is_inverted_by_itself_and_all_together(tmp_path: Path, inversion: SurveyInversion) -> None:
+    """With a flat prior the posterior of independent sites is proportional to the product of their posteriors."""
+    at_a = [replace(column(SIZES[0], 0, 4), site="A"), replace(column(SIZES[2], count=3), site="A")]
+    at_b = [replace(column(SIZES[1], 10, 2), site="B"), replace(column(SIZES[2], count=2), site="B")]
+    found = inversion.invert_survey("ruin.csv", [*at_a, at_b[0], at_b[1]])
+    alone = [inversion.invert_survey("ruin.csv", part) for part in (at_a, at_b)]
+    assert [(one.name, one.fell, one.stood) for one in found.sites] == [("A", 4, 3), ("B", 2, 2)]
+    for site, one in zip(found.sites, alone, strict=True):
+        assert site.posterior.probability == pytest.approx(one.posterior.probability)
+        assert (site.fit, one.sites) == (one.fit, ())
+    product = alone[0].posterior.probability * alone[1].posterior.probability
+    assert found.posterior.probability == pytest.approx(product / product.sum())
+    write_inversion_result(found, tmp_path / "motion.nc")
+    back = read_inversion_result(tmp_path / "motion.nc")
+    assert inferred_motion_findings(back) == inferred_motion_findings(found)
+    assert [one.site for one in inferred_motion_findings(back).sites] == ["A", "B"]
 
 
 def test_the_library_has_each_motion_once() -> None:

@@ -247,8 +247,9 @@ def infer_motion_from_survey(
 ) -> None:
     """Infer strength and axis of the motion that overturned stones, and the probability of each candidate motion.
 
-    The responses of stones of these sizes to each motion are computed once, in minutes (up to an hour for many sizes),
-    and stored in the user's cache folder.
+    The motion is inferred from all stones together and, if the survey has several sites, from each site by itself. The
+    outcomes of stones of these sizes under each motion are computed once, in minutes, and stored in the user's cache
+    folder.
     """
     import sys
     import time

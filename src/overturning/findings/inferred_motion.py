@@ -3,6 +3,8 @@
 import math
 from collections.abc import Sequence
 
+from pydantic import Field
+
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Finding, Number
 from overturning.settings import StonePopulation
@@ -42,6 +44,31 @@ class StoneSizeRange(Finding):
 
     low: float
     high: float
+
+
+class InferredMotionOfSite(Finding):
+    """Axis and strength of the ground motion that are inferred from the stones of one site of a survey by itself."""
+
+    site: str
+    """Name of the site; empty for stones without one."""
+    fell: int
+    """Number of stones that fell."""
+    stood: int
+    """Number of stones that stood."""
+    strengths: list[InferredMotionStrength]
+    """Interval of each intensity measure."""
+    velocity_axis_deg: Number
+    """Middle of the credible arc of the axis of the largest velocity, 0 to 180."""
+    velocity_axis_arc_deg: Number
+    """Width of this arc."""
+    axis_half_arc_deg: Number
+    """Half of the width of this arc."""
+    everything_fell: bool
+    """True if every stone fell: then the site shows no axis."""
+    fit_p_value: Number
+    """p-value of the posterior predictive check; small if no motion fits the stones of the site."""
+    fits: bool
+    """False if the check rejects every motion."""
 
 
 class InferredMotion(Finding):
@@ -91,6 +118,8 @@ class InferredMotion(Finding):
     assumed_height_m: StoneSizeRange
     """Height of the stones without one, and width of those without B/H."""
     assumed_width_m: StoneSizeRange
+    sites: list[InferredMotionOfSite] = Field(default_factory=list)
+    """Motion inferred from each site by itself; empty if the survey has only one site."""
 
 
 MOTIONS_LISTED = 12
@@ -106,19 +135,7 @@ def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Se
 
     `stones` are the stones of the survey; stones without sizes are counted. Pass an empty list if they are unknown.
     """
-    one, strengths = inversion_result.posterior, []
-    for name, values in inversion_result.pgv_and_pga_by_motion_and_level.items():
-        (low, high), (least, most) = one.credible_interval(values), one.credible_interval(values, use_prior=True)
-        strengths.append(
-            InferredMotionStrength(
-                measure=name.split(", ")[0],
-                unit=name.split(", ")[1],
-                posterior_low=low,
-                posterior_high=high,
-                prior_low=least,
-                prior_high=most,
-            )
-        )
+    one = inversion_result.posterior
     middle, width = inversion_result.credible_axis_arc_deg
     weakest, strongest = (float(share) for share in one.weakest_and_strongest_level_probabilities())
     high = sum(int(each.count) for each in stones if math.isnan(each.height))
@@ -132,7 +149,7 @@ def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Se
         stood=inversion_result.stood,
         velocity_axis_deg=middle,
         velocity_axis_arc_deg=width,
-        strengths=strengths,
+        strengths=_strengths(inversion_result),
         everything_fell=inversion_result.everything_fell,
         axis_half_arc_deg=width / 2,
         weaker_than_library=weakest,
@@ -154,4 +171,40 @@ def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Se
         sizes_assumed=bool(high or wide),
         assumed_height_m=StoneSizeRange(low=assumed.height.low, high=assumed.height.high),
         assumed_width_m=StoneSizeRange(low=assumed.width.low, high=assumed.width.high),
+        sites=[_inferred_motion_of_site(each) for each in inversion_result.sites],
+    )
+
+
+def _strengths(inversion_result: SurveyInversionResult) -> list[InferredMotionStrength]:
+    """Return the intervals of each intensity measure before and after a survey, or a site of it."""
+    one, strengths = inversion_result.posterior, []
+    for name, values in inversion_result.pgv_and_pga_by_motion_and_level.items():
+        (low, high), (least, most) = one.credible_interval(values), one.credible_interval(values, use_prior=True)
+        strengths.append(
+            InferredMotionStrength(
+                measure=name.split(", ")[0],
+                unit=name.split(", ")[1],
+                posterior_low=low,
+                posterior_high=high,
+                prior_low=least,
+                prior_high=most,
+            )
+        )
+    return strengths
+
+
+def _inferred_motion_of_site(site_result: SurveyInversionResult) -> InferredMotionOfSite:
+    """Return the report's numbers on the ground motion that is inferred from one site of a survey."""
+    middle, width = site_result.credible_axis_arc_deg
+    return InferredMotionOfSite(
+        site=site_result.name,
+        fell=site_result.fell,
+        stood=site_result.stood,
+        strengths=_strengths(site_result),
+        velocity_axis_deg=middle,
+        velocity_axis_arc_deg=width,
+        axis_half_arc_deg=width / 2,
+        everything_fell=site_result.everything_fell,
+        fit_p_value=site_result.fit,
+        fits=not site_result.fit < MIN_FIT_P_VALUE,
     )

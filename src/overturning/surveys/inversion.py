@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -138,12 +138,27 @@ class SurveyInversion:
         )
 
     def invert_survey(self, survey_name: str, stones: Sequence[Stone]) -> SurveyInversionResult:
-        """Infer the ground motion from the stones of a survey; return the posterior and a p-value of the fit."""
-        posterior = self.compute_posterior(self.log_likelihoods_by_motion(stones))
+        """Infer the motion from the stones of the survey `survey_name`, with a check of fit.
+
+        The motion is inferred from all stones together and, if the survey has several sites, from the stones of each
+        site by itself; the outcomes of the stones are shared.
+        """
+        parts = {
+            site: [one for one in stones if one.site == site] for site in dict.fromkeys(one.site for one in stones)
+        }
+        log_likelihoods = {site: self.log_likelihoods_by_motion(part) for site, part in parts.items()}
+        together = self._result(survey_name, stones, np.sum(list(log_likelihoods.values()), axis=0))
+        if len(parts) == 1:
+            return together
+        sites = (self._result(site, part, log_likelihoods[site]) for site, part in parts.items())
+        return replace(together, sites=tuple(sites))
+
+    def _result(self, name: str, stones: Sequence[Stone], log_likelihoods: FloatArray) -> SurveyInversionResult:
+        """Return posterior, check of fit and numbers of stones for log-likelihoods of stones."""
+        posterior = self.compute_posterior(log_likelihoods)
         fell, stood = (sum(one.count for one in stones if one.fell is kind) for kind in (True, False))
-        return SurveyInversionResult(
-            survey_name, fell, stood, self.fixed, self.posterior_predictive_p_value(stones, posterior), posterior
-        )
+        fit = self.posterior_predictive_p_value(stones, posterior)
+        return SurveyInversionResult(name, fell, stood, self.fixed, fit, posterior)
 
     def posterior_predictive_p_value(self, stones: Sequence[Stone], posterior: MotionPosterior, seed: int = 1) -> float:
         """Compute the p-value of fit: the share of random surveys that fit their best motion no better.

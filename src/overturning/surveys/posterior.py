@@ -1,7 +1,7 @@
 """Posterior probability of motion, strength and rotation for a survey, and its file."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -35,6 +35,9 @@ _STORED: Final = {
     "pga": "source", "axis": "source",
 }  # fmt: skip
 """Attributes of a `MotionPosterior` that are stored in its file, with their dimensions."""
+
+_NUMBERS_OF_SITE: Final = ("fell", "stood", "fit")
+"""Attributes of the result for one site that are stored in the file of the survey."""
 
 
 @dataclass(frozen=True)
@@ -164,6 +167,8 @@ class SurveyInversionResult:
         p-value of the check of fit, see `SurveyInversion.posterior_predictive_p_value`.
     posterior : MotionPosterior
         Posterior of motion, level and rotation.
+    sites : tuple of SurveyInversionResult
+        Results for the stones of each site by itself, whose names are those of the sites; empty for one site.
     """
 
     name: str
@@ -172,6 +177,7 @@ class SurveyInversionResult:
     fixed: float
     fit: float
     posterior: MotionPosterior
+    sites: tuple["SurveyInversionResult", ...] = ()
 
     @property
     def everything_fell(self) -> bool:
@@ -198,9 +204,16 @@ class SurveyInversionResult:
 
 def write_inversion_result(inversion_result: SurveyInversionResult, path: Path) -> None:
     """Write the motion that was inferred from a survey, with its probabilities, to a NetCDF file."""
+    variables = {name: (dims, getattr(inversion_result.posterior, name)) for name, dims in _STORED.items()}
+    coordinates = {"source": list(inversion_result.posterior.sources)}
+    if sites := inversion_result.sites:
+        coordinates["site"] = [one.name for one in sites]
+        probability = np.stack([one.posterior.probability for one in sites])
+        variables["site_probability"] = (("site", "source", "level", "turn"), probability)
+        variables |= {f"site_{name}": ("site", [getattr(one, name) for one in sites]) for name in _NUMBERS_OF_SITE}
     table = xr.Dataset(
-        {name: (dims, getattr(inversion_result.posterior, name)) for name, dims in _STORED.items()},
-        {"source": list(inversion_result.posterior.sources)},
+        variables,
+        coordinates,
         {
             "survey": inversion_result.name,
             **{name: getattr(inversion_result, name) for name in ("fell", "stood", "fixed", "fit")},
@@ -218,6 +231,20 @@ def read_inversion_result(path: Path) -> SurveyInversionResult:
         sources, about = tuple(str(name) for name in table["source"].to_numpy()), table.attrs
         posterior = MotionPosterior(sources, **{name: np.asarray(table[name]) for name in _STORED})
         numbers = (int(about["fell"]), int(about["stood"]), float(about["fixed"]), float(about["fit"]))
-        return SurveyInversionResult(str(about["survey"]), *numbers, posterior)
+        return SurveyInversionResult(str(about["survey"]), *numbers, posterior, _sites_of_file(table, posterior))
     except (OSError, ValueError, KeyError) as error:
         raise ResultError(f"{path}: cannot be read ({error}); run the study again") from None
+
+
+def _sites_of_file(table: xr.Dataset, posterior: MotionPosterior) -> tuple[SurveyInversionResult, ...]:
+    """Return the results for single sites from the content of a file; empty if the survey has one site."""
+    if "site" not in table:
+        return ()
+    fixed = float(table.attrs["fixed"])
+    columns = [table["site"].to_numpy().tolist(), *(table[f"site_{name}"].to_numpy() for name in _NUMBERS_OF_SITE)]
+    return tuple(
+        SurveyInversionResult(
+            str(name), int(fell), int(stood), fixed, float(fit), replace(posterior, probability=probability)
+        )
+        for name, fell, stood, fit, probability in zip(*columns, table["site_probability"].to_numpy(), strict=True)
+    )

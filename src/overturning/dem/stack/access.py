@@ -26,6 +26,7 @@ from overturning.dem.stack.joint_state import (
     JointRelativeMotion,
     PointAtStepStartAndEnd,
     RimLoad,
+    RimSide,
     SolvedJointPointSums,
     SumOfForceTimesDistance,
 )
@@ -90,6 +91,7 @@ load_clip, store_clip, _ = POINT.lane_access(ClippedSide)
 load_next_point, store_next_point, _ = POINT.lane_access(PointAtStepStartAndEnd, "new")
 load_outline, store_outline, _ = POINT.lane_access(FaceCorner)
 load_place, store_place, _ = POINT.lane_access(ContactPointPosition)
+load_rim_side, store_rim_side, _ = POINT.lane_access(RimSide)
 load_point, _, store_point_unless = POINT.lane_access(PointAtStepStartAndEnd, "old")
 
 add_losses, no_losses = (

@@ -212,8 +212,17 @@ class ClippedSide(NamedTuple):
     """End, as a share of the side."""
     length: float
     """Length of the part, m."""
+
+
+class RimSide(NamedTuple):
+    """Overhang of the upper base beyond a side of the lower face, and slopes of the normals where sides cross."""
+
     overhang: float
-    """Largest distance by which a corner of the upper base lies beyond the side, m; for sides of the lower face."""
+    """Largest distance by which a corner of the upper base lies beyond the side, m."""
+    begin_slope: float
+    """Slope of the contact normal across the side where its clipped part begins; 0 for a vertical normal."""
+    end_slope: float
+    """Slope of the contact normal across the side where its clipped part ends; 0 for a vertical normal."""
 
 
 class PointHistory(NamedTuple):
@@ -261,4 +270,4 @@ JOINT: Final = TupleRowLayout(
     COLUMNS, JointConstants, JointAtStepStartAndEnd, JointLandingTimes, JointPose, RimLoad, JointRelativeMotion,
     JointNormalForceSums, SumOfForceTimesDistance, JointFriction, JointEquations, SolvedJointPointSums,
 )  # fmt: skip
-POINT: Final = TupleRowLayout(COLUMNS, FaceCorner, ContactPointPosition, ClippedSide, PointAtStepStartAndEnd)
+POINT: Final = TupleRowLayout(COLUMNS, FaceCorner, ContactPointPosition, ClippedSide, RimSide, PointAtStepStartAndEnd)

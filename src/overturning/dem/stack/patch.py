@@ -30,10 +30,12 @@ from overturning.dem.stack.access import (
     load_outline,
     load_place,
     load_predicted,
+    load_rim_side,
     store_clip,
     store_frame,
     store_joint_pose,
     store_place,
+    store_rim_side,
 )
 from overturning.dem.stack.joint_state import (
     JOINT,
@@ -45,6 +47,7 @@ from overturning.dem.stack.joint_state import (
     JointPose,
     JointRelativeMotion,
     PointAtStepStartAndEnd,
+    RimSide,
 )
 from overturning.dem.stack.state import STONE, PredictedStone, StoneConstants, StoneFallState
 
@@ -184,21 +187,21 @@ def clip_side(clip: ClippedSide, at_begin: float, at_end: float) -> ClippedSide:
     outside = (at_begin < 0.0) & (at_end < 0.0)
     begin = share if crosses & (at_begin < 0.0) & (share > clip.begin) else clip.begin
     end = share if crosses & (at_end < 0.0) & (share < clip.end) else clip.end
-    return ClippedSide(begin, (-1.0 if outside else end), clip.length, clip.overhang)
+    return ClippedSide(begin, (-1.0 if outside else end), clip.length)
 
 
 @njit(**INLINE)
 def clipped_side_with_length(clip: ClippedSide, length: float) -> ClippedSide:
     """Return the clipped part of a face's side with its length, m; `length` is that of the whole side, m."""
     part = clip.end - clip.begin
-    return ClippedSide(clip.begin, clip.end, length * part if part > 0.0 else 0.0, clip.overhang)
+    return ClippedSide(clip.begin, clip.end, length * part if part > 0.0 else 0.0)
 
 
 @njit(**APART)
 def reset_clipped_side(point: Any, lane_count: int) -> None:
     """Start the clipping of a side of a face with the whole side, for all stacks in parallel."""
     for j in range(lane_count):
-        store_clip(point, j, ClippedSide(0.0, 1.0, 0.0, 0.0))
+        store_clip(point, j, ClippedSide(0.0, 1.0, 0.0))
 
 
 @njit(**APART)
@@ -240,18 +243,35 @@ def signed_area_inside_side(a: ContactPointPosition, b: ContactPointPosition, x:
     return (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x)
 
 
+@njit(**INLINE)
+def normal_slope_of_crossing_sides(lower: FaceCorner, a: ContactPointPosition, b: ContactPointPosition) -> float:
+    """Return the slope (≥ 0) across a side of the lower face of the normal to that side and to the upper side a–b."""
+    across = lower.nx * (b.x - a.x) + lower.ny * (b.y - a.y)
+    slope = (a.z - b.z) / (across if across != 0.0 else 1.0)
+    return slope if (across != 0.0) & (slope > 0.0) else 0.0
+
+
+@njit(**APART)
+def clear_rim_side(side: Any, lane_count: int) -> None:
+    """Clear overhang and slopes of the contact normals of a side of the lower face, for all stacks in parallel."""
+    for j in range(lane_count):
+        store_rim_side(side, j, RimSide(-1e300, 0.0, 0.0))
+
+
 @njit(**APART)
 def clip_lower_side(side: Any, next_corner: Any, begin: Any, end: Any, lane_count: int) -> None:
     """Clip a side of the lower face by one side of the upper stone's base, for all stacks in parallel."""
     for j in range(lane_count):
         a, b = load_place(begin, j), load_place(end, j)
         c, d = load_outline(side, j), load_outline(next_corner, j)
-        clip = clip_side(
-            load_clip(side, j), signed_area_inside_side(a, b, c.x, c.y), signed_area_inside_side(a, b, d.x, d.y)
-        )  # fmt: skip
-        beyond = (c.nx * a.x + c.ny * a.y) - c.reach
-        store_clip(side, j, ClippedSide(
-            clip.begin, clip.end, clip.length, beyond if beyond > clip.overhang else clip.overhang
+        old, rim = load_clip(side, j), load_rim_side(side, j)
+        new = clip_side(old, signed_area_inside_side(a, b, c.x, c.y), signed_area_inside_side(a, b, d.x, d.y))
+        slope, beyond = normal_slope_of_crossing_sides(c, a, b), (c.nx * a.x + c.ny * a.y) - c.reach
+        store_clip(side, j, new)
+        store_rim_side(side, j, RimSide(
+            overhang=beyond if beyond > rim.overhang else rim.overhang,
+            begin_slope=slope if new.begin > old.begin else rim.begin_slope,
+            end_slope=slope if new.end < old.end else rim.end_slope,
         ))  # fmt: skip
 
 
@@ -273,6 +293,7 @@ def clip_lower_sides(joint_rows: Any, points: Any, upper_count: int, lower_count
         side = points[(upper_count + k) * P : (upper_count + k + 1) * P]
         next_corner = points[(upper_count + following) * P : (upper_count + following + 1) * P]
         reset_clipped_side(side, lane_count)
+        clear_rim_side(side, lane_count)
         for i in range(upper_count):
             n = (i + 1) % upper_count
             clip_lower_side(side, next_corner, points[i * P : (i + 1) * P], points[n * P : (n + 1) * P], lane_count)

@@ -26,7 +26,6 @@ from overturning.dem.body.vectors import (
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, create_window_slicer
 from overturning.dem.stack.access import (
     load_axes,
-    load_clip,
     load_constants,
     load_frame,
     load_joint_pose,
@@ -34,6 +33,7 @@ from overturning.dem.stack.access import (
     load_place,
     load_predicted,
     load_rim,
+    load_rim_side,
     store_frame,
     store_joint_pose,
     store_place,
@@ -66,6 +66,14 @@ def inclination_of_base(frame: JointRelativeMotion) -> tuple[float, float]:
 
 
 @njit(**INLINE)
+def share_of_overhang(overhang: float, reach: float) -> float:
+    """Return how far a side's normal counts, 0 to 1: in full from an overhang of `FULL_OVERHANG` times its distance."""
+    share = overhang / (FULL_OVERHANG * reach)
+    share = share if share > 0.0 else 0.0
+    return share if share < 1.0 else 1.0
+
+
+@njit(**INLINE)
 def rim_load_with_point(rim: RimLoad, place: ContactPointPosition, slope: tuple[float, float]) -> RimLoad:
     """Return the sums for the normal of contact with one more contact point, whose normal has the slope `slope`."""
     load = place.weight * (-place.z if place.z < 0.0 else 0.0)
@@ -95,18 +103,16 @@ def add_rim_point_loads(joint_rows: Any, side: Any, previous_side: Any, start: A
     for j in range(lane_count):
         own, previous = load_outline(side, j), load_outline(previous_side, j)
         slope_x, slope_y = inclination_of_base(load_frame(joint_rows, j))
-        hangs, other = load_clip(side, j).overhang / own.reach, load_clip(previous_side, j).overhang / previous.reach
-        least = hangs if hangs < other else other
-        full, corner = hangs * (1.0 / FULL_OVERHANG), least * (1.0 / FULL_OVERHANG)
-        full, corner = (full if full > 0.0 else 0.0), (corner if corner > 0.0 else 0.0)
-        full, corner = (full if full < 1.0 else 1.0), (corner if corner < 1.0 else 1.0)
-        # A base that lies on a side of the rim can only tip across that side.
-        across = slope_x * own.nx + slope_y * own.ny
-        across = full * (across if across > 0.0 else 0.0)
-        tilt = (across * own.nx, across * own.ny)
-        rim = rim_load_with_point(load_rim(joint_rows, j), load_place(side, j), (corner * slope_x, corner * slope_y))
-        rim = rim_load_with_point(rim, load_place(start, j), tilt)
-        store_rim(joint_rows, j, rim_load_with_point(rim, load_place(end, j), tilt))
+        rim, other = load_rim_side(side, j), load_rim_side(previous_side, j)
+        full, corner = share_of_overhang(rim.overhang, own.reach), share_of_overhang(other.overhang, previous.reach)
+        corner = full if full < corner else corner
+        # Sides that cross at a small angle would have a horizontal normal.
+        most = math.sqrt(slope_x * slope_x + slope_y * slope_y)
+        begin = full * (rim.begin_slope if rim.begin_slope < most else most)
+        last = full * (rim.end_slope if rim.end_slope < most else most)
+        loads = rim_load_with_point(load_rim(joint_rows, j), load_place(side, j), (corner * slope_x, corner * slope_y))
+        loads = rim_load_with_point(loads, load_place(start, j), (begin * own.nx, begin * own.ny))
+        store_rim(joint_rows, j, rim_load_with_point(loads, load_place(end, j), (last * own.nx, last * own.ny)))
 
 
 @njit(**INLINE)

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -185,3 +186,26 @@ def test_a_server_of_another_installation_is_not_used(measurements: Path, monkey
     monkeypatch.setattr(fork_client, "installation", lambda: [sys.executable, "/elsewhere"])
     assert run_step_in_fork_server(["--version"]) is None
     assert not measurements.exists()
+
+
+def test_kernels_are_loaded_once_for_each_variant(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before the first sweep after a successful one, which has left the kernels compiled on disk."""
+    from overturning.commands import fork_server
+
+    loaded: list[str] = []
+    monkeypatch.setattr(fork_server, "_load_kernels_of_sweep", lambda arguments: loaded.append(arguments[-1]))
+    with socket.socket(socket.AF_UNIX) as listener:
+        server = fork_server.ForkServer(listener, tmp_path / "steps.tsv")
+        for variant in ("nominal", "nominal", "soft", "nominal", "soft", "soft"):
+            arguments = ["sweep", "--variant", variant]
+            server._load_for(arguments)
+            ours, theirs = socket.socketpair()
+            process = os.fork()
+            if not process:
+                os._exit(0)
+            os.waitid(os.P_PID, process, os.WEXITED | os.WNOWAIT)
+            server._steps[process] = fork_server.RunningStep(arguments, ours)
+            server._report_ended_steps()
+            assert theirs.recv(9) == b"0"
+            theirs.close()
+    assert loaded == ["nominal", "soft"]

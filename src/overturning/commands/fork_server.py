@@ -52,8 +52,8 @@ class ForkServer:
     def __init__(self, listener: socket.socket, measurements: Path) -> None:
         self._listener, self._measurements = listener, measurements
         self._steps: dict[int, RunningStep] = {}  # by process id
-        self._sweep: list[str] | None = None  # arguments of a sweep that has succeeded
-        self._has_kernels = False
+        # Arguments of a successful sweep of each variant; None once its kernels are loaded.
+        self._sweeps: dict[str, list[str] | None] = {}
         self._selector = selectors.DefaultSelector()
         self._interrupt_handler: Any = signal.SIG_DFL  # that of the steps
 
@@ -117,9 +117,10 @@ class ForkServer:
         with contextlib.suppress(Exception):  # the step reports it
             for name in _MODULES.get(arguments[0], ()):
                 import_module(name)
-            if arguments[0] == "sweep" and self._sweep is not None and not self._has_kernels:
-                self._has_kernels = True
-                _load_kernels_of_sweep(self._sweep)
+            variant = _options(arguments).get("--variant", "")
+            if arguments[0] == "sweep" and (last := self._sweeps.get(variant)) is not None:
+                self._sweeps[variant] = None
+                _load_kernels_of_sweep(last)
 
     def _report_ended_steps(self) -> None:
         """Send the exit statuses of ended steps to their clients, and store their processor time and memory."""
@@ -134,12 +135,12 @@ class ForkServer:
                 step.connection.sendall(str(status if status >= 0 else 128 - status).encode())
             step.connection.close()
             if step.arguments[0] == "sweep" and status == 0:
-                self._sweep = step.arguments
+                self._sweeps.setdefault(_options(step.arguments).get("--variant", ""), step.arguments)
             self._store_measurements(step.arguments, used)
 
     def _store_measurements(self, arguments: list[str], used: Any) -> None:
         """Append the processor time (s) and memory (MB) of a workflow step to the table of measurements."""
-        options = dict(pairwise(arguments))
+        options = _options(arguments)
         output = options.get("--output") or options.get("--results", "")
         with contextlib.suppress(OSError):
             self._measurements.parent.mkdir(parents=True, exist_ok=True)
@@ -148,6 +149,11 @@ class ForkServer:
                     table.write("command\toutput\tcpu_time\tmax_rss\n")  # s and MB, like Snakemake's tables
                 time, memory = used.ru_utime + used.ru_stime, used.ru_maxrss / 1000
                 table.write(f"{arguments[0]}\t{output}\t{time:.2f}\t{memory:.1f}\n")
+
+
+def _options(arguments: list[str]) -> dict[str, str]:
+    """Return the values of the options among the arguments of a step, by option."""
+    return dict(pairwise(arguments))
 
 
 def _receive_request(connection: socket.socket) -> tuple[dict[str, Any], list[int]]:
@@ -167,7 +173,7 @@ def _load_kernels_of_sweep(arguments: list[str]) -> None:
     from overturning.study.load import load_study_from_file_or_json
     from overturning.study.sweep import load_kernels
 
-    options = dict(pairwise(arguments))
+    options = _options(arguments)
     record = read_record_from_motion_file(Path(options["--motion"]))
     load_kernels(load_study_from_file_or_json(options["--study"]), record, options["--variant"])
 

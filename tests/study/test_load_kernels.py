@@ -1,0 +1,27 @@
+"""Loading of the kernels of a sweep before the processes of the sweeps are forked."""
+
+import pytest
+
+from overturning.study import sweep
+from tests.study.small_study import pulse, study
+
+
+@pytest.mark.parametrize(
+    ("variant", "keys"),
+    [
+        ("nominal", {}),
+        ("bouncing", {"variants": {"bouncing": {"contact": {"damping_ratio": 0.5}}}}),
+        ("nominal", {"amplitude": [0.01, 1.0]}),
+    ],
+)
+def test_one_case_that_moves_is_simulated(
+    monkeypatch: pytest.MonkeyPatch, variant: str, keys: dict[str, object]
+) -> None:
+    """A case at rest would not call the kernel."""
+    steps, simulate = [], sweep.simulate_variant
+    monkeypatch.setattr(
+        sweep, "simulate_variant", lambda *given: steps.append(simulate(*given)["block_steps"].ravel().tolist())
+    )
+    sweep.load_kernels(study(**keys), pulse(peak=2.0), variant)
+    ((count,),) = steps
+    assert count > 0

@@ -40,15 +40,20 @@ def outline_within_tolerance(points: FloatArray, tolerance: float, start: NDArra
     whole = scipy.spatial.ConvexHull(points)
     if tolerance <= 0.0:
         return points[whole.vertices]
-    candidates = points[whole.vertices]
+    vertices = candidates = points[whole.vertices]
     chosen = np.unique(np.concatenate([candidates.argmin(axis=0), candidates.argmax(axis=0)]))
     kept = candidates[chosen] if start is None else np.concatenate([points[start], candidates[chosen]])
     for _ in range(ROUNDS):
         try:
             hull = scipy.spatial.ConvexHull(kept)
         except scipy.spatial.QhullError:  # the first points lie in one plane
-            return candidates
+            return vertices
         beyond = candidates @ hull.equations[:, :-1].T + hull.equations[:, -1]
+        # A point inside stays inside, because the hull only grows.
+        outside = beyond.max(axis=1) > tolerance
+        if not outside.any():
+            return kept[hull.vertices]
+        candidates, beyond = candidates[outside], beyond[outside]
         if points.shape[1] == 3:
             beyond /= np.where(hull.equations[:, 2] > STEEP, STEEP_FACTOR, 1.0)
         farthest = beyond.max(axis=0)
@@ -57,4 +62,4 @@ def outline_within_tolerance(points: FloatArray, tolerance: float, start: NDArra
         # Add the farthest point beyond each facet; small errors wait for the next round, which may not need them.
         facets = farthest > max(tolerance, 0.5 * float(farthest.max()))
         kept = np.concatenate([kept, candidates[np.unique(beyond[:, facets].argmax(axis=0))]])
-    return candidates
+    return vertices

@@ -41,6 +41,9 @@ LEAST_FALL_TILT: Final = np.radians(10.0)
 CONVEX_SHARE: Final = 1e-3
 """Largest share of the hull's volume outside a body that counts as convex: rounding in the file."""
 
+MAX_STORED_VERTICES: Final = 3000
+"""Largest number of vertices of a hull that are stored as they are; a multiple of 10."""
+
 STORED_DIGITS: Final = 6
 """Decimals of stored positions, m: a micrometre."""
 
@@ -223,7 +226,8 @@ def _pose_on_face(normal: FloatArray) -> StablePose:
 def points_that_can_touch(points: FloatArray) -> FloatArray:
     """Return the points of a stable pose that can touch the ground at some relief up to `MAX_RELIEF`, shape (n, 3).
 
-    These are the vertices of the hull, and the low points that widen the footprint before a hull vertex does.
+    These are the vertices of the hull (of more than `MAX_STORED_VERTICES`, the extreme ones in as many directions), and
+    the low points that widen the footprint before a hull vertex does.
     """
     size = float(np.ptp(points, axis=0).max())
     hull = scipy.spatial.ConvexHull(points)
@@ -239,7 +243,19 @@ def points_that_can_touch(points: FloatArray) -> FloatArray:
                 outline = scipy.spatial.ConvexHull(points[chosen, :2]).equations
             except scipy.spatial.QhullError:
                 continue
-    return points[np.union1d(hull.vertices, np.array(chosen, np.intp))]
+    if hull.vertices.size <= MAX_STORED_VERTICES:
+        return points[np.union1d(hull.vertices, np.array(chosen, np.intp))]
+    extreme = _extreme_points(points[hull.vertices], MAX_STORED_VERTICES)
+    return np.unique(np.concatenate([extreme, points[chosen]]), axis=0)
+
+
+def _extreme_points(points: FloatArray, direction_count: int) -> FloatArray:
+    """Return the points that lie farthest in some of many directions, evenly spread by the golden angle."""
+    number = np.arange(direction_count) + 0.5
+    height, turn = 1.0 - 2.0 * number / direction_count, np.pi * (1.0 + 5.0**0.5) * number
+    level = np.sqrt(1.0 - height * height)
+    directions = np.column_stack([level * np.cos(turn), level * np.sin(turn), height])
+    return points[np.unique(np.concatenate([(points @ part.T).argmax(axis=0) for part in np.split(directions, 10)]))]
 
 
 class Scan(NamedTuple):

@@ -148,10 +148,10 @@ def survey_text() -> str:
 
 
 def printed_by(*arguments: str) -> str:
-    """Return what `overturning survey` prints, with long lines wrapped."""
+    """Return what a command of `overturning` prints, with long lines wrapped."""
     text = io.StringIO()
     with contextlib.redirect_stdout(text), contextlib.suppress(SystemExit):
-        run_command(["survey", *arguments])
+        run_command(list(arguments))
     lines = text.getvalue().replace("\u00a0", " ").rstrip("\n").split("\n")
     wrapped = [part for line in lines for part in (textwrap.wrap(line, 110) if line[:1] != " " else [line]) or [""]]
     return "\n".join(line.rstrip() for line in wrapped)
@@ -177,24 +177,30 @@ def example_study_cube(path: Path) -> None:
 
 
 def page_blocks() -> dict[str, str]:
-    """Return the output of both commands of the page by marker."""
+    """Return the output of the comparisons of the page by marker."""
     with tempfile.TemporaryDirectory() as folder:
         cube = Path(folder) / "cube.nc"
         example_study_cube(cube)
-        compared = printed_by(str(SURVEY), "--cube", str(cube))
-    summary = printed_by(str(SURVEY))
+        compared = printed_by("survey", str(SURVEY), "--cube", str(cube))
+    summary = printed_by("survey", str(SURVEY))
     return {
         "example-survey": summary,
         "example-survey-compared": compared[compared.index("example-cemeteries.csv against") :],
     }
 
 
+def inference_block() -> dict[str, str]:
+    """Return the inferred motion, without the list of the likeliest motions, by marker; takes minutes once."""
+    text = printed_by("backwards", str(SURVEY))
+    return {"example-survey-backwards": text[text.index("\n\nFrom ") : text.index("  motion ")].strip()}
+
+
 def main() -> None:
     """Write the survey, the rose of its falls, and the output of the commands in the page."""
     write_text(SURVEY, survey_text())
-    printed_by(str(SURVEY), "--rose", str(ROSE))
+    printed_by("survey", str(SURVEY), "--rose", str(ROSE))
     page = PAGE.read_text(encoding="utf-8")
-    for mark, block in page_blocks().items():
+    for mark, block in (page_blocks() | inference_block()).items():
         begin, end = f"<!-- {mark}:begin -->", f"<!-- {mark}:end -->"
         page = f"{page.partition(begin)[0]}{begin}\n\n{fenced(block)}\n\n{end}{page.partition(end)[2]}"
     write_text(PAGE, page)

@@ -7,6 +7,7 @@ import pytest
 
 import overturning
 from overturning.motion.direction import azimuth_difference
+from overturning.units import STANDARD_GRAVITY
 from verification import example_survey
 from verification.example_survey import PAGE, ROSE, SITES, SURVEY, InventedStone, invent_stones, write_direction
 
@@ -26,8 +27,12 @@ def test_the_page_shows_what_the_commands_print() -> None:
         assert f"<!-- {mark}:begin -->\n\n{example_survey.fenced(block)}\n\n<!-- {mark}:end -->" in page, (
             "python -m verification.example_survey"
         )
-    axis = example_survey.true_motion().axis
-    assert f"the largest velocity of the motion is along {axis:.0f}°" in " ".join(page.split())
+    true, text = example_survey.true_motion(), " ".join(page.split())
+    assert f"the velocity of the motion is largest along {true.axis:.0f}°" in text
+    strength = f"a PGV of {100 * true.pgv:.0f} cm/s, a PGA of {true.pga / STANDARD_GRAVITY:.2f} g"
+    assert f"{strength} and its largest velocity along {true.axis:.0f}°" in text
+    inferred = page.partition("<!-- example-survey-backwards:begin -->")[2].partition("<!--")[0]
+    assert [site for site in SITES if f"\n  {site} " in inferred] == [*SITES], "a line for each site"
     header, *rows = [line.strip() for line in page.split("\n") if line.startswith("        ") and ";" in line]
     lines = SURVEY.read_text(encoding="utf-8").splitlines()
     assert header in lines

@@ -316,6 +316,19 @@ def survey_settings(wildcards):
     return STUDY.surveys[int(wildcards.number) - 1]
 
 
+def survey_grounds(wildcards):
+    """Return the name of the ground of a survey (`cube_of_ground`), and those of single cemeteries by name."""
+    return ground_names_of_survey(STUDY, survey_settings(wildcards))
+
+
+def surface_motions_of_survey(wildcards):
+    """Return the motions of the record of a survey at the surfaces of the soils below its cemeteries."""
+    default, by_site = survey_grounds(wildcards)
+    soils = [name for name in {default: None, **dict.fromkeys(by_site.values())}]
+    record = survey_settings(wildcards).record
+    return [f"{motion_folder(name)}/{record}.nc" for name in soils if name != "nominal"]
+
+
 def figure_files(name, **wildcards):
     """Return the files of a figure, one per format; the first is the one in the report."""
     return expand(

@@ -1,19 +1,6 @@
 # Comparison of surveys of fallen stones with the cube, and inference of the motion, one job per survey each.
 
 
-def survey_grounds(wildcards):
-    """Return the name of the ground of a survey (`cube_of_ground`), and those of single cemeteries by name."""
-    return ground_names_of_survey(STUDY, survey_settings(wildcards))
-
-
-def surface_motions_of_survey(wildcards):
-    """Return the motions of the record of a survey at the surfaces of the soils below its cemeteries."""
-    default, by_site = survey_grounds(wildcards)
-    soils = [name for name in {default: None, **dict.fromkeys(by_site.values())}]
-    record = survey_settings(wildcards).record
-    return [f"{motion_folder(name)}/{record}.nc" for name in soils if name != "nominal"]
-
-
 rule survey:
     input:
         stones=lambda wildcards: survey_settings(wildcards).stones,

@@ -231,6 +231,7 @@ def test_the_soil_below_cemeteries_is_named_with_its_effect(language: str) -> No
     for words in ("183", "0.52", "0.47", {"en": "The other sites", "ja": "その他の墓地"}[language]):
         assert words in text
     assert text.count({"en": "did not converge", "ja": "収束しなかった"}[language]) == 1
+    assert {"en": "at the surface of the soil of each cemetery", "ja": "地盤の層を与えた墓地では地表"}[language] in text
     data["surveys"][0]["grounds"] = [ground | {"site": "", "converged": True, "surface_pga_g": 0.52}]
     assert {"en": "The stones: motion", "ja": "墓石：厚さ"}[language] in text_of(
         Findings.model_validate(data), language

@@ -39,6 +39,9 @@ RELIEFS: Final = (0.0033, 0.002236)
 Smaller ones take ten times as many steps; they were left out for that reason, before any score was computed.
 """
 
+SMALL_RELIEF: Final = 0.001
+"""Relief that is compared with the others, m, but is not part of the prediction: it was run after the scores."""
+
 FRICTION: Final = 0.7
 """Middle of the range of the other models."""
 

@@ -10,6 +10,7 @@ from typing import Annotated, Final
 import numpy as np
 import pandas as pd
 import typer
+from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ResultError
@@ -28,6 +29,7 @@ from verification.shaking_table.models import (
 )
 from verification.shaking_table.scan import (
     RELIEFS,
+    SMALL_RELIEF,
     YAWS,
     fall_shares,
     most_likely_orientation,
@@ -114,18 +116,24 @@ def orientation_table(tests: ShakingTableTests, shares: FloatArray) -> str:
     return markdown_table(("orientation", *heads), lines)
 
 
-def relief_table(tests: ShakingTableTests, fell: np.ndarray) -> str:
-    """Return a table of the share of falls for each relief alone; `fell` has shape (reliefs, tests, orientations)."""
+def relief_table(tests: ShakingTableTests, fell_by_relief: Mapping[float, NDArray[np.bool_]]) -> str:
+    """Return a table of the share of falls for each relief, m, alone, from its falls, (tests, orientations)."""
     lines = []
-    for relief, own in sorted(zip(RELIEFS, fell, strict=True), key=lambda pair: pair[0]):
+    for relief, own in sorted(fell_by_relief.items()):
         best = []
         for specimen in SPECIMENS:
             shares = fall_shares(own[None])
             chosen = most_likely_orientation(shares, tests.fell[specimen], np.arange(tests.number.size))
             best += [f"{prediction_scores(shares[chosen], tests.fell[specimen])[0]:.3f}"]
-        lines.append((f"{1000 * relief:.2g} mm", f"{own.mean():.3f}", *best))
-    lines.append(("shaking table", ", ".join(f"{tests.fell[one].mean():.3f}" for one in SPECIMENS), "", ""))
-    heads = ("relief", "share of falls", *(f"F1 at the best orientation, specimen {one}" for one in SPECIMENS))
+        used = "yes" if relief in RELIEFS else "no"
+        lines.append((f"{1000 * relief:.2g} mm", used, f"{own.mean():.3f}", *best))
+    lines.append(("shaking table", "", ", ".join(f"{tests.fell[one].mean():.3f}" for one in SPECIMENS), "", ""))
+    heads = (
+        "relief",
+        "in the prediction",
+        "share of falls",
+        *(f"F1 at the best orientation, specimen {one}" for one in SPECIMENS),
+    )
     return markdown_table(heads, lines)
 
 
@@ -146,6 +154,8 @@ def main(
         return
     kept.mkdir(parents=True, exist_ok=True)
     fell = simulate_orientations(boulder, tests, kept, threads)
+    small = simulate_orientations(boulder, tests, kept, threads, (SMALL_RELIEF,))[0]
+    by_relief = {**dict(zip(RELIEFS, fell, strict=True)), SMALL_RELIEF: small}
     shares = fall_shares(fell)
     others = {
         name: ensemble_fractions(simulate_stones(kind, tests, kept, threads=threads))
@@ -159,7 +169,7 @@ def main(
         "shaking-table-scan-scores": score_table(rows),
         "shaking-table-scan-fits": fitted_orientation_table(tests, shares),
         "shaking-table-scan-orientations": orientation_table(tests, shares),
-        "shaking-table-scan-relief": relief_table(tests, fell),
+        "shaking-table-scan-relief": relief_table(tests, by_relief),
     })  # fmt: skip
 
 

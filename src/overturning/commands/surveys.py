@@ -101,7 +101,8 @@ def _parse_site_cubes(site_cubes: Sequence[str], known_sites: Sequence[str]) -> 
         if not (site and equals and path):
             raise ArgumentError(f"--site-cube {one}: write NAME=FILE, such as River=results/mine/cube.clay.nc")
         if site not in known_sites:
-            hint = closest_name_hint(site, known_sites, f"its sites are {', '.join(filter(None, known_sites)) or '–'}")
+            names = ", ".join(filter(None, known_sites)) or "–"
+            hint = closest_name_hint(site, known_sites, f"its sites are {names}")
             raise ArgumentError(f"--site-cube {site}: no stone of the survey has this site; {hint}")
         if site in found:
             raise ArgumentError(f"--site-cube {site}: given twice; keep one cube for each site")

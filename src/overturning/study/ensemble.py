@@ -376,11 +376,8 @@ class EnsembleRunner:
         sizes = {
             name: at * getattr(members, name, same) for name, at in zip(grid.dimension_names[1:], rest, strict=True)
         }
-        alike = {
-            "amplitude": members.amplitude,
-            "damping_factor": members.damping,
-            "initial_tilt": members.initial_tilt,
-        }
+        alike = {name: getattr(members, name) for name in ("amplitude", "initial_tilt")}
+        alike["damping_factor"] = members.damping
         return Cases(
             # Rotating the sensor anticlockwise is equivalent to rotating plane or body clockwise by the same angle.
             (direction + members.azimuth_deg + members.orientation_deg).ravel(),

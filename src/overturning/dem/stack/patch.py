@@ -245,7 +245,7 @@ def signed_area_inside_side(a: ContactPointPosition, b: ContactPointPosition, x:
 
 @njit(**INLINE)
 def normal_slope_of_crossing_sides(lower: FaceCorner, a: ContactPointPosition, b: ContactPointPosition) -> float:
-    """Return the slope (≥ 0) across a side of the lower face of the normal to that side and to the upper side a–b."""
+    """Return the slope (≥ 0), across a side of the lower face, of the normal to that side and to side a–b above."""
     across = lower.nx * (b.x - a.x) + lower.ny * (b.y - a.y)
     slope = (a.z - b.z) / (across if across != 0.0 else 1.0)
     return slope if (across != 0.0) & (slope > 0.0) else 0.0

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from overturning.model.body import Start
+from overturning.model.body import InitialState
 from overturning.motion.motion import Motion
 
 
@@ -12,7 +12,9 @@ def level(duration: float, interval: float = 0.01) -> Motion:
     return Motion(np.zeros(samples), np.zeros(samples), sampling_interval=interval)
 
 
-def leaning(tilt: float, arm: np.ndarray, turning: np.ndarray, *, sunk: float = 0.0, rolls: bool = True) -> Start:
+def leaning(
+    tilt: float, arm: np.ndarray, turning: np.ndarray, *, sunk: float = 0.0, rolls: bool = True
+) -> InitialState:
     """Return a body that leans towards x by `tilt` (rad) and rotates about its contact point.
 
     `arm` is the contact point from the centre (m), `turning` the angular velocity (rad/s), `sunk` the penetration (m).
@@ -22,7 +24,7 @@ def leaning(tilt: float, arm: np.ndarray, turning: np.ndarray, *, sunk: float = 
     if not rolls:
         velocity[:2] = 0.0
     quaternion = (float(np.cos(tilt / 2)), 0.0, float(np.sin(tilt / 2)), 0.0)
-    return Start((0.0, 0.0, float(-arm[2] - sunk)), quaternion, tuple(velocity), tuple(turning))
+    return InitialState((0.0, 0.0, float(-arm[2] - sunk)), quaternion, tuple(velocity), tuple(turning))
 
 
 def axes(tilt: float) -> tuple[np.ndarray, np.ndarray]:

@@ -6,7 +6,7 @@ import pytest
 from overturning.dem.body.statics import pose_at_rest
 from overturning.dem.simulate import simulate, simulate_as_arrays
 from overturning.errors import ArgumentError
-from overturning.model.body import Body, Start
+from overturning.model.body import Body, InitialState
 from overturning.model.contact import VertexContact
 from overturning.model.shapes import (
     Cylinder,
@@ -232,7 +232,7 @@ def test_the_initial_state_rotates_with_the_body_at_equivalent_orientations() ->
     found = simulate_as_arrays(level(0.5), body, **around, leave_out=False)
     np.testing.assert_allclose(found["fall_azimuth"].ravel(), around["orientation_deg"], atol=1e-3)
     with refused(ArgumentError, "start: quaternion", "length must be 1"):
-        simulate_as_arrays(level(0.5), Body("circle", start=Start((0.0, 0.0, 0.3), (2.0, 0.0, 0.0, 0.0))),
+        simulate_as_arrays(level(0.5), Body("circle", start=InitialState((0.0, 0.0, 0.3), (2.0, 0.0, 0.0, 0.0))),
                         **around | {"orientation_deg": 0.0})  # fmt: skip
 
 

@@ -8,7 +8,7 @@ import xarray as xr
 
 from overturning.dem.simulate import simulate, simulate_as_arrays
 from overturning.dem.trajectory import trajectory
-from overturning.model.body import Body, Start
+from overturning.model.body import Body, InitialState
 from overturning.model.contact import VertexContact
 from overturning.model.shapes import RectangularPrism
 from overturning.model.status import CaseStatus
@@ -182,7 +182,7 @@ def landed(body: int | str, over: str, ratio: float, contact: VertexContact, sch
     radius, alpha = np.hypot(a, half), np.arctan2(a, half)
     tilt = 0.45 * alpha
     cosine, sine, out = np.cos(turn), np.sin(turn), a - radius * np.sin(alpha - tilt)
-    start = Start(
+    start = InitialState(
         (out * cosine, out * sine, radius * np.cos(alpha - tilt)),
         (np.cos(tilt / 2), -sine * np.sin(tilt / 2), cosine * np.sin(tilt / 2), 0.0),
     )
@@ -282,7 +282,7 @@ def test_free_flight_conserves_angular_momentum_and_energy(scheme: str) -> None:
     inertia = RectangularPrism().solid(0.6, 0.4, 1.5).inertia[[1, 0, 2]][:, [1, 0, 2]]  # the first side faces north
     path = trajectory(
         level(1.0),
-        Body("rectangle", start=Start((0.0, 0.0, 10.0), (1.0, 0.0, 0.0, 0.0), (0.3, 0.1, 2.0), (0.5, 0.4, 0.3))),
+        Body("rectangle", start=InitialState((0.0, 0.0, 10.0), (1.0, 0.0, 0.0, 0.0), (0.3, 0.1, 2.0), (0.5, 0.4, 0.3))),
         orientation_deg=0.0,
         height=0.6,
         b_over_h=0.4,
@@ -391,7 +391,7 @@ def dropped(
     """
     direction = np.radians(angle)
     velocity = (along * float(np.cos(direction)), along * float(np.sin(direction)), -down)
-    start = Start(place=(0.0, 0.0, 0.3 + 1e-6), quaternion=(1.0, 0.0, 0.0, 0.0), velocity=velocity)
+    start = InitialState(place=(0.0, 0.0, 0.3 + 1e-6), quaternion=(1.0, 0.0, 0.0, 0.0), velocity=velocity)
     contact = VertexContact(damping_ratio=damping_ratio, static_penetration=2e-6)
     body, quiet = Body(shape, contact, start), np.zeros(600)
     motion = Motion(quiet, quiet, sampling_interval=0.01, trust_data=True)

@@ -14,7 +14,7 @@ from overturning.dem.run import plan_simulation
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.dem.time_step import IntegrationScheme, longest_stable_step
 from overturning.dem.trajectory import trajectory
-from overturning.model.body import Body, Start
+from overturning.model.body import Body, InitialState
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact, VertexContact
 from overturning.model.scene import gravestone
@@ -120,7 +120,7 @@ def test_steps_above_the_stable_limit_are_unstable(
         motion = level(400 * share * limit, share * limit)
         slow = 1e-4 * sunk * np.sqrt(normal)
         turning = tuple(slow / body.centre_height * np.array([1.0, 0.7, 0.3]))
-        start = Start(
+        start = InitialState(
             (0.0, 0.0, body.centre_height - sunk), (1.0, 0.0, 0.0, 0.0), (slow, 0.5 * slow, 0.2 * slow), turning
         )
         cases = Cases(0.0, 0.6, ratio, 10.0, aspect=aspect)

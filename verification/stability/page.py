@@ -129,9 +129,9 @@ def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
     over, undecided = ending == Ending.OVER_BUDGET, ending == Ending.UNDECIDED
     in_scenes = (scenes["ending"] == Ending.UNSTABLE) & (scenes["penetration_ratio"] < 1e-2)
     lines = [
-        "Very soft contacts have a penetration δ at rest above a tenth of the width B or of the smaller side. If "
-        "the contacts are very soft, the weight of the block presses its corners so deep into the base that the "
-        "contact law no longer applies. "
+        "Very soft contacts have a penetration δ at rest above a tenth of the width B or, in a scene, of the smaller "
+        "side of the element. If the contacts are very soft, the weight of the block presses its corners so deep "
+        "into the base that the contact law no longer applies. "
         f"Of the {int(soft.sum())} blocks with δ/B above 0.1, {_percent(ending[soft] == Ending.UNSTABLE)} are marked "
         "`unstable`.",
         f"Very stiff contacts have a penetration δ at rest below {PRECISION_FLOOR * np.finfo(float).eps:.1g} H, where "

@@ -25,7 +25,7 @@ from overturning.model.variables import (
 
 
 @dataclass(frozen=True)
-class Start:
+class InitialState:
     """Initial position and velocity of a 3-D body that starts in motion or tilted, in axes that turn with its azimuth.
 
     Parameters
@@ -55,7 +55,7 @@ class Body(SpaceModel):
         "rectangle", "circle", the number of sides of a regular prism, or a polyhedron.
     contact : VertexContact
         Springs and dashpots at each vertex.
-    start : Start, optional
+    start : InitialState, optional
         Initial state; at rest if not given.
 
     Raises
@@ -66,7 +66,7 @@ class Body(SpaceModel):
 
     shape: Shape = field(default_factory=RectangularPrism)
     contact: VertexContact = field(default_factory=VertexContact)
-    start: Start | None = None
+    start: InitialState | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "shape", shape_from_name_or_sides(self.shape))

@@ -43,7 +43,7 @@ def test_the_fall_tilt_of_a_faceted_block_depends_on_the_side(
     # The same case with a fall tilt of 80°, which is simulated for longer.
     real = polyhedron._least_tilt_and_resting_face_normals
     monkeypatch.setattr(
-        polyhedron, "_least_tilt_and_resting_face_normals", lambda hull, size: (np.radians(80.0), real(hull, size)[1])
+        polyhedron, "_least_tilt_and_resting_face_normals", lambda *arguments: (np.radians(80.0), real(*arguments)[1])
     )
     path = trajectory(motion, Body(Polyhedron(FACETED, "longer")), **same)
     top = np.degrees(np.arctan2(path["tilt_east"][-1], path["tilt_north"][-1])) % 360.0
@@ -104,7 +104,7 @@ def test_the_fall_tilt_is_the_next_rest_tilt_in_the_direction_of_the_lean(seed: 
     whole = whole[ConvexHull(whole).vertices]
     stone, hull = Polyhedron(whole).unscaled_solid, polyhedron._convex_hull(whole)
     size = float(np.ptp(whole, axis=0).max())
-    fall = fall_tilt_limits(hull, size, *polyhedron._least_tilt_and_resting_face_normals(hull, size))
+    fall = fall_tilt_limits(hull, size, *polyhedron._least_tilt_and_resting_face_normals(hull, size, 0.0))
     assert len(stone.sectors) > 3
     for number in rng.integers(0, DIRECTIONS, 25):
         turn = 2.0 * np.pi * (number + 0.5) / DIRECTIONS

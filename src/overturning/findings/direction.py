@@ -149,7 +149,7 @@ class PlanarModelAgreement(Finding):
 def _block_selection_alignment(
     rule_alignment: FallAlignmentOfBlockSelection, direction_noun: str, is_study_rule: bool
 ) -> BlockSelectionAlignment:
-    """Return the report's numbers on the alignment of falls, over the blocks that one selection rule includes.
+    """Return the mean alignment of falls with the reference direction, over the blocks that one rule selects.
 
     `direction_noun`, such as "plane", completes the name of the rule.
     """

@@ -125,7 +125,7 @@ def is_fine_step(case_step_control: CaseStepControl, step_attempt: StepAttempt) 
 def flat_landing_slip_direction(
     body: BodyConstants, lever_arm: Vector3, velocity: Vector3, spin: Vector3, landing: tuple[bool, float]
 ) -> tuple[float, float, bool, float]:
-    """Return, for a point of a base that lands flat, slip direction, if it slides, and tilting share of friction.
+    """Return slip direction of a point in a flat landing, whether it slides, and the share of friction that tilts.
 
     The tilting share is the part of the moment of its friction that tilts the body. `landing` holds whether the body
     lands flat, and that share for a point that slides meanwhile (`BaseContactState.tilting`). See

@@ -92,7 +92,7 @@ def heading_direction(heading: str) -> Direction:
     return named.pop() if len(named) == 1 else UNKNOWN
 
 
-def text_line_unit_notes_and_refusal(
+def unit_mismatch_notes_of_text_lines(
     file_name: str, lines: Sequence[str], separator: str | None, declared_columns: Sequence[tuple[str, str]]
 ) -> tuple[tuple[str, ...], str]:
     """Return notes on text lines that state another unit than declared, and why to refuse the file (or "").

@@ -93,6 +93,19 @@ def relative_motion_at_lower_face(
     )
 
 
+@njit(**INLINE)
+def relative_motion_in_contact_frame(
+    upper_rows: Any, lower_rows: Any, j: int, axes: Matrix3, origin: Vector3
+) -> JointRelativeMotion:
+    """Return a stone's predicted motion relative to a frame (axes and origin) that is fixed to the stone below."""
+    below = load_predicted(lower_rows, j)
+    velocity = plus(below.end, cross_product(below.spin, minus(origin, below.place)))
+    return relative_motion_at_lower_face(
+        load_constants(upper_rows, j), load_predicted(upper_rows, j), load_axes(upper_rows, j), axes, origin,
+        (velocity, below.spin),
+    )  # fmt: skip
+
+
 @njit(**APART)
 def predict_motion_relative_to_ground(upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Predict pose and velocity of the lowest stone relative to the ground, for all stacks in parallel."""
@@ -109,14 +122,10 @@ def predict_motion_relative_to_ground(upper_rows: Any, joint_rows: Any, lane_cou
 def predict_motion_relative_to_stone_below(upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Predict pose and velocity of a stone relative to the upper face of the stone below, for all stacks."""
     for j in range(lane_count):
-        below, axes = load_predicted(lower_rows, j), load_axes(lower_rows, j)
-        origin = upper_face_centre(load_constants(lower_rows, j), below, axes)
-        velocity = plus(below.end, cross_product(below.spin, minus(origin, below.place)))
+        axes = load_axes(lower_rows, j)
+        origin = upper_face_centre(load_constants(lower_rows, j), load_predicted(lower_rows, j), axes)
         store_joint_pose(joint_rows, j, JointPose(axes, origin))
-        store_frame(joint_rows, j, relative_motion_at_lower_face(
-            load_constants(upper_rows, j), load_predicted(upper_rows, j), load_axes(upper_rows, j), axes, origin,
-            (velocity, below.spin),
-        ))  # fmt: skip
+        store_frame(joint_rows, j, relative_motion_in_contact_frame(upper_rows, lower_rows, j, axes, origin))
 
 
 @njit(**INLINE)

@@ -23,7 +23,7 @@ from overturning.dem.body.vectors import (
     scale_vector,
     transpose,
 )
-from overturning.dem.kernel.lanes import APART, INLINE, INNER, create_window_slicer
+from overturning.dem.kernel.lanes import APART, INLINE, INNER
 from overturning.dem.stack.access import (
     load_axes,
     load_constants,
@@ -31,7 +31,6 @@ from overturning.dem.stack.access import (
     load_joint_pose,
     load_outline,
     load_place,
-    load_predicted,
     load_rim,
     load_rim_side,
     store_frame,
@@ -40,21 +39,17 @@ from overturning.dem.stack.access import (
     store_rim,
 )
 from overturning.dem.stack.joint_state import (
-    POINT,
     ContactPointPosition,
     JointPose,
     JointRelativeMotion,
     RimLoad,
 )
-from overturning.dem.stack.patch import relative_motion_at_lower_face
+from overturning.dem.stack.patch import point_window, relative_motion_in_contact_frame
 
 FULL_OVERHANG: Final = 0.005
 """Overhang from which the rim's normal counts in full, as a share of the distance of that side from the centre.
 
 Below it the normal turns in proportion, so that forces are continuous when a corner passes the rim."""
-
-point_window: Final = create_window_slicer(POINT.size)
-"""Return the rows of a contact point of two stones."""
 
 
 @njit(**INLINE)
@@ -153,19 +148,11 @@ def turn_contact_point(joint_rows: Any, point: Any, lane_count: int) -> None:
 def turn_joint_frame(upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Turn the frame of contact of two stones to the mean normal, and express their relative motion in that frame."""
     for j in range(lane_count):
-        turn, pose, old = (
-            pose_with_mean_normal(load_rim(joint_rows, j)),
-            load_joint_pose(joint_rows, j),
-            (load_frame(joint_rows, j)),
-        )
+        turn, pose = pose_with_mean_normal(load_rim(joint_rows, j)), load_joint_pose(joint_rows, j)
+        old = load_frame(joint_rows, j)
         axes = matrix_product(pose.axes, turn.axes)
         origin = plus(pose.origin, matrix_times_vector(pose.axes, turn.origin))
-        below = load_predicted(lower_rows, j)
-        velocity = plus(below.end, cross_product(below.spin, minus(origin, below.place)))
-        new = relative_motion_at_lower_face(
-            load_constants(upper_rows, j), load_predicted(upper_rows, j), load_axes(upper_rows, j), axes, origin,
-            (velocity, below.spin),
-        )  # fmt: skip
+        new = relative_motion_in_contact_frame(upper_rows, lower_rows, j, axes, origin)
         store_joint_pose(joint_rows, j, JointPose(axes, origin))
         store_frame(joint_rows, j, JointRelativeMotion(
             new.corner, new.along_x, new.along_y, new.velocity, new.spin, old.inside, old.rim

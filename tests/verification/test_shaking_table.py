@@ -111,6 +111,19 @@ def limit(b_over_h: np.ndarray, height: np.ndarray) -> np.ndarray:
     return 9.8 * b_over_h * (1 + height**2)
 
 
+def synthetic_tests(peak: np.ndarray, threshold: np.ndarray, generator: np.random.Generator) -> ShakingTableTests:
+    """Return tests of twelve motions, with as many tests each, in which stones fall above a threshold of the peak."""
+    return ShakingTableTests(
+        number=np.arange(peak.size),
+        motion=np.repeat([f"RSN{i}" for i in range(12)], peak.size // 12),
+        acceleration=[np.zeros(2)] * peak.size,
+        sampling_interval=0.005,
+        pga=peak,
+        pgv=0.1 * peak * np.exp(generator.normal(0, 0.3, peak.size)),
+        fell=dict.fromkeys(SPECIMENS, peak > threshold),
+    )
+
+
 @pytest.fixture(scope="module")
 def synthetic() -> tuple[ShakingTableTests, SimulatedStones]:
     """Return 300 tests of twelve records on a rectangle of B/H 0.15 and height 0.8 m, and the cloud."""
@@ -119,15 +132,7 @@ def synthetic() -> tuple[ShakingTableTests, SimulatedStones]:
     rows = sample_stones(RECTANGLES, 4096)
     fell = peak[:, None] * rows["amplitude"] > limit(rows["b_over_h"], rows["height"])
     threshold = limit(np.array(0.15), np.array(0.8)) * np.exp(generator.normal(0, 0.35, 300))
-    tests = ShakingTableTests(
-        number=np.arange(300),
-        motion=np.repeat([f"RSN{i}" for i in range(12)], 25),
-        acceleration=[np.zeros(2)] * 300,
-        sampling_interval=0.005,
-        pga=peak,
-        pgv=0.1 * peak * np.exp(generator.normal(0, 0.3, 300)),
-        fell=dict.fromkeys(SPECIMENS, peak > threshold),
-    )
+    tests = synthetic_tests(peak, threshold, generator)
     return tests, SimulatedStones(rows["b_over_h"], rows["height"], rows["damping"], fell)
 
 

@@ -9,6 +9,7 @@ import pytest
 from overturning.errors import ResultError
 from overturning.model.scan import ScannedStone, stone_from_surface
 from tests.model.solids import box_sums, statue, write_mesh
+from tests.verification.test_shaking_table import synthetic_tests
 from verification.shaking_table import scan
 from verification.shaking_table.data import SPECIMENS, ShakingTableTests
 from verification.shaking_table.models import PEAKS, prediction_models
@@ -43,16 +44,7 @@ def synthetic(monkeypatch: pytest.MonkeyPatch) -> tuple[ShakingTableTests, np.nd
     limit = 2.5 - 1.2 * np.cos(np.radians(YAWS))
     fell = peak[None, :, None] * np.array([1.1, 1.0])[:, None, None] > limit[None, None, :]
     threshold = limit[TRUE_YAW] * np.exp(generator.normal(0, 0.25, 240))
-    tests = ShakingTableTests(
-        number=np.arange(240),
-        motion=np.repeat([f"RSN{i}" for i in range(12)], 20),
-        acceleration=[np.zeros(2)] * 240,
-        sampling_interval=0.005,
-        pga=peak,
-        pgv=0.1 * peak * np.exp(generator.normal(0, 0.3, 240)),
-        fell=dict.fromkeys(SPECIMENS, peak > threshold),
-    )
-    return tests, fell
+    return synthetic_tests(peak, threshold, generator), fell
 
 
 def test_the_orientation_is_recovered_from_each_half(synthetic: tuple[ShakingTableTests, np.ndarray]) -> None:

@@ -22,7 +22,6 @@ from overturning.files import atomic_write
 from overturning.model.cases import Cases
 from overturning.settings import StonePopulation
 from overturning.study.sources import package_source_hash
-from overturning.surveys.design import average_over_orientations, simulated_cells_mask
 from overturning.surveys.library import CandidateMotion
 from overturning.surveys.stones import Stone
 
@@ -244,8 +243,8 @@ def uncached_case_count_and_time(
     """
     cases, seconds = 0, 0.0
     for aspect, nodes in needed_size_grid_masks(size_grid_weights_by_kind(stone_kinds)).items():
-        shape = (len(FRICTIONS), LEVELS.size, StoneKind(aspect=aspect).orientations_deg.size)
-        cells = {f"{h}-{b}": int(simulated_cells_mask(h, b, *shape).sum()) for h, b in np.argwhere(nodes).tolist()}
+        names = [f"{h}-{b}" for h, b in np.argwhere(nodes).tolist()]
+        each = len(FRICTIONS) * LEVELS.size * StoneKind(aspect=aspect).orientations_deg.size
         for one in motions:
             kept: list[str] = []
             with (
@@ -253,7 +252,7 @@ def uncached_case_count_and_time(
                 np.load(_response_cache_path(one, aspect, folder or response_cache_folder())) as stored,
             ):
                 kept = stored.files  # a torn archive holds nothing
-            count = sum(number for name, number in cells.items() if name not in kept)
+            count = each * len(set(names) - set(kept))
             cases += count
             seconds += CASE_S * count * one.motion.north.size * one.motion.sampling_interval
     return cases, seconds
@@ -318,7 +317,7 @@ def load_or_compute_outcomes(
 @cache
 def _response_source_hash() -> str:
     """Return a hash of the source files that affect simulated outcomes; it makes an outdated cache invalid."""
-    return package_source_hash("dem", "model", "motion", "surveys/responses.py", "surveys/design.py")
+    return package_source_hash("dem", "model", "motion", "surveys/responses.py")
 
 
 def simulate_outcomes_of_sizes(
@@ -329,29 +328,25 @@ def simulate_outcomes_of_sizes(
     `size_grid_indices` are pairs of indices into `HEIGHTS` and `SHAPES`. Outcomes have shape (nodes, frictions, levels,
     orientations).
 
-    An outcome is the direction bin of the fall, `STOOD` or `UNKNOWN`; the latter also for the combinations that are
-    not simulated (`simulated_cells_mask`), which have no weight in the averages.
+    An outcome is the direction bin of the fall, `STOOD` or `UNKNOWN`.
     """
     kind = StoneKind(aspect=aspect)
-    shape = (len(FRICTIONS), LEVELS.size, kind.orientations_deg.size)
-    simulated = np.stack([simulated_cells_mask(*indices, *shape) for indices in size_grid_indices])
-    node, friction, level, orientation = np.nonzero(simulated)
-    height, b_over_h = (grid[np.array(size_grid_indices)[node, at]] for at, grid in enumerate((HEIGHTS, SHAPES)))
-    cases = Cases(
-        kind.orientations_deg[orientation],
-        height,
-        b_over_h,
-        np.array(FRICTIONS)[friction],
-        LEVELS[level] / candidate_motion.pgv,
-        aspect=max(aspect, 1.0),
+    axes = (
+        np.arange(len(size_grid_indices)),
+        np.array(FRICTIONS),
+        LEVELS / candidate_motion.pgv,
+        kind.orientations_deg,
     )
+    node, friction, amplitude, orientation = (values.ravel() for values in np.meshgrid(*axes, indexing="ij"))
+    height, shape = (grid[np.array(size_grid_indices)[:, at]] for at, grid in enumerate((HEIGHTS, SHAPES)))
+    node = node.astype(np.intp)
+    cases = Cases(orientation, height[node], shape[node], friction, amplitude, aspect=max(aspect, 1.0))
     found = simulate_cases(
         "rectangle" if aspect else "circle", candidate_motion.motion, cases, NumericalOptions(threads=threads)
     )
     way = np.round(np.nan_to_num(found.fall_azimuth) / BIN_WIDTH_DEG).astype(np.int8) % DIRECTION_BINS
-    outcome = np.full(simulated.shape, UNKNOWN, np.int8)
-    outcome[simulated] = np.where(found.overturned == 1, way, np.where(found.overturned == 0, STOOD, UNKNOWN))
-    return outcome
+    outcome = np.where(found.overturned == 1, way, np.where(found.overturned == 0, STOOD, UNKNOWN))
+    return outcome.astype(np.int8).reshape([axis.size for axis in axes])
 
 
 def _outcome_probabilities(
@@ -372,7 +367,6 @@ def _outcome_probabilities(
     counts = np.bincount(place.ravel(), mass.ravel(), levels * orientations * (UNKNOWN + 1)).reshape(levels, -1)
     near = np.exp(-0.5 * (np.log(LEVELS[:, None] / LEVELS) / LN_PGV_DEVIATION) ** 2)
     shares = (near / near.sum(axis=1, keepdims=True) @ counts).reshape(levels, orientations, UNKNOWN + 1)[..., :UNKNOWN]
-    shares = average_over_orientations(shares, DIRECTION_BINS, ORIENTATION_STEP_DEG // BIN_WIDTH_DEG)
     # Without known outcomes the probabilities are uninformative.
     shares += 1e-6 * uninformed_outcome_probabilities()
     shares /= shares.sum(axis=-1, keepdims=True)

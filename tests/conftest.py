@@ -6,10 +6,33 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from xdist.scheduler import LoadFileScheduling
 
-FIRST = ("test_ladder.py", "test_body_closed_forms.py", "test_rocking.py", "test_study.py")
-"""Files whose tests compile the kernels of scenes, of bodies in space and of blocks: else both processes would compile
-the same one at the same time. Then the longest: at the end, it would leave one process idle."""
+KERNELS = (
+    "test_ladder.py", "test_one.py", "test_digests.py", "test_closed_forms.py", "test_bad_input.py",
+    "test_polygon_cost.py",
+)  # fmt: skip
+"""Files whose tests compile the kernels of scenes and stacks. They run in one process, in this order: two processes
+would compile the same kernel at the same time, and a second variant of a kernel takes a quarter of the first."""
+
+FIRST = (
+    *KERNELS, "test_body_closed_forms.py", "test_rocking.py", "test_study.py", "test_fork_server.py", "test_imports.py",
+    "test_new_project.py",
+)  # fmt: skip
+"""Files that run first: those that compile, then the longest, which would leave one process idle at the end."""
+
+
+class KernelScheduling(LoadFileScheduling):
+    """Tests of a file run in one process, and those of all files in `KERNELS` in one."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        file = super()._split_scope(nodeid)
+        return "kernels" if file.rpartition("/")[2] in KERNELS else file
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> KernelScheduling:
+    return KernelScheduling(config, log)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

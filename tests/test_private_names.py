@@ -55,6 +55,10 @@ USED: dict[str, dict[tuple[str, ...], tuple[str, str]]] = {
             "an aligned stack, and no entry for Python in functions that only compiled code calls",
             "tests/dem/test_cache.py::test_an_inner_function_works_for_compiled_callers_and_refuses_python",
         ),
+        ("numba.core.codegen", "numba.core.registry"): (
+            "no machine code for inner functions, which their callers contain (a third of the compilation)",
+            "tests/dem/test_cache.py::test_an_inner_function_works_for_compiled_callers_and_refuses_python",
+        ),
         ("_name",): ("the name that Numba requires of a pass", COMPILER),
     },
     "dem/kernel/lanes.py": {

@@ -29,7 +29,7 @@ from overturning.dem.block.state import (
     SolvedCornerContactPair,
 )
 from overturning.dem.kernel.clock import BLOCK, CaseStepControl, StepAttempt, choose_next_step_attempt
-from overturning.dem.kernel.lanes import INNER
+from overturning.dem.kernel.lanes import INNER, whole_vectors
 from overturning.dem.time_step import IntegrationScheme
 
 
@@ -83,7 +83,7 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
         lane_count: int,
         ticks_per_sample: float,
     ) -> None:
-        for j in range(lane_count):
+        for j in range(whole_vectors(lane_count)):
             block, s, length = load_block(state, j), load_state(state, j), load_attempt(state, j).length
             store_predicted(
                 state,
@@ -93,7 +93,7 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
 
     @njit(**INNER)
     def solve_block_velocities(variant_marker: Any, state: Any, lane_count: int) -> None:  # noqa: ARG001
-        for j in range(lane_count):
+        for j in range(whole_vectors(lane_count)):
             fine = load_attempt(state, j).length <= centred.FINE * load_step_control(state, j).finest
             block, s, assumed = load_block(state, j), load_state(state, j), load_assumed_slip(state, j)
             store_change(state, j, solution(block, s, assumed, fine, load_predicted(state, j)))
@@ -131,7 +131,7 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
         lane_count: int,
         ticks_per_sample: float,
     ) -> None:
-        for j in range(lane_count):
+        for j in range(whole_vectors(lane_count)):
             block, s, attempt, case_step_control = (
                 load_block(state, j),
                 load_state(state, j),
@@ -191,7 +191,7 @@ def create_cundall_time_stepping_loop(with_vertical: bool, with_friction: bool) 
         ticks_per_sample: float,  # noqa: ARG001
     ) -> None:
         for _ in range(step_count):
-            for j in range(lane_count):
+            for j in range(whole_vectors(lane_count)):
                 s, peaks, account = cundall.advance_block_one_step(
                     load_block(state, j), load_state(state, j), load_peaks(state, j), load_account(state, j),
                     load_inertial_accelerations(state, j), with_vertical,

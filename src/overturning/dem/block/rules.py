@@ -39,7 +39,7 @@ from overturning.dem.kernel.ground import (
     count_skippable_samples,
     is_rest_check_sample,
 )
-from overturning.dem.kernel.lanes import INLINE, INNER, aligned_zeros
+from overturning.dem.kernel.lanes import INLINE, INNER, aligned_zeros, whole_vectors
 from overturning.dem.kernel.mechanics import LANDING, max_touch_delay_of_one_impact, normalise_cosine_and_sine
 from overturning.dem.kernel.queue import QueueSettings, extend_trajectory, register_model_functions
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -213,14 +213,14 @@ def load_next_sample_into_lanes(
     `motion_rows` has the row of `horizontal_acceleration` for each case, `lane_cases` the case of each lane.
     """
     ticks, interval, scale = settings.ticks, settings.interval, 1.0 / settings.ticks
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         s = load_state(state, j)
         state[COS + j], state[SIN + j] = normalise_cosine_and_sine(s.cos, s.sin)
         begun = progress_after_sample_end(load_course(state, j), s.tick, state[LAST_UPRIGHT + j], ticks, interval)
         state[SAMPLE + j], state[TICK + j], state[UPRIGHT_UNTIL + j] = begun
         state[LAST_UPRIGHT + j] = -1.0
     last = horizontal_acceleration.shape[1] - 3
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         course = load_course(state, j)
         i = min(int(course.sample), last)
         # A base that accelerates towards +s pushes the block towards −s.

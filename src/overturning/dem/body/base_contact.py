@@ -21,7 +21,7 @@ from overturning.dem.body.state import (
     ContactPointHistory,
 )
 from overturning.dem.body.vectors import Matrix3, Vector3, matrix_times_vector, transpose
-from overturning.dem.kernel.lanes import INLINE, INNER
+from overturning.dem.kernel.lanes import INLINE, INNER, whole_vectors
 from overturning.model.solid import MAX_CARRYING_CORNERS
 
 LEVEL: Final = 1.0 - 1e-6
@@ -135,7 +135,7 @@ TILTING: Final = ROWS.row_start(BaseContactState, "tilting")
 def any_base_lands_flat(state: Any, lane_count: int) -> bool:
     """True if, in any of the cases computed in parallel, all points of the body's base land in one impact."""
     number = 0.0
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         number += 1.0 if base_lands_flat(load_base_contact(state, j)) else 0.0
     return number > 0.0
 
@@ -151,7 +151,7 @@ def mark_bases_tilted_by_friction(state: Any, vertex_rows: Any, row_count: int, 
     """
     for point in range(0, row_count, OF_A_VERTEX):
         one = vertex_rows[point : point + OF_A_VERTEX]
-        for j in range(lane_count):
+        for j in range(whole_vectors(lane_count)):
             body, v, edge = load_body(state, j), load_state(state, j).velocity, load_vertex(one, j)
             own = matrix_times_vector(transpose(load_frame(state, j)), Vector3(v.x, v.y, 0.0))
             ahead = body.friction * body.foot * (edge.nx * own.x + edge.ny * own.y)
@@ -169,7 +169,7 @@ def update_base_contacts(
     """
     if has_rim:
         # The ends are the lowest and the highest point of the rim.
-        for j in range(lane_count):
+        for j in range(whole_vectors(lane_count)):
             body, ahead = load_body(state, j), load_memory(vertex_rows[:OF_A_VERTEX], j)
             behind = load_memory(vertex_rows[opposite_start_index : opposite_start_index + OF_A_VERTEX], j)
             landing = ahead.landing if ahead.landing < behind.landing else behind.landing
@@ -185,13 +185,13 @@ def update_base_contacts(
             ))  # fmt: skip
         return
     few = base_vertex_count <= MAX_CARRYING_CORNERS
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         first = BaseContactState(0.0, 0.0, 1.0, 1.0, 1e300, IN_THE_AIR, 0.0)
         other = BaseContactState(1e300, -1e300, 0.0, 0.0, 1e300, IN_THE_AIR, 0.0)
         store_base_contact(state, j, first if few else other)
     for point in range(0, 2 * opposite_start_index, OF_A_VERTEX):
         one = vertex_rows[point : point + OF_A_VERTEX]
-        for j in range(lane_count):
+        for j in range(whole_vectors(lane_count)):
             of_base = vertex_belongs_to_base(load_body(state, j), load_vertex(one, j))
             left, least = one[LANDING_OF + j], state[SHORTEST + j]
             state[SHORTEST + j] = left if of_base & (left < least) else least
@@ -205,7 +205,7 @@ def update_base_contacts(
         return
     for point in range(0, 2 * opposite_start_index, OF_A_VERTEX):
         one = vertex_rows[point : point + OF_A_VERTEX]
-        for j in range(lane_count):
+        for j in range(whole_vectors(lane_count)):
             base_contact = load_base_contact(state, j)
             store_base_contact(state, j, base_contact_including_vertex(
                 load_body(state, j), base_contact, load_frame(state, j), load_vertex(one, j), load_memory(one, j)

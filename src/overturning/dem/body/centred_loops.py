@@ -50,7 +50,7 @@ from overturning.dem.body.state import (
 )
 from overturning.dem.body.vectors import Matrix3, matrix_times_vector, rotation_matrix
 from overturning.dem.kernel.clock import BODY, CaseStepControl, StepAttempt, choose_next_step_attempt
-from overturning.dem.kernel.lanes import INNER, create_elementwise_tuple_functions, select
+from overturning.dem.kernel.lanes import INNER, create_elementwise_tuple_functions, select, whole_vectors
 
 load_body, load_shaking = ROWS.lane_access(BodyConstants).load, ROWS.lane_access(BodyBaseMotion).load
 load_frame, store_frame, _ = ROWS.lane_access(Matrix3)
@@ -83,7 +83,7 @@ SLID: Final = VERTEX.row_start(ContactPointAtStepStartAndEnd, "old.slid")
 @njit(**INNER)
 def predict_bodies_at_step_end(state: Any, lane_count: int, ticks_per_sample: float) -> None:
     """Predict pose and velocities of all bodies at the end of their steps, in parallel, with constant acceleration."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         w = predict_body_at_step_end(
             load_body(state, j),
             load_state(state, j),
@@ -98,7 +98,7 @@ def predict_bodies_at_step_end(state: Any, lane_count: int, ticks_per_sample: fl
 @njit(**INNER)
 def predict_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: Any, lane_count: int) -> None:
     """Predict penetration, contact and sliding of two opposite base vertices at the step end, for all cases."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         body, w, f = load_body(state, j), load_predicted(state, j), load_frame(state, j)
         fine = is_fine_step(load_step_control(state, j), load_attempt(state, j))
         p, q, base_contact = load_vertex(vertex_rows, j), load_vertex(opposite_rows, j), load_base_contact(state, j)
@@ -153,7 +153,7 @@ def predict_rim_point_pair(
 
     For `lean_component` and `transverse_component` see `rim_point_position_from_centre`.
     """
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         body, w, f = load_body(state, j), load_predicted(state, j), load_frame(state, j)
         fine = is_fine_step(load_step_control(state, j), load_attempt(state, j))
         left, right, between = (
@@ -205,7 +205,7 @@ def add_point_pair_to_equations(
 
     `adds_to_other_pairs` is None for the first two points of a body: their terms replace those of the last step.
     """
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         body, half = load_body(state, j), load_predicted(state, j).half
         fine = is_fine_step(load_step_control(state, j), load_attempt(state, j))
         a = contact_equation_terms(body, half, load_point(point_rows, j), load_memory(point_rows, j), fine)
@@ -219,7 +219,7 @@ def add_point_pair_to_equations(
 @njit(**INNER)
 def solve_velocity_changes(state: Any, lane_count: int) -> None:
     """Solve the equations of the step for the velocity corrections of all bodies, in parallel."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         store_change(state, j, solve_velocity_change(
             load_body(state, j), load_state(state, j), load_predicted(state, j), load_equations(state, j)
         ))  # fmt: skip
@@ -233,7 +233,7 @@ def compute_point_pair_forces(
 
     `adds_to_other_pairs` is None for the first two points of a body: their forces replace those of the last step.
     """
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         body, w, d = load_body(state, j), load_predicted(state, j), load_change(state, j)
         fine = is_fine_step(load_step_control(state, j), load_attempt(state, j))
         a, findings_a, next_a = compute_point_forces(
@@ -254,7 +254,7 @@ def compute_point_pair_forces(
 @njit(**INNER)
 def accept_or_reject_steps(state: Any, lane_count: int, ticks_per_sample: float, has_rim: Any) -> None:
     """Accept or reject the attempted step of each body, and choose the length of its next attempt."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         body, s, attempt, t = load_body(state, j), load_state(state, j), load_attempt(state, j), load_sum(state, j)
         most = load_largest(state, j)
         w, d = load_predicted(state, j), load_change(state, j)
@@ -278,7 +278,7 @@ def accept_or_reject_steps(state: Any, lane_count: int, ticks_per_sample: float,
 @njit(**INNER)
 def store_contact_point_states_after_accepted_steps(state: Any, point_rows: Any, lane_count: int) -> None:
     """Store a contact point's new state where the step is accepted; elsewhere store only whether the point slid."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         new, rejected = load_next(point_rows, j), load_rejection(state, j)
         store_memory(point_rows, j, rejected.again > 0.0, new)
         point_rows[SLID + j] = select(rejected.sooner > 0.0, point_rows[SLID + j], new.slid)

@@ -53,7 +53,7 @@ from overturning.dem.kernel.ground import (
     is_rest_check_sample,
     upcoming_motion_is_below_rest_limit,
 )
-from overturning.dem.kernel.lanes import INNER, aligned_zeros
+from overturning.dem.kernel.lanes import INNER, aligned_zeros, whole_vectors
 from overturning.dem.kernel.queue import (
     QueueSettings,
     create_lookup_by_type,
@@ -174,14 +174,14 @@ def load_next_sample_into_lanes(
         queue_settings.interval,
         1.0 / queue_settings.ticks,
     )
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         s = load_state(state, j)
         store_turn(state, j, normalise_quaternion(s.turn))
         begun = progress_after_sample_end(load_course(state, j), s.tick, state[LAST_UPRIGHT + j], ticks, interval)
         state[SAMPLE + j], state[TICK + j], state[UPRIGHT_UNTIL + j] = begun
         state[LAST_UPRIGHT + j] = -1.0
     last = up.shape[0] - 3
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         course = load_course(state, j)
         if state[LOADED + j] == course.sample + 1.0:
             continue

@@ -4,16 +4,22 @@ Numba documents custom pipelines (``pipeline_class`` of ``jit``). No setting of 
 the process.
 """
 
+from functools import cache
 from typing import Any, Final
 
 from llvmlite import ir
+from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import register_pass
 from numba.core.lowering import Lower
+from numba.core.registry import cpu_target
 from numba.core.typed_passes import NativeLowering, NopythonRewrites
 
 STACK: Final = 64
 """Alignment of each function's stack, bytes: a cache line, and the widest vector."""
+
+ENTRY: Final = "overturning_no_entry_from_python"
+"""Name of the code that runs if Python calls an inner function."""
 
 MESSAGE: Final = "this function is called by compiled code only; call its `.py_func`, or compile a caller"
 
@@ -30,17 +36,63 @@ class KernelLlvmTranslator(Lower):
 
 
 class InnerFunctionLlvmTranslator(KernelLlvmTranslator):
-    """Translator to LLVM of functions that only compiled code calls; a call from Python raises an error."""
+    """Translator to LLVM of functions that only compiled code calls."""
 
-    def create_cpython_wrapper(self, release_gil: bool = False) -> None:  # noqa: ARG002
-        """Generate an entry point for Python that only raises a TypeError; a complete one takes long to compile."""
-        module = self.context.create_module("no entry")
-        pointer = ir.IntType(8).as_pointer()
-        kind = ir.FunctionType(pointer, [pointer] * 3)
-        builder = ir.IRBuilder(ir.Function(module, kind, self.fndesc.llvm_cpython_wrapper_name).append_basic_block())
-        self.context.get_python_api(builder).err_set_string("PyExc_TypeError", MESSAGE)
-        builder.ret(ir.Constant(pointer, None))
-        self.library.add_ir_module(module)
+    def create_cpython_wrapper(self, release_gil: bool = False) -> None:
+        """Generate no entry point for Python; all these functions share one (`InnerFunctionLibrary`)."""
+
+
+class _CodeWithoutEnvironment:
+    """Stand-in for a code generator; inner functions use no Python objects."""
+
+    def set_env(self, env_name: str, env: Any) -> None:
+        """Store no Python objects for a function; kernels loaded from the cache have none either."""
+
+
+class InnerFunctionLibrary(JITCodeLibrary):
+    """LLVM code of a function that only compiled code calls: it is linked into its callers.
+
+    Machine code is generated for the calling kernel only. For inlined functions LLVM's optimisation is left to the
+    caller, too. Both for each inner function take a third of the compilation.
+
+    Attributes
+    ----------
+    is_inlined : bool
+        Whether the function is part of each caller (``forceinline``).
+    """
+
+    is_inlined: bool = False
+
+    @property
+    def codegen(self) -> "_CodeWithoutEnvironment":
+        """Object with the one method that Numba calls for a function it has translated."""
+        return _CodeWithoutEnvironment()
+
+    def _optimize_final_module(self) -> None:
+        if not self.is_inlined:
+            super()._optimize_final_module()
+
+    def _finalize_final_module(self) -> None:
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:  # noqa: ARG002
+        """Return the address of the code that runs if Python calls the function `name`: it raises a TypeError."""
+        self._ensure_finalized()
+        return int(_entry_that_raises(self._codegen).get_pointer_to_function(ENTRY))
+
+
+@cache
+def _entry_that_raises(codegen: Any) -> Any:
+    """Return a library with the function `ENTRY`, which has the arguments of a Python call and raises an error."""
+    module, pointer = ir.Module(ENTRY), ir.IntType(8).as_pointer()
+    builder = ir.IRBuilder(
+        ir.Function(module, ir.FunctionType(pointer, [pointer] * 3), ENTRY).append_basic_block("start")
+    )
+    cpu_target.target_context.get_python_api(builder).err_set_string("PyExc_TypeError", MESSAGE)
+    builder.ret(ir.Constant(pointer, None))
+    library = codegen.create_library(ENTRY)
+    library.add_ir_module(module)
+    return library
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)
@@ -60,6 +112,12 @@ class InnerFunctionLoweringPass(NativeLowering):
     """Compiler pass that translates a function to LLVM if only compiled code calls the function."""
 
     _name = "inner_lowering"
+
+    def run_pass(self, state: Any) -> bool:
+        """Translate a function to LLVM, in a library without machine code of its own."""
+        state.library = InnerFunctionLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library.is_inlined = bool(state.flags.forceinline)
+        return bool(super().run_pass(state))
 
     @property
     def lowering_class(self) -> Any:

@@ -47,7 +47,12 @@ OPTIONS: Final[dict[str, Any]] = {
 QUEUE: Final[dict[str, Any]] = {**OPTIONS, "nogil": True, "no_cfunc_wrapper": True}
 """Options of the functions that Python calls; without a C wrapper."""
 
-OWNER: Final[dict[str, Any]] = {**OPTIONS, "no_cfunc_wrapper": True, "forceinline": True}
+OWNER: Final[dict[str, Any]] = {
+    **OPTIONS,
+    "pipeline_class": InnerFunctionCompiler,
+    "no_cfunc_wrapper": True,
+    "forceinline": True,
+}
 """Options of inlined functions that may allocate arrays; without a C wrapper."""
 
 INNER: Final[dict[str, Any]] = {
@@ -142,6 +147,23 @@ def _select_value_without_branch(_typing_context: Any, condition: Any, first_val
 
 
 select: Final[Any] = intrinsic(_select_value_without_branch)
+
+
+def _state_multiple_of_vector_length(_typing_context: Any, lane_count: Any) -> Any:
+    """Generate code that returns a number of lanes, and from which LLVM concludes that it is a multiple of `_LINE`."""
+
+    def generate_llvm_code(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
+        multiple = builder.and_(arguments[0], ir.Constant(arguments[0].type, -_LINE))
+        least = ir.Constant(arguments[0].type, _LINE)
+        return builder.select(builder.icmp_signed(">", multiple, least), multiple, least)
+
+    return types.intp(lane_count), generate_llvm_code
+
+
+whole_vectors: Final[Any] = intrinsic(_state_multiple_of_vector_length)
+"""``whole_vectors(n)`` returns n, a positive multiple of 8, so that LLVM omits the loop for what a vector leaves over.
+
+Kernels compute all lanes up to the next multiple of 8. Without it each loop is compiled twice."""
 
 
 def _hide_number_from_llvm(_typing_context: Any, number: Any) -> Any:

@@ -25,7 +25,7 @@ from overturning.dem.kernel.clock import (
     StepContactChanges,
     choose_next_step_attempt,
 )
-from overturning.dem.kernel.lanes import APART, INLINE, create_elementwise_tuple_functions, select
+from overturning.dem.kernel.lanes import APART, INLINE, create_elementwise_tuple_functions, select, whole_vectors
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.stack.access import (
     add_losses,
@@ -138,7 +138,7 @@ def store_relative_velocity_changes(
     upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int, on_ground: Any
 ) -> None:
     """Store the solved change of the relative velocity at the contact of a stone with its support, in all stacks."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         stone, one = load_predicted(upper_rows, j), load_change(upper_rows, j)
         if on_ground is None:
             below, (axes, origin) = load_predicted(lower_rows, j), load_joint_pose(joint_rows, j)
@@ -154,7 +154,7 @@ def store_relative_velocity_changes(
 @njit(**APART)
 def compute_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
     """Compute the normal force at one contact point of two stones at the end of the step, for all stacks."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         joint, frame, place = load_joint(joint_rows, j), load_frame(joint_rows, j), load_place(point, j)
         change, landing = load_joint_change(joint_rows, j), load_landing(joint_rows, j)
         old = load_point(point, j)
@@ -172,7 +172,7 @@ def compute_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
 @njit(**APART)
 def add_point_to_pressure_arm_sum(joint_rows: Any, point: Any, lane_count: int) -> None:
     """Add one contact point's normal force × distance from the centre of pressure (N·m) to the contact's sum."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         total, place, new = load_point_sum(joint_rows, j), load_place(point, j), load_next_point(point, j)
         one = 1.0 / (total.force if total.force > 0.0 else 1.0)
         x, y = place.x - total.x * one, place.y - total.y * one
@@ -185,7 +185,7 @@ def compute_joint_wrench(
     case_rows: Any, upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int, on_ground: Any
 ) -> None:
     """Compute force and moment between a stone and its support at the end of the step; add them to both."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         change, flat = load_joint_change(joint_rows, j), joint_lands_flat(load_landing(joint_rows, j))
         fine = load_attempt(case_rows, j).length <= FINE * load_clock(case_rows, j).finest
         at_end, early, findings, losses, new = solve_joint_contact(
@@ -219,14 +219,14 @@ def compute_joint_wrench(
 @njit(**APART)
 def mark_joints_with_crossing_points(joint_rows: Any, point: Any, lane_count: int) -> None:
     """Mark each contact of two stones with a loaded point that is not a corner of the upper stone's base."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         joint_rows[NEW_CROSSED + j] = select(point[WEIGHT + j] > 0.0, 1.0, joint_rows[NEW_CROSSED + j])
 
 
 @njit(**APART)
 def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: float) -> None:
     """Accept or reject the attempted time step of each stack, and choose the length of the next attempt."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         attempt, most, time = load_attempt(case_rows, j), load_findings(case_rows, j), load_time(case_rows, j)
         inertial = load_inertial(case_rows, j)
         at_end = Vector3(inertial.x, inertial.y, -(inertial.z + GRAVITY))
@@ -249,7 +249,7 @@ def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: fl
 @njit(**APART)
 def complete_stone_step(case_rows: Any, rows: Any, lane_count: int, is_first: Any) -> None:
     """Store a stone's new state in stacks whose step is accepted, and add the work of the moving ground on it."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         half, again, push = (
             load_time(case_rows, j).half,
             load_rejection(case_rows, j).again > 0.0,
@@ -293,7 +293,7 @@ def complete_stone_step(case_rows: Any, rows: Any, lane_count: int, is_first: An
 @njit(**APART)
 def store_joint_states_after_accepted_steps(case_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Store the new contact state of two stones in stacks whose step is accepted; in others only whether they slid."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         rejected, slid = load_rejection(case_rows, j), joint_rows[NEW_SLID + j]
         store_history_unless(joint_rows, j, rejected.again > 0.0, load_next_history(joint_rows, j))
         joint_rows[SLID + j] = select(rejected.sooner > 0.0, joint_rows[SLID + j], slid)
@@ -302,5 +302,5 @@ def store_joint_states_after_accepted_steps(case_rows: Any, joint_rows: Any, lan
 @njit(**APART)
 def store_contact_point_states_after_accepted_steps(case_rows: Any, point: Any, lane_count: int) -> None:
     """Store a contact point's new state in the stacks whose step is accepted."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         store_point_unless(point, j, load_rejection(case_rows, j).again > 0.0, load_next_point(point, j))

@@ -21,7 +21,7 @@ from overturning.dem.body.vectors import (
     scale_vector,
     transpose,
 )
-from overturning.dem.kernel.lanes import APART, INLINE, INNER, create_window_slicer, select
+from overturning.dem.kernel.lanes import APART, INLINE, INNER, create_window_slicer, select, whole_vectors
 from overturning.dem.stack.access import (
     load_axes,
     load_clip,
@@ -109,7 +109,7 @@ def relative_motion_in_contact_frame(
 @njit(**APART)
 def predict_motion_relative_to_ground(upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Predict pose and velocity of the lowest stone relative to the ground, for all stacks in parallel."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         still = Vector3(0.0, 0.0, 0.0)
         level = Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
         store_frame(joint_rows, j, relative_motion_at_lower_face(
@@ -121,7 +121,7 @@ def predict_motion_relative_to_ground(upper_rows: Any, joint_rows: Any, lane_cou
 @njit(**APART)
 def predict_motion_relative_to_stone_below(upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Predict pose and velocity of a stone relative to the upper face of the stone below, for all stacks."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         axes = load_axes(lower_rows, j)
         origin = upper_face_centre(load_constants(lower_rows, j), load_predicted(lower_rows, j), axes)
         store_joint_pose(joint_rows, j, JointPose(axes, origin))
@@ -142,7 +142,7 @@ def corner_position_and_weight(frame: JointRelativeMotion, corner: FaceCorner, p
 @njit(**APART)
 def predict_base_corner_position(upper_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
     """Compute the predicted position of one corner of a stone's base on its support, for all stacks in parallel."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         place = corner_position_and_weight(load_frame(joint_rows, j), load_outline(point, j), upper_rows[PRESENT + j])
         store_place(point, j, place)
 
@@ -159,7 +159,7 @@ def predict_base_corner_positions(
 @njit(**APART)
 def update_distance_from_rim(joint_rows: Any, point: Any, side: Any, lane_count: int) -> None:
     """Update the least distance of base corners from the lower face's rim with one corner and one side of the face."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         place, limit = load_place(point, j), load_outline(side, j)
         free = limit.reach - (limit.nx * place.x + limit.ny * place.y)
         free = free if place.weight > 0.0 else 1e300
@@ -174,7 +174,7 @@ def patch_covers_whole_base(joint_rows: Any, points: Any, upper_count: int, lowe
             side = points[(upper_count + k) * P : (upper_count + k + 1) * P]
             update_distance_from_rim(joint_rows, points[i * P : (i + 1) * P], side, lane_count)
     number = 0.0
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         number += 1.0 if (joint_rows[INSIDE + j] < 0.0) | (joint_rows[CROSSED + j] > 0.0) else 0.0
     return number == 0.0
 
@@ -183,7 +183,7 @@ def patch_covers_whole_base(joint_rows: Any, points: Any, upper_count: int, lowe
 def any_lane_uses_point(point: Any, lane_count: int) -> bool:
     """True if a contact point has a stiffness weight above 0 in any of the stacks, now or after the last step."""
     number = 0.0
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         number += 1.0 if (point[WEIGHT + j] > 0.0) | (point[OLD_WEIGHT + j] > 0.0) else 0.0
     return number > 0.0
 
@@ -209,14 +209,14 @@ def clipped_side_with_length(clip: ClippedSide, length: float) -> ClippedSide:
 @njit(**APART)
 def reset_clipped_side(point: Any, lane_count: int) -> None:
     """Start the clipping of a side of a face with the whole side, for all stacks in parallel."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         store_clip(point, j, ClippedSide(0.0, 1.0, 0.0))
 
 
 @njit(**APART)
 def clip_upper_side(point: Any, next_corner: Any, side: Any, lane_count: int) -> None:
     """Clip a side of the upper stone's base by the line of one side of the lower face, for all stacks in parallel."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         a, b, limit = load_place(point, j), load_place(next_corner, j), load_outline(side, j)
         store_clip(point, j, clip_side(
             load_clip(point, j), limit.reach - (limit.nx * a.x + limit.ny * a.y),
@@ -227,7 +227,7 @@ def clip_upper_side(point: Any, next_corner: Any, side: Any, lane_count: int) ->
 @njit(**APART)
 def finish_clipped_upper_side(joint_rows: Any, point: Any, next_corner: Any, lane_count: int) -> None:
     """Compute the length of a side of a stone's base after clipping, and add it to the contact patch's perimeter."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         a, b = load_place(point, j), load_place(next_corner, j)
         clip = clipped_side_with_length(load_clip(point, j), math.sqrt((b.x - a.x) ** 2 + (b.y - a.y) ** 2))
         store_clip(point, j, clip)
@@ -263,14 +263,14 @@ def normal_slope_of_crossing_sides(lower: FaceCorner, a: ContactPointPosition, b
 @njit(**APART)
 def clear_rim_side(side: Any, lane_count: int) -> None:
     """Clear overhang and slopes of the contact normals of a side of the lower face, for all stacks in parallel."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         store_rim_side(side, j, RimSide(-1e300, 0.0, 0.0))
 
 
 @njit(**APART)
 def clip_lower_side(side: Any, next_corner: Any, begin: Any, end: Any, lane_count: int) -> None:
     """Clip a side of the lower face by one side of the upper stone's base, for all stacks in parallel."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         a, b = load_place(begin, j), load_place(end, j)
         c, d = load_outline(side, j), load_outline(next_corner, j)
         old, rim = load_clip(side, j), load_rim_side(side, j)
@@ -287,7 +287,7 @@ def clip_lower_side(side: Any, next_corner: Any, begin: Any, end: Any, lane_coun
 @njit(**APART)
 def finish_clipped_lower_side(joint_rows: Any, side: Any, next_corner: Any, lane_count: int) -> None:
     """Compute the length of a side of the lower face after clipping, and add it to the contact patch's perimeter."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         c, d = load_outline(side, j), load_outline(next_corner, j)
         clip = clipped_side_with_length(load_clip(side, j), math.sqrt((d.x - c.x) ** 2 + (d.y - c.y) ** 2))
         store_clip(side, j, clip)
@@ -333,7 +333,7 @@ def place_lower_points(
     joint_rows: Any, side: Any, next_corner: Any, previous_side: Any, start: Any, end: Any, lane_count: int
 ) -> None:
     """Store position and stiffness weight of a lower face's corner and of both ends of the clipped side from there."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         frame, c, d = load_frame(joint_rows, j), load_outline(side, j), load_outline(next_corner, j)
         own, previous = load_clip(side, j), load_clip(previous_side, j)
         unit = 0.5 / (frame.rim if frame.rim > 0.0 else 1.0)
@@ -355,7 +355,7 @@ def place_upper_points(
     joint_rows: Any, point: Any, next_corner: Any, previous_side: Any, start: Any, end: Any, lane_count: int
 ) -> None:
     """Store both ends of a clipped side of a stone's base, and the stiffness weight of the side's first corner."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         frame, a, b = load_frame(joint_rows, j), load_place(point, j), load_place(next_corner, j)
         own, previous = load_clip(point, j), load_clip(previous_side, j)
         unit, within = 0.5 / (frame.rim if frame.rim > 0.0 else 1.0), frame.inside >= 0.0

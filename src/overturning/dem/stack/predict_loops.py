@@ -17,7 +17,7 @@ from overturning.dem.kernel.clock import (
     BODY,
 )
 from overturning.dem.kernel.ground import base_acceleration_up_to_next_sample as push_at
-from overturning.dem.kernel.lanes import APART, INLINE, create_elementwise_tuple_functions
+from overturning.dem.kernel.lanes import APART, INLINE, create_elementwise_tuple_functions, whole_vectors
 from overturning.dem.stack.access import (
     load_attempt,
     load_case,
@@ -122,7 +122,7 @@ def predict_stone(inverse: SymmetricMatrix, state: StoneState, step_length: floa
 @njit(**APART)
 def predict_inertial_acceleration(case_rows: Any, lane_count: int, ticks_per_sample: float) -> None:
     """Compute the inertial acceleration from base motion and gravity at the end of each stack's attempted step."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         length, time, shaking = load_attempt(case_rows, j).length, load_time(case_rows, j), load_shaking(case_rows, j)
         tick = time.tick + length
         past = tick - ticks_per_sample
@@ -139,7 +139,7 @@ def predict_inertial_acceleration(case_rows: Any, lane_count: int, ticks_per_sam
 @njit(**APART)
 def predict_stones(case_rows: Any, rows: Any, lane_count: int) -> None:
     """Predict one stone of each stack at the end of the step, and set up the stone's equations of motion."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         constants, state, half = load_constants(rows, j), load_stone(rows, j), load_time(case_rows, j).half
         predicted = predict_stone(constants.inverse, state, 2.0 * half)
         axes = rotation_matrix(predicted.turn)
@@ -158,7 +158,7 @@ def predict_stones(case_rows: Any, rows: Any, lane_count: int) -> None:
 @njit(**APART)
 def clear_joint_sums(joint_rows: Any, lane_count: int) -> None:
     """Reset the sums over the contact points of a stone with its support, for all stacks in parallel."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         # At the start of a case no point has a history yet, but the joint is loaded: its points do not land.
         longest = 0.0 if load_history(joint_rows, j).normal > 0.0 else IN_THE_AIR
         store_landing(joint_rows, j, JointLandingTimes(NO_POINT, longest, NO_POINT, -NO_POINT))
@@ -168,7 +168,7 @@ def clear_joint_sums(joint_rows: Any, lane_count: int) -> None:
 @njit(**APART)
 def add_point_to_joint_landing(joint_rows: Any, point: Any, lane_count: int) -> None:
     """Include one contact point in the landing times of two stones, for all stacks in parallel."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         store_landing(
             joint_rows,
             j,
@@ -179,7 +179,7 @@ def add_point_to_joint_landing(joint_rows: Any, point: Any, lane_count: int) -> 
 @njit(**APART)
 def predict_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
     """Predict the normal force at one contact point of two stones and add it to their sums, for all stacks."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         joint, frame, place = load_joint(joint_rows, j), load_frame(joint_rows, j), load_place(point, j)
         landing, old, half = load_landing(joint_rows, j), load_point(point, j), load_time(case_rows, j).half
         waits = point_contact_is_deferred(joint, landing, place, old)
@@ -194,7 +194,7 @@ def predict_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
 @njit(**APART)
 def predict_joint_friction(case_rows: Any, upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Predict the friction between a stone and its support, with its terms in the equations, for all stacks."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         joint, frame, sums = load_joint(joint_rows, j), load_frame(joint_rows, j), load_normal(joint_rows, j)
         old, half, flat = (
             load_history(joint_rows, j),
@@ -212,7 +212,7 @@ def predict_joint_friction(case_rows: Any, upper_rows: Any, joint_rows: Any, lan
 @njit(**APART)
 def rotate_joint_equations(joint_rows: Any, lane_count: int) -> None:
     """Rotate the contact terms of two stones in the equations from the axes of their contact to those of the ground."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         axes = load_joint_pose(joint_rows, j).axes
         store_equations(joint_rows, j, rotate_equations(axes, load_equations(joint_rows, j)))
 
@@ -220,7 +220,7 @@ def rotate_joint_equations(joint_rows: Any, lane_count: int) -> None:
 @njit(**APART)
 def eliminate_upper_stones(case_rows: Any, upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Eliminate the velocities of an upper stone from the equations of motion, for all stacks in parallel."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         below, origin = load_predicted(lower_rows, j), load_joint_pose(joint_rows, j).origin
         solution, rest = eliminate_stone(
             load_diagonal(upper_rows, j), load_diagonal(lower_rows, j), load_equations(joint_rows, j),
@@ -234,7 +234,7 @@ def eliminate_upper_stones(case_rows: Any, upper_rows: Any, lower_rows: Any, joi
 @njit(**APART)
 def solve_lowest_stones(case_rows: Any, rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Solve the equations of the lowest stone of each stack for its velocity correction."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         arm = scale_vector(-1.0, load_predicted(rows, j).place)
         e = solve_lowest_stone(load_diagonal(rows, j), load_equations(joint_rows, j), load_time(case_rows, j).half, arm)
         store_change(rows, j, StoneVelocityChange(e.force, e.moment))
@@ -243,7 +243,7 @@ def solve_lowest_stones(case_rows: Any, rows: Any, joint_rows: Any, lane_count: 
 @njit(**APART)
 def compute_upper_stone_velocity_changes(upper_rows: Any, lower_rows: Any, lane_count: int) -> None:
     """Compute the velocity correction of an upper stone from that of the stone below, for all stacks in parallel."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         solution, below = load_elimination(upper_rows, j), load_change(lower_rows, j)
         e = wrench_plus(solution.alone, matrix_6x6_times_wrench(solution.below, Wrench(below.velocity, below.spin)))
         store_change(upper_rows, j, StoneVelocityChange(e.force, e.moment))

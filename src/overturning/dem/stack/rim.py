@@ -23,7 +23,7 @@ from overturning.dem.body.vectors import (
     scale_vector,
     transpose,
 )
-from overturning.dem.kernel.lanes import APART, INLINE, INNER
+from overturning.dem.kernel.lanes import APART, INLINE, INNER, whole_vectors
 from overturning.dem.stack.access import (
     load_axes,
     load_constants,
@@ -81,21 +81,21 @@ def rim_load_with_point(rim: RimLoad, place: ContactPointPosition, slope: tuple[
 @njit(**APART)
 def clear_rim_loads(joint_rows: Any, lane_count: int) -> None:
     """Clear the sums from which the normal of contact of two stones follows, for all stacks in parallel."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         store_rim(joint_rows, j, RimLoad(0.0, 0.0, 0.0, 0.0, 0.0))
 
 
 @njit(**APART)
 def add_base_corner_load(joint_rows: Any, point: Any, lane_count: int) -> None:
     """Add one corner of the upper stone's base to the sums for the normal of contact, for all stacks in parallel."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         store_rim(joint_rows, j, rim_load_with_point(load_rim(joint_rows, j), load_place(point, j), (0.0, 0.0)))
 
 
 @njit(**APART)
 def add_rim_point_loads(joint_rows: Any, side: Any, previous_side: Any, start: Any, end: Any, lane_count: int) -> None:
     """Add a corner of the lower face and both ends of its side to the sums for the normal of contact."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         own, previous = load_outline(side, j), load_outline(previous_side, j)
         slope_x, slope_y = inclination_of_base(load_frame(joint_rows, j))
         rim, other = load_rim_side(side, j), load_rim_side(previous_side, j)
@@ -138,7 +138,7 @@ def pose_with_mean_normal(rim: RimLoad) -> JointPose:
 @njit(**APART)
 def turn_contact_point(joint_rows: Any, point: Any, lane_count: int) -> None:
     """Express one contact point in the turned frame of its contact: position in the plane, and distance along z."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         pose, place = pose_with_mean_normal(load_rim(joint_rows, j)), load_place(point, j)
         turned = matrix_times_vector(transpose(pose.axes), minus(Vector3(place.x, place.y, 0.0), pose.origin))
         store_place(point, j, ContactPointPosition(turned.x, turned.y, pose.axes.zz * place.z, place.weight))
@@ -147,7 +147,7 @@ def turn_contact_point(joint_rows: Any, point: Any, lane_count: int) -> None:
 @njit(**APART)
 def turn_joint_frame(upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Turn the frame of contact of two stones to the mean normal, and express their relative motion in that frame."""
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         turn, pose = pose_with_mean_normal(load_rim(joint_rows, j)), load_joint_pose(joint_rows, j)
         old = load_frame(joint_rows, j)
         axes = matrix_product(pose.axes, turn.axes)
@@ -165,7 +165,7 @@ def keep_normal_beyond_critical_lean(upper_rows: Any, joint_rows: Any, lane_coun
 
     Such a stone has fallen as soon as a corner of its base is below the rim (`stone_hangs_over_rim`).
     """
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         rim, axes = load_rim(joint_rows, j), load_axes(upper_rows, j)
         upright = lean_as_squared_sine(axes) < load_constants(upper_rows, j).critical
         store_rim(joint_rows, j, RimLoad(

@@ -18,7 +18,7 @@ from overturning.dem.body.vectors import (
 from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
 from overturning.dem.kernel.ending import CaseProgress, progress_after_sample_end
 from overturning.dem.kernel.ground import GroundMotion
-from overturning.dem.kernel.lanes import INNER, aligned_zeros
+from overturning.dem.kernel.lanes import INNER, aligned_zeros, whole_vectors
 from overturning.dem.kernel.queue import QueueSettings, register_model_functions
 from overturning.dem.stack.access import (
     load_course,
@@ -230,18 +230,18 @@ def load_next_sample_into_lanes(
     along, up, ticks, interval, scale = ground.along, ground.up, settings.ticks, settings.interval, 1.0 / settings.ticks
     for s in range(stone_count):
         rows = of_stone(state, s)
-        for j in range(lane_count):
+        for j in range(whole_vectors(lane_count)):
             store_turn(rows, j, normalise_quaternion(load_stone(rows, j).turn))
             then = (load_course(state, j).sample + rows[LAST_UPRIGHT + j] * scale) * interval
             present = load_outcome(rows, j).present > 0.0
             rows[UPRIGHT_UNTIL + j] = then if (rows[LAST_UPRIGHT + j] >= 0.0) & present else rows[UPRIGHT_UNTIL + j]
             rows[LAST_UPRIGHT + j] = -1.0
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         # The times at which the stones were upright are their own, above.
         begun = progress_after_sample_end(load_course(state, j), state[TICK + j], -1.0, ticks, interval)
         state[SAMPLE + j], state[TICK + j] = begun[0], begun[1]
     last = up.shape[0] - 3
-    for j in range(lane_count):
+    for j in range(whole_vectors(lane_count)):
         course = load_course(state, j)
         if state[LOADED + j] == course.sample + 1.0:
             continue

@@ -75,3 +75,13 @@ def test_the_report_states_the_part_of_the_relief(language: str) -> None:
             "The relief under the base explains 43 % of this spread: with a relief below 3 mm the stone falls in 61 % "
             "of the runs, and above it in 17 %."
         )
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_report_states_volume_tilt_and_relief_of_a_scan(language: str) -> None:
+    content = Findings.model_validate(STUDIES["reference"]).model_dump()
+    content["study"]["scan"] = {"volume_m3": 0.1239, "tilt_deg": 0.4, "relief_mm": 2.2}
+    text = render_markdown(Findings.model_validate(content), language)
+    assert all(number in text for number in ("0.124", "0.4°", "2.2"))
+    assert ("scanned stone" if language == "en" else "スキャンした石") in text
+    assert "square stone" not in text

@@ -10,6 +10,7 @@ import xarray as xr
 
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.errors import ConfigError, ResultError
+from overturning.findings.study import scan_facts
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import read_record_from_motion_file
@@ -247,6 +248,9 @@ def test_a_scan_becomes_part_of_the_study(tmp_path: Path) -> None:
     volume, centre, _ = box_sums("statue")
     assert (study.body.scan.volume, study.body.scan.tilt) == pytest.approx((volume, 4.0), abs=1e-3)
     assert (study.body.relief, study.height) == (0.001, pytest.approx((0.8,)))
+    facts = scan_facts(study)
+    assert facts is not None
+    assert (facts.volume_m3, facts.tilt_deg, facts.relief_mm) == pytest.approx((volume, 4.0, 1.0), abs=1e-3)
     assert study.b_over_h == pytest.approx(((0.1 - centre[0]) / centre[2],), abs=1e-5)
     path.unlink()
     assert load_study_from_file_or_json(study.model_dump_json()) == study

@@ -249,6 +249,21 @@ def test_duplicate_key_is_named(tmp_path: Path) -> None:
         checkout.planned()
 
 
+def test_each_step_of_a_study_of_a_scan_gets_a_study(tmp_path: Path) -> None:
+    """Regression: the step of the ensemble got its relief without the body, which alone has one, and was refused."""
+    corners = [
+        [a * x, a * y, z] for a, z in ((0.05, 0.0), (0.07, 0.003), (0.07, 0.8)) for x in (-1, 1) for y in (-1, 1)
+    ]
+    scan = "{volume: 0.015, tilt: 1.5, centre_of_mass: [0, 0, 0.4], inertia: [0.055, 0.055, 0.003, 0, 0, 0]}"
+    checkout = Checkout(
+        tmp_path / "scan",
+        "name: scan\nrecords: {use: [rinaldi]}\norientation: {step: 90}\n"
+        f"body: {{vertices: {corners}, relief: 0.002, scan: {scan}}}\n"
+        "ensemble: {members: 8, relief: {low: 0.001, high: 0.005}, where: everywhere}\n",
+    )
+    assert {"members", "sweep", "report"} <= checkout.planned()
+
+
 def test_each_job_of_figures_has_its_own_pulses_and_published_values_alone(tmp_path: Path) -> None:
     pulses = ", ".join(f"p{n}: sine amplitude_gal={n}00 period_s=1" for n in range(1, 10))
     published = "published: [{record: rinaldi, azimuth: 32, b_over_h: 0.4, overturns: true}]\n"

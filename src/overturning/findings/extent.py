@@ -111,7 +111,7 @@ def study_extent(results: StudyResults) -> StudyCounts:
         mirrored=mirrored,
         elements=len(variant_scene(study).free_element_names),
         element=element_name_of_cube(cube),
-        square=plan is not None and plan.plan == "rectangle" and set(plan.aspect) == {1.0},
+        square=plan is not None and plan.vertices is None and plan.plan == "rectangle" and set(plan.aspect) == {1.0},
         records_with_vertical=results.count_of_records_with_applied_vertical,
         vertical_left_out=results.count_of_records_with_unused_vertical,
         pulse_not_stated=[name.id for name, alone in zip(results.record_names, neither, strict=True) if alone],

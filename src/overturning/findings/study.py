@@ -13,7 +13,19 @@ from overturning.model.status import CaseStatus
 from overturning.statistics.by_record import record_masks_by_group
 from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis_difference
 from overturning.statistics.falls import overturned_shares_by_record, overturned_shares_near_and_far_from_normal
+from overturning.study.schema import Study
 from overturning.units import CM, STANDARD_GRAVITY
+
+
+class ScanFacts(Finding):
+    """Volume, pose and relief of a stone that a study simulates from a scan."""
+
+    volume_m3: float
+    """Volume of the stone, m³."""
+    tilt_deg: float
+    """Angle between the vertical of the scan and that of the stone's nearest stable pose, degrees."""
+    relief_mm: float
+    """Height above the lowest point up to which points of the base bear, mm; of the run without changes."""
 
 
 class StudyFacts(Finding):
@@ -51,6 +63,8 @@ class StudyFacts(Finding):
     """Largest number of runs of a cell near a change of outcome."""
     vertical_motion: bool
     """True if the vertical motion of at least one record is applied."""
+    scan: ScanFacts | None = None
+    """Scanned stone; None if the study simulates none."""
 
 
 class CaseCounts(Finding):
@@ -159,7 +173,16 @@ def study_facts(results: StudyResults) -> StudyFacts:
         amplitude=[float(one) for one in study.amplitude],
         ensemble_members=study.ensemble.members,
         vertical_motion=bool(results.count_of_records_with_applied_vertical),
+        scan=scan_facts(study),
     )
+
+
+def scan_facts(study: Study) -> ScanFacts | None:
+    """Return volume, tilt and relief of the scanned stone of a study; None if the study simulates none."""
+    body = study.body
+    if body is None or body.scan is None or body.relief is None:
+        return None
+    return ScanFacts(volume_m3=body.scan.volume, tilt_deg=body.scan.tilt, relief_mm=round(1000.0 * body.relief, 6))
 
 
 def count_cases(results: StudyResults) -> CaseCounts:

@@ -56,7 +56,7 @@ USED: dict[str, dict[tuple[str, ...], tuple[str, str]]] = {
             "tests/dem/test_cache.py::test_an_inner_function_works_for_compiled_callers_and_refuses_python",
         ),
         ("numba.core.codegen", "numba.core.registry"): (
-            "no machine code for inner functions, which their callers contain (a third of the compilation)",
+            "no machine code for inner functions, which their callers contain (a quarter of the compilation)",
             "tests/dem/test_cache.py::test_an_inner_function_works_for_compiled_callers_and_refuses_python",
         ),
         ("_name",): ("the name that Numba requires of a pass", COMPILER),

@@ -1,6 +1,7 @@
 """A study of a scene in 3-D: its keys, and its way through sweep, ensemble, gathering, recheck and repetition."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -16,13 +17,15 @@ from overturning.motion.motion import Motion
 from overturning.records.store import read_record_from_motion_file
 from overturning.statistics.elements import count_falls_by_element
 from overturning.study.convergence_check import check_convergence
-from overturning.study.cube import open_cube, study_of_cube
+from overturning.study.cube import open_cube, select_element_and_amplitude, study_of_cube
 from overturning.study.film_options import film_command_options
 from overturning.study.load import study_from_content, study_without_absolute_paths
 from overturning.study.recheck import recheck
 from overturning.study.sample import read_cell_sample
 from overturning.study.schema import Study
-from tests.expect import refused
+from overturning.surveys.displacements import compare_displacements
+from overturning.surveys.stones import read_survey_table
+from tests.expect import refused, said
 from tests.study.small_study import cube_of
 from tests.study.test_space_study import record
 
@@ -152,3 +155,30 @@ def test_the_film_of_a_cell_is_of_the_stack(cube: xr.Dataset) -> None:
 def test_a_wrong_setting_is_refused_with_its_key(change: dict[str, Any], message: str) -> None:
     with refused(ConfigError, message):
         study_from_content({key: value for key, value in (SMALL | change).items() if value is not None}, "stack")
+
+
+def test_a_survey_is_compared_with_the_counted_stone_relative_to_the_one_below(
+    cube: xr.Dataset, cube_file: Path, tmp_path: Path
+) -> None:
+    """Each stone and amplitude gets a twist and a slip of its own, so that another one would give other numbers."""
+    own, stronger = np.array([1.0, 2.0, 12.0]), np.array([0.0, 100.0])
+    order = ("element", "amplitude")
+    twist = xr.DataArray(own[:, None] + stronger, dims=order)
+    known = cube.assign(
+        overturned=xr.zeros_like(cube["overturned"]),
+        residual_twist=xr.zeros_like(cube["residual_twist"]) + twist,
+        residual_slip_north=xr.zeros_like(cube["residual_slip_north"]) + 0.003 * twist,
+        residual_slip_east=xr.zeros_like(cube["residual_slip_east"]) - 0.004 * twist,
+    )
+    stones = tmp_path / "stones.csv"
+    stones.write_text('outcome,face_azimuth_deg,count\n"shifted 6 cm, twisted 12",30,7\nstands,0,3\n', encoding="utf-8")
+    shaft = select_element_and_amplitude(known, cube_file)
+    found = {one.name: one for one in compare_displacements(read_survey_table(stones), shaft).measures}
+    assert (found["twist_deg"].observed, found["twist_deg"].computed) == pytest.approx((12.0, 12.0), rel=1e-6)
+    assert (found["shift_m"].observed, found["shift_m"].computed) == pytest.approx((0.06, 0.005 * 12.0), rel=1e-6)
+    assert (found["twisted"].observed, found["twisted"].computed, found["clockwise"].computed) == (0.7, 1.0, 1.0)
+
+    text = said("survey", stones, "--cube", cube_file)
+    falls = cube["overturned"].sel(amplitude=1.0, orientation=[0, 30]).mean(["orientation", "friction"]).squeeze()
+    assert falls.sel(element="shaft") == 1.0 > falls.sel(element="lower-base")
+    assert re.search(r"\n\s*fell\s+10\s+0\s% \(0 to 31\)\s+100\s% \(100 to 100\)", text), "that of the shaft"

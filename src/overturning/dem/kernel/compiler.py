@@ -53,7 +53,7 @@ class InnerFunctionLibrary(JITCodeLibrary):
     """LLVM code of a function that only compiled code calls: it is linked into its callers.
 
     Machine code is generated for the calling kernel only. For inlined functions LLVM's optimisation is left to the
-    caller, too. Both for each inner function take a third of the compilation.
+    caller, too. Both for each inner function would take a quarter of the compilation.
 
     Attributes
     ----------

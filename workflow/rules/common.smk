@@ -222,6 +222,9 @@ def step_settings(*keys, use=RECORDS, variant="nominal", **parts):
     records = own | {"use": list(use), "pulses": pulses}
     # A stack has no azimuths.
     part = {key: SETTINGS[key] for key in keys if key != "records" and key in SETTINGS}
+    # Only a 3-D body may have an ensemble of reliefs and orientations; other ensembles do not depend on the body.
+    if {"relief", "orientation"} & part.get("ensemble", {}).keys():
+        part["body"] = SETTINGS["body"]
     if "published" in part:
         part["published"] = [row for row in part["published"] if row["record"] in use]
     if variant in GROUNDS:

@@ -12,16 +12,7 @@ rule members:
     priority: 3
     params:
         # Without records: a new record in the study must not repeat this rule and with it all parts.
-        # Only a 3-D body has a relief and an orientation; without them, the body must not repeat it either.
-        study=step_settings(
-            "ensemble",
-            *(
-                ["body"]
-                if {"relief", "orientation"} & set(SETTINGS.get("ensemble", {}))
-                else []
-            ),
-            use=["none"],
-        ),
+        study=step_settings("ensemble", use=["none"]),
         sources=step_source_hash(*NUMERICS),
     shell:
         "overturning members --study {params.study:q} --output {output} 2> {log}"

@@ -31,8 +31,8 @@ class KernelScheduling(LoadFileScheduling):
 
 
 @pytest.hookimpl(optionalhook=True)
-def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> KernelScheduling:
-    return KernelScheduling(config, log)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> KernelScheduling | None:
+    return KernelScheduling(config, log) if config.getoption("dist") == "loadfile" else None
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

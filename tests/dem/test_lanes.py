@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 from numba import njit
 
+from overturning.dem.block import plan as block
+from overturning.dem.body import plan as body
 from overturning.dem.kernel import mechanics
-from overturning.dem.kernel.lanes import OPTIONS, LaneTupleAccess, TupleRowLayout, aligned_zeros
+from overturning.dem.kernel.lanes import OPTIONS, LaneTupleAccess, TupleRowLayout, aligned_zeros, whole_vectors
+from overturning.dem.polygon import plan as polygon
+from overturning.dem.stack import plan as stack
 
 
 class Memory(NamedTuple):
@@ -108,3 +112,12 @@ def test_limits_keep_the_sign_and_propagate_nan() -> None:
     assert np.signbit(clamp(-1.0, 0.0))
     assert np.isnan(clamp(np.nan, 1.0))
     assert [larger(1.0, 2.0), larger(1.0, 0.0), larger(1.0, np.nan)] == [2.0, 1.0, 1.0]
+
+
+def test_the_lanes_of_all_models_fill_whole_vectors() -> None:
+    """`whole_vectors` returns another number than it is given unless that is a positive multiple of 8."""
+    counted = njit(lambda lane_count: whole_vectors(lane_count))
+    for model in (block, body, polygon, stack):
+        assert model.COLUMNS % 8 == 0
+        assert counted(model.COLUMNS) == model.COLUMNS
+    assert [counted(count) for count in (8, 16, 24)] == [8, 16, 24]

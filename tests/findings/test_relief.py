@@ -80,8 +80,9 @@ def test_the_report_states_the_part_of_the_relief(language: str) -> None:
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_the_report_states_volume_tilt_and_relief_of_a_scan(language: str) -> None:
     content = Findings.model_validate(STUDIES["reference"]).model_dump()
-    content["study"]["scan"] = {"volume_m3": 0.1239, "tilt_deg": 0.4, "relief_mm": 2.2}
-    text = render_markdown(Findings.model_validate(content), language)
-    assert all(number in text for number in ("0.124", "0.4°", "2.2"))
-    assert ("scanned stone" if language == "en" else "スキャンした石") in text
-    assert "square stone" not in text
+    content["study"]["scan"] = {"volume_m3": 0.53173, "tilt_deg": 7.43, "relief_mm": 8.35}
+    plain, text = (render_markdown(Findings.model_validate(one), language) for one in (STUDIES["reference"], content))
+    new = [line for line in text.splitlines() if line and line not in plain.splitlines()]
+    setup, method = new
+    assert ("scanned stone" if language == "en" else "スキャンした石") in setup
+    assert all(number in method and number not in plain for number in ("0.532", "7.4°", "8.35"))

@@ -2,12 +2,8 @@
 
 import numpy as np
 import pytest
-from numba import njit
 from scipy.spatial import ConvexHull
 
-from overturning.dem.body.ending import body_has_fallen
-from overturning.dem.body.state import BodyTerminationLimits
-from overturning.dem.body.vectors import Quaternion, rotation_matrix
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.model import polyhedron
@@ -16,6 +12,7 @@ from overturning.model.shapes import Cylinder, Polyhedron, RectangularPrism, Reg
 from overturning.model.solid import RigidSolid
 from overturning.model.tipping import DIRECTIONS, fall_tilt_limits
 from overturning.motion.motion import Motion
+from tests.dem.compiled.body_end import is_fallen
 
 BOX = np.array([[x, y, z] for x in (-0.1, 0.1) for y in (-0.2, 0.2) for z in (0.0, 0.6)])
 FACETED = np.array(
@@ -54,16 +51,6 @@ def test_the_fall_tilt_of_a_faceted_block_depends_on_the_side(
         assert tilt > 30.0
         for way in (float(top), found["fall_azimuth"].item()):
             assert abs((way - azimuth + 180.0) % 360.0 - 180.0) < 1.0
-
-
-@njit
-def is_fallen(w: float, x: float, y: float, least: float, sectors: np.ndarray) -> bool:
-    """True if the kernel counts a body rotated about a horizontal axis as fallen."""
-    return bool(
-        body_has_fallen(
-            rotation_matrix(Quaternion(w, x, y, 0.0)), BodyTerminationLimits(0.0, 1.0, least, 1.0, 0.0), sectors
-        )
-    )
 
 
 def counts(stone: RigidSolid, turn: float, tilt: float) -> bool:

@@ -1,6 +1,5 @@
 """The kernels against closed forms: signs, thresholds, free rocking, sliding, bouncing, flat landings."""
 
-import math
 from functools import cache
 
 import numpy as np
@@ -17,6 +16,7 @@ from overturning.model.shapes import shape_from_name_or_sides
 from overturning.motion.direction import cosine_and_sine_of_azimuth
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
+from tests.dem.compiled.flat_block import stays_flat
 from tests.dem.near_field import near_field
 from tests.dem.paths import depths, stone
 from verification.reference.closed_forms import (
@@ -242,27 +242,6 @@ def test_a_squat_block_lands_and_stays() -> None:
         assert found.peak_rotation.ravel()[0] == pytest.approx(expected, abs=0.01)
     space = simulate_cases("rectangle", motion, case)
     assert np.radians(space.peak_tilt[0]) / np.arctan(b_over_h) == pytest.approx(expected, abs=0.01)
-
-
-def stays_flat(along: np.ndarray, up: np.ndarray, interval: float, friction: float, amplitude: float = 1.0) -> float:
-    """Compute the slip (m) of a block that slides, flies and lands without rotation, with 200 steps per sample.
-
-    A plastic landing at velocity v reduces the horizontal velocity by µ·v, at most to zero. The computation continues
-    for 3 s after the record.
-    """
-    share, x, z, vx, vz = 200, 0.0, 0.0, 0.0, 0.0
-    dt = interval / share
-    time = np.arange(along.size * share + round(3.0 / dt)) * dt
-    samples = np.arange(along.size) * interval
-    ground, lift = (np.interp(time, samples, amplitude * values).tolist() for values in (along, up))
-    for a, u in zip(ground, lift, strict=True):
-        vx -= dt * a
-        vz -= dt * (STANDARD_GRAVITY + u)
-        impulse = max(-vz, 0.0) if z <= 0.0 else 0.0
-        vz += impulse
-        vx -= math.copysign(min(abs(vx), friction * impulse), vx)
-        x, z = x + dt * vx, z + dt * vz
-    return float(x)
 
 
 @pytest.mark.parametrize("scheme", ["centred", "cundall"])

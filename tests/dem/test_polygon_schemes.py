@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from numba import njit
 
 from overturning.arrays import FloatArray
 from overturning.dem.numerics import NumericalOptions
@@ -13,6 +12,7 @@ from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.scene import Scene
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
+from tests.dem.compiled.polygon_steps import products_and_quotient
 from tests.dem.polygon_scenes import block, scene, shaken, shipped
 
 
@@ -72,13 +72,6 @@ def test_a_tower_falls_and_comes_to_rest() -> None:
 
 
 def test_submatrix_operations_equal_matrix_operations() -> None:
-    @njit
-    def products_and_quotient(fresh, added, one, other):  # type: ignore[no-untyped-def]
-        equations.subtract_submatrix_product(fresh, one, other, True)
-        equations.subtract_submatrix_product(added, one, other, False)
-        equations.invert_submatrix_in_place(other)
-        equations.multiply_by_pivot_inverse(one, other)
-
     given = np.random.default_rng(2).normal(size=(2, 3, 3)) + 3.0 * np.eye(3)
     size = equations.SUBMATRIX.size
     fresh, added, one, other = (

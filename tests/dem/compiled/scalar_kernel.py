@@ -10,6 +10,7 @@ import math
 import numpy as np
 from numba import njit
 
+from overturning.dem.kernel.cache import cache_compiled_kernel
 from overturning.motion.motion import Motion
 
 G = 9.80665
@@ -17,6 +18,7 @@ FRACTION = 0.04
 """Step over the shortest contact time scale: that of a spring or a dashpot on the effective mass at a corner."""
 
 
+@cache_compiled_kernel
 @njit
 def run(along, up, interval, b, h, k, ks, dash, mu, tilt, fraction, inertial):
     """Return the side to which the block falls, largest |θ|/α, largest slip of the base's midpoint (m), and steps.

@@ -11,10 +11,12 @@ import numpy as np
 from numba import njit
 
 from overturning.arrays import FloatArray
+from overturning.dem.kernel.cache import cache_compiled_kernel
 
 G = 9.80665
 
 
+@cache_compiled_kernel
 @njit
 def run(along, interval, sizes, springs, dashes, mu, fraction, after):
     """Return poses and velocities (x, z, θ, vx, vz, vw) of both blocks at each sample, shape (samples, 2, 6).

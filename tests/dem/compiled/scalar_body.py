@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 
 from overturning.arrays import FloatArray
+from overturning.dem.kernel.cache import cache_compiled_kernel
 from overturning.motion.motion import Motion
 
 G = 9.80665
@@ -31,6 +32,7 @@ def spin(matrix, inertia, momentum):
     return matrix @ ((matrix.T @ momentum) / inertia)
 
 
+@cache_compiled_kernel
 @njit
 def run(times, ground, interval, size, frame, spring, dash, mu, fraction):
     """Return the position of the centre (m) and the rotation from rest, shapes (times, 3) and (times, 3, 3).

@@ -1,0 +1,20 @@
+"""End of a case of a 3-D body; called by Python."""
+
+import numpy as np
+from numba import njit
+
+from overturning.dem.body.ending import body_has_fallen
+from overturning.dem.body.state import BodyTerminationLimits
+from overturning.dem.body.vectors import Quaternion, rotation_matrix
+from overturning.dem.kernel.cache import cache_compiled_kernel
+
+
+@cache_compiled_kernel
+@njit
+def is_fallen(w: float, x: float, y: float, least: float, sectors: np.ndarray) -> bool:
+    """True if the kernel counts a body rotated about a horizontal axis as fallen."""
+    return bool(
+        body_has_fallen(
+            rotation_matrix(Quaternion(w, x, y, 0.0)), BodyTerminationLimits(0.0, 1.0, least, 1.0, 0.0), sectors
+        )
+    )

@@ -15,6 +15,8 @@ from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.body_starts import axes, leaning, level
+from tests.dem.compiled.particles import slip_on_a_plane
+from tests.dem.compiled.rigid_impact import plastic_landing as compiled_landing
 
 BOTH = pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
 pytestmark = pytest.mark.usefixtures("both_schemes_in_space")
@@ -160,16 +162,10 @@ def plastic_landing(x: np.ndarray, inertia: float, height: float) -> float:
     ≥ 0. Solved by Gauss-Seidel iteration.
     """
     distinct = np.unique(np.round(x, 12))
-    turning = inertia + height**2
-    v, w, p = -distinct.max(), 1.0, np.zeros(distinct.size)
-    for _ in range(2000):
-        # Process the fastest descending point first.
-        for i in np.argsort(v - w * distinct):
-            change = max(p[i] - (v - w * distinct[i]) / (1.0 + distinct[i] ** 2 / turning), 0.0) - p[i]
-            p[i], v, w = p[i] + change, v + change, w - change * distinct[i] / turning
+    v, w, p = compiled_landing(distinct, inertia + height**2)
     assert (v - w * distinct > -1e-9).all()
     assert np.abs(p * (v - w * distinct)).max() < 1e-9
-    return w
+    return float(w)
 
 
 def landed(body: int | str, over: str, ratio: float, contact: VertexContact, scheme: str, half: float = 0.5) -> float:
@@ -236,23 +232,6 @@ def test_a_flat_landing_is_plastic_with_both_schemes(body: int | str) -> None:
 # ------------------------------------------------------------------------------------------------------
 
 
-def particle(motion: Motion, friction: float) -> np.ndarray:
-    """Return the final slip (m, north and east) of a mass with isotropic friction, by 500 explicit steps per sample."""
-    place, velocity, steps = np.zeros(2), np.zeros(2), 500
-    dt = motion.sampling_interval / steps
-    for i in range(motion.sample_count - 1):
-        for k in range(steps):
-            base = (
-                motion.horizontal_components[:, i]
-                + (motion.horizontal_components[:, i + 1] - motion.horizontal_components[:, i]) * (k + 0.5) / steps
-            )
-            pushed = velocity - dt * base
-            speed = np.hypot(*pushed)
-            velocity = pushed * (max(speed - friction * STANDARD_GRAVITY * dt, 0.0) / speed if speed else 0.0)
-            place = place + dt * velocity
-    return place
-
-
 @BOTH
 def test_a_squat_block_slides_as_a_particle_with_circular_friction(scheme: str) -> None:
     t = np.arange(45) * 0.05
@@ -261,7 +240,8 @@ def test_a_squat_block_slides_as_a_particle_with_circular_friction(scheme: str) 
     found = simulate_as_arrays(
         motion, "rectangle", orientation_deg=[0.0, 25.0], height=0.1, b_over_h=10.0, friction=0.2, scheme=scheme
     )
-    for name, expected in zip(("residual_slip_north", "residual_slip_east"), particle(motion, 0.2), strict=True):
+    slip = slip_on_a_plane(motion.horizontal_components, motion.sampling_interval, 0.2)
+    for name, expected in zip(("residual_slip_north", "residual_slip_east"), slip, strict=True):
         np.testing.assert_allclose(found[name].ravel(), expected, rtol=1e-2)
     assert (np.abs(found["residual_twist"]) < 0.01).all()
 

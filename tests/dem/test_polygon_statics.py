@@ -7,6 +7,7 @@ from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.model.scene import Scene
+from tests.dem.compiled.particles import slip_on_a_slope
 from tests.dem.polygon_scenes import GROUND, SHIPPED, block, one_case, run, scene, shaken, shipped, still
 
 GRAVITY = 9.80665
@@ -95,19 +96,6 @@ def test_a_block_on_a_slope_stays_a_rectangle_whatever_its_b_over_h(height: floa
     assert sides[0] @ sides[1] == pytest.approx(0.0, abs=1e-9)
 
 
-def _slides_to(acceleration: np.ndarray, interval: float, friction: float, tangent: float) -> float:
-    """Return the slip (m) of a particle with Coulomb friction on a slope rising towards +x, by explicit steps."""
-    cosine, sine = np.array([1.0, tangent]) / np.hypot(1.0, tangent)
-    times, step = np.arange(acceleration.size) * interval, interval / 400
-    place = velocity = 0.0
-    for a in np.interp(np.arange(0.5 * step, times[-1], step), times, acceleration):
-        velocity -= step * (a * cosine + GRAVITY * sine)
-        drag = step * friction * (GRAVITY * cosine - a * sine)
-        velocity -= np.sign(velocity) * min(abs(velocity), drag)
-        place += step * velocity
-    return place
-
-
 @pytest.mark.parametrize(("friction", "share"), [(0.4, 0.8), (0.4, 1.2), (0.4, 1.6), (0.22, 1.5)])
 def test_a_block_on_a_slope_is_simulated_above_its_sliding_threshold(friction: float, share: float) -> None:
     """On a slope t = 0.2 sliding starts at (µ − t)/(1 + µ t) g, less than µ g; tested from below to above it."""
@@ -115,7 +103,7 @@ def test_a_block_on_a_slope_is_simulated_above_its_sliding_threshold(friction: f
     time = np.arange(0.0, 6.0, 0.01)
     wave = np.where((time > 2.5) & (time < 5.5), np.sin(2 * np.pi * (time - 2.5)), 0.0)
     acceleration = share * threshold * GRAVITY * wave
-    expected = _slides_to(acceleration, 0.01, friction, 0.2) / np.hypot(1.0, 0.2)
+    expected = slip_on_a_slope(acceleration, 0.01, friction, 0.2) / np.hypot(1.0, 0.2)
     motion = shaken(acceleration)
     found = simulate_as_arrays(motion, _on_slope(0.2, 0.4, 0.3), azimuth_deg=[0], friction=[friction])
     assert (found["status"].item() == 1) == (share < 1)
@@ -138,7 +126,7 @@ def test_sliding_at_the_end_of_the_record_continues_to_rest(
     """The record ends with the pulse; a fifth of the slip occurs up to 0.1 s later."""
     time = np.arange(0.0, duration + 1e-9, 0.005)
     pulse = -peak * np.sin(np.pi * time / duration)
-    expected = _slides_to(np.append(pulse, np.zeros(300)), 0.005, 0.2, 0.0)
+    expected = slip_on_a_slope(pulse, 0.005, 0.2, 0.0)
     plinth = {"name": "plinth", "kind": "driven", "width": 3.0 * width, "height": 0.5, "at": [0, -0.5]}
     found = simulate_as_arrays(
         shaken(pulse, 0.005), scene(plinth, block("stone", width, height, "plinth")), azimuth_deg=[0], friction=[0.2]

@@ -11,6 +11,7 @@ from overturning.dem.block.rigid import rocking
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
+from tests.dem.compiled.rigid_impact import rocking_by_small_steps
 from tests.dem.near_field import strong_part
 from verification.reference.closed_forms import frequency_parameter, restitution
 
@@ -129,47 +130,8 @@ def test_a_block_released_from_a_tilt_never_exceeds_it() -> None:
 def by_small_steps(along: np.ndarray, interval: float, height: float, b_over_h: float) -> tuple[int, float]:
     """Return the side and the largest |θ|/α by Runge–Kutta in short steps, with bisection at each impact."""
     alpha, square = math.atan(b_over_h), frequency_parameter(height, b_over_h) ** 2
-    wave, retained = np.append(along, 0.0) / G, restitution(b_over_h)
-    time, end = np.arange(wave.size) * interval, wave.size * interval + 2.0
-    now, lean, rate, side, peak = 0.0, 0.0, 0.0, 0, 0.0
-
-    def ground(t: float) -> float:
-        return float(np.interp(t, time, wave))
-
-    def slope(t: float, y: np.ndarray) -> np.ndarray:
-        left = alpha - y[0]
-        return np.array([y[1], -square * (math.sin(left) + side * ground(t) * math.cos(left))])
-
-    def after(t: float, y: np.ndarray, h: float) -> np.ndarray:
-        first = slope(t, y)
-        second = slope(t + 0.5 * h, y + 0.5 * h * first)
-        third = slope(t + 0.5 * h, y + 0.5 * h * second)
-        fourth = slope(t + h, y + h * third)
-        return np.asarray(y + h / 6.0 * (first + 2.0 * second + 2.0 * third + fourth))
-
-    while now < end:
-        h = interval / 40
-        if side == 0:
-            if abs(ground(now)) > b_over_h:
-                side, lean, rate = (-1 if ground(now) > 0.0 else 1), 0.0, 0.0
-            else:
-                now += 0.1 * h
-                continue
-        state = np.array([lean, rate])
-        then = after(now, state, h)
-        if then[0] < 0.0:
-            low, high = 0.0, h
-            for _ in range(40):
-                middle = 0.5 * (low + high)
-                low, high = (low, middle) if after(now, state, middle)[0] < 0.0 else (middle, high)
-            now, lean, rate = now + high, 0.0, -retained * after(now, state, high)[1]
-            side = -side if rate > 1e-6 * math.sqrt(square) else 0
-            continue
-        now, (lean, rate) = now + h, then
-        peak = max(peak, lean)
-        if lean > 0.5 * math.pi:
-            return side, 0.5 * math.pi / alpha
-    return 0, peak / alpha
+    wave = np.append(along, 0.0) / G
+    return rocking_by_small_steps(wave, interval, b_over_h, alpha, float(square), float(restitution(b_over_h)))
 
 
 @pytest.mark.parametrize(

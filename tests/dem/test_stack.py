@@ -13,6 +13,7 @@ from overturning.model.scene import Scene, load_scene
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY as GRAVITY
+from tests.dem.compiled.particles import slip_on_a_plane
 from tests.dem.polygon_scenes import ROOT
 
 INTERVAL = 0.01
@@ -83,25 +84,11 @@ def test_a_joint_slides_at_its_own_coefficient_of_friction() -> None:
     assert moved.overturned.to_numpy().ravel().tolist() == moved.slid_off.to_numpy().ravel().tolist() == [0.0, 0.0, 1.0]
 
 
-def coulomb_slip(rows: np.ndarray[Any, Any], friction: float) -> np.ndarray[Any, Any]:
-    """Return the final displacement of a point mass with Coulomb friction in the plane, m, by small steps."""
-    count, velocity, place = 100, np.zeros(2), np.zeros(2)
-    step = INTERVAL / count
-    padded = np.concatenate([rows, np.zeros((2, 200))], axis=1)
-    for k in range(padded.shape[1] - 1):
-        for part in range(count):
-            trial = velocity - step * (padded[:, k] + (padded[:, k + 1] - padded[:, k]) * part / count)
-            speed = float(np.hypot(*trial))
-            velocity = trial * max(0.0, 1.0 - step * friction * GRAVITY / speed) if speed > 0.0 else trial
-            place = place + step * velocity
-    return place
-
-
 @pytest.mark.parametrize("seed", [0, 3])
 def test_a_slab_slides_in_two_directions_by_coulombs_law(seed: int) -> None:
     rows = 6.0 * waves(seed)
     found = run(boxes((1.0, 0.6, 0.1)), rows, [0.0], 0.3)
-    north, west = coulomb_slip(rows, 0.3)
+    north, west = slip_on_a_plane(rows, INTERVAL, 0.3)
     assert found.residual_slip_north.item() == pytest.approx(north, abs=6e-4)
     assert found.residual_slip_east.item() == pytest.approx(-west, abs=6e-4)
     assert found.energy_error.item() < 1e-3

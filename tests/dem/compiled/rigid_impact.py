@@ -1,0 +1,96 @@
+"""Independent references for a rigid body on a plane: its plastic landing, and its rocking in short steps."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from overturning.dem.kernel.cache import cache_compiled_kernel
+
+
+@cache_compiled_kernel
+@njit
+def plastic_landing(arms, turning):  # type: ignore[no-untyped-def]
+    """Solve the complementarity problem of a flat landing by Gauss-Seidel iteration.
+
+    `arms`: places of the points that touch, m; `turning`: moment of inertia about the pivot over mass, m². Before the
+    landing the body rotates with 1 about the last of them. Returns the upward velocity of the middle, the angular
+    velocity, and the impulses at the points.
+    """
+    v, w, p = -arms.max(), 1.0, np.zeros(arms.size)
+    for _ in range(2000):
+        # Process the fastest descending point first.
+        for i in np.argsort(v - w * arms):
+            change = max(p[i] - (v - w * arms[i]) / (1.0 + arms[i] ** 2 / turning), 0.0) - p[i]
+            p[i], v, w = p[i] + change, v + change, w - change * arms[i] / turning
+    return v, w, p
+
+
+@njit
+def _ground(time, wave, interval):  # type: ignore[no-untyped-def]
+    """Return the base acceleration over g at a time, s, of a `wave` that is linear between samples and ends with 0."""
+    place = time / interval
+    sample = int(place)
+    if sample >= wave.size - 1:
+        return 0.0
+    return wave[sample] + (wave[sample + 1] - wave[sample]) * (place - sample)
+
+
+@njit
+def _slope(time, lean, side, wave, interval, alpha, square):  # type: ignore[no-untyped-def]
+    """Return the angular acceleration away from rest (1/s²) of a block that leans to a `side` by `lean` (rad)."""
+    left = alpha - lean
+    return -square * (math.sin(left) + side * _ground(time, wave, interval) * math.cos(left))
+
+
+@njit
+def _after(time, lean, rate, h, side, wave, interval, alpha, square):  # type: ignore[no-untyped-def]
+    """Return lean and its rate after a Runge–Kutta step of length `h`, s."""
+    first = rate, _slope(time, lean, side, wave, interval, alpha, square)
+    half = 0.5 * h
+    middle = time + half
+    second = rate + half * first[1], _slope(middle, lean + half * first[0], side, wave, interval, alpha, square)
+    third = rate + half * second[1], _slope(middle, lean + half * second[0], side, wave, interval, alpha, square)
+    fourth = rate + h * third[1], _slope(time + h, lean + h * third[0], side, wave, interval, alpha, square)
+    return (
+        lean + h / 6.0 * (first[0] + 2.0 * second[0] + 2.0 * third[0] + fourth[0]),
+        rate + h / 6.0 * (first[1] + 2.0 * second[1] + 2.0 * third[1] + fourth[1]),
+    )
+
+
+@cache_compiled_kernel
+@njit
+def rocking_by_small_steps(wave, interval, b_over_h, alpha, square, retained):  # type: ignore[no-untyped-def]
+    """Return the side and the largest |θ|/α of a rocking block, with bisection at each impact.
+
+    `wave`: base acceleration over g, linear between samples, with a 0 at the end. `alpha`: slenderness, rad. `square`:
+    p², 1/s². `retained`: share of the angular velocity after an impact. Computed until 2 s after the record.
+    """
+    end = wave.size * interval + 2.0
+    now, lean, rate, side, peak = 0.0, 0.0, 0.0, 0, 0.0
+    while now < end:
+        h = interval / 40
+        if side == 0:
+            if abs(_ground(now, wave, interval)) > b_over_h:
+                side, lean, rate = (-1 if _ground(now, wave, interval) > 0.0 else 1), 0.0, 0.0
+            else:
+                now += 0.1 * h
+                continue
+        then = _after(now, lean, rate, h, side, wave, interval, alpha, square)
+        if then[0] < 0.0:
+            low, high = 0.0, h
+            for _ in range(40):
+                middle = 0.5 * (low + high)
+                if _after(now, lean, rate, middle, side, wave, interval, alpha, square)[0] < 0.0:
+                    high = middle
+                else:
+                    low = middle
+            rate = -retained * _after(now, lean, rate, high, side, wave, interval, alpha, square)[1]
+            now, lean = now + high, 0.0
+            side = -side if rate > 1e-6 * math.sqrt(square) else 0
+            continue
+        now, lean, rate = now + h, then[0], then[1]
+        peak = max(peak, lean)
+        if lean > 0.5 * math.pi:
+            return side, 0.5 * math.pi / alpha
+    return 0, peak / alpha

@@ -5,11 +5,17 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.typing import ArrayLike
 
+from overturning.dem.run import simulate_cases
 from overturning.dem.simulate import simulate
 from overturning.errors import ArgumentError
+from overturning.model.cases import Cases
 from overturning.model.element import Element
+from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.results import CaseResults
 from overturning.model.scene import Scene, load_scene
+from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -55,17 +61,24 @@ def plateau(level: float, angle: float) -> np.ndarray[Any, Any]:
     return level * GRAVITY * np.stack([np.cos(direction) * shape, np.sin(direction) * shape])
 
 
-@pytest.mark.parametrize("angle", [0.0, 20.0, 45.0, 200.0])
-def test_the_joint_below_the_shaft_opens_at_the_statics_of_its_nearest_edge(angle: float) -> None:
+def turned_to(scene: Scene, motion: Motion, angles: ArrayLike, amplitudes: ArrayLike) -> CaseResults:
+    """Simulate a stack at some orientations (degrees), each with its own factor on the motion, at a friction of 3."""
+    return simulate_cases(
+        Stack(scene), motion, Cases(angles, *size_reference_height_and_b_over_h(scene), 3.0, amplitudes)
+    )
+
+
+def test_the_joint_below_the_shaft_opens_at_the_statics_of_its_nearest_edge() -> None:
     """The shaft tips at (B/H) g divided by the larger direction cosine; below, all stones stay where they are."""
-    turn = np.radians(angle)
-    threshold = 0.242 / 0.636 / max(abs(np.cos(turn)), abs(np.sin(turn)))
-    below, above = (run(THREE, plateau(share * threshold, angle), [0.0], 3.0) for share in (0.97, 1.06))
-    assert below.overturned.to_numpy().ravel().tolist() == [0.0, 0.0, 0.0]
-    assert below.peak_tilt.to_numpy().max() < 0.02
-    assert above.overturned.to_numpy().ravel().tolist() == [0.0, 0.0, 1.0]
-    # Inertia pushes the stone against the acceleration, over the nearest edge: angles are anticlockwise, azimuths not.
-    assert abs((above.fall_azimuth.to_numpy().ravel()[2] + angle) % 360.0 - 180.0) < 50.0
+    angles = np.array([0.0, 20.0, 45.0, 200.0])
+    threshold = 0.242 / 0.636 / np.maximum(np.abs(np.cos(np.radians(angles))), np.abs(np.sin(np.radians(angles))))
+    motion = Motion(*plateau(1.0, 0.0), sampling_interval=INTERVAL, trust_data=True)
+    found = turned_to(THREE, motion, np.tile(angles, 2), np.outer([0.97, 1.06], threshold).ravel())
+    assert (found.overturned[:4] == 0).all()
+    assert found.peak_tilt[:4].max() < 0.02
+    assert (found.overturned[4:] == [0, 0, 1]).all()
+    # Inertia pushes the stone against the acceleration, over the nearest edge.
+    assert (np.abs(found.fall_azimuth[4:, 2] - 180.0) < 50.0).all()
 
 
 def test_a_joint_slides_at_its_own_coefficient_of_friction() -> None:

@@ -12,7 +12,7 @@ from overturning.dem.trajectory import trajectory
 from overturning.model.scene import Scene
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY as GRAVITY
-from tests.dem.test_stack import INTERVAL, THREE, boxes, plateau, run, waves
+from tests.dem.test_stack import INTERVAL, THREE, boxes, plateau, run, turned_to, waves
 
 WEAKEST = {
     0: boxes((0.3, 0.3, 0.3), (0.5, 0.5, 0.3), (0.4, 0.4, 0.2)),
@@ -37,24 +37,26 @@ def opening_ratio(scene: Scene, joint: int, angle: float) -> float:
     return float(np.min(0.5 * patch / np.maximum(directions, 1e-12)) / (centre - (tops - sizes[:, 2])[joint]))
 
 
-@pytest.mark.parametrize("lift", [-0.3, 0.0, 0.4])
-@pytest.mark.parametrize("angle", [0.0, 25.0, 90.0, 160.0])
+@pytest.mark.parametrize("lift", [-1.1, 0.0, 0.7])
 @pytest.mark.parametrize("joint", [0, 1, 2])
-def test_each_joint_opens_at_its_own_statics(joint: int, angle: float, lift: float) -> None:
-    """A joint opens at (g + a_up) d/z: d, distance of the side of the patch; z, height of the stones' centre above."""
-    scene = WEAKEST[joint]
-    ratio = opening_ratio(scene, joint, angle)
-    assert ratio < 0.97 * min(opening_ratio(scene, other, angle) for other in range(3) if other != joint)
+def test_each_joint_opens_at_its_own_statics(joint: int, lift: float) -> None:
+    """A joint opens at (g + a_up) d/z: d, distance of the side of the patch; z, height of the stones' centre above.
+
+    The base moves north and up, `lift` times as much up; the stack is turned to each angle.
+    """
+    scene, angles = WEAKEST[joint], (0.0, 25.0, 90.0, 160.0)
+    ratios = np.array([opening_ratio(scene, joint, angle) for angle in angles])
+    for angle, ratio in zip(angles, ratios, strict=True):
+        assert ratio < 0.97 * min(opening_ratio(scene, other, angle) for other in range(3) if other != joint)
+    level = np.outer([0.98, 1.03], ratios)
+    level /= 1.0 - level * lift  # from level = share · ratio · (1 + lift · level), in g
     up = np.interp(np.arange(0.0, 6.5, INTERVAL), [0.0, 1.0, 6.0, 6.5], [0.0, lift, lift, 0.0]) * GRAVITY
-    tilts = []
-    for share in (0.98, 1.03):
-        north, west = plateau(share * ratio * (1.0 + lift), angle)
-        motion = Motion(north, -west, up, sampling_interval=INTERVAL, trust_data=True)
-        tilts.append(simulate(motion, scene, orientation_deg=[0.0], friction=[3.0]).peak_tilt.to_numpy().ravel())
+    motion = Motion(*plateau(1.0, 0.0), up, sampling_interval=INTERVAL, trust_data=True)
+    tilts = turned_to(scene, motion, np.tile(angles, 2), level.ravel()).peak_tilt.reshape(2, 4, 3)
     assert tilts[0].max() < 0.02
     # The stones above the joint move; those below stay.
-    assert tilts[1][joint:].min() > 0.3
-    assert tilts[1][:joint].max(initial=0.0) < 0.3
+    assert tilts[1, :, joint:].min() > 0.3
+    assert tilts[1, :, :joint].max(initial=0.0) < 0.3
 
 
 def restitution_from_free_rocking(scene: Scene, mass: float, arm: float, critical: float, stone: int) -> list[float]:
@@ -117,7 +119,7 @@ def test_a_compound_loses_as_one_stone_if_the_impulse_lies_in_the_upper_patch() 
     np.testing.assert_allclose(ratios[:3], e, rtol=3e-3)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_linear_interpolation_of_the_record_changes_nothing(seed: int) -> None:
     """The base acceleration is linear between samples, so twice as many samples describe the same motion."""
     rows, t = 8.0 * waves(seed), np.arange(0.0, 10.0, INTERVAL)
@@ -125,7 +127,7 @@ def test_a_linear_interpolation_of_the_record_changes_nothing(seed: int) -> None
     found = [
         simulate(
             Motion(*(np.interp(times, t, row) for row in rows), sampling_interval=interval, trust_data=True),
-            THREE, orientation_deg=[0.0, 45.0], friction=[0.6],
+            THREE, orientation_deg=[0.0, 15.0, 30.0, 45.0], friction=[0.6],
         )
         for times, interval in ((t, INTERVAL), (fine, 0.5 * INTERVAL))
     ]  # fmt: skip

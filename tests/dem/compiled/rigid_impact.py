@@ -36,6 +36,14 @@ def _ground(time, wave, interval):  # type: ignore[no-untyped-def]
     return wave[sample] + (wave[sample + 1] - wave[sample]) * (place - sample)
 
 
+@cache_compiled_kernel
+@njit
+def pull_towards_rest(time, lean, along, up, interval):  # type: ignore[no-untyped-def]
+    """Return the moment on a block over m g R; `lean`: angle of its corner's diagonal to the vertical, rad."""
+    weight = 1.0 + _ground(time, up, interval)
+    return weight * math.sin(lean) + _ground(time, along, interval) * math.cos(lean)
+
+
 @njit
 def _slope(time, lean, side, wave, interval, alpha, square):  # type: ignore[no-untyped-def]
     """Return the angular acceleration away from rest (1/s²) of a block that leans to a `side` by `lean` (rad)."""

@@ -15,8 +15,8 @@ from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.body_starts import axes, leaning, level
-from tests.dem.compiled.particles import slip_on_a_plane
-from tests.dem.compiled.rigid_impact import plastic_landing as compiled_landing
+from tests.dem.reference.particles import slip_on_a_plane
+from tests.dem.reference.rigid_impact import plastic_landing as compiled_landing
 
 BOTH = pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
 pytestmark = pytest.mark.usefixtures("both_schemes_in_space")

@@ -8,7 +8,7 @@ from overturning.dem.trajectory import trajectory
 from overturning.model.body import Body
 from overturning.model.contact import VertexContact
 from overturning.motion.motion import Motion
-from tests.dem.compiled.scalar_body import path_of
+from tests.dem.reference.scalar_body import path_of
 
 pytestmark = pytest.mark.long
 

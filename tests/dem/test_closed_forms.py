@@ -16,9 +16,9 @@ from overturning.model.shapes import shape_from_name_or_sides
 from overturning.motion.direction import cosine_and_sine_of_azimuth
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-from tests.dem.compiled.particles import slip_in_hops
 from tests.dem.near_field import near_field
 from tests.dem.paths import depths, stone
+from tests.dem.reference.particles import slip_in_hops
 from verification.reference.closed_forms import (
     bounce,
     next_amplitude,

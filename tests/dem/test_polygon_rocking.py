@@ -9,8 +9,8 @@ from scipy.integrate import solve_ivp
 from overturning.arrays import FloatArray
 from overturning.model.scene import Scene
 from overturning.units import STANDARD_GRAVITY
-from tests.dem.compiled.scalar_stack import paths
 from tests.dem.polygon_scenes import block, one_case, run, scene, set_state, shaken
+from tests.dem.reference.scalar_stack import paths
 
 LOWER, UPPER = np.array([0.6, 1.0]), np.array([0.3, 0.8])
 """Widths and heights, m; the upper block stands in the middle of the lower one."""

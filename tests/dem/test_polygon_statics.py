@@ -7,8 +7,8 @@ from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.model.scene import Scene
-from tests.dem.compiled.particles import slip_on_a_slope
 from tests.dem.polygon_scenes import GROUND, SHIPPED, block, one_case, run, scene, shaken, shipped, still
+from tests.dem.reference.particles import slip_on_a_slope
 
 GRAVITY = 9.80665
 

@@ -11,8 +11,8 @@ from overturning.dem.block.rigid import rocking
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-from tests.dem.compiled.rigid_impact import pull_towards_rest, rocking_by_small_steps
 from tests.dem.near_field import strong_part
+from tests.dem.reference.rigid_impact import pull_towards_rest, rocking_by_small_steps
 from verification.reference.closed_forms import frequency_parameter, restitution
 
 G = STANDARD_GRAVITY

@@ -17,8 +17,8 @@ from overturning.model.contact import STATIC_PENETRATION, Contact
 from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
-from tests.dem.compiled.scalar_kernel import outcomes
 from tests.dem.near_field import strong_part
+from tests.dem.reference.scalar_kernel import outcomes
 
 FINE = "0.03 stable"
 SOFT = Contact(static_penetration=2e-5, damping_ratio=1.0)

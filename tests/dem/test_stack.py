@@ -19,8 +19,8 @@ from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY as GRAVITY
-from tests.dem.compiled.particles import slip_on_a_plane
 from tests.dem.polygon_scenes import ROOT
+from tests.dem.reference.particles import slip_on_a_plane
 
 INTERVAL = 0.01
 

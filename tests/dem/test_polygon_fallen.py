@@ -55,9 +55,15 @@ def standing_polygon(generator: np.random.Generator) -> list[list[float]]:
         angles = np.sort(generator.uniform(0, 2 * np.pi, generator.integers(3, 9)))
         points = np.stack([np.cos(angles), generator.uniform(0.5, 1.5) * np.sin(angles)], axis=1)
         points = (points - points[0]) @ turn_down(points[1] - points[0])
-        made = scene({"name": "body", "vertices": points.tolist(), "stands_on": "ground"}) if convex(points) else None
-        if made is not None and np.abs(valleys(place_elements(made)[1].shape.vertices)).min() < 2 * STEP:
+        if convex(points) and 0.0 < centre_of_mass(points) < points[1, 0]:
             return points.tolist()
+
+
+def centre_of_mass(points: np.ndarray) -> float:
+    """Return the distance of a polygon's centre of mass from its first vertex along x, m."""
+    (x, z), (right, up) = points.T, np.roll(points, -1, axis=0).T
+    areas = x * up - right * z
+    return float((areas * (x + right)).sum() / (3.0 * areas.sum()) - x[0])
 
 
 def turn_down(side: np.ndarray) -> np.ndarray:

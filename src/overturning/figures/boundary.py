@@ -8,14 +8,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from overturning.figures.cells import extend_cells_to_full_circle, panel_row_and_column_counts
+from overturning.figures.compass import create_compass_grid, slenderness_ring_labels
 from overturning.figures.style import (
     DASHES,
     SERIES,
     add_title_and_legend,
-    create_panel_grid,
     mark_fault_normal,
-    set_slenderness_ticks,
-    turn_axes_into_compass,
 )
 from overturning.labels import friction_label
 
@@ -26,7 +24,6 @@ def _draw_overturning_boundary(axes: Any, boundary_by_azimuth: xr.Dataset, large
     Triangles mark azimuths at which the block still falls at the largest B/H with a known outcome: the boundary lies
     beyond them.
     """
-    turn_axes_into_compass(axes)
     azimuth = np.radians(boundary_by_azimuth["azimuth"].to_numpy().astype(np.float64))
     closed, around = np.append(azimuth, azimuth[0] + 2 * np.pi), np.arange(azimuth.size + 1) % azimuth.size
 
@@ -52,7 +49,7 @@ def _draw_overturning_boundary(axes: Any, boundary_by_azimuth: xr.Dataset, large
             axes.plot(azimuth[alone], radius[alone], ".", color=colour, markersize=5)
         if beyond.any():
             axes.plot(azimuth[beyond], largest[beyond], "^", color=colour, markersize=3)
-    set_slenderness_ticks(axes, largest_b_over_h * 1.04, largest_b_over_h)
+    axes.set_ylim(0.0, largest_b_over_h * 1.04)
 
 
 def overturning_boundary_figure(
@@ -67,13 +64,15 @@ def overturning_boundary_figure(
     heights = loaded["height"].to_numpy()
     rows, columns = panel_row_and_column_counts(heights.size, 1)
     side = {1: 3.6, 2: 2.9, 3: 1.95}[columns]
-    figure, panels = create_panel_grid(
-        rows, columns, max(side * columns, 4.0), (side + 0.3) * rows + 1.0, heights.size, polar=True
+    figure, panels = create_compass_grid(
+        rows, columns, max(side * columns, 4.0), (side + 0.3) * rows + 1.0, heights.size
     )
+    rings, marked = slenderness_ring_labels(1.04 * largest_b_over_h, largest_b_over_h), np.isfinite(fault_normal_deg)
     for axes, height in zip(panels.flat, heights, strict=False):
+        axes.draw_compass(1.04 * largest_b_over_h, rings, has_marks=bool(marked), has_spokes=True)
         _draw_overturning_boundary(axes, loaded.sel(height=height), largest_b_over_h)
         mark_fault_normal(axes, fault_normal_deg)
-        axes.set_title(f"H = {height:g} m", pad=4)
+        axes.write_title(f"H = {height:g} m", 10.0)
     look: dict[str, Any] = {"color": "#555555", "marker": "^", "linestyle": "none", "markersize": 4}
     marks = [Line2D([], [], label="falls at the largest B/H of known outcome", **look)]
     beyond = marks if bool((loaded["falls_beyond"] == 1).any()) else []

@@ -5,11 +5,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from overturning.arrays import FloatArray
 from overturning.figures import style
 from overturning.figures.cells import closed_polar_curve
+from overturning.figures.compass import create_compass_grid, round_ring_labels
 from overturning.motion.fourier import fourier_amplitude_spectrum, konno_ohmachi_smoothed_amplitude
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
@@ -123,17 +123,17 @@ def pga_and_pgv_figure(peaks_by_azimuth: xr.Dataset, fault_normal_deg: float, ti
     The azimuth of the fault normal, degrees, can be NaN.
     """
     azimuth = peaks_by_azimuth["azimuth"].to_numpy().astype(np.float64)
-    figure, panels = style.create_panel_grid(1, 2, 6.4, 3.7, polar=True)
+    figure, panels = create_compass_grid(1, 2, 6.4, 3.7)
     measures = (("pga", GAL, "PGA, Gal", style.SERIES[1]), ("pgv", CM, "PGV, cm/s", style.SERIES[2]))
     for axes, (name, factor, label, colour) in zip(panels.flat, measures, strict=True):
         peaks = peaks_by_azimuth[name].to_numpy() / factor
         largest = float(peaks.max())
-        style.turn_axes_into_compass(axes)
+        outer, marked = largest * 1.08 or 1.0, bool(np.isfinite(fault_normal_deg))
+        axes.draw_compass(outer, round_ring_labels(outer), has_marks=marked, has_spokes=True)
         axes.plot(*closed_polar_curve(azimuth, peaks), color=colour, linewidth=1.4)  # a peak is an absolute value
-        style.set_radius_ticks(axes, largest * 1.08 or 1.0)
-        axes.yaxis.set_major_locator(MaxNLocator(4))
+        axes.set_ylim(0.0, outer)
         style.mark_fault_normal(axes, fault_normal_deg)
         along = style.compass_bearing(float(azimuth[peaks.argmax()] % 180))
-        axes.set_title(f"{label}\nlargest {style.format_three_digits(largest)} along {along}", pad=4)
+        axes.write_title(f"{label}\nlargest {style.format_three_digits(largest)} along {along}", 10.0)
     style.add_title_and_legend(figure, title, panels[0, 0])
     return figure

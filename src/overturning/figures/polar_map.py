@@ -9,7 +9,6 @@ import numpy as np
 import xarray as xr
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import Normal, withStroke
 from numpy.typing import NDArray
@@ -25,6 +24,7 @@ from overturning.figures.cells import (
     panel_row_and_column_counts,
     simulated_azimuths_deg,
 )
+from overturning.figures.compass import COLOUR_BAR, create_compass_grid, slenderness_ring_labels
 from overturning.labels import friction_label
 from overturning.model.planes import fall_probability_to_either_side
 from overturning.motion.direction import azimuth_difference
@@ -106,9 +106,7 @@ def azimuth_map_figure(
     outer = len(records) if len(records) > 1 else records[0].sizes["height"]
     rows, columns = panel_row_and_column_counts(outer, len(panels) // outer)
     size = max(PANEL[columns] * columns + 0.2, 4.3), (PANEL[columns] + 0.1) * rows + (1.85 if columns == 1 else 1.5)
-    # Keep the tick labels of a panel clear of the title of the panel below.
-    apart = ConstrainedLayoutEngine(h_pad=0.08 if rows > 1 else 0.04)
-    figure, grid = style.create_panel_grid(rows, columns, *size, visible_count=len(panels), polar=True, layout=apart)
+    figure, grid = create_compass_grid(rows, columns, *size, visible_count=len(panels))
     top = max(float(panel.b_over_h_edges[-1]) for panel in panels)
     rim = round_up_rim_velocity(
         max((float(one.peak_velocity.max()) for one in panels if one.peak_velocity is not None), default=0)
@@ -117,13 +115,13 @@ def azimuth_map_figure(
     used = grid.ravel()[: len(panels)].tolist()
     for axes, panel in zip(used, panels, strict=True):
         own = [name for name, same in zip(panel.names, shared, strict=True) if name and not same]
-        # The space of an empty title keeps the letter N clear of the heading.
-        axes.set_title(", ".join(own) or " ", fontsize=9, pad=3, parse_math=False)
         mesh = _draw_polar_map(axes, panel, top, rim)
-    style.label_radius_arrow(used[0], "stouter")
+        axes.write_title(", ".join(own))
+    label_radius_arrow(used[0], "stouter")
     spread = any("probability_towards" in one and bool(one["probability_towards"].notnull().any()) for one in records)
     if spread:
-        bar = figure.colorbar(mesh, ax=used, location="bottom", shrink=0.6, aspect=36, pad=0.02)
+        below = figure.add_axes((0.2, 0.1, 0.6, 0.02), label=COLOUR_BAR)  # the layout moves it
+        bar = figure.colorbar(mesh, cax=below, orientation="horizontal")
         bar.set_label("probability of falling towards this azimuth", fontsize=8)
         bar.ax.tick_params(labelsize=8)
     common = ", ".join(name for name, same in zip(panels[0].names, shared, strict=True) if name and same)
@@ -174,8 +172,12 @@ def _draw_polar_map(axes: Any, panel: PolarMapPanel, largest_b_over_h: float, ri
     The rim of the compass is at the B/H ``largest_b_over_h`` and at the peak velocity ``rim_velocity``, m/s.
     """
     cells, radius = panel.cells, panel.b_over_h_edges
-    axes.xaxis.grid(False)
-    style.turn_axes_into_compass(axes)
+    axes.draw_compass(
+        largest_b_over_h,
+        slenderness_ring_labels(largest_b_over_h, float(radius.mean())),
+        azimuth_for_radius_labels(cells, *panel.marks_deg),
+        has_marks=bool(np.isfinite(panel.marks_deg[0])),
+    )
     edges = azimuth_cell_edges_rad(cells["azimuth"].to_numpy().astype(np.float64))
     parts = int(np.ceil(np.degrees(np.diff(edges).max()) / STEP_DEG))
     theta = np.append((edges[:-1, None] + np.diff(edges)[:, None] * np.arange(parts) / parts).ravel(), edges[-1])
@@ -192,9 +194,6 @@ def _draw_polar_map(axes: Any, panel: PolarMapPanel, largest_b_over_h: float, ri
     axes.plot(
         *half_probability_line(towards + cells["away"].to_numpy(), edges, radius, parts), **_HALF_LINE, zorder=2.5
     )
-    style.set_slenderness_ticks(axes, largest_b_over_h, float(radius.mean()))
-    axes.set_rlabel_position(azimuth_for_radius_labels(cells, *panel.marks_deg))
-    axes.yaxis.grid(True, linewidth=0.4)
     if panel.peak_velocity is not None and rim_velocity:
         angles = panel.peak_velocity["azimuth"].to_numpy().astype(np.float64)
         theta, peaks = closed_polar_curve(angles, panel.peak_velocity.to_numpy() * largest_b_over_h / rim_velocity)
@@ -298,6 +297,19 @@ def azimuth_for_radius_labels(map_cells: xr.Dataset, *marked_deg: float) -> floa
         marked = any(abs((middle - axis + 90.0) % 180.0 - 90.0) < 20.0 for axis in marked_deg)
         count[float(middle)] = float(falls[away <= 12.0].sum()) + 1e6 * marked
     return min(count, key=lambda middle: (count[middle], abs(middle - 112.5)))
+
+
+def label_radius_arrow(axes: Any, meaning: str, font_size: float = 7.5) -> None:
+    """Write the meaning of a larger radius, such as "stouter", with an outward arrow at the rim of a polar axis."""
+    azimuth = axes.get_rlabel_position() % 360.0
+    turn, right = 90.0 - azimuth, azimuth < 180.0
+    text, align, pad = (f"{meaning} →", "left", 3.0) if right else (f"← {meaning}", "right", 3.0)
+    outward = np.radians(turn)
+    axes.annotate(
+        text, (np.radians(azimuth), axes.get_ylim()[1]), (pad * np.cos(outward), pad * np.sin(outward)),
+        textcoords="offset points", rotation=turn if right else turn + 180.0, rotation_mode="anchor",
+        ha=align, va="center", fontsize=font_size, annotation_clip=False,
+    )  # fmt: skip
 
 
 def _polar_map_legend_marks(panels: Sequence[PolarMapPanel], with_ensemble: bool, rim_velocity: float) -> list[Any]:

@@ -147,16 +147,17 @@ def create_panel_grid(
     height_inches: float,
     visible_count: int | None = None,
     *,
-    polar: bool = False,
+    polar: Any = False,
     layout: Any = "constrained",
     **more: Any,
 ) -> Any:
     """Return a figure of a given size, inches, and its panels as an array of shape (row_count, column_count).
 
-    Only the first `visible_count` panels are visible, by default all. Further keywords go to
-    `matplotlib.figure.Figure.subplots`. Inside `figures_for_phone` all panels stand below each other.
+    Only the first `visible_count` panels are visible, by default all. `polar` is True or a class of polar panels.
+    Further keywords go to `matplotlib.figure.Figure.subplots`. Inside `figures_for_phone` all panels stand below each
+    other.
     """
-    kind = {"projection": "polar"} if polar else None
+    kind = {"axes_class": polar} if isinstance(polar, type) else {"projection": "polar"} if polar else None
     if _NARROW.get():
         count = row_count * column_count if visible_count is None else visible_count
         panel_height = height_inches / row_count * (NARROW_WIDTH * column_count / width_inches if polar else 1.0)
@@ -272,37 +273,18 @@ def set_radius_ticks(axes: Any, outer_radius: float, tick_labels: dict[float, st
         label.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85})
 
 
-def set_slenderness_ticks(axes: Any, largest_b_over_h: float, fallback_tick: float) -> None:
-    """Set round ticks of B/H on the radius of a polar axis; use `fallback_tick` if no round number fits."""
-    steps = (0.1, 0.2, 0.3) if largest_b_over_h <= 0.4 else (0.2, 0.4, 0.6, 0.8, 1.0)
-    ticks = [tick for tick in steps if tick < largest_b_over_h] or [round(fallback_tick, 2)]
-    set_radius_ticks(axes, largest_b_over_h, {tick: f"{tick:g}" for tick in ticks})
-
-
-def label_radius_arrow(axes: Any, meaning: str, font_size: float = 7.5) -> None:
-    """Write the meaning of a larger radius, such as "stouter", with an outward arrow at the rim of a polar axis."""
-    azimuth = axes.get_rlabel_position() % 360.0
-    turn, right = 90.0 - azimuth, azimuth < 180.0
-    text, align, pad = (f"{meaning} →", "left", 3.0) if right else (f"← {meaning}", "right", 3.0)
-    outward = np.radians(turn)
-    axes.annotate(
-        text, (np.radians(azimuth), axes.get_ylim()[1]), (pad * np.cos(outward), pad * np.sin(outward)),
-        textcoords="offset points", rotation=turn if right else turn + 180.0, rotation_mode="anchor",
-        ha=align, va="center", fontsize=font_size, annotation_clip=False,
-    )  # fmt: skip
-
-
 def mark_fault_normal(axes: Any, fault_normal_deg: float, label: str | None = "fault normal") -> None:
     """Mark the azimuth of the fault normal at both ends on the rim of a polar axis; do nothing if it is NaN."""
     if not np.isfinite(fault_normal_deg):
         return
-    radius, angles = axes.get_ylim()[1], np.radians([fault_normal_deg, fault_normal_deg + 180.0])
-    axes.tick_params(axis="x", pad=max(4.0, axes.xaxis.get_tick_params().get("pad", 0.0)))
-    for angle in angles:  # the rim covers neither the data nor the names of directions
-        axes.plot(
-            [angle, angle], [0.93 * radius, 1.03 * radius],
-            color=FAULT, linewidth=2.6, label=label if angle == angles[0] else None, zorder=5, clip_on=False,
-        )  # fmt: skip
+    radius, (angle, opposite) = axes.get_ylim()[1], np.radians([fault_normal_deg, fault_normal_deg + 180.0])
+    if axes.xaxis.get_visible():
+        axes.tick_params(axis="x", pad=max(4.0, axes.xaxis.get_tick_params().get("pad", 0.0)))
+    ends = [0.93 * radius, 1.03 * radius]  # the rim covers neither the data nor the names of directions
+    axes.plot(
+        [angle, angle, np.nan, opposite, opposite], [*ends, np.nan, *ends],
+        color=FAULT, linewidth=2.6, label=label, zorder=5, clip_on=False,
+    )  # fmt: skip
     axes.set_ylim(0.0, radius)
 
 

@@ -131,10 +131,10 @@ def _is_visible_text(text: "Text") -> bool:
 def _visible_panel_texts(axes: Any) -> "list[Text]":
     """Return the visible texts of a panel that are horizontal or vertical: axis labels, tick labels and notes."""
     found = [one for one in (axes.xaxis.label, axes.yaxis.label, *axes.texts) if one.get_rotation() % 90.0 == 0.0]
-    for axis, along in ((axes.xaxis, 0), (axes.yaxis, 1)):
+    for along, axis in enumerate((axes.xaxis, axes.yaxis)):
         low, high = sorted(axis.get_view_interval())
         room = 1e-6 * (high - low)
-        labels = axis.get_majorticklabels()
+        labels = axis.get_majorticklabels() if axis.get_visible() else ()
         found += [one for one in labels if low - room <= one.get_position()[along] <= high + room]
     return [one for one in found if _is_visible_text(one)]
 

@@ -1,0 +1,286 @@
+"""Compasses: polar panels with north at the top, of few drawing objects, and a layout of several of them.
+
+The ticks of a polar panel take most of the time to draw it: each has three lines and two texts, and Matplotlib measures
+it several times. A panel of this module has no ticks, but one path for all rings, and one text for each name.
+"""
+
+import warnings
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+import numpy as np
+from matplotlib import rcParams
+from matplotlib.backends.backend_agg import RendererAgg
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
+from matplotlib.projections.polar import PolarAxes
+from matplotlib.text import Text
+from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import Bbox, ScaledTranslation
+
+from overturning.arrays import FloatArray
+from overturning.figures.style import create_panel_grid
+
+DIRECTIONS: Final = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
+
+COLOUR_BAR: Final = "<colorbar>"
+"""Label of the axes of a colour bar, as Matplotlib gives it."""
+
+_NAME_SIZE: Final = 9.0
+"""Size of the names of directions, pt."""
+
+_MIDDLE_OF_NAME: Final = 7.0
+"""Distance of the middle of a name from the rim, pt, if nothing is marked at the rim."""
+
+_MARKED: Final = 4.0
+"""Distance by which names move outward to make room for marks at the rim, pt."""
+
+_BELOW_BAR: Final = 28.0
+"""Height of the tick labels and of the label below a colour bar, pt."""
+
+_BAR: Final = 6.0
+"""Height of a colour bar, pt."""
+
+_OUTER: Final = 3.0
+"""Margin at the edge of a figure, pt."""
+
+_GAP: Final = 5.0
+"""Distance between texts of neighbouring compasses, and between the parts of a figure, pt."""
+
+_SMALLEST: Final = 12.0
+"""Smallest diameter of a compass that is drawn, pt."""
+
+
+class CompassAxes(PolarAxes):
+    """Polar panel with north at the top and angles clockwise, whose names and rings are texts and one path.
+
+    Attributes
+    ----------
+    fixed_texts : list of Text
+        The names of directions and the labels of rings, which are the same in all panels of a figure.
+    """
+
+    fixed_texts: list[Text]
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        self._was_compass_created = False
+        self._was_compass_cleared = False
+        self._name_distance = _MIDDLE_OF_NAME
+        super().__init__(*args, theta_offset=np.pi / 2.0, theta_direction=-1, **kwargs)
+        self._was_compass_created = True
+
+    def clear(self) -> None:
+        """Remove all content; a new panel is cleared once, not twice as Matplotlib does (half of its time)."""
+        if self._was_compass_created or not self._was_compass_cleared:
+            super().clear()
+            self._was_compass_cleared = True
+            self.fixed_texts = []
+
+    def draw_compass(
+        self, outer_radius: float, ring_labels: Mapping[float, str], label_azimuth_deg: float = 112.5,
+        *, has_marks: bool = False, has_spokes: bool = False,
+    ) -> None:  # fmt: skip
+        """Draw names of directions and rings, and end the radius at ``outer_radius``; call it once.
+
+        Parameters
+        ----------
+        outer_radius : float
+            Radius of the rim.
+        ring_labels : mapping
+            Labels of the rings, by radius.
+        label_azimuth_deg : float
+            Azimuth at which the rings are labelled, degrees.
+        has_marks : bool
+            True to leave room between the rim and the names.
+        has_spokes : bool
+            True to draw lines from the centre towards the named directions.
+        """
+        self.set_ylim(0.0, outer_radius)
+        self.set_rlabel_position(label_azimuth_deg)
+        self.xaxis.set_visible(False)
+        self.yaxis.set_visible(False)
+        self.spines["polar"].set_linewidth(0.6)
+        self._draw_compass_rings([radius / outer_radius for radius in ring_labels], has_spokes)
+        self._name_distance = _MIDDLE_OF_NAME + (_MARKED if has_marks else 0.0)
+        scale = self.figure.dpi_scale_trans
+        for number, name in enumerate(DIRECTIONS):
+            outward = _unit_vector(45.0 * number)
+            right, up = (float(part) * self._name_distance / 72.0 for part in outward)
+            shifted = self.transAxes + ScaledTranslation(right, up, scale)
+            self._write_fixed_text(0.5 + 0.5 * outward, name, transform=shifted, ha="center", fontsize=_NAME_SIZE)
+        behind = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85}  # legible on any background
+        for radius, label in ring_labels.items():
+            place = 0.5 + 0.5 * radius / outer_radius * _unit_vector(label_azimuth_deg)
+            look = {"va": "bottom", "ha": "left", "fontsize": 8, "bbox": behind}
+            self._write_fixed_text(place, label, transform=self.transAxes, **look)
+
+    def write_title(self, title: str, font_size: float = 9.0) -> None:
+        """Write a title, of one or more lines, above the name of north."""
+        # Half of the name's line and the descenders of the title, as shares of the font sizes.
+        pad = self._name_distance + 0.6 * _NAME_SIZE + 0.25 * font_size
+        self.set_title(title, fontsize=font_size, pad=pad, y=1.0, parse_math=False)
+
+    def _draw_compass_rings(self, radii: Sequence[float], has_spokes: bool) -> None:
+        """Draw rings at shares of the outer radius, and lines to the named directions, as one path."""
+        lines = [Path.circle((0.5, 0.5), 0.5 * radius) for radius in radii]
+        if has_spokes:
+            lines += [Path(0.5 + np.array([[0.0], [0.5]]) * _unit_vector(45.0 * number)) for number in range(8)]
+        if lines:
+            width = 0.5 if has_spokes else 0.4
+            look = {"edgecolor": rcParams["grid.color"], "linewidth": width, "zorder": 1.5}
+            path = Path.make_compound_path(*lines)
+            self.add_artist(PathPatch(path, fill=False, clip_on=False, transform=self.transAxes, **look))
+
+    def _write_fixed_text(self, place: FloatArray, text: str, **look: Any) -> None:
+        """Add a text that is not clipped at the rim; its vertical alignment is the middle unless given."""
+        x, y = place.tolist()
+        self.fixed_texts.append(self.text(x, y, text, **{"va": "center", "zorder": 1.5, **look}))
+
+
+def _unit_vector(azimuth_deg: float) -> FloatArray:
+    """Return the unit vector (right, up) towards an azimuth, degrees clockwise from the top."""
+    angle = np.radians(azimuth_deg)
+    return np.array([np.sin(angle), np.cos(angle)])
+
+
+def round_ring_labels(outer_radius: float) -> dict[float, str]:
+    """Return the labels of up to four rings at round radii inside an outer radius, by radius."""
+    steps = np.asarray(MaxNLocator(4).tick_values(0.0, outer_radius))
+    radii = steps[(steps > 0.0) & (steps <= outer_radius * (1.0 + 1e-9))]
+    decimals = next(digits for digits in range(12) if np.allclose(np.round(radii, digits), radii, rtol=1e-6, atol=0.0))
+    return {round(float(radius), decimals): f"{radius:.{decimals}f}" for radius in radii}
+
+
+def slenderness_ring_labels(largest_b_over_h: float, fallback_ring: float) -> dict[float, str]:
+    """Return the labels of rings at round values of B/H, by radius; of `fallback_ring` if no round number fits."""
+    steps = (0.1, 0.2, 0.3) if largest_b_over_h <= 0.4 else (0.2, 0.4, 0.6, 0.8, 1.0)
+    rings = [step for step in steps if step < largest_b_over_h] or [round(fallback_ring, 2)]
+    return {ring: f"{ring:g}" for ring in rings}
+
+
+def create_compass_grid(
+    row_count: int, column_count: int, width_inches: float, height_inches: float, visible_count: int | None = None
+) -> Any:
+    """Return a figure of a given size, inches, and its compasses as an array of shape (row_count, column_count).
+
+    Only the first `visible_count` compasses are visible, by default all; on a phone all stand below each other.
+    """
+    return create_panel_grid(
+        row_count, column_count, width_inches, height_inches, visible_count,
+        polar=CompassAxes, layout=CompassGridLayout(),
+    )  # fmt: skip
+
+
+class CompassGridLayout(ConstrainedLayoutEngine):
+    """Layout of compasses of one size in rows and columns: below the title, above a colour bar and the legend.
+
+    Matplotlib's own constrained layout measures all texts several times. Here, texts that all panels share are
+    measured once: their distance from a rim hardly depends on its size. All lengths are in points.
+    """
+
+    def execute(self, fig: Figure) -> None:
+        """Place the compasses, the colour bar and the title of a figure; the legend stays at the lower edge."""
+        renderer, point = RendererAgg(1, 1, fig.dpi), fig.dpi / 72.0
+        width, height = 72.0 * fig.get_size_inches()
+        panels = [axes for axes in fig.axes if isinstance(axes, CompassAxes) and axes.get_visible()]
+        bars = [axes for axes in fig.axes if axes.get_label() == COLOUR_BAR]
+        if not panels:
+            return
+        low, high = _OUTER, height - _OUTER
+        for legend in fig.legends:
+            low = max(low, legend.get_window_extent(renderer).y1 / point + _GAP)
+        for title in (text for text in fig.texts if text.get_text() and text.get_text() == fig.get_suptitle()):
+            title.set_y(high / height)
+            high -= title.get_window_extent(renderer).height / point + _GAP
+        bar_low = low + _BELOW_BAR
+        low = bar_low + _BAR + _GAP if bars else low
+        estimate = min(width / _grid_shape(panels[0])[1], (high - low) / _grid_shape(panels[0])[0])
+        for axes in panels:  # distances of texts from the rim hardly depend on its size
+            size = max(_SMALLEST, estimate - 4.0 * _MIDDLE_OF_NAME)
+            _set_position(axes, 0.0, 0.0, size / width, size / height)
+        across, down = _distances_by_column_and_row(panels, renderer)
+        size = min(_largest_size(width - 2.0 * _OUTER, across), _largest_size(high - low, down))
+        if size < _SMALLEST:
+            warnings.warn("constrained_layout not applied: no room for the compasses", stacklevel=2)
+            return
+        left, top = _starts(_OUTER, width - _OUTER, across, size), _starts(height - high, height - low, down, size)
+        for axes in panels:
+            row, column = _row_and_column(axes)
+            x, y = left[column], height - top[row] - size
+            _set_position(axes, x / width, y / height, size / width, size / height)
+        share = 0.6 if len(left) > 1 else 0.8
+        span, middle = share * (left[-1] + size - left[0]), 0.5 * (left[-1] + size + left[0])
+        for bar in bars:
+            bar.set_position(((middle - 0.5 * span) / width, bar_low / height, span / width, _BAR / height))
+            bar.set_in_layout(True)
+
+
+def _grid_shape(axes: Any) -> tuple[int, int]:
+    """Return the numbers of rows and columns of the grid of a panel."""
+    rows, columns = axes.get_subplotspec().get_gridspec().get_geometry()
+    return rows, columns
+
+
+def _row_and_column(axes: Any) -> tuple[int, int]:
+    """Return the row and the column of a panel in its grid, from 0."""
+    place = axes.get_subplotspec()
+    return place.rowspan.start, place.colspan.start
+
+
+def _distances_by_column_and_row(panels: Sequence[CompassAxes], renderer: RendererAgg) -> tuple[FloatArray, FloatArray]:
+    """Return how far the texts of compasses reach beyond the rim.
+
+    Returns
+    -------
+    across : ndarray, shape (columns, 2)
+        Distances to the left and to the right of each column, pt.
+    down : ndarray, shape (rows, 2)
+        Distances above and below each row, pt.
+    """
+    rows, columns = _grid_shape(panels[0])
+    shared = _distances_from_rim(panels[0], panels[0].fixed_texts, renderer)
+    across, down = np.tile(shared[:2], (columns, 1)), np.tile(shared[2:], (rows, 1))
+    for axes in panels:
+        row, column = _row_and_column(axes)
+        own = _distances_from_rim(axes, [text for text in axes.texts if text not in axes.fixed_texts], renderer)
+        across[column] = np.maximum(across[column], own[:2])
+        down[row] = np.maximum(down[row], own[2:])
+        down[row, 0] = max(down[row, 0], _distances_from_rim(axes, [axes.title], renderer)[2])
+    return across, down
+
+
+def _distances_from_rim(axes: CompassAxes, texts: Sequence[Text], renderer: RendererAgg) -> FloatArray:
+    """Return how far texts reach beyond the rim of a compass to the left, to the right, above and below, pt."""
+    boxes = [text.get_window_extent(renderer) for text in texts if text.get_text()]
+    if not boxes:
+        return np.zeros(4)
+    rim, texts_box = axes.bbox, Bbox.union(boxes)
+    beyond = rim.x0 - texts_box.x0, texts_box.x1 - rim.x1, texts_box.y1 - rim.y1, rim.y0 - texts_box.y0
+    return np.maximum(beyond, 0.0) * 72.0 / axes.figure.dpi
+
+
+def _set_position(axes: CompassAxes, left: float, bottom: float, width: float, height: float) -> None:
+    """Set the position of a panel in the figure; it remains in what Matplotlib takes for the content of the figure."""
+    axes.set_position((left, bottom, width, height))
+    axes.set_in_layout(True)
+
+
+def _largest_size(room: float, distances: FloatArray) -> float:
+    """Return the largest size of a row of compasses in a room, given distances before and after each of them, pt."""
+    count = len(distances)
+    return float(room - distances[0, 0] - distances[-1, 1] - (count - 1) * _between(distances)) / count
+
+
+def _starts(first: float, last: float, distances: FloatArray, size: float) -> FloatArray:
+    """Return the starts of a row of compasses between two ends; room that is left over is divided evenly, pt."""
+    count = len(distances)
+    spare = count * (_largest_size(last - first, distances) - size) / (count + 1)
+    step = size + _between(distances) + spare
+    return first + distances[0, 0] + spare + step * np.arange(count)
+
+
+def _between(distances: FloatArray) -> float:
+    """Return the distance between the rims of neighbours in a row, pt."""
+    return float(np.max(distances[:-1, 1] + distances[1:, 0], initial=0.0)) + _GAP

@@ -78,6 +78,9 @@ class CompassAxes(PolarAxes):
             self._was_compass_cleared = True
             self.fixed_texts = []
 
+    def grid(self, *_: Any, **__: Any) -> None:
+        """Do nothing: the rings of a compass belong to it, not to the axes of the panel, which are hidden."""
+
     def draw_compass(
         self, outer_radius: float, ring_labels: Mapping[float, str], label_azimuth_deg: float = 112.5,
         *, has_marks: bool = False, has_spokes: bool = False,

@@ -141,7 +141,10 @@ def _create_polar_map_panels(
     record_cubes: Sequence[xr.Dataset], peak_velocities_by_azimuth: Sequence[xr.DataArray | None]
 ) -> list[PolarMapPanel]:
     """Return a polar map per record, height and friction, all cut to the same range of B/H."""
-    whole = [extend_cells_to_full_circle(one) for one in record_cubes]
+    outcomes = {"overturned", "probability_towards", "probability_away"}
+    # Each operation of xarray merges all coordinates, of which a record has dozens: keep those of the cells.
+    bare = [one[sorted(outcomes.intersection(one))].reset_coords(drop=True) for one in record_cubes]
+    whole = [extend_cells_to_full_circle(one) for one in bare]
     chance = [fall_probability_to_either_side(one)[["towards", "away"]].compute() for one in whole]
     falls = [abs(one["overturned"]).compute() for one in whole]
     either = [one["towards"] + one["away"] for one in chance]
@@ -157,9 +160,10 @@ def _create_polar_map_panels(
             float(azimuth_away_from_epicentre(cube)),
         )
         record = ", ".join(str(cube[name].item()) for name in ("station", "event") if name in cube.coords)
+        labels = [friction_label(cube, friction) for friction in one["friction"].to_numpy().tolist()]
         for height, friction in product(range(one.sizes["height"]), range(one.sizes["friction"])):
             cells = shown.isel(height=height, friction=friction).transpose("b_over_h", "azimuth")
-            block = friction_label(cube, float(cells["friction"])), f"H = {float(cells['height']):g} m"
+            block = labels[friction], f"H = {float(cells['height']):g} m"
             panels.append(
                 PolarMapPanel((record if len(record_cubes) > 1 else "", *block), cells, simulated, marks, velocity)
             )

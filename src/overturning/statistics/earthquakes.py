@@ -224,14 +224,15 @@ def azimuth_away_from_epicentre(cube: xr.Dataset) -> xr.DataArray:
     names = [f"{where}_{name}" for where in ("epicentre", "station") for name in ("latitude", "longitude")]
     if any(name not in cube.variables for name in names):
         return xr.DataArray(math.nan)
-    latitude0, longitude0, latitude, longitude = (np.radians(cube[name].astype(np.float64)) for name in names)
+    bare = (cube[name].reset_coords(drop=True).astype(np.float64) for name in names)  # nothing to merge at each step
+    latitude0, longitude0, latitude, longitude = map(np.radians, bare)
     east = longitude - longitude0
     # East and north components of the unit vector to the epicentre, in the axes of the station.
     towards_east = -np.cos(latitude0) * np.sin(east)
     towards_north = np.cos(latitude) * np.sin(latitude0) - np.sin(latitude) * np.cos(latitude0) * np.cos(east)
     far = np.hypot(towards_east, towards_north) >= math.sin(LEAST_DISTANCE_KM / EARTH_RADIUS_KM)
     radial = np.degrees(np.arctan2(-towards_east, -towards_north)) % 360.0
-    return radial.where(far).reset_coords(drop=True)
+    return radial.where(far)
 
 
 _REFERENCES = {"peak velocity": "pgv_azimuth", "peak acceleration": "pga_azimuth", "pulse": "pulse_axis"}

@@ -13,7 +13,7 @@ from overturning.figures.history import (
     record_history_figure,
     start_shift_from_unprocessed,
 )
-from overturning.figures.style import project_style
+from overturning.figures.style import create_panel_grid, label_decades, project_style
 from overturning.figures.write import save_figure_files
 from overturning.records.processing import process_record
 from overturning.records.record import Record
@@ -112,3 +112,16 @@ def test_processed_samples_keep_their_times():
     assert start_shift_from_unprocessed(done) == pytest.approx(-15 + 20)
     whole = process_record(raw(), [Highpass(corner_hz=0.2)])
     np.testing.assert_array_equal(done.north, whole.north[2000:6001])
+
+
+def test_decades_are_numbers_or_powers_of_ten() -> None:
+    """An axis from 0.001 to 1000 has plain numbers; one to 10⁷ has powers of ten, as Matplotlib writes them."""
+    with project_style():
+        figure, ((axes,),) = create_panel_grid(1, 1, 3.0, 3.0)
+        axes.set(xscale="log", yscale="log", xlim=(2e-3, 2e3), ylim=(2e-2, 2e7))
+        for axis in (axes.xaxis, axes.yaxis):
+            label_decades(axis)
+        figure.canvas.draw()
+    assert {"0.01", "1", "100"} <= {text.get_text() for text in axes.get_xticklabels()}
+    powers = [text.get_text() for text in axes.get_yticklabels()]
+    assert powers == [rf"$\mathdefault{{10^{{{np.log10(value):.0f}}}}}$" for value in axes.get_yticks()]

@@ -16,6 +16,7 @@ from overturning.figures.style import (
     create_panel_grid,
     format_three_digits,
     label_axes,
+    label_decades,
     minimum_and_maximum_by_group,
 )
 from overturning.motion.fourier import rms_fourier_amplitude_in_bands
@@ -71,7 +72,7 @@ def record_history_figure(
     noise = signal_to_noise_ratio(moving, unprocessed_record.sampling_interval)
     for column, name in enumerate(names):
         _draw_component_time_histories(panels[:3, column], unprocessed_record, processed_record, name)
-        panels[0, column].set_title(name, fontsize=9)
+        panels[0, column].set_title(name, fontsize=9, y=1.0)  # a place that needs no measurement of the ticks
         _draw_fourier_spectra(panels[3, column], unprocessed_record, processed_record, name)
         for panel in panels[1:3, column]:
             panel.sharex(panels[0, column])
@@ -219,12 +220,13 @@ def _draw_fourier_spectra(
 
 
 def _set_logarithmic_axes(panel: "Axes") -> None:
-    """Set both axes of a panel to logarithmic scales without minor ticks."""
+    """Set both axes of a panel to logarithmic scales with ticks at powers of ten only."""
     from matplotlib.ticker import NullLocator
 
     panel.set(xscale="log", yscale="log")
     for axis in (panel.xaxis, panel.yaxis):  # minor ticks would take most of the drawing time
         axis.set_minor_locator(NullLocator())
+        label_decades(axis)
 
 
 def _draw_husid(panel: "Axes", processed_record: Record, component_names: list[str]) -> None:

@@ -235,6 +235,21 @@ def set_logarithmic_ticks(axis: Any) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
+def label_decades(axis: Any) -> None:
+    """Label the ticks of a logarithmic axis as 0.1, 1, 10; as powers of ten if the axis goes beyond 0.0001 or 100 000.
+
+    Matplotlib would parse a formula for each tick of each figure.
+    """
+
+    def label(value: float, _: int | None = None) -> str:
+        low, high = axis.get_view_interval()
+        if low > 1e-4 and high < 1e5:
+            return f"{value:g}"
+        return f"$\\mathdefault{{10^{{{np.log10(value):.3g}}}}}$"
+
+    axis.set_major_formatter(label)
+
+
 def draw_line_through_origin(axes: Any, azimuth_deg: float, half_length: float, **look: Any) -> None:
     """Draw a line through the origin of a map along an azimuth, `half_length` (map units) to both sides."""
     east, north = half_length * np.sin(np.radians(azimuth_deg)), half_length * np.cos(np.radians(azimuth_deg))

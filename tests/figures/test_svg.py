@@ -107,3 +107,34 @@ def test_figure_is_saved_outside_the_style_context(kind: str, tmp_path: Path) ->
     save_figure_files(figure, tmp_path / f"one.{kind}", width=2.0)
     save_figure_files(figure, tmp_path / f"two.{kind}")
     assert all((tmp_path / f"{name}.{kind}").stat().st_size > 0 for name in ("one", "two"))
+
+
+def panels_with_many_ticks(path: Path) -> tuple[bytes, int]:
+    """Draw linear, logarithmic, shared, inverted and twin axes and a colour bar; return the file and the tick count."""
+    with project_style():
+        figure, panels = create_panel_grid(2, 3, 6.4, 4.5, sharex="col")
+        for number, axes in enumerate(panels.flat):
+            axes.plot([0.013, 2.1, 97.3], [3e-4, 2.0, 1234.5])
+            label_axes(axes, f"x of {number}", "y")
+        panels[0, 0].set(xscale="log", yscale="log")
+        panels[0, 1].set(yscale="symlog")
+        panels[1, 1].invert_yaxis()
+        panels[1, 2].set(ylim=(1e6, 1e6 + 0.5), xlim=(10.0, 20.0))
+        panels[0, 2].twinx().plot([1, 2], [-7, 5])
+        panels[0, 2].minorticks_on()
+        mesh = panels[1, 0].pcolormesh([0.0, 1.0], [0.0, 1.0], [[0.3]], vmin=-0.13, vmax=0.97)
+        figure.colorbar(mesh, ax=panels[1, 0], location="bottom")
+        save_figure_files(figure, path)
+    axes_of_all = [axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)]
+    return path.read_bytes(), sum(len(axis.majorTicks) + len(axis.minorTicks) for axis in axes_of_all)
+
+
+@pytest.mark.parametrize("kind", ["svg", "png"])
+def test_skipping_ticks_outside_an_axis_changes_no_byte(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    spared, few = panels_with_many_ticks(tmp_path / f"spared.{kind}")
+    monkeypatch.setattr("overturning.figures.ticks.create_only_inner_ticks", lambda _: None)
+    whole, many = panels_with_many_ticks(tmp_path / f"whole.{kind}")
+    assert spared == whole
+    assert few < 0.9 * many

@@ -44,11 +44,14 @@ def save_figure_files(
         Size of the main font in the file, pt; the panels then fill the remaining space. If not given, the text is
         scaled with the figure.
     """
+    from overturning.figures.ticks import create_only_inner_ticks
+
     own = SETTINGS["font.size"]
     scale = font / own if font else (width or figure.get_figwidth()) / figure.get_figwidth()
     if (wide := (width or figure.get_figwidth()) / scale) != figure.get_figwidth():
         figure.set_size_inches(wide, wide * figure.get_figheight() / figure.get_figwidth())
     _compute_layout_only_once(figure)
+    create_only_inner_ticks(figure)
     for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
         if not axis.get_label_text():  # else Matplotlib would measure all ticks to place an empty label
             axis.set_label_coords(0.5, 0.0)

@@ -1,0 +1,69 @@
+"""Ticks only where they are seen: Matplotlib also creates those just beyond both ends of an axis."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axis import Axis
+from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, Locator, NullLocator
+
+
+class InnerTickLocator(Locator):
+    """Locator of those ticks of another locator that lie within the limits of the axis.
+
+    A tick outside is not drawn, but takes as long to create and to remove as one that is drawn, on some axes a third
+    of all.
+
+    Parameters
+    ----------
+    base : Locator
+        The other locator.
+    """
+
+    def __init__(self, base: Locator) -> None:
+        self.base = base
+
+    def set_axis(self, axis: Any) -> None:
+        """Set the axis whose limits apply."""
+        super().set_axis(axis)
+        self.base.set_axis(axis)
+
+    def __call__(self) -> Any:
+        """Return the positions of the ticks, an array."""
+        axis: Any = self.axis
+        low, high = sorted(axis.get_view_interval())
+        rounding = 1e-9 * (high - low)
+        places = np.asarray(self.base(), dtype=np.float64)
+        return places[(places >= low - rounding) & (places <= high + rounding)]
+
+    def tick_values(self, vmin: float, vmax: float) -> Any:
+        """Return the other locator's ticks for limits."""
+        return self.base.tick_values(vmin, vmax)
+
+    def set_params(self, **kwargs: Any) -> None:
+        """Change settings of the other locator, such as the number of ticks."""
+        self.base.set_params(**kwargs)
+
+    def nonsingular(self, v0: float, v1: float) -> Any:
+        """Return the other locator's limits of an axis without data."""
+        return self.base.nonsingular(v0, v1)
+
+    def view_limits(self, vmin: float, vmax: float) -> Any:
+        """Return the other locator's limits for the range of the data."""
+        return self.base.view_limits(vmin, vmax)
+
+
+def create_only_inner_ticks(figure: Figure) -> None:
+    """Make the axes of a figure create only ticks that are seen; the picture stays the same."""
+    for axes in figure.axes:
+        for axis in () if axes.name == "polar" else (axes.xaxis, axes.yaxis):
+            _replace_locators(axis)
+
+
+def _replace_locators(axis: Axis) -> None:
+    """Replace the locators of an axis by those of inner ticks, unless their ticks are given one by one."""
+    kept = InnerTickLocator, FixedLocator, NullLocator
+    if not isinstance(major := axis.get_major_locator(), kept):
+        axis.set_major_locator(InnerTickLocator(major))
+    if not isinstance(minor := axis.get_minor_locator(), kept):
+        axis.set_minor_locator(InnerTickLocator(minor))

@@ -46,7 +46,7 @@ _BAR: Final = 6.0
 _OUTER: Final = 3.0
 """Margin at the edge of a figure, pt."""
 
-_GAP: Final = 5.0
+_GAP: Final = 4.0
 """Distance between texts of neighbouring compasses, and between the parts of a figure, pt."""
 
 _SMALLEST: Final = 12.0
@@ -83,7 +83,7 @@ class CompassAxes(PolarAxes):
 
     def draw_compass(
         self, outer_radius: float, ring_labels: Mapping[float, str], label_azimuth_deg: float = 112.5,
-        *, has_marks: bool = False, has_spokes: bool = False,
+        *, has_marks: bool = False, has_spokes: bool = False, labels_in_front: bool = False,
     ) -> None:  # fmt: skip
         """Draw names of directions and rings, and end the radius at ``outer_radius``; call it once.
 
@@ -99,6 +99,8 @@ class CompassAxes(PolarAxes):
             True to leave room between the rim and the names.
         has_spokes : bool
             True to draw lines from the centre towards the named directions.
+        labels_in_front : bool
+            True to draw the labels of rings in front of lines, not behind them.
         """
         self.set_ylim(0.0, outer_radius)
         self.set_rlabel_position(label_azimuth_deg)
@@ -117,6 +119,7 @@ class CompassAxes(PolarAxes):
         for radius, label in ring_labels.items():
             place = 0.5 + 0.5 * radius / outer_radius * _unit_vector(label_azimuth_deg)
             look = {"va": "bottom", "ha": "left", "fontsize": 8, "bbox": behind}
+            look |= {"zorder": 2.8} if labels_in_front else {}
             self._write_fixed_text(place, label, transform=self.transAxes, **look)
 
     def write_title(self, title: str, font_size: float = 9.0) -> None:

@@ -181,6 +181,7 @@ def _draw_polar_map(axes: Any, panel: PolarMapPanel, largest_b_over_h: float, ri
         slenderness_ring_labels(largest_b_over_h, float(radius.mean())),
         azimuth_for_radius_labels(cells, *panel.marks_deg),
         has_marks=bool(np.isfinite(panel.marks_deg[0])),
+        labels_in_front=True,
     )
     edges = azimuth_cell_edges_rad(cells["azimuth"].to_numpy().astype(np.float64))
     parts = int(np.ceil(np.degrees(np.diff(edges).max()) / STEP_DEG))

@@ -191,10 +191,9 @@ def test_a_path_stays_within_the_memory_limit(monkeypatch: pytest.MonkeyPatch, m
 
 def test_an_extended_path_keeps_its_rows() -> None:
     path = np.arange(4.0).astype([("time", "f8")])
-    extended = extend_trajectory.py_func
-    assert extended(path, 4, 100) is path
-    longer = extended(path, 5, 100)
+    assert extend_trajectory.py_func(path, 4, 100) is path
+    longer = extend_trajectory(path, 5, 100)
     assert longer.shape == (8,)
     np.testing.assert_array_equal(longer[:4], path)
-    assert extended(path, 50, 100).shape == (50,)
-    assert extended(path, 101, 100) is path
+    assert extend_trajectory(path, 50, 100).shape == (50,)
+    assert extend_trajectory.py_func(path, 101, 100) is path

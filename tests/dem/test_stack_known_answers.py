@@ -119,7 +119,7 @@ def test_a_compound_loses_as_one_stone_if_the_impulse_lies_in_the_upper_patch() 
     np.testing.assert_allclose(ratios[:3], e, rtol=3e-3)
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", range(4))
 def test_a_linear_interpolation_of_the_record_changes_nothing(seed: int) -> None:
     """The base acceleration is linear between samples, so twice as many samples describe the same motion."""
     rows, t = 8.0 * waves(seed), np.arange(0.0, 10.0, INTERVAL)
@@ -127,7 +127,7 @@ def test_a_linear_interpolation_of_the_record_changes_nothing(seed: int) -> None
     found = [
         simulate(
             Motion(*(np.interp(times, t, row) for row in rows), sampling_interval=interval, trust_data=True),
-            THREE, orientation_deg=[0.0, 15.0, 30.0, 45.0], friction=[0.6],
+            THREE, orientation_deg=[0.0, 45.0], friction=[0.6],
         )
         for times, interval in ((t, INTERVAL), (fine, 0.5 * INTERVAL))
     ]  # fmt: skip
@@ -151,12 +151,12 @@ def test_threads_and_order_do_not_change_a_bit() -> None:
         np.testing.assert_array_equal(one[name], reverse[name].sel(one[name].coords), name)
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", range(3))
 def test_a_statue_on_its_pedestal_moves_as_one_stone_while_their_joint_stays_closed(seed: int) -> None:
     """A thin pedestal below a statue of the same width: the lower joint opens first, and both lean together."""
     rows, alike = 8.0 * waves(seed), (boxes((0.5, 0.5, 0.1), (0.5, 0.5, 0.9)), boxes((0.5, 0.5, 1.0)))
-    both, one = (run(scene, rows, [0.0, 10.0, 20.0, 30.0], 3.0) for scene in alike)
-    tilts, alone = both.peak_tilt.to_numpy().reshape(4, 2), one.peak_tilt.to_numpy().ravel()
+    both, one = (run(scene, rows, [0.0, 30.0], 3.0) for scene in alike)
+    tilts, alone = both.peak_tilt.to_numpy().reshape(2, 2), one.peak_tilt.to_numpy().ravel()
     assert alone.max() > 0.5
     np.testing.assert_allclose(tilts[:, 1], alone, rtol=0.1, atol=0.05)
-    np.testing.assert_array_equal(both.overturned.to_numpy().reshape(4, 2)[:, 1], one.overturned.to_numpy().ravel())
+    np.testing.assert_array_equal(both.overturned.to_numpy().reshape(2, 2)[:, 1], one.overturned.to_numpy().ravel())

@@ -87,19 +87,22 @@ def test_a_hexagonal_shaft_opens_at_its_nearest_side() -> None:
 @pytest.mark.parametrize("plan", PLANS)
 def test_one_prism_agrees_with_the_model_of_a_single_body(plan: PlanShape) -> None:
     """Friction acts per joint here and per corner there, and a circle has 16 sides: flags near the limit may differ."""
-    same, azimuths, scene = [], [], prisms((plan, 0.25, 0.75))
-    cases = Cases(0.0, 0.75, 1.0 / 3.0, 0.8, [0.8, 0.9, 1.0, 1.1])
-    for seed in range(4):
+    flags, azimuths = [], []
+    for seed in range(10):
         rows = 4.5 * waves(seed)
         motion = Motion(rows[0], -rows[1], sampling_interval=INTERVAL, trust_data=True)
-        shape = Cylinder() if plan == "circle" else RegularPrism(int(plan))
-        stack, body = (simulate_cases(model, motion, cases) for model in (Stack(scene), Body(shape)))
-        flags = [found.overturned.ravel() for found in (stack, body)]
-        same += (flags[0] == flags[1]).tolist()
-        away = np.abs((stack.fall_azimuth.ravel() - body.fall_azimuth.ravel() + 180.0) % 360.0 - 180.0)
-        azimuths += away[(flags[0] == 1) & (flags[1] == 1)].tolist()
-    assert sum(same) >= 15
-    assert len(azimuths) >= 10
+        stack = simulate(motion, prisms((plan, 0.25, 0.75)), orientation_deg=[0.0], friction=[0.8])
+        body = simulate(
+            motion, Body(Cylinder() if plan == "circle" else RegularPrism(int(plan))), orientation_deg=[0.0],
+            height=[0.75], b_over_h=[1.0 / 3.0], friction=[0.8],
+        )  # fmt: skip
+        both = [float(one.overturned.item()) for one in (stack, body)]
+        flags.append(both[0] == both[1])
+        if min(both) == 1.0:
+            away = float(stack.fall_azimuth.item()) - float(body.fall_azimuth.item())
+            azimuths.append(abs((away + 180.0) % 360.0 - 180.0))
+    assert sum(flags) >= 9
+    assert len(azimuths) >= 2
     assert np.median(azimuths) < 20.0
 
 
@@ -129,8 +132,8 @@ def test_energy_balances_as_for_boxes_and_an_offset_polygon_rests(plan: PlanShap
     Stacks of boxes of these sizes have a median of 0.0008 under these motions, and 0.0055 at most.
     """
     scene, errors = prisms((8, 0.6, 0.3), (plan, 0.3, 0.8)), []
-    for seed in range(3):
-        found = run(scene, 6.0 * waves(seed), [0.0, 20.0, 50.0, 80.0, 110.0, 140.0], 0.6)
+    for seed in range(8):
+        found = run(scene, 6.0 * waves(seed), [0.0, 20.0], 0.6)
         assert (found.status.to_numpy() == CaseStatus.SIMULATED).all()
         errors += found.energy_error.to_numpy().ravel().tolist()
     assert np.median(errors) < 2e-3

@@ -170,20 +170,20 @@ def _read_number_rows(
         for index, row in cells.items():
             if wrong := _separator_or_decimal_mark_error(texts[index], row, separator, len(declared_columns)):
                 raise lines.line_error(index, wrong)
-        values = [[lines.parse_number(cell, index, "a cell") for cell in row] for index, row in cells.items()]
+        values = lines.parse_cells(cells, "a cell").reshape(-1, len(declared_columns))
     if not lines.ends_with_newline:
         why = "the last line has no line end, so its last number may be cut; add one if it is whole"
         raise lines.line_error(len(lines.lines) - 1, why)
     if len(values) < 2:
         raise RecordError(f"{name}: {len(values)} rows of numbers; a record needs at least 2")
-    return np.array(values, dtype=np.float64), next(iter(texts)), notes
+    return values, next(iter(texts)), notes
 
 
 def _read_values_of_wrapped_axis(
     lines: TextLines, texts_by_line: Mapping[int, str], separator: str | None, values_per_line: int, field_width: int
-) -> list[list[float]]:
+) -> FloatArray:
     """Return the values of a file with one axis and several values per line, shape (values, 1)."""
-    values: list[list[float]] = []
+    cells_by_line: dict[int, list[str]] = {}
     last = max(texts_by_line, default=0)
     for index, text in texts_by_line.items():
         line = text.rstrip()
@@ -197,16 +197,19 @@ def _read_values_of_wrapped_axis(
             or (len(cells) < values_per_line and index != last)
             or (field_width and len(line) % field_width)
         ):
+            lines.parse_cells(cells_by_line, "a value")  # an error in an earlier line is reported first
             why = f"{len(cells)} values, {values_per_line} are declared"
             raise lines.line_error(
                 index, f"{why}{f' of {field_width} characters' if field_width else ''}; correct either"
             )
-        values += [[lines.parse_number(cell, index, "a value")] for cell in cells]
-    return values
+        cells_by_line[index] = cells
+    return lines.parse_cells(cells_by_line, "a value").reshape(-1, 1)
 
 
 def _separator_or_decimal_mark_error(line: str, cells: list[str], separator: str | None, column_count: int) -> str:
     """Return an error message if a line has decimal commas or wrong separators; "" if the line is correct."""
+    if len(cells) == column_count and (separator == "," or "," not in line):
+        return ""
     decimal = next((cell for cell in cells if re.fullmatch(r"[+-]?\d*,\d+([eE][+-]?\d+)?", cell)), None)
     if decimal or (
         separator == "," and len(cells) == 2 * column_count and all(re.fullmatch(r"[+-]?\d*", c) for c in cells)

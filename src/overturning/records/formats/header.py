@@ -75,8 +75,9 @@ class Header(TextLines):
         found = {}
         for name, stated in field_patterns.items():
             at, pattern = (None, stated) if isinstance(stated, str) else stated
+            search = re.compile(pattern, re.IGNORECASE).search
             for index, line in enumerate(lines.lines[:max_lines]) if at is None else [(at, lines.lines[at])]:
-                if match := re.search(pattern, line, re.IGNORECASE):
+                if match := search(line):
                     found[name] = index, match
                     break
             else:

@@ -4,7 +4,7 @@ Reading is strict: text in place of a number is an error that names file and lin
 """
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -127,7 +127,7 @@ class TextLines:
 
     def read_all_numbers(self, first_line: int) -> FloatArray:
         """Read all numbers, separated by blanks, from line ``first_line`` to the end of the file."""
-        values = self._parse_cells([line.split() for line in self.lines[first_line:]], first_line)
+        values = self.parse_cells({k: line.split() for k, line in enumerate(self.lines[first_line:], first_line)})
         self._check_last_number_is_complete()
         return values
 
@@ -143,7 +143,7 @@ class TextLines:
             if len(line) != column_count:
                 why = f"{len(line)} numbers where {column_count} belong; columns touch, or the line is cut"
                 raise self._check_cells_and_create_line_error(index, line, why)
-        values = self._parse_cells(cells, first_line).reshape(-1, column_count)
+        values = self.parse_cells(dict(enumerate(cells, first_line))).reshape(-1, column_count)
         self._check_last_number_is_complete()
         return values
 
@@ -158,11 +158,14 @@ class TextLines:
             raise self.line_error(
                 first_line + there, f"the file ends after {there} of {needed} lines of samples; it is cut: get it again"
             )
-        cells = [
-            self._split_line_into_fixed_columns(first_line + k, width, min(per_line, count - k * per_line))
-            for k in range(needed)
-        ]
-        return self._parse_cells(cells, first_line)
+        return self.parse_cells(
+            {
+                first_line + k: self._split_line_into_fixed_columns(
+                    first_line + k, width, min(per_line, count - k * per_line)
+                )
+                for k in range(needed)
+            }
+        )
 
     def _split_line_into_fixed_columns(self, line_index: int, column_width: int, column_count: int) -> list[str]:
         """Split a line into texts of fixed width; raise a RecordError if text follows the last column."""
@@ -184,15 +187,15 @@ class TextLines:
             self.parse_number(cell, line_index, "a sample")
         return self.line_error(line_index, f"{problem}: get the file again")
 
-    def _parse_cells(self, cells: Sequence[Sequence[str]], first_line: int) -> FloatArray:
-        """Convert the texts in cells of consecutive lines to numbers; return a one-dimensional array."""
-        words = [word for line in cells for word in line]
+    def parse_cells(self, cells_by_line: Mapping[int, Sequence[str]], quantity_label: str = "a sample") -> FloatArray:
+        """Convert the texts in cells of lines, given by line index, to numbers; return a one-dimensional array."""
+        words = [word for cells in cells_by_line.values() for word in cells]
         # Python also accepts "nan", "inf" and "1_000", which no format allows.
         if not set("".join(words)) - _ALLOWED:
             with suppress(ValueError):
                 return np.array(words, dtype=np.float64)
         numbers = [
-            self.parse_number(word, index, "a sample") for index, line in enumerate(cells, first_line) for word in line
+            self.parse_number(word, index, quantity_label) for index, cells in cells_by_line.items() for word in cells
         ]
         return np.array(numbers, dtype=np.float64)
 

@@ -2,10 +2,12 @@
 
 import sys
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
+from typer.main import get_command
 from typing_extensions import override
 
 from overturning.commands import cube, records, study, surveys, workflow
@@ -101,6 +103,12 @@ def _root_command(
     pass
 
 
+@cache
+def _command_line() -> Any:
+    """Return all commands with their options, made once in a process, which may run several command lines."""
+    return get_command(app)
+
+
 def run_command_line(arguments: Sequence[str] | None = None) -> None:
     """Run the command line program `overturning`; print a user's error in one or two lines and exit with status 1.
 
@@ -108,7 +116,7 @@ def run_command_line(arguments: Sequence[str] | None = None) -> None:
     traceback is a bug of this package.
     """
     try:
-        app(args=None if arguments is None else list(arguments), prog_name="overturning")
+        _command_line()(args=None if arguments is None else list(arguments), prog_name="overturning")
     except OverturningError as error:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(1)

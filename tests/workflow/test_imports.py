@@ -1,10 +1,12 @@
-"""Modules that each step imports in a process of its own: imports take longer than the work of a short step."""
+"""Modules that each step imports: imports take longer than the work of a short step."""
 
 import json
+import os
 import re
 import shlex
 import subprocess
 import sys
+from itertools import chain
 from pathlib import Path
 
 import pytest
@@ -34,29 +36,56 @@ NEEDED = {
 }
 """Heavy modules that a step may import; steps that draw or write pages are left out."""
 
+IN_TURN = ("read", "describe", "members", "sweep", "gather", "check-convergence", "rotate", "fragility", "findings")
+"""The steps in an order in which each has its inputs, and all that need tables and statistics are the last."""
+
 PROGRAM = f"""
-import atexit, json, sys
-atexit.register(lambda: print(json.dumps([name for name in {sorted(HEAVY)} if name in sys.modules])))
-from overturning.cli import main
-main()
+import json, os, sys
+from importlib import import_module
+from overturning.commands.application import run_command_line
+
+def run(words):
+    step = os.fork()
+    if step:
+        assert os.waitpid(step, 0)[1] == 0, words[0]
+        return
+    try:
+        run_command_line(words)
+        failed = False
+    except SystemExit as end:
+        failed = bool(end.code)
+    print(json.dumps([words[0], [name for name in {sorted(HEAVY)} if name in sys.modules]]), flush=True)
+    os._exit(failed)
+
+commands = json.load(sys.stdin)
+for words in commands:
+    if words[0] == "rotate":
+        for name in {sorted(TABLES | STATISTICS)}:
+            import_module(name)
+    run(words)
 """
+"""Steps in copies (forks) of one process, which has imported what all of them or all that are left may import."""
 
 
 def test_steps_import_only_what_they_need(tmp_path: Path) -> None:
     study = SMALL.replace("rinaldi, petrolia", "rinaldi").replace("step: 30, also: [32]", "step: 90")
     checkout = Checkout(tmp_path / "imports", f"{study}population: {{}}\n")
-    imported = {}
-    for command in checkout.plan().commands:
-        _, *words = shlex.split(re.sub(r" 2?> .*", "", command))
-        if words[0] not in NEEDED:
-            continue
-        for word in words:
-            if word.startswith("results/"):
-                (checkout.folder / word).parent.mkdir(parents=True, exist_ok=True)
-        done = subprocess.run(
-            [sys.executable, "-c", PROGRAM, *words], cwd=checkout.folder, capture_output=True, text=True, check=False
-        )
-        assert done.returncode == 0, done.stderr
-        imported[words[0]] = set(json.loads(done.stdout.splitlines()[-1]))
+    planned = [shlex.split(re.sub(r" 2?> .*", "", command))[1:] for command in checkout.plan().commands]
+    commands = sorted((words for words in planned if words[0] in NEEDED), key=lambda words: IN_TURN.index(words[0]))
+    for word in chain.from_iterable(commands):
+        if word.startswith("results/"):
+            (checkout.folder / word).parent.mkdir(parents=True, exist_ok=True)
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM],
+        cwd=checkout.folder,
+        env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
+        input=json.dumps(commands),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    answers = [json.loads(line) for line in done.stdout.splitlines() if line.startswith('["')]
+    imported = {name: set(found) for name, found in answers}
     assert imported.keys() == NEEDED.keys()
     assert {name: found - NEEDED[name] for name, found in imported.items() if found - NEEDED[name]} == {}

@@ -42,6 +42,7 @@ IN_TURN = ("read", "describe", "members", "sweep", "gather", "check-convergence"
 PROGRAM = f"""
 import json, os, sys
 from importlib import import_module
+import netCDF4, overturning.records.store, overturning.study.load  # of all steps
 from overturning.commands.application import run_command_line
 
 def run(words):

@@ -101,12 +101,12 @@ def test_a_figure_of_a_factor_names_it_and_takes_no_measures_of_the_record_as_it
     path = cubes["three"]
     write_intensity_measures(study_from_content(SMALL, "test"), [RECORD], path.with_name("intensity.nc"))
     with overturning.open_cube(path, amplitude=2.0) as twice, overturning.open_cube(path) as once:
-        titles = [plot.fall_map(cube).get_suptitle() for cube in (twice, once)]
+        of_twice, of_once = (plot.fall_map(cube) for cube in (twice, once))
+        titles = [figure.get_suptitle() for figure in (of_twice, of_once)]
         assert ["motion × 2" in title for title in titles] == [True, False]
         assert titles[0].replace(", motion × 2", "") == titles[1]
         # The ensemble is run for the record as it is: of twice the record there is no probability, nor a bar for one.
-        without, with_bar = (len(plot.fall_map(cube).axes) for cube in (twice, once))
-        assert with_bar == without + 1
+        assert len(of_once.axes) == len(of_twice.axes) + 1
         for draw in (
             plot.outcomes_by_pga_and_pgv_ratio,
             plot.pga_and_pgv_by_azimuth,

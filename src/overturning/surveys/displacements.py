@@ -117,6 +117,25 @@ class _ComputedStones(NamedTuple):
     twist: FloatArray
 
 
+class _CellArrays(NamedTuple):
+    """Values of the cases of a cube, as arrays whose first axis is friction: flags, slip (m) and twist (degrees)."""
+
+    dimension_names: tuple[str, ...]
+    flags: NDArray[np.floating]
+    north: NDArray[np.floating]
+    east: NDArray[np.floating]
+    twist: NDArray[np.floating]
+
+    @classmethod
+    def from_cube(cls, cube: xr.Dataset) -> "_CellArrays":
+        """Return the arrays of a cube; a cube without friction has one row."""
+        names = ("overturned", "residual_slip_north", "residual_slip_east", "residual_twist")
+        ordered = [cube[name].transpose("friction", ..., missing_dims="ignore") for name in names]
+        arrays = (one.to_numpy() if "friction" in one.dims else one.to_numpy()[None] for one in ordered)
+        others = (str(name) for name in cube["overturned"].dims if name != "friction")
+        return cls(("friction", *others), *arrays)
+
+
 def compare_displacements(
     table: SurveyTable, cube: xr.Dataset, site_cubes: Mapping[str, xr.Dataset] | None = None
 ) -> DisplacementComparison:
@@ -145,12 +164,14 @@ def compare_displacements(
     observed = [_observed_stone(table, line, row) for line, row in table.rows if row.counted_as != "not counted"]
     if not observed:
         raise ArgumentError("stones: none counts as fallen or standing; a comparison needs at least one")
-    used = {id(one): np.zeros(one["overturned"].shape, np.bool_) for one in (cube, *(site_cubes or {}).values())}
+    arrays = {id(one): _CellArrays.from_cube(one) for one in (cube, *(site_cubes or {}).values())}
+    used = {key: np.zeros(one.flags.shape, np.bool_) for key, one in arrays.items()}
     standing, never_stand = list[_ComputedStones](), 0
     fall_shares = list[tuple[int, FloatArray]]()
     for one in observed:
         own = (site_cubes or {}).get(one.stone.site, cube)
-        flags, cells = _cells_like_stone(own, one.stone, used[id(own)])
+        chosen = _grid_indices_like_stone(own, one.stone)
+        flags, cells = _cells_like_stone(arrays[id(own)], chosen, used[id(own)])
         fall_shares.append((one.stone.count, _mean_by_friction(flags)))
         if not one.stone.fell and (cells is None or not cells.weight.size):
             never_stand += one.stone.count
@@ -174,28 +195,23 @@ def _observed_stone(table: SurveyTable, line: int, row: SurveyRow) -> _ObservedS
 
 
 def _cells_like_stone(
-    cube: xr.Dataset, stone: Stone, used: NDArray[np.bool_]
-) -> tuple[xr.DataArray, _ComputedStones | None]:
+    cells: _CellArrays, chosen_indices: Mapping[str, NDArray[np.intp]], used: NDArray[np.bool_]
+) -> tuple[NDArray[np.floating], _ComputedStones | None]:
     """Return the flags of the simulated cases that resemble a stone, and those cases that stand; mark them in `used`.
 
-    The weights of the standing cases sum to 1.
+    `chosen_indices` are those of `_grid_indices_like_stone`. The weights of the standing cases sum to 1.
     """
-    chosen = _grid_indices_like_stone(cube, stone)
-    whole = cube["overturned"]
-    mask = np.zeros(whole.shape, np.bool_)
-    mask[np.ix_(*(chosen.get(str(name), np.arange(whole.sizes[name])) for name in whole.dims))] = True
-    used |= mask & np.isfinite(whole.to_numpy())
-    cells = cube.isel({name: index for name, index in chosen.items() if name in whole.dims})
-    flags = cells["overturned"]
-    dims = ("friction", ...) if "friction" in flags.dims else (...,)
-    stands = (flags == 0).transpose(*dims).to_numpy()
-    frictions = stands.shape[0] if "friction" in flags.dims else 1
-    rows = stands.reshape(frictions, -1)
+    sizes = zip(cells.dimension_names, cells.flags.shape, strict=True)
+    at = np.ix_(*(chosen_indices.get(name, np.arange(size)) for name, size in sizes))
+    flags = cells.flags[at]
+    used[at] |= np.isfinite(flags)
+    frictions = flags.shape[0]
+    rows = (flags == 0).reshape(frictions, -1)
     if not rows.any():
         return flags, None
     north, east, twist = (
-        np.asarray(cells[name].transpose(*dims), np.float64).reshape(rows.shape)[rows]
-        for name in ("residual_slip_north", "residual_slip_east", "residual_twist")
+        np.asarray(values[at], np.float64).reshape(rows.shape)[rows]
+        for values in (cells.north, cells.east, cells.twist)
     )
     # Frictions have equal weight where both stand and fall; within a friction so have its standing cases.
     weight = np.where(rows, 1.0, 0.0) / np.maximum(rows.sum(axis=1, keepdims=True), 1) / rows.any(axis=1).sum()
@@ -225,11 +241,10 @@ def _grid_indices_like_stone(cube: xr.Dataset, stone: Stone) -> dict[str, NDArra
     return found
 
 
-def _mean_by_friction(flags: xr.DataArray) -> FloatArray:
+def _mean_by_friction(flags: NDArray[np.floating]) -> FloatArray:
     """Return the share of falls among cases with known outcome, for each friction; NaN if none is known."""
-    known, fell = flags.notnull(), flags == 1
-    over = [name for name in flags.dims if name != "friction"]
-    counts, falls = (np.atleast_1d(one.sum(over).to_numpy()) for one in (known, fell))
+    rows = flags.reshape(flags.shape[0], -1)
+    counts, falls = np.isfinite(rows).sum(axis=1), (rows == 1).sum(axis=1)
     return np.asarray(np.divide(falls, counts, out=np.full(counts.shape, np.nan), where=counts > 0))
 
 

@@ -12,11 +12,11 @@ from overturning.study.scenes import variant_grid
 from tests.study.small_study import cube_of, pulse, study
 
 ENSEMBLE = {"ensemble": {"members": 16, "where": "everywhere"}}
-PLANES = ENSEMBLE | {"azimuth": {"step": 45, "also": [32]}, "b_over_h": [0.3], "friction": [0.33, 1.0]}
+PLANES = ENSEMBLE | {"azimuth": {"step": 45, "also": [32]}, "b_over_h": [0.2, 0.3], "friction": [0.33, 1.0]}
 SPACE = ENSEMBLE | {
     "body": {"plan": "rectangle", "aspect": [1.0, 1.5]},
-    "orientation": {"step": 45},
-    "b_over_h": [0.3],
+    "orientation": {"step": 30},
+    "b_over_h": [0.2, 0.3],
     "friction": [0.6],
     "azimuth": {},
 }

@@ -380,6 +380,18 @@ def test_the_headline_follows_the_interval() -> None:
     assert len({one[0] for one in headlines}) == 3
 
 
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_an_alignment_of_few_earthquakes_has_no_interval(language: str) -> None:
+    data = json.loads(findings_by_hand("direction").model_dump_json())
+    data["direction"]["groups"][0]["alignment"] |= {"value": 0.417, "low": None, "high": None, "earthquakes": 3}
+    text = text_of(Findings.model_validate(data), language)
+    assert {"en": "0.42 (no interval; 3 earthquakes)", "ja": "0.42 (信頼区間なし、3 地震)"}[language] in text
+    data = json.loads(findings_by_hand("reference").model_dump_json())
+    data["reference_alignments"][0]["closest_alignment"] |= {"value": 0.417, "low": None, "high": None}
+    text = text_of(Findings.model_validate(data), language)
+    assert {"en": "0.42 (no interval", "ja": "0.42 (信頼区間なし"}[language] in text
+
+
 @pytest.mark.parametrize("study", STUDIES)
 def test_the_prose_of_each_kind_of_study(study: str, snapshot: SnapshotAssertion) -> None:
     """A reading aid: prose of findings written by hand, to be read in a diff. The other tests are the proof."""

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from overturning.figures.drawn_case import write_cases_with_figures
 from overturning.figures.illustrative import draw_illustrative_cases
 from overturning.figures.record import draw_record_figures
 from overturning.figures.study import draw_study_figures
@@ -29,7 +30,7 @@ def pulse_record(name: str, towards_deg: float, peak: float, **more: Any) -> Rec
 
 
 def make_results(folder: Path, records: list[Record], *, drawn: bool = True, **study: Any) -> Path:
-    """The results folder of a study of these records; with its figures, or with its numbers and films alone."""
+    """The results folder of a study of these records; with its films and figures, or with its numbers alone."""
     data = {
         "name": "tiny",
         "title": "Tiny",
@@ -49,9 +50,11 @@ def make_results(folder: Path, records: list[Record], *, drawn: bool = True, **s
     kept = [read_record_from_motion_file(folder / "motion" / f"{record.record_id}.nc") for record in records]
     write_intensity_measures(settings, kept, folder / "intensity.nc")
     cube, intensity, motions, figures = (folder / name for name in ("cube.nc", "intensity.nc", "motion", "figures"))
-    draw_illustrative_cases(cube, motions, figures / "illustrative")
     if drawn:
+        draw_illustrative_cases(cube, motions, figures / "illustrative")
         write = partial(write_figure_in_study_formats, settings.figures)
         draw_record_figures(cube, intensity, motions, figures, write)
         draw_study_figures(cube, intensity, figures, write)
+    else:
+        write_cases_with_figures([], figures / "illustrative")
     return folder

@@ -11,7 +11,6 @@ from typing import Any
 import pytest
 
 from overturning.figures.explore import explorer_page_data, explorer_page_html
-from overturning.report.write import write_report
 from overturning.translation.texts import translate_visible_texts_to
 from tests.figures.test_explore import cube, space_cube
 from tests.figures.test_japanese_figures import svg_texts
@@ -74,24 +73,16 @@ def test_the_explorer_has_no_english_word(tmp_path: Path) -> None:
         assert re.search("[ぁ-ん]", found["drawn"]), name
 
 
-@pytest.fixture(scope="module")
-def japanese(rendered: tuple[str, bytes], hostile: Path, tmp_path_factory: Any) -> str:
-    """Page of the report in Japanese; `rendered` writes the findings that it needs."""
-    assert rendered
-    path = tmp_path_factory.mktemp("ja") / "report.html"
-    write_report(hostile, path, language="ja")
-    return path.read_text(encoding="utf-8")
-
-
-def test_figures_and_films_of_the_report_have_no_english_word(japanese: str) -> None:
-    folded = re.findall(r"data:image/svg\+xml;base64,([^\"]+)", japanese)
+def test_figures_and_films_of_the_report_have_no_english_word(japanese: tuple[str, bytes]) -> None:
+    page, _ = japanese
+    folded = re.findall(r"data:image/svg\+xml;base64,([^\"]+)", page)
     drawings = [base64.b64decode(one).decode("utf-8") for one in folded]
-    drawings += re.findall(r"<svg .*?</svg>", japanese, flags=re.DOTALL)
+    drawings += re.findall(r"<svg .*?</svg>", page, flags=re.DOTALL)
     assert len(drawings) >= 8
     names = NAMES | {"event", "two", "one", "panic", "foo", "amp", "Tiny", "synthetic"}
     for drawing in drawings:
         assert not english_words(svg_texts(unescape(drawing))) - names
-    films = re.findall(r'<script type="application/json">(.*?)</script>', japanese, flags=re.DOTALL)
+    films = re.findall(r'<script type="application/json">(.*?)</script>', page, flags=re.DOTALL)
     assert films
     for film in films:
         assert not english_words(" ".join(texts_of(json.loads(film)))) - names

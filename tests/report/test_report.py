@@ -5,15 +5,17 @@ import re
 from pathlib import Path
 
 from overturning.report.write import write_report
-from overturning.study.cube import open_cube, study_of_cube
 from overturning.study.recheck import recheck
-from overturning.translation.texts import installed_fonts_of_language
+from overturning.study.schema import Study
 from tests.expect import lacking
-from tests.report.conftest import report_of
 
 
-def test_the_same_bytes(hostile: Path, rendered: tuple[str, bytes]) -> None:
-    assert report_of(hostile) == rendered
+def test_the_same_bytes_in_the_language_of_the_command(
+    hostile: Path, rendered: tuple[str, bytes], study_in_japanese: Study, tmp_path: Path
+) -> None:
+    page, pdf = tmp_path / "again.html", tmp_path / "again.pdf"
+    write_report(hostile, page, pdf, study_in_japanese, language="en")
+    assert (page.read_text(encoding="utf-8"), pdf.read_bytes()) == rendered
     assert rendered[1].startswith(b"%PDF")
 
 
@@ -27,22 +29,14 @@ def test_nothing_from_outside_and_nothing_run(rendered: tuple[str, bytes]) -> No
         json.loads(script)
 
 
-def test_the_language_of_a_study_and_of_the_command(rendered: tuple[str, bytes], hostile: Path, tmp_path: Path) -> None:
-    with open_cube(hostile / "cube.nc") as cube:
-        study = study_of_cube(cube)
-    assert study.language == "en"
-    japanese, other, pdf = tmp_path / "ja.html", tmp_path / "other.html", tmp_path / "ja.pdf"
-    font = bool(installed_fonts_of_language("ja"))
-    write_report(hostile, japanese, pdf if font else None, study.model_copy(update={"language": "ja"}))
-    write_report(hostile, other, language="ja")
-    page = japanese.read_text(encoding="utf-8")
-    assert page == other.read_text(encoding="utf-8")
+def test_the_language_of_a_study(rendered: tuple[str, bytes], japanese: tuple[str, bytes]) -> None:
+    page, pdf = japanese
     assert '<html lang="ja">' in page
     assert "<b>図1.</b>" in page
     assert '<html lang="en">' in rendered[0]
-    if not font:
+    if not pdf:
         lacking("no Japanese font (Debian package fonts-noto-cjk): the PDF is not written")
-    assert pdf.read_bytes().startswith(b"%PDF")
+    assert pdf.startswith(b"%PDF")
 
 
 def test_recheck(hostile: Path, tmp_path: Path) -> None:

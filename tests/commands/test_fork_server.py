@@ -7,31 +7,48 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import psutil
 import pytest
 
+from overturning.cli import main
 from overturning.commands import fork_client
 from overturning.commands.fork_client import SERVER_VARIABLE, THREADS_VARIABLE, run_step_in_fork_server
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the server runs on Linux only")
 
-STUDY = '{"name": "small", "records": {"use": ["rinaldi"]}, "azimuth": {"step": 1}, "ensemble": {"members": 64}}'
-LONG = STUDY.replace('"members": 64', '"members": 512, "where": "everywhere"')
+STUDY = '{"name": "small", "records": {"use": ["rinaldi"]}}'
 PROGRAM = [sys.executable, "-m", "overturning.cli"]
 READ = ("read", "--study", STUDY, "--record", "rinaldi")
 
 
-@pytest.fixture
-def measurements(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """Run a fork server during a test; its table of measurements."""
-    monkeypatch.setenv(THREADS_VARIABLE, "1")
-    monkeypatch.setenv(SERVER_VARIABLE, "")
-    table = tmp_path / "steps.tsv"
-    stop = fork_client.start_fork_server(table)
-    yield table
-    stop()
+@contextmanager
+def running_server(table: Path) -> Iterator[psutil.Process]:
+    """Run a fork server with its table of measurements; its process."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(THREADS_VARIABLE, "1")
+        patch.setenv(SERVER_VARIABLE, "")
+        stop = fork_client.start_fork_server(table)
+        (server,) = (one for one in psutil.Process().children() if str(table) in one.cmdline())
+        assert fork_client.SERVER_MODULE in server.cmdline()
+        try:
+            yield server
+        finally:
+            stop()
+
+
+@pytest.fixture(scope="module")
+def measurements(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("server") / "steps.tsv"
+
+
+@pytest.fixture(scope="module")
+def server(measurements: Path) -> Iterator[psutil.Process]:
+    """A server for all tests of this file that do not end it."""
+    with running_server(measurements) as process:
+        yield process
 
 
 def step(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
@@ -40,7 +57,9 @@ def step(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
 
 
 def rows(measurements: Path) -> list[list[str]]:
-    return [line.split("\t") for line in measurements.read_text(encoding="utf-8").splitlines()]
+    """Rows of the table of measurements without its heading: one for each step that ran in the server."""
+    lines = measurements.read_text(encoding="utf-8").splitlines() if measurements.exists() else []
+    return [line.split("\t") for line in lines[1:]]
 
 
 def wait_until(condition: Callable[[], object]) -> None:
@@ -50,24 +69,31 @@ def wait_until(condition: Callable[[], object]) -> None:
         time.sleep(0.02)
 
 
-def begin_long_sweep(folder: Path) -> tuple[subprocess.Popen[str], psutil.Process]:
-    """Begin a sweep of minutes; its client, and its process in the server."""
-    motion = folder / "motion.nc"
-    assert step(*READ, "--output", str(motion)).returncode == 0
-    words = ["sweep", "--study", LONG, "--motion", str(motion), "--output", str(folder / "part.nc")]
-    (server,) = (one for one in psutil.Process().children() if fork_client.SERVER_MODULE in one.cmdline())
+@contextmanager
+def endless_step(server: psutil.Process, folder: Path) -> Iterator[tuple[subprocess.Popen[str], psutil.Process]]:
+    """Begin a step that waits for its study, which nobody writes; its client, and its process in the server."""
+    os.mkfifo(folder / "study.yaml")
+    words = ["read", "--study", str(folder / "study.yaml"), "--record", "rinaldi", "--output", str(folder / "never.nc")]
     client = subprocess.Popen([*PROGRAM, *words], stderr=subprocess.PIPE, text=True)
     wait_until(server.children)
-    return client, server.children()[0]
+    process = server.children()[0]
+    try:
+        yield client, process
+    finally:  # without it, the server of a failed test would wait for ever
+        with suppress(psutil.NoSuchProcess):
+            process.kill()
 
 
-def test_output_of_a_step_is_that_of_a_process_of_its_own(measurements: Path, tmp_path: Path) -> None:
+def test_output_of_a_step_is_that_of_a_process_of_its_own(
+    server: psutil.Process, measurements: Path, tmp_path: Path
+) -> None:
     for name, environment in (("own.nc", {SERVER_VARIABLE: ""}), ("server.nc", {})):
         done = step(*READ, "--output", str(tmp_path / name), **environment)
         assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
     assert (tmp_path / "own.nc").read_bytes() == (tmp_path / "server.nc").read_bytes()
-    head, row = rows(measurements)
+    (row,) = (one for one in rows(measurements) if str(tmp_path) in one[1])
     assert row[:2] == ["read", str(tmp_path / "server.nc")]
+    head = measurements.read_text(encoding="utf-8").splitlines()[0].split("\t")
     used = dict(zip(head, row, strict=True))
     assert 0.0 < float(used["cpu_time"]) < 60.0
     assert 10.0 < float(used["max_rss"]) < 2000.0
@@ -75,17 +101,22 @@ def test_output_of_a_step_is_that_of_a_process_of_its_own(measurements: Path, tm
 
 @pytest.mark.parametrize("words", [("read", "--study", STUDY, "--record", "none", "--output", "x.nc"), ("read",)])
 def test_a_failing_step_has_the_message_and_status_of_a_process_of_its_own(
-    measurements: Path, words: tuple[str, ...]
+    server: psutil.Process, measurements: Path, words: tuple[str, ...], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    own, served = step(*words, **{SERVER_VARIABLE: ""}), step(*words)
-    assert own.returncode != 0
-    assert (served.returncode, served.stdout, served.stderr) == (own.returncode, own.stdout, own.stderr)
-    assert len(rows(measurements)) == 2, "it ran in the server"
+    before = len(rows(measurements))
+    served = step(*words)
+    assert len(rows(measurements)) == before + 1, "it ran in the server"
+    with pytest.raises(SystemExit) as end:
+        main(list(words))  # as a process of its own does
+    own = capsys.readouterr()
+    assert end.value.code not in (None, 0)
+    assert (served.returncode, served.stdout, served.stderr) == (end.value.code, own.out, own.err)
 
 
 def test_a_step_has_the_folder_and_environment_of_its_client(
-    measurements: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    server: psutil.Process, measurements: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    before = len(rows(measurements))
     monkeypatch.chdir(tmp_path)
     (tmp_path / "config").mkdir()
     (tmp_path / "config" / "records.tsv").write_text("id\tformat\tsource\nmine\tauto\tgone.V2A\n", encoding="utf-8")
@@ -95,37 +126,35 @@ def test_a_step_has_the_folder_and_environment_of_its_client(
     (tmp_path / "temporary").mkdir(mode=0o500)
     assert step(*READ, "--output", "motion.nc", TMPDIR=str(tmp_path / "temporary")).returncode == 0
     assert (tmp_path / "motion.nc").is_file()
-    assert len(rows(measurements)) == 3
+    assert len(rows(measurements)) == before + 2
 
 
-def test_steps_run_at_the_same_time(measurements: Path, tmp_path: Path) -> None:
-    client, process = begin_long_sweep(tmp_path)
-    assert step(*READ, "--output", str(tmp_path / "other.nc")).returncode == 0
-    assert client.poll() is None
-    process.kill()
-    client.communicate()
+def test_steps_run_at_the_same_time(server: psutil.Process, tmp_path: Path) -> None:
+    with endless_step(server, tmp_path) as (client, process):
+        assert step(*READ, "--output", str(tmp_path / "other.nc")).returncode == 0
+        assert client.poll() is None
+        process.kill()
+        client.communicate(timeout=60.0)
     assert client.returncode == 128 + signal.SIGKILL, "as a shell returns it"
     assert step(*READ, "--output", str(tmp_path / "third.nc")).returncode == 0, "the server goes on"
-    assert not (tmp_path / "part.nc").exists()
 
 
-def test_a_step_ends_with_its_client(measurements: Path, tmp_path: Path) -> None:
-    client, process = begin_long_sweep(tmp_path)
-    client.kill()
-    client.communicate()
-    process.wait(60.0)
-    assert not (tmp_path / "part.nc").exists()
+def test_a_step_ends_with_its_client(server: psutil.Process, tmp_path: Path) -> None:
+    with endless_step(server, tmp_path) as (client, process):
+        client.kill()
+        client.communicate(timeout=60.0)
+        process.wait(60.0)
     assert step(*READ, "--output", str(tmp_path / "other.nc")).returncode == 0, "the server goes on"
 
 
-def test_steps_end_with_a_killed_server(measurements: Path, tmp_path: Path) -> None:
-    client, process = begin_long_sweep(tmp_path)
-    process.parent().kill()
-    assert "error: the fork server of the run has ended; run again" in client.communicate()[1]
-    assert client.returncode == 1
-    wait_until(lambda: not process.is_running() or process.status() == psutil.STATUS_ZOMBIE)
-    done = step(*READ, "--output", str(tmp_path / "other.nc"))
-    assert (done.returncode, done.stderr) == (0, ""), "a step without a server runs in a process of its own"
+def test_steps_end_with_a_killed_server(tmp_path: Path) -> None:
+    with running_server(tmp_path / "steps.tsv") as server, endless_step(server, tmp_path) as (client, process):
+        server.kill()
+        assert "error: the fork server of the run has ended; run again" in client.communicate(timeout=60.0)[1]
+        assert client.returncode == 1
+        wait_until(lambda: not process.is_running() or process.status() == psutil.STATUS_ZOMBIE)
+        done = step("--version")
+        assert (done.returncode, done.stderr) == (0, ""), "a step without a server runs in a process of its own"
 
 
 def test_a_server_ends_after_its_killed_workflow_and_the_steps_that_run(tmp_path: Path) -> None:
@@ -136,7 +165,7 @@ def test_a_server_ends_after_its_killed_workflow_and_the_steps_that_run(tmp_path
         f"start_fork_server({str(tmp_path / 'steps.tsv')!r})\n"
         f"print(subprocess.Popen([*{PROGRAM}, *{[*READ, '--output', str(motion)]}]).pid, flush=True)\ninput()\n"
     )
-    environment = os.environ | {THREADS_VARIABLE: "1", "TMPDIR": str(tmp_path)}
+    environment = os.environ | {THREADS_VARIABLE: "1", SERVER_VARIABLE: "", "TMPDIR": str(tmp_path)}
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
     workflow = subprocess.Popen([sys.executable, "-c", code], env=environment, text=True, **pipes)
     assert workflow.stdout is not None
@@ -155,11 +184,13 @@ def test_a_server_ends_after_its_killed_workflow_and_the_steps_that_run(tmp_path
     ("variable", "value"), [(THREADS_VARIABLE, "2"), (SERVER_VARIABLE, ""), (SERVER_VARIABLE, "/no/socket")]
 )
 def test_a_step_that_the_server_cannot_run_is_left_to_the_caller(
-    measurements: Path, monkeypatch: pytest.MonkeyPatch, variable: str, value: str
+    server: psutil.Process, measurements: Path, monkeypatch: pytest.MonkeyPatch, variable: str, value: str
 ) -> None:
     """Its numerical libraries were loaded for one thread."""
+    before = rows(measurements)
     monkeypatch.setenv(variable, value)
     assert run_step_in_fork_server(["--version"]) is None
+    assert rows(measurements) == before
 
 
 def test_steps_run_in_their_own_processes_on_request(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -182,10 +213,13 @@ def test_a_run_goes_on_without_a_socket(tmp_path: Path, monkeypatch: pytest.Monk
     assert [path.name for path in tmp_path.rglob("*")] == [folder] * (folder != "gone")
 
 
-def test_a_server_of_another_installation_is_not_used(measurements: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_server_of_another_installation_is_not_used(
+    server: psutil.Process, measurements: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = rows(measurements)
     monkeypatch.setattr(fork_client, "installation", lambda: [sys.executable, "/elsewhere"])
     assert run_step_in_fork_server(["--version"]) is None
-    assert not measurements.exists()
+    assert rows(measurements) == before
 
 
 def test_kernels_are_loaded_once_for_each_variant(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,7 +1,9 @@
 """Use of the wheel without the repository: a film in any folder, a new project, own records and studies."""
 
+import json
 import os
 import re
+import shlex
 import subprocess
 import sys
 import zipfile
@@ -19,13 +21,8 @@ ROOT = Path(__file__).parents[2]
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """A folder into which the wheel was unpacked; the wheel was built from the sdist, without network."""
     folder = tmp_path_factory.mktemp("wheel")
-    for kind in ("sdist", "wheel"):
-        subprocess.run(
-            [sys.executable, "-m", "hatchling", "build", "-t", kind, "-d", str(folder)],
-            cwd=ROOT,
-            check=True,
-            capture_output=True,
-        )
+    build = [sys.executable, "-m", "hatchling", "build", "-t", "sdist", "-t", "wheel", "-d", str(folder)]
+    subprocess.run(build, cwd=ROOT, check=True, capture_output=True)
     (built,) = folder.glob("*.whl")
     assert len(list(folder.glob("*.tar.gz"))) == 1
     with zipfile.ZipFile(built) as file:
@@ -33,16 +30,35 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     return folder / "site"
 
 
-def run(wheel: Path, folder: Path, *command: str, check: bool = True) -> subprocess.CompletedProcess[str]:
+def run(wheel: Path, folder: Path, *command: str) -> subprocess.CompletedProcess[str]:
     """A command with the unpacked wheel in place of the checkout."""
     paths = os.pathsep.join([str(wheel), os.environ.get("XDG_DATA_HOME", "")]).rstrip(os.pathsep)
     environment = os.environ | {"PYTHONPATH": paths}
     words = [sys.executable, *command]
-    return subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, check=check, timeout=300)
+    return subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, check=True, timeout=300)
 
 
-def overturning(wheel: Path, folder: Path, *words: str, check: bool = True) -> subprocess.CompletedProcess[str]:
-    return run(wheel, folder, "-m", "overturning.cli", *words, check=check)
+COMMANDS = """
+import json, os, sys
+import overturning, snakemake_logger_plugin_overturning
+from overturning.cli import main
+print(overturning.__file__, snakemake_logger_plugin_overturning.__file__, sep="\\n")
+for folder, words in json.loads(sys.argv[1]):
+    os.chdir(folder)
+    try:
+        main(words)
+    except SystemExit as end:
+        print(f"status {end.code or 0}")
+"""
+
+
+def overturning(wheel: Path, *commands: tuple[Path, str]) -> str:
+    """Run commands of the unpacked wheel in their folders, all in one process; what they print, with their status."""
+    listed = json.dumps([(str(folder), shlex.split(words)) for folder, words in commands])
+    done = run(wheel, commands[0][0], "-c", COMMANDS, listed)
+    *where, printed = done.stdout.split("\n", 2)
+    assert all(path.startswith(str(wheel)) for path in where), where
+    return printed + done.stderr
 
 
 def test_commands_printed_by_init_work(tmp_path: Path) -> None:
@@ -78,11 +94,11 @@ def test_readme_of_a_new_project_names_existing_files(tmp_path: Path) -> None:
 
 
 def test_wheel_is_complete(wheel: Path, tmp_path: Path) -> None:
-    for package in ("overturning", "snakemake_logger_plugin_overturning"):
-        where = run(wheel, tmp_path, "-c", f"import {package}; print({package}.__file__)").stdout.strip()
-        assert where.startswith(str(wheel))
-    done = overturning(wheel, tmp_path, "one", "--record", "rinaldi", "--azimuth", "32", "--animate", "fall.html")
-    assert "falls towards S32°W" in done.stdout
+    one = "one --record rinaldi --azimuth 32 --animate fall.html"
+    printed = overturning(wheel, (tmp_path, "--version"), (tmp_path, one))
+    assert printed.startswith("overturning 0.")
+    assert "falls towards S32°W" in printed
+    assert printed.count("status 0\n") == 2
     assert (tmp_path / "fall.html").stat().st_size > 10_000
     project = wheel / "overturning" / "project"
     for part in (
@@ -103,17 +119,17 @@ def test_wheel_is_complete(wheel: Path, tmp_path: Path) -> None:
 
 
 def test_new_project(wheel: Path, tmp_path: Path) -> None:
-    said = overturning(wheel, tmp_path, "init", "mine").stdout
-    assert "snakemake --cores 2" in said
     folder = tmp_path / "mine"
-    assert "2 records × " in overturning(wheel, folder, "study", "check", "config/mine.yaml").stdout
+    commands = ((tmp_path, "init mine"), (folder, "study check config/mine.yaml"), (tmp_path, "init mine"))
+    printed = overturning(wheel, *commands)
+    assert "snakemake --cores 2" in printed
+    assert "2 records × " in printed
+    assert re.findall(r"^status (\d)$", printed, re.MULTILINE) == ["0", "0", "1"]
+    assert "exists and is not empty" in printed
     study = ("--configfile", "config/mine.yaml")
     planned = run(wheel, folder, "-m", "snakemake", "--cores", "1", *study, "--dry-run", "--quiet", "host")
     assert "rule report:" in planned.stdout
     assert "profiles/default" in planned.stderr, "which asks for the logger plugin"
-    again = overturning(wheel, tmp_path, "init", "mine", check=False)
-    assert again.returncode == 1
-    assert "exists and is not empty" in again.stderr
 
 
 def test_own_record_and_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -143,7 +159,3 @@ def test_own_record_and_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     coarse = ("--records", "rinaldi", "--title", "Here: 2020", "--step", "7")
     assert "error: config/other.yaml: azimuth: step 7" in said("study", "new", "--name", "other", *coarse, status=1)
     assert not Path("config/other.yaml").exists()
-
-
-def test_the_version(wheel: Path, tmp_path: Path) -> None:
-    assert overturning(wheel, tmp_path, "--version").stdout.startswith("overturning 0.")

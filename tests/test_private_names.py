@@ -128,7 +128,7 @@ def _names_in_texts(node: ast.AST) -> list[str]:
     keywords: list[str | None] = []
     if isinstance(node, ast.Call):
         keywords = [one.arg for one in node.keywords]
-        if ast.unparse(node.func) in ("getattr", "hasattr", "setattr", "delattr"):
+        if isinstance(node.func, ast.Name) and node.func.id in ("getattr", "hasattr", "setattr", "delattr"):
             texts += node.args[1:2]
     elif isinstance(node, ast.Dict):
         texts += node.keys

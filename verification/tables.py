@@ -121,7 +121,8 @@ def write_figures(
 
 def read_figures(path: Path) -> list[MeasuredFigure]:
     """Read a CSV file of measured figures, as written by `write_figures`."""
-    rows = pd.read_csv(path, keep_default_na=False)
+    texts = dict.fromkeys(("quantity", "unit", "commit"), str)  # a commit such as 15163e45 is no number
+    rows = pd.read_csv(path, keep_default_na=False, dtype=texts)
     return [
         MeasuredFigure(str(row.quantity), float(row.value), str(row.unit), str(getattr(row, "commit", "")))
         for row in iterate_rows(rows)

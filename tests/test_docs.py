@@ -107,8 +107,9 @@ def test_table_markers_come_in_pairs(page):
     assert len(set(begins)) == len(begins)
 
 
-def test_the_drawings_are_what_the_script_draws(tmp_path):
-    subprocess.run([sys.executable, DOCS / "draw.py", tmp_path], check=True, timeout=120)
+def test_the_drawings_are_what_the_script_draws(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(DOCS)  # as where the script is run
+    loaded("draw").main(tmp_path)
     drawn = sorted(tmp_path.iterdir())
     assert drawn
     shown = "".join(page.read_text(encoding="utf-8") for page in PAGES)
@@ -147,12 +148,17 @@ def test_the_method_explains_each_status_and_the_glossary_each_variable():
     assert [variable.name for variable in in_space if f"`{variable.name}`" not in glossary] == []
 
 
-@pytest.fixture(scope="module")
-def hooks():
-    spec = importlib.util.spec_from_file_location("hooks", DOCS / "hooks.py")
+def loaded(name):
+    """A script of the documentation as a module."""
+    spec = importlib.util.spec_from_file_location(name, DOCS / f"{name}.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+@pytest.fixture(scope="module")
+def hooks():
+    return loaded("hooks")
 
 
 def test_the_notebook_is_stored_with_what_it_shows_now(hooks):

@@ -16,6 +16,7 @@ from typing import Final
 import numpy as np
 
 import overturning
+from overturning.arrays import FloatArray
 from overturning.cli import main as run_command
 from overturning.files import write_text
 from overturning.motion.motion import Motion
@@ -73,35 +74,37 @@ def true_motion() -> CandidateMotion:
     return CandidateMotion.from_motion("Te Mara Farm", record.event, Motion.of(record))
 
 
-def fall_of_stone(motion: Motion, face_deg: float, height: float, shapes: tuple[float, float]) -> float:
-    """Return the azimuth of the face normal along which a stone falls first, degrees; NaN if it stands.
+def falls_of_stones(motion: Motion, face_deg: FloatArray, height: FloatArray, shapes: FloatArray) -> FloatArray:
+    """Return the azimuths of the face normals along which stones fall first, degrees; NaN where they stand.
 
-    ``shapes`` are B/H in the plane of the face normal, and across.
+    ``shapes``, shape (stones, 2), are B/H in the plane of the face normal, and across.
     """
-    first = (math.inf, math.nan)
-    for azimuth, shape in zip((face_deg, face_deg + 90.0), shapes, strict=True):
-        case = overturning.simulate(motion, azimuth_deg=[azimuth], height=[height], b_over_h=[shape], friction=FRICTION)
-        if side := float(case["overturned"].item()):
-            time = float(case["overturning_time"].item())
-            first = min(first, (time, (azimuth + (0.0 if side > 0 else 180.0)) % 360.0))
-    return first[1]
+    azimuth = np.column_stack([face_deg, face_deg + 90.0])
+    cases = overturning.Cases(azimuth.ravel(), np.repeat(height, 2), shapes.ravel(), FRICTION)
+    found = overturning.run_cases(motion, cases)
+    side = found.overturned.reshape(shapes.shape)
+    time = np.where(side != 0, found.overturning_time.reshape(shapes.shape), np.inf)
+    first, row = time.argmin(axis=1), np.arange(len(side))
+    fall = (azimuth + np.where(side > 0, 0.0, 180.0)) % 360.0
+    return np.where(np.isfinite(time[row, first]), fall[row, first], np.nan)
 
 
 def invent_stones() -> dict[str, list[InventedStone]]:
     """Invent the stones of each site, in rows of one orientation, and simulate them."""
-    generator, motion = np.random.Generator(np.random.PCG64(47)), true_motion().motion
-    stones: dict[str, list[InventedStone]] = {}
-    for site in SITES:
+    generator = np.random.Generator(np.random.PCG64(47))
+    drawn: list[tuple[float, ...]] = []
+    for _ in SITES:
         row = generator.uniform(0.0, 360.0)
-        stones[site] = []
         for _ in range(STONES_PER_SITE):
             face = round(row + generator.normal(0.0, 15.0)) % 360.0
             height, shape = (round(float(one), 2) for one in generator.uniform((0.5, 0.3), (1.1, 0.55)))
             side = round(shape * float(generator.uniform(1.0, 1.4)), 2)
-            fall = fall_of_stone(motion, face, height, (shape, side))
-            seen = (fall + generator.normal(0.0, SPREAD_DEG)) % 360.0
-            stones[site].append(InventedStone(face, height, shape, side, seen))
-    return stones
+            drawn.append((face, height, shape, side, generator.normal(0.0, SPREAD_DEG)))
+    face, height, shape, side, spread = np.array(drawn).T
+    seen = (falls_of_stones(true_motion().motion, face, height, np.column_stack([shape, side])) + spread) % 360.0
+    rows = zip(drawn, seen.tolist(), strict=True)
+    stones = [InventedStone(one[0], one[1], one[2], one[3], fall) for one, fall in rows]
+    return {site: stones[n * STONES_PER_SITE :][:STONES_PER_SITE] for n, site in enumerate(SITES)}
 
 
 def write_direction(azimuth_deg: float, notation: str) -> str:

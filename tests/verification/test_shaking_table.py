@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from overturning.arrays import FloatArray
 from overturning.dem.block.rigid import rocking
 from overturning.errors import ResultError
 from overturning.model.cases import Cases
@@ -47,6 +48,8 @@ def test_scores_by_hand() -> None:
     assert f1 == pytest.approx(0.5)  # one hit, one miss, one false alarm
     assert auc == pytest.approx(0.75)
     assert brier == pytest.approx((0.01 + 0.36 + 0.36 + 0.01) / 4)
+    _, area, _ = prediction_scores(np.array([0.9, 0.5, 0.5, 0.1]), fell)
+    assert area == pytest.approx(0.875), "equal probabilities count as half"
 
 
 def test_intervals_are_expanded_and_resample_motions() -> None:
@@ -136,16 +139,25 @@ def synthetic() -> tuple[ShakingTableTests, SimulatedStones]:
     return tests, SimulatedStones(rows["b_over_h"], rows["height"], rows["damping"], fell)
 
 
-def test_most_likely_centre_has_the_true_strength(synthetic: tuple[ShakingTableTests, SimulatedStones]) -> None:
-    tests, made = synthetic
-    centre = most_likely_centre(ensemble_fractions(made), tests.fell[1], np.arange(150))
+@pytest.fixture(scope="module")
+def shares(synthetic: tuple[ShakingTableTests, SimulatedStones]) -> FloatArray:
+    """Shares of the cloud's neighbourhoods that fall."""
+    return ensemble_fractions(synthetic[1])
+
+
+def test_most_likely_centre_has_the_true_strength(
+    synthetic: tuple[ShakingTableTests, SimulatedStones], shares: FloatArray
+) -> None:
+    tests, _ = synthetic
+    centre = most_likely_centre(shares, tests.fell[1], np.arange(150))
     shape, size = divmod(centre, HEIGHT.size)
     assert limit(B_OVER_H[shape], HEIGHT[size]) == pytest.approx(limit(np.array(0.15), np.array(0.8)), rel=0.15)
 
 
-def test_held_out_scores_and_reliability(synthetic: tuple[ShakingTableTests, SimulatedStones]) -> None:
-    tests, made = synthetic
-    shares = ensemble_fractions(made)
+def test_held_out_scores_and_reliability(
+    synthetic: tuple[ShakingTableTests, SimulatedStones], shares: FloatArray
+) -> None:
+    tests, _ = synthetic
     rows, held = measure_scores(tests, {ENSEMBLE: shares, SPACE: shares}, draws=40)
     values = rows.set_index(["split", "specimen", "model", "score"])["value"]
     for split in ("odd to even", "motion left out"):

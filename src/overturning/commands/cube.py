@@ -39,7 +39,12 @@ def draw_figure(
     import inspect
 
     from overturning.errors import ArgumentError, closest_name_hint
-    from overturning.figures.write import parse_figure_width_inches, save_figure_with_checks, set_figure_title
+    from overturning.figures.write import (
+        parse_figure_width_inches,
+        parse_font_family_and_size,
+        save_figure_with_checks,
+        set_figure_title,
+    )
     from overturning.files import check_output_path
     from overturning.study.cube import open_cube, select_heights_and_frictions, study_for_presentation
     from overturning.translation.texts import ENGLISH, check_language_is_known, translate_visible_texts_to
@@ -57,6 +62,8 @@ def draw_figure(
     if kind == "polar" and (height or friction):
         draw = KINDS["blocks"]
     check_language_is_known(language or ENGLISH)
+    if font:  # a wrong one is told before the figure is drawn
+        parse_font_family_and_size(font)
     with open_cube(cube, chunks={"record": 1}, amplitude=None) as data:
         chosen = select_heights_and_frictions(data, cube, height, friction, single=kind == "polar")
         drawn = draw(chosen, record) if of_one else draw(chosen)

@@ -1,13 +1,14 @@
 """Steps in the fork server of a run: what they write and return is that of a process of their own."""
 
 import os
+import re
 import signal
 import socket
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
 import psutil
@@ -69,19 +70,35 @@ def wait_until(condition: Callable[[], object]) -> None:
         time.sleep(0.02)
 
 
+def writer_to_reader_of(pipe: Path) -> list[int]:
+    """Open a named pipe for writing; nothing if nobody reads it yet."""
+    try:
+        return [os.open(pipe, os.O_WRONLY | os.O_NONBLOCK)]
+    except OSError:
+        return []
+
+
+def ignores_interrupt(process: int) -> bool:
+    """True if a process ignores Ctrl-C, as a client does while its step runs."""
+    (mask,) = re.findall(r"^SigIgn:\s*(\w+)$", Path(f"/proc/{process}/status").read_text(), re.MULTILINE)
+    return bool(int(mask, 16) >> (signal.SIGINT - 1) & 1)
+
+
 @contextmanager
 def endless_step(server: psutil.Process, folder: Path) -> Iterator[tuple[subprocess.Popen[str], psutil.Process]]:
     """Begin a step that waits for its study, which nobody writes; its client, and its process in the server."""
-    os.mkfifo(folder / "study.yaml")
-    words = ["read", "--study", str(folder / "study.yaml"), "--record", "rinaldi", "--output", str(folder / "never.nc")]
+    study, writers = folder / "study.yaml", list[int]()
+    os.mkfifo(study)
+    words = ["read", "--study", str(study), "--record", "rinaldi", "--output", str(folder / "never.nc")]
     client = subprocess.Popen([*PROGRAM, *words], stderr=subprocess.PIPE, text=True)
-    wait_until(server.children)
-    process = server.children()[0]
     try:
-        yield client, process
+        wait_until(lambda: writers.extend(writer_to_reader_of(study)) or writers)  # past the begin of a step
+        wait_until(lambda: ignores_interrupt(client.pid))  # the server has answered it
+        yield client, server.children()[0]
     finally:  # without it, the server of a failed test would wait for ever
-        with suppress(psutil.NoSuchProcess):
-            process.kill()
+        client.kill()
+        for writer in writers:
+            os.close(writer)
 
 
 def test_output_of_a_step_is_that_of_a_process_of_its_own(

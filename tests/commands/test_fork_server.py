@@ -164,6 +164,23 @@ def test_a_step_ends_with_its_client(server: psutil.Process, tmp_path: Path) -> 
     assert step(*READ, "--output", str(tmp_path / "other.nc")).returncode == 0, "the server goes on"
 
 
+LATE_STEP = """
+import os, signal, sys
+from overturning.commands import fork_server
+server = int(sys.argv[1]) or os.getppid()
+request = {"environment": dict(os.environ), "folder": os.getcwd(), "arguments": ["init", "mine"]}
+fork_server._run_step_and_exit(request, [1, 2], signal.SIG_DFL, server)
+"""
+"""Program that runs a step as a forked copy of the process with the given number; 0: its parent."""
+
+
+@pytest.mark.parametrize("server", [0, 1])
+def test_a_step_whose_server_ended_before_it_began_does_not_run(server: int, tmp_path: Path) -> None:
+    environment = os.environ | {SERVER_VARIABLE: "of the server"}
+    done = subprocess.run([sys.executable, "-c", LATE_STEP, str(server)], cwd=tmp_path, env=environment, check=False)
+    assert (done.returncode, (tmp_path / "mine").exists()) == ((1, False) if server else (0, True))
+
+
 def test_steps_end_with_a_killed_server(tmp_path: Path) -> None:
     with running_server(tmp_path / "steps.tsv") as server, endless_step(server, tmp_path) as (client, process):
         server.kill()

@@ -100,13 +100,14 @@ class ForkServer:
                 return
             self._load_for(request["arguments"])
             gc.freeze()  # garbage collection of a step need not visit, and so copy, what is loaded
+            server_process = os.getpid()
             try:
                 process = os.fork()
             except OSError:  # no memory or too many processes: the client runs the step itself
                 connection.close()
                 return
             if not process:
-                _run_step_and_exit(request, outputs, self._interrupt_handler)
+                _run_step_and_exit(request, outputs, self._interrupt_handler, server_process)
         with contextlib.suppress(OSError):  # the client was killed: the selector notices
             connection.sendall(STARTED)
         self._steps[process] = RunningStep(request["arguments"], connection)
@@ -178,14 +179,21 @@ def _load_kernels_of_sweep(arguments: list[str]) -> None:
     load_kernels(load_study_from_file_or_json(options["--study"]), record, options["--variant"])
 
 
-def _run_step_and_exit(request: dict[str, Any], outputs: list[int], interrupt_handler: Any) -> NoReturn:
-    """Run a workflow step in this forked process, with the client's folder, environment and outputs; then exit."""
+def _run_step_and_exit(
+    request: dict[str, Any], outputs: list[int], interrupt_handler: Any, server_process: int
+) -> NoReturn:
+    """Run a workflow step in this forked process, with the client's folder, environment and outputs; then exit.
+
+    The step ends with the server, whose process number is `server_process`.
+    """
     status: Any = 1
     try:
         signal.set_wakeup_fd(-1)
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)
         signal.signal(signal.SIGINT, interrupt_handler)
         ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
+        if os.getppid() != server_process:  # the server ended before the call above
+            os._exit(1)
         os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
         for number, output in enumerate(outputs, start=1):
             os.dup2(output, number)

@@ -41,7 +41,7 @@ run: setup ## run the default study, or another: make run STUDY=config/mine.yaml
 
 PYTEST := $(BIN)/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder
 
-test: setup-dev ## lint and tests in parallel: about five minutes on two cores, including the compilation of kernels
+test: setup-dev ## lint and tests in parallel: about four minutes on two cores, including the compilation of kernels
 	@$(MAKE) --no-print-directory --jobs=2 lint tests
 
 tests: setup-dev

@@ -16,8 +16,9 @@ KERNELS = (
 would compile the same kernel at the same time, and a second variant of a kernel takes a quarter of the first."""
 
 FIRST = (
-    *KERNELS, "test_body_closed_forms.py", "test_rocking.py", "test_study.py", "test_fork_server.py", "test_imports.py",
-    "test_new_project.py",
+    *KERNELS, "test_body_closed_forms.py", "test_rocking.py", "test_study.py", "test_messages.py",
+    "test_in_browsers.py", "test_explorer_in_browsers.py", "test_commands_on_results.py", "test_japanese_figures.py",
+    "test_fetch.py", "test_imports.py", "test_new_project.py", "test_python.py", "test_fork_server.py",
 )  # fmt: skip
 """Files that run first: those that compile, then the longest, which would leave one process idle at the end."""
 

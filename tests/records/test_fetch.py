@@ -141,7 +141,7 @@ def request(server: Server, **more) -> FdsnWaveformRequest:
 
 
 def ask(server: Server, folder: Path, **more):
-    return fetch_fdsn_record(request(server, **more), folder, tries=3, timeout=0.6, wait=0.01)
+    return fetch_fdsn_record(request(server, **more), folder, tries=3, timeout=0.4, wait=0.01)
 
 
 def test_fdsn_waveforms_and_metadata_make_a_record(server, tmp_path):

@@ -83,5 +83,7 @@ def test_a_first_simulation_imports_nothing_expensive() -> None:
         print(*sorted(heavy & {*sys.modules} | {"xarray", "pandas"} & in_a_sweep))
     """
     run = partial(subprocess.run, [sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    # A first process may have to compile the kernels.
-    assert (run().stdout.strip() and run().stdout.strip()) == ""
+    found = run().stdout.strip()
+    if found:  # the modules that compiled the kernels
+        found = run().stdout.strip()
+    assert found == ""

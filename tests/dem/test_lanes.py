@@ -1,31 +1,52 @@
 """Layout of named tuples in rows of an array, and small mechanics functions shared by the kernels."""
 
+from typing import NamedTuple
+
 import numpy as np
 import pytest
+from numba import njit
 
 from overturning.dem.block import plan as block
 from overturning.dem.body import plan as body
+from overturning.dem.kernel import mechanics
+from overturning.dem.kernel.lanes import OPTIONS, LaneTupleAccess, TupleRowLayout, aligned_zeros, whole_vectors
 from overturning.dem.polygon import plan as polygon
 from overturning.dem.stack import plan as stack
-from tests.dem.compiled.lanes import (
-    ROWS,
-    Memory,
-    Other,
-    Pair,
-    clamp,
-    counted,
-    larger,
-    load_forces,
-    load_pair,
-    load_two,
-    place_and_sum_of_zeros,
-    rotate_pair,
-    store_forces_unless,
-    store_pair,
-    store_pair_unless,
-    store_two,
-    unit_pair,
-)
+
+
+class Memory(NamedTuple):
+    spring: float
+    force: float
+
+
+class Pair(NamedTuple):
+    depth: float
+    one: Memory
+    two: Memory
+
+
+class Other(NamedTuple):
+    mass: float
+
+
+def compiled(access: LaneTupleAccess) -> LaneTupleAccess:
+    """Return the access functions compiled so that Python can call them."""
+    load, store, store_unless = access
+    return LaneTupleAccess(
+        njit(lambda array, j: load(array, j)),
+        njit(lambda array, j, value: store(array, j, value)),
+        njit(lambda array, j, keep, value: store_unless(array, j, keep, value)),
+    )
+
+
+larger = njit(lambda peak, value: mechanics.updated_maximum(peak, value))
+unit_pair = njit(lambda c, s: mechanics.normalise_cosine_and_sine(c, s))
+rotate_pair = njit(lambda c, s, turn: mechanics.rotate_cosine_and_sine(c, s, turn))
+clamp = njit(lambda force, limit: mechanics.clamp_magnitude(force, limit))
+
+ROWS = TupleRowLayout(4, Other, Pair)
+PAIR, TWO = compiled(ROWS.lane_access(Pair)), compiled(ROWS.lane_access(Pair, "two"))
+NO_SPRINGS = compiled(ROWS.lane_access(Pair, unused_fields=["spring"]))
 
 
 def lanes() -> np.ndarray:
@@ -41,33 +62,38 @@ def test_rows_follow_the_fields() -> None:
     ]
     with pytest.raises(KeyError):
         ROWS.row_start(Pair, "three")
-    assert load_pair(lanes(), 1) == Pair(5.0, Memory(9.0, 13.0), Memory(17.0, 21.0))
-    assert load_two(lanes(), 3) == Memory(19.0, 23.0)
+    assert PAIR.load(lanes(), 1) == Pair(5.0, Memory(9.0, 13.0), Memory(17.0, 21.0))
+    assert TWO.load(lanes(), 3) == Memory(19.0, 23.0)
 
 
 def test_store_and_load_use_the_same_rows() -> None:
     array, value = lanes(), Pair(-1.0, Memory(-2.0, -3.0), Memory(-4.0, -5.0))
-    store_pair(array, 2, value)
-    assert load_pair(array, 2) == value
+    PAIR.store(array, 2, value)
+    assert PAIR.load(array, 2) == value
     assert np.count_nonzero(array < 0) == 5
     # In a slice of a larger array, like the rows of one of many pairs.
     many = np.concatenate([lanes(), lanes()])
-    store_two(many[ROWS.size :], 0, value.two)
+    TWO.store(many[ROWS.size :], 0, value.two)
     assert np.flatnonzero(many < 0).tolist() == [24 + 16, 24 + 20]
 
 
 def test_store_unless_keeps_a_lane_and_omitted_fields_are_not_stored() -> None:
     array, value = lanes(), Pair(-1.0, Memory(-2.0, -3.0), Memory(-4.0, -5.0))
-    store_pair_unless(array, 0, True, value)
+    PAIR.store_unless(array, 0, True, value)
     np.testing.assert_array_equal(array, lanes())
-    store_forces_unless(array, 0, False, value)
-    assert load_pair(array, 0) == Pair(-1.0, Memory(8.0, -3.0), Memory(16.0, -5.0))
-    assert load_forces(array, 0) == Pair(-1.0, Memory(0.0, -3.0), Memory(0.0, -5.0))
+    NO_SPRINGS.store_unless(array, 0, False, value)
+    assert PAIR.load(array, 0) == Pair(-1.0, Memory(8.0, -3.0), Memory(16.0, -5.0))
+    assert NO_SPRINGS.load(array, 0) == Pair(-1.0, Memory(0.0, -3.0), Memory(0.0, -5.0))
 
 
 def test_compiled_code_allocates_aligned_zeros() -> None:
+    @njit(**OPTIONS)
+    def address(size: int) -> tuple[int, int, float]:
+        numbers = aligned_zeros(size)
+        return numbers.ctypes.data, numbers.size, np.abs(numbers).sum()
+
     for size in (1, 100, 4032):
-        place, length, total = place_and_sum_of_zeros(size)
+        place, length, total = address(size)
         assert (place % 64, length, total) == (0, size, 0.0)
 
 
@@ -90,6 +116,7 @@ def test_limits_keep_the_sign_and_propagate_nan() -> None:
 
 def test_the_lanes_of_all_models_fill_whole_vectors() -> None:
     """`whole_vectors` returns another number than it is given unless that is a positive multiple of 8."""
+    counted = njit(lambda lane_count: whole_vectors(lane_count))
     for model in (block, body, polygon, stack):
         assert model.COLUMNS % 8 == 0
         assert counted(model.COLUMNS) == model.COLUMNS

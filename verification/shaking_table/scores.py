@@ -9,6 +9,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import rankdata
 
 from overturning.arrays import FloatArray
 from overturning.statistics.bootstrap import (
@@ -41,10 +42,7 @@ def prediction_scores(probabilities: FloatArray, fell: NDArray[np.bool_]) -> Flo
     falls, stands = int(fell.sum()), int((~fell).sum())
     if not (falls and stands):
         return np.full(3, np.nan)
-    # Of each stone that fell: the number of standing ones with less probability, and with no more.
-    standing = np.sort(probabilities[~fell])
-    less, no_more = (standing.searchsorted(probabilities[fell], end).sum() for end in ("left", "right"))
-    area = 0.5 * float(less + no_more) / (falls * stands)
+    area = (rankdata(probabilities)[fell].sum() - falls * (falls + 1) / 2) / (falls * stands)
     return np.array([2 * hits / (2 * hits + wrong), area, float(np.mean((probabilities - fell) ** 2))])
 
 

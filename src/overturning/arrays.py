@@ -24,12 +24,9 @@ def create_xarray_dataset(
 ) -> "xr.Dataset":
     """Create an xarray dataset from tuples (dimensions, array, optional attributes) without importing dask.
 
-    `xarray.Dataset` with plain tuples would import dask (0.3 s) to check for dask arrays, and so would arithmetic with
-    its variables.
+    `xarray.Dataset` with plain tuples would import dask (0.3 s) to check for dask arrays.
     """
     import xarray as xr
-
-    skip_dask_import()
 
     def to_xarray_variables(arrays: Mapping[str, tuple[Any, ...]]) -> "dict[str, xr.Variable]":
         """Convert tuples (dimensions, array, optional attributes) to xarray variables, by name."""

@@ -62,7 +62,7 @@ def draw_figure(
     if kind == "polar" and (height or friction):
         draw = KINDS["blocks"]
     check_language_is_known(language or ENGLISH)
-    if font:  # a wrong one is told before the figure is drawn
+    if font:  # a font that cannot be used is refused before drawing, which takes seconds
         parse_font_family_and_size(font)
     with open_cube(cube, chunks={"record": 1}, amplitude=None) as data:
         chosen = select_heights_and_frictions(data, cube, height, friction, single=kind == "polar")

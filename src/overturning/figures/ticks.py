@@ -11,8 +11,7 @@ from matplotlib.ticker import FixedLocator, Locator, NullLocator
 class InnerTickLocator(Locator):
     """Locator of those ticks of another locator that lie within the limits of the axis.
 
-    A tick outside is not drawn, but takes as long to create and to remove as one that is drawn, on some axes a third
-    of all.
+    A tick outside is not drawn, but takes as long to create and to remove as one that is drawn.
 
     Parameters
     ----------

@@ -65,21 +65,9 @@ class CompassAxes(PolarAxes):
     fixed_texts: list[Text]
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
-        self._was_compass_created = False
-        self._was_compass_cleared = False
-        self._name_distance = _MIDDLE_OF_NAME
         super().__init__(*args, theta_offset=np.pi / 2.0, theta_direction=-1, **kwargs)
-        self._was_compass_created = True
-
-    def clear(self) -> None:
-        """Remove all content; a new panel is cleared once, not twice as Matplotlib does (half of its time)."""
-        if self._was_compass_created or not self._was_compass_cleared:
-            super().clear()
-            self._was_compass_cleared = True
-            self.fixed_texts = []
-
-    def grid(self, *_: Any, **__: Any) -> None:
-        """Do nothing: the rings of a compass belong to it, not to the axes of the panel, which are hidden."""
+        self.fixed_texts = []
+        self._name_distance = _MIDDLE_OF_NAME
 
     def draw_compass(
         self, outer_radius: float, ring_labels: Mapping[float, str], label_azimuth_deg: float = 112.5,

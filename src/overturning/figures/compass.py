@@ -66,8 +66,12 @@ class CompassAxes(PolarAxes):
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, theta_offset=np.pi / 2.0, theta_direction=-1, **kwargs)
-        self.fixed_texts = []
         self._name_distance = _MIDDLE_OF_NAME
+
+    def clear(self) -> None:
+        """Remove all content, the fixed texts among it."""
+        super().clear()
+        self.fixed_texts = []
 
     def draw_compass(
         self, outer_radius: float, ring_labels: Mapping[float, str], label_azimuth_deg: float = 112.5,

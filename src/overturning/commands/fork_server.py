@@ -124,7 +124,7 @@ class ForkServer:
                 _load_kernels_of_sweep(last)
 
     def _report_ended_steps(self) -> None:
-        """Send the exit statuses of ended steps to their clients, and store their processor time and memory."""
+        """Store processor time and memory of ended steps, and send their exit statuses to their clients."""
         while self._steps:
             process, wait_status, used = os.wait4(-1, os.WNOHANG)
             if not process:
@@ -132,12 +132,12 @@ class ForkServer:
             step, status = self._steps.pop(process), os.waitstatus_to_exitcode(wait_status)
             with contextlib.suppress(KeyError, ValueError):
                 self._selector.unregister(step.connection)
+            self._store_measurements(step.arguments, used)  # first: who waits for the step may read them at once
             with contextlib.suppress(OSError):
                 step.connection.sendall(str(status if status >= 0 else 128 - status).encode())
             step.connection.close()
             if step.arguments[0] == "sweep" and status == 0:
                 self._sweeps.setdefault(_options(step.arguments).get("--variant", ""), step.arguments)
-            self._store_measurements(step.arguments, used)
 
     def _store_measurements(self, arguments: list[str], used: Any) -> None:
         """Append the processor time (s) and memory (MB) of a workflow step to the table of measurements."""

@@ -1,7 +1,7 @@
 """Polygons: area, centre, inertia and faces from closed forms; a non-convex polygon has convex pieces."""
 
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Final
 
 import numpy as np
@@ -31,6 +31,9 @@ class Polygon:
 
     Shape (n, 3), or (1, 3) if equal for all faces.
     """
+
+    def __post_init__(self) -> None:
+        self.vertices.flags.writeable = False  # scenes share polygons
 
     @property
     def convex_parts(self) -> tuple["Polygon", ...]:
@@ -115,6 +118,13 @@ def make_polygon(element_name: str, vertices: ArrayLike) -> Polygon:
     points = np.asarray(vertices, dtype=np.float64)
     if points.ndim != 2 or points.shape[1:] != (2,) or len(points) < 3 or not np.isfinite(points).all():
         raise ArgumentError(f"element {element_name}: a polygon has at least three vertices [x, z] of finite numbers")
+    return _polygon_of_vertex_bytes(element_name, points.tobytes())
+
+
+@lru_cache(maxsize=1024)
+def _polygon_of_vertex_bytes(element_name: str, vertex_bytes: bytes) -> Polygon:
+    """Return the polygon with vertices given as bytes of float64 pairs; scenes ask for the same polygons many times."""
+    points = np.frombuffer(vertex_bytes).reshape(-1, 2)
     origin = points[0].copy()
     x, z = (points - origin).T  # near the origin, so that a polygon far away keeps its digits
     u, w = np.roll(x, -1), np.roll(z, -1)

@@ -152,16 +152,17 @@ def fall_probability_to_either_side(cube: "xr.Dataset", *, use_ensemble: bool = 
     """
     if "overturned" not in cube:
         raise ResultError("the dataset has no variable 'overturned'; it is not a cube of this program")
-    flag = cube["overturned"]
     import xarray as xr
 
-    made = {}
+    stored, coordinates = cube["overturned"], cube["overturned"].coords
+    flag, made = stored.variable, {}  # variables have no coordinates, which need not be compared at each operation
+    known = outcome_is_known(flag)
     for sign, name, where in ((1, "towards", "azimuth"), (-1, "away", "azimuth + 180°")):
-        chance = (flag == sign).where(outcome_is_known(flag)).astype("float32")
+        chance = (flag == sign).where(known).astype("float32")
         if use_ensemble and "probability_towards" in cube:
-            chance = cube[f"probability_{name}"].astype("float32").fillna(chance)
-        chance.attrs = {"long_name": f"probability of falling towards the {where}", "units": "1"}
-        made[name] = chance
+            chance = cube[f"probability_{name}"].variable.astype("float32").fillna(chance)
+        attributes = {"long_name": f"probability of falling towards the {where}", "units": "1"}
+        made[name] = xr.DataArray(chance, coordinates, attrs=attributes)
     return xr.Dataset(made)
 
 

@@ -1,6 +1,7 @@
 """In which order two processes share the tests, and folders that both use."""
 
 import fcntl
+import gc
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -38,6 +39,13 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> KernelSch
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: FIRST.index(item.path.name) if item.path.name in FIRST else len(FIRST))
+
+
+def pytest_collection_finish() -> None:
+    """Keep garbage collection away from modules and tests: they stay, and looking at all of them takes seconds."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(20_000, 50, 100)
 
 
 @pytest.fixture(scope="session")

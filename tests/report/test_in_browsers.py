@@ -33,7 +33,7 @@ press(document.body, " ");
 await until(() => data.time > 0.1);
 press(document.body, " ");
 const paused = data.state;
-set(film.querySelector("input[type=range]"), 1.0, "input");
+set(film.querySelector("input[type=range]"), 0.3, "input");
 look();
 const [, half, full] = film.querySelectorAll(".film-speed input");
 full.click();
@@ -107,7 +107,7 @@ def said(request: pytest.FixtureRequest, rendered: tuple[str, bytes], tmp_path_f
     motion = Motion(7.0 * np.sin(2 * np.pi * time), 3.0 * np.sin(2 * np.pi * time), sampling_interval=0.01)
     path = falling_body(motion)
     pages = {
-        "film": (film_page_html(two_panels(duration=1.2, title=NAME)), FILM),
+        "film": (film_page_html(two_panels(duration=0.4, title=NAME)), FILM),
         "fall": (film_page_html(two_panels(forces=False)), FALL),
         "three": (film_page_html(Film("three", 0.0, 0.02, (*film.panels, film.panels[0]))), THREE),
         "space": (film_page_html(film_of_trajectories([path], motion, "title")), SPACE),
@@ -127,13 +127,13 @@ def test_a_film_plays_and_obeys_its_keys(said: dict[str, Any]) -> None:
     assert film["rates"] == ["1", "0.5"]
     assert film["seen"] == [
         ["paused", 0, "false", "false", "0.2"],
-        ["ended", 1.2, "false", "false", "0.2"],
+        ["ended", 0.4, "false", "false", "0.2"],
         ["paused", 0, "false", "false", "0.2"],
         ["paused", 0.02, "false", "false", "0.2"],
         ["paused", 0.02, "true", "false", "0.2"],
         ["paused", 0.02, "true", "true", "0.2"],
         ["paused", 0.02, "true", "true", "0.5"],
-        ["paused", 1.0, "true", "true", "0.5"],
+        ["paused", 0.3, "true", "true", "0.5"],
     ]
 
 

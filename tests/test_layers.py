@@ -16,6 +16,7 @@ LAYERS = [
     "quantities",
     "tables",
     "stored",
+    "kernel_cache",
     "motion",
     "records",
     "model",

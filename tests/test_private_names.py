@@ -34,7 +34,7 @@ USED: dict[str, dict[tuple[str, ...], tuple[str, str]]] = {
             "tests/study/test_gather.py::test_arrays_of_dask_are_imported_where_a_cube_is_read_by_them_and_known_then",
         ),
     },
-    "dem/kernel/cache.py": {
+    "kernel_cache.py": {
         ("numba.core.runtime",): ("reference counts must be initialised before a kernel is loaded", CACHE),
         ("_cache", "_cache_file", "_cache_path", "_impl", "_load_overload", "load_overload", "save_overload"): (
             "the cache's folder is named after all sources, and a kernel that cannot be loaded is compiled again",

@@ -10,10 +10,11 @@ import numba
 import numpy as np
 import pytest
 
-from overturning.dem.kernel import cache, queue
-from overturning.dem.kernel.cache import cache_compiled_kernel, cache_directory
+from overturning import kernel_cache
+from overturning.dem.kernel import queue
 from overturning.dem.kernel.lanes import INNER
 from overturning.dem.simulate import simulate_as_arrays
+from overturning.kernel_cache import cache_compiled_kernel, cache_directory
 from overturning.motion.motion import Motion
 from tests.test_layers import imports, modules
 
@@ -74,7 +75,7 @@ def test_the_package_changes_nothing_in_numba_or_llvm_for_others() -> None:
     """
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
-    package = Path(cache.__file__).parents[2]
+    package = Path(kernel_cache.__file__).parent
     assert [path for path in package.rglob("*.py") if "set_option(" in path.read_text(encoding="utf-8")] == []
 
 
@@ -127,5 +128,5 @@ def test_the_cache_folder_depends_on_all_modules_that_kernels_import() -> None:
     for name, path in modules().items():
         if name.startswith("overturning.dem.") and "numba" in path.read_text(encoding="utf-8"):
             types = {"overturning.arrays", "overturning.motion.motion"}  # nothing in them is compiled
-            assert {modules()[other] for other in imports(name) - types} <= {*cache._COMPILED}, name
+            assert {modules()[other] for other in imports(name) - types} <= {*kernel_cache._COMPILED}, name
     assert queue.run_queue._cache._cache_path == str(cache_directory())

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from overturning.dem.kernel.cache import cache_directory, sources_digest
 from overturning.dem.run import run_cases
+from overturning.kernel_cache import cache_directory, sources_digest
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 

@@ -61,7 +61,6 @@ from overturning.dem.body.vectors import (
     rotate_quaternion,
     rotation_matrix,
 )
-from overturning.dem.kernel.cache import cache_compiled_kernel
 from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import (
     INLINE,
@@ -76,6 +75,7 @@ from overturning.dem.kernel.mechanics import clamp_friction_and_stretch, updated
 from overturning.dem.kernel.queue import run_queue
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.time_step import IntegrationScheme, parse_scheme, steps_per_sample
+from overturning.kernel_cache import cache_compiled_kernel
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.cache import sources_digest
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import run_cases, simulate_cases
 from overturning.files import atomic_write
+from overturning.kernel_cache import sources_digest
 from overturning.model.cases import Cases
 from overturning.model.shapes import RectangularPrism
 from overturning.motion.motion import Motion

@@ -6,7 +6,7 @@ from numba import njit
 from overturning.dem.body.ending import body_has_fallen
 from overturning.dem.body.state import BodyTerminationLimits
 from overturning.dem.body.vectors import Quaternion, rotation_matrix
-from overturning.dem.kernel.cache import cache_compiled_kernel
+from overturning.kernel_cache import cache_compiled_kernel
 
 
 @cache_compiled_kernel

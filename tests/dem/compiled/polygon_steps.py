@@ -3,13 +3,13 @@
 import numpy as np
 from numba import njit
 
-from overturning.dem.kernel.cache import cache_compiled_kernel
 from overturning.dem.kernel.lanes import borrowed
 from overturning.dem.kernel.queue import allocate_workspace, load_motion_of_next_sample, start_case
 from overturning.dem.polygon import equations, rows
 from overturning.dem.polygon.rules import finish_sample, view_scene_arrays_without_reference_counts
 from overturning.dem.polygon.step import compute_step
 from overturning.dem.polygon.suspended_pairs import resume_pairs_that_may_touch
+from overturning.kernel_cache import cache_compiled_kernel
 
 
 @cache_compiled_kernel

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numba import njit
 
-from overturning.dem.kernel.cache import cache_compiled_kernel
+from overturning.kernel_cache import cache_compiled_kernel
 from overturning.units import STANDARD_GRAVITY
 
 STEPS_PER_SAMPLE = 200

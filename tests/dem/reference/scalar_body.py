@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.cache import cache_compiled_kernel
+from overturning.kernel_cache import cache_compiled_kernel
 from overturning.motion.motion import Motion
 
 G = 9.80665

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.cache import cache_compiled_kernel
+from overturning.kernel_cache import cache_compiled_kernel
 
 G = 9.80665
 

@@ -13,13 +13,13 @@ from numba import njit
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.cache import cache_compiled_kernel
 from overturning.dem.kernel.lanes import INNER, OPTIONS
 from overturning.dem.kernel.mechanics import normalise_cosine_and_sine
 from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
 from overturning.dem.limits import MAX_TIME_AFTER_RECORD
 from overturning.dem.plan import evaluate_and_round_results, motion_rows_and_base_accelerations
 from overturning.dem.time_step import rocking_time_constant
+from overturning.kernel_cache import cache_compiled_kernel
 from overturning.model.cases import Cases
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion

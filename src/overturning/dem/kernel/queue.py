@@ -13,10 +13,10 @@ from numba import njit
 from numba.extending import overload
 from numpy.typing import NDArray
 
-from overturning.dem.kernel.cache import cache_compiled_kernel
 from overturning.dem.kernel.ending import GOES_ON
 from overturning.dem.kernel.ground import GroundMotion
 from overturning.dem.kernel.lanes import INLINE, INNER, OPTIONS, OWNER, QUEUE, aligned_zeros, borrowed
+from overturning.kernel_cache import cache_compiled_kernel
 from overturning.model.status import CaseStatus
 
 

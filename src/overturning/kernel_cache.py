@@ -1,4 +1,4 @@
-"""Cache of compiled kernels on disk, named after a digest of the sources so that an edited kernel is recompiled."""
+"""Cache of compiled functions on disk, named after a digest of the sources so that an edited one is recompiled."""
 
 import hashlib
 import os
@@ -9,9 +9,13 @@ from typing import Any
 
 from numba.core.runtime import rtsys
 
-_PACKAGE = Path(__file__).parents[2]
-_COMPILED = (_PACKAGE / "units.py", *(path for room in ("dem", "model") for path in (_PACKAGE / room).rglob("*.py")))
-"""Modules whose functions or constants are compiled into the kernels."""
+_PACKAGE = Path(__file__).parent
+_COMPILED = (
+    _PACKAGE / "units.py",
+    Path(__file__),
+    *(path for room in ("dem", "model") for path in (_PACKAGE / room).rglob("*.py")),
+)
+"""Modules whose functions or constants are compiled into the kernels, and this one."""
 
 
 def sources_digest(source_folder: Path) -> str:
@@ -27,8 +31,9 @@ def sources_digest(source_folder: Path) -> str:
 
 _DIGEST = 32  # bytes
 
-_IMPORTED = {Path(__file__).parents[1]: sources_digest(Path(__file__).parents[1])}
-"""Digest of this layer at import time; this module is imported before all that is compiled."""
+_KERNELS = _PACKAGE / "dem"
+_IMPORTED = {_KERNELS: sources_digest(_KERNELS)}
+"""Digest of the kernels' sources at import time; this module is imported before all that is compiled."""
 
 
 def cache_directory(source_folder: Path | None = None) -> Path:
@@ -43,7 +48,7 @@ def cache_directory(source_folder: Path | None = None) -> Path:
         import platformdirs
 
         base = str(Path(platformdirs.user_cache_dir("overturning")) / "kernels")
-    return Path(base) / f"overturning-{sources_digest(source_folder or Path(__file__).parents[1])}"
+    return Path(base) / f"overturning-{sources_digest(source_folder or _KERNELS)}"
 
 
 def subpackage_folder(module_path: Path) -> Path:

@@ -11,12 +11,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scipy.signal
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from overturning.errors import ArgumentError
-from overturning.motion.direction import largest_motion_along_azimuths, north_east_cosines_of_azimuths
+from overturning.motion.direction import north_east_cosines_of_azimuths
 from overturning.motion.fourier import fourier_amplitude_spectrum, konno_ohmachi_smoothed_amplitude
 from overturning.motion.intensity import (
     MEASURES,
@@ -34,7 +35,8 @@ from overturning.motion.jma_intensity import (
     truncate_to_published_intensity,
 )
 from overturning.motion.motion import Motion
-from overturning.motion.oscillator import OscillatorResponseCalculator
+from overturning.motion.oscillator import OscillatorResponseCalculator, oscillator_filter_coefficients
+from overturning.motion.peaks import largest_filtered_motion_along_azimuths, largest_motion_along_azimuths
 from overturning.motion.spectra import housner_spectrum_intensity, response_spectra_by_azimuth, rotd_percentile_measures
 from overturning.records.catalogue import read_record_table
 from overturning.records.processing import process_record
@@ -70,6 +72,24 @@ def test_largest_along_azimuths_matches_all_samples(pair, azimuths):
     cosines = north_east_cosines_of_azimuths(np.array(azimuths))
     expected = np.abs(cosines[:, :1] * pair[0] + cosines[:, 1:] * pair[1]).max(axis=1)
     np.testing.assert_array_equal(largest_motion_along_azimuths(pair, cosines), expected)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.integers(0, 10**6),
+    st.floats(0.02, 20.0),
+    st.floats(0.0, 0.9),
+    st.sampled_from([(0, 180, 1), (30, 31, 1), (90, 800, 47)]),
+)
+def test_peaks_of_a_filtered_motion_have_the_bits_of_scipys_filter(seed, period, damping, azimuths):
+    pair = np.random.default_rng(seed).normal(size=(2, 2000)) * np.hanning(2000)
+    cosines = north_east_cosines_of_azimuths(np.arange(*azimuths))
+    *above, below = oscillator_filter_coefficients(period, damping, 0.005)
+    for numerator in above:
+        north, east = scipy.signal.lfilter(numerator, below, pair, axis=1)
+        expected = np.abs(cosines[:, :1] * north + cosines[:, 1:] * east).max(axis=1)
+        found = largest_filtered_motion_along_azimuths(pair, numerator, below, cosines)
+        np.testing.assert_array_equal(found, expected)
 
 
 def test_largest_along_azimuths_of_a_linear_motion():

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from overturning.arrays import FloatArray
-from overturning.motion.direction import checked_azimuths, largest_motion_along_azimuths, north_east_cosines_of_azimuths
+from overturning.motion.direction import checked_azimuths, north_east_cosines_of_azimuths
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Accelerogram
 from overturning.units import STANDARD_GRAVITY
@@ -45,6 +45,7 @@ def intensity_measures_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) 
     from the trapezoidal rule, starting from rest; integration and rotation commute, so each component is integrated
     once.
     """
+    from overturning.motion.peaks import largest_motion_along_azimuths
     from overturning.motion.spectra import housner_spectrum_intensity, pseudo_acceleration_spectra
 
     half, back = np.unique(np.round(checked_azimuths(azimuth_deg) % 180.0, 9), return_inverse=True)

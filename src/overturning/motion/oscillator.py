@@ -73,9 +73,9 @@ def oscillator_filter_coefficients(
 
 
 class OscillatorResponseCalculator:
-    """Calculator of the responses of linear oscillators of any period to one motion of k components.
+    """Calculator of the peak responses of linear oscillators of any period to one horizontal motion.
 
-    The motion is given in m/s², shape (k, n). It is padded with zeros for the longest period (at most 10 s), because
+    The motion is given in m/s², shape (2, n). It is padded with zeros for the longest period (at most 10 s), because
     the response may peak after its end.
     """
 
@@ -111,14 +111,15 @@ class OscillatorResponseCalculator:
         wanted = self._interval * max(self._points / max(period_s, 3.0 * self._interval), 1.0 / LONGEST_STEP)
         return min(MAX_REFINEMENT, 2 ** max(0, math.ceil(math.log2(wanted))))
 
-    def response_histories(
-        self, period_s: float, damping: float, response_quantities: Sequence[Quantity]
-    ) -> list[FloatArray]:
-        """Return an oscillator's relative displacement (m) or velocity (m/s) over time, for each requested quantity.
+    def peak_responses(
+        self, period_s: float, damping: float, response_quantities: Sequence[Quantity], azimuth_cosines: FloatArray
+    ) -> FloatArray:
+        """Return an oscillator's peak relative displacement (m) or velocity (m/s) along m azimuths.
 
-        Each array has the shape (k, points) for k components; see `points_per_sample_for_period`.
+        The two components of the motion are those towards north and east. The result has the shape (q, m), for q
+        quantities and for direction cosines `azimuth_cosines` of shape (m, 2).
         """
-        from scipy.signal import lfilter
+        from overturning.motion.peaks import largest_filtered_motion_along_azimuths
 
         if not 0 <= damping < 1:
             raise ArgumentError(f"damping: {damping}; give a ratio from 0 to below 1")
@@ -128,4 +129,9 @@ class OscillatorResponseCalculator:
         motion = self._interpolated_components(factor)[:, : factor * until]
         displacement, velocity, below = oscillator_filter_coefficients(period_s, damping, self._interval / factor)
         above = {"displacement": displacement, "velocity": velocity}
-        return [np.asarray(lfilter(above[q], below, motion, axis=1)) for q in response_quantities]
+        return np.stack(
+            [
+                largest_filtered_motion_along_azimuths(motion, above[quantity], below, azimuth_cosines)
+                for quantity in response_quantities
+            ]
+        )

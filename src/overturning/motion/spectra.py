@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from overturning.arrays import FloatArray
-from overturning.motion.direction import largest_motion_along_azimuths, north_east_cosines_of_azimuths
+from overturning.motion.direction import north_east_cosines_of_azimuths
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Accelerogram
 from overturning.motion.oscillator import POINTS_PER_PERIOD, OscillatorResponseCalculator, Quantity, checked_periods
@@ -81,8 +81,7 @@ def _peak_oscillator_responses(
     )
     peaks = np.empty((len(response_quantities), periods.size, azimuth_cosines.shape[0]))
     for column, period in enumerate(periods):
-        for row, response in enumerate(oscillators.response_histories(float(period), damping, response_quantities)):
-            peaks[row, column] = largest_motion_along_azimuths(response, azimuth_cosines)
+        peaks[:, column] = oscillators.peak_responses(float(period), damping, response_quantities, azimuth_cosines)
     return peaks
 
 
@@ -99,6 +98,8 @@ def rotd_percentile_measures(
     dict of str to ndarray
         ``pga`` (q,) in m/s², ``pgv`` (q,) in m/s, ``psa`` (q, p) in m/s², for q percentiles and p periods (s).
     """
+    from overturning.motion.peaks import largest_motion_along_azimuths
+
     periods, cosines = checked_periods(period_s), north_east_cosines_of_azimuths(ROTD_AZIMUTHS)
     (displacement,) = _peak_oscillator_responses(motion, periods, cosines, 0.05, ("displacement",))
     psa = _pseudo_acceleration_from_displacement(displacement, periods)

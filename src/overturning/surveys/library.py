@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from overturning.errors import ArgumentError
-from overturning.motion.direction import largest_motion_along_azimuths, north_east_cosines_of_azimuths
+from overturning.motion.direction import north_east_cosines_of_azimuths
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordEntry
@@ -64,6 +64,8 @@ class CandidateMotion:
 
         An ArgumentError is raised if the motion is zero.
         """
+        from overturning.motion.peaks import largest_motion_along_azimuths
+
         azimuth = np.arange(0.0, 180.0, AXIS_STEP_DEG)
         cosines, acceleration = north_east_cosines_of_azimuths(azimuth), motion.horizontal_components
         along = largest_motion_along_azimuths(integrate(acceleration, motion.sampling_interval), cosines)

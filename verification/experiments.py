@@ -157,9 +157,12 @@ RULES: Final = {
     "unchanged": "",
     "finest step half as long": CLOCK.format("finest=0.04"),
     "finest step twice as long": CLOCK.format("finest=0.16"),
+    "finest step four times as long": CLOCK.format("finest=0.32"),
+    "finest step eight times as long": CLOCK.format("finest=0.64"),
     "every change in a finest step": "from overturning.dem.block import state; state.MAX_GENTLE_TRAVEL *= 0",
     "four steps of each length": CLOCK.format("dwell=4.0"),
     "sixteen steps of each length": CLOCK.format("dwell=16.0"),
+    "one step of each length above eight finest steps": CLOCK.format("settled=1.0"),
     "whole steps while standing": "from overturning.dem.block import state; state.RIGID_TIME_RATIO *= 1e9",
     "no step repeated at the same length, only halved": CLOCK.format("tries=0.0"),
 }

@@ -30,18 +30,22 @@ class Project:
         Options of Snakemake, for every run.
     own_kernels : bool
         True: use separate compiled kernels, which may be damaged; False: use the shared ones.
+    checkout : Path
+        Checkout whose workflow and package are used, with the packages of this environment.
     """
 
-    def __init__(self, folder: Path, study: str = "", *options: str, own_kernels: bool = False) -> None:
+    def __init__(
+        self, folder: Path, study: str = "", *options: str, own_kernels: bool = False, checkout: Path = ROOT
+    ) -> None:
         self.folder, self.file = folder, "study.yaml" if study else "config/near-fault.yaml"
         if not (folder / self.file).exists():
             folder.mkdir(parents=True, exist_ok=True)
             for name in (*WORKFLOW, "config"):
-                copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy2
-                copy(ROOT / name, folder / name)
+                copy = shutil.copytree if (checkout / name).is_dir() else shutil.copy2
+                copy(checkout / name, folder / name)
             if study:
                 (folder / self.file).write_text(study, encoding="utf-8")
-        self._options, self._own_kernels = options, own_kernels
+        self._options, self._own_kernels, self._checkout = options, own_kernels, checkout
         self.results = folder / "results" / yaml.safe_load((folder / self.file).read_text(encoding="utf-8"))["name"]
 
     def copy_to(self, folder: Path) -> Self:
@@ -63,6 +67,8 @@ class Project:
         environment = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
         if self._own_kernels:
             environment["NUMBA_CACHE_DIR"] = str(self.folder / "kernels")
+        if self._checkout != ROOT:
+            environment["PYTHONPATH"] = str(self._checkout / "src")
         command = [sys.executable, "-m", "snakemake", "--configfile", self.file, *self._options, *options]
         wanted = ["--", str((self.results / file).relative_to(self.folder))] if file else []
         return {"args": [*command, *wanted], "cwd": self.folder, "env": environment}

@@ -12,13 +12,15 @@ import tempfile
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from statistics import median
 from typing import Final, NamedTuple
+
+import netCDF4
 
 from overturning.commands.fork_client import SERVER_VARIABLE
 from overturning.errors import ResultError
-from overturning.study.cube import open_cube
 from verification.project import Project
-from verification.tables import MeasuredFigure, figure_text, markdown_table
+from verification.tables import ROOT, MeasuredFigure, current_commit, figure_text, markdown_table
 
 CORES: Final = 2
 
@@ -64,10 +66,10 @@ class WholeRun(NamedTuple):
     cube_sha256: str
 
 
-def run_default_study(with_fork_server: bool) -> WholeRun:
-    """Run the default study in a new folder, with compiled kernels, and return its cost."""
+def run_default_study(with_fork_server: bool, checkout: Path = ROOT) -> WholeRun:
+    """Run the default study of a checkout in a new folder, with compiled kernels, and return its cost."""
     with tempfile.TemporaryDirectory() as scratch:
-        project = Project(Path(scratch) / "project", "", "--cores", str(CORES))
+        project = Project(Path(scratch) / "project", "", "--cores", str(CORES), checkout=checkout)
         how, table = project.command(file=""), project.results / "benchmarks" / STEPS
         if not with_fork_server:
             table = Path(scratch) / STEPS
@@ -82,8 +84,8 @@ def run_default_study(with_fork_server: bool) -> WholeRun:
         wall, after = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
         spent = (after.ru_utime - before.ru_utime) + (after.ru_stime - before.ru_stime)
         first = min(path.stat().st_mtime for path in project.results.glob("figures/polar/*.svg"))
-        with open_cube(project.cube) as cube:
-            return WholeRun(wall, spent, first - began, read_step_costs(table), str(cube.attrs["content_sha256"]))
+        with netCDF4.Dataset(project.cube) as cube:  # also of a version whose cubes `open_cube` refuses
+            return WholeRun(wall, spent, first - began, read_step_costs(table), str(cube.content_sha256))
 
 
 def read_step_costs(table: Path) -> dict[str, StepCost]:
@@ -123,3 +125,38 @@ def start_up_table(figures: Sequence[MeasuredFigure]) -> str:
     names = [quantity.removeprefix(f"{WITHOUT_SERVER}: ") for quantity in values if quantity.startswith(WITHOUT_SERVER)]
     rows = [(name, values[f"{WITHOUT_SERVER}: {name}"], values[f"{WITH_SERVER}: {name}"]) for name in names]
     return markdown_table(("", "a process for each step", "fork server"), rows)
+
+
+def compare_whole_runs(checkout: Path, pairs: int) -> str:
+    """Run the default study of another checkout and of this one in turn; return a Markdown table of their costs.
+
+    A row gives the medians over the pairs, and the median of the ratios within a pair. The first run of each state,
+    which compiles its kernels and bytecode, is not counted. Steps of a checkout without a fork server run in processes
+    of their own.
+    """
+    has_server = (checkout / "src" / "overturning" / "commands" / "fork_server.py").exists()
+    both = [(has_server, checkout), (True, ROOT)]
+    runs = [[run_default_study(*state) for state in both] for _ in range(pairs + 1)][1:]
+    columns = [[_costs_by_row(one) for one in states] for states in zip(*runs, strict=True)]
+    rows = []
+    for name in dict.fromkeys(name for column in columns for name in column[0]):
+        before, after = ([one[name] for one in column if name in one] for column in columns)
+        ratio = f"{median(new / old for old, new in zip(before, after, strict=True)):.2f}" if before and after else "–"
+        rows.append((name, *(f"{median(values):.3g}" if values else "–" for values in (before, after)), ratio))
+    earlier = subprocess.run(
+        ["git", "rev-parse", "--short=8", "HEAD"], cwd=checkout, capture_output=True, text=True, check=True
+    ).stdout.strip()
+    return markdown_table(("", f"commit {earlier}", f"commit {current_commit()}", "ratio"), rows)
+
+
+def _costs_by_row(run: WholeRun) -> dict[str, float]:
+    """Return the times of a complete run, s, by the name of their row."""
+    steps = {f"processor time of `{name}`, s": cost.processor_s for name, cost in run.steps.items()}
+    rest = run.processor_s - sum(steps.values())
+    return {
+        "time on two cores, s": run.wall_s,
+        "time until the first polar map, s": run.first_map_s,
+        "processor time, s": run.processor_s,
+        **steps,
+        "processor time of Snakemake and of what starts the steps, s": rest,
+    }

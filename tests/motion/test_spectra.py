@@ -92,6 +92,18 @@ def test_peaks_of_a_filtered_motion_have_the_bits_of_scipys_filter(seed, period,
         np.testing.assert_array_equal(found, expected)
 
 
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("place", [(0, 0), (1, 150), (0, 299)])
+def test_a_sample_that_is_not_finite_is_not_overlooked(value, place):
+    pair = np.random.default_rng(5).normal(size=(2, 300))
+    pair[place] = value
+    *above, below = oscillator_filter_coefficients(0.5, 0.05, 0.01)
+    cosines = north_east_cosines_of_azimuths(np.arange(0.0, 180.0, 10.0))
+    assert np.isnan(largest_motion_along_azimuths(pair, cosines)).all()
+    for numerator in above:
+        assert np.isnan(largest_filtered_motion_along_azimuths(pair, numerator, below, cosines)).all()
+
+
 def test_largest_along_azimuths_of_a_linear_motion():
     """For motion along N60E only, the lower bound across it is zero, and no sample may be left out."""
     wave = np.random.default_rng(0).normal(size=5000)

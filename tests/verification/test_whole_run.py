@@ -1,11 +1,21 @@
 """Table of the cost of starting steps."""
 
+import subprocess
 from pathlib import Path
 
 import pytest
 
-from verification.tables import MeasuredFigure
-from verification.whole_run import WITH_SERVER, WITHOUT_SERVER, StepCost, read_step_costs, start_up_table
+from verification import whole_run
+from verification.tables import ROOT, MeasuredFigure
+from verification.whole_run import (
+    WITH_SERVER,
+    WITHOUT_SERVER,
+    StepCost,
+    WholeRun,
+    compare_whole_runs,
+    read_step_costs,
+    start_up_table,
+)
 
 
 @pytest.mark.parametrize("header", ["command\toutput\tcpu_time\tmax_rss\n", ""])
@@ -25,3 +35,28 @@ def test_a_row_has_the_figures_of_both_runs() -> None:
         MeasuredFigure(f"{WITHOUT_SERVER}: {quantity}", 16.6, "s"),
     ]
     assert start_up_table(figures).splitlines()[2:] == [f"| {quantity} | 16.6 s | 1.62 s |"]
+
+
+def test_versions_are_compared_in_pairs_without_their_first_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The second pair is twice as slow as the first on both sides; the ratio within a pair does not see it, nor the first run."""
+    subprocess.run(["git", "init", "-q", str(tmp_path)], check=True)
+    author = ("-c", "user.name=a", "-c", "user.email=a@b")
+    subprocess.run(["git", *author, "commit", "-q", "--allow-empty", "-m", "x"], cwd=tmp_path, check=True)
+    walls = {tmp_path: iter((500.0, 100.0, 200.0)), ROOT: iter((900.0, 50.0, 100.0))}
+    served = []
+
+    def run(with_fork_server: bool, checkout: Path) -> WholeRun:
+        served.append((with_fork_server, checkout))
+        wall, name = next(walls[checkout]), "report" if checkout == ROOT else "crate"
+        return WholeRun(wall, 2 * wall, wall / 5, {"sweep": StepCost(1, wall, 1.0), name: StepCost(1, 1.0, 1.0)}, "")
+
+    monkeypatch.setattr(whole_run, "run_default_study", run)
+    rows = [line.strip("| ").split(" | ") for line in compare_whole_runs(tmp_path, 2).splitlines()[2:]]
+    assert served == [(False, tmp_path), (True, ROOT)] * 3
+    found = {row[0]: row[1:] for row in rows}
+    assert found["time on two cores, s"] == ["150", "75", "0.50"]
+    assert found["processor time of `sweep`, s"] == ["150", "75", "0.50"]
+    assert found["processor time of `crate`, s"] == ["1", "–", "–"]
+    assert found["processor time of `report`, s"] == ["–", "1", "–"]

@@ -22,7 +22,7 @@ def largest_motion_along_azimuths(horizontal_motion: FloatArray, azimuth_cosines
     """Return the largest absolute value, over time, of the horizontal motion along each of m azimuths.
 
     ``horizontal_motion`` has shape (2, n), ``azimuth_cosines`` (m, 2), towards north and east; the result has shape
-    (m,) and the unit of the motion.
+    (m,) and the unit of the motion. If a sample is not finite, all results are NaN.
     """
     return largest_filtered_motion_along_azimuths(horizontal_motion, _UNFILTERED, _UNFILTERED, azimuth_cosines)
 
@@ -69,9 +69,10 @@ def _update_largest_filtered_motion(
     """Filter a motion and update the largest value along each azimuth; most samples are too small for any azimuth.
 
     A sample that is nearer to the origin than the smallest of all largest values so far cannot be the largest along
-    any azimuth. Otherwise each group of azimuths is tested: |p · u| ≤ |p · m| + |p × m| |sin δ| for the sample p and
-    an azimuth u at the angle δ from the middle azimuth m of the group. The fourth column of `groups` becomes the bound
-    that a sample must reach. The function has plain loops only, which compile in a fraction of the time.
+    any azimuth. Otherwise each group of azimuths is tested: |p · u| ≤ |p · m| + |p × m| |sin δ| for the sample p
+    and an azimuth u at the angle δ from the middle azimuth m of the group. The fourth column of `groups` becomes the
+    bound that a sample must reach. If a sample is not finite, all results are NaN. The function has plain loops only,
+    which compile in a fraction of the time.
     """
     count = cosines.shape[0]
     b0, b1, b2 = coefficients[0, 0], coefficients[0, 1], coefficients[0, 2]
@@ -95,3 +96,7 @@ def _update_largest_filtered_motion(
                     lowest = min(lowest, largest_out[k])
                 groups[group, 3] = lowest * _MARGIN
             least = min(least, groups[group, 3])
+    # A sample that is not finite stays in the state of the filter, and no comparison above sees it.
+    if not abs(north_1) + abs(east_1) < math.inf:
+        for k in range(count):
+            largest_out[k] = math.nan

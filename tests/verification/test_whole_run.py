@@ -1,4 +1,4 @@
-"""Table of the cost of starting steps."""
+"""Tables of complete runs: what starting steps costs, and two versions in pairs."""
 
 import subprocess
 from pathlib import Path
@@ -40,7 +40,7 @@ def test_a_row_has_the_figures_of_both_runs() -> None:
 def test_versions_are_compared_in_pairs_without_their_first_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The second pair is twice as slow as the first on both sides; the ratio within a pair does not see it, nor the first run."""
+    """Both states are twice as slow in the second pair: the ratio stays, and the first run of each does not count."""
     subprocess.run(["git", "init", "-q", str(tmp_path)], check=True)
     author = ("-c", "user.name=a", "-c", "user.email=a@b")
     subprocess.run(["git", *author, "commit", "-q", "--allow-empty", "-m", "x"], cwd=tmp_path, check=True)

@@ -4,11 +4,9 @@ import re
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from overturning.figures.history import (
     BINS,
-    RESPONSE_PERIODS,
     min_max_envelope,
     record_history_figure,
     start_shift_from_unprocessed,
@@ -18,8 +16,6 @@ from overturning.figures.write import save_figure_files
 from overturning.records.processing import process_record
 from overturning.records.record import Record
 from overturning.records.steps import Cut, Highpass, RemoveMean
-from overturning.study.intensity import write_intensity_measures
-from overturning.study.load import study_from_content
 
 TIME = np.arange(0, 60, 0.01)
 
@@ -85,17 +81,6 @@ def test_response_spectra_over_all_azimuths_of_a_motion_along_one(up):
     assert (lines["RotD00"] < 1e-9 * lines["RotD100"]).all()
     # An oscillator that is far stiffer than the motion follows the ground: 1 m/s².
     assert lines["RotD100"][0] == pytest.approx(100, rel=0.02)
-
-
-def test_response_spectra_from_intensity_file_match_computed_ones(tmp_path):
-    one = raw()
-    study = study_from_content({"name": "a", "records": {"use": [one.record_id]}, "azimuth": {"step": 90}}, "test")
-    write_intensity_measures(study, [one], tmp_path / "i.nc")
-    with project_style(), xr.open_dataset(tmp_path / "i.nc") as measures:
-        spectra = measures["psa_rotd"].isel(record=0).sel(period=RESPONSE_PERIODS, method="nearest").to_numpy()
-        for page, given in (("a.svg", spectra), ("b.svg", None)):
-            save_figure_files(record_history_figure(one, one, given), tmp_path / page)
-    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
 
 
 def test_the_envelope_keeps_every_peak_and_the_order_of_time():

@@ -166,7 +166,7 @@ def test_every_report_is_well_formed_without_cube_and_figures(study: str, langua
     film = FilmFacts("film-1", "Title", "A stone", (("north", "falls"), ("south", "stands")), "rule")
     media = Media(
         films=[film, film],
-        chapters={"vale": ("polar/vale", "history/vale")},
+        chapters={"vale": ("polar/vale", "intensity/vale")},
         explorer="explore.html",
         stations=["maps/1", "maps/2"],
         rose=True,

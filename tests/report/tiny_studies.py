@@ -59,6 +59,6 @@ def make_results(folder: Path, records: list[Record], *, drawn: bool = True, **s
         patch.setattr(ConstrainedLayoutEngine, "execute", lambda *_: None)
         draw_illustrative_cases(cube, motions, figures / "illustrative")
         write = partial(write_figure_in_study_formats, settings.figures)
-        draw_record_figures(cube, intensity, motions, figures, write)
+        draw_record_figures(cube, intensity, figures, write)
         draw_study_figures(cube, intensity, figures, write)
     return folder

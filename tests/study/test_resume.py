@@ -79,7 +79,7 @@ def test_files_of_a_record_that_is_no_longer_in_the_study_are_removed_and_no_oth
         *("read/{}.nc", "read/soft/{}.nc", "motion/{}.nc", "motion/soft/{}.nc"),
         *("sweep/nominal/{}.1-of-2.nc", "sweep/soft/{}.2-of-2.nc"),
     )
-    drawn = ("figures/polar/{}.svg", "figures/blocks/{}.pdf", "figures/intensity/{}.png", "figures/history/{}.svg")
+    drawn = ("figures/polar/{}.svg", "figures/blocks/{}.pdf", "figures/intensity/{}.png")
     notes = ("logs/read/{}.log", "logs/sweep/nominal/{}.1-of-2.log", "benchmarks/sweep/nominal/{}.1-of-2.tsv")
     samples = np.sin(np.arange(50.0))
     for name in ("kept", "gone"):

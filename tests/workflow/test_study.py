@@ -175,7 +175,7 @@ def test_change_of_a_source_runs_what_depends_on_it(
     ("name", "again"),
     [
         ("figures/rose.svg", {"figures", *LAST}),
-        ("figures/history/rinaldi.svg", {"record_figures_1", *LAST}),
+        ("figures/intensity/rinaldi.svg", {"record_figures_1", *LAST}),
         ("report.pdf", LAST),
         ("intensity.nc", {"rotate", "record_figures_1", "figures", "findings", *LAST}),
         ("convergence.json", {"convergence", "findings", *LAST}),

@@ -122,7 +122,7 @@ def measure_lazily(
     for what, call in (
         (
             "figures of a record",
-            "record import draw_record_figures; draw_record_figures(cube, intensity, motions, figures, write, [0])",
+            "record import draw_record_figures; draw_record_figures(cube, intensity, figures, write, [0])",
         ),
         (
             "figures of all records together",

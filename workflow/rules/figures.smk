@@ -31,11 +31,6 @@ for name, batch in BATCHES.items():
                 caption="../report/intensity.rst",
                 category="Intensity by azimuth",
             ),
-            history=report(
-                expand(f"{FIGURES}/history/{{record}}.svg", record=batch),
-                caption="../report/history.rst",
-                category="Time histories",
-            ),
         log:
             f"{LOGS}/{name}.log",
         benchmark:

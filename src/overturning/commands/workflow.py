@@ -247,7 +247,7 @@ def draw_figures_of_records(
     with TemporaryDirectory() as folder, translate_visible_texts_to(settings.language):
         cube = Path(folder) / "cube.nc"
         merge_sweep_parts(settings, records, sweep_part_paths(parts, settings.records.use, chunks), cube)
-        draw_record_figures(cube, intensity, motions, output, write)
+        draw_record_figures(cube, intensity, output, write)
 
 
 def draw_figures_of_study(study: Study, cube: Cube, intensity: Intensity, output: Figures) -> None:

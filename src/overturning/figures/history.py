@@ -42,9 +42,7 @@ BINS: Final = 600
 """Number of bins along the time axis; only the smallest and the largest sample of each are drawn (below a pixel)."""
 
 
-def record_history_figure(
-    unprocessed_record: Record, processed_record: Record, rotd_spectra: FloatArray | None = None
-) -> "Figure":
+def record_history_figure(unprocessed_record: Record, processed_record: Record) -> "Figure":
     """Draw time histories and spectra of a record before and after processing, a column per component.
 
     Rows: acceleration, velocity and displacement before (grey) and after processing; Fourier amplitudes with the
@@ -55,8 +53,6 @@ def record_history_figure(
     ----------
     unprocessed_record, processed_record : Record
         The record before and after processing; the same object if nothing was done.
-    rotd_spectra : array, shape (3, periods), optional
-        RotD00, RotD50 and RotD100 of the pseudo-acceleration at `RESPONSE_PERIODS`, m/s²; computed if not given.
     """
     names = [name for name in COMPONENTS if getattr(processed_record, name) is not None]
     wide = len(names) > 2
@@ -65,9 +61,7 @@ def record_history_figure(
         panel.remove()
     if wide:
         panels[5, 0].set_subplotspec(panels[5, 0].get_gridspec()[5, :])
-    _draw_rotd_spectra(
-        panels[5, 0 if wide else 1], compute_rotd_spectra(processed_record) if rotd_spectra is None else rotd_spectra
-    )
+    _draw_rotd_spectra(panels[5, 0 if wide else 1], compute_rotd_spectra(processed_record))
     moving = [getattr(unprocessed_record, name) for name in names]
     noise = signal_to_noise_ratio(moving, unprocessed_record.sampling_interval)
     for column, name in enumerate(names):

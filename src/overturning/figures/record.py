@@ -1,4 +1,4 @@
-"""Figures of single records: fall map, intensity by azimuth, and processing history."""
+"""Figures of single records: maps of falls, and intensity by azimuth."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -7,12 +7,10 @@ import xarray as xr
 
 from overturning.figures.film_words import station_and_event_text
 from overturning.figures.ground import pga_and_pgv_figure
-from overturning.figures.history import RESPONSE_PERIODS, record_history_figure
 from overturning.figures.maps import fall_map_figure
 from overturning.figures.style import project_style
-from overturning.figures.write import Write, save_figure_files
+from overturning.figures.write import Write
 from overturning.model.scene import gravestone
-from overturning.records.store import read_record_from_motion_file, read_unprocessed_record_from_motion_file
 from overturning.study.cube import element_name_of_cube, first_shown_height_and_friction, open_cube, study_of_cube
 from overturning.study.scenes import variant_scene
 
@@ -20,7 +18,6 @@ from overturning.study.scenes import variant_scene
 def draw_record_figures(
     cube_path: Path,
     intensity_path: Path,
-    motion_folder: Path,
     output_folder: Path,
     write_figure_files: Write,
     record_indices: Iterable[int] | None = None,
@@ -33,11 +30,9 @@ def draw_record_figures(
         The cube; it may hold only some records of the study.
     intensity_path : Path
         Intensity measures of all records of the study (NetCDF).
-    motion_folder : Path
-        Folder of the motions.
     output_folder : Path
-        Receives ``polar/ID`` (map of the block shown first), ``blocks/ID`` (maps of all blocks, if there are several),
-        ``intensity/ID`` and ``history/ID.svg`` (time histories, a file next to the report).
+        Receives ``polar/ID`` (map of the block shown first), ``blocks/ID`` (maps of all blocks, if there are several)
+        and ``intensity/ID``.
     write_figure_files : callable
         Writes a figure in all formats of the study.
     record_indices : iterable of int, optional
@@ -55,8 +50,6 @@ def draw_record_figures(
             around = intensity.isel(record=everyone.index(name))
             event = str(around["event"].item())  # event names depend on all records; this cube may hold one only
             title = station_and_event_text(station, event)
-            motion = motion_folder / f"{name}.nc"
-            used = read_record_from_motion_file(motion)
             with project_style():
                 write_figure_files(
                     fall_map_figure(one.sel(first_shown_height_and_friction(one)), f"{title}{stone}", around["pgv"]),
@@ -68,11 +61,6 @@ def draw_record_figures(
                     )
                 write_figure_files(
                     pga_and_pgv_figure(around, float(one["fault_normal"]), title), output_folder / "intensity" / name
-                )
-                spectra = around["psa_rotd"].sel(period=RESPONSE_PERIODS, method="nearest").to_numpy()
-                save_figure_files(
-                    record_history_figure(read_unprocessed_record_from_motion_file(motion) or used, used, spectra),
-                    output_folder / "history" / f"{name}.svg",
                 )
 
 

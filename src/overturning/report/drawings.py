@@ -51,7 +51,7 @@ MEASURE: Final = "PGV"
 NARROW: Final = "narrow/"
 """Start of the names of figures that are drawn for a phone."""
 
-CHAPTER: Final = ("polar", "intensity", "history")
+CHAPTER: Final = ("polar", "intensity")
 """Folders with a figure of each record, in the order of its chapter."""
 
 

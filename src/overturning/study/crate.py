@@ -51,7 +51,6 @@ _FILES: Final = {
     "figures/polar/*": ("Falls under {stem}", "Where blocks fall, by azimuth or orientation, and slenderness."),
     "figures/blocks/*": ("Falls under {stem}, every block", "Where blocks of every height and friction fall."),
     "figures/intensity/*": ("Intensity of {stem}", "Peak acceleration and velocity by azimuth."),
-    "figures/history/*": ("Time histories of {stem}", "Motion before and after processing, spectra, Husid plot."),
     "figures/maps/*": ("Map {stem}", "Stations by earthquake: epicentre, fault, and mean axis of the falls."),
     "figures/illustrative/*": ("Case {stem}", "Of a case to watch, chosen by rule."),
     "figures/survey/*": ("Survey {stem}", "Observed and predicted stones."),

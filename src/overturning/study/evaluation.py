@@ -26,7 +26,7 @@ class FigureSettings(StrictModel):
     formats: tuple[Literal["svg", "png", "pdf"], ...] = Field(
         default=("svg",),
         description="file formats, from svg, png and pdf; svg is always written for the report, and is the only format "
-        "of time histories and illustrative cases",
+        "of illustrative cases",
     )
     height: Metre | None = Field(
         default=None,

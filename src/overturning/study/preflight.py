@@ -92,7 +92,7 @@ def expected_job_seconds_by_rule(study: Study, chunks_per_record: int = 1) -> di
     seconds = {
         "read": 0.2, "describe": 1.2 + 0.03 * records, "rotate": 1.5 + 0.25 * records,
         "sweep": 0.2 + cases / chunks_per_record,
-        "gather": 1.0 + 0.05 * records, "convergence": 2.0 + 0.05 * records * cases, "record_figures": 1.2,
+        "gather": 1.0 + 0.05 * records, "convergence": 2.0 + 0.05 * records * cases, "record_figures": 0.8,
         "figures": 2.0 + 0.15 * records, "illustrative": 4.0, "explore": 3.0, "report": 3.0 + 0.1 * records,
         "crate": 1.5,
     }  # fmt: skip

@@ -30,7 +30,7 @@ _TABLES: Final[dict[str, Callable[[Path], Any]]] = {
 }
 _RECORD_FILES: Final = (
     *("read/{}.nc", "read/*/{}.nc", "motion/{}.nc", "motion/*/{}.nc", "sweep/*/{}.*-of-*.nc"),
-    *(f"figures/{kind}/{{}}.{end}" for kind in ("polar", "blocks", "intensity", "history") for end in FORMATS),
+    *(f"figures/{kind}/{{}}.{end}" for kind in ("polar", "blocks", "intensity") for end in FORMATS),
     *("logs/read/{}.log", "logs/sweep/*/{}.*-of-*.log"),
     *("benchmarks/read/{}.tsv", "benchmarks/sweep/*/{}.*-of-*.tsv"),
 )

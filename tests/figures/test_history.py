@@ -12,7 +12,7 @@ from overturning.figures.history import (
     start_shift_from_unprocessed,
 )
 from overturning.figures.style import create_panel_grid, label_decades, project_style
-from overturning.figures.write import save_figure_files
+from overturning.figures.write import save_figure_files, save_figure_with_checks
 from overturning.records.processing import process_record
 from overturning.records.record import Record
 from overturning.records.steps import Cut, Highpass, RemoveMean
@@ -55,6 +55,14 @@ def test_page_states_the_processing_and_is_reproducible(tmp_path, up):
         assert word in words, word
     assert ("up" in words.split()) == up
     assert len(text) < 400_000
+
+
+@pytest.mark.parametrize("kind", ["svg", "png"])
+def test_labels_that_do_not_overlap_give_no_warning(tmp_path, kind):
+    """A file has another resolution than the figure: the places of labels in pixels differ."""
+    assert (
+        save_figure_with_checks(record_history_figure(raw(), raw()), tmp_path / f"a.{kind}", dpi=200, width=None) == ""
+    )
 
 
 def test_unprocessed_record_shows_one_line_and_no_removed_part(tmp_path):

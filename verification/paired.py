@@ -2,8 +2,8 @@
 
 Use it for a change that must not reduce speed: FOLDER is a checkout of the state before it. The processor times are
 those of sweeps of three default records, for each scheme. The speed of a machine drifts, so only the ratios within a
-pair of runs are meaningful. With `--whole-run`, complete runs of the default study are compared, too, and
-docs/measurements.md gets the table.
+pair of runs are meaningful. With `--whole-run`, complete runs of the studies `config/near-fault.yaml` (the default) and
+`config/in-space.yaml` are compared instead, and docs/measurements.md gets the tables.
 """
 
 from pathlib import Path
@@ -18,14 +18,24 @@ from verification.timing import run_in_subprocess
 from verification.whole_run import compare_whole_runs
 
 SCHEMES = ("centred", "cundall")
+STUDIES = {"near-fault": "paired-run", "in-space": "paired-run-3d"}
+"""Studies whose complete runs are compared, and the block of docs/measurements.md with the table of each."""
 
 
 def main(
     folder: Annotated[Path, typer.Argument(help="checkout of the other state")],
     pairs: Annotated[int, typer.Option(min=1, help="pairs of runs")] = 5,
-    whole_run: Annotated[bool, typer.Option("--whole-run", help="compare runs of the default study, too")] = False,
+    whole_run: Annotated[bool, typer.Option("--whole-run", help="compare complete runs of two studies")] = False,
 ) -> None:
     """Print processor times, million block steps per second and their ratios."""
+    if whole_run:
+        tables = {}
+        for name, block in STUDIES.items():
+            study = (ROOT / "config" / f"{name}.yaml").read_text(encoding="utf-8")
+            print(body := compare_whole_runs(folder.resolve(), pairs, study), flush=True)
+            tables[block] = body
+        publish_markdown(tables)
+        return
     groups, settings = default_study_groups(12, 9)[:3], [{"scheme": scheme} for scheme in SCHEMES]
     runs = [
         [run_in_subprocess(groups, settings, checkout=checkout) for checkout in (ROOT, folder)] for _ in range(pairs)
@@ -39,9 +49,6 @@ def main(
         speed, time = (median(pair[0] / pair[1] for pair in values) for values in (rates, times))
         print(f"{scheme}: {here:.1f} against {there:.1f} million block steps/s,", end=" ")
         print(f"ratio of speeds {speed:.3f}, of times {time:.3f} (medians of {pairs} pairs)")
-    if whole_run:
-        print(body := compare_whole_runs(folder.resolve(), pairs))
-        publish_markdown({"paired-run": body})
 
 
 if __name__ == "__main__":

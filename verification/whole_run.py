@@ -66,10 +66,10 @@ class WholeRun(NamedTuple):
     cube_sha256: str
 
 
-def run_default_study(with_fork_server: bool, checkout: Path = ROOT) -> WholeRun:
-    """Run the default study of a checkout in a new folder, with compiled kernels, and return its cost."""
+def run_whole_study(with_fork_server: bool, checkout: Path = ROOT, study: str = "") -> WholeRun:
+    """Run a study (text of its file; default: the default study) of a checkout in a new folder; return its cost."""
     with tempfile.TemporaryDirectory() as scratch:
-        project = Project(Path(scratch) / "project", "", "--cores", str(CORES), checkout=checkout)
+        project = Project(Path(scratch) / "project", study, "--cores", str(CORES), checkout=checkout)
         how, table = project.command(file=""), project.results / "benchmarks" / STEPS
         if not with_fork_server:
             table = Path(scratch) / STEPS
@@ -101,7 +101,7 @@ def read_step_costs(table: Path) -> dict[str, StepCost]:
 
 def measure_whole_run() -> list[MeasuredFigure]:
     """Measure elapsed and processor time with compiled kernels, with the fork server and without it."""
-    served, own = run_default_study(with_fork_server=True), run_default_study(with_fork_server=False)
+    served, own = run_whole_study(with_fork_server=True), run_whole_study(with_fork_server=False)
     if served.cube_sha256 != own.cube_sha256:
         raise ResultError(f"the cubes differ: {served.cube_sha256}, {own.cube_sha256}")
     rows = []
@@ -127,8 +127,8 @@ def start_up_table(figures: Sequence[MeasuredFigure]) -> str:
     return markdown_table(("", "a process for each step", "fork server"), rows)
 
 
-def compare_whole_runs(checkout: Path, pairs: int) -> str:
-    """Run the default study of another checkout and of this one in turn; return a Markdown table of their costs.
+def compare_whole_runs(checkout: Path, pairs: int, study: str = "") -> str:
+    """Run a study (default: the default study) of another checkout and of this one in turn; return a table of costs.
 
     A row gives the medians over the pairs, and the median of the ratios within a pair. The first run of each state,
     which compiles its kernels and bytecode, is not counted. Steps of a checkout without a fork server run in processes
@@ -136,7 +136,7 @@ def compare_whole_runs(checkout: Path, pairs: int) -> str:
     """
     has_server = (checkout / "src" / "overturning" / "commands" / "fork_server.py").exists()
     both = [(has_server, checkout), (True, ROOT)]
-    runs = [[run_default_study(*state) for state in both] for _ in range(pairs + 1)][1:]
+    runs = [[run_whole_study(*state, study) for state in both] for _ in range(pairs + 1)][1:]
     columns = [[_costs_by_row(one) for one in states] for states in zip(*runs, strict=True)]
     rows = []
     for name in dict.fromkeys(name for column in columns for name in column[0]):

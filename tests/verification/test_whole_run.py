@@ -47,14 +47,14 @@ def test_versions_are_compared_in_pairs_without_their_first_run(
     walls = {tmp_path: iter((500.0, 100.0, 200.0)), ROOT: iter((900.0, 50.0, 100.0))}
     served = []
 
-    def run(with_fork_server: bool, checkout: Path) -> WholeRun:
-        served.append((with_fork_server, checkout))
+    def run(with_fork_server: bool, checkout: Path, study: str) -> WholeRun:
+        served.append((with_fork_server, checkout, study))
         wall, name = next(walls[checkout]), "report" if checkout == ROOT else "crate"
         return WholeRun(wall, 2 * wall, wall / 5, {"sweep": StepCost(1, wall, 1.0), name: StepCost(1, 1.0, 1.0)}, "")
 
-    monkeypatch.setattr(whole_run, "run_default_study", run)
-    rows = [line.strip("| ").split(" | ") for line in compare_whole_runs(tmp_path, 2).splitlines()[2:]]
-    assert served == [(False, tmp_path), (True, ROOT)] * 3
+    monkeypatch.setattr(whole_run, "run_whole_study", run)
+    rows = [line.strip("| ").split(" | ") for line in compare_whole_runs(tmp_path, 2, "name: a").splitlines()[2:]]
+    assert served == [(False, tmp_path, "name: a"), (True, ROOT, "name: a")] * 3
     found = {row[0]: row[1:] for row in rows}
     assert found["time on two cores, s"] == ["150", "75", "0.50"]
     assert found["processor time of `sweep`, s"] == ["150", "75", "0.50"]

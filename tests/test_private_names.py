@@ -16,7 +16,16 @@ ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "src" / "overturning"
 
 LIBRARIES = ("numba", "llvmlite", "matplotlib", "xarray")
-DOCUMENTED = {"numba", "numba.extending", "numba.types", "numba.typed", "llvmlite", "llvmlite.ir", "xarray"}
+DOCUMENTED = {
+    "numba",
+    "numba.extending",
+    "numba.types",
+    "numba.typed",
+    "llvmlite",
+    "llvmlite.binding",
+    "llvmlite.ir",
+    "xarray",
+}
 """Modules of Numba, llvmlite and xarray with documented names; those of Matplotlib are all that have no underscore."""
 
 NAMED_TUPLE = {"_fields", "_replace", "_asdict", "_make"}
@@ -58,6 +67,10 @@ USED: dict[str, dict[tuple[str, ...], tuple[str, str]]] = {
         ("numba.core.codegen", "numba.core.registry"): (
             "no machine code for inner functions, which their callers contain (a quarter of the compilation)",
             "tests/dem/test_cache.py::test_an_inner_function_works_for_compiled_callers_and_refuses_python",
+        ),
+        ("_pass_builder",): (
+            "passes of LLVM over a whole kernel: arguments that no function uses are removed (up to a tenth of a step)",
+            "tests/dem/test_vector_code.py::test_loops_of_a_kernel_get_no_arguments_that_they_do_not_use",
         ),
         ("_name",): ("the name that Numba requires of a pass", COMPILER),
     },

@@ -114,6 +114,47 @@ KERNELS: dict[str, tuple[Callable[..., Any], int]] = {
 """Function that makes a kernel compile or load, and its number of large loops over the lanes."""
 
 
+def moving(vertical: bool) -> Motion:
+    return Motion(WAVE, WAVE, WAVE if vertical else None, sampling_interval=0.01)
+
+
+def library_of_kernel(compute: Callable[[], Any], monkeypatch: pytest.MonkeyPatch) -> Any:
+    """Return Numba's library of the kernel that runs in a call of `compute`."""
+    called = []
+
+    def queue(*arguments: Any) -> Any:
+        called.append(tuple(map(typeof, arguments)))
+        return run_queue(*arguments)
+
+    monkeypatch.setattr(SimulationPlan, "queue", staticmethod(queue))
+    compute()
+    return run_queue.overloads[called[0]].library
+
+
+@pytest.mark.parametrize("name", ["body", "stack"])
+def test_loops_of_a_kernel_get_no_arguments_that_they_do_not_use(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Numba passes an array as seven numbers; these functions, of two to five arrays, use the address alone."""
+    compute, _ = KERNELS[name]
+    module = str(library_of_kernel(lambda: compute(moving(False), 1.0), monkeypatch)._get_module_for_linking())
+    names = r"(?:point_pair|vertex_pair|patch_forces)"
+    found = re.findall(rf"^define private [^@]*@[^(]*{names}[^(]*\((.*)\)", module, re.MULTILINE)
+    counts = [len(re.findall(r" %", arguments)) for arguments in found]
+    assert len(counts) >= 4
+    assert max(counts) <= 14, counts
+
+
+def test_loops_of_a_body_have_no_scalar_copy_for_arrays_that_overlap(monkeypatch: pytest.MonkeyPatch) -> None:
+    """LLVM would compile each of these loops twice, and test for overlap in every call."""
+    compute, _ = KERNELS["body"]
+    library = library_of_kernel(lambda: compute(moving(False), 1.0), monkeypatch)
+    assembly = library._codegen._tm.emit_assembly(library._get_module_for_linking())
+    packed, scalar = operations()
+    loops = re.findall(r"^\S*(?:point|vertex)_pair\S*:(.*?)^\.Lfunc_end", assembly, re.MULTILINE | re.DOTALL)
+    counts = [(len(re.findall(packed, text)), len(re.findall(scalar, text))) for text in loops]
+    assert sum(wide > 100 for wide, _ in counts) >= 5
+    assert max(single for _, single in counts) < 10, counts
+
+
 @pytest.mark.parametrize(
     ("name", "vertical", "friction"),
     [(name, up, mu) for name in KERNELS for up in (False, True) for mu in (0.7, 0.0)[: 1 + ("block" in name)]],
@@ -125,15 +166,8 @@ def test_the_large_loops_of_a_kernel_are_vectorised(
 
     A loop over a variable number of lanes may have a scalar copy for the lanes that do not fill a vector.
     """
-    (compute, large), called = KERNELS[name], []
-
-    def queue(*arguments: Any) -> Any:
-        called.append(tuple(map(typeof, arguments)))
-        return run_queue(*arguments)
-
-    monkeypatch.setattr(SimulationPlan, "queue", staticmethod(queue))
-    compute(Motion(WAVE, WAVE, WAVE if vertical else None, sampling_interval=0.01), friction)
-    library = run_queue.overloads[called[0]].library
+    compute, large = KERNELS[name]
+    library = library_of_kernel(lambda: compute(moving(vertical), friction), monkeypatch)
     packed, scalar = operations()
     # A loaded library holds machine code and, for linking, the LLVM module from which the assembly is made.
     assembly = library._codegen._tm.emit_assembly(library._get_module_for_linking())

@@ -21,7 +21,7 @@ from overturning.dem.body.state import (
     ContactPointHistory,
 )
 from overturning.dem.body.vectors import Matrix3, Vector3, matrix_times_vector, transpose
-from overturning.dem.kernel.lanes import INLINE, INNER, whole_vectors
+from overturning.dem.kernel.lanes import APART, INLINE, INNER, whole_vectors
 from overturning.model.solid import MAX_CARRYING_CORNERS
 
 LEVEL: Final = 1.0 - 1e-6
@@ -134,13 +134,13 @@ TILTING: Final = ROWS.row_start(BaseContactState, "tilting")
 @njit(**INNER)
 def any_base_lands_flat(state: Any, lane_count: int) -> bool:
     """True if, in any of the cases computed in parallel, all points of the body's base land in one impact."""
-    number = 0.0
+    number = 0
     for j in range(whole_vectors(lane_count)):
-        number += 1.0 if base_lands_flat(load_base_contact(state, j)) else 0.0
-    return number > 0.0
+        number += 1 if base_lands_flat(load_base_contact(state, j)) else 0
+    return number > 0
 
 
-@njit(**INNER)
+@njit(**APART)
 def mark_bases_tilted_by_friction(state: Any, vertex_rows: Any, row_count: int, lane_count: int) -> None:
     """Set `BaseContactState.tilting` to 1 where friction tilts a body that slides while its base lands flat.
 
@@ -159,7 +159,7 @@ def mark_bases_tilted_by_friction(state: Any, vertex_rows: Any, row_count: int, 
             state[TILTING + j] = 1.0 if outside else state[TILTING + j]
 
 
-@njit(**INNER)
+@njit(**APART)
 def update_base_contacts(
     state: Any, vertex_rows: Any, opposite_start_index: int, base_vertex_count: int, lane_count: int, has_rim: Any
 ) -> None:

@@ -50,7 +50,7 @@ from overturning.dem.body.state import (
 )
 from overturning.dem.body.vectors import Matrix3, matrix_times_vector, rotation_matrix
 from overturning.dem.kernel.clock import BODY, CaseStepControl, StepAttempt, choose_next_step_attempt
-from overturning.dem.kernel.lanes import INNER, create_elementwise_tuple_functions, select, whole_vectors
+from overturning.dem.kernel.lanes import APART, INNER, create_elementwise_tuple_functions, select, whole_vectors
 
 load_body, load_shaking = ROWS.lane_access(BodyConstants).load, ROWS.lane_access(BodyBaseMotion).load
 load_frame, store_frame, _ = ROWS.lane_access(Matrix3)
@@ -95,7 +95,7 @@ def predict_bodies_at_step_end(state: Any, lane_count: int, ticks_per_sample: fl
         store_frame(state, j, rotation_matrix(w.turn))
 
 
-@njit(**INNER)
+@njit(**APART)
 def predict_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: Any, lane_count: int) -> None:
     """Predict penetration, contact and sliding of two opposite base vertices at the step end, for all cases."""
     for j in range(whole_vectors(lane_count)):
@@ -145,7 +145,7 @@ def predict_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: Any, lane_c
         )
 
 
-@njit(**INNER)
+@njit(**APART)
 def predict_rim_point_pair(
     state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, lean_component: float, transverse_component: float
 ) -> None:
@@ -197,7 +197,7 @@ def predict_rim_point_pair(
         )
 
 
-@njit(**INNER)
+@njit(**APART)
 def add_point_pair_to_equations(
     state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, adds_to_other_pairs: Any
 ) -> None:
@@ -225,7 +225,7 @@ def solve_velocity_changes(state: Any, lane_count: int) -> None:
         ))  # fmt: skip
 
 
-@njit(**INNER)
+@njit(**APART)
 def compute_point_pair_forces(
     state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, has_rim: Any, adds_to_other_pairs: Any
 ) -> None:
@@ -275,7 +275,7 @@ def accept_or_reject_steps(state: Any, lane_count: int, ticks_per_sample: float,
         store_account(state, j, again, accepted.account)
 
 
-@njit(**INNER)
+@njit(**APART)
 def store_contact_point_states_after_accepted_steps(state: Any, point_rows: Any, lane_count: int) -> None:
     """Store a contact point's new state where the step is accepted; elsewhere store only whether the point slid."""
     for j in range(whole_vectors(lane_count)):

@@ -173,19 +173,19 @@ def patch_covers_whole_base(joint_rows: Any, points: Any, upper_count: int, lowe
         for k in range(lower_count):
             side = points[(upper_count + k) * P : (upper_count + k + 1) * P]
             update_distance_from_rim(joint_rows, points[i * P : (i + 1) * P], side, lane_count)
-    number = 0.0
+    number = 0
     for j in range(whole_vectors(lane_count)):
-        number += 1.0 if (joint_rows[INSIDE + j] < 0.0) | (joint_rows[CROSSED + j] > 0.0) else 0.0
-    return number == 0.0
+        number += 1 if (joint_rows[INSIDE + j] < 0.0) | (joint_rows[CROSSED + j] > 0.0) else 0
+    return number == 0
 
 
 @njit(**INNER)
 def any_lane_uses_point(point: Any, lane_count: int) -> bool:
     """True if a contact point has a stiffness weight above 0 in any of the stacks, now or after the last step."""
-    number = 0.0
+    number = 0
     for j in range(whole_vectors(lane_count)):
-        number += 1.0 if (point[WEIGHT + j] > 0.0) | (point[OLD_WEIGHT + j] > 0.0) else 0.0
-    return number > 0.0
+        number += 1 if (point[WEIGHT + j] > 0.0) | (point[OLD_WEIGHT + j] > 0.0) else 0
+    return number > 0
 
 
 @njit(**INLINE)

@@ -9,7 +9,12 @@ import pytest
 
 from overturning import files
 from overturning.errors import ArgumentError, ConfigError
-from overturning.files import atomic_write, check_output_path, read_yaml_mapping
+from overturning.files import (
+    atomic_write,
+    check_output_path,
+    check_outputs_are_separate_files,
+    read_yaml_mapping,
+)
 from tests.expect import said
 
 
@@ -58,6 +63,20 @@ def test_a_place_that_cannot_be_written_is_named_in_a_line(arguments: list[str])
     assert text.startswith("error: "), text
     assert "/proc/x" in text
     assert len(text.splitlines()) <= 2
+
+
+def test_an_output_is_neither_an_input_nor_another_output(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same file has several paths; a link is one, too."""
+    (tmp_path / "stones.csv").touch()
+    (tmp_path / "link.csv").symlink_to(tmp_path / "stones.csv")
+    monkeypatch.chdir(tmp_path)
+    inputs = [tmp_path / "stones.csv", None]
+    for name in ("stones.csv", "link.csv", f"../{tmp_path.name}/stones.csv"):
+        with pytest.raises(ArgumentError, match=r"--output .*\.csv: an input of the command, .* name another file"):
+            check_outputs_are_separate_files({"--figure": None, "--output": Path(name)}, inputs)
+    with pytest.raises(ArgumentError, match=r"--rose .*a\.png: the file of --figure, too"):
+        check_outputs_are_separate_files({"--figure": tmp_path / "a.png", "--rose": Path("a.png")}, inputs)
+    check_outputs_are_separate_files({"--figure": Path("a.png"), "--rose": Path("b.png")}, inputs)
 
 
 def test_a_folder_that_is_not_there_is_not_made(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ import os
 import re
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
@@ -37,6 +37,24 @@ def check_output_path(path: Path | None, argument_name: str, *suffixes: str) -> 
         why = f"cannot be written into {path.parent}"
     if why:
         raise ArgumentError(f"{argument_name} {path}: {why}; name another file")
+
+
+def check_outputs_are_separate_files(outputs: Mapping[str, Path | None], inputs: Iterable[Path | None]) -> None:
+    """Raise an `ArgumentError` if an output of a command is one of its input files, or two outputs are one file.
+
+    `outputs` has the output paths by the name of their option; None stands for no file.
+    """
+    read, written = {path.resolve() for path in inputs if path is not None}, dict[Path, str]()
+    for option, path in outputs.items():
+        if path is None:
+            continue
+        if path.resolve() in read:
+            raise ArgumentError(
+                f"{option} {path}: an input of the command, which must not be replaced; name another file"
+            )
+        if other := written.get(path.resolve()):
+            raise ArgumentError(f"{option} {path}: the file of {other}, too; name another file")
+        written[path.resolve()] = option
 
 
 @contextmanager

@@ -19,6 +19,11 @@ def test_a_share_that_is_neither_none_nor_all_is_not_printed_as_such(
     assert filters.percent(share, digits) == shown.replace(" ", filters.NO_BREAK)
 
 
+def test_the_interval_of_a_share_has_the_digits_of_the_share() -> None:
+    one = SimpleNamespace(value=0.99973, low=0.9985, high=0.99999)
+    assert filters.share(one, to=" to ") == f"99.97{filters.NO_BREAK}% (99.85 to 100.00)"
+
+
 @pytest.mark.parametrize(
     ("value", "digits", "shown"), [(-0.004, 2, "0.00"), (-0.12, 2, "−0.12"), (2.0, 0, "2"), (None, 2, "–")]
 )

@@ -56,6 +56,7 @@ def test_lines_are_counted_over_quoted_line_breaks_and_comments(tmp_path: Path) 
         (b"PK\x03\x04 and more", "a spreadsheet"),
         (b'octant,note\nN,"open\nS,\n', "line 2: unexpected end of data; close the quote"),
         (b"octant,note\nN,a,b,c\n", "4 cells, the header names 2 columns; .* decimal commas, .* by semicolons"),
+        (b"outcome,azimuth_deg,height_m\nfell,120,5,\n", "4 cells, .* 3 columns; .* end no line with a comma"),
         (b"octant;note\nN\n", "1 cells, the header names 2 columns; separate cells by semicolons"),
     ],
 )
@@ -150,6 +151,9 @@ def test_stones_that_do_not_count_are_named_in_a_note(tmp_path: Path) -> None:
         ("outcome,shift_cm", "shifted 5 cm,6", "shift: given more than once"),
         ("outcome,shift_cm,shift_mm", "shifted,6,60", "shift: given more than once"),
         ("fell,x", "yes,6", "x: without y"),
+        ("fell,stood", "1,0", "column 'stood' beside fell: fell is yes or no"),
+        ("outcome,magnetic azimuth", "fell,10", "did you mean azimuth_deg"),
+        ("outcome,twist_deg", "twisted cw,-3", "twist_deg: has a sign, and outcome states clockwise"),
         ("fell,twist_deg", "no,200", "twist_deg '200': give a number from -180 to 180"),
         ("fell,shift_cm", "no,-1", "shift_cm '-1': give a number from 0 to 1000"),
         ("outcme", "fell", "did you mean outcome"),
@@ -210,6 +214,76 @@ def test_declination_is_added_from_column_or_option(tmp_path: Path) -> None:
 def test_a_magnetic_column_without_declination_is_doubted(tmp_path: Path) -> None:
     assert "names magnetic north, but no declination" in read(tmp_path, "Azimuth (mag)\n10\n").warnings[0]
     assert read(tmp_path, "Azimuth (mag)\n10\n", declination_deg=5).warnings == ()
+
+
+@pytest.mark.parametrize(
+    ("header", "cells", "lines"),
+    [
+        (
+            "outcome;azimuth (mag);declination",
+            ("fell;10;", "fell;20;15", "fell;;"),
+            "no declination is given in line 2;",
+        ),
+        ("outcome;azimuth (mag);declination", ("fell;10;15", "stands;;"), ""),
+        ("outcome;Face azimuth (magnetic)", ("fell;10", "fell;20"), "no declination is given;"),
+    ],
+)
+def test_each_magnetic_azimuth_needs_a_declination(
+    tmp_path: Path, header: str, cells: tuple[str, ...], lines: str
+) -> None:
+    assert lines in "".join(read(tmp_path, "\n".join((header, *cells))).warnings)
+    assert bool(lines) == bool(read(tmp_path, "\n".join((header, *cells))).warnings)
+
+
+def test_a_declination_is_not_added_to_azimuths_from_true_north(tmp_path: Path) -> None:
+    for text, declination in (
+        ("outcome;Azimuth (true);declination\nfell;10;15\n", None),
+        ("outcome;Azimuth (true)\nfell;10\n", 15.0),
+    ):
+        with pytest.raises(RecordError, match=r"line 1: column 'Azimuth \(true\)' names true north, but a declination"):
+            read(tmp_path, text, declination_deg=declination)
+    assert read(tmp_path, "outcome;Azimuth (true)\nfell;10\n").stones[0].azimuth_deg == 10.0
+
+
+def test_rows_that_are_read_as_comments_are_doubted(tmp_path: Path) -> None:
+    """A name such as #12 begins a comment; one with fewer cells, or above the header, is meant as such."""
+    text = '# a;b;c\nstone;outcome;azimuth_deg\n#1;fell;120\n3;fell;90\n"#4";fell;10\n# moved in 1990\n# padded;;\n'
+    table = read(tmp_path, text)
+    assert len(table.rows) == 1
+    (doubt,) = table.warnings
+    assert "lines 3, 5: not used, because # marks a comment" in doubt
+
+
+def test_rows_within_a_quoted_cell_are_doubted(tmp_path: Path) -> None:
+    text = 'stone;outcome;note\nA;fell;\nB;stands;"open\nC;fell;x\nD;fell;"\nE;stands;"two\nlines; and more"\n'
+    (doubt,) = read(tmp_path, text).warnings
+    assert "line 3: a cell in quotation marks contains whole rows" in doubt
+
+
+def test_only_line_feeds_and_carriage_returns_end_a_line(tmp_path: Path) -> None:
+    table = read(tmp_path, "outcome;note\nfell;a\u2028b\x0bc\x85d\nstands;\n")
+    assert [line for line, _ in table.rows] == [2, 3]
+
+
+@pytest.mark.parametrize("count", ["1,000", "1.000", "2,0", "1.5", "12,", "-3.0"])
+def test_a_count_with_a_point_or_comma_is_refused(tmp_path: Path, count: str) -> None:
+    with pytest.raises(RecordError, match=r"column count .* write a whole number without point or comma"):
+        read(tmp_path, f"outcome;count\nfell;{count}\n")
+
+
+@pytest.mark.parametrize(
+    ("outcome", "column", "twist"),
+    [
+        ("twisted anticlockwise", "10", -10.0),
+        ("rotated ccw", "8,5", -8.5),
+        ("twisted clockwise", "10", 10.0),
+        ("twisted", "-10", -10.0),
+        ("twisted 10 anticlockwise", "", -10.0),
+    ],
+)
+def test_the_sense_of_a_twist_comes_from_either_column(tmp_path: Path, outcome: str, column: str, twist: float) -> None:
+    ((_, row),) = read(tmp_path, f"outcome;twist_deg\n{outcome};{column}\n").rows
+    assert row.clockwise_twist_deg == twist
 
 
 def test_a_stone_that_is_listed_twice_is_doubted(tmp_path: Path) -> None:

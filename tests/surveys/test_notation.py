@@ -97,6 +97,10 @@ def test_outcomes(text: str, kinds: tuple[str, ...], more: dict[str, float]) -> 
         ("stands, direction unknown", "only a fall has a direction"),
         ("fell, stands", "fell or stands, not both"),
         ("fell northwards", "quadrant bearing"),
+        ("fell N, fell S", "fell is stated twice"),
+        ("twisted 10, twisted 20", "twisted is stated twice"),
+        ("shifted 3 cm and shifted 5 cm", "shifted is stated twice"),
+        ("fell N; direction unknown", "gives a direction and states that it is not known"),
     ],
 )
 def test_wrong_outcomes(text: str, message: str) -> None:

@@ -1,6 +1,6 @@
 """`overturning survey`, `backwards` and `stood`: inference from stones that fell or still stand."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -34,7 +34,9 @@ def summarise_or_compare_survey(
     record: Annotated[
         str | None, typer.Option(help="id of the site's record; optional if the cube has only one")
     ] = None,
-    background: Annotated[float, typer.Option(help="share of stones assumed to fall in a random direction")] = 0.05,
+    background: Annotated[
+        float, typer.Option(min=0, max=0.99, help="share of stones assumed to fall in a random direction")
+    ] = 0.05,
     declination: Annotated[
         float | None,
         typer.Option(help="magnetic declination of all directions, degrees, east positive; not with a column of it"),
@@ -60,12 +62,12 @@ def summarise_or_compare_survey(
 
         print(survey_template(), end="")
         return
-    from overturning.files import check_output_path
+    from overturning.files import check_output_path, check_outputs_are_separate_files
     from overturning.findings.observed import observed_survey_findings
     from overturning.findings.survey_commands import SurveyCommandResults
     from overturning.report.drawings import draw_observed_roses
     from overturning.surveys.observed import summarise_survey
-    from overturning.surveys.stones import read_survey_table
+    from overturning.surveys.stones import check_some_stone_counts, read_survey_table
 
     if cube is None:
         given = {"--record": record, "--output": output, "--site-cube": site_cubes or None}
@@ -73,8 +75,15 @@ def summarise_or_compare_survey(
             raise ArgumentError(f"{name}: only with --cube; give the cube of a study that holds the site's record")
     for option, path in (("--figure", figure), ("--rose", rose)):
         check_output_path(path, option, ".svg", ".png", ".pdf")
-    check_output_path(output, "--output")
+    check_output_path(output, "--output", ".json")
+    cubes = {} if cube is None else {"": cube} | _parse_site_cubes(site_cubes or ())
+    check_outputs_are_separate_files(
+        {"--figure": figure, "--rose": rose, "--output": output}, [stones, *cubes.values()]
+    )
     table = read_survey_table(stones, declination)
+    if cube is not None:
+        check_some_stone_counts(table, stones)
+    _check_sites_are_known(cubes, table.sites)
     for note in table.notes:
         print(note)
     observed = observed_survey_findings(summarise_survey(table))
@@ -84,30 +93,34 @@ def summarise_or_compare_survey(
         print(f"rose: {rose}")
     if cube is not None:
         print()
-        cubes = {"": cube} | _parse_site_cubes(site_cubes or (), table.sites)
         _compare_survey_with_cube(stones, table, (cubes, record), background, figure, output)
     elif figure is not None:
         draw_observed_roses([observed.together, *observed.sites], figure)
         print(f"figure: {figure}")
 
 
-def _parse_site_cubes(site_cubes: Sequence[str], known_sites: Sequence[str]) -> dict[str, Path]:
+def _parse_site_cubes(site_cubes: Sequence[str]) -> dict[str, Path]:
     """Parse the option --site-cube: return the path of the results cube for each named survey site."""
-    from overturning.errors import closest_name_hint
-
     found: dict[str, Path] = {}
     for one in site_cubes:
         site, equals, path = one.rpartition("=")
         if not (site and equals and path):
             raise ArgumentError(f"--site-cube {one}: write NAME=FILE, such as River=results/mine/cube.clay.nc")
-        if site not in known_sites:
-            names = ", ".join(filter(None, known_sites)) or "–"
-            hint = closest_name_hint(site, known_sites, f"its sites are {names}")
-            raise ArgumentError(f"--site-cube {site}: no stone of the survey has this site; {hint}")
         if site in found:
             raise ArgumentError(f"--site-cube {site}: given twice; keep one cube for each site")
         found[site] = Path(path)
     return found
+
+
+def _check_sites_are_known(sites: Iterable[str], known_sites: Sequence[str]) -> None:
+    """Raise an `ArgumentError` if the option --site-cube names a site that no stone of the survey has."""
+    from overturning.errors import closest_name_hint
+
+    for site in filter(None, sites):
+        if site not in known_sites:
+            names = ", ".join(filter(None, known_sites)) or "–"
+            hint = closest_name_hint(site, known_sites, f"its sites are {names}")
+            raise ArgumentError(f"--site-cube {site}: no stone of the survey has this site; {hint}")
 
 
 def _compare_survey_with_cube(
@@ -255,7 +268,7 @@ def infer_motion_from_survey(
     import sys
     import time
 
-    from overturning.files import check_output_path
+    from overturning.files import check_output_path, check_outputs_are_separate_files
     from overturning.findings.inferred_motion import inferred_motion_findings
     from overturning.findings.survey_commands import SurveyCommandResults
     from overturning.report.drawings import draw_posterior
@@ -272,7 +285,8 @@ def infer_motion_from_survey(
     from overturning.surveys.stones import read_stones_with_notes
 
     check_output_path(figure, "--figure", ".svg", ".png")
-    check_output_path(output, "--output")
+    check_output_path(output, "--output", ".nc")
+    check_outputs_are_separate_files({"--figure": figure, "--output": output}, [stones, *(motion_files or ())])
     rows, notes, doubts = read_stones_with_notes(stones)
     for note in (*notes, *doubts):
         print(note)

@@ -1,5 +1,6 @@
 """Roses of the falls that a survey observed, with mean direction and mean axis."""
 
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
@@ -30,6 +31,10 @@ _RIM: Final = 1.07
 """Radius of the marks of means, in units of the radius of the rose."""
 _DIRECTION: Final[dict[str, Any]] = {"color": INK, "linewidth": 1.6, "solid_capstyle": "butt", "clip_on": False}
 _AXIS: Final[dict[str, Any]] = {"color": SERIES[0], "linewidth": 2.2, "solid_capstyle": "butt", "clip_on": False}
+
+
+_LETTER_INCHES: Final = 0.08
+"""Width of a wide letter of a title, inches."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +73,8 @@ def observed_roses_figure(roses: Sequence[ObservedRose]) -> Figure:
         axes = figure.add_subplot(places[divmod(number, columns)], projection="polar")
         _draw_observed_rose(axes, rose)
         if rose.name:
-            axes.set_title(rose.name, fontsize=8.5, pad=16, parse_math=False)
+            title = textwrap.fill(rose.name, int(width / columns / _LETTER_INCHES))
+            axes.set_title(title, fontsize=8.5, pad=16, parse_math=False)
     marks: list[Any] = [legend_patch(FALLS, "observed falls (area: number)")]
     if any(rose.direction_deg is not None for rose in roses):
         marks.append(Line2D([], [], **_triangle(0.0), label="mean direction, 95 % interval"))

@@ -36,10 +36,15 @@ def percent(share: float | None, digits: int = 0) -> str:
     """Return a share in per cent; a share that is neither 0 nor 1 has enough digits to show so: 0.4 %, 99.97 %."""
     if _unknown(share) or share is None:
         return NO_VALUE
+    return f"{number(100 * share, _digits_of_percent(share, digits))}{NO_BREAK}%"
+
+
+def _digits_of_percent(share: float, digits: int) -> int:
+    """Return the number of decimals, at least `digits`, with which a share is not rounded to 0 or 100 %."""
     between = ROUNDING < share < 1.0 - ROUNDING
     while between and float(f"{100 * share:.{digits}f}") in (0.0, 100.0):
         digits += 1
-    return f"{number(100 * share, digits)}{NO_BREAK}%"
+    return digits
 
 
 def count(value: float | None) -> str:
@@ -84,8 +89,10 @@ def estimate(one: Estimate, digits: int = 2, *, to: str) -> str:
 
 def share(one: Any, digits: int = 0, *, to: str) -> str:
     """Return a share with its interval, if there is one, in per cent: 35 % (28 to 43)."""
-    interval = f" ({ends(one, digits, 100.0, to=to)})" if has_interval(one) else ""
-    return f"{percent(one.value, digits)}{interval}"
+    if not has_interval(one):
+        return percent(one.value, digits)
+    digits = _digits_of_percent(one.value, digits)
+    return f"{percent(one.value, digits)} ({ends(one, digits, 100.0, to=to)})"
 
 
 def censored(one: Any, value: bool = True, *, to: str) -> str:

@@ -29,7 +29,7 @@ _ACCEPTED: Final = {
 
 _REFUSED: Final = {
     **dict.fromkeys(("az", "azi", "azm", "azimut", "bearing", "heading", "trend", "dir", "fall_dir"), "azimuth_deg"),
-    **dict.fromkeys(("fall_az",), "azimuth_deg"),
+    **dict.fromkeys(("fall_az", "magnetic_azimuth", "true_azimuth", "mag_azimuth"), "azimuth_deg"),
     **dict.fromkeys(("b/h", "bh", "b_h", "slenderness", "aspect"), "b_over_h"),
     **dict.fromkeys(("h", "height"), "height_m"),
     **dict.fromkeys(("fallen", "overturned", "toppled", "fall"), "fell"),
@@ -40,6 +40,9 @@ _REFUSED: Final = {
     **dict.fromkeys(("column", "cylinder", "shape"), "round"),
 }
 """Names that may mean a column of another unit or sense, each with the column that is probably meant."""
+
+_NUMBERS_STANDING: Final = ("stood", "stands", "standing", "number_standing")
+"""Names of a column with the number of standing stones, beside one with the number that fell."""
 
 _SHORT: Final = 5
 """Largest number of letters of a short column name; short names resemble many other words."""
@@ -86,6 +89,13 @@ def plan_columns(header: Sequence[str], known_columns: Sequence[str]) -> ColumnP
     plan, unused = ColumnPlan(), list[str]()
     exact = [name.lower() for name in header]
     for name in header:
+        if "fell" in exact and _simplified_column_name(name) in _NUMBERS_STANDING:
+            plan.faults.append(
+                f"column {name!r} beside fell: fell is yes or no for the stones of a row; write the numbers of fallen "
+                "and of standing stones into the column count, each in a row of its own"
+            )
+            plan.meanings.append("")
+            continue
         meaning, refusal = _meaning_of_column(name, known_columns)
         if meaning in DESCRIPTIVE and name.lower() != meaning and (meaning in exact or meaning in plan.meanings):
             meaning = ""
@@ -111,6 +121,11 @@ def plan_columns(header: Sequence[str], known_columns: Sequence[str]) -> ColumnP
 def is_magnetic(column_name: str) -> bool:
     """True if a column name states that the column's azimuths are measured from magnetic north."""
     return re.search(r"\bmag(netic)?\b", column_name.lower().replace("_", " ")) is not None
+
+
+def is_true(column_name: str) -> bool:
+    """True if a column name states that the column's azimuths are measured from true north."""
+    return re.search(r"\btrue\b", column_name.lower().replace("_", " ")) is not None
 
 
 def _meaning_of_column(name: str, known_columns: Sequence[str]) -> tuple[str, str]:

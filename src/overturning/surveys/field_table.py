@@ -31,12 +31,22 @@ class FieldTable:
     """Header, rows and separator of a text table, without its comments and empty rows.
 
     ``separator`` is the character between cells; ``remarks`` are the comment lines above the header, without ``#``.
+    ``comments_like_rows`` are the numbers of comment lines below the header that have the cells of a row.
     """
 
     header: TableLine
     rows: tuple[TableLine, ...]
     separator: str
     remarks: tuple[str, ...] = ()
+    comments_like_rows: tuple[int, ...] = ()
+
+    @property
+    def rows_in_cells(self) -> tuple[int, ...]:
+        """Line numbers of rows in which a cell has a line with as many separators as the header."""
+        least = len(self.header.cells) - 1
+        lines = [(row.line, line) for row in self.rows for cell in row.cells for line in cell.split("\n")[1:]]
+        found = [number for number, line in lines if least > 1 and line.count(self.separator) >= least]
+        return tuple(dict.fromkeys(found))
 
     @property
     def separator_name(self) -> str:
@@ -63,7 +73,7 @@ def read_field_table(path: Path, table_kind: str) -> FieldTable:
     RecordError
         If the file cannot be read as text, or has no header; the message names the file, line and remedy.
     """
-    lines = _decode_table(path, table_kind).splitlines()
+    lines = re.split(r"\r\n|\r|\n", _decode_table(path, table_kind))  # no other character ends a line of a CSV file
     remarks = tuple(_comment_text(line) for line in itertools.takewhile(_is_comment, lines))
     separator, rows = "", list[TableLine]()
     for number, line in enumerate(lines):
@@ -77,7 +87,12 @@ def read_field_table(path: Path, table_kind: str) -> FieldTable:
             rows.append(TableLine(start, tuple(cells)))
     if not rows:
         raise RecordError(f"{path}: the {table_kind} is empty; its first line names the columns")
-    return FieldTable(rows[0], tuple(rows[1:]), separator, remarks)
+    comments = tuple(
+        number
+        for number, line in enumerate(lines, 1)
+        if number > rows[0].line and _is_comment_like_row(line, separator, len(rows[0].cells))
+    )
+    return FieldTable(rows[0], tuple(rows[1:]), separator, remarks, comments)
 
 
 def _decode_table(path: Path, table_kind: str) -> str:
@@ -115,6 +130,14 @@ def _decode_table(path: Path, table_kind: str) -> str:
 def _is_comment(line: str) -> bool:
     """True if a line of a table is a comment, which starts with # (also after a quotation mark)."""
     return line.startswith(("#", '"#'))
+
+
+def _is_comment_like_row(line: str, separator: str, column_count: int) -> bool:
+    """True if a comment line has as many cells as the header names columns, and text in two or more of them."""
+    cells = line.split(separator)
+    return (
+        _is_comment(line.lstrip()) and len(cells) == column_count and sum(bool(cell.strip(' "')) for cell in cells) > 1
+    )
 
 
 def _comment_text(line: str) -> str:

@@ -136,6 +136,8 @@ class Outcome(NamedTuple):
         Shift of the base, m; NaN where not given.
     twist_deg : float
         Rotation about the vertical, degrees, clockwise seen from above positive; NaN where not given.
+    twist_sense : int
+        1 if the cell states "clockwise" without an angle, -1 for "anticlockwise", otherwise 0.
     """
 
     kinds: tuple[OutcomeKind, ...] = ()
@@ -143,6 +145,19 @@ class Outcome(NamedTuple):
     direction_is_unknown: bool = False
     shift_m: float = math.nan
     twist_deg: float = math.nan
+    twist_sense: int = 0
+
+    def with_statement(self, other: "Outcome") -> "Outcome":
+        """Return the outcome with the statement of another one added."""
+        direction = other.direction if math.isfinite(other.direction.azimuth_deg) else self.direction
+        return Outcome(
+            (*self.kinds, *other.kinds),
+            direction,
+            self.direction_is_unknown,
+            other.shift_m if math.isfinite(other.shift_m) else self.shift_m,
+            other.twist_deg if math.isfinite(other.twist_deg) else self.twist_deg,
+            other.twist_sense or self.twist_sense,
+        )
 
 
 def parse_outcome(text: object) -> Outcome:
@@ -156,39 +171,45 @@ def parse_outcome(text: object) -> Outcome:
     rest = _UNKNOWN_DIRECTION.sub("", whole)
     found = Outcome(direction_is_unknown=rest != whole)
     for part in filter(None, _SEPARATOR.split(rest)):
-        found = _add_outcome_part(found, part)
+        one = _parse_outcome_part(part)
+        if any(kind in found.kinds for kind in one.kinds if kind in ("fell", "shifted", "twisted")):
+            raise ValueError(f"{one.kinds[0]} is stated twice; state it once")
+        found = found.with_statement(one)
     if "fell" not in found.kinds and found.direction_is_unknown:
         raise ValueError("only a fall has a direction; write fell direction unknown")
     if not found.kinds:
         raise ValueError(OUTCOME_FORMS)
+    if found.direction_is_unknown and math.isfinite(found.direction.azimuth_deg):
+        raise ValueError("gives a direction and states that it is not known; leave out one of them")
     if {"fell", "stands"} <= set(found.kinds):
         raise ValueError("a stone fell or stands, not both")
     return found
 
 
-def _add_outcome_part(outcome: Outcome, part: str) -> Outcome:
-    """Add one statement of a table cell to an outcome, such as a fall with direction, a shift or a twist."""
+def _parse_outcome_part(part: str) -> Outcome:
+    """Convert one statement of a table cell, such as a fall with direction, a shift or a twist, to an outcome."""
     words = " ".join(part.lower().replace("_", " ").split())
     if words in _WORDS:
-        return outcome._replace(kinds=(*outcome.kinds, _WORDS[words]))
+        return Outcome((_WORDS[words],))
     if fell := _FELL.fullmatch(words):
-        direction = parse_direction(fell[1]) if fell[1] else outcome.direction
-        return outcome._replace(kinds=(*outcome.kinds, "fell"), direction=direction)
+        return Outcome(("fell",), parse_direction(fell[1]) if fell[1] else NO_DIRECTION)
     if shifted := _SHIFTED.fullmatch(words):
         if shifted[1] and not shifted[2]:
             raise ValueError("give the unit of the shift: mm, cm or m")
-        size = float(shifted[1].replace(",", ".")) * _METRES[shifted[2]] if shifted[1] else outcome.shift_m
+        size = float(shifted[1].replace(",", ".")) * _METRES[shifted[2]] if shifted[1] else math.nan
         if size < 0 or size > 10:
             raise ValueError("give a shift from 0 to 10 m")
-        return outcome._replace(kinds=(*outcome.kinds, "shifted"), shift_m=size)
+        return Outcome(("shifted",), shift_m=size)
     if twisted := _TWISTED.fullmatch(words):
-        angle = float(twisted[1].replace(",", ".")) if twisted[1] else outcome.twist_deg
-        if twisted[2] and angle < 0:
+        sense = 0 if not twisted[2] else 1 if twisted[2] in ("clockwise", "cw") else -1
+        if not twisted[1]:
+            return Outcome(("twisted",), twist_sense=sense)
+        angle = float(twisted[1].replace(",", "."))
+        if sense and angle < 0:
             raise ValueError("give the sign of the twist or clockwise/anticlockwise, not both")
         if abs(angle) > 180:
             raise ValueError("give a twist from -180 to 180 degrees, clockwise positive")
-        turned = -angle if twisted[2] in ("anticlockwise", "counterclockwise", "ccw") else angle
-        return outcome._replace(kinds=(*outcome.kinds, "twisted"), twist_deg=turned)
+        return Outcome(("twisted",), twist_deg=(sense or 1) * angle)
     near = difflib.get_close_matches(
         words, ["fell", "fallen", "toppled", "overturned", "shifted", "twisted", *_WORDS], 1, 0.7
     )

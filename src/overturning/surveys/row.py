@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from collections.abc import Callable, Iterator
 from typing import Annotated, Any, Literal
 
@@ -52,6 +53,14 @@ def _parse_octant_index(text: object) -> int:
         finer = "; one of 16 winds belongs in the column azimuth_deg" if str(text).upper() in WINDS_16 else ""
         raise ValueError(f"use one of {' '.join(OCTANTS)}{finer}")
     return OCTANTS.index(str(text).upper())
+
+
+def _parse_count(text: object) -> object:
+    """Prepare the text of a count for `int`; refuse a decimal point or comma, which may separate thousands."""
+    plain = parse_number(text)
+    if isinstance(plain, str) and re.fullmatch(r"[+-]?[\d.,]*[.,][\d.,]*", str(text).strip()):
+        raise ValueError("write a whole number without point or comma, such as 1000")
+    return plain
 
 
 _NUMBER_TEXT = {"type": "string", "pattern": r"^[+-]?(\d+([.,]\d*)?|[.,]\d+)$"}
@@ -111,7 +120,7 @@ class SurveyRow(BaseModel):
         WithJsonSchema({"enum": [*OCTANTS, *(one.lower() for one in OCTANTS)]}),
     ] = Field(None, description="direction of the fall as N, NE, E, SE, S, SW, W or NW, instead of `azimuth_deg`")
     count: Annotated[
-        int, BeforeValidator(parse_number), Field(ge=1, le=1_000_000), _number_schema(1, 1_000_000, "integer")
+        int, BeforeValidator(_parse_count), Field(ge=1, le=1_000_000), _number_schema(1, 1_000_000, "integer")
     ] = Field(1, description="number of stones of this row; default 1")
     b_over_h: _Slenderness = Field(
         math.nan, description="width over height in the plane through the normal of the front face"
@@ -220,6 +229,11 @@ class SurveyRow(BaseModel):
             yield {"shift_cm", "shift_mm", "outcome"}, "shift: given more than once; give it in one column"
         if math.isfinite(self.twist_deg) and math.isfinite(self.outcome.twist_deg):
             yield {"twist_deg", "outcome"}, "twist_deg: outcome gives the twist as well; give it once"
+        if self.outcome.twist_sense and self.twist_deg < 0:
+            yield (
+                {"twist_deg", "outcome"},
+                "twist_deg: has a sign, and outcome states clockwise or anticlockwise; give one of them",
+            )
 
     @property
     def outcome_kinds(self) -> tuple[OutcomeKind, ...]:
@@ -265,7 +279,8 @@ class SurveyRow(BaseModel):
     @property
     def clockwise_twist_deg(self) -> float:
         """Rotation of the stone about the vertical, degrees, clockwise seen from above positive; NaN if not stated."""
-        return self.twist_deg if math.isfinite(self.twist_deg) else self.outcome.twist_deg
+        sense = self.outcome.twist_sense or 1
+        return sense * self.twist_deg if math.isfinite(self.twist_deg) else self.outcome.twist_deg
 
     @classmethod
     def read_cells(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from overturning.errors import RecordError
-from overturning.surveys.columns import is_magnetic, plan_columns
+from overturning.surveys.columns import is_magnetic, is_true, plan_columns
 from overturning.surveys.field_table import FieldTable, TableLine, read_field_table
 from overturning.surveys.notation import NOT_COUNTED, OCTANTS, UNKNOWN_CELLS, Direction, azimuth_unit_warning
 from overturning.surveys.row import COLUMNS, SurveyRow
@@ -21,6 +21,9 @@ direction of probability zero would reject the model."""
 
 _MEASURED = set(COLUMNS) - {"site", "stone", "kind", "outcome", "fell", "round", "note", "photo"}
 """Columns of numbers and directions, in which a cell may state that the value is not known."""
+
+_AZIMUTHS = ("azimuth_deg", "face_azimuth_deg")
+"""Columns of directions that may be measured from magnetic or true north."""
 
 _MOST_OCTANT_DECLINATION_DEG = 11.25
 """Largest magnetic declination of an octant, a quarter of its width."""
@@ -181,9 +184,14 @@ def read_stones_with_notes(path: Path) -> tuple[list[Stone], list[str], list[str
     See `read_survey_table`; a RecordError is also raised if no stone counts as fallen or standing.
     """
     table = read_survey_table(path)
+    check_some_stone_counts(table, path)
+    return table.stones, list(table.notes), list(table.warnings)
+
+
+def check_some_stone_counts(table: SurveyTable, path: Path) -> None:
+    """Raise a `RecordError` if no stone of a survey counts as fallen or standing; `path` is its file."""
     if not table.stones:
         raise RecordError(f"{path}: no stone counts as fallen or standing; all are broken, repaired, fixed or unknown")
-    return table.stones, list(table.notes), list(table.warnings)
 
 
 def read_survey_table(path: Path, declination_deg: float | None = None) -> SurveyTable:
@@ -217,6 +225,8 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
             faults.append((table.header.line, "a column gives the declination; leave out the option declination"))
         elif not abs(declination_deg) <= 180:
             raise RecordError(f"declination {declination_deg:g}: give degrees from -180 to 180, east positive")
+    if declination_deg is not None or "magnetic_declination_deg" in plan.meanings:
+        faults += [(table.header.line, message) for message in _true_north_messages(table, plan.meanings)]
     rows = list[tuple[int, SurveyRow]]()
     for line in table.rows:
         row, messages = _read_row(line, plan.meanings, table, declination_deg, outcome_is_missing=missing)
@@ -232,7 +242,12 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
     found = SurveyTable(path.name, tuple(rows), (), (), table.remarks, octants)
     notes = [f"{path.name}: {note}" for note in (*plan.notes, *_notes_on_stones(found))]
     return SurveyTable(
-        path.name, tuple(rows), tuple(notes), tuple(_warnings(found, table, declination_deg)), table.remarks, octants
+        path.name,
+        tuple(rows),
+        tuple(notes),
+        tuple(_warnings(found, table, plan.meanings, declination_deg)),
+        table.remarks,
+        octants,
     )
 
 
@@ -241,6 +256,16 @@ def _missing_column_message(table: FieldTable) -> str:
     alone = table.header.cells[0] if len(table.header.cells) == 1 else ""
     spaces = "; columns are separated by spaces: use commas, semicolons or tabs" if "  " in alone else ""
     return f"no column azimuth_deg or octant, fell or outcome; name one of them in the header{spaces}"
+
+
+def _true_north_messages(table: FieldTable, meanings: list[str]) -> Iterator[str]:
+    """Yield an error message for each column of azimuths from true north in a table that has a declination."""
+    for name, meaning in zip(table.header.cells, meanings, strict=True):
+        if meaning in _AZIMUTHS and is_true(name):
+            yield (
+                f"column {name!r} names true north, but a declination is given, which is added to all azimuths; leave "
+                "out the declination, or rename the column"
+            )
 
 
 def _read_row(
@@ -253,11 +278,12 @@ def _read_row(
 ) -> tuple[SurveyRow | None, list[str]]:
     """Validate one row of a survey table; return the row (None if invalid) and error messages."""
     cells = line.cells
-    while len(cells) > len(meanings) and not cells[-1]:
+    # In a table of commas, an empty cell too many may come from a decimal comma: 120,5 reads as 120 and 5.
+    while len(cells) > len(meanings) and not cells[-1] and table.separator != ",":
         cells = cells[:-1]
     if len(cells) > len(meanings) or (len(cells) < len(meanings) and table.separator != "\t"):
         comma = table.separator == "," and len(cells) > len(meanings)
-        hint = "; with decimal commas, separate cells by semicolons" if comma else ""
+        hint = "; with decimal commas, separate cells by semicolons, and end no line with a comma" if comma else ""
         return None, [
             f"{len(cells)} cells, the header names {len(meanings)} columns; separate cells by {table.separator_name}"
             + hint
@@ -321,8 +347,10 @@ def _notes_on_stones(table: SurveyTable) -> Iterator[str]:
         yield f"the direction of a stone that did not fall is not used: {_line_label(moved)}"
 
 
-def _warnings(table: SurveyTable, source: FieldTable, declination_deg: float | None) -> Iterator[str]:
-    """Yield warnings about azimuths in a doubtful unit or from magnetic north, and stones listed twice."""
+def _warnings(
+    table: SurveyTable, source: FieldTable, meanings: list[str], declination_deg: float | None
+) -> Iterator[str]:
+    """Yield warnings about azimuths in a doubtful unit or from magnetic north, stones listed twice, and comments."""
     columns: dict[str, Callable[[SurveyRow], Direction]] = {
         "azimuth_deg": lambda row: row.azimuth_deg,
         "face_azimuth_deg": lambda row: row.face_azimuth_deg,
@@ -331,12 +359,29 @@ def _warnings(table: SurveyTable, source: FieldTable, declination_deg: float | N
         values = [one.azimuth_deg for _, row in table.rows if (one := direction(row)).wind is None]
         if warning := azimuth_unit_warning(column, values, table.name):
             yield warning
-    given = any("magnetic_declination_deg" in row.model_fields_set for _, row in table.rows)
-    declared = declination_deg is not None or given
-    if not declared and (named := [name for name in source.header.cells if is_magnetic(name)]):
+    columns_read = zip(source.header.cells, meanings, strict=True)
+    magnetic = [(name, meaning) for name, meaning in columns_read if meaning in _AZIMUTHS and is_magnetic(name)]
+    for name, meaning in magnetic[: declination_deg is None]:
+        lines = [
+            line
+            for line, row in table.rows
+            if "magnetic_declination_deg" not in row.model_fields_set and meaning in row.model_fields_set
+        ]
+        if lines:
+            where = "" if len(lines) == len(table.rows) else f" in {_line_label(lines)}"
+            yield (
+                f"{table.name}: column {name!r} names magnetic north, but no declination is given{where}; its azimuths "
+                "are used as if from true north: give --declination or a column declination (degrees, east positive)"
+            )
+    if source.rows_in_cells:
         yield (
-            f"{table.name}: column {named[0]!r} names magnetic north, but no declination is given; its azimuths are "
-            "used as if from true north: give --declination or a column declination (degrees, east positive)"
+            f"{table.name}: {_line_label(list(source.rows_in_cells))}: a cell in quotation marks contains whole rows "
+            "of the table; if a quotation mark is there by mistake, remove it"
+        )
+    if source.comments_like_rows:
+        yield (
+            f"{table.name}: {_line_label(list(source.comments_like_rows))}: not used, because # marks a comment, but "
+            "with the cells of a row; if # begins the name of a stone, write the name without #"
         )
     lines_of: dict[tuple[str, str], list[int]] = {}
     for line, row in table.rows:

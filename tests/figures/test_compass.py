@@ -45,6 +45,12 @@ def two_records() -> Figure:
     return azimuth_map_figure(named, "Two stations")
 
 
+def three_records_with_long_names() -> Figure:
+    stations = ("Rinaldi Receiving Station", "TAPS Pump Sta. #10", "A station with a long name of many words")
+    named = [record_cube(1, 1).assign_coords(station=name, event="Northridge 1994") for name in stations]
+    return azimuth_map_figure(named, "")
+
+
 def peaks_by_azimuth() -> Figure:
     return pga_and_pgv_figure(peaks_of(record_cube()), 40.0, "A station")
 
@@ -54,7 +60,7 @@ def boundary() -> Figure:
     return overturning_boundary_figure(overturning_boundary_by_azimuth(cube), 0.6, 40.0, "A station")
 
 
-FIGURES = (single_map, several_maps, two_records, peaks_by_azimuth, boundary)
+FIGURES = (single_map, several_maps, two_records, three_records_with_long_names, peaks_by_azimuth, boundary)
 
 
 def drawn(make: Callable[[], Figure], phone: bool = False) -> Figure:

@@ -156,6 +156,21 @@ def test_a_missing_result_is_named(tmp_path: Path) -> None:
         overturning.findings(tmp_path)
 
 
+def test_blocks_that_fall_in_every_direction_or_in_none_have_no_axis(folder: Path) -> None:
+    """The slender half falls in all planes, the rest in none: there is no axis, and rounding errors make none."""
+    from overturning.findings.direction import fall_direction_findings
+
+    with open_study_results(folder) as results:
+        cube = results.cube.load()
+        slender = (cube["b_over_h"] < float(cube["b_over_h"].mean())).broadcast_like(cube["overturned"])
+        towards = xr.where(slender, 1, 0).transpose(*cube["overturned"].dims).astype(np.int8)
+        changed = cube.drop_vars([one for one in ("probability_towards", "probability_away") if one in cube])
+        values = {name: getattr(results, name) for name in results.__dataclass_fields__}
+        direction = fall_direction_findings(StudyResults(**values | {"cube": changed.assign(overturned=towards)}))
+    assert direction.no_axis_because == "every direction or none"
+    assert not direction.has_comparable_axis
+
+
 def test_records_that_no_block_falls_under_have_no_direction(folder: Path) -> None:
     """A cube in which nothing falls: shares are 0, directions are not defined, and nothing fails."""
     with open_study_results(folder) as results:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
+from textwrap import wrap
 from typing import Any, Final
 
 import numpy as np
@@ -33,6 +34,9 @@ from overturning.units import CM
 
 PANEL: Final = {1: 4.1, 2: 3.0, 3: 2.15}
 """Width of a panel, inches, by the number of panels in a row, so that a full row fills the page."""
+
+LETTER: Final = 0.075
+"""Width of a letter of a panel's title, inches."""
 
 STEP_DEG: Final = 2.0
 """Largest width of a drawn cell, degrees: wider cells are split, so that their edges look like arcs, not chords."""
@@ -116,7 +120,7 @@ def azimuth_map_figure(
     for axes, panel in zip(used, panels, strict=True):
         own = [name for name, same in zip(panel.names, shared, strict=True) if name and not same]
         mesh = _draw_polar_map(axes, panel, top, rim)
-        axes.write_title(", ".join(own))
+        axes.write_title(_panel_title(own, int(PANEL[columns] / LETTER)))
     label_radius_arrow(used[0], "stouter")
     spread = any("probability_towards" in one and bool(one["probability_towards"].notnull().any()) for one in records)
     if spread:
@@ -135,6 +139,19 @@ def azimuth_map_figure(
         first_marks=_polar_map_legend_marks(panels, spread, rim),
     )
     return figure
+
+
+def _panel_title(names: Sequence[str], most_letters: int) -> str:
+    """Return the title of a panel in lines of limited length, from record, friction and height, as far as they differ.
+
+    Quantities stay in one line: a text that is broken within a quantity could not be translated.
+    """
+    title = ", ".join(names)
+    if len(title) <= most_letters:
+        return title
+    quantities = [name for name in names if "=" in name]
+    record = [line for name in names if "=" not in name for line in wrap(name, most_letters)]
+    return "\n".join(filter(None, [*record, ", ".join(quantities)]))
 
 
 def _create_polar_map_panels(

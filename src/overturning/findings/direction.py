@@ -84,7 +84,8 @@ class FallDirection(Finding):
     has_comparable_axis: bool
     """False if the falls have no axis that can be compared with a fault."""
     no_axis_because: str
-    """Reason why not: "no outcome", "no falls", "one plane", "falls in every plane", "no fault normal"; else empty."""
+    """Reason why not: "no outcome", "no falls", "one plane", "falls in every plane", "every direction or none" or "no
+    fault normal"; empty if they have one."""
     groups: list[GroupFallDirection]
     """Direction of the falls of each group of records."""
     alignment_difference: Estimate | None
@@ -172,6 +173,8 @@ def _reason_for_no_fall_axis(results: StudyResults) -> str:
         return "one plane"
     if results.every_case_overturns:
         return "falls in every plane"
+    if not results.falls_have_axis:
+        return "every direction or none"
     return "" if results.has_known_fault_normal else "no fault normal"
 
 

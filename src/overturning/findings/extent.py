@@ -27,7 +27,7 @@ class StudyCounts(Finding):
     """Number of values of B/H."""
     frictions: int
     blocks: int
-    """Number of blocks: heights times slendernesses times frictions."""
+    """Number of blocks: heights times slendernesses times frictions, times ratios of depth to width in 3-D."""
     direction_step_deg: Number
     """Angle between neighbouring azimuths of the motion, or orientations of the body; None if it varies."""
     azimuth_gaps: list[tuple[float, float]]
@@ -105,7 +105,7 @@ def study_extent(results: StudyResults) -> StudyCounts:
         heights=sizes["height"],
         slendernesses=sizes["b_over_h"],
         frictions=sizes["friction"],
-        blocks=sizes["height"] * sizes["b_over_h"] * sizes["friction"],
+        blocks=sizes["height"] * sizes["b_over_h"] * sizes["friction"] * int(cube.sizes.get("aspect", 1)),
         direction_step_deg=float(steps[0]) if steps.size == 1 else float("nan"),
         azimuth_gaps=unsimulated_azimuth_ranges(cube),
         mirrored=mirrored,

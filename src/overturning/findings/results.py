@@ -17,6 +17,7 @@ from overturning.model.model import Model
 from overturning.statistics import alignment_by_rule, earthquakes
 from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.by_record import apply_to_record_batches
+from overturning.statistics.circular import LEAST_RESULTANT
 from overturning.statistics.elements import ElementFallCounts, count_falls_by_element
 from overturning.statistics.falls import mean_fall_directions, overturning_indicator
 from overturning.statistics.fragility import FittedFragilityCurve
@@ -245,10 +246,19 @@ class StudyResults:
         return self.model.one_component and self.share_overturned >= 1
 
     @property
+    def falls_have_axis(self) -> bool:
+        """True if the falls of at least one record have an axis: a resultant of `LEAST_RESULTANT` or more.
+
+        The falls have none if each block falls in every direction or in none.
+        """
+        return bool((self.mean_fall_directions_by_record["axis_resultant"].to_numpy() >= LEAST_RESULTANT).any())
+
+    @property
     def has_fall_axis_and_fault_normal(self) -> bool:
         """True if falls have an axis that can be compared with a known fault normal."""
         return (
             self.has_known_fault_normal
+            and self.falls_have_axis
             and self.share_overturned > 0
             and not self.has_single_motion_axis
             and not self.every_case_overturns

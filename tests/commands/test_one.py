@@ -249,6 +249,29 @@ elements:
     assert all(f"{name} falls towards" in text for name in ("left", "right", "lintel"))
 
 
+def test_a_stack_that_slides_as_a_whole_has_the_slip_of_its_lowest_stone() -> None:
+    """Without friction, stones stand still; the ground moves by A T²/2π, 95.5 cm for 6 m/s² and a period of 1 s."""
+    text = run(
+        *("--record", "sine amplitude_gal=600 period_s=1", "--scene", "three-tier", "--orientation", "0"),
+        *("--friction", "0"),
+    )
+    assert "slipped 95.5 cm by the end" in text
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--azimuth", "0", "--damping", "1e30"), "damping: 1e+30 N·s/m; it must be at most"),
+        (("--azimuth", "0", "--damping-ratio", "1e9"), "less than or equal to 1000000"),
+        (("--body", "--orientation", "nan"), "orientation_deg: nan; it must be finite"),
+        (("--azimuth", "inf"), "azimuth_deg: inf; it must be finite"),
+        (("--body", "--orientation", "0", "--aspect", "0"), "aspect: 0; it must be finite and above 0"),
+    ],
+)
+def test_numbers_beyond_any_stone_are_refused_by_name(options: tuple[str, ...], words: str) -> None:
+    assert words in run("--record", "sine amplitude_gal=600 period_s=1", *options, status=1)
+
+
 def test_a_scan_is_placed_and_its_mass_pose_and_footprint_are_printed(tmp_path: Path) -> None:
     """A statue scanned in millimetres and tilted by 3°; its volume is 0.046 m³, and its foot is 0.2 m wide."""
     pytest.importorskip("trimesh")

@@ -94,6 +94,18 @@ def test_units(tmp_path: Path) -> None:
         read_scan(write_mesh(l_shape(), tmp_path / "small.ply"), "mm")
 
 
+@pytest.mark.parametrize("file", ["far.stl", "far.ply", "far.obj"])
+def test_map_coordinates_in_single_precision_are_refused(tmp_path: Path, file: str) -> None:
+    """In double precision (this PLY file) and as text of 12 digits, the same coordinates are exact enough."""
+    whole, place = l_shape(), np.array([400_000.0, 3_900_000.0, 120.0])
+    path = write_mesh(whole._replace(vertices=whole.vertices + place), tmp_path / file)
+    if file != "far.stl":
+        assert read_scan(path).volume == pytest.approx(box_sums("l-shape")[0], rel=1e-6)
+        return
+    with refused(ArgumentError, file, "single precision", "multiples of 0.25", "move the mesh to", brief=True):
+        read_scan(path)
+
+
 def test_a_mesh_that_is_not_convex_is_a_scan(tmp_path: Path) -> None:
     scan = read_scan(write_mesh(l_shape(), tmp_path / "stone.stl"), relief=0.001)
     assert isinstance(scan.shape, ScannedStone)

@@ -45,6 +45,33 @@ def test_clockwise_faces_are_turned_outwards() -> None:
     assert "clockwise" in notes[0]
 
 
+def moved(surface: TriangleSurface, *by: float) -> TriangleSurface:
+    return surface._replace(vertices=surface.vertices + np.array(by))
+
+
+def together(*surfaces: TriangleSurface) -> TriangleSurface:
+    """Return one surface of several, whose vertices are numbered one after the other."""
+    first = np.cumsum([0, *(len(one.vertices) for one in surfaces)])
+    triangles = [one.triangles + start for one, start in zip(surfaces, first, strict=False)]
+    return TriangleSurface(np.concatenate([one.vertices for one in surfaces]), np.concatenate(triangles))
+
+
+@pytest.mark.parametrize("away", [5.0, 0.3], ids=["apart", "overlapping"])
+def test_several_bodies_are_refused(away: float) -> None:
+    """An overlap would count twice, and stones that do not touch would move as one."""
+    with refused(ArgumentError, "2 separate parts", "one rigid body", brief=True):
+        closed_surface(together(l_shape(), moved(l_shape(), away, 0.0, 0.0)))
+
+
+def test_a_cavity_is_no_second_body() -> None:
+    hole = moved(statue()._replace(vertices=0.1 * statue().vertices), 0.1, 0.15, 0.05)
+    hollow = together(l_shape(), hole._replace(triangles=hole.triangles[:, ::-1]))
+    surface, notes = closed_surface(hollow)
+    expected = box_sums("l-shape")[0] - 1e-3 * box_sums("statue")[0]
+    assert mass_properties(surface.corners).volume == pytest.approx(expected, rel=1e-9)
+    assert notes == []
+
+
 def test_an_open_base_in_one_plane_is_closed() -> None:
     """Removing the faces of the base changes nothing, for one rim and for the two rims of a ring."""
     for whole in (l_shape(), ring(), statue()):

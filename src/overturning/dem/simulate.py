@@ -51,7 +51,10 @@ def create_case_grid(
     if directions[other] is not None or directions[given] is None:
         kind = "a block or scene is a 2-D model" if model.one_component else "a body is a 3-D model"
         raise ArgumentError(f"{other}_deg: {kind}; give {given}_deg")
-    model.rotation_periods_deg(np.atleast_1d(np.asarray(aspect, np.float64)))
+    aspects = np.atleast_1d(np.asarray(aspect, np.float64))
+    if (wrong := aspects[~(np.isfinite(aspects) & (aspects > 0.0))]).size:
+        raise ArgumentError(f"aspect: {wrong[0]:g}; it must be finite and above 0")
+    model.rotation_periods_deg(aspects)
     sizes = {"height": height, "b_over_h": b_over_h, "friction": friction, "aspect": aspect}
     several = model.free_element_names if len(model.free_element_names) > 1 else ()
     rows: dict[str, Any] = {f"{given}_deg": directions[given]} | {name: sizes[name] for name in model.case_dims}

@@ -30,17 +30,25 @@ def body_outcome_sentence(trajectory: "xr.Dataset") -> str:
     """
     if float(trajectory["overturned"]) == 1:
         return fall_sentence(round(float(trajectory["fall_azimuth"])), float(trajectory["overturning_time"]))
-    slip = float(np.hypot(trajectory["residual_slip_north"], trajectory["residual_slip_east"]))
+    return _standing_sentence([trajectory])
+
+
+def _standing_sentence(stones: list["xr.Dataset"]) -> str:
+    """Return a sentence with the largest tilt, twist and slip of stones that stand, without full stop."""
+    slip = max(float(np.hypot(one["residual_slip_north"], one["residual_slip_east"])) for one in stones)
+    twist = max((float(one["residual_twist"]) for one in stones), key=abs)
     # A cylinder may roll for minutes: its place of rest is not known at the end of the trajectory.
-    tilt_at_end = np.hypot(float(trajectory["tilt_north"][-1]), float(trajectory["tilt_east"][-1]))
-    moves = max(tilt_at_end, float(np.abs(trajectory["angular_velocity"][-1]).max())) > STILL
-    return standing_body_sentence(
-        float(trajectory["peak_tilt"]), float(trajectory["residual_twist"]), slip, still_moves=bool(moves)
-    )
+    last = [one.isel(time=-1) for one in stones]
+    tilts_at_end = [float(np.hypot(one["tilt_north"], one["tilt_east"])) for one in last]
+    moves = max(*tilts_at_end, *(float(np.abs(one["angular_velocity"]).max()) for one in last)) > STILL
+    tilt = max(float(one["peak_tilt"]) for one in stones)
+    return standing_body_sentence(tilt, twist, slip, still_moves=bool(moves))
 
 
 def stack_outcome_sentence(trajectory: "xr.Dataset") -> str:
     """Return a sentence on the outcome of a 3-D stack: names and times of the stones that fall, or how it stands.
+
+    If all stand, the tilt, the twist and the slip are each the largest of any stone.
 
     The sentence has no full stop.
     """
@@ -51,7 +59,7 @@ def stack_outcome_sentence(trajectory: "xr.Dataset") -> str:
         if float(one["overturned"]) == 1
     )
     if not falls:
-        return body_outcome_sentence(max(stones, key=lambda one: float(one["peak_tilt"])))
+        return _standing_sentence(stones)
     several = len(stones) > 1
     texts = [fall_sentence(azimuth, time, name if several else "") for time, name, azimuth in falls]
     return join_fall_sentences(texts, len(stones))

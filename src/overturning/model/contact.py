@@ -31,6 +31,10 @@ PRECISION_FLOOR: Final = 1e5
 """Least ratio of static penetration δ to the rounding error of a coordinate: the static force has five digits."""
 
 
+MAX_DAMPING_RATIO: Final = 1e6
+"""Largest damping ratio ξ: with more, a landing lasts so long that a case takes minutes."""
+
+
 class ContactSettings(StrictModel):
     """Settings of the springs and dashpots at a corner: normal stiffness, tangential/normal ratio, and damping."""
 
@@ -43,6 +47,7 @@ class ContactSettings(StrictModel):
     damping_ratio: float | None = Field(
         default=None,
         ge=0,
+        le=MAX_DAMPING_RATIO,
         description=f"damping ratio ξ of heave of the supported weight; {DAMPING_RATIO:g} if neither this nor "
         "`damping` is given",
     )
@@ -136,6 +141,12 @@ class Contact(ContactSettings):
             normal = float(self.stiffness) / mass
         if self.damping is not None:
             dashpot = self.damping / mass
+            if (dashpot > 2.0 * MAX_DAMPING_RATIO * np.sqrt(0.5 * normal)).any():
+                largest = float((2.0 * MAX_DAMPING_RATIO * np.sqrt(0.5 * normal) * mass).min())
+                raise ArgumentError(
+                    f"damping: {self.damping:g} N·s/m; it must be at most {largest:.3g}, a damping ratio of "
+                    f"{MAX_DAMPING_RATIO:g}"
+                )
         else:
             ratio = DAMPING_RATIO if self.damping_ratio is None else self.damping_ratio
             dashpot = 2.0 * ratio * np.sqrt(0.5 * normal)
@@ -165,7 +176,7 @@ class VertexContact(StrictModel):
 
     static_penetration: float = Field(default=BODY_STATIC_PENETRATION, gt=0)
     stiffness_ratio: float = Field(default=1.0, ge=0)
-    damping_ratio: float = Field(default=DAMPING_RATIO, ge=0)
+    damping_ratio: float = Field(default=DAMPING_RATIO, ge=0, le=MAX_DAMPING_RATIO)
 
     def stiffness_and_damping_per_mass(self, body: RigidSolid) -> tuple[float, float, float]:
         """Return normal and shear stiffness of a vertex per body mass, 1/s², and its dashpot per body mass, 1/s."""

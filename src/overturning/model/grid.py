@@ -52,7 +52,7 @@ class CaseGrid:
         Raises
         ------
         ArgumentError
-            If a row is empty or no row of numbers, or the cases are too many.
+            If a row is empty or no row of finite numbers, or the cases are too many.
         """
         checked = {}
         for name, values in dimension_values.items():
@@ -62,6 +62,8 @@ class CaseGrid:
                 raise ArgumentError(f"{name}: {str(values)[:60]!r}; it must be a number or a row of numbers") from None
             if row.ndim != 1 or row.size == 0:
                 raise ArgumentError(f"{name}: shape {row.shape}; give a row of at least one value")
+            if not np.isfinite(row).all():
+                raise ArgumentError(f"{name}: {row[~np.isfinite(row)][0]:g}; it must be finite")
             checked[name.removesuffix("_deg")] = row
         check_case_count(int(np.prod([float(row.size) for row in checked.values()])))
         return cls(checked, element)

@@ -25,6 +25,10 @@ PLAUSIBLE: Final = (0.05, 10.0)
 """Range of the largest extent of a stone, m, within which an undeclared unit is taken for metres."""
 
 
+LEAST_RESOLUTION: Final = 1e-4
+"""Largest step between coordinates in single precision, as a share of the size of the stone."""
+
+
 def import_trimesh() -> Any:
     """Return the package trimesh; raise an ArgumentError with the installation command if it is missing."""
     try:
@@ -63,6 +67,7 @@ def read_mesh_surface(path: Path | str, unit: MeshUnit | None = None) -> Triangl
     vertices, triangles = _parse_mesh_file(path)
     if not len(vertices) or not np.isfinite(vertices).all():
         raise ArgumentError(f"{path}: damaged, or not in {path.suffix.lower()} format")
+    _check_resolution_of_coordinates(vertices, path)
     vertices = vertices / METRES[unit or "m"]
     extent = float(np.ptp(vertices, axis=0).max())
     if unit is None and not PLAUSIBLE[0] <= extent <= PLAUSIBLE[1]:
@@ -72,6 +77,21 @@ def read_mesh_surface(path: Path | str, unit: MeshUnit | None = None) -> Triangl
             f"{PLAUSIBLE[1]:g} m large: declare the unit of the file (m, cm or mm; perhaps {guess})"
         )
     return TriangleSurface(vertices, triangles)
+
+
+def _check_resolution_of_coordinates(vertices: Any, path: Path) -> None:
+    """Raise an ArgumentError if coordinates in single precision are too coarse for the size of the stone.
+
+    STL files, and most PLY files, hold coordinates in single precision: 7 digits. Map coordinates leave centimetres.
+    """
+    single = path.suffix.lower() != ".obj" and bool((vertices == vertices.astype(np.float32)).all())
+    step, extent = float(np.spacing(np.float32(np.abs(vertices).max()))), float(np.ptp(vertices, axis=0).max())
+    if single and step > LEAST_RESOLUTION * extent:
+        raise ArgumentError(
+            f"{path}: coordinates of up to {np.abs(vertices).max():.7g} in single precision are multiples of "
+            f"{step:.2g}, too coarse for a size of {extent:.3g}: move the mesh to the origin before it is exported, or "
+            "export it as OBJ"
+        )
 
 
 def _parse_mesh_file(path: Path) -> tuple[Any, Any]:

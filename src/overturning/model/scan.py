@@ -270,7 +270,7 @@ class Scan(NamedTuple):
 
     def description(self, density: float) -> list[str]:
         """Return lines of text about mass, pose and footprint of a stone with a density, kg/m³."""
-        lines = [f"volume {self.volume:.4g} m³, mass {self.volume * density:.4g} kg", *self.notes]
+        lines = [f"as scanned: volume {self.volume:.4g} m³, mass {self.volume * density:.4g} kg", *self.notes]
         if self.pose.tilt_deg > 0.0:
             lines.append(
                 f"placed in its nearest stable pose, tilted by {self.pose.tilt_deg:.2f}° from its own vertical"

@@ -82,7 +82,8 @@ def closed_surface(surface: TriangleSurface) -> tuple[TriangleSurface, list[str]
     Raises
     ------
     ArgumentError
-        If the surface has other holes, neighbouring triangles face opposite sides, or it encloses no volume.
+        If the surface has other holes, neighbouring triangles face opposite sides, it encloses no volume, or it is that
+        of several separate bodies.
     """
     if not len(surface.triangles):
         raise ArgumentError("body: points without faces enclose no volume; make a closed mesh of them")
@@ -104,7 +105,28 @@ def closed_surface(surface: TriangleSurface) -> tuple[TriangleSurface, list[str]
     if volume < 0.0:
         notes.append("the faces were listed clockwise from outside; they are turned")
         surface = surface._replace(triangles=np.ascontiguousarray(surface.triangles[:, ::-1]))
+    volumes = _volumes_of_parts(surface)
+    if (outer := volumes[volumes > 0.0]).size > 1:
+        sizes = ", ".join(f"{one:.3g}" for one in np.sort(outer)[::-1][:3]) + (", …" if outer.size > 3 else "")
+        raise ArgumentError(
+            f"body: the mesh has {outer.size} separate parts ({sizes} m³), and a stone is one rigid body; keep one "
+            "part, or join parts that touch or overlap in a mesh program"
+        )
     return surface, notes
+
+
+def _volumes_of_parts(surface: TriangleSurface) -> FloatArray:
+    """Return the volume, m³, that each connected part of a closed surface encloses; that of a cavity is negative."""
+    import scipy.sparse  # the steps of a run without a scan do not need it
+
+    count, triangles = len(surface.vertices), surface.triangles
+    links = np.concatenate([triangles[:, :2], triangles[:, 1:]])
+    graph = scipy.sparse.coo_array((np.ones(len(links), bool), (links[:, 0], links[:, 1])), shape=(count, count))
+    _, part = scipy.sparse.csgraph.connected_components(graph, directed=False)
+    corners = surface.corners - surface.corners.reshape(-1, 3).mean(axis=0)
+    six_volumes = np.sum(np.cross(corners[:, 0], corners[:, 1]) * corners[:, 2], axis=1)
+    used = np.unique(part[triangles[:, 0]])
+    return np.asarray(np.bincount(part[triangles[:, 0]], six_volumes)[used] / 6.0)
 
 
 def _with_lid(surface: TriangleSurface, edges: NDArray[np.int64]) -> tuple[TriangleSurface, float]:

@@ -1,6 +1,6 @@
 """`overturning survey`, `backwards` and `stood`: inference from stones that fell or still stand."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -67,7 +67,7 @@ def summarise_or_compare_survey(
     from overturning.findings.survey_commands import SurveyCommandResults
     from overturning.report.drawings import draw_observed_roses
     from overturning.surveys.observed import summarise_survey
-    from overturning.surveys.stones import check_some_stone_counts, read_survey_table
+    from overturning.surveys.stones import read_survey_table
 
     if cube is None:
         given = {"--record": record, "--output": output, "--site-cube": site_cubes or None}
@@ -81,9 +81,7 @@ def summarise_or_compare_survey(
         {"--figure": figure, "--rose": rose, "--output": output}, [stones, *cubes.values()]
     )
     table = read_survey_table(stones, declination)
-    if cube is not None:
-        check_some_stone_counts(table, stones)
-    _check_sites_are_known(cubes, table.sites)
+    _check_survey_can_be_compared(table, stones, cubes)
     for note in table.notes:
         print(note)
     observed = observed_survey_findings(summarise_survey(table))
@@ -112,14 +110,20 @@ def _parse_site_cubes(site_cubes: Sequence[str]) -> dict[str, Path]:
     return found
 
 
-def _check_sites_are_known(sites: Iterable[str], known_sites: Sequence[str]) -> None:
-    """Raise an `ArgumentError` if the option --site-cube names a site that no stone of the survey has."""
-    from overturning.errors import closest_name_hint
+def _check_survey_can_be_compared(table: "SurveyTable", path: Path, cubes_by_site: Mapping[str, Path]) -> None:
+    """Raise an error if no stone of a survey counts, or the option --site-cube names a site that no stone has.
 
-    for site in filter(None, sites):
-        if site not in known_sites:
-            names = ", ".join(filter(None, known_sites)) or "–"
-            hint = closest_name_hint(site, known_sites, f"its sites are {names}")
+    Without cubes nothing is compared, and nothing is checked.
+    """
+    from overturning.errors import closest_name_hint
+    from overturning.surveys.stones import check_some_stone_counts
+
+    if cubes_by_site:
+        check_some_stone_counts(table, path)
+    for site in filter(None, cubes_by_site):
+        if site not in table.sites:
+            names = ", ".join(filter(None, table.sites)) or "–"
+            hint = closest_name_hint(site, table.sites, f"its sites are {names}")
             raise ArgumentError(f"--site-cube {site}: no stone of the survey has this site; {hint}")
 
 

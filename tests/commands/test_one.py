@@ -207,6 +207,21 @@ elements:
     assert "--friction: the scene defines its own coefficients" in run(*given, "--friction", "1", status=1)
 
 
+def test_a_scene_that_does_not_rest_is_noted(tmp_path: Path) -> None:
+    scene = tmp_path / "overhang.yaml"
+    text = """name: overhang
+elements:
+  - {name: ground, kind: driven, width: 40, height: 1, at: [0, -1]}
+  - {name: block, width: 0.5, height: 1.0, stands_on: ground}
+  - {name: slab, width: 0.5, height: 0.1, stands_on: block, at: [SHIFT, 0]}
+"""
+    given = ("--record", "sine amplitude_gal=50 period_s=1", "--azimuth", "0", "--scene", scene)
+    scene.write_text(text.replace("SHIFT", "0.245"), encoding="utf-8")
+    assert "note:" not in run(*given)
+    scene.write_text(text.replace("SHIFT", "0.255"), encoding="utf-8")
+    assert "  note: the scene has no equilibrium at rest: an element falls or slides without an" in run(*given)
+
+
 def test_a_body(tmp_path: Path) -> None:
     page, figure = tmp_path / "fall.html", tmp_path / "axis.svg"
     given = ("--record", "rinaldi", "--body", "--orientation", "20", "--b-over-h", "0.3", "--friction", "0.6")

@@ -23,6 +23,7 @@ from overturning.figures.page import film_page_html
 from overturning.figures.response import body_axis_figure
 from overturning.figures.style import project_style
 from overturning.model.scene import check_scene, load_scene
+from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import read_record_table
 from overturning.records.processing import process_record
@@ -236,6 +237,14 @@ def test_rolling_cylinder_is_not_reported_at_rest() -> None:
     for path in (short, long):
         assert outcome_sentence(path).endswith("cm by the end, where it still rocks or rolls")
     assert outcome_sentence(trajectory(later, "rectangle", **given)).endswith("by the end")
+
+
+@pytest.mark.parametrize("status", [one for one in CaseStatus if not one.has_outcome])
+def test_a_case_without_outcome_has_a_reason(status: CaseStatus) -> None:
+    sentence = outcome_sentence(xr.Dataset({"status": status.value}))
+    assert sentence.startswith("no outcome: ")
+    assert ("moving" in sentence) == (status is CaseStatus.UNDECIDED)
+    assert ("steps" in sentence) == (status is CaseStatus.OVER_BUDGET)
 
 
 def test_film_without_trajectory_is_refused() -> None:

@@ -1,6 +1,7 @@
 """`study check` doubts values in another unit, and none of the shipped studies."""
 
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -98,6 +99,37 @@ def test_materials_and_contacts_of_a_scene_are_doubted() -> None:
     assert density.startswith("scene.materials.stone.density: 2.65 kg/m³")
     assert friction.startswith("scene.contacts.0.friction: 40 above 3. An angle of friction in degrees?")
     assert friction.endswith("Give its tangent: 0.839")
+
+
+def overhanging(share: float) -> dict[str, Any]:
+    """A slab that overhangs a block by a `share` of half its width, at which it is on the point of tipping."""
+    return {
+        "name": "mine",
+        "elements": [
+            {"name": "ground", "kind": "driven", "vertices": [[-5, -1], [5, -1], [5, 0], [-5, 0]]},
+            {"name": "block", "width": 0.5, "height": 1.0, "stands_on": "ground"},
+            {"name": "slab", "width": 0.5, "height": 0.1, "stands_on": "block", "at": [share * 0.25, 0.0]},
+        ],
+    }
+
+
+def inclined(tangent: float) -> dict[str, Any]:
+    ground = {"name": "slope", "kind": "driven", "vertices": [[-5, 0], [5, 0], [5, 10 * tangent]]}
+    lean = math.degrees(math.atan(tangent))
+    block = {"name": "block", "width": 0.5, "height": 0.5, "at": [0, 5 * tangent], "rotation_deg": -lean}
+    return {"name": "mine", "elements": [ground, block]}
+
+
+def test_a_scene_that_moves_without_an_earthquake_is_doubted() -> None:
+    assert doubts(scene=overhanging(0.98)) == []
+    (doubt,) = doubts(scene=overhanging(1.02))
+    assert doubt.startswith("scene: at B/H 0.5, the scene has no equilibrium at rest: an element falls or slides")
+
+
+def test_a_block_on_a_slope_steeper_than_its_friction_is_doubted() -> None:
+    assert doubts(scene=inclined(0.3), friction=[0.31, 0.6]) == []
+    (doubt,) = doubts(scene=inclined(0.3), friction=[0.29, 0.6])
+    assert doubt.startswith("scene: at B/H 1, an element slides down its face without an earthquake")
 
 
 def test_study_check_prints_doubts_and_goes_on(tmp_path: Path) -> None:

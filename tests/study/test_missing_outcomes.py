@@ -77,5 +77,5 @@ def test_a_case_over_its_budget_is_nan(model: str | None) -> None:
         assert found["overturned"].isnull().all()
         assert np.isnan(float(abs(found["overturned"]).mean()))
     assert path["overturned"].dtype == path["status"].dtype == np.float32
-    assert outcome_sentence(path) == "no outcome: the simulation is not valid"
+    assert outcome_sentence(path) == "no outcome: needs more steps than a case may take"
     assert film_of_trajectories([path], motion, "over its budget").panels

@@ -66,7 +66,7 @@ def test_the_explorer_scripts_and_their_table_have_the_same_texts() -> None:
 def test_texts_of_films_and_players_are_translated() -> None:
     several = (film_words.PLAYER, film_words.COMPONENTS)
     told = [text for table in several for text in table.values()]
-    told += [film_words.KEYS, film_words.FRAME_NOTE, film_words.SPACE_NOTE, film_words.NO_OUTCOME]
+    told += [film_words.KEYS, film_words.FRAME_NOTE, film_words.SPACE_NOTE, *film_words.NO_OUTCOME.values()]
     told += [*film_words.STRIP, *film_words.STRIP_MIXED, *film_words.STRIP_STANDING]
     assert not set().union(*(english_words(translate(text, "ja")) for text in told))
 

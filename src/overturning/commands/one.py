@@ -229,6 +229,7 @@ def _simulate_planar(
     file_time_shift: float,
 ) -> _SimulatedTrajectories:
     """Simulate a 2-D scene along each azimuth; `file_time_shift`, s, is added to all times (0 s: start of the file)."""
+    from overturning.dem.polygon.prepare import reason_scene_moves_by_itself
     from overturning.dem.trajectory import trajectory
     from overturning.figures.film_of_trajectory import AFTERMATH, outcome_sentence
     from overturning.figures.style import compass_bearing
@@ -250,7 +251,8 @@ def _simulate_planar(
         )
         for angle in planar_model_options.azimuth or []
     ]  # fmt: skip
-    lines = []
+    moves = reason_scene_moves_by_itself(stones, height, b_over_h, friction)
+    lines = [f"note: {moves}"] if moves else []
     for path in paths:
         text, shown = outcome_sentence(path), path["element"].to_numpy() == stones.default_output_element
         if path["overturned"].to_numpy()[shown] == 0:

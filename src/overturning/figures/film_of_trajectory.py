@@ -42,8 +42,10 @@ def has_outcome(trajectory: "xr.Dataset") -> bool:
 
 
 def outcome_sentence(trajectory: "xr.Dataset") -> str:
-    """Return a sentence, without full stop, on what falls in a simulation, or that the simulation is not valid."""
-    return _film_functions_for_trajectory(trajectory).outcome(trajectory) if has_outcome(trajectory) else NO_OUTCOME
+    """Return a sentence, without full stop, on what falls in a simulation, or why it has no outcome."""
+    if has_outcome(trajectory):
+        return _film_functions_for_trajectory(trajectory).outcome(trajectory)
+    return NO_OUTCOME[CaseStatus(int(trajectory["status"]))]
 
 
 def first_and_last_movement_times(trajectory: "xr.Dataset") -> tuple[float, float] | None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from overturning.figures.style import compass_bearing
+from overturning.model.status import CaseStatus
 
 PLAYER: Final = {
     "play": "Play",
@@ -207,7 +208,13 @@ def standing_body_sentence(
     return f"stands; largest tilt {peak_tilt_deg:.1f}°; {turned}"
 
 
-NO_OUTCOME: Final = "no outcome: the simulation is not valid"
+NO_OUTCOME: Final = {
+    CaseStatus.UNDECIDED: "no outcome: still moving long after the record",
+    CaseStatus.UNSTABLE: "no outcome: the energy balance, a rotation or a contact became invalid",
+    CaseStatus.FAILED: "no outcome: the simulation failed",
+    CaseStatus.OVER_BUDGET: "no outcome: needs more steps than a case may take",
+}
+"""Sentence about a case without outcome, by its status."""
 
 FRAME_NOTE: Final = "The picture moves with the ground unless the box is ticked."
 

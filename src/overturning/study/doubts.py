@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 
 from overturning.arrays import FloatArray
+from overturning.dem.polygon.prepare import reason_scene_moves_by_itself
 from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.scene import Scene
 from overturning.motion.soil import RockHalfSpace, SoilLayer
@@ -43,6 +44,8 @@ def implausible_setting_warnings(study: Study) -> Iterator[str]:
     for key, scene in scenes.items():
         if scene is not None:
             yield from _scene_warnings(key, scene)
+            if study.orientation is None:
+                yield from _rest_warnings(key, scene, study)
     if study.population is not None:
         yield from _population_range_warnings(study, study.population)
 
@@ -109,6 +112,15 @@ def _scene_warnings(key: str, scene: Scene) -> Iterator[str]:
     for number, law in enumerate(scene.contacts):
         if law.friction is not None:
             yield from _friction_warnings(f"{key}.contacts.{number}.friction", (law.friction,))
+
+
+def _rest_warnings(key: str, scene: Scene, study: Study) -> Iterator[str]:
+    """Yield a warning for the first B/H of a study at which elements of a 2-D scene fall or slide by themselves."""
+    for b_over_h in study.b_over_h:
+        reason = reason_scene_moves_by_itself(scene, None, b_over_h, min(study.friction))
+        if reason:
+            yield f"{key}: at B/H {b_over_h:g}, {reason}"
+            return
 
 
 def _population_range_warnings(study: Study, population: StonePopulation) -> Iterator[str]:

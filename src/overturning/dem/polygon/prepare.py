@@ -183,6 +183,16 @@ def prepare_scene(scene: Scene, height: float | None = None, b_over_h: float | N
     )  # fmt: skip
 
 
+def reason_scene_moves_by_itself(scene: Scene, height: float | None, b_over_h: float, friction: float) -> str:
+    """Return the reason why elements of a scene move without any motion of the ground; an empty text if they rest."""
+    prepared = prepare_scene(scene, height, b_over_h)
+    if not prepared.at_rest:
+        return "the scene has no equilibrium at rest: an element falls or slides without an earthquake"
+    if prepared.sliding_onset_acceleration(np.array([friction]))[0] == 0.0:
+        return "an element slides down its face without an earthquake: its friction is less than the slope"
+    return ""
+
+
 def free_element_critical_angles(scene: Scene, b_over_h: FloatArray) -> FloatArray:
     """Return the tipping angle α (degrees) of each free element for each `b_over_h`, shape (ratios, free elements)."""
     prepared = (prepare_scene(scene, None, float(ratio)) for ratio in b_over_h)

@@ -50,3 +50,17 @@ def test_reference_directions_without_an_interval_have_too_few_earthquakes(langu
     assert few not in text_by_hand("reference", language)
     data["reference_alignments"][0]["closest_alignment"] |= {"low": None, "high": None}
     assert few in text_of(Findings.model_validate(data), language)
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("study", ["direction", "no fault normal"])
+def test_the_headline_has_the_statistic_that_the_study_chose(study: str, language: str) -> None:
+    data = json.loads(findings_by_hand(study).model_dump_json())
+    data["population"]["median_fall_rate"], data["cases"]["share_overturned"] = 0.37, 0.52
+    data["published_agreement"] = [
+        {"variant": "nominal", "blocks": 12, "blocks_that_agree": 9, "heights_that_agree_m": [0.4]}
+    ]
+    for statistic, words in (("share", "52 %"), ("fall_rate", "37 %"), ("published", "9")):
+        data["study"]["primary_statistic"] = statistic
+        headline = text_of(Findings.model_validate(data), language).splitlines()[2]
+        assert words in headline.replace("\N{NO-BREAK SPACE}", " ")

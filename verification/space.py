@@ -23,6 +23,7 @@ from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.contact import VertexContact
 from overturning.model.shapes import RectangularPrism
+from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
 from overturning.motion.direction import azimuth_difference
 from overturning.motion.motion import Motion
@@ -45,6 +46,8 @@ from verification.tables import (
 from verification.timing import run_program, time_run
 
 Outcome = dict[str, np.ndarray]
+
+ONE_STONE: Final = "a stack of one stone"
 
 GRID: Final[dict[str, Any]] = {
     "orientation_deg": np.arange(0.0, 90.0, 15.0), "height": [0.6], "b_over_h": [0.2, 0.3, 0.4], "friction": [0.58],
@@ -209,8 +212,11 @@ def measure_exactness(chosen: list[Motion]) -> Iterator[MeasuredFigure]:
         ("cundall, half the step", {"scheme": "cundall", "time_step": "0.25 stable"}),
         ("δ/B 2e-5", {"model": Body(RectangularPrism(), VertexContact(static_penetration=2e-5))}),
         ("δ/B 2e-7", {"model": Body(RectangularPrism(), VertexContact(static_penetration=2e-7))}),
+        (ONE_STONE, {"model": Stack()}),
     ):
-        other, seconds = time_run(partial(run_grid_under_motions, chosen, **options), 1, int)
+        run = partial(run_grid_under_motions, **options)
+        other, seconds = time_run(partial(run, chosen), 1, partial(run, chosen[:1]))
+        other = {name: values.reshape(fell.shape) for name, values in other.items()}
         same = other["overturned"] == nominal["overturned"]
         moved = azimuth_difference(other["fall_azimuth"], nominal["fall_azimuth"])[firm & fell & same]
         yield MeasuredFigure(f"space, {name}: different flags, of firm cases", 100.0 * (~same)[firm].mean(), "%")
@@ -219,6 +225,10 @@ def measure_exactness(chosen: list[Motion]) -> Iterator[MeasuredFigure]:
         )
         yield MeasuredFigure(f"space, {name}: median change of azimuth, of firm falls", float(np.median(moved)), "°")
         yield MeasuredFigure(f"space, {name}: processor time per case", 1e3 * seconds / fell.size, "ms")
+        if name == ONE_STONE:
+            more = float(other["block_steps"].sum() / nominal["block_steps"].sum())
+            yield MeasuredFigure(f"space, {name}: time steps over those of a body", more)
+            yield MeasuredFigure(f"space, {name}: largest energy error", float(other["energy_error"].max()))
 
 
 def compare_with_peers(chosen: list[Motion], count: int) -> Iterator[MeasuredFigure]:
@@ -243,7 +253,10 @@ def compare_with_peers(chosen: list[Motion], count: int) -> Iterator[MeasuredFig
             f"{name} in space: its time per case over that of this program", theirs * ours["status"].size / seconds
         )
     yield MeasuredFigure("space: cases that all engines run", cells[0].size)
-    flags["this program"], azimuths["this program"] = ours["overturned"][cells] == 1, ours["fall_azimuth"][cells]
+    stack = run_grid_under_motions(chosen, model=Stack())
+    for name, one in (("this program", ours), (f"this program, {ONE_STONE}", stack)):
+        flags[name] = one["overturned"].reshape(shape)[cells] == 1
+        azimuths[name] = one["fall_azimuth"].reshape(shape)[cells]
     for name, own in flags.items():
         wrong = 100.0 * (own != (fine["overturned"][cells] == 1)).mean()
         yield MeasuredFigure(f"space: flags different from the finest reference's, {name}", wrong, "%")

@@ -20,13 +20,16 @@ from overturning.dem.polygon import plan as polygon_plan
 from overturning.dem.quiet import dynamic_overshoot_bound
 from overturning.dem.run import run_cases, simulate_cases
 from overturning.dem.simulate import simulate_as_arrays
+from overturning.dem.stack import plan as stack_plan
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
 from overturning.model.scene import gravestone
+from overturning.model.stack import Stack
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.near_field import near_field
 from tests.dem.polygon_scenes import GROUND, block, scene, shipped
+from tests.dem.test_stack_answers import offset_scene
 
 RECORDS = ((6, True), (8, True), (9, True), (18, False), (21, False))
 """Near-fault records (number, with pulse); the third gets vertical motion, so that thresholds vary with time."""
@@ -156,6 +159,43 @@ def test_skipping_rest_of_a_body_does_not_change_its_fall(
     peak = "peak_tilt" if name == "space" else "peak_rotation"
     stands = full.overturned == 0
     np.testing.assert_allclose(getattr(short, peak)[stands], getattr(full, peak)[stands], rtol=0.02, atol=1e-3)
+
+
+@pytest.mark.parametrize("vertical", [False, True])
+@pytest.mark.parametrize("wave", ["steps", "slow"])
+def test_skipping_rest_of_a_stack_does_not_change_its_outcome(
+    wave: str, vertical: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Worst case, as for a single body; a joint with µ = 0.2 slides in the pulse, and is at rest again after it."""
+    motion = quiet_then_pulse(wave, vertical, 0.08)
+    given: dict[str, Any] = {"orientation_deg": [0.0, 20.0, 40.0, 80.0], "friction": [0.2, 0.6]}
+    model = Stack(shipped("three-tier"))
+    short = simulate_as_arrays(motion, model=model, **given)
+    monkeypatch.setattr(stack_plan, "LIGHT_CORNER_SHARE", 0.0)
+    full = simulate_as_arrays(motion, model=model, **given)
+    assert (full["samples_left_out"] == 0).all()
+    assert short["samples_left_out"].mean() > 100
+    assert (short["block_steps"] <= full["block_steps"]).all()
+    assert short["block_steps"].sum() < full["block_steps"].sum()
+    np.testing.assert_array_equal(short["overturned"], full["overturned"])
+    stands = full["overturned"] == 0
+    for variable, tolerance in (("peak_tilt", 0.1), ("residual_slip_north", 1e-3), ("residual_slip_east", 1e-3)):
+        np.testing.assert_allclose(short[variable][stands], full[variable][stands], rtol=0.02, atol=tolerance)
+
+
+@pytest.mark.parametrize(("level", "falls"), [(0.9, 0.0), (1.2, 1.0)])
+@pytest.mark.parametrize("towards", [0.0, 180.0])
+def test_the_rest_limit_of_a_stack_is_that_of_its_weakest_direction(towards: float, level: float, falls: float) -> None:
+    """A shaft whose centre is 5 mm from the rim of its base tips at 0.017 g, after seconds that are skipped."""
+    time, onset = np.arange(1600) * 0.005, 0.005 / 0.3 * STANDARD_GRAVITY
+    # The shaft tips towards the rim when the base moves away from it.
+    base = np.where(time < 0.05, 1.5, np.where((time > 4.0) & (time < 7.0), level, 0.0)) * -onset
+    given: dict[str, Any] = {"model": Stack(offset_scene(0.245)), "orientation_deg": [towards], "friction": [0.6]}
+    turned = Motion(np.cos(np.radians(towards)) * base, 0.0 * base, sampling_interval=0.005)
+    short, full = (simulate_as_arrays(turned, **given, leave_out=one) for one in (True, False))
+    assert short["samples_left_out"].item() > 300
+    for one in (short, full):
+        assert one["overturned"].ravel()[1] == falls
 
 
 @pytest.mark.parametrize("vertical", [False, True])

@@ -48,10 +48,12 @@ def waves(seed: int, components: int = 2) -> np.ndarray[Any, Any]:
     return rows / np.abs(rows).max()
 
 
-def run(scene: Scene, rows: np.ndarray[Any, Any], orientation: list[float], friction: float) -> xr.Dataset:
+def run(
+    scene: Scene, rows: np.ndarray[Any, Any], orientation: list[float], friction: float, **options: Any
+) -> xr.Dataset:
     """Simulate a stack under (north, west) accelerations, m/s²; x of an orientation of 0° is north, y is west."""
     motion = Motion(rows[0], -rows[1], sampling_interval=INTERVAL, trust_data=True)
-    return simulate(motion, scene, orientation_deg=orientation, friction=[friction], threads=1)
+    return simulate(motion, scene, orientation_deg=orientation, friction=[friction], threads=1, **options)
 
 
 def plateau(level: float, angle: float) -> np.ndarray[Any, Any]:

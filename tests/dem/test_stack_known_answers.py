@@ -121,13 +121,16 @@ def test_a_compound_loses_as_one_stone_if_the_impulse_lies_in_the_upper_patch() 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_a_linear_interpolation_of_the_record_changes_nothing(seed: int) -> None:
-    """The base acceleration is linear between samples, so twice as many samples describe the same motion."""
+    """The base acceleration is linear between samples, so twice as many samples describe the same motion.
+
+    All samples are simulated: which of them are skipped depends on the sampling interval.
+    """
     rows, t = 8.0 * waves(seed), np.arange(0.0, 10.0, INTERVAL)
     fine = np.arange(0.0, 10.0 - 0.6 * INTERVAL, 0.5 * INTERVAL)
     found = [
         simulate(
             Motion(*(np.interp(times, t, row) for row in rows), sampling_interval=interval, trust_data=True),
-            THREE, orientation_deg=[0.0, 45.0], friction=[0.6],
+            THREE, orientation_deg=[0.0, 45.0], friction=[0.6], leave_out=False,
         )
         for times, interval in ((t, INTERVAL), (fine, 0.5 * INTERVAL))
     ]  # fmt: skip

@@ -86,15 +86,18 @@ def test_a_hexagonal_shaft_opens_at_its_nearest_side() -> None:
 
 @pytest.mark.parametrize("plan", PLANS)
 def test_one_prism_agrees_with_the_model_of_a_single_body(plan: PlanShape) -> None:
-    """Friction acts per joint here and per corner there, and a circle has 16 sides: flags near the limit may differ."""
+    """Friction acts per joint here and per corner there, and a circle has 16 sides: flags near the limit may differ.
+
+    All samples are simulated: `tests/dem/test_leave_out.py` is about the effect of skipping some.
+    """
     flags, azimuths = [], []
     for seed in range(10):
         rows = 4.5 * waves(seed)
         motion = Motion(rows[0], -rows[1], sampling_interval=INTERVAL, trust_data=True)
-        stack = simulate(motion, prisms((plan, 0.25, 0.75)), orientation_deg=[0.0], friction=[0.8])
+        stack = simulate(motion, prisms((plan, 0.25, 0.75)), orientation_deg=[0.0], friction=[0.8], leave_out=False)
         body = simulate(
             motion, Body(Cylinder() if plan == "circle" else RegularPrism(int(plan))), orientation_deg=[0.0],
-            height=[0.75], b_over_h=[1.0 / 3.0], friction=[0.8],
+            height=[0.75], b_over_h=[1.0 / 3.0], friction=[0.8], leave_out=False,
         )  # fmt: skip
         both = [float(one.overturned.item()) for one in (stack, body)]
         flags.append(both[0] == both[1])

@@ -41,6 +41,7 @@ from overturning.dem.stack.state import (
     StackClock,
     StackConstants,
     StackEnergyAccount,
+    StackRestState,
     StoneConstants,
     StoneContactForceSums,
     StoneFallState,
@@ -58,6 +59,7 @@ load_findings, store_findings, _ = CASE.lane_access(LargestContactChanges)
 load_inertial, store_inertial, _ = CASE.lane_access(Vector3)
 load_losses, store_losses, _ = CASE.lane_access(JointEnergyLosses)
 load_rejection, store_rejection, _ = CASE.lane_access(StepRejectionFlags)
+load_rest, store_rest, _ = CASE.lane_access(StackRestState)
 load_shaking, store_shaking, _ = CASE.lane_access(BodyBaseMotion)
 load_time, store_time, _ = CASE.lane_access(StackClock)
 

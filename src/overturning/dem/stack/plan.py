@@ -15,10 +15,10 @@ from overturning.dem.body.plan import (
     steps_per_sample_and_clock_settings,
 )
 from overturning.dem.limits import MAX_PENETRATION, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
-from overturning.dem.linear import highest_eigenvalue
+from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.plan import check_trajectory_size
-from overturning.dem.quiet import REST_THRESHOLD_FACTOR
+from overturning.dem.quiet import LIGHT_CORNER_SHARE, REST_THRESHOLD_FACTOR, dynamic_overshoot_bound
 from overturning.dem.stack.path import (
     GROUND_COLUMNS,
     STONE_COLUMNS,
@@ -177,6 +177,14 @@ def plan_stack_simulation(
     steps, pace = steps_per_sample_and_clock_settings(
         numerics, square[which], rate, interval, LONGER_STEP * period[which]
     )
+    rest_share = np.zeros(cases.case_count)
+    if numerics.leave_out:
+        slowest = np.array([
+            lowest_eigenvalue(stiffness_matrix(stones, table, unit_mass_factors(stones)))
+            for stones, table in zip(stacks, joints, strict=True)
+        ])  # fmt: skip
+        overshoot = dynamic_overshoot_bound(slowest[which], delay[which] * np.asarray(cases.damping_factor), interval)
+        rest_share = np.minimum(REST_THRESHOLD_FACTOR, LIGHT_CORNER_SHARE / overshoot)
     amplitude = np.asarray(cases.amplitude)
     row, cosines, along = base_accelerations_by_orientation(motion, cases)
     threshold = np.zeros(cases.case_count)
@@ -198,6 +206,7 @@ def plan_stack_simulation(
         "stack": which, "amplitude": amplitude, "damping_factor": cases.damping_factor,
         "deepest": (MAX_PENETRATION * np.minimum(reach, foot).min(axis=1))[which],
         "steady": REST_THRESHOLD_FACTOR * threshold, "still": (1e-9 * weight * reach.min(axis=1))[which],
+        "rest_share": rest_share, "rest_bound": rest_share * friction.min(axis=1),
         "first": first, "calm": calm, "barrier": barrier[which], "spring_energy": springs[which],
         "after": samples + np.ceil(MAX_TIME_AFTER_RECORD * period[which] / interval), **pace,
     }  # fmt: skip

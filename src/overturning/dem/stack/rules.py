@@ -17,12 +17,18 @@ from overturning.dem.body.vectors import (
 )
 from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
 from overturning.dem.kernel.ending import CaseProgress, progress_after_sample_end
-from overturning.dem.kernel.ground import GroundMotion
+from overturning.dem.kernel.ground import (
+    GroundMotion,
+    count_skippable_samples,
+    is_rest_check_sample,
+    upcoming_motion_is_below_rest_limit,
+)
 from overturning.dem.kernel.lanes import INNER, aligned_zeros, whole_vectors
 from overturning.dem.kernel.queue import QueueSettings, register_model_functions
 from overturning.dem.stack.access import (
     load_course,
     load_outcome,
+    load_rest,
     load_stone,
     store_attempt,
     store_case,
@@ -34,6 +40,7 @@ from overturning.dem.stack.access import (
     store_outcome,
     store_outline,
     store_peaks,
+    store_rest,
     store_shaking,
     store_stone,
     store_turn,
@@ -54,12 +61,14 @@ from overturning.dem.stack.joint_state import (
     JointHistory,
     TangentialVector,
 )
+from overturning.dem.stack.rest import AT_REST, mark_possibly_resting_lanes, stack_rest_limit
 from overturning.dem.stack.state import (
     CASE,
     COLUMNS,
     STONE,
     StackClock,
     StackConstants,
+    StackRestState,
     StoneConstants,
     StoneFallState,
     StonePeakTilt,
@@ -138,6 +147,7 @@ def initialise_lane(
     store_case(state, lane, StackConstants(
         sampling_interval / ticks_per_sample, case.deepest, case.steady, case.still
     ))  # fmt: skip
+    store_rest(state, lane, StackRestState(case.rest_share, case.rest_bound, 0.0))
     store_attempt(state, lane, StepAttempt(case.finest, case.dwell, 0.0))
     for s in range(stones.size):
         initialise_stone(of_stone(state, s), lane, stones[s])
@@ -313,7 +323,25 @@ def mark_possibly_ended_lanes(
 def skip_quiet_samples(
     kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts_out: Any
 ) -> None:
-    """Skip no samples: stacks are simulated throughout, from the first to the last strong sample."""
+    """Skip, for each stack at rest, the samples whose base motion is too weak to move the stack."""
+    settings, state, ground, row = kernel_input.settings, workspace.state, kernel_input.ground, kernel_input.row
+    stones, corners = kernel_input.corners.size, kernel_input.outlines.shape[3]
+    if mark_possibly_resting_lanes(state, stones, active_lane_count) == 0:
+        return
+    for j in range(active_lane_count):
+        course, bound = load_course(state, j), load_rest(state, j).bound
+        now = course.sample + state[TICK + j] * (1.0 / settings.ticks)
+        # Test the motion first: testing the stack takes longer.
+        if not (state[AT_REST + j] > 0.0 and is_rest_check_sample(now)):
+            continue
+        direction = row[lane_cases[j]]
+        if not upcoming_motion_is_below_rest_limit(ground, direction, now, course.amplitude, bound):
+            continue
+        rest_limit = stack_rest_limit(state, j, stones, corners)
+        if rest_limit > 0.0:
+            samples = count_skippable_samples(ground, direction, now, course.amplitude, rest_limit)
+            state[SAMPLE + j] += samples
+            skipped_sample_counts_out[j] += samples
 
 
 def status_if_case_in_lane_ended(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:

@@ -37,6 +37,17 @@ class StackConstants(NamedTuple):
     """Largest kinetic energy of a stack at rest, J."""
 
 
+class StackRestState(NamedTuple):
+    """Rest of a stack: limits of the base acceleration that does not move it, and 1 if it may be at rest."""
+
+    share: float
+    """Share of the acceleration that slides or unloads a joint, up to which nothing moves; 0: no sample is skipped."""
+    bound: float
+    """Largest base acceleration over g up to which the stack can stay at rest."""
+    at_rest: float
+    """1 if the stack may be at rest at the beginning of the sample, else 0."""
+
+
 class StackClock(NamedTuple):
     """Clock of one stack: time within the sample (ticks), and half the length of the attempted step (s)."""
 
@@ -199,8 +210,9 @@ class StoneContactForceSums(NamedTuple):
 
 
 CASE: Final = TupleRowLayout(
-    COLUMNS, CaseStepControl, StackConstants, StackClock, StackEnergyAccount, BodyBaseMotion, LoadedSampleNumber,
-    CaseProgress, StepAttempt, StepRejectionFlags, LargestContactChanges, JointEnergyLosses, Vector3,
+    COLUMNS, CaseStepControl, StackConstants, StackRestState, StackClock, StackEnergyAccount, BodyBaseMotion,
+    LoadedSampleNumber, CaseProgress, StepAttempt, StepRejectionFlags, LargestContactChanges, JointEnergyLosses,
+    Vector3,
 )  # fmt: skip
 STONE: Final = TupleRowLayout(
     COLUMNS, StoneConstants, StoneState, StonePeakTilt, StoneFallState, PredictedStone, Matrix3,

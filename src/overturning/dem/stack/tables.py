@@ -24,6 +24,10 @@ class StackCaseTableColumns(NamedTuple):
     """Horizontal acceleration, as a share of the weight, below which a standing stack takes sample-long steps."""
     still: float
     """Largest kinetic energy of a stack at rest, J."""
+    rest_share: float
+    """Share of the acceleration that slides or unloads a joint, up to which a stack at rest stays at rest."""
+    rest_bound: float
+    """Largest base acceleration over g up to which the stack can stay at rest; 0 if no sample is skipped."""
     first: float
     """First sample that is computed."""
     calm: float

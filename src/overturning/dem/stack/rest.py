@@ -1,0 +1,192 @@
+"""Rest of a 3-D stack: the stacks that stand still, and the base acceleration up to which they stay at rest."""
+
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from overturning.dem.body.state import angular_velocity_from_momentum, lean_as_squared_sine
+from overturning.dem.body.vectors import (
+    Matrix3,
+    Vector3,
+    dot_product,
+    matrix_times_vector,
+    minus,
+    rotation_matrix,
+    transpose,
+)
+from overturning.dem.kernel.ending import STILL, UPRIGHT, body_is_still
+from overturning.dem.kernel.lanes import INLINE, INNER
+from overturning.dem.stack.access import (
+    load_attempt,
+    load_case,
+    load_constants,
+    load_history,
+    load_joint,
+    load_outcome,
+    load_place,
+    load_point,
+    load_rest,
+    load_stone,
+)
+from overturning.dem.stack.ending import all_contact_points_carry_load, of_stone
+from overturning.dem.stack.joint_state import JOINT, POINT
+from overturning.dem.stack.state import CASE, STONE, TICKS, StackRestState
+from overturning.dem.stack.step import joint_state_size
+from overturning.units import STANDARD_GRAVITY as GRAVITY
+
+CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = CASE.size, STONE.size, JOINT.size, POINT.size
+AT_REST: Final = CASE.row_start(StackRestState, "at_rest")
+
+LEAST_WIDTH: Final = 1e-3
+"""Least width of a contact patch, as a share of its length, whose points give a plane of pressure."""
+
+
+class CarriedPart(NamedTuple):
+    """Part of a stack above a joint: its mass (kg), and its mass times the position of its centre (kg m)."""
+
+    mass: float
+    x: float
+    y: float
+    z: float
+
+
+class PressureMoments(NamedTuple):
+    """Sums over the loaded points of a joint: their weight, and its first (m) and second moments (m²)."""
+
+    weight: float
+    x: float
+    y: float
+    xx: float
+    xy: float
+    yy: float
+
+
+@njit(**INNER)
+def mark_possibly_resting_lanes(state: Any, stone_count: int, active_lane_count: int) -> int:
+    """Mark and count, by a quick test, the stacks that may be at rest (`StackRestState.at_rest` = 1)."""
+    number = 0
+    for j in range(active_lane_count):
+        length = load_attempt(state, j).length
+        most = 1.001 * STILL * load_rest(state, j).bound * GRAVITY
+        slow = most * (load_case(state, j).step * length)
+        may = (length >= TICKS) & (most > 0.0)
+        for s in range(stone_count):
+            rows = of_stone(state, s)
+            stone, gone = load_stone(rows, j), not load_outcome(rows, j).present > 0.0
+            a, v = stone.acceleration, stone.velocity
+            still = (abs(a.x) < most) & (abs(a.y) < most) & (abs(a.z) < most) & (2.0 * abs(v.z) < slow)
+            may = may & (still | gone)
+        state[AT_REST + j] = 1.0 if may else 0.0
+        number += 1 if may else 0
+    return number
+
+
+@njit(**INLINE)
+def vector_length(vector: Vector3) -> float:
+    """Return the length of a vector."""
+    return float(np.sqrt(dot_product(vector, vector)))
+
+
+@njit(**INNER)
+def moments_of_loaded_points(points: Any, lane: int) -> PressureMoments:
+    """Return the weights of a joint's points that carry load, and the moments of these weights."""
+    total = PressureMoments(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    for i in range(points.size // P):
+        rows = points[i * P : (i + 1) * P]
+        point, at = load_point(rows, lane), load_place(rows, lane)
+        w = point.weight if point.pressure > 0.0 else 0.0
+        total = PressureMoments(
+            total.weight + w, total.x + w * at.x, total.y + w * at.y,
+            total.xx + w * at.x * at.x, total.xy + w * at.x * at.y, total.yy + w * at.y * at.y,
+        )  # fmt: skip
+    return total
+
+
+@njit(**INNER)
+def unloading_acceleration(points: Any, lane: int, moment: float) -> float:
+    """Return the base acceleration, in the most unfavourable direction, that unloads a point of a joint.
+
+    `moment` is the moment of the inertial force per unit of base acceleration. The pressure changes linearly over the
+    patch. The result is 0 for a patch without width, or without load.
+    """
+    total = moments_of_loaded_points(points, lane)
+    if not total.weight > 0.0:
+        return 0.0
+    x, y = total.x / total.weight, total.y / total.weight
+    xx, xy, yy = total.xx - total.x * x, total.xy - total.x * y, total.yy - total.y * y
+    area, width = xx * yy - xy * xy, LEAST_WIDTH * (xx + yy)
+    if not area > width * width:
+        return 0.0
+    least = np.inf
+    for i in range(points.size // P):
+        rows = points[i * P : (i + 1) * P]
+        point, at = load_point(rows, lane), load_place(rows, lane)
+        if not (point.pressure > 0.0 and point.weight > 0.0):
+            continue
+        dx, dy = at.x - x, at.y - y
+        gx, gy = (yy * dx - xy * dy) / area, (xx * dy - xy * dx) / area
+        change = moment * np.sqrt(gx * gx + gy * gy)
+        least = min(least, point.pressure / change if change > 0.0 else np.inf)
+    return float(least)
+
+
+@njit(**INNER)
+def stack_rest_limit(state: Any, lane: int, stone_count: int, corner_limit: int) -> float:
+    """Return the base acceleration over g up to which a stack at rest stays at rest; 0 if the stack is not at rest.
+
+    The limit is a share of the least acceleration at which a joint slides, or a contact point loses its load. It
+    follows from the stack as it stands: stones may have slid before, or fallen.
+    """
+    if not all_contact_points_carry_load(state, lane, stone_count, corner_limit):
+        return 0.0
+    first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
+    limit, above = np.inf, CarriedPart(0.0, 0.0, 0.0, 0.0)
+    for k in range(stone_count):
+        s = stone_count - 1 - k
+        rows = of_stone(state, s)
+        if not load_outcome(rows, lane).present > 0.0:
+            continue
+        mass, place = load_constants(rows, lane).mass, load_stone(rows, lane).place
+        above = CarriedPart(
+            above.mass + mass, above.x + mass * place.x, above.y + mass * place.y, above.z + mass * place.z
+        )
+        joint = state[first + s * size : first + (s + 1) * size]
+        old, friction = load_history(joint[:JOINT_SIZE], lane), load_joint(joint[:JOINT_SIZE], lane).friction
+        if not old.normal > 0.0 or old.slid > 0.0:
+            return 0.0
+        origin, axes = Vector3(0.0, 0.0, 0.0), Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+        level = 0.0
+        if s > 0:
+            below = of_stone(state, s - 1)
+            lower = load_stone(below, lane)
+            origin, axes, level = lower.place, rotation_matrix(lower.turn), load_constants(below, lane).top
+        one = 1.0 / above.mass
+        centre = matrix_times_vector(
+            transpose(axes), minus(Vector3(one * above.x, one * above.y, one * above.z), origin)
+        )
+        moment = above.mass * abs(centre.z - level)
+        limit = min(limit, unloading_acceleration(joint[JOINT_SIZE:], lane, moment) / GRAVITY, friction)
+    limit = limit * load_rest(state, lane).share
+    return limit if above.mass > 0.0 and stones_are_still(state, lane, stone_count, limit) else 0.0
+
+
+@njit(**INNER)
+def stones_are_still(state: Any, lane: int, stone_count: int, rest_limit: float) -> bool:
+    """True if all stones that have not fallen stand upright, with speeds and accelerations of a stack at rest."""
+    step = load_case(state, lane).step * load_attempt(state, lane).length
+    for s in range(stone_count):
+        rows = of_stone(state, s)
+        if not load_outcome(rows, lane).present > 0.0:
+            continue
+        constants, stone = load_constants(rows, lane), load_stone(rows, lane)
+        axes, arm = rotation_matrix(stone.turn), constants.foot + constants.top
+        spin = angular_velocity_from_momentum(constants.inverse, axes, stone.momentum)
+        turning = angular_velocity_from_momentum(constants.inverse, axes, stone.moment)
+        speed = vector_length(stone.velocity) + arm * vector_length(spin)
+        acceleration = vector_length(stone.acceleration) + arm * vector_length(turning)
+        if not body_is_still(speed, acceleration, step, rest_limit):
+            return False
+        if not lean_as_squared_sine(axes) < UPRIGHT * UPRIGHT * constants.critical:
+            return False
+    return True

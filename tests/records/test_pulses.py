@@ -74,6 +74,17 @@ def test_a_pulse_in_the_config_is_one_line():
         )
 
 
+def test_all_wrong_pulses_of_a_study_are_named_with_file_key_and_value():
+    pulses = {"a": "sine amplitud=300 period_s=0", "b": "sinus azimuth_deg=60", "c": "sine amplitude_gal=1 period_s=1"}
+    with pytest.raises(ConfigError) as found:
+        record_table_rows(study_from_content({"name": "x", "records": {"pulses": pulses}}, ""), "x.yaml")
+    first, second = str(found.value).splitlines()
+    assert first.startswith("x.yaml: records.pulses.a: pulse 'sine amplitud=300 period_s=0': ")
+    for words in ("amplitude_gal: this key is needed", "amplitud '300': unknown key", "period_s '0': "):
+        assert words in first
+    assert second.strip().startswith("x.yaml: records.pulses.b: pulse 'sinus azimuth_deg=60': shape 'sinus'; known are")
+
+
 def test_sine_and_cosine():
     time, a, _ = along("sine amplitude_gal=100 period_s=0.8 sampling_interval_s=0.01 before_s=0.5 azimuth_deg=350")
     for t, value in zip(time, a, strict=True):

@@ -132,7 +132,11 @@ IN_PLANES = [
     ({"primary": {"statistic": "mood"}}, "primary.statistic"),
     ({"primary": {"statistic": "published"}}, "primary.statistic: nothing is published to compare with"),
     ({"primary": {"statistic": "fall_rate"}}, "primary.statistic: there are no stones whose rate it is"),
-    ({"primary": {"statistic": "share", "against": "soft"}}, "primary.against: 'soft' is none of the variants"),
+    ({"primary": {"statistic": "share", "against": "soft"}}, "'soft' is none of the variants; the study has none"),
+    (
+        {"primary": {"statistic": "share", "against": "sand"}, "variants": {"soft": SOIL}},
+        "primary.against: 'sand' is none of the variants; known: soft",
+    ),
     ({"primary": {"against": "soft"}, "variants": {"soft": SOIL}}, "primary.against: alignment is that of the study"),
     ({"figures": {"height": 0.7}}, "figures.height: 0.7 is not computed; add it to height, or name one of them"),
     ({"asks": "survey"}, "asks: survey, and there is nothing to compare with; give `surveys` or `published`"),

@@ -177,14 +177,16 @@ def parse_pulse(pulse_text: str) -> Pulse:
     try:
         return _ADAPTER.validate_python(values)
     except ValidationError as problem:
-        first = problem.errors()[0]
-        key = str(first["loc"][-1]) if first["loc"] else "shape"
-        if first["type"].startswith("union_tag"):
-            raise ConfigError(
-                f"pulse {pulse_text!r}: shape {values['shape']!r}; known are {', '.join(SHAPES)}"
-            ) from None
-        value = f" {values[key]!r}" if key in values else ""
-        raise ConfigError(f"pulse {pulse_text!r}: {key}{value}: {format_validation_error(first)}") from None
+        faults = []
+        for fault in problem.errors():
+            key = str(fault["loc"][-1]) if fault["loc"] else "shape"
+            value = f" {values[key]!r}" if key in values else ""
+            faults.append(
+                f"shape {values['shape']!r}; known are {', '.join(SHAPES)}"
+                if fault["type"].startswith("union_tag")
+                else f"{key}{value}: {format_validation_error(fault)}"
+            )
+        raise ConfigError(f"pulse {pulse_text!r}: {'; '.join(faults)}") from None
 
 
 def record_of_pulse(pulse: Pulse, record_id: str = "pulse") -> Record:

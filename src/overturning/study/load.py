@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from overturning.errors import ConfigError, closest_name_hint
+from overturning.errors import REASON_SEPARATOR, ConfigError, closest_name_hint
 from overturning.files import find_project_file, path_without_absolute_folder, read_yaml_mapping
 from overturning.study.schema import Study
 from overturning.validation import describe_invalid_keys
@@ -48,13 +48,18 @@ def record_table_rows(study: Study, study_file: str, root: Path = Path()) -> dic
     from overturning.records.pulses import parse_pulse
 
     table = read_record_table(find_project_file(root / study.records.table))
+    faults = []
     for name, line in study.records.pulses.items():
         if name in table:
-            raise ConfigError(
-                f"{study_file}: records.pulses: {name!r} is also in {study.records.table}; give the pulse another id"
-            )
-        parse_pulse(line)
+            faults.append(f"records.pulses: {name!r} is also in {study.records.table}; give the pulse another id")
+            continue
+        try:
+            parse_pulse(line)
+        except ConfigError as error:
+            faults.append(f"records.pulses.{name}: {error}")
         table[name] = RecordEntry(id=name, format="synthetic", source=line)
+    if faults:
+        raise ConfigError(REASON_SEPARATOR.join(f"{study_file}: {fault}" for fault in faults))
     for name in study.records.use:
         if name not in table:
             elsewhere = "there is none here but the package's: run in the study's project"

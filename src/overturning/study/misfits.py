@@ -141,7 +141,8 @@ def _primary_statistic_conflicts(study: Any) -> Iterator[str]:
     if against is not None and statistic not in ("share", "fall_rate"):
         yield f"primary.against: {statistic} is that of the study itself; leave it out"
     if against is not None and against not in study.variants:
-        yield f"primary.against: {against!r} is none of the variants"
+        known = f"; known: {', '.join(study.variants)}" if study.variants else "; the study has none"
+        yield f"primary.against: {against!r} is none of the variants{known}"
 
 
 def _research_question_conflicts(study: Any) -> Iterator[str]:

@@ -2,6 +2,7 @@
 
 import json
 import re
+import warnings
 from collections.abc import Callable
 from html import unescape
 from pathlib import Path
@@ -113,10 +114,49 @@ def test_a_file_with_japanese_letters_needs_a_font(kind: str, tmp_path: Path, mo
     monkeypatch.setattr(texts, "installed_fonts_of_language", lambda _: [])
     path = tmp_path / f"a.{kind}"
     with project_style(), translate_visible_texts_to("ja"):
-        with pytest.raises(MissingDataError, match="install the Debian package fonts-noto-cjk"):
+        with pytest.raises(MissingDataError, match=rf"^a\.{kind}: .* install the Debian package fonts-noto-cjk"):
             save_figure_files(answers.contrast(), path)
         assert not path.exists()
         save_figure_files(answers.contrast(), tmp_path / "a.svg")  # the page needs none
+
+
+def named_figure(name: str) -> Figure:
+    figure = Figure(figsize=(1.0, 1.0))
+    figure.text(0.5, 0.5, name, size=30)
+    return figure
+
+
+def test_japanese_names_in_english_figures_are_legible(tmp_path: Path) -> None:
+    """Without a font for them, Matplotlib draws the same box for both characters, and warns of each."""
+    if not texts.installed_fonts_of_language("ja"):
+        pytest.skip("no Japanese font")
+    with project_style(), warnings.catch_warnings(action="error"):
+        for name in ("一", "川"):
+            save_figure_files(named_figure(name), tmp_path / f"{name}.png", tmp_path / f"{name}.svg")
+    assert (tmp_path / "一.png").read_bytes() != (tmp_path / "川.png").read_bytes()
+    assert "川" in (tmp_path / "川.svg").read_text(encoding="utf-8")
+
+
+def test_japanese_names_in_english_figures_need_a_font(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(texts, "installed_fonts_of_language", lambda _: [])
+    with project_style():
+        with pytest.raises(MissingDataError, match=r"^a\.png: .* install the Debian package fonts-noto-cjk"):
+            save_figure_files(named_figure("川"), tmp_path / "a.png")
+        assert not (tmp_path / "a.png").exists()
+        save_figure_files(named_figure("Hill"), tmp_path / "a.png")
+
+
+def test_other_warnings_of_matplotlib_are_not_lost(tmp_path: Path) -> None:
+    figure = named_figure("川")
+    draw = figure.draw
+
+    def draw_with_warning(renderer: object) -> None:
+        warnings.warn("something else", UserWarning, stacklevel=1)
+        draw(renderer)  # type: ignore[arg-type]
+
+    figure.draw = draw_with_warning  # type: ignore[method-assign]
+    with project_style(), pytest.warns(UserWarning, match="something else"):
+        save_figure_files(figure, tmp_path / "a.svg")
 
 
 def test_a_png_with_japanese_letters_has_the_size_of_the_english_one(tmp_path: Path) -> None:

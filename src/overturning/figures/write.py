@@ -43,6 +43,11 @@ def save_figure_files(
     font : float, optional
         Size of the main font in the file, pt; the panels then fill the remaining space. If not given, the text is
         scaled with the figure.
+
+    Raises
+    ------
+    MissingDataError
+        If a PNG or PDF needs a font that is not installed: for the current language, or for Japanese names.
     """
     from overturning.figures.ticks import create_only_inner_ticks
 
@@ -57,11 +62,18 @@ def save_figure_files(
             axis.set_label_coords(0.5, 0.0)
     for path in paths:
         kind = path.suffix.removeprefix(".")
+        if kind != "svg":
+            check_font_is_installed(current_language(), path.name)
         with atomic_write(path) as part:
             if kind != "svg" and ((scale != 1.0 and kind == "pdf") or current_language() != ENGLISH):
                 _save_figure_by_typst(figure, part, kind, scale, dpi)
                 continue
-            figure.savefig(part, format=kind, metadata=METADATA[kind], dpi=dpi * scale)
+            with _list_characters_without_glyph() as missing:
+                figure.savefig(part, format=kind, metadata=METADATA[kind], dpi=dpi * scale)
+            if missing and kind != "svg":  # an SVG is drawn with the fonts of its viewer
+                if any(character >= _FIRST_CJK for character in missing):
+                    check_font_is_installed("ja", path.name)
+                _save_figure_by_typst(figure, part, kind, scale, dpi, "".join(missing))
             if kind == "svg":
                 text = translate_svg(compact_svg(part.read_text(encoding="utf-8")))
                 if scale != 1.0:  # change the size of the page; the coordinates inside stay the same
@@ -70,22 +82,43 @@ def save_figure_files(
                 part.write_text(text, encoding="utf-8")
 
 
-def _save_figure_by_typst(figure: "Figure", path: Path, file_format: str, scale: float, dpi: float) -> None:
+@contextmanager
+def _list_characters_without_glyph() -> Iterator[list[str]]:
+    """Context manager: list the characters that Matplotlib cannot draw with its font, instead of warning of each."""
+    missing: list[str] = []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.filterwarnings("always", message=_MISSING_GLYPH)
+        yield missing
+    for one in caught:
+        if found := re.match(_MISSING_GLYPH, str(one.message)):
+            missing.append(chr(int(found[1])))
+        else:
+            warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
+
+
+_MISSING_GLYPH: Final = r"Glyph (\d+) "
+
+_FIRST_CJK: Final = "\N{CJK RADICAL REPEAT}"
+"""First character of the blocks of Chinese, Japanese and Korean."""
+
+
+def _save_figure_by_typst(
+    figure: "Figure", path: Path, file_format: str, scale: float, dpi: float, other_characters: str = ""
+) -> None:
     """Write a figure as PDF or PNG at a scale factor, by converting its SVG with typst.
 
-    A `MissingDataError` is raised if there is no font of the current language.
+    `other_characters` are those for which a font of the system is needed, as in the name of a place.
     """
     import matplotlib
     import matplotlib.font_manager
     import typst
 
     translated = current_language() != ENGLISH
-    if translated:
-        check_font_is_installed(current_language(), path.name)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         drawing = folder / "figure.svg"
-        figure.savefig(drawing, format="svg", metadata=METADATA["svg"], dpi=dpi * scale)
+        with _list_characters_without_glyph():
+            figure.savefig(drawing, format="svg", metadata=METADATA["svg"], dpi=dpi * scale)
         if translated:
             drawing.write_text(translate_svg(drawing.read_text(encoding="utf-8")), encoding="utf-8")
         wide, high = (72.0 * scale * inches for inches in figure.get_size_inches())
@@ -100,7 +133,7 @@ def _save_figure_by_typst(figure: "Figure", path: Path, file_format: str, scale:
             typst.compile(
                 folder / "page.typ",
                 root=folder,
-                ignore_system_fonts=not translated,
+                ignore_system_fonts=not (translated or other_characters),
                 font_paths=list(fonts),
                 timestamp=0,
                 **options,

@@ -4,6 +4,7 @@ import json
 import re
 import warnings
 from collections.abc import Callable
+from dataclasses import replace
 from html import unescape
 from pathlib import Path
 
@@ -211,6 +212,17 @@ def test_a_movie_has_a_japanese_font(tmp_path: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.setitem(texts.FONTS, "ja", ("fonts-noto-cjk", ("No such font",)))
     with translate_visible_texts_to("ja"), pytest.raises(MissingDataError, match="fonts-noto-cjk"):
         write_film_as_gif_or_mp4(two_panels(0.2), tmp_path / "b.gif")
+    with pytest.raises(MissingDataError, match=r"^c\.gif: .*fonts-noto-cjk"):
+        write_film_as_gif_or_mp4(replace(two_panels(0.2), title="上野, 熊本地震"), tmp_path / "c.gif")
+
+
+def test_japanese_names_in_an_english_movie_are_legible(tmp_path: Path) -> None:
+    if not texts.installed_fonts_of_language("ja"):
+        pytest.skip("no Japanese font")
+    with warnings.catch_warnings(action="error"):
+        for name in ("一", "川"):
+            write_film_as_gif_or_mp4(replace(two_panels(0.1), title=name), tmp_path / f"{name}.gif")
+    assert (tmp_path / "一.gif").read_bytes() != (tmp_path / "川.gif").read_bytes()
 
 
 def test_the_japanese_readme_shows_the_figures_of_the_english_one_in_japanese() -> None:

@@ -25,7 +25,7 @@ from overturning.figures.style import (
 )
 from overturning.figures.svg_translation import break_lines_at_width
 from overturning.files import atomic_write, check_output_path
-from overturning.translation.texts import ENGLISH, FONTS, current_language, translate
+from overturning.translation.texts import ENGLISH, FONTS, current_language, language_of_font_for, translate
 from overturning.units import GAL
 
 if TYPE_CHECKING:
@@ -68,8 +68,10 @@ def write_film_as_gif_or_mp4(film: Film, path: Path) -> None:
     exact = ["-pix_fmt", "yuv420p", "-fflags", "+bitexact", "-flags:v", "+bitexact"]
     with project_style(), atomic_write(path) as part:
         if current_language() != ENGLISH:
-            mpl.rcParams["font.family"] = [SETTINGS["font.family"][0], matplotlib_font_of_language(path.name)]
             film = _translate_film(film)
+        names = "".join([film.title, *(panel.outcome for panel in film.panels)])
+        if (language := language_of_font_for(names)) != ENGLISH:
+            mpl.rcParams["font.family"] = [SETTINGS["font.family"][0], matplotlib_font_of_language(language, path.name)]
         figure, move_artists_to_frame = _create_movie_figure_and_updater(film)
         writer: Any = animation.PillowWriter(fps=rate)
         if kind == ".mp4":
@@ -85,11 +87,10 @@ def write_film_as_gif_or_mp4(film: Film, path: Path) -> None:
             named.unlink(missing_ok=True)
 
 
-def matplotlib_font_of_language(file_name: str) -> str:
-    """Return the name of an installed font for the current language; raise an error that names the package if none."""
+def matplotlib_font_of_language(language: str, file_name: str) -> str:
+    """Return the name of an installed font for a language; raise an error that names the package if none is."""
     from matplotlib import font_manager
 
-    language = current_language()
     package, names = FONTS[language]
     known = {one.fname for one in font_manager.fontManager.ttflist}
     for path in font_manager.findSystemFonts():  # the list of fonts that Matplotlib keeps may be older than the font

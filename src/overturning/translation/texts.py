@@ -28,6 +28,9 @@ SEPARATORS: Final = ("; ", ", ", ": ")
 FONTS: Final = {"ja": ("fonts-noto-cjk", ("Noto Serif CJK JP", "Noto Sans CJK JP", "IPAexGothic", "IPAGothic"))}
 """Debian package with the fonts of a language, and the names of fonts that have its characters."""
 
+_FIRST_CJK: Final = "\N{CJK RADICAL REPEAT}"
+"""First character of the Unicode blocks of Chinese, Japanese and Korean."""
+
 _FIELD: Final = re.compile(r"\{(\w*)\}")
 _NUMBER: Final = r"[+−–-]?\d[\d,]*(?:\.\d+)?(?:e[+−-]?\d+)?"
 
@@ -120,6 +123,11 @@ def installed_fonts_of_language(language: str) -> list[str]:
     _, names = FONTS.get(language, ("", ()))
     families = set(typst.Fonts(include_system_fonts=True).families()) if names else set()
     return [name for name in names if name in families]
+
+
+def language_of_font_for(text: str) -> str:
+    """Return the language whose fonts a text in a figure needs: Japanese for names in Japanese, else the current."""
+    return "ja" if any(character >= _FIRST_CJK for character in text) else current_language()
 
 
 def check_font_is_installed(language: str, file_name: str) -> None:

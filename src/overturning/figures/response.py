@@ -69,7 +69,8 @@ def rotation_slip_and_uplift_figure(trajectories: Sequence[xr.Dataset], title: s
                 for sign in (1, -1):
                     rows[1, column].axhline(sign * alpha, linestyle=style.DASHED, **(look | {"linewidth": 0.7}))
                 position = {"xycoords": ("axes fraction", "data"), "va": "bottom", "fontsize": 8}
-                rows[1, column].annotate("α", (0.01, alpha), color=look["color"], **position)
+                # One beside the other: critical angles of several elements may be nearly equal.
+                rows[1, column].annotate("α", (0.01 + 0.05 * number, alpha), color=look["color"], **position)
         for row, axes in enumerate(rows[:, column]):
             axes.axhline(0, color="#c8c8c8", linewidth=0.5, zorder=0)
             axes.locator_params(axis="y", nbins=5)

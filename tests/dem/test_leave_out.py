@@ -23,7 +23,7 @@ from overturning.dem.simulate import simulate_as_arrays
 from overturning.dem.stack import plan as stack_plan
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
-from overturning.model.scene import gravestone
+from overturning.model.scene import Scene, gravestone
 from overturning.model.stack import Stack
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
@@ -216,6 +216,32 @@ def test_the_rest_limit_of_a_stack_is_that_of_its_weakest_direction(towards: flo
     assert short["samples_left_out"].item() > 300
     for one in (short, full):
         assert one["overturned"].ravel()[1] == falls
+
+
+@pytest.mark.parametrize(("strength", "falls"), [(0.9, 0.0), (1.5, 1.0)])
+def test_a_stack_that_lost_its_counterweight_is_simulated_under_weak_motion(strength: float, falls: float) -> None:
+    """The middle stone overhangs to 0.5 mm from tipping, and is held by a slender stone of lead, which falls first.
+
+    Then 0.002 g tip it, a hundredth of what moves the complete stack.
+    """
+    lead: dict[str, Any] = {"name": "lead", "width": 0.06, "depth": 0.1, "height": 0.5, "stands_on": "stone"}
+    made = Scene.model_validate({
+        "name": "balanced", "materials": {"stone": {"density": 2650}, "lead": {"density": 11340}},
+        "elements": [
+            {"name": "ground", "kind": "driven", "width": 40.0, "height": 1.0, "at": [0.0, -1.0]},
+            {"name": "base", "width": 0.5, "depth": 0.5, "height": 0.3, "stands_on": "ground"},
+            {"name": "stone", "width": 0.4, "depth": 0.4, "height": 0.5, "stands_on": "base", "at": [0.2495, 0.0]},
+            lead | {"at": [-0.15, 0.0], "material": "lead"},
+        ],
+    })  # fmt: skip
+    time, onset = np.arange(3600) * 0.01, 0.0005 / 0.25 * STANDARD_GRAVITY
+    aside = 5.0 * np.sin(2.0 * np.pi * time) * ((time >= 2.0) & (time < 3.0))
+    # The base moves away from the overhang, slowly, long after the lead has fallen aside.
+    ahead = strength * onset * np.sin(0.1 * np.pi * (time - 25.0)) * ((time >= 25.0) & (time < 35.0))
+    motion = Motion(ahead, aside, sampling_interval=0.01)
+    for one in (True, False):
+        found = simulate_as_arrays(motion, model=Stack(made), orientation_deg=[180.0], friction=[1.0], leave_out=one)
+        assert found["overturned"].ravel().tolist() == [0.0, falls, 1.0]
 
 
 @pytest.mark.parametrize("vertical", [False, True])

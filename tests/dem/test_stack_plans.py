@@ -109,6 +109,19 @@ def test_one_prism_agrees_with_the_model_of_a_single_body(plan: PlanShape) -> No
     assert np.median(azimuths) < 20.0
 
 
+def test_a_stack_that_still_rocks_long_after_the_record_but_cannot_fall_has_an_outcome() -> None:
+    """A tall shaft rocks longer than the small cap above it; quiet time after the record changes nothing."""
+    stack = prisms(("circle", 0.6, 0.2), (8, 0.25, 0.8), ("circle", 0.3, 0.1))
+    short, long = (
+        simulate(Motion.sine(3.2, 0.6, azimuth_deg=10, rest=rest), stack, orientation_deg=[0.0, 10.0], friction=[0.6])
+        for rest in (0.2, 30.0)
+    )
+    for found in (short, long):
+        assert (found.status == CaseStatus.SIMULATED).all()
+        assert (found.overturned == 0.0).all()
+    np.testing.assert_allclose(short.peak_tilt, long.peak_tilt, rtol=1e-3, atol=1e-3)
+
+
 def test_the_rotation_period_is_that_of_all_stones_together() -> None:
     periods = {
         (("rectangle", 0.5, 0.3), (8, 0.3, 0.6)): 90.0, (("rectangle", 0.5, 0.3), (6, 0.3, 0.6)): 180.0,

@@ -9,7 +9,7 @@ from overturning.dem.body.state import BodyBaseMotion, StepRejectionFlags
 from overturning.dem.body.vectors import Matrix3, Vector3
 from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
 from overturning.dem.kernel.ending import CaseProgress
-from overturning.dem.kernel.lanes import create_elementwise_tuple_functions
+from overturning.dem.kernel.lanes import create_elementwise_tuple_functions, create_window_slicer
 from overturning.dem.stack.joint_state import (
     JOINT,
     POINT,
@@ -49,6 +49,9 @@ from overturning.dem.stack.state import (
     StoneState,
     StoneVelocityChange,
 )
+
+of_stone = create_window_slicer(STONE.size, CASE.size)
+"""Return the rows of a stone."""
 
 load_account, store_account, store_account_unless = CASE.lane_access(StackEnergyAccount)
 load_attempt, store_attempt, _ = CASE.lane_access(StepAttempt)

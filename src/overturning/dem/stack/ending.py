@@ -19,7 +19,8 @@ from overturning.dem.body.vectors import (
 )
 from overturning.dem.kernel.ending import GOES_ON, CaseProgress
 from overturning.dem.kernel.ground import base_acceleration_at_tick
-from overturning.dem.kernel.lanes import INLINE, INNER, create_window_slicer
+from overturning.dem.kernel.lanes import INLINE, INNER
+from overturning.dem.quiet import REST_THRESHOLD_FACTOR, SAFE_SHARE
 from overturning.dem.stack.access import (
     load_account,
     load_case,
@@ -27,7 +28,6 @@ from overturning.dem.stack.access import (
     load_course,
     load_history,
     load_joint,
-    load_landing,
     load_outcome,
     load_outline,
     load_peaks,
@@ -35,6 +35,7 @@ from overturning.dem.stack.access import (
     load_shaking,
     load_stone,
     load_time,
+    of_stone,
     store_account,
     store_outcome,
 )
@@ -43,7 +44,7 @@ from overturning.dem.stack.joint_state import (
     JOINT,
     POINT,
 )
-from overturning.dem.stack.landing import FLAT_SPREAD
+from overturning.dem.stack.rest import all_contact_points_carry_load, motion_onset_of_present_stack
 from overturning.dem.stack.state import (
     CASE,
     STONE,
@@ -60,13 +61,14 @@ CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = CASE.size, STONE.size, JOINT.size, POINT.
 ENERGY, SAMPLE = CASE.row_start(CaseProgress, "energy"), CASE.row_start(CaseProgress, "sample")
 
 
+WEAK_MOTION_SHARE: Final = SAFE_SHARE / REST_THRESHOLD_FACTOR**2
+"""Least acceleration that may move a stack when its case ends, as a share of `StackConstants.steady`: then the rest of
+the record stays below the part `REST_THRESHOLD_FACTOR` of this acceleration."""
+
 OVERHANG: Final = 0.001
 """Depth of a corner of a leaning stone below the face that carries it, as a share of the height of its centre.
 
 Beyond this depth the stone tips over the rim of the face, and has fallen."""
-
-of_stone: Final = create_window_slicer(STONE_SIZE, CASE_SIZE)
-"""Return the rows of a stone."""
 
 
 @njit(**INLINE)
@@ -196,9 +198,12 @@ def stack_status(
     corner_limit: int,
     ticks_per_sample: float,
     last_sample: float,
-    heights: Any,
+    stones_at_rest: Any,
 ) -> int:
-    """Stop simulating a fallen stone and those above it; return the `CaseStatus` after a sample, or `GOES_ON`."""
+    """Stop simulating a fallen stone and those above it; return the `CaseStatus` after a sample, or `GOES_ON`.
+
+    `stones_at_rest` has the rows of the stack in the kernel's table of stones.
+    """
     case, course, time = load_case(state, lane), load_course(state, lane), load_time(state, lane)
     kinetic, loaded = 0.0, True
     first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
@@ -214,7 +219,7 @@ def stack_status(
         loaded = loaded and load_history(state[at : at + JOINT_SIZE], lane).normal > 0.0
     if load_account(state, lane).depth > case.deepest:
         return CaseStatus.UNSTABLE
-    if remove_fallen_stones(state, lane, stone_count, corner_limit, ticks_per_sample, heights):
+    if remove_fallen_stones(state, lane, stone_count, corner_limit, ticks_per_sample, stones_at_rest.rest):
         return CaseStatus.SIMULATED
     sample = course.sample + time.tick / ticks_per_sample
     if (
@@ -223,33 +228,39 @@ def stack_status(
         and loaded
         and all_contact_points_carry_load(state, lane, stone_count, corner_limit)
     ):
-        return CaseStatus.SIMULATED
+        # The rest of the record is weak for the stack as it stood at first; it may have lost a stone since, or slid.
+        least = WEAK_MOTION_SHARE * case.steady
+        if sample >= last_sample or motion_onset_of_present_stack(state, lane, stone_count, corner_limit) >= least:
+            return CaseStatus.SIMULATED
     if sample < course.after or sample < last_sample:
         return GOES_ON
-    return CaseStatus.UNDECIDED
+    stands = stack_cannot_fall(state, lane, corner_limit, stones_at_rest)
+    return CaseStatus.SIMULATED if stands else CaseStatus.UNDECIDED
 
 
 @njit(**INNER)
-def all_contact_points_carry_load(state: Any, lane: int, stone_count: int, corner_limit: int) -> bool:
-    """True if all contact points of all stones that have not fallen carry load.
+def stack_cannot_fall(state: Any, lane: int, corner_limit: int, stones_at_rest: Any) -> bool:
+    """True if no stone has fallen, and the energy of the stack does not suffice to overturn any part of it.
 
-    Of a base with more than four corners, some carry nothing while the base lies flat.
+    A part needs the energy `CaseProgress.barrier` to overturn, less what slips take away: at least the square of the
+    share of its base that is left remains.
     """
-    first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
-    for s in range(stone_count):
-        if not load_outcome(of_stone(state, s), lane).present > 0.0:
-            continue
-        at = first + s * size
-        landing = load_landing(state[at : at + JOINT_SIZE], lane)
-        lies_flat = landing.highest - landing.lowest < FLAT_SPREAD * -landing.lowest
-        if load_joint(state[at : at + JOINT_SIZE], lane).waits > 0.0 and lies_flat:
-            continue
-        for i in range((size - JOINT_SIZE) // P):
-            begin = at + JOINT_SIZE + i * P
-            point = load_point(state[begin : begin + P], lane)
-            if point.weight > 1e-3 and not point.pressure > 0.0:
-                return False
-    return True
+    case, course = load_case(state, lane), load_course(state, lane)
+    below, axes, slip = Vector3(0.0, 0.0, 0.0), Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0), 0.0
+    x, y = 0.0, 0.0
+    for s in range(stones_at_rest.size):
+        rows, start = of_stone(state, s), stones_at_rest[s].start
+        constants, stone = load_constants(rows, lane), load_stone(rows, lane)
+        own = rotation_matrix(stone.turn)
+        if not load_outcome(rows, lane).present > 0.0 or lean_as_squared_sine(own) >= constants.critical:
+            return False
+        place, turn = pose_relative_to_stone_below(stone, below, axes)
+        aside, ahead = place.y - constants.foot * turn.yz, place.x - constants.foot * turn.xz
+        slip += math.hypot(ahead - (start.x - x), aside - (start.y - y))
+        below, axes, x, y = stone.place, own, start.x, start.y
+    left = max(1.0 - slip / case.reach, 0.0)
+    energy = stack_energy(state, lane, stones_at_rest.size, corner_limit, stones_at_rest.rest) - course.energy
+    return bool(energy < course.barrier * left * left)
 
 
 @njit(**INNER)

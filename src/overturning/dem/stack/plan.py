@@ -172,6 +172,10 @@ def plan_stack_simulation(
     foot, reach = tables["foot"], tables["reach"]
     # Not np.hypot: its last digit differs between processors.
     period = np.sqrt(np.sqrt(foot**2 + reach**2) / (0.75 * STANDARD_GRAVITY)).min(axis=1)
+    # The slowest rocking is that of all stones above a joint.
+    slowest_period = np.array([
+        np.sqrt(np.sqrt(table.reach**2 + table.height**2) / (0.75 * STANDARD_GRAVITY)).max() for table in joints
+    ])  # fmt: skip
     interval, samples = motion.sampling_interval, motion.sample_count
     rate = (square * delay)[which] * np.asarray(cases.damping_factor)
     steps, pace = steps_per_sample_and_clock_settings(
@@ -206,9 +210,10 @@ def plan_stack_simulation(
         "stack": which, "amplitude": amplitude, "damping_factor": cases.damping_factor,
         "deepest": (MAX_PENETRATION * np.minimum(reach, foot).min(axis=1))[which],
         "steady": REST_THRESHOLD_FACTOR * threshold, "still": (1e-9 * weight * reach.min(axis=1))[which],
+        "reach": np.array([table.reach.min() for table in joints])[which],
         "rest_share": rest_share, "rest_bound": rest_share * friction.min(axis=1),
         "first": first, "calm": calm, "barrier": barrier[which], "spring_energy": springs[which],
-        "after": samples + np.ceil(MAX_TIME_AFTER_RECORD * period[which] / interval), **pace,
+        "after": samples + np.ceil(MAX_TIME_AFTER_RECORD * slowest_period[which] / interval), **pace,
     }  # fmt: skip
     for name, values in columns.items():
         case_table[name] = values

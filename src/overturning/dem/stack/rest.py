@@ -23,14 +23,16 @@ from overturning.dem.stack.access import (
     load_constants,
     load_history,
     load_joint,
+    load_landing,
     load_outcome,
     load_place,
     load_point,
     load_rest,
     load_stone,
+    of_stone,
 )
-from overturning.dem.stack.ending import all_contact_points_carry_load, of_stone
 from overturning.dem.stack.joint_state import JOINT, POINT
+from overturning.dem.stack.landing import FLAT_SPREAD
 from overturning.dem.stack.state import CASE, STONE, TICKS, StackRestState
 from overturning.dem.stack.step import joint_state_size
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -51,8 +53,8 @@ class CarriedPart(NamedTuple):
     z: float
 
 
-class PressureMoments(NamedTuple):
-    """Sums over the loaded points of a joint: their weight, and its first (m) and second moments (m²)."""
+class WeightMoments(NamedTuple):
+    """Sums over the points of a joint: their weight, and its first (m) and second moments (m²)."""
 
     weight: float
     x: float
@@ -89,14 +91,36 @@ def vector_length(vector: Vector3) -> float:
 
 
 @njit(**INNER)
-def moments_of_loaded_points(points: Any, lane: int) -> PressureMoments:
-    """Return the weights of a joint's points that carry load, and the moments of these weights."""
-    total = PressureMoments(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+def all_contact_points_carry_load(state: Any, lane: int, stone_count: int, corner_limit: int) -> bool:
+    """True if all contact points of all stones that have not fallen carry load.
+
+    Of a base with more than four corners, some carry nothing while the base lies flat.
+    """
+    first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
+    for s in range(stone_count):
+        if not load_outcome(of_stone(state, s), lane).present > 0.0:
+            continue
+        at = first + s * size
+        landing = load_landing(state[at : at + JOINT_SIZE], lane)
+        lies_flat = landing.highest - landing.lowest < FLAT_SPREAD * -landing.lowest
+        if load_joint(state[at : at + JOINT_SIZE], lane).waits > 0.0 and lies_flat:
+            continue
+        for i in range((size - JOINT_SIZE) // P):
+            begin = at + JOINT_SIZE + i * P
+            point = load_point(state[begin : begin + P], lane)
+            if point.weight > 1e-3 and not point.pressure > 0.0:
+                return False
+    return True
+
+
+@njit(**INNER)
+def moments_of_weights(points: Any, lane: int) -> WeightMoments:
+    """Return the sum of the weights of a joint's points, and the moments of these weights."""
+    total = WeightMoments(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for i in range(points.size // P):
         rows = points[i * P : (i + 1) * P]
-        point, at = load_point(rows, lane), load_place(rows, lane)
-        w = point.weight if point.pressure > 0.0 else 0.0
-        total = PressureMoments(
+        w, at = load_point(rows, lane).weight, load_place(rows, lane)
+        total = WeightMoments(
             total.weight + w, total.x + w * at.x, total.y + w * at.y,
             total.xx + w * at.x * at.x, total.xy + w * at.x * at.y, total.yy + w * at.y * at.y,
         )  # fmt: skip
@@ -104,13 +128,13 @@ def moments_of_loaded_points(points: Any, lane: int) -> PressureMoments:
 
 
 @njit(**INNER)
-def unloading_acceleration(points: Any, lane: int, moment: float) -> float:
-    """Return the base acceleration, in the most unfavourable direction, that unloads a point of a joint.
+def unloading_acceleration(points: Any, lane: int, centre: Vector3) -> float:
+    """Return the base acceleration over g, in the most unfavourable direction, that unloads a point of a joint.
 
-    `moment` is the moment of the inertial force per unit of base acceleration. The pressure changes linearly over the
-    patch. The result is 0 for a patch without width, or without load.
+    `centre` is the centre of mass of the stones above, in the frame of the lower face, m. The pressure is a linear
+    function of the position in the patch. The result is 0 for a patch without width, or if a point carries no load.
     """
-    total = moments_of_loaded_points(points, lane)
+    total = moments_of_weights(points, lane)
     if not total.weight > 0.0:
         return 0.0
     x, y = total.x / total.weight, total.y / total.weight
@@ -118,30 +142,30 @@ def unloading_acceleration(points: Any, lane: int, moment: float) -> float:
     area, width = xx * yy - xy * xy, LEAST_WIDTH * (xx + yy)
     if not area > width * width:
         return 0.0
-    least = np.inf
+    least, off_x, off_y = np.inf, centre.x - x, centre.y - y
     for i in range(points.size // P):
         rows = points[i * P : (i + 1) * P]
-        point, at = load_point(rows, lane), load_place(rows, lane)
-        if not (point.pressure > 0.0 and point.weight > 0.0):
+        if not load_point(rows, lane).weight > 0.0:
             continue
+        at = load_place(rows, lane)
         dx, dy = at.x - x, at.y - y
         gx, gy = (yy * dx - xy * dy) / area, (xx * dy - xy * dx) / area
-        change = moment * np.sqrt(gx * gx + gy * gy)
-        least = min(least, point.pressure / change if change > 0.0 else np.inf)
-    return float(least)
+        # Both per weight of the stones above: pressure at rest, and its change by a base acceleration of 1 g.
+        pressure = 1.0 / total.weight + (gx * off_x + gy * off_y)
+        change = abs(centre.z) * np.sqrt(gx * gx + gy * gy)
+        least = min(least, pressure / change if change > 0.0 else np.inf)
+    return max(float(least), 0.0)
 
 
 @njit(**INNER)
-def stack_rest_limit(state: Any, lane: int, stone_count: int, corner_limit: int) -> float:
-    """Return the base acceleration over g up to which a stack at rest stays at rest; 0 if the stack is not at rest.
+def motion_onset_of_present_stack(state: Any, lane: int, stone_count: int, corner_limit: int) -> float:
+    """Return the base acceleration over g at which a joint of a stack at rest slides, or a point loses its load.
 
-    The limit is a share of the least acceleration at which a joint slides, or a contact point loses its load. It
-    follows from the stack as it stands: stones may have slid before, or fallen.
+    It follows from the stack as it stands: stones may have slid before, or fallen. The result is 0 if a joint is open
+    or slides.
     """
-    if not all_contact_points_carry_load(state, lane, stone_count, corner_limit):
-        return 0.0
     first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
-    limit, above = np.inf, CarriedPart(0.0, 0.0, 0.0, 0.0)
+    onset, above = np.inf, CarriedPart(0.0, 0.0, 0.0, 0.0)
     for k in range(stone_count):
         s = stone_count - 1 - k
         rows = of_stone(state, s)
@@ -165,10 +189,18 @@ def stack_rest_limit(state: Any, lane: int, stone_count: int, corner_limit: int)
         centre = matrix_times_vector(
             transpose(axes), minus(Vector3(one * above.x, one * above.y, one * above.z), origin)
         )
-        moment = above.mass * abs(centre.z - level)
-        limit = min(limit, unloading_acceleration(joint[JOINT_SIZE:], lane, moment) / GRAVITY, friction)
-    limit = limit * load_rest(state, lane).share
-    return limit if above.mass > 0.0 and stones_are_still(state, lane, stone_count, limit) else 0.0
+        raised = Vector3(centre.x, centre.y, centre.z - level)
+        onset = min(onset, unloading_acceleration(joint[JOINT_SIZE:], lane, raised), friction)
+    return onset if above.mass > 0.0 else 0.0
+
+
+@njit(**INNER)
+def stack_rest_limit(state: Any, lane: int, stone_count: int, corner_limit: int) -> float:
+    """Return the base acceleration over g up to which a stack at rest stays at rest; 0 if the stack is not at rest."""
+    if not all_contact_points_carry_load(state, lane, stone_count, corner_limit):
+        return 0.0
+    limit = load_rest(state, lane).share * motion_onset_of_present_stack(state, lane, stone_count, corner_limit)
+    return limit if limit > 0.0 and stones_are_still(state, lane, stone_count, limit) else 0.0
 
 
 @njit(**INNER)

@@ -30,6 +30,7 @@ from overturning.dem.stack.access import (
     load_outcome,
     load_rest,
     load_stone,
+    of_stone,
     store_attempt,
     store_case,
     store_clock,
@@ -47,7 +48,6 @@ from overturning.dem.stack.access import (
 )
 from overturning.dem.stack.ending import (
     first_fallen_stone,
-    of_stone,
     record_stack_motion,
     stack_status,
     sum_of_stone_state_components,
@@ -145,7 +145,7 @@ def initialise_lane(
     first, size = CASE_SIZE + stones.size * STONE_SIZE, joint_state_size(outlines.shape[2])
     store_clock(state, lane, CaseStepControl(case.finest, case.standing, case.dwell, case.settled))
     store_case(state, lane, StackConstants(
-        sampling_interval / ticks_per_sample, case.deepest, case.steady, case.still
+        sampling_interval / ticks_per_sample, case.deepest, case.steady, case.still, case.reach
     ))  # fmt: skip
     store_rest(state, lane, StackRestState(case.rest_share, case.rest_bound, 0.0))
     store_attempt(state, lane, StepAttempt(case.finest, case.dwell, 0.0))
@@ -349,7 +349,7 @@ def status_if_case_in_lane_ended(kernel_input: Any, workspace: Any, lane: int, c
     stones, corners = kernel_input.corners.size, kernel_input.outlines.shape[3]
     return stack_status(
         workspace.state, lane, stones, corners, kernel_input.settings.ticks, float(kernel_input.settings.samples),
-        kernel_input.stones[kernel_input.cases[case].stack].rest,
+        kernel_input.stones[kernel_input.cases[case].stack],
     )  # fmt: skip
 
 

@@ -35,6 +35,8 @@ class StackConstants(NamedTuple):
     """Horizontal acceleration, as a share of the weight, below which a standing stack takes sample-long steps."""
     still: float
     """Largest kinetic energy of a stack at rest, J."""
+    reach: float
+    """Least distance, over all joints, of the centre of mass above from the nearest side of the joint, m."""
 
 
 class StackRestState(NamedTuple):

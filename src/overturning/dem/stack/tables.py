@@ -24,6 +24,8 @@ class StackCaseTableColumns(NamedTuple):
     """Horizontal acceleration, as a share of the weight, below which a standing stack takes sample-long steps."""
     still: float
     """Largest kinetic energy of a stack at rest, J."""
+    reach: float
+    """Least distance, over all joints, of the centre of mass above from the nearest side of the joint, m."""
     rest_share: float
     """Share of the acceleration that slides or unloads a joint, up to which a stack at rest stays at rest."""
     rest_bound: float

@@ -107,7 +107,7 @@ IN_SPACE = (*AT_RINALDI, "--body")
         ((*IN_SPACE, "--height", "60"), "height: 60 m; a stone is 0.01 to 50 m high"),
         ((*IN_PLANE, "--scene", "gone"), "scene gone: no file"),
         ((*IN_PLANE, "--scene", "boulder", "--damping", "3"), "set them in the scene file"),
-        (AT_RINALDI, "--azimuth: not given; give the azimuth of the motion, or use --body"),
+        (AT_RINALDI, "--azimuth: not given; give it, or in 3-D --orientation with --body or --scene"),
         ((*IN_SPACE, "--azimuth", "3"), "--body: accepts --orientation"),
         ((*IN_SPACE, "--animate", "a.gif"), "a.gif: a film of a 3-D body is an HTML page; use the extension .html"),
         ((*IN_SPACE, "--plan", "oval"), "body: 'oval'"),

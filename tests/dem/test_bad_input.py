@@ -15,8 +15,9 @@ from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact, VertexContact
 from overturning.model.planes import PlanarModel
-from overturning.model.scene import check_scene, gravestone
+from overturning.model.scene import Scene, check_scene, gravestone
 from overturning.model.shapes import RectangularPrism
+from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import block, scene, shipped
@@ -45,6 +46,14 @@ GRID: dict[str, Any] = {"azimuth_deg": [0.0], "height": [0.6], "b_over_h": [0.3]
         ({"time_step": "2 stable"}, ["time_step", "2 stable"]),
         ({"time_step": 1e-12}, ["time step", "steps"]),
         ({"threads": 0}, ["threads", "at least 1"]),
+        ({"threads": "2", "refinement": 1.5, "budget": True}, ["threads: '2'", "refinement: 1.5", "budget: True"]),
+        ({"leave_out": "no", "general": 1}, ["leave_out: 'no'; give True or False", "general: 1; give True or False"]),
+        ({"time_step": None}, ["time_step: None", "'auto'"]),
+        ({"progress": 3}, ["progress: 3", "a function"]),
+        ({"azimuth_deg": [1e300]}, ["azimuth_deg: 1e+300", "at most 1e+06 degrees"]),
+        ({"friction": [[0.1, 0.2]]}, ["friction: shape (1, 2); give one row"]),
+        ({"azimuth_deg": None}, ["azimuth_deg is not given", "or orientation_deg for a 3-D body"]),
+        ({"orientation_deg": [0.0]}, ["both are given", "give azimuth_deg for a block"]),
         ({"model": gravestone(Contact(damping=1e12)), "scheme": "cundall"}, ["damping", "steps"]),
         ({"model": gravestone(Contact(stiffness=1e18))}, ["stiffness", "penetration", "below"]),
     ],
@@ -103,6 +112,36 @@ def test_friction_argument_is_refused_for_a_scene_that_sets_all_coefficients() -
     with refused(ArgumentError, "friction: 0.1", "scene test has coefficients of its own"):
         trajectory(MOTION, own, azimuth_deg=0.0, friction=0.1)
     assert simulate(MOTION, own, azimuth_deg=0.0).friction.values.tolist() == [1.0]
+    stone = {"name": "low", "width": 0.24, "depth": 0.24, "height": 0.6, "stands_on": "ground"}
+    ground = {"name": "ground", "kind": "driven", "width": 40.0, "height": 1.0, "at": [0.0, -1.0]}
+    law = {"between": ["stone", "stone"], "friction": 0.5}
+    stack = Scene.model_validate({"name": "test", "contacts": [law], "elements": [ground, stone]})
+    with refused(ArgumentError, "friction: [1.0, 0.2]", "scene test has coefficients of its own"):
+        simulate(MOTION, stack, orientation_deg=0.0, friction=[1.0, 0.2])
+
+
+def test_models_with_a_contact_or_scene_of_another_kind_are_refused() -> None:
+    with refused(ArgumentError, "scene: 'three-tier'", "load_scene"):
+        Stack("three-tier")  # type: ignore[arg-type]
+    with refused(ArgumentError, "contact: Contact(", "VertexContact"):
+        Stack(shipped("three-tier"), contact=Contact())  # type: ignore[arg-type]
+    with refused(ArgumentError, "contact: VertexContact(", "a Contact"):
+        gravestone(contact=VertexContact())  # type: ignore[arg-type]
+    with refused(ArgumentError, "aspect: [2.0]", "depths of its scene"):
+        run_cases(MOTION, Cases([0.0], 0.636, 0.38, 0.5, aspect=2.0), Stack(shipped("three-tier")))
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"amplitude": [1.0, 2.0]}, ["amplitude: [1.0, 2.0]; give one number"]),
+        ({"aftermath": "x"}, ["aftermath: 'x'; give one number"]),
+        ({"aftermath": 1e6, "b_over_h": 0.2, "amplitude": 3.0}, ["trajectory: a path of", "a shorter aftermath"]),
+    ],
+)
+def test_bad_arguments_of_a_stacks_trajectory_are_refused(options: dict[str, Any], words: list[str]) -> None:
+    with refused(ArgumentError, *words):
+        trajectory(MOTION, shipped("three-tier"), orientation_deg=0.0, **options)
 
 
 @pytest.mark.parametrize("model", [None, "three-tier", "circle", 6])

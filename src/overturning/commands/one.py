@@ -59,7 +59,7 @@ def simulate_one_stone(
             "--orientation, --plan, --mesh, --aspect: only for a 3-D body; add --body, or --scene with --orientation"
         )
     elif not body_options.body and not planar_model_options.azimuth:
-        raise ArgumentError("--azimuth: not given; give the azimuth of the motion, or use --body with --orientation")
+        raise ArgumentError("--azimuth: not given; give it, or in 3-D --orientation with --body or --scene")
     shift = start_offset_from_file_start_s(record)
     if body_options.body:
         found = _simulate_body(
@@ -171,7 +171,7 @@ def _check_stack_options(planar_model_options: PlanarModelOptions, body_options:
 
     if planar_model_options.azimuth or body_options != BodyOptions(orientation=body_options.orientation):
         raise ArgumentError(
-            "--scene with --orientation simulates a stack in 3-D; leave out azimuth, body, plan, mesh and aspect"
+            "--scene with --orientation simulates a stack in 3-D; leave out azimuth, body, plan, aspect, mesh options"
         )
 
 

@@ -4,8 +4,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
+import numpy as np
+
 from overturning.dem.time_step import DEFAULT_SCHEME
-from overturning.errors import ArgumentError
+from overturning.errors import REASON_SEPARATOR, ArgumentError
 
 Progress = Callable[[int, int], None]
 """Callback that receives the block steps done and the block steps expected."""
@@ -64,8 +66,23 @@ class NumericalOptions:
     client: Any = None
 
     def __post_init__(self) -> None:
-        for name in ("threads", "refinement", "budget"):
-            if getattr(self, name) < 1:
-                raise ArgumentError(f"{name}: {getattr(self, name)}; at least 1")
+        faults = [
+            f"{name}: {value!r}; give a whole number, at least 1"
+            for name in ("threads", "refinement", "budget")
+            if isinstance(value := getattr(self, name), bool | np.bool_)
+            or not isinstance(value, int | np.integer)
+            or value < 1
+        ]
+        faults += [
+            f"{name}: {value!r}; give True or False"
+            for name in ("leave_out", "general")
+            if not isinstance(value := getattr(self, name), bool | np.bool_)
+        ]
+        if isinstance(self.time_step, bool) or not isinstance(self.time_step, str | int | float | np.number):
+            faults.append(f"time_step: {self.time_step!r}; give a number of seconds, 'auto', or such as '0.25 stable'")
+        if self.progress is not None and not callable(self.progress):
+            faults.append(f"progress: {self.progress!r}; give a function of two numbers, or leave it out")
+        if faults:
+            raise ArgumentError(REASON_SEPARATOR.join(faults))
         if self.client is not None and not hasattr(self.client, "submit"):
             raise ArgumentError(f"client: {type(self.client).__name__}; give a dask.distributed.Client()")

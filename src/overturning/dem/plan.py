@@ -25,12 +25,12 @@ MAX_PATH_NUMBERS: Final = 100_000_000
 """Largest number of float64 values in the dataset of a path (0.8 GB)."""
 
 
-def check_trajectory_size(value_count: int) -> None:
+def check_trajectory_size(value_count: float) -> None:
     """Raise an `ArgumentError` if a trajectory of at least `value_count` numbers would exceed `MAX_PATH_NUMBERS`."""
     if value_count > MAX_PATH_NUMBERS:
         raise ArgumentError(
             f"trajectory: a path of {8e-9 * value_count:.1f} GB or more, at most {8e-9 * MAX_PATH_NUMBERS:.1f} GB; cut "
-            "the motion to its strong part, take a larger time_step or, in a scene, fewer elements"
+            "the motion to its strong part, take a larger time_step, a shorter aftermath or, in a scene, fewer elements"
         )
 
 

@@ -16,6 +16,7 @@ from overturning.model.model import Model
 from overturning.model.planes import PlanarModel
 from overturning.model.results import COUNTS
 from overturning.model.scene import Scene
+from overturning.model.scene_model import SceneModel
 from overturning.model.shapes import Shape
 from overturning.motion.motion import Accelerogram, Motion, as_motion
 
@@ -40,24 +41,26 @@ def create_case_grid(
     ArgumentError
         If the direction is not the model's (azimuth in 2-D, orientation in 3-D), or an array is empty or out of bounds.
     """
-    if isinstance(model, PlanarModel) and not model.scene.varies_friction and (np.asarray(friction) != 1.0).any():
+    if isinstance(model, SceneModel) and not model.scene.varies_friction and (np.asarray(friction) != 1.0).any():
         raise ArgumentError(
             f"friction: {np.asarray(friction).tolist()}; scene {model.scene.name} has coefficients of its own; "
             "leave it out"
         )
     height, b_over_h = model.height_and_b_over_h_or_defaults(height, b_over_h)
-    given, other = ("azimuth", "orientation") if model.direction == "azimuth" else ("orientation", "azimuth")
-    directions = {"azimuth": azimuth_deg, "orientation": orientation_deg}
-    if directions[other] is not None or directions[given] is None:
-        kind = "a block or scene is a 2-D model" if model.one_component else "a body is a 3-D model"
-        raise ArgumentError(f"{other}_deg: {kind}; give {given}_deg")
+    direction = azimuth_deg if model.one_component else orientation_deg
+    if direction is None or (azimuth_deg is not None and orientation_deg is not None):
+        fault = "both are given" if direction is not None else f"{model.direction}_deg is not given"
+        raise ArgumentError(
+            f"azimuth_deg, orientation_deg: {fault}; give azimuth_deg for a block or scene in 2-D, or orientation_deg "
+            "for a 3-D body, such as 'rectangle', or a stack of stones in 3-D"
+        )
     aspects = np.atleast_1d(np.asarray(aspect, np.float64))
     if (wrong := aspects[~(np.isfinite(aspects) & (aspects > 0.0))]).size:
         raise ArgumentError(f"aspect: {wrong[0]:g}; it must be finite and above 0")
     model.rotation_periods_deg(aspects)
     sizes = {"height": height, "b_over_h": b_over_h, "friction": friction, "aspect": aspect}
     several = model.free_element_names if len(model.free_element_names) > 1 else ()
-    rows: dict[str, Any] = {f"{given}_deg": directions[given]} | {name: sizes[name] for name in model.case_dims}
+    rows: dict[str, Any] = {f"{model.direction}_deg": direction} | {name: sizes[name] for name in model.case_dims}
     return CaseGrid.from_values(several, **rows)
 
 
@@ -123,8 +126,9 @@ def simulate(
     model : Scene, str, int or Shape, optional
         A scene (`overturning.load_scene`), or the shape of a 3-D body: "rectangle", "circle", the number of sides of a
         regular prism, or a polyhedron. A scene is simulated in 2-D with `azimuth_deg`, and in 3-D with
-        `orientation_deg` if it is a stack: rectangles with their `depth`, each centred on the one before. Default: a
-        single 2-D block. To choose contact or density, pass `overturning.gravestone` (2-D) or `overturning.Body` (3-D).
+        `orientation_deg` if it is a stack: stones with a `depth` or a round or polygonal `plan`, each on the one
+        before. Default: a single 2-D block. To choose contact or density, pass `overturning.gravestone` (2-D) or
+        `overturning.Body` (3-D).
     height, b_over_h : array_like, shape (h,), (b,), optional
         Height (m) and slenderness of the reference element; default: those of the scene or polyhedron. All lengths
         scale with the height; the slenderness changes only the width of the reference element.

@@ -93,7 +93,10 @@ def trajectory(
     if grid.case_count != 1:
         raise ArgumentError(f"trajectory: {grid.case_count} cases; give one value each, or use simulate")
     size = {name: float(grid[name].item()) for name in ("height", "b_over_h", "friction")}
-    tilt, aftermath = options.pop("initial_tilt", 0.0), float(options.pop("aftermath", 0.0))
+    tilt, aftermath = options.pop("initial_tilt", 0.0), options.pop("aftermath", 0.0)
+    for name, value in {"amplitude": more["amplitude"], "initial_tilt": tilt, "aftermath": aftermath}.items():
+        if isinstance(value, str) or not np.isscalar(value):
+            raise ArgumentError(f"{name}: {value!r}; give one number")
     if not (np.isfinite(aftermath) and aftermath >= 0.0):
         raise ArgumentError(f"aftermath: {aftermath}; a finite number of seconds, at least 0")
     numerics = NumericalOptions(**options)

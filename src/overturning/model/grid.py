@@ -26,6 +26,9 @@ AXES: Final[dict[str, dict[str, Any]]] = {
 }
 """Dimensions of models, and their CF attributes."""
 
+MAX_DIRECTION_DEG: Final = 1e6
+"""Largest azimuth or orientation, degrees: beyond it, rounding takes away digits that matter."""
+
 
 @dataclass(frozen=True)
 class CaseGrid:
@@ -61,9 +64,12 @@ class CaseGrid:
             except (TypeError, ValueError):
                 raise ArgumentError(f"{name}: {str(values)[:60]!r}; it must be a number or a row of numbers") from None
             if row.ndim != 1 or row.size == 0:
-                raise ArgumentError(f"{name}: shape {row.shape}; give a row of at least one value")
+                remedy = "at least one value" if row.size == 0 else "one row, without rows in it"
+                raise ArgumentError(f"{name}: shape {row.shape}; give {remedy}")
             if not np.isfinite(row).all():
                 raise ArgumentError(f"{name}: {row[~np.isfinite(row)][0]:g}; it must be finite")
+            if name.endswith("_deg") and (far := row[np.abs(row) > MAX_DIRECTION_DEG]).size:
+                raise ArgumentError(f"{name}: {far[0]:g}; at most {MAX_DIRECTION_DEG:g} degrees, a full turn is 360")
             checked[name.removesuffix("_deg")] = row
         check_case_count(int(np.prod([float(row.size) for row in checked.values()])))
         return cls(checked, element)

@@ -148,8 +148,10 @@ def gravestone(contact: Contact | None = None, density: float = GRANITE_DENSITY)
     Raises
     ------
     ArgumentError
-        If the density is not finite and above 0.
+        If the density is not finite and above 0, or the contact is that of a 3-D body.
     """
+    if contact is not None and not isinstance(contact, Contact):
+        raise ArgumentError(f"contact: {contact!r}; a 2-D stone has a Contact")
     if not (math.isfinite(density) and density > 0):
         raise ArgumentError(f"density: {density}; it must be finite and above 0 kg/m³")
     laws = () if contact is None else (ContactLaw(between=("stone", "stone"), **contact.model_dump()),)

@@ -74,6 +74,10 @@ class Stack(SceneModel, SpaceModel):
     contact: VertexContact = field(default_factory=VertexContact)
 
     def __post_init__(self) -> None:
+        if not isinstance(self.scene, Scene):
+            raise ArgumentError(f"scene: {self.scene!r}; give a scene, such as load_scene('three-tier')")
+        if not isinstance(self.contact, VertexContact):
+            raise ArgumentError(f"contact: {self.contact!r}; a stack in 3-D has a VertexContact")
         check_stack(self.scene)
 
     variables: ClassVar = STACK_VARIABLES

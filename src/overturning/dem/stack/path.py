@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.body.path import rotate_to_east_north_up, vertical_axis_of_body
 from overturning.dem.path import dataset_variable_tuple
+from overturning.dem.plan import check_trajectory_size
 from overturning.model.results import CaseResults
 from overturning.model.stack import STACK_VARIABLES
 from overturning.model.stack_stones import StackStone
@@ -108,7 +109,9 @@ def continue_fallen_stones_in_free_flight(
     """
     if not has_fallen.any():
         return rows
-    more = np.repeat(rows[-1:], int(np.ceil(aftermath / sampling_interval)), axis=0)
+    count = np.ceil(aftermath / sampling_interval)
+    check_trajectory_size((len(rows) + count) * rows.shape[1])
+    more = np.repeat(rows[-1:], int(count), axis=0)
     more[:, 0] += sampling_interval * np.arange(1, len(more) + 1)
     rows = np.concatenate([rows, more])
     columns = rows[:, GROUND_COLUMNS:].reshape(len(rows), len(stones), STONE_COLUMNS)

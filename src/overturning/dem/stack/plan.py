@@ -157,6 +157,8 @@ def plan_stack_simulation(
         raise ArgumentError(f"scheme: {numerics.scheme!r}; a 3-D stack supports only 'centred'")
     if np.asarray(cases.initial_tilt).any():
         raise ArgumentError("initial_tilt: a 3-D stack starts at rest; leave it at 0")
+    if (np.asarray(cases.aspect) != 1.0).any():
+        raise ArgumentError(f"aspect: {np.unique(cases.aspect).tolist()}; a stack has the depths of its scene")
     sizes, which = np.unique(np.stack([cases.height, cases.b_over_h], axis=1), axis=0, return_inverse=True)
     stacks = [model.stones(float(height), float(ratio)) for height, ratio in sizes]
     _check_that_stacks_stand(sizes, stacks)

@@ -452,6 +452,18 @@ def test_figures_of_what_is_no_part_of_a_study() -> None:
         overturning.plot.time_histories(cube)
 
 
+def test_a_map_of_a_simulated_scene_needs_one_of_its_elements() -> None:
+    outcome = overturning.simulate(
+        overturning.Motion.sine(5.0, 0.8), overturning.load_scene("three-tier"), azimuth_deg=range(0, 360, 60),
+        b_over_h=[0.2, 0.3],
+    )  # fmt: skip
+    with pytest.raises(ArgumentError, match=r"outcomes of 3 elements; choose one, as cube.sel\(element='shaft'\)"):
+        overturning.plot.fall_map(outcome)
+    assert overturning.plot.fall_map(outcome.sel(element="shaft")).axes
+    with pytest.raises(ArgumentError, match="of the result of simulate, draw fall_map"):
+        overturning.plot.fall_rose(outcome.sel(element="shaft"))
+
+
 def cells_of(figure: Figure, azimuth: FloatArray, b_over_h: FloatArray) -> NDArray[np.int_]:
     """Probability drawn at each azimuth and B/H of the first compass of a figure; -1 where no colour is drawn."""
     (mesh,) = figure.axes[0].collections

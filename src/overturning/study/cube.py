@@ -164,6 +164,10 @@ def select_element_and_amplitude(
     if element is None:
         return cube
     if element == "reference":
+        if "study" not in cube.attrs:  # the result of `overturning.simulate`
+            names = cube["element"].to_numpy().tolist()
+            remedy = f"choose one, as cube.sel(element={names[-1]!r})"
+            raise ArgumentError(f"cube: outcomes of {len(names)} elements; {remedy}")
         element = variant_scene(study_of_cube(cube), cube.attrs["variant"]).default_output_element
     _check_element_exists(element, cube["element"].to_numpy().tolist(), cube_path)
     return cube.sel(element=element)

@@ -255,8 +255,10 @@ def stack_cannot_fall(state: Any, lane: int, corner_limit: int, stones_at_rest: 
         if not load_outcome(rows, lane).present > 0.0 or lean_as_squared_sine(own) >= constants.critical:
             return False
         place, turn = pose_relative_to_stone_below(stone, below, axes)
-        aside, ahead = place.y - constants.foot * turn.yz, place.x - constants.foot * turn.xz
-        slip += math.hypot(ahead - (start.x - x), aside - (start.y - y))
+        # Displacement of the base. Not math.hypot: its last digit differs between processors.
+        ahead = place.x - constants.foot * turn.xz - (start.x - x)
+        aside = place.y - constants.foot * turn.yz - (start.y - y)
+        slip += np.sqrt(ahead * ahead + aside * aside)
         below, axes, x, y = stone.place, own, start.x, start.y
     left = max(1.0 - slip / case.reach, 0.0)
     energy = stack_energy(state, lane, stones_at_rest.size, corner_limit, stones_at_rest.rest) - course.energy

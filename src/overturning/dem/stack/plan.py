@@ -29,6 +29,7 @@ from overturning.dem.stack.results import stack_outcomes
 from overturning.dem.stack.rules import StackKernelInput
 from overturning.dem.stack.state import COLUMNS
 from overturning.dem.stack.statics import (
+    JointTable,
     base_positions_at_rest,
     face_corner_rows,
     inertia_coupling_factor,
@@ -149,16 +150,43 @@ def _check_that_stacks_stand(sizes: FloatArray, stacks: list[list[StackStone]]) 
                 )
 
 
-def plan_stack_simulation(
-    model: Stack, motion: Motion, cases: Cases, numerics: NumericalOptions
-) -> StackSimulationPlan:
-    """Check the arguments and return the plan for simulating n cases of a 3-D stack (see `simulate_cases`)."""
+def _check_stack_arguments(cases: Cases, numerics: NumericalOptions) -> None:
+    """Raise an `ArgumentError` if a 3-D stack cannot be simulated with these cases or this scheme."""
     if parse_scheme(numerics.scheme) != IntegrationScheme.CENTRED:
         raise ArgumentError(f"scheme: {numerics.scheme!r}; a 3-D stack supports only 'centred'")
     if np.asarray(cases.initial_tilt).any():
         raise ArgumentError("initial_tilt: a 3-D stack starts at rest; leave it at 0")
     if (np.asarray(cases.aspect) != 1.0).any():
         raise ArgumentError(f"aspect: {np.unique(cases.aspect).tolist()}; a stack has the depths of its scene")
+
+
+def _rest_shares(
+    stacks: list[list[StackStone]],
+    joints: list[JointTable],
+    stack_indices: NDArray[np.int64],
+    damping_factor: FloatArray,
+    sampling_interval: float,
+) -> FloatArray:
+    """Return the share of the acceleration of motion onset up to which a stack at rest stays at rest, for each case.
+
+    The joint with the shortest delay (dashpot over spring) damps least.
+    """
+    slowest = np.array([
+        lowest_eigenvalue(stiffness_matrix(stones, table, unit_mass_factors(stones)))
+        for stones, table in zip(stacks, joints, strict=True)
+    ])  # fmt: skip
+    delay = np.array([float(np.min(table.rows["dashpot"] / table.rows["stiffness"])) for table in joints])
+    overshoot = dynamic_overshoot_bound(
+        slowest[stack_indices], delay[stack_indices] * damping_factor, sampling_interval
+    )
+    return np.asarray(np.minimum(REST_THRESHOLD_FACTOR, LIGHT_CORNER_SHARE / overshoot))
+
+
+def plan_stack_simulation(
+    model: Stack, motion: Motion, cases: Cases, numerics: NumericalOptions
+) -> StackSimulationPlan:
+    """Check the arguments and return the plan for simulating n cases of a 3-D stack (see `simulate_cases`)."""
+    _check_stack_arguments(cases, numerics)
     sizes, which = np.unique(np.stack([cases.height, cases.b_over_h], axis=1), axis=0, return_inverse=True)
     stacks = [model.stones(float(height), float(ratio)) for height, ratio in sizes]
     _check_that_stacks_stand(sizes, stacks)
@@ -185,12 +213,7 @@ def plan_stack_simulation(
     )
     rest_share = np.zeros(cases.case_count)
     if numerics.leave_out:
-        slowest = np.array([
-            lowest_eigenvalue(stiffness_matrix(stones, table, unit_mass_factors(stones)))
-            for stones, table in zip(stacks, joints, strict=True)
-        ])  # fmt: skip
-        overshoot = dynamic_overshoot_bound(slowest[which], delay[which] * np.asarray(cases.damping_factor), interval)
-        rest_share = np.minimum(REST_THRESHOLD_FACTOR, LIGHT_CORNER_SHARE / overshoot)
+        rest_share = _rest_shares(stacks, joints, which, np.asarray(cases.damping_factor), interval)
     amplitude = np.asarray(cases.amplitude)
     row, cosines, along = base_accelerations_by_orientation(motion, cases)
     threshold = np.zeros(cases.case_count)

@@ -8,7 +8,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
-from itertools import combinations
+from itertools import combinations, product
 from typing import Annotated, Any, Final
 from unittest import mock
 
@@ -22,6 +22,8 @@ from overturning.dem.simulate import simulate_as_arrays
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.contact import VertexContact
+from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.scene import load_scene
 from overturning.model.shapes import RectangularPrism
 from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
@@ -231,6 +233,34 @@ def measure_exactness(chosen: list[Motion]) -> Iterator[MeasuredFigure]:
             yield MeasuredFigure(f"space, {name}: largest energy error", float(other["energy_error"].max()))
 
 
+def measure_stack_of_three() -> Iterator[MeasuredFigure]:
+    """Measure the time of a case of the three-tier grave, and of its shaft alone, under records of about 20 s."""
+    chosen = [
+        one for one in read_default_motions().values() if 14.0 <= one.sample_count * one.sampling_interval <= 28.0
+    ]
+    scene = load_scene("three-tier", ROOT)
+    height, b_over_h = size_reference_height_and_b_over_h(scene)
+    stones: dict[str, dict[str, Any]] = {
+        "three stones": {"model": Stack(scene)},
+        "one stone": {"model": "rectangle", "height": [height], "b_over_h": [b_over_h]},
+    }
+    orientations, spent = np.arange(0.0, 90.0, 1.25), dict.fromkeys(stones, 0.0)
+    for motion, factor in product(chosen, (1.0, 1.5)):
+        for name, options in stones.items():
+            run = partial(simulate_as_arrays, friction=[0.6], **options)
+            one = partial(run, motion.scaled_by(factor), orientation_deg=orientations)
+            spent[name] += time_run(one, 1, partial(run, motion, orientation_deg=[0.0]))[1]
+    for name, seconds in spent.items():
+        count = 2 * len(chosen) * orientations.size
+        yield MeasuredFigure(
+            f"space, records of 14 to 28 s, {name}: processor time per case", 1e3 * seconds / count, "ms"
+        )
+    yield MeasuredFigure(
+        "space, records of 14 to 28 s: time of three stones over that of one",
+        spent["three stones"] / spent["one stone"],
+    )
+
+
 def compare_with_peers(chosen: list[Motion], count: int) -> Iterator[MeasuredFigure]:
     """Compare flags and azimuths with other engines for some of the cases."""
     ours, seconds = time_run(partial(run_grid_under_motions, chosen), 1, partial(run_grid_under_motions, chosen[:1]))
@@ -277,7 +307,7 @@ def main(
     chosen, figures = [strong_part(motion) for motion in every[:records]], list[MeasuredFigure]()
     made: dict[str, Callable[[], Iterator[MeasuredFigure]]] = {
         "throughput": measure_throughput, "memory": measure_memory, "convergence": measure_convergence,
-        "study": measure_study, "exactness": partial(measure_exactness, chosen),
+        "study": measure_study, "exactness": partial(measure_exactness, chosen), "stack": measure_stack_of_three,
         "peers": partial(compare_with_peers, chosen, peer_cases),
     }  # fmt: skip
     with body_cundall.enable_cundall():

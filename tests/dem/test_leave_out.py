@@ -21,6 +21,7 @@ from overturning.dem.quiet import dynamic_overshoot_bound
 from overturning.dem.run import run_cases, simulate_cases
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.dem.stack import plan as stack_plan
+from overturning.dem.trajectory import trajectory
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
 from overturning.model.scene import Scene, gravestone
@@ -201,6 +202,25 @@ def test_skipping_rest_of_a_stack_does_not_change_its_outcome(
     stands = full["overturned"] == 0
     for variable, tolerance in (("peak_tilt", 0.1), ("residual_slip_north", 1e-3), ("residual_slip_east", 1e-3)):
         np.testing.assert_allclose(short[variable][stands], full[variable][stands], rtol=0.02, atol=tolerance)
+
+
+def test_a_fallen_stone_flies_as_far_while_the_stones_below_rest_and_samples_are_skipped() -> None:
+    motion = quiet_then_pulse("slow", False, 0.05)
+    case = {"orientation_deg": 0.0, "friction": 0.6, "b_over_h": 0.15}
+    short, full = (
+        trajectory(motion, shipped("three-tier"), **case, aftermath=5.0, leave_out=one) for one in (True, False)
+    )
+    for path in (short, full):
+        assert path["overturned"].to_numpy().tolist() == [0.0, 0.0, 1.0]
+        assert np.diff(path["time"]).max() < 2.0 * 0.005
+    gone = full["simulated"].sel(element="shaft").to_numpy() == 0.0
+    assert gone.sum() > 200
+    at = full["time"].to_numpy()
+    for path in (short, full):
+        assert np.abs(path["place"]).max() < 1.5
+    # One case: skips change it by rounding only.
+    again = np.stack([np.interp(at, short["time"], row) for row in short["place"].sel(element="shaft").to_numpy().T])
+    np.testing.assert_allclose(again[:, gone].T, full["place"].sel(element="shaft").to_numpy()[gone], atol=0.05)
 
 
 @pytest.mark.parametrize(("level", "falls"), [(0.9, 0.0), (1.2, 1.0)])

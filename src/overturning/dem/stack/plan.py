@@ -118,11 +118,13 @@ class StackSimulationPlan(SimulationPlan3D):
         self, trajectory: FloatArray, aftermath: float, has_fallen: NDArray[np.bool_]
     ) -> FloatArray:
         """Return a trajectory extended by `aftermath` seconds, in which fallen stones continue in free flight."""
+        at_rest = self.trajectory_rows_at_rest(self.motion.sample_count)
+        # A flight needs a row for each sample, also while the stones below rest and samples are skipped.
+        trajectory = self.insert_skipped_sample_rows(trajectory, at_rest)
         longer = continue_fallen_stones_in_free_flight(
             trajectory, self._stones_of_case, has_fallen, self.motion.sampling_interval, aftermath
         )
         new, samples = slice(len(trajectory), None), np.arange(self.motion.sample_count) * self.motion.sampling_interval
-        at_rest = self.trajectory_rows_at_rest(self.motion.sample_count)
         for column in (1, 2, 3):
             longer[new, column] = np.interp(longer[new, 0], samples, at_rest[:, column], right=0.0)
         return longer

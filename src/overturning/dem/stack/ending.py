@@ -246,20 +246,20 @@ def stack_cannot_fall(state: Any, lane: int, corner_limit: int, stones_at_rest: 
     share of its base that is left remains.
     """
     case, course = load_case(state, lane), load_course(state, lane)
-    below, axes, slip = Vector3(0.0, 0.0, 0.0), Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0), 0.0
-    x, y = 0.0, 0.0
+    # Horizontal position of the upper face below, and of the centre of its stone at rest.
+    slip, x, y, start_x, start_y = 0.0, 0.0, 0.0, 0.0, 0.0
     for s in range(stones_at_rest.size):
         rows, start = of_stone(state, s), stones_at_rest[s].start
         constants, stone = load_constants(rows, lane), load_stone(rows, lane)
         own = rotation_matrix(stone.turn)
         if not load_outcome(rows, lane).present > 0.0 or lean_as_squared_sine(own) >= constants.critical:
             return False
-        place, turn = pose_relative_to_stone_below(stone, below, axes)
-        # Displacement of the base. Not math.hypot: its last digit differs between processors.
-        ahead = place.x - constants.foot * turn.xz - (start.x - x)
-        aside = place.y - constants.foot * turn.yz - (start.y - y)
+        ahead = (stone.place.x - constants.foot * own.xz - x) - (start.x - start_x)
+        aside = (stone.place.y - constants.foot * own.yz - y) - (start.y - start_y)
+        # Not math.hypot: its last digit differs between processors.
         slip += np.sqrt(ahead * ahead + aside * aside)
-        below, axes, x, y = stone.place, own, start.x, start.y
+        x, y = stone.place.x + constants.top * own.xz, stone.place.y + constants.top * own.yz
+        start_x, start_y = start.x, start.y
     left = max(1.0 - slip / case.reach, 0.0)
     energy = stack_energy(state, lane, stones_at_rest.size, corner_limit, stones_at_rest.rest) - course.energy
     return bool(energy < course.barrier * left * left)

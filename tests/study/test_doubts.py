@@ -7,8 +7,11 @@ from typing import Any
 
 import pytest
 
+from overturning.dem.polygon.prepare import reason_scene_moves_by_itself
+from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.study.doubts import implausible_setting_warnings
 from overturning.study.load import load_study, study_from_content
+from tests.dem.test_polygon_fallen import arch
 from tests.expect import said
 
 CONFIG = Path(__file__).parents[2] / "config"
@@ -130,6 +133,12 @@ def test_a_block_on_a_slope_steeper_than_its_friction_is_doubted() -> None:
     assert doubts(scene=inclined(0.3), friction=[0.31, 0.6]) == []
     (doubt,) = doubts(scene=inclined(0.3), friction=[0.29, 0.6])
     assert doubt.startswith("scene: at B/H 1, an element slides down its face without an earthquake")
+
+
+def test_level_ground_without_friction_and_an_arch_are_not_doubted() -> None:
+    """Nothing pushes a level block; the joints of an arch are steep, but pressed together."""
+    assert doubts(scene=overhanging(0.0), friction=[0.0]) == []
+    assert reason_scene_moves_by_itself(arch(), None, size_reference_height_and_b_over_h(arch())[1], 0.7) == ""
 
 
 def test_study_check_prints_doubts_and_goes_on(tmp_path: Path) -> None:

@@ -188,7 +188,13 @@ def reason_scene_moves_by_itself(scene: Scene, height: float | None, b_over_h: f
     prepared = prepare_scene(scene, height, b_over_h)
     if not prepared.at_rest:
         return "the scene has no equilibrium at rest: an element falls or slides without an earthquake"
-    if prepared.sliding_onset_acceleration(np.array([friction]))[0] == 0.0:
+    # Forces of each face on its springs: the corners of a face share its friction.
+    laws, across, along = prepared.laws, np.zeros(len(prepared.pairs)), np.zeros(len(prepared.pairs))
+    for pair, _, _, approach, slip in prepared.loaded:
+        across[pair] += laws.normal[pair] * approach
+        along[pair] += laws.tangential[pair] * slip
+    coefficient = np.where(laws.friction < 0.0, friction, laws.friction)
+    if np.any(np.abs(along) > coefficient * across + 1e-9 * across.max(initial=0.0)):
         return "an element slides down its face without an earthquake: its friction is less than the slope"
     return ""
 

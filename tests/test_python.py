@@ -460,7 +460,7 @@ def test_a_map_of_a_simulated_scene_needs_one_of_its_elements() -> None:
     with pytest.raises(ArgumentError, match=r"outcomes of 3 elements; choose one, as cube.sel\(element='shaft'\)"):
         overturning.plot.fall_map(outcome)
     assert overturning.plot.fall_map(outcome.sel(element="shaft")).axes
-    with pytest.raises(ArgumentError, match="of the result of simulate, draw fall_map"):
+    with pytest.raises(ArgumentError, match=r"no dimension record; keep it .* or draw fall_map"):
         overturning.plot.fall_rose(outcome.sel(element="shaft"))
 
 

@@ -295,10 +295,7 @@ def _figure_of_all_records(cube: "xr.Dataset", draw_figure: Callable[["xr.Datase
     from overturning.study.cube import sort_cube_for_figures
 
     if "record" not in cube.dims:
-        raise ArgumentError(
-            "cube: it has no dimension record; keep the dimension, as cube.sel(record=['rinaldi']); of the result of "
-            "simulate, draw fall_map"
-        )
+        raise ArgumentError("cube: no dimension record; keep it (cube.sel(record=['rinaldi'])), or draw fall_map")
     sorted_cube = sort_cube_for_figures(cube.assign_coords(record=range(cube.sizes["record"])))
     figure = draw_figure(sorted_cube)
     add_title_and_legend(

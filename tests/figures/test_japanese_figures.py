@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from overturning.figures.backwards import motion_posterior_figure
@@ -24,7 +25,7 @@ from overturning.figures.rose import fall_roses_by_group_figure
 from overturning.figures.scene import scenes_figure
 from overturning.figures.style import project_style
 from overturning.figures.svg_translation import break_lines_at_width, translate_svg
-from overturning.figures.write import save_figure_files
+from overturning.figures.write import has_cut_or_overlapping_text, save_figure_files
 from overturning.model.scene import gravestone
 from overturning.records.processing import Highpass, RemoveMean, process_record
 from overturning.statistics.fragility import FittedFragilityCurve
@@ -134,6 +135,9 @@ def test_japanese_names_in_english_figures_are_legible(tmp_path: Path) -> None:
     with project_style(), warnings.catch_warnings(action="error"):
         for name in ("一", "川"):
             save_figure_files(named_figure(name), tmp_path / f"{name}.png", tmp_path / f"{name}.svg")
+        drawn = named_figure("川")
+        FigureCanvasAgg(drawn)
+        assert not has_cut_or_overlapping_text(drawn)
     assert (tmp_path / "一.png").read_bytes() != (tmp_path / "川.png").read_bytes()
     assert "川" in (tmp_path / "川.svg").read_text(encoding="utf-8")
 

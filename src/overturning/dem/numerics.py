@@ -82,7 +82,7 @@ class NumericalOptions:
             faults.append(f"time_step: {self.time_step!r}; give a number of seconds, 'auto', or such as '0.25 stable'")
         if self.progress is not None and not callable(self.progress):
             faults.append(f"progress: {self.progress!r}; give a function of two numbers, or leave it out")
+        if self.client is not None and not hasattr(self.client, "submit"):
+            faults.append(f"client: {type(self.client).__name__}; give a dask.distributed.Client()")
         if faults:
             raise ArgumentError(REASON_SEPARATOR.join(faults))
-        if self.client is not None and not hasattr(self.client, "submit"):
-            raise ArgumentError(f"client: {type(self.client).__name__}; give a dask.distributed.Client()")

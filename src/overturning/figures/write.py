@@ -143,7 +143,8 @@ def has_cut_or_overlapping_text(figure: "Figure") -> bool:
     The figure keeps the positions of its panels: it gets no layout any more.
     """
     figure.set_layout_engine("none")
-    figure.draw_without_rendering()  # Matplotlib keeps the places of labels in pixels of the file written last
+    with _list_characters_without_glyph():
+        figure.draw_without_rendering()  # Matplotlib keeps the places of labels in pixels of the file written last
     renderer, whole = figure.canvas.get_renderer(), figure.bbox.padded(2.0)  # type: ignore[attr-defined]
     shown = [axes for axes in figure.axes if axes.get_visible()]
     titles = [one.get_window_extent(renderer).padded(-1.0) for one in (axes.title for axes in shown) if one.get_text()]

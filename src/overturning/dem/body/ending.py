@@ -27,6 +27,7 @@ from overturning.dem.body.vectors import (
     matrix_times_vector,
     plus,
     rotation_matrix,
+    vector_length,
 )
 from overturning.dem.kernel.clock import StepAttempt
 from overturning.dem.kernel.ending import GOES_ON, REST_ENERGY, STILL_TO_SLIDE, UPRIGHT, CaseProgress, body_is_still
@@ -193,12 +194,6 @@ def body_is_at_rest(
     return bool(
         held >= base_vertex_count and lean_as_squared_sine(rotation_matrix(s.turn)) < UPRIGHT * UPRIGHT * body.critical
     )
-
-
-@njit(**INLINE)
-def vector_length(vector: Vector3) -> float:
-    """Return the length of a vector."""
-    return float(np.sqrt(dot_product(vector, vector)))
 
 
 @njit(**INNER)

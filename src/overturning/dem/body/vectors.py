@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+import numpy as np
 from numba import njit
 
 from overturning.dem.kernel.lanes import INLINE, create_elementwise_tuple_functions
@@ -78,6 +79,12 @@ def cross_product(a: Vector3, b: Vector3) -> Vector3:
 def dot_product(a: Vector3, b: Vector3) -> float:
     """Return the scalar product of two vectors."""
     return (a.x * b.x + a.y * b.y) + a.z * b.z
+
+
+@njit(**INLINE)
+def vector_length(vector: Vector3) -> float:
+    """Return the length of a vector."""
+    return float(np.sqrt(dot_product(vector, vector)))
 
 
 @njit(**INLINE)

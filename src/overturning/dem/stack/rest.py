@@ -9,14 +9,14 @@ from overturning.dem.body.state import angular_velocity_from_momentum, lean_as_s
 from overturning.dem.body.vectors import (
     Matrix3,
     Vector3,
-    dot_product,
     matrix_times_vector,
     minus,
     rotation_matrix,
     transpose,
+    vector_length,
 )
 from overturning.dem.kernel.ending import STILL, UPRIGHT, body_is_still
-from overturning.dem.kernel.lanes import INLINE, INNER
+from overturning.dem.kernel.lanes import INNER
 from overturning.dem.stack.access import (
     load_attempt,
     load_case,
@@ -82,12 +82,6 @@ def mark_possibly_resting_lanes(state: Any, stone_count: int, active_lane_count:
         state[AT_REST + j] = 1.0 if may else 0.0
         number += 1 if may else 0
     return number
-
-
-@njit(**INLINE)
-def vector_length(vector: Vector3) -> float:
-    """Return the length of a vector."""
-    return float(np.sqrt(dot_product(vector, vector)))
 
 
 @njit(**INNER)

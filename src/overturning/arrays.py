@@ -8,6 +8,8 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import TypeAliasType
 
+from overturning.errors import ArgumentError
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -17,6 +19,29 @@ ArrayLike = TypeAliasType("ArrayLike", npt.ArrayLike)
 
 FloatArray = TypeAliasType("FloatArray", npt.NDArray[np.float64])
 """Array of numbers in double precision, of any shape."""
+
+
+def float_array_of_argument(name: str, values: Any, *, copy: bool = False) -> FloatArray:
+    """Convert the argument `name` of a public function to an array of numbers; a masked array keeps its mask.
+
+    Parameters
+    ----------
+    name : str
+        Name of the argument in the error message.
+    values : array_like
+        A number or numbers.
+    copy : bool
+        Return a new array also where the conversion needs none.
+
+    Raises
+    ------
+    ArgumentError
+        If a value is no number.
+    """
+    try:
+        return np.array(values, dtype=np.float64, copy=copy or None, subok=np.ma.is_masked(values))
+    except (TypeError, ValueError):
+        raise ArgumentError(f"{name}: {str(values)[:60]!r}; it must be a number or a row of numbers") from None
 
 
 def create_xarray_dataset(

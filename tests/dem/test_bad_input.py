@@ -1,5 +1,6 @@
 """Bad arguments are refused with name, value and bound; cases without a valid outcome are marked and have no flag."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,12 +11,12 @@ from overturning.dem.numerics import BODY_STEP, ELEMENT_STEP, NumericalOptions
 from overturning.dem.run import plan_simulation, run_cases, simulate_cases
 from overturning.dem.simulate import simulate, simulate_as_arrays
 from overturning.dem.trajectory import trajectory
-from overturning.errors import ArgumentError
+from overturning.errors import ArgumentError, ConfigError
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact, VertexContact
 from overturning.model.planes import PlanarModel
-from overturning.model.scene import Scene, check_scene, gravestone
+from overturning.model.scene import Scene, check_scene, gravestone, load_scene
 from overturning.model.shapes import RectangularPrism
 from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
@@ -54,6 +55,7 @@ GRID: dict[str, Any] = {"azimuth_deg": [0.0], "height": [0.6], "b_over_h": [0.3]
         ({"friction": [[0.1, 0.2]]}, ["friction: shape (1, 2); give one row"]),
         ({"azimuth_deg": None}, ["azimuth_deg is not given", "or orientation_deg for a 3-D body"]),
         ({"orientation_deg": [0.0]}, ["both are given", "give azimuth_deg for a block"]),
+        ({"model": "square"}, ["model: 'square'; give 'rectangle'", "from 3 to 96"]),
         ({"model": gravestone(Contact(damping=1e12)), "scheme": "cundall"}, ["damping", "steps"]),
         ({"model": gravestone(Contact(stiffness=1e18))}, ["stiffness", "penetration", "below"]),
     ],
@@ -120,7 +122,27 @@ def test_friction_argument_is_refused_for_a_scene_that_sets_all_coefficients() -
         simulate(MOTION, stack, orientation_deg=0.0, friction=[1.0, 0.2])
 
 
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Cases("east", 0.6, 0.3, 1.0), ["azimuth_deg: 'east'; it must be a number"]),
+        (lambda: Cases(0.0, 0.6, 0.3, [1.0, None, "smooth"]), ["friction: \"[1.0, None, 'smooth']\""]),
+        (lambda: Motion(["a"], [0.0], sampling_interval=0.01), ["north: \"['a']\"; it must be a number"]),
+        (lambda: Motion(WAVE, WAVE, "up", sampling_interval=0.01), ["up: 'up'; it must be a number"]),
+        (lambda: Motion(WAVE, WAVE, sampling_interval="fast"), ["sampling_interval: 'fast'"]),  # type: ignore[arg-type]
+        (lambda: Motion(WAVE, WAVE, sampling_interval=[0.01]), ["sampling_interval: shape (1,); give one number"]),  # type: ignore[arg-type]
+        (lambda: Body("square"), ["shape: 'square'; give 'rectangle'"]),
+        (lambda: Scene(name="one"), ["elements: this key is needed"]),  # type: ignore[call-arg]
+    ],
+)
+def test_arguments_of_another_kind_are_refused_by_name(make: Callable[[], object], words: list[str]) -> None:
+    with refused(ArgumentError, *words):
+        make()
+
+
 def test_models_with_a_contact_or_scene_of_another_kind_are_refused() -> None:
+    with refused(ConfigError, "scene: a dict", "path or name of a file"):
+        load_scene({"name": "one"})  # type: ignore[arg-type]
     with refused(ArgumentError, "scene: 'three-tier'", "load_scene"):
         Stack("three-tier")  # type: ignore[arg-type]
     with refused(ArgumentError, "contact: Contact(", "VertexContact"):

@@ -17,7 +17,7 @@ def body_shape_from_options(body_options: BodyOptions, density: float | None) ->
         if body_options.mesh_unit is not None or body_options.relief is not None:
             raise ArgumentError("--mesh-unit, --relief: only for a mesh; add --mesh")
         plan: Any = body_options.plan or "rectangle"
-        return shape_from_name_or_sides(int(plan) if plan.isdecimal() else plan), []
+        return shape_from_name_or_sides(int(plan) if plan.isdecimal() else plan, "--plan"), []
     if body_options.plan is not None:
         raise ArgumentError("--plan, --mesh: both given; leave one out")
     from overturning.model.mesh import METRES, read_scan

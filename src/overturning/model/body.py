@@ -69,7 +69,7 @@ class Body(SpaceModel):
     start: InitialState | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "shape", shape_from_name_or_sides(self.shape))
+        object.__setattr__(self, "shape", shape_from_name_or_sides(self.shape, "shape"))
         if not isinstance(self.contact, VertexContact):
             raise ArgumentError(f"contact: a {type(self.contact).__name__}; a 3-D body has a VertexContact")
 

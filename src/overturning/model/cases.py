@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from overturning.arrays import ArrayLike
+from overturning.arrays import ArrayLike, float_array_of_argument
 from overturning.errors import ArgumentError, suggest_closest_keyword
 
 MOST_CASES: Final = 50_000_000
@@ -58,7 +58,7 @@ class Cases:
     aspect: ArrayLike = 1.0
 
     def __post_init__(self) -> None:
-        columns = {item.name: np.asarray(getattr(self, item.name), dtype=np.float64) for item in fields(self)}
+        columns = {item.name: float_array_of_argument(item.name, getattr(self, item.name)) for item in fields(self)}
         for name, values in columns.items():
             if values.ndim > 1:
                 raise ArgumentError(f"{name}: shape {values.shape}; give one row with a value per case")

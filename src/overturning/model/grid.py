@@ -7,7 +7,7 @@ from typing import Any, Final, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from overturning.arrays import FloatArray
+from overturning.arrays import FloatArray, float_array_of_argument
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases, check_case_count
 from overturning.model.variables import OutcomeVariable
@@ -59,10 +59,7 @@ class CaseGrid:
         """
         checked = {}
         for name, values in dimension_values.items():
-            try:
-                row = np.atleast_1d(np.asarray(values, dtype=np.float64))
-            except (TypeError, ValueError):
-                raise ArgumentError(f"{name}: {str(values)[:60]!r}; it must be a number or a row of numbers") from None
+            row = np.atleast_1d(float_array_of_argument(name, values))
             if row.ndim != 1 or row.size == 0:
                 remedy = "at least one value" if row.size == 0 else "one row, without rows in it"
                 raise ArgumentError(f"{name}: shape {row.shape}; give {remedy}")

@@ -14,12 +14,13 @@ from overturning.model.contact import Contact
 from overturning.model.element import ContactLaw, Element, Material, Name, Positive
 from overturning.model.geometry import WIDE_GROUND, check_scene_geometry
 from overturning.units import GRANITE_DENSITY, STANDARD_GRAVITY
-from overturning.validation import StrictModel, describe_invalid_keys
+from overturning.validation import StrictModel, describe_invalid_keys, make_constructor_raise_argument_errors
 
 MAX_ELEMENTS: Final = 64
 """Largest number of elements; with more, the arrays of the kernel exceed the processor's caches."""
 
 
+@make_constructor_raise_argument_errors
 class Scene(StrictModel):
     """Scene of rigid polygons (elements) with materials, contact laws and gravity."""
 
@@ -191,6 +192,8 @@ def load_scene(name: str | Path, root: Path = Path()) -> Scene:
     ConfigError
         If the file does not exist, or a key, a value or the geometry is wrong.
     """
+    if not isinstance(name, str | Path):
+        raise ConfigError(f"scene: a {type(name).__name__}; give the path or name of a file, or make a Scene(…)")
     path = root / name
     if path.suffix not in {".yaml", ".yml"}:
         path = find_project_file(root / SCENES / f"{name}.yaml")

@@ -159,8 +159,10 @@ class Polyhedron(Shape):
         return corners * (height / self.unscaled_height), edges
 
 
-def shape_from_name_or_sides(name_sides_or_shape: "str | int | Shape") -> Shape:
+def shape_from_name_or_sides(name_sides_or_shape: "str | int | Shape", argument_name: str = "model") -> Shape:
     """Return the shape for a name ("rectangle", "circle") or a number of sides; a shape is returned unchanged.
+
+    An error names the argument `argument_name`.
 
     Raises
     ------
@@ -171,17 +173,18 @@ def shape_from_name_or_sides(name_sides_or_shape: "str | int | Shape") -> Shape:
         named: dict[str, Shape] = {shape.name: shape for shape in (RectangularPrism(), Cylinder())}
         if name_sides_or_shape not in named:
             raise ArgumentError(
-                f"body: {name_sides_or_shape!r}; give 'rectangle', 'circle', a number of sides, or a scene by "
-                "load_scene or --scene"
+                f"{argument_name}: {name_sides_or_shape!r}; give 'rectangle', 'circle', a number of sides from "
+                f"3 to {MAX_SIDES}, or a scene by load_scene or --scene"
             )
         return named[name_sides_or_shape]
     if isinstance(name_sides_or_shape, int):
         if not 3 <= name_sides_or_shape <= MAX_SIDES:
-            raise ArgumentError(f"body: {name_sides_or_shape} sides; from 3 to {MAX_SIDES}, or 'circle'")
+            raise ArgumentError(f"{argument_name}: {name_sides_or_shape} sides; from 3 to {MAX_SIDES}, or 'circle'")
         return RegularPrism(name_sides_or_shape)
     if not isinstance(name_sides_or_shape, Shape):
         raise ArgumentError(
-            f"model: a {type(name_sides_or_shape).__name__}; give a scene of load_scene or gravestone, or a body"
+            f"{argument_name}: a {type(name_sides_or_shape).__name__}; give a scene of load_scene or gravestone, "
+            "or a body"
         )
     return name_sides_or_shape
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from overturning.arrays import ArrayLike, FloatArray
+from overturning.arrays import ArrayLike, FloatArray, float_array_of_argument
 from overturning.errors import ArgumentError, OverturningError, suggest_closest_keyword
 from overturning.motion.direction import cosine_and_sine_of_azimuth
 from overturning.motion.integration import integrate
@@ -149,9 +149,14 @@ class Motion(Accelerogram):
         trust_data: bool = False,
     ) -> None:
         # Keep masks until `check` has refused masked samples.
-        self.north, self.east = (np.array(of, dtype=np.float64, subok=np.ma.is_masked(of)) for of in (north, east))
-        self.up = None if up is None else np.array(up, dtype=np.float64, subok=np.ma.is_masked(up))
-        self.sampling_interval, self.user_trusts_data = float(sampling_interval), trust_data
+        self.north, self.east = (
+            float_array_of_argument(name, of, copy=True) for name, of in (("north", north), ("east", east))
+        )
+        self.up = None if up is None else float_array_of_argument("up", up, copy=True)
+        interval = float_array_of_argument("sampling_interval", sampling_interval)
+        if interval.ndim:
+            raise ArgumentError(f"sampling_interval: shape {interval.shape}; give one number of seconds")
+        self.sampling_interval, self.user_trusts_data = float(interval), trust_data
         self.check(ArgumentError)
         for samples in self.components:
             samples.flags.writeable = False

@@ -8,6 +8,7 @@ from overturning.dem.simulate import simulate, simulate_as_arrays
 from overturning.errors import ArgumentError
 from overturning.model.body import Body, InitialState
 from overturning.model.contact import VertexContact
+from overturning.model.scan import ScannedStone
 from overturning.model.shapes import (
     Cylinder,
     Polyhedron,
@@ -17,6 +18,7 @@ from overturning.model.shapes import (
     shape_from_name_or_sides,
 )
 from overturning.model.solid import RigidSolid
+from overturning.model.variables import MAX_NUMBERED_FACES
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.body_starts import leaning, level
@@ -173,7 +175,7 @@ def test_bad_arguments_are_refused_and_a_missing_vertical_component_is_noted() -
     for change, words in (
         ({"height": [600.0]}, ["height", "600", "millimetres"]),
         ({"b_over_h": None}, ["b_over_h", "not given"]),
-        ({"model": "ball"}, ["body", "ball", "circle"]),
+        ({"model": "ball"}, ["model", "ball", "circle"]),
         ({"model": 2}, ["2 sides"]),
         ({"model": "circle", "aspect": [1.0, 2.0]}, ["aspect", "rectangle"]),
         ({"model": Polyhedron(BOX)}, ["b_over_h", "its own"]),
@@ -202,6 +204,25 @@ def test_faces_of_a_prism_given_by_vertices_are_numbered_from_the_x_axis(sides: 
             np.concatenate([np.column_stack([around, np.full(sides, z)]) for z in (0.0, 0.6)])
         ).unscaled_solid
         np.testing.assert_allclose(body.faces, own.faces, atol=1e-9)
+
+
+def test_sides_of_a_body_with_more_sides_than_numbers_are_not_numbered() -> None:
+    """A rounded scan has hundreds of facets on which the body could rest; it falls all the same."""
+    stone = ScannedStone(round_stone(), [0.0, 0.0, 0.3], [0.03, 0.03, 0.03, 0.0, 0.0, 0.0], 0.003, "round")
+    assert len(stone.unscaled_solid.faces) > MAX_NUMBERED_FACES
+    push = Motion(np.repeat([3.0, 0.0], [100, 300]), np.zeros(400), sampling_interval=0.01)
+    found = simulate(push, stone, orientation_deg=[0.0, 100.0, 200.0], height=None, friction=[0.7])
+    assert (found.overturned == 1).all()
+    assert found.fall_face.isnull().all()
+    np.testing.assert_allclose(np.cos(np.radians(found.fall_azimuth)), -1.0, atol=0.1)
+
+
+def round_stone() -> np.ndarray:
+    """Return points of a ball, evenly spread by the golden angle, with a small flat base."""
+    height = 1.0 - 2.0 * (np.arange(500) + 0.5) / 500
+    level, turn = np.sqrt(1.0 - height**2), np.pi * (1.0 + 5.0**0.5) * np.arange(500)
+    points = 0.3 * np.column_stack([level * np.cos(turn), level * np.sin(turn), height]) + [0.0, 0.0, 0.3]
+    return points[points[:, 2] > 0.008]
 
 
 @pytest.mark.parametrize("decimals", [4, 5, 6, 7, 16])

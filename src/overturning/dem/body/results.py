@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.model.status import CaseStatus
-from overturning.model.variables import INT8_MISSING
+from overturning.model.variables import INT8_MISSING, MAX_NUMBERED_FACES
 
 
 def outcome_variables(
@@ -43,7 +43,7 @@ def outcome_variables(
             "status": kernel_results["status"],
             "fall_azimuth": np.where(fell, azimuth, np.nan),
             "fall_face": [
-                _lowest_face_index(side, one) if is_down and len(side) else INT8_MISSING
+                _lowest_face_index(side, one) if is_down and 0 < len(side) <= MAX_NUMBERED_FACES else INT8_MISSING
                 for side, one, is_down in zip(face_normals, np.stack([w, x, y, z], axis=1), fell, strict=True)
             ],
             "peak_tilt": tilt_deg_of_lean(kernel_results["lean"]),

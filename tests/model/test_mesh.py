@@ -81,6 +81,18 @@ def test_volume_and_inertia_equal_those_of_trimesh(tmp_path: Path) -> None:
     np.testing.assert_allclose(found.inertia, other.moment_inertia / other.volume, atol=1e-12)
 
 
+@pytest.mark.parametrize("start", range(5))
+def test_a_corner_in_the_middle_of_an_edge_leaves_the_surface_closed(tmp_path: Path, start: int) -> None:
+    """The face with this corner is divided into triangles, one of which may have its corners on one line."""
+    points = [*((x, y, z) for z in (0.0, 0.8) for x, y in ((0, 0), (0.2, 0), (0.2, 0.3), (0, 0.3))), (0.1, 0.0, 0.8)]
+    upper = np.roll([4, 8, 5, 6, 7], start).tolist()
+    faces = [[3, 2, 1, 0], upper, [0, 1, 5, 8, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+    text = "".join("v {} {} {}\n".format(*point) for point in points)
+    text += "".join("f " + " ".join(str(k + 1) for k in face) + "\n" for face in faces)
+    (tmp_path / "box.obj").write_text(text)
+    assert read_scan(tmp_path / "box.obj").volume == pytest.approx(0.048, rel=1e-12)
+
+
 def test_units(tmp_path: Path) -> None:
     path = write_mesh(l_shape(), tmp_path / "stone.obj", 1000.0)
     with refused(ArgumentError, "stone.obj", "800 m large", "declare the unit", "perhaps mm", brief=True):

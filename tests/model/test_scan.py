@@ -63,6 +63,25 @@ def test_several_bodies_are_refused(away: float) -> None:
         closed_surface(together(l_shape(), moved(l_shape(), away, 0.0, 0.0)))
 
 
+def test_a_second_body_inside_out_is_refused() -> None:
+    """Its volume is negative like that of a cavity, but it lies outside, and would be subtracted."""
+    small = moved(box((0.1, 0.1, 0.3)), 0.8, 0.0, 0.0)
+    inside_out = small._replace(triangles=small.triangles[:, ::-1])
+    for several in (together(l_shape(), inside_out), together(inside_out, l_shape())):
+        with refused(ArgumentError, "2 separate parts", "0.003", "one rigid body", brief=True):
+            closed_surface(several)
+
+
+@pytest.mark.parametrize("all_of_it", [True, False])
+def test_triangles_that_are_listed_twice_count_once(all_of_it: bool) -> None:
+    """The second list starts each triangle at another corner."""
+    whole = l_shape()
+    again = np.roll(whole.triangles, 1, axis=1)[: None if all_of_it else 1]
+    surface, notes = closed_surface(whole._replace(triangles=np.concatenate([whole.triangles, again])))
+    assert mass_properties(surface.corners).volume == pytest.approx(box_sums("l-shape")[0], rel=1e-12)
+    assert f"{len(again)} left out" in notes[0]
+
+
 def test_a_cavity_is_no_second_body() -> None:
     hole = moved(statue()._replace(vertices=0.1 * statue().vertices), 0.1, 0.15, 0.05)
     hollow = together(l_shape(), hole._replace(triangles=hole.triangles[:, ::-1]))
@@ -127,6 +146,20 @@ def test_a_wedge_falls_onto_its_nearest_face() -> None:
     centre = points.mean(axis=0)
     pose = nearest_stable_pose(points, centre)
     assert pose.tilt_deg == pytest.approx(75.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("slope_deg", [0.001, 0.02, 0.046, 0.07, 1.0])
+def test_a_base_of_two_inclined_facets_rests_on_that_below_the_centre(slope_deg: float) -> None:
+    """The base has a ridge beside the foot of the centre: on the facet beyond the ridge the body would not stand."""
+    drop = np.tan(np.radians(slope_deg))
+    outline = [(0.3, 0.9), (-0.3, 0.9), (-0.3, 0.25 * drop), (-0.05, 0.0), (0.3, 0.0)]
+    points = np.array([[x, y, z] for y in (-0.2, 0.2) for x, z in outline])
+    assert nearest_stable_pose(points, np.array([0.0, 0.0, 0.45])).tilt_deg == pytest.approx(0.0, abs=1e-9)
+    pose = nearest_stable_pose(points, np.array([-0.1, 0.0, 0.45]))
+    assert pose.tilt_deg == pytest.approx(slope_deg, rel=1e-6)
+    # A foot on the ridge: facets inclined by less than 0.08° count as rounded parts of one face and carry the body.
+    on_ridge = nearest_stable_pose(points, np.array([-0.05, 0.0, 0.45])).tilt_deg
+    assert on_ridge == pytest.approx(0.0 if slope_deg < 0.08 else slope_deg, abs=1e-9)
 
 
 def rough_block(generator: np.random.Generator) -> TriangleSurface:

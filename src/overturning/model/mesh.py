@@ -111,8 +111,10 @@ def _parse_mesh_file(path: Path) -> tuple[Any, Any]:
         if not np.isfinite(mesh.vertices).all():
             raise ValueError
         mesh.merge_vertices(merge_tex=True, merge_norm=True)
-        mesh.update_faces(mesh.nondegenerate_faces(height=None))
-        return np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
+        triangles = np.asarray(mesh.faces, np.int64)
+        # Triangles of three points on one line stay: without them the surface would be open.
+        a, b, c = triangles.T
+        return np.asarray(mesh.vertices, np.float64), triangles[(a != b) & (b != c) & (c != a)]
     except ArgumentError:
         raise
     except OSError as error:

@@ -10,26 +10,40 @@ from overturning.arrays import FloatArray
 FLAT: Final = 1e-6
 """Relative distance within which points lie in one plane or on one line, as a share of the body's size."""
 
+COPLANAR: Final = 1e-6
+"""Sine of the angle between two faces below which they lie in one plane: rounding of the normals."""
+
 
 def mask_of_resting_faces(
-    face_normals: FloatArray, distances_of_vertices_from_faces: FloatArray, body_size: float
+    face_normals: FloatArray,
+    distances_of_vertices_from_faces: FloatArray,
+    body_size: float,
+    tested_faces: slice = slice(None),
 ) -> NDArray[np.bool_]:
     """Return a mask of the faces on which a body can rest: the foot of the centre of mass lies inside the face.
 
     Parameters
     ----------
     face_normals : ndarray, shape (faces, 2) or (faces, 3)
-        Outward unit normals. Faces with the same normal count as one.
+        Outward unit normals. Faces with the same normal count as one. Where two faces are inclined by less than
+        √(2 `FLAT`) (0.08°), as the triangles of a face with rounded vertices are, the body stands on their edge, too.
     distances_of_vertices_from_faces : ndarray, shape (faces,)
         Distances of the faces from the centre of mass, m.
     body_size : float
         Size of the body, m; a foot closer to an edge than `FLAT` × size does not carry the body.
+    tested_faces : slice
+        Faces to test; default: all.
 
     Returns
     -------
-    ndarray of bool, shape (faces,)
+    ndarray of bool, shape (tested faces,)
     """
-    feet = face_normals * distances_of_vertices_from_faces[:, None]
-    beyond = feet @ face_normals.T - distances_of_vertices_from_faces
-    beyond[face_normals @ face_normals.T > 1.0 - FLAT] = -np.inf
-    return np.asarray(beyond.max(axis=1) < -FLAT * body_size)
+    tested = face_normals[tested_faces]
+    feet = tested * distances_of_vertices_from_faces[tested_faces, None]
+    within = distances_of_vertices_from_faces - feet @ face_normals.T
+    cosine = tested @ face_normals.T
+    sine = np.sqrt(np.maximum(1.0 - cosine * cosine, 0.0))
+    # Distance of the foot from the line in which the planes of two faces meet.
+    margin = np.where(sine < COPLANAR, np.inf, within / np.maximum(sine, COPLANAR))
+    least = np.where(cosine > 1.0 - FLAT, -FLAT, FLAT) * body_size
+    return np.asarray((margin > least).all(axis=1))

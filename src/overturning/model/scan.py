@@ -18,7 +18,7 @@ from overturning.errors import ArgumentError
 from overturning.model.cases import check_stone_heights
 from overturning.model.outline import outline_within_tolerance
 from overturning.model.polyhedron import hull_about_centre, solid_from_hull
-from overturning.model.rest import FLAT
+from overturning.model.rest import FLAT, mask_of_resting_faces
 from overturning.model.shapes import Outline, Polyhedron, Shape
 from overturning.model.solid import MAX_CONTACT_VERTICES, RigidSolid, TooManyContactVerticesError
 from overturning.model.surface import MassProperties, TriangleSurface, mass_properties
@@ -179,8 +179,9 @@ def _flattened(points: FloatArray, relief: float) -> FloatArray:
 def nearest_stable_pose(points: FloatArray, centre_of_mass: FloatArray) -> StablePose:
     """Return the stable pose of a body on flat ground that is nearest to the pose of its points.
 
-    The body can rest on a face of its hull if the foot of its centre of mass lies on that face. The nearest such face
-    is the one with the least tilt. Points (n, 3) and centre (3,) are in m, z up.
+    The body can rest on a face of its hull if the foot of its centre of mass lies on that face (see
+    `overturning.model.rest.mask_of_resting_faces`). The nearest such face is the one with the least tilt. Points (n, 3)
+    and centre (3,) are in m, z up.
 
     Raises
     ------
@@ -195,11 +196,9 @@ def nearest_stable_pose(points: FloatArray, centre_of_mass: FloatArray) -> Stabl
     offsets = -hull.equations[:, 3] - normals @ centre_of_mass
     size = float(np.ptp(points, axis=0).max())
     for index in np.argsort(normals[:, 2], kind="stable"):
-        beyond = normals @ (normals[index] * offsets[index]) - offsets
-        beyond[normals @ normals[index] > 1.0 - FLAT] = -np.inf
-        if beyond.max() < -FLAT * size:
-            break
-    return _pose_on_face(normals[index])
+        if mask_of_resting_faces(normals, offsets, size, slice(index, index + 1))[0]:
+            return _pose_on_face(normals[index])
+    return _pose_on_face(normals[offsets.argmin()])  # the face with the lowest centre of mass is always stable
 
 
 def _pose_on_face(normal: FloatArray) -> StablePose:

@@ -87,7 +87,8 @@ def closed_surface(surface: TriangleSurface) -> tuple[TriangleSurface, list[str]
     """
     if not len(surface.triangles):
         raise ArgumentError("body: points without faces enclose no volume; make a closed mesh of them")
-    notes = []
+    surface, repeated = _without_repeated_triangles(surface)
+    notes = [f"triangles that are listed more than once are used once; {repeated} left out"] if repeated else []
     edges = open_edges(surface.triangles)
     if len(edges):
         surface, deviation = _with_lid(surface, edges)
@@ -105,28 +106,59 @@ def closed_surface(surface: TriangleSurface) -> tuple[TriangleSurface, list[str]
     if volume < 0.0:
         notes.append("the faces were listed clockwise from outside; they are turned")
         surface = surface._replace(triangles=np.ascontiguousarray(surface.triangles[:, ::-1]))
-    volumes = _volumes_of_parts(surface)
-    if (outer := volumes[volumes > 0.0]).size > 1:
-        sizes = ", ".join(f"{one:.3g}" for one in np.sort(outer)[::-1][:3]) + (", …" if outer.size > 3 else "")
-        raise ArgumentError(
-            f"body: the mesh has {outer.size} separate parts ({sizes} m³), and a stone is one rigid body; keep one "
-            "part, or join parts that touch or overlap in a mesh program"
-        )
+    _check_that_surface_is_of_one_body(surface)
     return surface, notes
 
 
-def _volumes_of_parts(surface: TriangleSurface) -> FloatArray:
-    """Return the volume, m³, that each connected part of a closed surface encloses; that of a cavity is negative."""
+def _without_repeated_triangles(surface: TriangleSurface) -> tuple[TriangleSurface, int]:
+    """Return a surface without the triangles that are listed again in the same sense, and their number."""
+    first = surface.triangles.argmin(axis=1)[:, None]
+    turned = np.take_along_axis(surface.triangles, (first + np.arange(3)) % 3, axis=1)
+    _, kept = np.unique(turned, axis=0, return_index=True)
+    repeated = len(turned) - kept.size
+    return (surface._replace(triangles=surface.triangles[np.sort(kept)]) if repeated else surface), repeated
+
+
+def _check_that_surface_is_of_one_body(surface: TriangleSurface) -> None:
+    """Raise an ArgumentError if a closed surface has several parts, other than cavities inside one of them."""
+    part = _part_of_each_triangle(surface)
+    corners = surface.corners - surface.corners.reshape(-1, 3).mean(axis=0)
+    volumes = np.bincount(part, np.sum(np.cross(corners[:, 0], corners[:, 1]) * corners[:, 2], axis=1)) / 6.0
+    body = corners[part == volumes.argmax()]
+    separate = [
+        volume
+        for number, volume in enumerate(volumes)
+        if volume > 0.0 or _winding_number(body, corners[part == number][0, 0]) < 0.5
+    ]
+    if len(separate) > 1:
+        sizes = ", ".join(f"{one:.3g}" for one in np.sort(np.abs(separate))[::-1][:3])
+        raise ArgumentError(
+            f"body: the mesh has {len(separate)} separate parts ({sizes}{', …' * (len(separate) > 3)} m³), and a stone "
+            "is one rigid body; keep one part, or join parts that touch or overlap in a mesh program"
+        )
+
+
+def _winding_number(triangle_corners: FloatArray, point: FloatArray) -> float:
+    """Return how often a closed surface encloses a point: 1 inside, 0 outside.
+
+    The sum of the solid angles of the triangles, shape (m, 3, 3), over 4π (van Oosterom & Strackee 1983, IEEE
+    Transactions on Biomedical Engineering 30, 125).
+    """
+    a, b, c = (triangle_corners[:, k] - point for k in range(3))
+    ra, rb, rc = (np.sqrt(np.sum(one * one, axis=1)) for one in (a, b, c))
+    along = ra * rb * rc + np.sum(a * b, axis=1) * rc + np.sum(b * c, axis=1) * ra + np.sum(c * a, axis=1) * rb
+    return float(np.arctan2(np.sum(np.cross(a, b) * c, axis=1), along).sum() / (2.0 * np.pi))
+
+
+def _part_of_each_triangle(surface: TriangleSurface) -> NDArray[np.int64]:
+    """Return the number of the connected part of a surface to which each triangle belongs, shape (m,)."""
     import scipy.sparse  # the steps of a run without a scan do not need it
 
     count, triangles = len(surface.vertices), surface.triangles
     links = np.concatenate([triangles[:, :2], triangles[:, 1:]])
     graph = scipy.sparse.coo_array((np.ones(len(links), bool), (links[:, 0], links[:, 1])), shape=(count, count))
     _, part = scipy.sparse.csgraph.connected_components(graph, directed=False)
-    corners = surface.corners - surface.corners.reshape(-1, 3).mean(axis=0)
-    six_volumes = np.sum(np.cross(corners[:, 0], corners[:, 1]) * corners[:, 2], axis=1)
-    used = np.unique(part[triangles[:, 0]])
-    return np.asarray(np.bincount(part[triangles[:, 0]], six_volumes)[used] / 6.0)
+    return np.asarray(np.unique(part[triangles[:, 0]], return_inverse=True)[1], np.int64)
 
 
 def _with_lid(surface: TriangleSurface, edges: NDArray[np.int64]) -> tuple[TriangleSurface, float]:

@@ -20,6 +20,11 @@ CIRCLE_SIDES: Final = 16
 LEVEL_TOLERANCE: Final = 1e-6
 """Largest height of a vertex above a level face to which it belongs, as a share of the stone's height."""
 
+LEAST_MARGIN: Final = 5.0
+"""Least distance, m, by which the ground of a stack reaches beyond it; for small stones, in sizes of the largest one.
+
+In 3-D the ground is a plane without end, from which no stone can slide off."""
+
 
 @dataclass(frozen=True)
 class StackStone:
@@ -93,13 +98,22 @@ def reasons_scene_is_no_stack(scene: Scene) -> list[str]:
 
 def _reasons_stones_are_not_level_or_balanced(scene: Scene) -> list[str]:
     """Return the reasons why stones of a scene do not stand on each other with level faces and in balance."""
-    placed = place_elements(scene)[1:]
-    faults = [
-        f"element {item.element.name} has no level {name}"
-        for item, following in zip(placed, [*placed[1:], None], strict=True)
-        for name, lowest in (("base", True), ("upper face", False))
-        if (lowest or following is not None) and np.ptp(_ends_of_level_face(item, lowest)) == 0.0
-    ]
+    ground, *placed = place_elements(scene)
+    faults = []
+    for item, following in zip(placed, [*placed[1:], None], strict=True):
+        for name, lowest in (("base", True), ("upper face", False)):
+            if lowest or following is not None:
+                left, right = _ends_of_level_face(item, lowest)
+                whole = _level_length(item, lowest) >= (right - left) * (1.0 - LEVEL_TOLERANCE)
+                faults += [f"element {item.element.name} has no level {name}"] if left == right else []
+                faults += [f"element {item.element.name} has a gap in its {name}"] if not whole else []
+    margin = 0.5 * float(ground.shape.width) - abs(placed[0].x - ground.x) - 0.5 * placed[0].shape.width
+    largest = max(max(item.shape.width, item.shape.height) for item in placed)
+    if margin < LEAST_MARGIN * min(1.0, largest):
+        faults.append(
+            f"element {ground.element.name} is only {ground.shape.width:.3g} m wide, so that "
+            f"{placed[0].element.name} could slide off it; make it a free stone on a wider ground"
+        )
     if faults:
         return faults
     stones = [_stone_of_element(item, item.element.depth, ContactLaw(between=("a", "b"))) for item in placed]
@@ -190,6 +204,13 @@ def _ends_of_level_face(item: PlacedElement, lowest: bool) -> FloatArray:
     level = z.min() if lowest else z.max()
     on = x[np.abs(z - level) <= LEVEL_TOLERANCE * np.ptp(z)]
     return np.array([on.min(), on.max()])
+
+
+def _level_length(item: PlacedElement, lowest: bool) -> float:
+    """Return the length (m) of the sides of an element's outline that lie in its lowest or highest level face."""
+    x, z = item.shape.vertices.T
+    on = np.abs(z - (z.min() if lowest else z.max())) <= LEVEL_TOLERANCE * np.ptp(z)
+    return float(np.abs(np.roll(x, -1) - x)[on & np.roll(on, -1)].sum())
 
 
 def _second_moments(vertices: FloatArray) -> FloatArray:

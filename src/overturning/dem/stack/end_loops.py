@@ -161,7 +161,7 @@ def compute_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
         end, findings, losses, new = solve_point_contact(
             joint, frame, place, old, (change.force, change.moment),
             (load_time(case_rows, j).half, joint_lands_flat(landing), landing_time_of_new_point(joint, landing),
-             point_contact_is_deferred(joint, landing, place, old)),
+             point_contact_is_deferred(joint, landing, place, old, frame.inside)),
         )  # fmt: skip
         store_next_point(point, j, new)
         store_point_sum(joint_rows, j, add_end(load_point_sum(joint_rows, j), end))

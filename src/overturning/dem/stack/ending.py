@@ -143,6 +143,19 @@ def stone_hangs_over_rim(state: Any, lane: int, stone_index: int, stone_count: i
 
 
 @njit(**INNER)
+def depth_below_place_on_support(state: Any, lane: int, stone_index: int) -> float:
+    """Return how far a stone's centre lies below its place on the face that carries it, along that face's normal, m."""
+    rows = of_stone(state, stone_index)
+    upper, stone = load_constants(rows, lane), load_stone(rows, lane)
+    if stone_index == 0:
+        return upper.foot - stone.place.z
+    below = of_stone(state, stone_index - 1)
+    base = load_stone(below, lane)
+    apart, _ = pose_relative_to_stone_below(stone, base.place, rotation_matrix(base.turn))
+    return load_constants(below, lane).top + upper.foot - apart.z
+
+
+@njit(**INNER)
 def first_fallen_stone(state: Any, lane: int, stone_count: int, corner_limit: int) -> int:
     """Return the index of the lowest fallen stone that is still simulated; the number of stones if there is none."""
     for s in range(stone_count):
@@ -151,7 +164,7 @@ def first_fallen_stone(state: Any, lane: int, stone_count: int, corner_limit: in
             continue
         constants, stone = load_constants(rows, lane), load_stone(rows, lane)
         axes = rotation_matrix(stone.turn)
-        if axes.zz <= constants.fallen or stone.place.z < constants.lowest:
+        if axes.zz <= constants.fallen or depth_below_place_on_support(state, lane, s) > constants.drop:
             return s
         leans = lean_as_squared_sine(axes) > constants.critical
         if s > 0 and leans and stone_hangs_over_rim(state, lane, s, stone_count, corner_limit):
@@ -175,6 +188,8 @@ def remove_fallen_stones(
     for s in range(fallen, stone_count):
         rows = of_stone(state, s)
         outcome, constants = load_outcome(rows, lane), load_constants(rows, lane)
+        if not outcome.present > 0.0:
+            continue
         last = load_peaks(rows, lane).last_upright
         upright_until = (start_of_sample + last) * tick if last >= 0.0 else outcome.upright_until
         slid_off = lean_as_squared_sine(rotation_matrix(load_stone(rows, lane).turn)) < constants.critical

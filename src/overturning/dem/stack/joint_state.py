@@ -31,7 +31,8 @@ class JointConstants(NamedTuple):
     tilting: float
     """Share of the moment of friction that tilts a stone that slides in a flat landing, 0 or 1."""
     waits: float
-    """1 if corners between the two ends of a flat base wait in a landing (more than four corners), else 0."""
+    """Least distance of the base from the rim of the face below at which corners between the two ends of the base wait
+    in a flat landing, m; `overturning.dem.stack.landing.NEVER` for bases of four corners."""
     base_corners: float
     """Number of corners of the upper base."""
 

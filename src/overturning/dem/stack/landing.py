@@ -13,6 +13,10 @@ NO_POINT: Final = 1e300
 """Shortest landing time of a joint without points, s."""
 FLAT_SPREAD: Final = 20.0
 """Largest difference in height of the points of a flat patch, as a multiple of its largest penetration."""
+NEVER: Final = 1e301
+"""More than the distance of a base on the ground from a rim, m."""
+RIM_SHARE: Final = 0.01
+"""Distance of a base from the rim of the face below up to which no corner waits, as a share of the patch's width."""
 END_SHARE: Final = 0.05
 """Share of the difference in height within which a point lies at the far end of the patch."""
 
@@ -25,18 +29,27 @@ def joint_lands_flat(landing: JointLandingTimes) -> bool:
 
 @njit(**INLINE)
 def point_contact_is_deferred(
-    joint: JointConstants, landing: JointLandingTimes, position: ContactPointPosition, previous: PointHistory
+    joint: JointConstants,
+    landing: JointLandingTimes,
+    position: ContactPointPosition,
+    previous: PointHistory,
+    distance_from_rim: float,
 ) -> bool:
     """True if a contact point gets no load in a flat landing, because it lies between the two ends of the patch.
 
     A flat base that lands on all its corners at once is stopped by the impulse at its far end; corners in between
-    take up their springs only afterwards (docs/method.md).
+    take up their springs only afterwards (docs/method.md). No point waits while a corner of the base is near the rim of
+    the face below (`distance_from_rim`, m, negative beyond it): the points where both rims cross move along them, and
+    would begin to wait again and again.
     """
     spread = landing.highest - landing.lowest
     is_open = (previous.depth <= 0.0) & (previous.weight > 0.0) & (previous.offset == 0.0)
     inner = (position.z > landing.lowest + END_SHARE * spread) & (position.z < landing.highest - END_SHARE * spread)
     inner = inner & (spread < FLAT_SPREAD * -landing.lowest)
-    return (joint.waits > 0.0) & (((previous.offset > 0.0) & (previous.landing > 0.0)) | (is_open & inner))
+    whole = distance_from_rim >= joint.waits
+    # A point that has taken up its spring does not wait again.
+    still_waits = (previous.offset > 0.0) & (previous.landing > 0.0) & (previous.depth <= 0.0)
+    return whole & (still_waits | (is_open & inner))
 
 
 @njit(**INLINE)

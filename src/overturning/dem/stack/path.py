@@ -94,18 +94,13 @@ class StackTrajectory:
         return variables, coordinates, {"reference": self.stones[-1].name}
 
 
-def continue_fallen_stones_in_free_flight(
-    rows: FloatArray,
-    stones: list[StackStone],
-    has_fallen: NDArray[np.bool_],
-    sampling_interval: float,
-    aftermath: float,
+def trajectory_with_aftermath(
+    rows: FloatArray, has_fallen: NDArray[np.bool_], sampling_interval: float, aftermath: float
 ) -> FloatArray:
-    """Return a trajectory in which each fallen stone continues in free flight until it meets the ground.
+    """Return a trajectory with rows for `aftermath` seconds after its end, all as the last row but for the time.
 
-    A stone that has fallen is not simulated any more; its path is drawn only. Rows are appended for `aftermath`
-    seconds after the end, in steps of `sampling_interval`, s, without the base motion of these times. `has_fallen`,
-    shape (stones,), is that of the end of the case.
+    The rows have steps of `sampling_interval`, s; none are added if no stone has fallen at the end of the case
+    (`has_fallen`, shape (stones,)). In these rows fallen stones are marked as not simulated.
     """
     if not has_fallen.any():
         return rows
@@ -113,27 +108,41 @@ def continue_fallen_stones_in_free_flight(
     check_trajectory_size((len(rows) + count) * rows.shape[1])
     more = np.repeat(rows[-1:], int(count), axis=0)
     more[:, 0] += sampling_interval * np.arange(1, len(more) + 1)
-    rows = np.concatenate([rows, more])
+    columns = more[:, GROUND_COLUMNS:].reshape(len(more), has_fallen.size, STONE_COLUMNS)
+    columns[:, has_fallen, 13] = 0.0
+    return np.concatenate([rows, more])
+
+
+def fill_in_free_flights(rows: FloatArray, stones: list[StackStone]) -> None:
+    """Fill in, in each row in which a stone is not simulated, its pose in free flight until it meets the ground.
+
+    A stone that has fallen is not simulated any more; its path is drawn only.
+    """
     columns = rows[:, GROUND_COLUMNS:].reshape(len(rows), len(stones), STONE_COLUMNS)
-    columns[len(rows) - len(more) :, has_fallen, 13] = 0.0
     for index, stone in enumerate(stones):
         gone = np.flatnonzero(columns[:, index, 13] == 0.0)
         if gone.size:
             begin = max(int(gone[0]) - 1, 0)
-            _fill_in_free_flight(columns[begin:, index], rows[begin:, 0], stone)
-    return rows
+            _fill_in_free_flight(columns[begin:, index], rows[begin:, :GROUND_COLUMNS], stone)
 
 
-def _fill_in_free_flight(columns: FloatArray, time: FloatArray, stone: StackStone) -> None:
-    """Fill in the poses of a stone in free flight after the first row, until the stone meets the ground."""
+def _fill_in_free_flight(columns: FloatArray, time_and_base_acceleration: FloatArray, stone: StackStone) -> None:
+    """Fill in the poses of a stone in free flight after the first row, until the stone meets the ground.
+
+    Positions are relative to the base, so the stone has the acceleration of gravity less that of the base, which is
+    linear between the rows.
+    """
     place, turn, velocity, spin = np.split(columns[0, :13].copy(), (3, 7, 10))
     from scipy.spatial.transform import Rotation
 
+    time, step = time_and_base_acceleration[:, 0], np.diff(time_and_base_acceleration[:, 0])[:, None]
+    pull = np.array([0.0, 0.0, -STANDARD_GRAVITY]) - time_and_base_acceleration[:, 1:]
+    speeds = velocity + np.concatenate([np.zeros((1, 3)), np.cumsum(step * (pull[:-1] + pull[1:]) / 2.0, axis=0)])
+    places = place + np.cumsum(step * (speeds[:-1] + step * (2.0 * pull[:-1] + pull[1:]) / 6.0), axis=0)
     corners, lies = stone.drawn_corners_and_edges()[0], False
     start = Rotation.from_quat(turn, scalar_first=True)
-    for row, passed in zip(columns[1:], (time - time[0])[1:], strict=True):
+    for row, there, passed in zip(columns[1:], places, (time - time[0])[1:], strict=True):
         if not lies:
-            there = place + passed * velocity - np.array([0.0, 0.0, 0.5 * STANDARD_GRAVITY * passed**2])
             turned = Rotation.from_rotvec(passed * spin) * start
             low = float((there + turned.apply(corners))[:, 2].min())
             lies = low <= 0.0

@@ -23,7 +23,8 @@ from overturning.dem.stack.path import (
     GROUND_COLUMNS,
     STONE_COLUMNS,
     StackTrajectory,
-    continue_fallen_stones_in_free_flight,
+    fill_in_free_flights,
+    trajectory_with_aftermath,
 )
 from overturning.dem.stack.results import stack_outcomes
 from overturning.dem.stack.rules import StackKernelInput
@@ -121,12 +122,11 @@ class StackSimulationPlan(SimulationPlan3D):
         at_rest = self.trajectory_rows_at_rest(self.motion.sample_count)
         # A flight needs a row for each sample, also while the stones below rest and samples are skipped.
         trajectory = self.insert_skipped_sample_rows(trajectory, at_rest)
-        longer = continue_fallen_stones_in_free_flight(
-            trajectory, self._stones_of_case, has_fallen, self.motion.sampling_interval, aftermath
-        )
+        longer = trajectory_with_aftermath(trajectory, has_fallen, self.motion.sampling_interval, aftermath)
         new, samples = slice(len(trajectory), None), np.arange(self.motion.sample_count) * self.motion.sampling_interval
         for column in (1, 2, 3):
             longer[new, column] = np.interp(longer[new, 0], samples, at_rest[:, column], right=0.0)
+        fill_in_free_flights(longer, self._stones_of_case)
         return longer
 
     def convert_trajectory_rows(self, trajectory_rows: FloatArray) -> StackTrajectory:

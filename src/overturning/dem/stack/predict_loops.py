@@ -182,7 +182,7 @@ def predict_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
     for j in range(whole_vectors(lane_count)):
         joint, frame, place = load_joint(joint_rows, j), load_frame(joint_rows, j), load_place(point, j)
         landing, old, half = load_landing(joint_rows, j), load_point(point, j), load_time(case_rows, j).half
-        waits = point_contact_is_deferred(joint, landing, place, old)
+        waits = point_contact_is_deferred(joint, landing, place, old, frame.inside)
         fine = load_attempt(case_rows, j).length <= FINE * load_clock(case_rows, j).finest
         pressure, on = predicted_force_per_weight_and_contact(
             joint, frame, place, old, (fine, joint_lands_flat(landing), waits)

@@ -32,7 +32,7 @@ from overturning.dem.stack.access import (
     of_stone,
 )
 from overturning.dem.stack.joint_state import JOINT, POINT
-from overturning.dem.stack.landing import FLAT_SPREAD
+from overturning.dem.stack.landing import FLAT_SPREAD, NEVER
 from overturning.dem.stack.state import CASE, STONE, TICKS, StackRestState
 from overturning.dem.stack.step import joint_state_size
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -97,7 +97,7 @@ def all_contact_points_carry_load(state: Any, lane: int, stone_count: int, corne
         at = first + s * size
         landing = load_landing(state[at : at + JOINT_SIZE], lane)
         lies_flat = landing.highest - landing.lowest < FLAT_SPREAD * -landing.lowest
-        if load_joint(state[at : at + JOINT_SIZE], lane).waits > 0.0 and lies_flat:
+        if load_joint(state[at : at + JOINT_SIZE], lane).waits < NEVER and lies_flat:
             continue
         for i in range((size - JOINT_SIZE) // P):
             begin = at + JOINT_SIZE + i * P

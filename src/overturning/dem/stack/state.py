@@ -113,8 +113,8 @@ class StoneConstants(NamedTuple):
     """`lean_as_squared_sine` at which the stone, alone on a plane, would tip over its nearest edge."""
     fallen: float
     """Cosine of the smallest tilt at which the stone has fallen."""
-    lowest: float
-    """Height of the centre below which the stone has fallen, m."""
+    drop: float
+    """Depth of the centre below its place on the face that carries the stone, beyond which the stone has fallen, m."""
 
 
 class StoneState(NamedTuple):

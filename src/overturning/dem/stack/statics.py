@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.mechanics import LANDING
 from overturning.dem.linear import solve_positive_definite_system
+from overturning.dem.stack.landing import NEVER, RIM_SHARE
 from overturning.dem.stack.tables import JOINT, STONE
 from overturning.model.contact import MAX_CONTACT_WIDTH, VertexContact
 from overturning.model.stack_stones import ContactPatchAtRest, StackStone, patches_at_rest
@@ -55,7 +56,7 @@ def joint_table(stones: list[StackStone], contact: VertexContact) -> JointTable:
     rows["compliance"] = np.where(ratio > 0.0, 1.0 / np.maximum(rows["tangential"], 1e-300), 0.0)
     rows["landing"] = LANDING * dashpot / stiffness
     rows["base_corners"] = [len(stone.base) for stone in stones]
-    rows["waits"] = [float(len(stone.base) > 4) for stone in stones]
+    rows["waits"] = np.where([len(stone.base) > 4 for stone in stones], RIM_SHARE * width, NEVER)
     table = JointTable(rows, penetration, patches)
     _fill_in_loads_at_rest(stones, table)
     return table
@@ -80,7 +81,7 @@ def stone_table(stones: list[StackStone], joints: JointTable) -> NDArray[np.void
         start = row["start"]
         start["x"], start["y"], start["z"] = stone.x + shift[0], shift[1], centre + shift[2]
         start["qw"], start["qx"], start["qy"], start["qz"] = np.array([1.0, *half]) / np.sqrt(1.0 + np.sum(half**2))
-        row["rest"], row["lowest"] = start["z"], centre - max(stone.drop, 2.0 * depth)
+        row["rest"], row["drop"] = start["z"], max(stone.drop, 2.0 * depth)
         level += stone.foot + stone.top
     return table
 

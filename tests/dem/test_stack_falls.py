@@ -1,0 +1,147 @@
+"""Falls of stones of a 3-D stack: from a stone that moves, one after the other, in free flight; scenes refused."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from overturning.dem.simulate import simulate
+from overturning.dem.trajectory import trajectory
+from overturning.errors import ArgumentError
+from overturning.model.scene import Scene
+from overturning.motion.motion import Motion
+from overturning.units import STANDARD_GRAVITY as GRAVITY
+from tests.expect import refused
+
+Rectangles = list[list[list[float]]]
+
+
+def stacked(*stones: dict[str, Any], **more: Any) -> Scene:
+    """Return a scene of stones on a wide ground, each on the one before; keys are those of a scene file."""
+    elements: list[dict[str, Any]] = [
+        {"name": "ground", "kind": "driven", "width": 40.0, "height": 1.0, "at": (0.0, -1.0)}
+    ]
+    for number, stone in enumerate(stones):
+        elements.append({"name": f"stone-{number}", "stands_on": elements[-1]["name"], **stone})
+    return Scene.model_validate({"name": "test", "reference": elements[-1]["name"], "elements": elements, **more})
+
+
+def towards_north(samples: np.ndarray) -> Motion:
+    return Motion(samples, np.zeros(samples.size), sampling_interval=0.01, trust_data=True)
+
+
+def half_sine(time: np.ndarray, begin: float, end: float, peak: float) -> np.ndarray:
+    inside = (time > begin) & (time < end)
+    return np.where(inside, peak * np.sin(np.pi * (time - begin) / (end - begin)), 0.0)
+
+
+def test_a_stone_that_slid_off_has_slid_off_also_if_the_stone_below_falls_later() -> None:
+    time = np.arange(0.0, 12.0, 0.01)
+    scene = stacked(
+        {"width": 0.4, "depth": 0.4, "height": 1.0}, {"width": 0.4, "depth": 0.4, "height": 0.2, "material": "slick"},
+        materials={"stone": {}, "slick": {}},
+        contacts=[{"between": ("stone", "stone"), "friction": 1.0}, {"between": ("stone", "slick"), "friction": 0.05}],
+    )  # fmt: skip
+    early = half_sine(time, 1.0, 2.6, 2.0)
+    for motion, pillar_falls in ((early, 0.0), (early + half_sine(time, 8.0, 9.0, 8.0), 1.0)):
+        found = simulate(towards_north(motion), scene, orientation_deg=[0.0])
+        assert found.overturned.to_numpy().ravel().tolist() == [pillar_falls, 1.0]
+        assert found.slid_off.to_numpy().ravel().tolist() == [0.0, 1.0]
+        assert found.overturning_time.to_numpy().ravel()[1] == pytest.approx(2.0, abs=0.05)
+
+
+@pytest.mark.parametrize(("offset", "peak"), [(0.0, 12.0), (-0.1, 6.0)])
+def test_a_thin_stone_on_a_rocking_stone_that_comes_back_has_not_fallen(offset: float, peak: float) -> None:
+    """Its centre sinks by far more than a tenth of its height while the stone below leans; it stays in full contact."""
+    time = np.arange(0.0, 6.0, 0.01)
+    rough = [{"between": ("stone", "stone"), "friction": 3.0}]
+    scene = stacked(
+        {"width": 0.3, "depth": 0.3, "height": 0.6}, {"width": 0.24, "depth": 0.24, "height": 0.04, "at": (offset, 0)},
+        contacts=rough,
+    )  # fmt: skip
+    inside = (time > 0.5) & (time < 1.1)
+    motion = towards_north(np.where(inside, -peak * np.sin(2.0 * np.pi * (time - 0.5) / 0.6), 0.0))
+    found = simulate(motion, scene, orientation_deg=[0.0])
+    assert found.overturned.to_numpy().ravel().tolist() == [0.0, 0.0]
+    pillar, cap = found.peak_tilt.to_numpy().ravel()
+    assert pillar > 10.0
+    assert cap == pytest.approx(pillar, abs=1e-3)
+    in_plane = simulate(motion, scene, azimuth_deg=[0.0])
+    assert in_plane.overturned.to_numpy().ravel().tolist() == [0.0, 0.0]
+
+
+def test_a_stone_that_slides_off_a_stone_that_leans_has_fallen() -> None:
+    """The pillar leans towards the push, while a cap without friction lags behind and drops beside the pillar."""
+    time = np.arange(0.0, 5.0, 0.01)
+    smooth = [{"between": ("stone", "slick"), "friction": 0.0}, {"between": ("stone", "stone"), "friction": 3.0}]
+    scene = stacked(
+        {"width": 0.3, "depth": 0.3, "height": 0.6}, {"width": 0.2, "depth": 0.2, "height": 0.04, "material": "slick"},
+        contacts=smooth, materials={"stone": {}, "slick": {}},
+    )  # fmt: skip
+    found = simulate(towards_north(half_sine(time, 0.5, 1.5, 4.0)), scene, orientation_deg=[0.0])
+    assert found.overturned.to_numpy().ravel()[1] == 1.0
+    assert found.slid_off.to_numpy().ravel()[1] == 1.0
+
+
+def test_a_fallen_stone_flies_relative_to_the_base_that_accelerates() -> None:
+    """Constant acceleration of the base: the position is that of a throw with the acceleration −a − g."""
+    time = np.arange(0.0, 4.0, 0.01)
+    push = np.interp(time, [0.0, 1.0, 3.5, 4.0], [0.0, 6.0, 6.0, 0.0])
+    lift = np.interp(time, [0.0, 1.0, 3.5, 4.0], [0.0, -3.0, -3.0, 0.0])
+    scene = stacked({"width": 0.6, "depth": 0.6, "height": 2.0}, {"width": 0.3, "depth": 0.3, "height": 0.5},
+                    contacts=[{"between": ("stone", "stone"), "friction": 2.0}])  # fmt: skip
+    motion = Motion(push, np.zeros(push.size), lift, sampling_interval=0.01, trust_data=True)
+    path = trajectory(motion, scene, orientation_deg=0.0, aftermath=1.0)
+    place, velocity = path["place"].to_numpy()[:, 1], path["velocity"].to_numpy()[:, 1]
+    last = int(np.flatnonzero(path["simulated"].to_numpy()[:, 1] > 0.0)[-1])
+    for later in (last + 5, last + 20):
+        passed = float(path["time"].to_numpy()[later] - path["time"].to_numpy()[last])
+        thrown = velocity[last] * passed + 0.5 * np.array([0.0, -6.0, 3.0 - GRAVITY]) * passed**2
+        np.testing.assert_allclose(place[later] - place[last], thrown, atol=1e-9)
+
+
+def rectangle(left: float, right: float, low: float, high: float) -> list[list[float]]:
+    return [[left, low], [right, low], [right, high], [left, high]]
+
+
+CUP: Rectangles = [
+    rectangle(-0.3, 0.3, 0.0, 0.1), rectangle(-0.3, -0.2, 0.1, 0.3), rectangle(0.2, 0.3, 0.1, 0.3),
+]  # fmt: skip
+TABLE: Rectangles = [
+    rectangle(-0.3, -0.2, 0.0, 0.3), rectangle(0.2, 0.3, 0.0, 0.3), rectangle(-0.3, 0.3, 0.3, 0.4),
+]  # fmt: skip
+BOX: dict[str, Any] = {"width": 0.5, "depth": 0.4, "height": 0.3}
+
+
+@pytest.mark.parametrize(
+    ("stones", "reason"),
+    [
+        (({"pieces": CUP, "depth": 0.4}, BOX), "stone-0 has a gap in its upper face"),
+        ((BOX, {"pieces": TABLE, "depth": 0.4, "at": (0.1, 0.0)}), "stone-1 has a gap in its base"),
+    ],
+)
+def test_a_face_with_a_gap_is_refused(stones: tuple[dict[str, Any], ...], reason: str) -> None:
+    """The contact of two stones is one polygon: over a gap it would carry a stone that falls into the gap."""
+    motion = towards_north(np.full(100, 0.001))
+    with refused(ArgumentError, reason, "compute it in 2-D"):
+        simulate(motion, stacked(*stones), orientation_deg=[0.0])
+
+
+def test_a_cup_or_a_tee_of_pieces_on_top_is_a_stack() -> None:
+    """A gap in a face on which nothing stands does not matter, nor do pieces that join to one level face."""
+    tee = [rectangle(-0.1, 0.1, 0.0, 0.3), rectangle(-0.3, 0.0, 0.3, 0.4), rectangle(0.0, 0.3, 0.3, 0.4)]
+    quiet = towards_north(np.zeros(100))
+    for stones in ((BOX, {"pieces": CUP, "depth": 0.4}), ({"pieces": tee, "depth": 0.4}, BOX)):
+        assert simulate(quiet, stacked(*stones), orientation_deg=[0.0]).overturned.to_numpy().max() == 0.0
+
+
+@pytest.mark.parametrize(("width", "at"), [(0.4, 0.0), (0.4, 0.15), (1.2, 0.0)])
+def test_a_driven_plinth_is_no_ground(width: float, at: float) -> None:
+    """In 3-D the ground has no rim; a stone that overhangs a plinth, or slides off it, would stand."""
+    elements: list[dict[str, Any]] = [
+        {"name": "plinth", "kind": "driven", "width": width, "depth": width, "height": 0.5, "at": (0.0, -0.5)},
+        {"name": "stone", "width": 0.3, "depth": 0.3, "height": 0.6, "stands_on": "plinth", "at": (at, 0.0)},
+    ]
+    scene = Scene.model_validate({"name": "plinth", "reference": "stone", "elements": elements})
+    with refused(ArgumentError, f"element plinth is only {width:g} m wide", "wider ground", "compute it in 2-D"):
+        simulate(towards_north(np.zeros(100)), scene, orientation_deg=[0.0])

@@ -114,6 +114,10 @@ def test_all_faults_are_reported_at_once(tmp_path: Path) -> None:
         ("outcome", "shifted 2 cm", "stands", ("shifted",)),
         ("outcome,azimuth_deg", "shifted 2 cm,140", "stands", ("shifted",)),
         ("outcome", "twisted 5", "stands", ("twisted",)),
+        ("outcome", "twisted 0", "stands", ("stands",)),
+        ("outcome", '"shifted 0 cm, twisted 0"', "stands", ("stands",)),
+        ("outcome", '"shifted 0 cm, twisted -3"', "stands", ("twisted",)),
+        ("outcome", '"broken, shifted 0 mm"', "not counted", ("broken",)),
         ("fell,twist_deg", "no,-5", "stands", ("stands", "twisted")),
         ("fell,twist_deg", ",0", "stands", ("stands",)),
         ("fell,shift_mm", ",12", "stands", ("shifted",)),
@@ -152,7 +156,10 @@ def test_stones_that_do_not_count_are_named_in_a_note(tmp_path: Path) -> None:
         ("outcome,shift_cm,shift_mm", "shifted,6,60", "shift: given more than once"),
         ("fell,x", "yes,6", "x: without y"),
         ("fell,stood", "1,0", "column 'stood' beside fell: fell is yes or no"),
-        ("outcome,magnetic azimuth", "fell,10", "did you mean azimuth_deg"),
+        ("outcome,fell from", "fell,10", "did you mean azimuth_deg"),
+        ("1;fell;120", "2;fell;130", "line 1: column '120' is a number; the first line without # names the columns"),
+        ("1,fell,N", "2,stood,", "line 1: column '1' is a number"),
+        ("#stone,outcome,azimuth_deg\nA,fell,N", "B,fell,E", "line 2: the line above it names the columns, but is a "),
         ("outcome,twist_deg", "twisted cw,-3", "twist_deg: has a sign, and outcome states clockwise"),
         ("fell,twist_deg", "no,200", "twist_deg '200': give a number from -180 to 180"),
         ("fell,shift_cm", "no,-1", "shift_cm '-1': give a number from 0 to 1000"),
@@ -207,7 +214,7 @@ def test_declination_is_added_from_column_or_option(tmp_path: Path) -> None:
         read(tmp_path, "azimuth_deg,declination\n10,5\n", declination_deg=-7.5)
     with pytest.raises(RecordError, match="from -180 to 180, east positive"):
         read(tmp_path, "azimuth_deg\n10\n", declination_deg=200)
-    with pytest.raises(RecordError, match="lines 2, 3: octant: one from magnetic north, 20° from true north"):
+    with pytest.raises(RecordError, match="lines 2, 3: one of 8 winds from magnetic north, 20° from true north"):
         read(tmp_path, "azimuth_deg\nN\nSE\n", declination_deg=20)
 
 
@@ -226,6 +233,8 @@ def test_a_magnetic_column_without_declination_is_doubted(tmp_path: Path) -> Non
         ),
         ("outcome;azimuth (mag);declination", ("fell;10;15", "stands;;"), ""),
         ("outcome;Face azimuth (magnetic)", ("fell;10", "fell;20"), "no declination is given;"),
+        ("outcome;azimuth_magnetic", ("fell;10", "fell;20"), "no declination is given;"),
+        ("outcome;magnetic azimuth;declination", ("fell;10;7", "fell;20;7"), ""),
     ],
 )
 def test_each_magnetic_azimuth_needs_a_declination(

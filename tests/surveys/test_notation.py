@@ -60,6 +60,8 @@ def test_wrong_directions(text: str, message: str) -> None:
         ("shifted by 2,5 cm", ("shifted",), {"shift": 0.025}),
         ("twisted 10", ("twisted",), {"twist": 10}),
         ("twisted by -7.5°", ("twisted",), {"twist": -7.5}),
+        ("twisted +12", ("twisted",), {"twist": 12}),
+        ("twisted \N{MINUS SIGN}12, broken", ("twisted", "broken"), {"twist": -12}),
         ("twisted 8 degrees anticlockwise", ("twisted",), {"twist": -8}),
         ("twisted 8 cw", ("twisted",), {"twist": 8}),
         ("shifted 3 cm, twisted 10", ("shifted", "twisted"), {"shift": 0.03, "twist": 10}),

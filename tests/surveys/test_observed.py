@@ -141,7 +141,8 @@ def test_the_summary_is_printed_in_plain_words(tmp_path: Path, capsys: pytest.Ca
     assert lines[:7] == [
         "stones.csv: not counted as fallen or standing: 4 (outcomes: 2 fixed, 1 broken, 1 unknown)",
         "12 stones fell and 5 stand (2 of them shifted or twisted); 4 do not count. Share that fell: 71 % (44 to 90). "
-        "The falls have a common axis: 20° ± 6° (p < 0.001 for falls without a common axis). They show no mean "
+        "The falls have a common axis: 20° ± 6° (p < 0.001, the probability that falls in random directions are "
+        "aligned at least as closely). They show no mean "
         "direction (p = 0.12).",
         "",
         "  site      fell  direction unknown  stand  moved  not counted  share that fell",

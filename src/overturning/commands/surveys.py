@@ -86,15 +86,15 @@ def summarise_or_compare_survey(
         print(note)
     observed = observed_survey_findings(summarise_survey(table))
     _print_rendered_template(SurveyCommandResults(observed=[observed]), "survey_summary")
-    if rose is not None:
-        draw_observed_roses([observed.together], rose)
-        print(f"rose: {rose}")
     if cube is not None:
         print()
         _compare_survey_with_cube(stones, table, (cubes, record), background, figure, output)
     elif figure is not None:
         draw_observed_roses([observed.together, *observed.sites], figure)
         print(f"figure: {figure}")
+    if rose is not None:
+        draw_observed_roses([observed.together], rose)
+        print(f"rose: {rose}")
 
 
 def _parse_site_cubes(site_cubes: Sequence[str]) -> dict[str, Path]:

@@ -107,7 +107,7 @@ class SurveyFindings(Finding):
     few_falls: bool
     """True if some falls have a known direction, but fewer than 40, five to an octant."""
     mean_direction_deg: Number
-    """Mean fall direction."""
+    """Mean fall direction; None if the falls show no common direction (p > 0.05)."""
     resultant: Number
     """Length of the mean of the fall directions as unit vectors, 0 to 1."""
     predicted_mean_direction_deg: Number

@@ -48,6 +48,26 @@ class MeanDirectionWithInterval:
     test: StatisticalTestResult
 
 
+def clear_mean_direction(
+    angle_deg: ArrayLike, *, axial: bool = False, level: float = 0.95
+) -> tuple[float, float, StatisticalTestResult]:
+    """Return mean direction (or axis), degrees, mean resultant length, and the test of no common direction.
+
+    The mean is NaN if the test does not reject random directions at `level`, or the resultant is below
+    `LEAST_RESULTANT`. The test is that of `mean_direction_with_interval`, and so are the parameters.
+    """
+    angle = np.asarray(angle_deg, dtype=np.float64)
+    fold = 2 if axial else 1
+    mean, resultant = mean_angle_and_resultant(angle, axial=axial)
+    if angle.size > MOST_RESAMPLED:
+        p_value = math.exp(-angle.size * resultant**2)
+        test = StatisticalTestResult("Rayleigh", angle.size, resultant, p_value)
+    else:
+        test = common_axis_test(np.cos(np.radians(fold * angle)), np.sin(np.radians(fold * angle)))
+    clear = test.p_value <= 1 - level and resultant >= LEAST_RESULTANT
+    return mean if clear else math.nan, resultant, test
+
+
 def mean_direction_with_interval(
     angle_deg: ArrayLike, *, axial: bool = False, level: float = 0.95, draws: int = 4000
 ) -> MeanDirectionWithInterval:
@@ -71,13 +91,8 @@ def mean_direction_with_interval(
     angle = np.asarray(angle_deg, dtype=np.float64)
     fold = 2 if axial else 1
     vectors = np.column_stack([np.cos(np.radians(fold * angle)), np.sin(np.radians(fold * angle))])
-    mean, resultant = mean_angle_and_resultant(angle, axial=axial)
-    if angle.size > MOST_RESAMPLED:
-        p_value = math.exp(-angle.size * resultant**2)
-        test = StatisticalTestResult("Rayleigh", angle.size, resultant, p_value)
-    else:
-        test = common_axis_test(*vectors.T)
-    if not (test.p_value <= 1 - level and resultant >= LEAST_RESULTANT):
+    mean, resultant, test = clear_mean_direction(angle, axial=axial, level=level)
+    if math.isnan(mean):
         return MeanDirectionWithInterval(angle.size, math.nan, math.nan, resultant, test)
     half = _half_width_of_mean_deg(vectors, fold * mean, resultant, level, draws) / fold
     return MeanDirectionWithInterval(angle.size, mean, half, resultant, test)

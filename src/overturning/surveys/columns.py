@@ -8,7 +8,9 @@ from typing import Final
 
 _ACCEPTED: Final = {
     **dict.fromkeys(("azimuth", "direction", "fall_azimuth", "azimuth_of_fall", "fall_azimuth_deg"), "azimuth_deg"),
-    **dict.fromkeys(("fall_direction", "direction_of_fall", "fall_bearing", "fell_towards"), "azimuth_deg"),
+    **dict.fromkeys(("fall_direction", "direction_of_fall", "fall_bearing", "fell_towards", "fell_to"), "azimuth_deg"),
+    **dict.fromkeys(("magnetic_azimuth", "azimuth_magnetic", "mag_azimuth", "azimuth_mag"), "azimuth_deg"),
+    **dict.fromkeys(("true_azimuth", "azimuth_true"), "azimuth_deg"),
     **dict.fromkeys(("declination", "declination_deg", "magnetic_declination"), "magnetic_declination_deg"),
     **dict.fromkeys(("face_azimuth", "azimuth_of_face"), "face_azimuth_deg"),
     **dict.fromkeys(("cemetery", "graveyard", "site_name", "cemetery_name"), "site"),
@@ -29,7 +31,7 @@ _ACCEPTED: Final = {
 
 _REFUSED: Final = {
     **dict.fromkeys(("az", "azi", "azm", "azimut", "bearing", "heading", "trend", "dir", "fall_dir"), "azimuth_deg"),
-    **dict.fromkeys(("fall_az", "magnetic_azimuth", "true_azimuth", "mag_azimuth"), "azimuth_deg"),
+    **dict.fromkeys(("fall_az", "fell_from", "fall_from", "toward", "towards"), "azimuth_deg"),
     **dict.fromkeys(("b/h", "bh", "b_h", "slenderness", "aspect"), "b_over_h"),
     **dict.fromkeys(("h", "height"), "height_m"),
     **dict.fromkeys(("fallen", "overturned", "toppled", "fall"), "fell"),
@@ -96,6 +98,13 @@ def plan_columns(header: Sequence[str], known_columns: Sequence[str]) -> ColumnP
             )
             plan.meanings.append("")
             continue
+        if re.fullmatch(r"[+-]?\d+([.,]\d*)?", name):
+            plan.faults.append(
+                f"column {name!r} is a number; the first line without # names the columns: write the names above the "
+                "first stone"
+            )
+            plan.meanings.append("")
+            continue
         meaning, refusal = _meaning_of_column(name, known_columns)
         if meaning in DESCRIPTIVE and name.lower() != meaning and (meaning in exact or meaning in plan.meanings):
             meaning = ""
@@ -116,6 +125,12 @@ def plan_columns(header: Sequence[str], known_columns: Sequence[str]) -> ColumnP
     if unused:
         plan.notes.append(f"not used: column{'s' * (len(unused) > 1)} {', '.join(unused)}")
     return plan
+
+
+def names_all_columns(cells: Sequence[str], known_columns: Sequence[str]) -> bool:
+    """True if all cells of a line are accepted names of columns, as in a header; False for fewer than two cells."""
+    found = [_meaning_of_column(cell.strip(' "'), known_columns) for cell in cells]
+    return len(found) > 1 and all(meaning and not refusal for meaning, refusal in found)
 
 
 def is_magnetic(column_name: str) -> bool:

@@ -5,7 +5,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
@@ -21,7 +21,13 @@ from overturning.statistics.circular import (
     sector_index,
     watson_u2_test,
 )
+from overturning.statistics.mean_direction import clear_mean_direction
 from overturning.stored import StoredCounts, StoredFloat, StoredFloats, read_result
+from overturning.surveys.fall_directions import (
+    FallenStone,
+    fall_probability_of_arc,
+    log_likelihood_ratio_and_p_value,
+)
 from overturning.surveys.field_table import read_field_table
 from overturning.surveys.ground import CemeteryGround
 from overturning.surveys.prediction import (
@@ -34,6 +40,9 @@ from overturning.surveys.prediction import (
 from overturning.surveys.stones import BACKGROUND, Stone
 from overturning.surveys.template import remarks_of_user
 
+SPREAD_EVENLY: Final = 1e-6
+"""Mean resultant length of predicted directions up to which their mean is a matter of rounding."""
+
 
 @dataclass(frozen=True)
 class SurveyPredictionComparison:
@@ -44,9 +53,10 @@ class SurveyPredictionComparison:
     fallen, stood : int
         Number of stones.
     mean_direction_deg, resultant : float
-        Mean direction of the observed falls, degrees, and mean resultant length.
+        Mean direction of the observed falls, degrees (NaN if random directions are not rejected), and mean resultant
+        length.
     predicted_mean_direction_deg, predicted_resultant : float
-        The same of the predicted directions of the fallen stones; NaN without falls.
+        Mean of the predicted directions of the fallen stones, degrees, and its length; NaN without falls.
     computed_fall_share, computed_fall_share_low, computed_fall_share_high : float
         Share of the survey's stones (fallen and standing) that fall in the study: mean, smallest and largest over the
         heights and frictions of its grid; a single one has no smallest and largest (NaN). See
@@ -60,7 +70,8 @@ class SurveyPredictionComparison:
     fit_octants, fit_octants_watson : StatisticalTestResult
         Chi-square and grouped Watson U² of the octants against the prediction; NaN without falls.
     fit_exact : StatisticalTestResult
-        Watson U² of exact azimuths against the prediction; n = 0 without exact azimuths.
+        Watson U² of exact azimuths against the prediction; n = 0 without exact azimuths. The probabilities of all
+        stones are counted from the mean of the predicted directions, so that no choice of north matters.
     uniform_octants : StatisticalTestResult
         Grouped Watson U² of the octants against uniformity.
     confusion : ndarray, shape (5, 5), or None
@@ -165,16 +176,18 @@ def compare_survey_with_prediction(
     observed = sum((stone_count_by_octant(stone) for stone, *_ in fallen), np.zeros(8))
     predicted = sum((octants for *_, octants in fallen), np.zeros(8))
     share = predicted / predicted.sum() if fallen else uniform_octant
-    exact = [
-        _cumulative_fall_probability(site, density, stone.azimuth_deg)
-        for stone, density, _ in fallen
-        if stone.direction_half_width_deg == 0
-    ]
-    mean, length = mean_angle_and_resultant(azimuth)
+    mean, length, _ = clear_mean_direction(azimuth)
     density = sum((of_stone for _, of_stone, _ in fallen), np.zeros(site.azimuth.size))
     predicted_mean, predicted_length = mean_angle_and_resultant(site.azimuth, density)
+    # Without a mean, the predicted directions are spread evenly, and the begin hardly matters.
+    begin = predicted_mean if predicted_length > SPREAD_EVENLY else float(site.borders[0])
+    exact = [
+        fall_probability_of_arc(site, of_stone, begin, stone.azimuth_deg)
+        for stone, of_stone, _ in fallen
+        if stone.direction_half_width_deg == 0
+    ]
     share_mean, share_low, share_high = _computed_fall_share_and_range(predictions, stones)
-    ratio, p_value = _log_likelihood_ratio_and_p_value(site, fallen, random_survey_count, seed)
+    ratio, p_value = log_likelihood_ratio_and_p_value(site, fallen, random_survey_count, seed)
     return SurveyPredictionComparison(
         **_stone_counts_of_comparison(predictions, stones),
         mean_direction_deg=mean,
@@ -212,16 +225,12 @@ def stone_count_by_octant(stone: Stone) -> FloatArray:
     return np.asarray(below * np.eye(8)[ends[0]] + (1 - below) * np.eye(8)[ends[1]])
 
 
-_Fallen = tuple[Stone, FloatArray, FloatArray]
-"""A stone that fell in a known direction, its density of fall directions, and its probabilities of octants."""
-
-
-def _stones_with_fall_direction(predictions: SurveyFallPrediction, stones: Sequence[Stone]) -> list[_Fallen]:
+def _stones_with_fall_direction(predictions: SurveyFallPrediction, stones: Sequence[Stone]) -> list[FallenStone]:
     """Return the stones that fell in a known direction, with their predicted sector and octant probabilities.
 
     A stone is repeated ``count`` times.
     """
-    fallen: list[_Fallen] = []
+    fallen: list[FallenStone] = []
     for stone in stones:
         if stone.fell_in_known_direction:
             site_prediction = predictions.for_stone(stone)
@@ -275,38 +284,6 @@ def _stone_counts_of_comparison(predictions: SurveyFallPrediction, stones: Seque
     }
 
 
-def _log_likelihood_ratio_and_p_value(
-    site_prediction: SiteFallPrediction, fallen_stones: Sequence[_Fallen], random_survey_count: int, seed: int
-) -> tuple[float, float]:
-    """Return the log-likelihood ratio of predicted to uniform fall directions over fallen stones, and its p-value.
-
-    The p-value is the share of surveys with random directions whose sum is as large or larger. One of 16 winds counts
-    as its middle direction.
-    """
-    if not fallen_stones:
-        return math.nan, math.nan
-    generator, uniform_octant = (
-        np.random.Generator(np.random.PCG64(seed)),
-        site_prediction.octant_from_sector_probabilities(site_prediction.share),
-    )
-    ratios, simulated = [], np.zeros(random_survey_count)
-    for stone, density, octants in fallen_stones:
-        if stone.octant:
-            table, chance, place = octants / uniform_octant, uniform_octant, int(sector_index(stone.azimuth_deg, 8))
-        else:
-            table, chance, place = (
-                density / site_prediction.share,
-                site_prediction.share,
-                site_prediction.nearest_azimuth_index(stone.azimuth_deg),
-            )
-        with np.errstate(divide="ignore"):  # a density of 0 is possible without background
-            logs = np.log(table)
-        ratios.append(logs[place])
-        simulated += logs[generator.choice(chance.size, size=random_survey_count, p=chance / chance.sum())]
-    total = float(np.sum(ratios))
-    return total, (1 + int((simulated >= total - 1e-12).sum())) / (1 + random_survey_count)
-
-
 def _confusion_matrix_of_sides(predictions: SurveyFallPrediction, stones: Sequence[Stone]) -> NDArray[np.int64] | None:
     """Count the stones by observed outcome (rows) and most probable outcome (columns): stands or side of fall.
 
@@ -322,26 +299,6 @@ def _confusion_matrix_of_sides(predictions: SurveyFallPrediction, stones: Sequen
         probable = int(np.argmax(predictions.for_stone(stone).fall_side_probabilities(stone)))
         confusion[observed_side_index(stone), probable] += stone.count
     return confusion if known else None
-
-
-def _cumulative_fall_probability(
-    site_prediction: SiteFallPrediction, sector_probabilities: FloatArray, azimuth_deg: float
-) -> float:
-    """Return the cumulative probability of fall directions, clockwise from the first sector border to an azimuth.
-
-    The probability is linear within each sector.
-    """
-    below = np.concatenate([[0.0], np.cumsum(sector_probabilities)])
-    return float(
-        min(
-            1.0,
-            np.interp(
-                (azimuth_deg - site_prediction.borders[0]) % 360,
-                site_prediction.borders - site_prediction.borders[0],
-                below,
-            ),
-        )
-    )
 
 
 @dataclass(frozen=True)

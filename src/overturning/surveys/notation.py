@@ -112,7 +112,7 @@ _UNKNOWN_DIRECTION: Final = re.compile(
     r"[,;:(]?\s*(?:(?:in\s+)?(?:an?\s+)?unknown\s+direction|direction\s+(?:is\s+)?(?:not\s+known|unknown|\?))\s*\)?",
     re.IGNORECASE,
 )
-_SEPARATOR: Final = re.compile(r"\s*(?:[;+/&]|,(?!\d)|(?<!\d),|\band\b)\s*")
+_SEPARATOR: Final = re.compile(r"\s*(?:[;/&]|\+(?!\s*\d)|,(?!\d)|(?<!\d),|\band\b)\s*")
 _METRES: Final = {"mm": 0.001, "cm": 0.01, "m": 1.0}
 OUTCOME_FORMS: Final = (
     "write fell, fell direction unknown, stands, shifted 3 cm, twisted 10 (degrees, clockwise positive), broken, "
@@ -167,7 +167,7 @@ def parse_outcome(text: object) -> Outcome:
     """
     if isinstance(text, Outcome):
         return text
-    whole = str(text).strip()
+    whole = str(text).strip().replace("\N{MINUS SIGN}", "-")
     rest = _UNKNOWN_DIRECTION.sub("", whole)
     found = Outcome(direction_is_unknown=rest != whole)
     for part in filter(None, _SEPARATOR.split(rest)):

@@ -238,7 +238,10 @@ class SurveyRow(BaseModel):
     @property
     def outcome_kinds(self) -> tuple[OutcomeKind, ...]:
         """Outcomes of the stone in this row, such as "fell" or "shifted", from all columns that state one."""
-        kinds: list[OutcomeKind] = list(self.outcome.kinds)
+        unmoved = {"shifted": self.outcome.shift_m == 0.0, "twisted": self.outcome.twist_deg == 0.0}
+        kinds: list[OutcomeKind] = [kind for kind in self.outcome.kinds if not unmoved.get(kind)]
+        if self.outcome.kinds and not kinds:
+            kinds = ["stands"]
         if self.fell is not None and not kinds:
             kinds = ["fell" if self.fell else "stands"]
         if self.shift_cm > 0 or self.shift_mm > 0:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from overturning.errors import RecordError
-from overturning.surveys.columns import is_magnetic, is_true, plan_columns
+from overturning.surveys.columns import is_magnetic, is_true, names_all_columns, plan_columns
 from overturning.surveys.field_table import FieldTable, TableLine, read_field_table
 from overturning.surveys.notation import NOT_COUNTED, OCTANTS, UNKNOWN_CELLS, Direction, azimuth_unit_warning
 from overturning.surveys.row import COLUMNS, SurveyRow
@@ -217,6 +217,8 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
     table = read_field_table(path, "survey")
     plan = plan_columns(table.header.cells, COLUMNS)
     faults = [(table.header.line, message) for message in plan.faults]
+    if "" in plan.meanings and any(names_all_columns(one.split(table.separator), COLUMNS) for one in table.remarks):
+        faults = [(table.header.line, "the line above it names the columns, but is a comment; remove its #")]
     missing = not {"azimuth_deg", "octant", "fell", "outcome"} & set(plan.meanings)
     if missing:
         faults.append((table.header.line, _missing_column_message(table)))
@@ -305,8 +307,8 @@ def _declination_faults(rows: list[tuple[int, SurveyRow]], *, winds_are_octants:
         if by_octant and abs(row.magnetic_declination_deg) > _MOST_OCTANT_DECLINATION_DEG:
             yield (
                 line,
-                f"octant: one from magnetic north, {row.magnetic_declination_deg:g}° from true north, lies across "
-                "two octants; give azimuth_deg, or the octant from true north and no magnetic_declination_deg",
+                f"one of 8 winds from magnetic north, {row.magnetic_declination_deg:g}° from true north, lies across "
+                "two octants; give degrees, or the wind from true north and no declination",
             )
 
 
@@ -371,7 +373,8 @@ def _warnings(
             where = "" if len(lines) == len(table.rows) else f" in {_line_label(lines)}"
             yield (
                 f"{table.name}: column {name!r} names magnetic north, but no declination is given{where}; its azimuths "
-                "are used as if from true north: give --declination or a column declination (degrees, east positive)"
+                "are used as if from true north: add a column declination (degrees, east positive), or give the option "
+                "--declination of overturning survey"
             )
     if source.rows_in_cells:
         yield (

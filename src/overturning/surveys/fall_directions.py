@@ -1,0 +1,86 @@
+"""Observed fall directions against those that a study predicts: likelihood ratio, and probabilities of arcs."""
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from overturning.arrays import FloatArray
+from overturning.statistics.circular import sector_index
+from overturning.surveys.prediction import SiteFallPrediction
+from overturning.surveys.stones import Stone
+
+FallenStone = tuple[Stone, FloatArray, FloatArray]
+"""A stone that fell in a known direction, its probabilities of the sectors of a study, and of the 8 octants."""
+
+WIND_DEG: Final = 22.5
+"""Width of one of 16 winds, degrees."""
+
+
+def fall_probability_of_arc(
+    site_prediction: SiteFallPrediction, sector_probabilities: FloatArray, begin_deg: float, end_deg: float
+) -> float:
+    """Return the probability that a stone falls between two azimuths, clockwise from the first to the second.
+
+    The density of fall directions is constant within each sector of the study; `sector_probabilities`, shape
+    (sectors,), sum to 1. An arc from an azimuth to itself has the probability 0.
+    """
+    below = np.concatenate([[0.0], np.cumsum(np.tile(sector_probabilities, 2))])
+    start = site_prediction.borders[0]
+    borders = np.append(site_prediction.borders[:-1], site_prediction.borders + 360.0) - start
+    begin = (begin_deg - start) % 360.0
+    at = np.interp([begin, begin + (end_deg - begin_deg) % 360.0], borders, below)
+    return float(min(max(at[1] - at[0], 0.0), 1.0))
+
+
+def _probabilities_of_winds(
+    site_prediction: SiteFallPrediction, sector_probabilities: FloatArray, offset_deg: float
+) -> FloatArray:
+    """Return the probabilities of 16 arcs of `WIND_DEG`, the first centred at `offset_deg`, shape (16,)."""
+    middles = offset_deg + WIND_DEG * np.arange(16)
+    return np.array([
+        fall_probability_of_arc(site_prediction, sector_probabilities, middle - WIND_DEG / 2, middle + WIND_DEG / 2)
+        for middle in middles.tolist()
+    ])  # fmt: skip
+
+
+def _direction_classes(
+    site_prediction: SiteFallPrediction, fallen_stone: FallenStone
+) -> tuple[FloatArray, FloatArray, int]:
+    """Return predicted and uniform probabilities of the directions that a stone's record can name, and its own index.
+
+    These are the 8 octants or 16 winds, turned by the declination, or the sectors of the study for degrees.
+    """
+    stone, density, octants = fallen_stone
+    uniform = site_prediction.share
+    if stone.octant:
+        even = site_prediction.octant_from_sector_probabilities(uniform)
+        return octants, even, int(sector_index(stone.azimuth_deg, 8))
+    if stone.wind_16:
+        offset = stone.azimuth_deg % WIND_DEG
+        predicted, even = (_probabilities_of_winds(site_prediction, of, offset) for of in (density, uniform))
+        return predicted, even, round((stone.azimuth_deg - offset) / WIND_DEG) % 16
+    return density, uniform, site_prediction.nearest_azimuth_index(stone.azimuth_deg)
+
+
+def log_likelihood_ratio_and_p_value(
+    site_prediction: SiteFallPrediction, fallen_stones: Sequence[FallenStone], random_survey_count: int, seed: int
+) -> tuple[float, float]:
+    """Return the log-likelihood ratio of predicted to uniform fall directions over fallen stones, and its p-value.
+
+    The p-value is the share of surveys with random directions whose sum is as large or larger. The random direction of
+    a stone has the resolution of its observed direction: degrees, one of 16 winds, or an octant.
+    """
+    if not fallen_stones:
+        return math.nan, math.nan
+    generator = np.random.Generator(np.random.PCG64(seed))
+    ratios, simulated = [], np.zeros(random_survey_count)
+    for fallen_stone in fallen_stones:
+        predicted, chance, place = _direction_classes(site_prediction, fallen_stone)
+        with np.errstate(divide="ignore"):  # a density of 0 is possible without background
+            logs = np.log(predicted / chance)
+        ratios.append(logs[place])
+        simulated += logs[generator.choice(chance.size, size=random_survey_count, p=chance / chance.sum())]
+    total = float(np.sum(ratios))
+    return total, (1 + int((simulated >= total - 1e-12).sum())) / (1 + random_survey_count)

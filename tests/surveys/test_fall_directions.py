@@ -1,0 +1,86 @@
+"""Tests of observed fall directions do not depend on north, on a mirror, or on the resolution of the directions."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from overturning.surveys.comparison import compare_survey_with_prediction
+from overturning.surveys.stones import Stone
+
+
+def fallen(azimuth: float, **more) -> Stone:
+    return Stone(fell=True, azimuth_deg=azimuth % 360, octant=False, **more)
+
+
+def two_kinds(make_cube):
+    """Return a cube in which slender blocks fall around 60° and stout ones around 200°, on a grid of 15°."""
+
+    def falls(azimuth: np.ndarray, _: np.ndarray, b_over_h: np.ndarray, *__: np.ndarray) -> np.ndarray:
+        centre = np.where(b_over_h < 0.3, 60.0, 200.0)
+        return np.abs((azimuth - centre + 180.0) % 360.0 - 180.0) <= 40.0
+
+    return make_cube(falls, azimuth=range(0, 360, 15), b_over_h=[0.2, 0.4])
+
+
+@pytest.mark.parametrize("turn", [45, 90, 195, 300])
+def test_no_choice_of_north_changes_a_test(make_cube, turn: int) -> None:
+    """Stones of different B/H have different distributions; survey and cube are turned together."""
+    cube, generator = two_kinds(make_cube), np.random.default_rng(5)
+    stones = [
+        fallen(azimuth, b_over_h=b) for azimuth, b in zip(generator.uniform(0, 360, 20), [0.2, 0.4] * 10, strict=True)
+    ]
+    turned = [replace(stone, azimuth_deg=(stone.azimuth_deg + turn) % 360) for stone in stones]
+    first, second = (
+        compare_survey_with_prediction(stones, cube),
+        compare_survey_with_prediction(turned, cube.roll(azimuth=turn // 15, roll_coords=False)),
+    )
+    assert second.fit_exact.statistic == pytest.approx(first.fit_exact.statistic, rel=1e-6)
+    assert second.log_likelihood_ratio == pytest.approx(first.log_likelihood_ratio, rel=1e-6)
+
+
+def wind(number: int, **more) -> Stone:
+    return Stone(True, 22.5 * number, False, wind_16=True, **more)
+
+
+def test_winds_between_two_azimuths_of_the_grid_are_treated_alike_in_a_mirror(make_cube) -> None:
+    """On a grid of 15°, every fourth wind is an azimuth of the grid, and half of the others lie between two."""
+    cube = two_kinds(make_cube)
+    mirrored = cube.isel(azimuth=[-i % 24 for i in range(24)]).assign_coords(azimuth=cube["azimuth"])
+    numbers = [1, 3, 3, 5, 7, 9, 10]
+    one = compare_survey_with_prediction([wind(n, b_over_h=0.2) for n in numbers], cube)
+    other = compare_survey_with_prediction([wind(-n % 16, b_over_h=0.2) for n in numbers], mirrored)
+    assert other.log_likelihood_ratio == pytest.approx(one.log_likelihood_ratio, rel=1e-9)
+
+
+def test_a_wind_has_the_mean_density_over_its_width(make_cube, sector) -> None:
+    """Falls within 52.5° to 67.5° alone: a sixth of the circle's 15° lies in NE (to 56.25°), the rest in ENE."""
+    cube = make_cube(sector(60, 1), azimuth=range(0, 360, 15))
+    for number, share in ((2, 3.75 / 15), (3, 11.25 / 15)):
+        found = compare_survey_with_prediction([wind(number)], cube, background=0.0)
+        assert found.log_likelihood_ratio == pytest.approx(math.log(share * 16), rel=1e-9)
+    assert compare_survey_with_prediction([wind(4)], cube, background=0.0).log_likelihood_ratio == -math.inf
+
+
+@pytest.mark.long
+def test_p_values_of_winds_are_calibrated_under_any_way(make_cube, sector) -> None:
+    cube = make_cube(sector(60, 40), azimuth=range(0, 360, 15))
+    generator = np.random.default_rng(3)
+    p = [
+        compare_survey_with_prediction(
+            [wind(int(n)) for n in generator.integers(0, 16, 15)], cube, random_survey_count=300
+        ).likelihood_ratio_p
+        for _ in range(200)
+    ]
+    assert np.mean(np.array(p) <= 0.05) < 0.09
+    assert np.mean(np.array(p) <= 0.5) == pytest.approx(0.5, abs=0.11)
+
+
+def test_a_mean_direction_is_given_only_if_random_directions_are_rejected(make_cube, sector) -> None:
+    site = make_cube(sector(60, 30), azimuth=range(0, 360, 2))
+    around = compare_survey_with_prediction([fallen(azimuth) for azimuth in range(0, 360, 30)], site)
+    assert math.isnan(around.mean_direction_deg)
+    assert compare_survey_with_prediction(
+        [fallen(azimuth) for azimuth in range(30, 90, 4)], site
+    ).mean_direction_deg == pytest.approx(60, abs=10)

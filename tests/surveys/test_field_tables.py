@@ -136,6 +136,11 @@ def test_what_outcomes_count_as(tmp_path: Path, header: str, cells: str, counted
     assert all(math.isnan(stone.azimuth_deg) for stone in table.stones if not stone.fell)
 
 
+def test_a_title_above_the_names_of_the_columns_is_answered_with_the_remedy(tmp_path: Path) -> None:
+    with pytest.raises(RecordError, match=r"line 1: no column azimuth_deg .*above the names .* begin with #"):
+        read(tmp_path, "Survey of Hill cemetery\nstone,outcome\nA,fell\n")
+
+
 def test_stones_that_do_not_count_are_named_in_a_note(tmp_path: Path) -> None:
     table = read(tmp_path, 'outcome,count\nfixed,3\n"broken, repaired",2\nunknown,1\nfell E,4\n')
     assert table.notes == (

@@ -183,7 +183,7 @@ def _with_lid(surface: TriangleSurface, edges: NDArray[np.int64]) -> tuple[Trian
         more = f" and {len(rim) - MAX_NAMED_EDGES} more" if len(rim) > MAX_NAMED_EDGES else ""
         raise ArgumentError(
             f"body: not closed at {len(rim)} edges, so its volume is undefined: {first}{more} (m); fill the holes and "
-            "make all faces point outwards (only an open base in one plane is closed here)"
+            "make all faces point outwards (only an open base in one plane, inclined by at most 45°, is closed here)"
         )
     vertices = np.concatenate([points, centre[None]])
     lid = np.column_stack([edges[:, 1], edges[:, 0], np.full(len(edges), len(points))])

@@ -19,7 +19,7 @@ DIRECTION_FORMS: Final = (
 )
 """Remedy for a direction that cannot be read."""
 
-_BEARING: Final = re.compile(r"([NS])\s*(\d+(?:[.,]\d+)?)\s*(?:°|deg)?\s*([EW])", re.IGNORECASE)
+_BEARING: Final = re.compile(r"([NS])\s*(\d+(?:[.,]\d+)?)\s*(?:[°º˚]|deg)?\s*([EW])", re.IGNORECASE)
 _NUMBER: Final = r"[+-]?\d+(?:[.,]\d+)?"
 
 
@@ -52,7 +52,7 @@ def parse_number(text: object) -> object:
 def parse_degrees(text: object) -> object:
     """Prepare the text of an angle for `float`: remove a degree sign, convert a decimal comma to a point."""
     plain = parse_number(text)
-    return parse_number(re.sub(r"\s*(°|deg|degrees)$", "", plain)) if isinstance(plain, str) else plain
+    return parse_number(re.sub(r"\s*([°º˚]|deg|degrees)$", "", plain)) if isinstance(plain, str) else plain
 
 
 def parse_direction(text: object) -> Direction:
@@ -104,7 +104,7 @@ _FELL: Final = re.compile(
 )
 _SHIFTED: Final = re.compile(rf"(?:shifted|moved|displaced)(?:\s+by)?(?:\s+({_NUMBER})\s*(mm|cm|m)?)?", re.IGNORECASE)
 _TWISTED: Final = re.compile(
-    rf"(?:twisted|rotated)(?:\s+by)?(?:\s+({_NUMBER})\s*(?:°|deg|degrees)?)?"
+    rf"(?:twisted|rotated)(?:\s+by)?(?:\s+({_NUMBER})\s*(?:[°º˚]|deg|degrees)?)?"
     r"(?:\s+(clockwise|cw|anticlockwise|counterclockwise|ccw))?",
     re.IGNORECASE,
 )
@@ -192,6 +192,8 @@ def _parse_outcome_part(part: str) -> Outcome:
     if words in _WORDS:
         return Outcome((_WORDS[words],))
     if fell := _FELL.fullmatch(words):
+        if fell[1] in _WORDS:
+            raise ValueError(f"separate several outcomes by a comma, as in fell, {fell[1]}")
         return Outcome(("fell",), parse_direction(fell[1]) if fell[1] else NO_DIRECTION)
     if shifted := _SHIFTED.fullmatch(words):
         if shifted[1] and not shifted[2]:

@@ -43,7 +43,9 @@ class SiteFallPrediction:
         if not 0 <= background < 1:
             raise ArgumentError(f"background: {background}; a share from 0 to below 1")
         if "azimuth" not in cube.dims:
-            raise ArgumentError("cube: of 3-D bodies; a survey is compared with a 2-D study")
+            raise ArgumentError(
+                "cube: of 3-D bodies, next to one of a 2-D study; give --cube and each --site-cube of one kind"
+            )
         site = cube.isel(record=0) if "record" in cube.dims else cube
         dims = ("azimuth", "b_over_h", "height", "friction")
         self.background = background

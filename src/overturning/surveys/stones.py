@@ -257,7 +257,8 @@ def _missing_column_message(table: FieldTable) -> str:
     """Return the error message for a survey header in which no column states the outcomes of the stones."""
     alone = table.header.cells[0] if len(table.header.cells) == 1 else ""
     spaces = "; columns are separated by spaces: use commas, semicolons or tabs" if "  " in alone else ""
-    return f"no column azimuth_deg or octant, fell or outcome; name one of them in the header{spaces}"
+    title = "; a line above the names of the columns must begin with #" if len(table.header.cells) == 1 else ""
+    return f"no column azimuth_deg or octant, fell or outcome; name one of them in the header{spaces or title}"
 
 
 def _true_north_messages(table: FieldTable, meanings: list[str]) -> Iterator[str]:

@@ -386,3 +386,10 @@ def test_the_commands_print_from_the_same_templates(template: str, parts: dict[s
     printed = NUMBER.findall(text_of(found, language, template))
     assert len(printed) >= 8
     assert without_value(printed, found) == []
+
+
+@pytest.mark.parametrize(("language", "doubt"), [("en", "lists no stone that stood"), ("ja", "記載が省かれている場合")])
+def test_a_motion_from_a_list_of_fallen_stones_alone_is_doubted(language: str, doubt: str) -> None:
+    for every in (True, False):
+        found = SurveyCommandResults.model_validate({"inferred_motions": [MOTION | {"everything_fell": every}]})
+        assert (doubt in text_of(found, language, "motions")) == every

@@ -48,8 +48,8 @@ def simulate_one_stone(
     allowed = PlanarModelOptions(density=planar_model_options.density if body_options.mesh else None)
     if body_options.body and planar_model_options != allowed:
         raise ArgumentError(
-            "--body, --mesh: accept --orientation and --damping-ratio; leave out azimuth, scene, damping, stiffness, and "
-            "density without --mesh"
+            "--body, --mesh: accept --orientation and --damping-ratio; leave out azimuth, scene, damping, stiffness, "
+            "and density without --mesh"
         )
     is_stack = planar_model_options.scene is not None and body_options.orientation is not None
     if is_stack:

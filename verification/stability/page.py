@@ -100,10 +100,10 @@ def _scenes(rows: pd.DataFrame) -> str:
 
 
 def _stacks(rows: pd.DataFrame) -> str:
-    """Return the tables of outcomes of 3-D stacks: by motion, and by number of stones."""
+    """Return the tables of outcomes of 3-D stacks: by motion, by number of stones, and by kind."""
     tables = [
         _counted(head, {str(name): rows[column] == name for name in sorted(rows[column].unique())}, rows)
-        for head, column in (("motion", "motion"), ("stones", "stones"))
+        for head, column in (("motion", "motion"), ("stones", "stones"), ("kind of stack", "kind"))
     ]
     right, unstable = rows["ending"] == Ending.RIGHT, rows["ending"] == Ending.UNSTABLE
     falls = rows["vertical"] > 1.0
@@ -116,7 +116,7 @@ def _stacks(rows: pd.DataFrame) -> str:
         f"ξ is below 0.1 in {_percent(rows['damping'][unstable] < 0.1)} of the unstable cases, and in "
         f"{_percent(rows['damping'][right] < 0.1)} of the cases labelled *right*."
     )
-    return f"{tables[0]}\n\n{tables[1]}\n\n{wrap_text(summary)}"
+    return "\n\n".join([*tables, wrap_text(summary)])
 
 
 def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:

@@ -1,9 +1,12 @@
 """Cases of the stability map: stacks of stones in 3-D; checks of their outcomes share no code with the kernel.
 
-A setting is a stack of two to five boxes with a contact law and a motion; its cases differ in friction, amplitude and
+A setting is a stack of two to five stones with a contact law and a motion; its cases differ in friction, amplitude and
 orientation. Slabs, slender shafts, light stones below heavy ones and vertical accelerations beyond −1 g are included.
+Two of three stacks consist of boxes; the stones of the others are prisms on regular polygons, cylinders and boxes, in
+half of these stacks all equally wide, like the drums of a column.
 """
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Final
@@ -18,7 +21,7 @@ from overturning.dem.numerics import BODY_STEP, NumericalOptions
 from overturning.dem.run import simulate_cases
 from overturning.errors import ArgumentError
 from overturning.model.cases import LOWEST, Cases
-from overturning.model.element import ContactLaw, Element, Material
+from overturning.model.element import ContactLaw, Element, Material, PlanShape
 from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
@@ -36,8 +39,11 @@ ONSET_SHARE: Final = 0.2
 """Share of the least acceleration that opens or slides a joint, up to which no stone may fall."""
 STIFF: Final = 1e-4
 """Static penetration over the width of a contact, below which the stones are close to rigid."""
+PLANS: Final[tuple[PlanShape, ...]] = ("rectangle", "circle", 3, 5, 6, 8, 12, 16)
+"""Plans of the stones of a stack that does not consist of boxes."""
 STACK_MEANINGS: Final = {
     "stones": ("number of stones", "1"),
+    "kind": ("boxes, prisms of several widths, or drums: prisms of one width", ""),
     "motion": ("kind of motion", ""),
     "sampling_interval": ("sampling interval of the motion", "s"),
     "thinnest": ("least height of a stone over its smaller side", "1"),
@@ -74,11 +80,20 @@ class StackSetting:
     friction: FloatArray
     amplitude: FloatArray
     orientation_deg: FloatArray
+    plans: tuple[PlanShape, ...] = ()
+    """Plan of each stone; empty: all are boxes. A stone of another plan than a rectangle is as deep as it is wide."""
+
+    @property
+    def kind(self) -> str:
+        """Kind of stack: boxes, prisms, or drums."""
+        return "boxes" if not self.plans else "drums" if np.ptp(self.sizes[:, 0]) == 0.0 else "prisms"
 
     @property
     def mass(self) -> FloatArray:
         """Mass of each stone, kg."""
-        return np.asarray(self.density * self.sizes.prod(axis=1))
+        box: PlanShape = "rectangle"
+        shares = [_area_share(plan) for plan in self.plans or (box,) * len(self.sizes)]
+        return np.asarray(self.density * self.sizes.prod(axis=1) * shares)
 
     @property
     def opening_acceleration(self) -> float:
@@ -92,6 +107,13 @@ class StackSetting:
             patch = min(side[joint], side[joint - 1]) if joint > 0 else side[joint]
             least = min(least, 0.5 * float(patch) / height)
         return STANDARD_GRAVITY * least
+
+
+def _area_share(plan: PlanShape) -> float:
+    """Return the area of a plan over that of the square or rectangle around it."""
+    if plan == "rectangle":
+        return 1.0
+    return math.pi / 4.0 if plan == "circle" else int(plan) / 4.0 * math.tan(math.pi / int(plan))
 
 
 def stack_settings(count: int, seed: int) -> list[StackSetting]:
@@ -119,8 +141,13 @@ def _draw_setting(generator: np.random.Generator) -> StackSetting:
     amplitude = 0.7 + 0.6 * generator.random(TOGETHER) if kind == "vertical above g" else amplitude
     amplitude[0] *= float(generator.random() < 0.5)
     slick = generator.random(TOGETHER) < 0.05
+    plans: tuple[PlanShape, ...] = ()
+    if generator.random() < 1.0 / 3.0:
+        plans = tuple(PLANS[number] for number in generator.integers(0, len(PLANS), stones))
+        width = np.full(stones, width[0]) if generator.random() < 0.5 else width
+        depth = width
     return StackSetting(
-        sizes=np.round(np.stack([width, depth, height], axis=1), 4) + 1e-4,
+        plans=plans, sizes=np.round(np.stack([width, depth, height], axis=1), 4) + 1e-4,
         density=np.round(log_uniform(500.0, 20_000.0, stones)),
         penetration_ratio=float(log_uniform(1e-8, 1e-2)), damping=float(log_uniform(0.01, 5.0)), shaking=shaking,
         friction=np.where(slick, 0.0, log_uniform(0.02, 10.0, TOGETHER)), amplitude=amplitude,
@@ -133,11 +160,12 @@ def scene_of_stack_setting(setting: StackSetting) -> Scene:
     elements = [Element(name="ground", kind="driven", width=1000.0, height=1.0, at=(0.0, -1.0))]
     materials = {"ground": Material()}
     for number, ((width, depth, height), density) in enumerate(zip(setting.sizes, setting.density, strict=True)):
-        name = f"stone-{number}"
+        name, plan = f"stone-{number}", setting.plans[number] if setting.plans else "rectangle"
+        sized: dict[str, Any] = {"depth": float(depth)} if plan == "rectangle" else {}
         materials[name] = Material(density=float(density))
         elements.append(Element(
-            name=name, width=float(width), depth=float(depth), height=float(height), material=name,
-            stands_on=elements[-1].name,
+            name=name, width=float(width), height=float(height), material=name, stands_on=elements[-1].name, plan=plan,
+            **sized,
         ))  # fmt: skip
     pairs = [(below.material, above.material) for below, above in pairwise(elements)]
     law = {"static_penetration": setting.penetration_ratio, "damping_ratio": setting.damping}
@@ -194,7 +222,8 @@ def run_stack_setting(setting: StackSetting, number: int) -> dict[str, NDArray[A
     above = np.cumsum(setting.mass[::-1])[::-1] - setting.mass
     relative = setting.sizes[:, 2] / setting.sizes[:, :2].min(axis=1)
     alike = {
-        "stones": stones, "motion": setting.shaking.motion, "sampling_interval": setting.shaking.sampling_interval,
+        "stones": stones, "kind": setting.kind, "motion": setting.shaking.motion,
+        "sampling_interval": setting.shaking.sampling_interval,
         "thinnest": relative.min(), "slenderest": relative.max(), "mass_ratio": (above / setting.mass).max(),
         "penetration_ratio": setting.penetration_ratio, "damping": setting.damping,
         "ending": np.int8(Ending.REFUSED), "fallen": np.int8(-1), "energy_error": np.nan, "block_steps": np.int64(0),

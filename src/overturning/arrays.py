@@ -40,7 +40,7 @@ def float_array_of_argument(name: str, values: Any, *, copy: bool = False) -> Fl
     """
     try:
         return np.array(values, dtype=np.float64, copy=copy or None, subok=np.ma.is_masked(values))
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ArgumentError(f"{name}: {str(values)[:60]!r}; it must be a number or a row of numbers") from None
 
 

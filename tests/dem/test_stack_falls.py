@@ -135,6 +135,22 @@ def test_a_cup_or_a_tee_of_pieces_on_top_is_a_stack() -> None:
         assert simulate(quiet, stacked(*stones), orientation_deg=[0.0]).overturned.to_numpy().max() == 0.0
 
 
+def test_the_side_of_an_eccentric_stone_that_is_nearest_to_the_rim_counts() -> None:
+    """An L with its long foot to one side: its centre of mass is not in the middle of its width."""
+    foot = [[-0.1, 0.0], [1.5, 0.0], [1.5, 0.2], [0.2, 0.2], [0.2, 1.2], [-0.1, 1.2]]
+    for width, fits in ((12.5, False), (13.1, True)):
+        elements: list[dict[str, Any]] = [
+            {"name": "ground", "kind": "driven", "width": width, "height": 1.0, "at": (0.0, -1.0)},
+            {"name": "stone", "vertices": foot, "depth": 1.0, "stands_on": "ground"},
+        ]
+        scene = Scene.model_validate({"name": "foot", "reference": "stone", "elements": elements})
+        if fits:
+            assert simulate(towards_north(np.zeros(50)), scene, orientation_deg=[0.0]).overturned.item() == 0.0
+        else:
+            with refused(ArgumentError, "ground is only 12.5 m wide", brief=False):
+                simulate(towards_north(np.zeros(50)), scene, orientation_deg=[0.0])
+
+
 @pytest.mark.parametrize(("width", "at"), [(0.4, 0.0), (0.4, 0.15), (1.2, 0.0)])
 def test_a_driven_plinth_is_no_ground(width: float, at: float) -> None:
     """In 3-D the ground has no rim; a stone that overhangs a plinth, or slides off it, would stand."""

@@ -93,6 +93,14 @@ def test_a_corner_in_the_middle_of_an_edge_leaves_the_surface_closed(tmp_path: P
     assert read_scan(tmp_path / "box.obj").volume == pytest.approx(0.048, rel=1e-12)
 
 
+@pytest.mark.parametrize("corners", [((1, 0, 0), (1.1, 0, 0), (1.2, 0, 0)), ((0, 0, 0), (0.1, 0, 0), (0.2, 0, 0))])
+def test_a_stray_triangle_on_a_line_does_not_matter(tmp_path: Path, corners: tuple[tuple[float, ...], ...]) -> None:
+    path = write_mesh(box((0.2, 0.3, 0.8)), tmp_path / "a.obj")
+    more = "".join(f"v {x} {y} {z}\n" for x, y, z in corners) + "f -3 -2 -1\n"
+    path.write_text(path.read_text() + more)
+    assert read_scan(path).volume == pytest.approx(0.048, rel=1e-6)
+
+
 def test_units(tmp_path: Path) -> None:
     path = write_mesh(l_shape(), tmp_path / "stone.obj", 1000.0)
     with refused(ArgumentError, "stone.obj", "800 m large", "declare the unit", "perhaps mm", brief=True):

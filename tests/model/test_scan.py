@@ -72,6 +72,14 @@ def test_a_second_body_inside_out_is_refused() -> None:
             closed_surface(several)
 
 
+def test_a_double_face_outside_adds_nothing() -> None:
+    flap = TriangleSurface(
+        np.array([[2.0, 0.0, 0.0], [2.1, 0.0, 0.0], [2.0, 0.1, 0.0]]), np.array([[0, 1, 2], [0, 2, 1]])
+    )
+    surface, _ = closed_surface(together(l_shape(), flap))
+    assert mass_properties(surface.corners).volume == pytest.approx(box_sums("l-shape")[0], rel=1e-12)
+
+
 @pytest.mark.parametrize("all_of_it", [True, False])
 def test_triangles_that_are_listed_twice_count_once(all_of_it: bool) -> None:
     """The second list starts each triangle at another corner."""

@@ -118,6 +118,8 @@ def test_all_faults_are_reported_at_once(tmp_path: Path) -> None:
         ("outcome", '"shifted 0 cm, twisted 0"', "stands", ("stands",)),
         ("outcome", '"shifted 0 cm, twisted -3"', "stands", ("twisted",)),
         ("outcome", '"broken, shifted 0 mm"', "not counted", ("broken",)),
+        ("outcome,twist_deg", "twisted,0", "stands", ("stands",)),
+        ("outcome,shift_mm", "shifted,0", "stands", ("stands",)),
         ("fell,twist_deg", "no,-5", "stands", ("stands", "twisted")),
         ("fell,twist_deg", ",0", "stands", ("stands",)),
         ("fell,shift_mm", ",12", "stands", ("shifted",)),
@@ -134,6 +136,21 @@ def test_what_outcomes_count_as(tmp_path: Path, header: str, cells: str, counted
     assert (row.counted_as, row.outcome_kinds) == (counted, kinds)
     assert [stone.fell for stone in table.stones] == ([] if counted == "not counted" else [counted == "fell"])
     assert all(math.isnan(stone.azimuth_deg) for stone in table.stones if not stone.fell)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "# stone, outcome\n# measured in 2016\nstone,outcome,inscription\nA,fell,X\n",
+        "# stone, kind\nstone,outcome\nA,fell\n",
+        "# x, y\nstone,outcome,x,y,weather\nA,fell,1,2,dry\n",
+        "stone,outcome,2016\nA,fell N,3\n",
+        "stone,outcome,azimuth (º)\nA,fell,120º\n",
+    ],
+)
+def test_remarks_and_names_that_look_like_something_else_are_read(tmp_path: Path, text: str) -> None:
+    (stone,) = read(tmp_path, text).stones
+    assert stone.fell
 
 
 def test_a_title_above_the_names_of_the_columns_is_answered_with_the_remedy(tmp_path: Path) -> None:

@@ -100,6 +100,7 @@ def test_outcomes(text: str, kinds: tuple[str, ...], more: dict[str, float]) -> 
         ("stands, direction unknown", "only a fall has a direction"),
         ("fell, stands", "fell or stands, not both"),
         ("fell northwards", "quadrant bearing"),
+        ("fell unknown", "write fell direction unknown"),
         ("fell broken", "separate several outcomes by a comma, as in fell, broken"),
         ("fell N, fell S", "fell is stated twice"),
         ("twisted 10, twisted 20", "twisted is stated twice"),

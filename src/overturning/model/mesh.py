@@ -7,7 +7,7 @@ import numpy as np
 
 from overturning.errors import ArgumentError
 from overturning.model.scan import Scan, stone_from_surface
-from overturning.model.surface import TriangleSurface, closed_surface
+from overturning.model.surface import TriangleSurface, closed_surface, open_edges
 
 MAX_BYTES: Final = 200_000_000
 """Largest size of a mesh file, bytes. The numbers of a text file take several times as much memory."""
@@ -111,10 +111,8 @@ def _parse_mesh_file(path: Path) -> tuple[Any, Any]:
         if not np.isfinite(mesh.vertices).all():
             raise ValueError
         mesh.merge_vertices(merge_tex=True, merge_norm=True)
-        triangles = np.asarray(mesh.faces, np.int64)
-        # Triangles of three points on one line stay: without them the surface would be open.
-        a, b, c = triangles.T
-        return np.asarray(mesh.vertices, np.float64), triangles[(a != b) & (b != c) & (c != a)]
+        vertices = np.asarray(mesh.vertices, np.float64)
+        return vertices, _triangles_without_needless_lines(vertices, np.asarray(mesh.faces, np.int64))
     except ArgumentError:
         raise
     except OSError as error:
@@ -122,6 +120,20 @@ def _parse_mesh_file(path: Path) -> tuple[Any, Any]:
     except Exception:  # trimesh raises many types for damaged files
         hint = " (faces of a binary PLY file need equal numbers of corners)" if kind == "ply" else ""
         raise ArgumentError(f"{path}: damaged, or not in {path.suffix.lower()} format{hint}") from None
+
+
+def _triangles_without_needless_lines(vertices: Any, triangles: Any) -> Any:
+    """Return the triangles without those of two equal corners, and without those on one line if no hole opens.
+
+    A face with a corner in the middle of an edge may be divided into triangles of which one lies on a line; without
+    that triangle the surface would be open.
+    """
+    a, b, c = triangles.T
+    triangles = triangles[(a != b) & (b != c) & (c != a)]
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    wide = np.cross(b - a, c - a).any(axis=1)
+    opens = len(open_edges(triangles[wide])) > len(open_edges(triangles))
+    return triangles if opens else triangles[wide]
 
 
 def read_scan(path: Path | str, unit: MeshUnit | None = None, relief: float | None = None) -> Scan:

@@ -105,9 +105,11 @@ def _reasons_stones_are_not_level_or_balanced(scene: Scene) -> list[str]:
             if lowest or following is not None:
                 left, right = _ends_of_level_face(item, lowest)
                 whole = _level_length(item, lowest) >= (right - left) * (1.0 - LEVEL_TOLERANCE)
-                faults += [f"element {item.element.name} has no level {name}"] if left == right else []
-                faults += [f"element {item.element.name} has a gap in its {name}"] if not whole else []
-    margin = 0.5 * float(ground.shape.width) - abs(placed[0].x - ground.x) - 0.5 * placed[0].shape.width
+                flat = _level_length(item, lowest) > 0.0
+                faults += [f"element {item.element.name} has no level {name}"] if not flat else []
+                faults += [f"element {item.element.name} has a gap in its {name}"] if flat and not whole else []
+    ends = placed[0].vertices_in_scene[:, 0] - ground.x
+    margin = 0.5 * float(ground.shape.width) - float(np.abs(ends).max())
     largest = max(max(item.shape.width, item.shape.height) for item in placed)
     if margin < LEAST_MARGIN * min(1.0, largest):
         faults.append(

@@ -1,5 +1,6 @@
 """Closed triangle surface of a body: open edges, a lid on an open base, volume, centre of mass, inertia."""
 
+import itertools
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -124,17 +125,17 @@ def _check_that_surface_is_of_one_body(surface: TriangleSurface) -> None:
     part = _part_of_each_triangle(surface)
     corners = surface.corners - surface.corners.reshape(-1, 3).mean(axis=0)
     volumes = np.bincount(part, np.sum(np.cross(corners[:, 0], corners[:, 1]) * corners[:, 2], axis=1)) / 6.0
-    body = corners[part == volumes.argmax()]
-    separate = [
-        volume
-        for number, volume in enumerate(volumes)
-        if volume > 0.0 or _winding_number(body, corners[part == number][0, 0]) < 0.5
-    ]
+    body, first = corners[part == volumes.argmax()], np.unique(part, return_index=True)[1]
+    # A part of no volume, such as a double face, adds no mass; four parts are enough for a message.
+    solid = (number for number in np.argsort(-volumes) if abs(volumes[number]) > 1e-9 * volumes.max())
+    outside = (n for n in solid if volumes[n] > 0.0 or _winding_number(body, corners[first[n], 0]) < 0.5)
+    separate = [volumes[number] for number in itertools.islice(outside, 4)]
     if len(separate) > 1:
-        sizes = ", ".join(f"{one:.3g}" for one in np.sort(np.abs(separate))[::-1][:3])
+        sizes = ", ".join(f"{one:.3g}" for one in np.sort(np.abs(separate))[::-1][:3]) + ", …" * (len(separate) > 3)
+        number_text = f"{len(separate)}{' or more' * (len(separate) > 3)}"
         raise ArgumentError(
-            f"body: the mesh has {len(separate)} separate parts ({sizes}{', …' * (len(separate) > 3)} m³), and a stone "
-            "is one rigid body; keep one part, or join parts that touch or overlap in a mesh program"
+            f"body: the mesh has {number_text} separate parts ({sizes} m³), and a stone is one rigid body; keep one "
+            "part, or join parts that touch or overlap in a mesh program"
         )
 
 

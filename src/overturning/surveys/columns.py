@@ -2,7 +2,7 @@
 
 import difflib
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -55,7 +55,7 @@ _NEAR: Final = 0.75
 DESCRIPTIVE: Final = ("site", "stone", "kind", "lat", "lon", "x", "y", "note", "photo")
 """Columns that only describe a stone, so a misspelt one is no fault; if named twice, the further ones are not used."""
 
-_UNITS: Final = ("", "deg", "degrees", "°", "true", "mag", "magnetic")
+_UNITS: Final = ("", "deg", "degrees", "°", "º", "˚", "true", "mag", "magnetic")
 """Texts in parentheses that may follow an accepted name."""
 
 
@@ -90,6 +90,10 @@ def plan_columns(header: Sequence[str], known_columns: Sequence[str]) -> ColumnP
     """
     plan, unused = ColumnPlan(), list[str]()
     exact = [name.lower() for name in header]
+    found = [_meaning_of_column(name, known_columns) for name in header]
+    accepted = [meaning for meaning, refusal in found if meaning and not refusal]
+    # A row of a stone may have a cell that reads like the name of a column: fell.
+    is_row_of_stone = 2 * len(accepted) < len(header) or set(accepted) <= {"fell"}
     for name in header:
         if "fell" in exact and _simplified_column_name(name) in _NUMBERS_STANDING:
             plan.faults.append(
@@ -98,7 +102,7 @@ def plan_columns(header: Sequence[str], known_columns: Sequence[str]) -> ColumnP
             )
             plan.meanings.append("")
             continue
-        if re.fullmatch(r"[+-]?\d+([.,]\d*)?", name):
+        if is_row_of_stone and re.fullmatch(r"[+-]?\d+([.,]\d*)?", name):
             plan.faults.append(
                 f"column {name!r} is a number; the first line without # names the columns: write the names above the "
                 "first stone"
@@ -127,10 +131,11 @@ def plan_columns(header: Sequence[str], known_columns: Sequence[str]) -> ColumnP
     return plan
 
 
-def names_all_columns(cells: Sequence[str], known_columns: Sequence[str]) -> bool:
-    """True if all cells of a line are accepted names of columns, as in a header; False for fewer than two cells."""
+def names_columns(cells: Sequence[str], known_columns: Sequence[str], needed_columns: Collection[str]) -> bool:
+    """True if all cells of a line are accepted names of columns, at least one of which is needed, as in a header."""
     found = [_meaning_of_column(cell.strip(' "'), known_columns) for cell in cells]
-    return len(found) > 1 and all(meaning and not refusal for meaning, refusal in found)
+    accepted = all(meaning and not refusal for meaning, refusal in found)
+    return len(found) > 1 and accepted and any(meaning in needed_columns for meaning, _ in found)
 
 
 def is_magnetic(column_name: str) -> bool:
@@ -164,7 +169,7 @@ def _meaning_of_column(name: str, known_columns: Sequence[str]) -> tuple[str, st
 
 def _simplified_column_name(name: str) -> str:
     """Return a column name in lower case, with underscores for blanks, without parentheses and degree signs."""
-    return re.sub(r"[\s-]+", "_", re.sub(r"[(\[].*?[)\]]|°", "", name.lower()).strip()).strip("_?.")
+    return re.sub(r"[\s-]+", "_", re.sub(r"[(\[].*?[)\]]|[°º˚]", "", name.lower()).strip()).strip("_?.")
 
 
 def _is_misspelling(column_name: str, known_column: str) -> bool:

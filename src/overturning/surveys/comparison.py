@@ -40,7 +40,7 @@ from overturning.surveys.prediction import (
 from overturning.surveys.stones import BACKGROUND, Stone
 from overturning.surveys.template import remarks_of_user
 
-SPREAD_EVENLY: Final = 1e-6
+NO_MEAN: Final = 1e-6
 """Mean resultant length of predicted directions up to which their mean is a matter of rounding."""
 
 
@@ -71,7 +71,8 @@ class SurveyPredictionComparison:
         Chi-square and grouped Watson U² of the octants against the prediction; NaN without falls.
     fit_exact : StatisticalTestResult
         Watson U² of exact azimuths against the prediction; n = 0 without exact azimuths. The probabilities of all
-        stones are counted from the mean of the predicted directions, so that no choice of north matters.
+        stones are counted from the mean of the predicted directions (of the observed ones, if the predicted ones have
+        no mean), so that no choice of north matters.
     uniform_octants : StatisticalTestResult
         Grouped Watson U² of the octants against uniformity.
     confusion : ndarray, shape (5, 5), or None
@@ -179,13 +180,10 @@ def compare_survey_with_prediction(
     mean, length, _ = clear_mean_direction(azimuth)
     density = sum((of_stone for _, of_stone, _ in fallen), np.zeros(site.azimuth.size))
     predicted_mean, predicted_length = mean_angle_and_resultant(site.azimuth, density)
-    # Without a mean, the predicted directions are spread evenly, and the begin hardly matters.
-    begin = predicted_mean if predicted_length > SPREAD_EVENLY else float(site.borders[0])
-    exact = [
-        fall_probability_of_arc(site, of_stone, begin, stone.azimuth_deg)
-        for stone, of_stone, _ in fallen
-        if stone.direction_half_width_deg == 0
-    ]
+    exactly = [(stone.azimuth_deg, of_stone) for stone, of_stone, _ in fallen if stone.direction_half_width_deg == 0]
+    # Both means turn with the survey and the cube.
+    begin = predicted_mean if predicted_length > NO_MEAN else mean_angle_and_resultant([one for one, _ in exactly])[0]
+    exact = [fall_probability_of_arc(site, of_stone, float(np.nan_to_num(begin)), one) for one, of_stone in exactly]
     share_mean, share_low, share_high = _computed_fall_share_and_range(predictions, stones)
     ratio, p_value = log_likelihood_ratio_and_p_value(site, fallen, random_survey_count, seed)
     return SurveyPredictionComparison(

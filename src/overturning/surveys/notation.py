@@ -192,7 +192,9 @@ def _parse_outcome_part(part: str) -> Outcome:
     if words in _WORDS:
         return Outcome((_WORDS[words],))
     if fell := _FELL.fullmatch(words):
-        if fell[1] in _WORDS:
+        if _WORDS.get(fell[1]) == "unknown":
+            raise ValueError("write fell direction unknown")
+        if _WORDS.get(fell[1]) in ("broken", "repaired", "fixed"):
             raise ValueError(f"separate several outcomes by a comma, as in fell, {fell[1]}")
         return Outcome(("fell",), parse_direction(fell[1]) if fell[1] else NO_DIRECTION)
     if shifted := _SHIFTED.fullmatch(words):

@@ -64,13 +64,13 @@ def _parse_count(text: object) -> object:
 
 
 _NUMBER_TEXT = {"type": "string", "pattern": r"^[+-]?(\d+([.,]\d*)?|[.,]\d+)$"}
-_ANGLE_TEXT = {"type": "string", "pattern": r"^[+-]?\d+([.,]\d*)?\s*(°|deg|degrees)?$"}
+_ANGLE_TEXT = {"type": "string", "pattern": r"^[+-]?\d+([.,]\d*)?\s*([°º˚]|deg|degrees)?$"}
 _DIRECTION_SCHEMA: dict[str, Any] = {
     "anyOf": [
         {"type": "number", "minimum": -360, "maximum": 360},
         _ANGLE_TEXT,
         {"type": "string", "pattern": "^(?:" + "|".join(f"{one}|{one.lower()}" for one in WINDS_16) + ")$"},
-        {"type": "string", "pattern": r"^[NSns]\s*\d+([.,]\d+)?\s*(°|deg)?\s*[EWew]$"},
+        {"type": "string", "pattern": r"^[NSns]\s*\d+([.,]\d+)?\s*([°º˚]|deg)?\s*[EWew]$"},
     ]
 }
 
@@ -238,7 +238,7 @@ class SurveyRow(BaseModel):
     @property
     def outcome_kinds(self) -> tuple[OutcomeKind, ...]:
         """Outcomes of the stone in this row, such as "fell" or "shifted", from all columns that state one."""
-        unmoved = {"shifted": self.outcome.shift_m == 0.0, "twisted": self.outcome.twist_deg == 0.0}
+        unmoved = {"shifted": self.shift_m == 0.0, "twisted": self.clockwise_twist_deg == 0.0}
         kinds: list[OutcomeKind] = [kind for kind in self.outcome.kinds if not unmoved.get(kind)]
         if self.outcome.kinds and not kinds:
             kinds = ["stands"]

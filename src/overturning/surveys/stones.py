@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from overturning.errors import RecordError
-from overturning.surveys.columns import is_magnetic, is_true, names_all_columns, plan_columns
+from overturning.surveys.columns import is_magnetic, is_true, names_columns, plan_columns
 from overturning.surveys.field_table import FieldTable, TableLine, read_field_table
 from overturning.surveys.notation import NOT_COUNTED, OCTANTS, UNKNOWN_CELLS, Direction, azimuth_unit_warning
 from overturning.surveys.row import COLUMNS, SurveyRow
@@ -22,6 +22,7 @@ direction of probability zero would reject the model."""
 _MEASURED = set(COLUMNS) - {"site", "stone", "kind", "outcome", "fell", "round", "note", "photo"}
 """Columns of numbers and directions, in which a cell may state that the value is not known."""
 
+_STATING_OUTCOME = {"azimuth_deg", "octant", "fell", "outcome"}
 _AZIMUTHS = ("azimuth_deg", "face_azimuth_deg")
 """Columns of directions that may be measured from magnetic or true north."""
 
@@ -217,9 +218,10 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
     table = read_field_table(path, "survey")
     plan = plan_columns(table.header.cells, COLUMNS)
     faults = [(table.header.line, message) for message in plan.faults]
-    if "" in plan.meanings and any(names_all_columns(one.split(table.separator), COLUMNS) for one in table.remarks):
+    above = table.remarks[-1].split(table.separator) if table.remarks else []
+    if "" in plan.meanings and len(above) == len(plan.meanings) and names_columns(above, COLUMNS, _STATING_OUTCOME):
         faults = [(table.header.line, "the line above it names the columns, but is a comment; remove its #")]
-    missing = not {"azimuth_deg", "octant", "fell", "outcome"} & set(plan.meanings)
+    missing = not _STATING_OUTCOME & set(plan.meanings)
     if missing:
         faults.append((table.header.line, _missing_column_message(table)))
     if declination_deg is not None:

@@ -125,7 +125,7 @@ def _parse_mesh_file(path: Path) -> tuple[Any, Any]:
 def _triangles_without_needless_lines(vertices: Any, triangles: Any) -> Any:
     """Return the triangles without those of two equal corners, and without those on one line if no hole opens.
 
-    A face with a corner in the middle of an edge may be divided into triangles of which one lies on a line; without
+    A face with a corner in the middle of an edge may be divided so that one of its triangles lies on a line; without
     that triangle the surface would be open.
     """
     a, b, c = triangles.T

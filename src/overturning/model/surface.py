@@ -107,7 +107,7 @@ def closed_surface(surface: TriangleSurface) -> tuple[TriangleSurface, list[str]
     if volume < 0.0:
         notes.append("the faces were listed clockwise from outside; they are turned")
         surface = surface._replace(triangles=np.ascontiguousarray(surface.triangles[:, ::-1]))
-    _check_that_surface_is_of_one_body(surface)
+    _check_surface_has_one_body(surface)
     return surface, notes
 
 
@@ -120,7 +120,7 @@ def _without_repeated_triangles(surface: TriangleSurface) -> tuple[TriangleSurfa
     return (surface._replace(triangles=surface.triangles[np.sort(kept)]) if repeated else surface), repeated
 
 
-def _check_that_surface_is_of_one_body(surface: TriangleSurface) -> None:
+def _check_surface_has_one_body(surface: TriangleSurface) -> None:
     """Raise an ArgumentError if a closed surface has several parts, other than cavities inside one of them."""
     part = _part_of_each_triangle(surface)
     corners = surface.corners - surface.corners.reshape(-1, 3).mean(axis=0)

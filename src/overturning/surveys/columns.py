@@ -132,7 +132,7 @@ def plan_columns(header: Sequence[str], known_columns: Sequence[str]) -> ColumnP
 
 
 def names_columns(cells: Sequence[str], known_columns: Sequence[str], needed_columns: Collection[str]) -> bool:
-    """True if all cells of a line are accepted names of columns, at least one of which is needed, as in a header."""
+    """True if all cells of a line are accepted names of columns, as in a header, and one of them is a needed column."""
     found = [_meaning_of_column(cell.strip(' "'), known_columns) for cell in cells]
     accepted = all(meaning and not refusal for meaning, refusal in found)
     return len(found) > 1 and accepted and any(meaning in needed_columns for meaning, _ in found)

@@ -26,7 +26,7 @@ def mask_of_resting_faces(
     ----------
     face_normals : ndarray, shape (faces, 2) or (faces, 3)
         Outward unit normals. Faces with the same normal count as one. Where two faces are inclined by less than
-        √(2 `FLAT`) (0.08°), as the triangles of a face with rounded vertices are, the body stands on their edge, too.
+        √(2 `FLAT`) (0.08°), like the triangles of a face with rounded vertices, the body stands on their edge, too.
     distances_of_vertices_from_faces : ndarray, shape (faces,)
         Distances of the faces from the centre of mass, m.
     body_size : float

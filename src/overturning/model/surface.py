@@ -44,6 +44,14 @@ class MassProperties(NamedTuple):
     """Moments and negative products of inertia about the centre per mass, shape (3, 3), m²."""
 
 
+def _six_signed_volumes(triangle_corners: FloatArray) -> FloatArray:
+    """Return six times the volume, m³, between each triangle, shape (m, 3, 3), m, and the origin.
+
+    The volume is negative if the triangle faces the origin.
+    """
+    return np.asarray(np.sum(np.cross(triangle_corners[:, 0], triangle_corners[:, 1]) * triangle_corners[:, 2], axis=1))
+
+
 def mass_properties(triangle_corners: FloatArray) -> MassProperties:
     """Compute the mass properties of the body inside a closed surface, from its triangles, shape (m, 3, 3), m.
 
@@ -51,7 +59,7 @@ def mass_properties(triangle_corners: FloatArray) -> MassProperties:
     """
     origin = triangle_corners.reshape(-1, 3).mean(axis=0)
     a, b, c = (triangle_corners[:, k] - origin for k in range(3))
-    volume = np.sum(np.cross(a, b) * c, axis=1)  # six times the volume of each tetrahedron
+    volume = _six_signed_volumes(triangle_corners - origin)
     total = volume.sum()
     mean = (volume[:, None] * (a + b + c)).sum(axis=0) / (4.0 * total)
     second = np.zeros((3, 3))
@@ -99,7 +107,7 @@ def closed_surface(surface: TriangleSurface) -> tuple[TriangleSurface, list[str]
         )
     size = float(np.ptp(surface.vertices, axis=0).max())
     corners = surface.corners - surface.corners.reshape(-1, 3).mean(axis=0)
-    volume = float(np.sum(np.cross(corners[:, 0], corners[:, 1]) * corners[:, 2])) / 6.0
+    volume = float(np.sum(_six_signed_volumes(corners))) / 6.0
     if not abs(volume) > 1e-6 * size**3:
         raise ArgumentError(
             f"body: a volume of {volume:.3g} m³ in a size of {size:.3g} m; it is flat, or its parts cancel"
@@ -124,7 +132,7 @@ def _check_surface_has_one_body(surface: TriangleSurface) -> None:
     """Raise an ArgumentError if a closed surface has several parts, other than cavities inside one of them."""
     part = _part_of_each_triangle(surface)
     corners = surface.corners - surface.corners.reshape(-1, 3).mean(axis=0)
-    volumes = np.bincount(part, np.sum(np.cross(corners[:, 0], corners[:, 1]) * corners[:, 2], axis=1)) / 6.0
+    volumes = np.bincount(part, _six_signed_volumes(corners)) / 6.0
     body, first = corners[part == volumes.argmax()], np.unique(part, return_index=True)[1]
     # A part of no volume, such as a double face, adds no mass; four parts are enough for a message.
     solid = (number for number in np.argsort(-volumes) if abs(volumes[number]) > 1e-9 * volumes.max())
@@ -145,10 +153,11 @@ def _winding_number(triangle_corners: FloatArray, point: FloatArray) -> float:
     The sum of the solid angles of the triangles, shape (m, 3, 3), over 4π (van Oosterom & Strackee 1983, IEEE
     Transactions on Biomedical Engineering 30, 125).
     """
-    a, b, c = (triangle_corners[:, k] - point for k in range(3))
+    corners = triangle_corners - point
+    a, b, c = (corners[:, k] for k in range(3))
     ra, rb, rc = (np.sqrt(np.sum(one * one, axis=1)) for one in (a, b, c))
     along = ra * rb * rc + np.sum(a * b, axis=1) * rc + np.sum(b * c, axis=1) * ra + np.sum(c * a, axis=1) * rb
-    return float(np.arctan2(np.sum(np.cross(a, b) * c, axis=1), along).sum() / (2.0 * np.pi))
+    return float(np.arctan2(_six_signed_volumes(corners), along).sum() / (2.0 * np.pi))
 
 
 def _part_of_each_triangle(surface: TriangleSurface) -> NDArray[np.int64]:

@@ -94,7 +94,7 @@ def plan_columns(header: Sequence[str], known_columns: Sequence[str]) -> ColumnP
     accepted = [meaning for meaning, refusal in found if meaning and not refusal]
     # A row of a stone may have a cell that reads like the name of a column: fell.
     is_row_of_stone = 2 * len(accepted) < len(header) or set(accepted) <= {"fell"}
-    for name in header:
+    for name, (meaning, refusal) in zip(header, found, strict=True):
         if "fell" in exact and _simplified_column_name(name) in _NUMBERS_STANDING:
             plan.faults.append(
                 f"column {name!r} beside fell: fell is yes or no for the stones of a row; write the numbers of fallen "
@@ -109,7 +109,6 @@ def plan_columns(header: Sequence[str], known_columns: Sequence[str]) -> ColumnP
             )
             plan.meanings.append("")
             continue
-        meaning, refusal = _meaning_of_column(name, known_columns)
         if meaning in DESCRIPTIVE and name.lower() != meaning and (meaning in exact or meaning in plan.meanings):
             meaning = ""
         if refusal and meaning in DESCRIPTIVE:

@@ -24,7 +24,7 @@ class TooManyContactVerticesError(ArgumentError):
     """Error for a body of which more vertices can touch than `MAX_CONTACT_VERTICES`."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RigidSolid:
     """Homogeneous rigid body; coordinates (m) are from its centre of mass, with z up in the pose at rest.
 

@@ -1,7 +1,7 @@
 """Plan of the cases of a 3-D body: solids, contact constants, time steps, and samples that can be skipped."""
 
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any, ClassVar, Final
 
 import numpy as np
@@ -13,6 +13,7 @@ from overturning.dem.body.results import outcome_variables
 from overturning.dem.body.rules import BodyKernelInput, PolygonalBaseLoopTag, RoundBaseLoopTag
 from overturning.dem.body.state import COLUMNS, RIGID_TIME_RATIO, TICKS
 from overturning.dem.body.statics import (
+    SOLIDS_KEPT,
     largest_unit_spring_eigenvalue,
     pose_at_rest,
     smallest_unit_spring_eigenvalue,
@@ -34,6 +35,7 @@ from overturning.errors import ArgumentError
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.contact import check_stiffness_precision
+from overturning.model.shapes import Shape
 from overturning.model.solid import RigidSolid
 from overturning.model.tipping import FALL_SHARE
 from overturning.motion.direction import cosine_and_sine_of_azimuth
@@ -164,7 +166,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     sizes, which = np.unique(
         np.stack([cases.height, cases.b_over_h, cases.aspect], axis=1), axis=0, return_inverse=True
     )
-    made = [shape.solid(*(float(value) for value in size)) for size in sizes]
+    made = [_solid_of_shape(shape, *size) for size in sizes.tolist()]
     laws = np.array([contact.stiffness_and_damping_per_mass(body) for body in made])
     modes = np.array([largest_unit_spring_eigenvalue(body) for body in made])
     foot, reach = (
@@ -218,6 +220,12 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
         stays_at_rest=stays_at_rest,
         too_soft=exceeds_penetration_limit(sunk, 2.0 * np.minimum(foot, reach))[which],
     )  # fmt: skip
+
+
+@lru_cache(SOLIDS_KEPT)
+def _solid_of_shape(shape: Shape, height: float, b_over_h: float, aspect: float) -> RigidSolid:
+    """Return the solid of a shape; the same object for the same size, so that its statics are computed once."""
+    return shape.solid(height, b_over_h, aspect)
 
 
 def _check_body_arguments(model: Body, cases: Cases, numerics: NumericalOptions) -> None:

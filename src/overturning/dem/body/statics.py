@@ -1,6 +1,8 @@
 """Statics of a body on the springs of its vertices: equilibrium, extreme eigenvalues and unloading of vertices."""
 
 import math
+from functools import lru_cache
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +11,9 @@ from overturning.arrays import FloatArray
 from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue, solve_positive_definite_system
 from overturning.model.solid import RigidSolid
 from overturning.units import STANDARD_GRAVITY
+
+SOLIDS_KEPT: Final = 4096
+"""Number of solids whose statics are kept: planning computes the same solids for each record of a study."""
 
 
 def pose_at_rest(body: RigidSolid, normal_stiffness: float) -> FloatArray:
@@ -33,6 +38,7 @@ def pose_at_rest(body: RigidSolid, normal_stiffness: float) -> FloatArray:
     return np.array([0.0, 0.0, body.centre_height - STANDARD_GRAVITY / (body.base * normal_stiffness), 0.0, 0.0, 0.0])
 
 
+@lru_cache(SOLIDS_KEPT)
 def largest_unit_spring_eigenvalue(body: RigidSolid) -> float:
     """Return the largest eigenvalue ω² of a body on equal springs, each with a stiffness per body mass of 1/s².
 
@@ -44,6 +50,7 @@ def largest_unit_spring_eigenvalue(body: RigidSolid) -> float:
     return max(highest_eigenvalue(_stiffness_matrix_of_unit_springs(body, face)) for face in faces)
 
 
+@lru_cache(SOLIDS_KEPT)
 def smallest_unit_spring_eigenvalue(body: RigidSolid) -> float:
     """Return the smallest eigenvalue ω² of an upright body on springs of 1/s² per mass at its base vertices.
 
@@ -52,6 +59,7 @@ def smallest_unit_spring_eigenvalue(body: RigidSolid) -> float:
     return lowest_eigenvalue(_stiffness_matrix_of_unit_springs(body, np.arange(body.base)))
 
 
+@lru_cache(SOLIDS_KEPT)
 def vertex_unloading_acceleration_and_least_load(body: RigidSolid) -> tuple[float, float]:
     """Return the base acceleration |a|/g that unloads a base vertex, and the ratio of least to mean vertex load.
 

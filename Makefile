@@ -39,8 +39,9 @@ setup-dev: $(VENV)/.stamp-dev ## install what tests, lint and docs need on top (
 run: setup ## run the default study, or another: make run STUDY=config/mine.yaml; resumes an interrupted run; VERBOSE=1: messages of Snakemake
 	@$(BIN)/snakemake --cores $(CORES) $(if $(STUDY),--configfile $(STUDY)) $(if $(filter-out 0,$(VERBOSE)),--verbose)
 
-# Two processes already use two cores: further threads of linear algebra would only wait for one.
-PYTEST := OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder
+# Two processes already use two cores: further threads of linear algebra would only wait for one. Compiled tests are
+# kept, as pytest takes seconds to compile their assertions.
+PYTEST := env -u PYTHONDONTWRITEBYTECODE OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder
 
 test: setup-dev ## lint and tests in parallel: about four minutes on two cores, including the compilation of kernels
 	@$(MAKE) --no-print-directory --jobs=2 lint tests

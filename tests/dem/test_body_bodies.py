@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from overturning.dem.body.statics import pose_at_rest
+from overturning.dem.body.statics import pose_at_rest, smallest_unit_spring_eigenvalue
 from overturning.dem.simulate import simulate, simulate_as_arrays
 from overturning.errors import ArgumentError
 from overturning.model.body import Body, InitialState
@@ -266,3 +266,15 @@ def test_a_grid_of_orientations_covers_one_symmetry_period() -> None:
     assert [(grid.size, grid[-1]) for grid in grids] == [(18, 85.0), (36, 175.0), (1, 0.0)]
     with refused(ArgumentError, "orientation", "7°", "90°", brief=True):
         orientations_over_period_deg(7.0, RectangularPrism())
+
+
+def test_statics_of_a_size_are_computed_once_for_all_records() -> None:
+    """A study plans each record by itself, with the same sizes."""
+    motion = Motion(np.zeros(50), np.zeros(50), sampling_interval=0.02)
+    arguments = {"height": [0.7, 0.9], "b_over_h": [0.21, 0.31], "friction": 0.6}
+    simulate_as_arrays(motion, "rectangle", orientation_deg=[0.0], **arguments)
+    before = smallest_unit_spring_eigenvalue.cache_info()
+    simulate_as_arrays(motion.scaled_by(2.0), "rectangle", orientation_deg=[0.0, 10.0], **arguments)
+    after = smallest_unit_spring_eigenvalue.cache_info()
+    assert after.misses == before.misses
+    assert after.hits == before.hits + 4

@@ -6,7 +6,6 @@ Two of three stacks consist of boxes; the stones of the others are prisms on reg
 half of these stacks all equally wide, like the drums of a column.
 """
 
-import math
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Final
@@ -21,7 +20,7 @@ from overturning.dem.numerics import BODY_STEP, NumericalOptions
 from overturning.dem.run import simulate_cases
 from overturning.errors import ArgumentError
 from overturning.model.cases import LOWEST, Cases
-from overturning.model.element import ContactLaw, Element, Material, PlanShape
+from overturning.model.element import ContactLaw, Element, Material, PlanShape, plan_area_of_width
 from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
@@ -111,9 +110,7 @@ class StackSetting:
 
 def _area_share(plan: PlanShape) -> float:
     """Return the area of a plan over that of the square or rectangle around it."""
-    if plan == "rectangle":
-        return 1.0
-    return math.pi / 4.0 if plan == "circle" else int(plan) / 4.0 * math.tan(math.pi / int(plan))
+    return 1.0 if plan == "rectangle" else plan_area_of_width(plan, 1.0)
 
 
 def stack_settings(count: int, seed: int) -> list[StackSetting]:

@@ -1,6 +1,7 @@
 """Cache of compiled functions on disk, named after a digest of the sources so that an edited one is recompiled."""
 
 import hashlib
+import logging
 import os
 import pickle
 from contextlib import suppress
@@ -9,6 +10,7 @@ from typing import Any
 
 from numba.core.runtime import rtsys
 
+_LOG = logging.getLogger(__name__)
 _PACKAGE = Path(__file__).parent
 _COMPILED = (
     _PACKAGE / "units.py",
@@ -125,6 +127,7 @@ def cache_compiled_kernel(dispatcher: Any) -> Any:
             rtsys.initialize(target_context)
             return load(signature, target_context)
         except Exception:  # unpickling a torn file can raise nearly anything
+            _LOG.debug("cached kernel %s cannot be loaded and is compiled again", file._index_path, exc_info=True)
             for path in folder.glob(f"{Path(file._index_path).stem}.*"):
                 path.unlink(missing_ok=True)
             return None

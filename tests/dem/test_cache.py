@@ -1,10 +1,12 @@
 """Cache of compiled kernels: reuse by the next process, damaged files, edited sources, and isolation from Numba."""
 
+import gc
 import os
 import runpy
 import subprocess
 import sys
 from pathlib import Path
+from types import ModuleType
 
 import numba
 import numpy as np
@@ -19,18 +21,26 @@ from overturning.motion.motion import Motion
 from tests.test_layers import imports, modules
 
 
-def test_a_damaged_cache_file_is_a_miss(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_damaged_cache_file_is_a_miss(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
     (tmp_path / "tiny.py").write_text("def twice(x):\n    return 2 * x\n", encoding="utf-8")
+    monkeypatch.setitem(sys.modules, "tiny", ModuleType("tiny"))  # imported with a function that is loaded from a file
+    caplog.set_level("DEBUG", logger="overturning")
 
     def compiled() -> tuple[int, int]:
         """Compile like a fresh process; return the numbers of cache hits and misses."""
-        cached = cache_compiled_kernel(numba.njit(runpy.run_path(str(tmp_path / "tiny.py"))["twice"]))
+        gc.collect()  # Numba would find the data of the previous function in memory
+        caplog.clear()
+        module = runpy.run_path(str(tmp_path / "tiny.py"), run_name="tiny")
+        cached = cache_compiled_kernel(numba.njit(module["twice"]))
         assert cached(21.0) == 42.0
         return sum(cached.stats.cache_hits.values()), sum(cached.stats.cache_misses.values())
 
     assert compiled() == (0, 1)
     assert compiled() == (1, 0)
+    assert caplog.messages == []
     for ending in ("nbc", "nbi"):
         (file,) = (tmp_path / "cache").rglob(f"*.{ending}")
         content = file.read_bytes()
@@ -39,6 +49,7 @@ def test_a_damaged_cache_file_is_a_miss(tmp_path: Path, monkeypatch: pytest.Monk
         for damaged in (content[:100], content[:-1], b"", bytes(changed)):
             file.write_bytes(damaged)
             assert compiled() == (0, 1)
+            assert any("compiled again" in message for message in caplog.messages)
             assert compiled() == (1, 0)
 
 

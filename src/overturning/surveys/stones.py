@@ -1,15 +1,15 @@
 """Read a survey of gravestones: a table with one row for each stone, or for a group of equal stones."""
 
 import math
-from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from overturning.errors import RecordError
-from overturning.surveys.columns import is_magnetic, is_true, names_columns, plan_columns
+from overturning.surveys.columns import is_true, names_columns, plan_columns
 from overturning.surveys.field_table import FieldTable, TableLine, read_field_table
-from overturning.surveys.notation import NOT_COUNTED, OCTANTS, UNKNOWN_CELLS, Direction, azimuth_unit_warning
+from overturning.surveys.notation import OCTANTS, UNKNOWN_CELLS
+from overturning.surveys.notes import AZIMUTHS, line_label, notes_on_stones, warnings_on_table
 from overturning.surveys.row import COLUMNS, SurveyRow
 from overturning.tables import cell_error_messages
 
@@ -23,9 +23,6 @@ _MEASURED = set(COLUMNS) - {"site", "stone", "kind", "outcome", "fell", "round",
 """Columns of numbers and directions, in which a cell may state that the value is not known."""
 
 _STATING_OUTCOME = {"azimuth_deg", "octant", "fell", "outcome"}
-_AZIMUTHS = ("azimuth_deg", "face_azimuth_deg")
-"""Columns of directions that may be measured from magnetic or true north."""
-
 _MOST_OCTANT_DECLINATION_DEG = 11.25
 """Largest magnetic declination of an octant, a quarter of its width."""
 
@@ -243,13 +240,12 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
         raise RecordError(f"{path}: no stone; write one row per stone below the header")
     if faults:
         raise RecordError(_format_faults(path, faults))
-    found = SurveyTable(path.name, tuple(rows), (), (), table.remarks, octants)
-    notes = [f"{path.name}: {note}" for note in (*plan.notes, *_notes_on_stones(found))]
+    notes = [f"{path.name}: {note}" for note in (*plan.notes, *notes_on_stones(rows))]
     return SurveyTable(
         path.name,
         tuple(rows),
         tuple(notes),
-        tuple(_warnings(found, table, plan.meanings, declination_deg)),
+        tuple(warnings_on_table(path.name, rows, table, plan.meanings, declination_deg)),
         table.remarks,
         octants,
     )
@@ -266,7 +262,7 @@ def _missing_column_message(table: FieldTable) -> str:
 def _true_north_messages(table: FieldTable, meanings: list[str]) -> Iterator[str]:
     """Yield an error message for each column of azimuths from true north in a table that has a declination."""
     for name, meaning in zip(table.header.cells, meanings, strict=True):
-        if meaning in _AZIMUTHS and is_true(name):
+        if meaning in AZIMUTHS and is_true(name):
             yield (
                 f"column {name!r} names true north, but a declination is given, which is added to all azimuths; leave "
                 "out the declination, or rename the column"
@@ -322,78 +318,6 @@ def _format_faults(path: Path, faults: list[tuple[int, str]]) -> str:
         lines_of.setdefault(message, []).append(line)
     if len(lines_of) == 1:
         message, lines = next(iter(lines_of.items()))
-        return f"{path} {_line_label(lines)}: {message}"
-    texts = [f"  {_line_label(lines)}: {message}" for message, lines in lines_of.items()]
+        return f"{path} {line_label(lines)}: {message}"
+    texts = [f"  {line_label(lines)}: {message}" for message, lines in lines_of.items()]
     return "\n".join([f"{path}: {len(lines_of)} faults, so no stone was read", *texts])
-
-
-def _line_label(lines: list[int]) -> str:
-    """Return a label such as "line 3" or "lines 3, 5"; at most 12 lines are named."""
-    unique = list(dict.fromkeys(lines))
-    more = f" and {len(unique) - 12} more" if len(unique) > 12 else ""
-    return f"line{'s' * (len(unique) > 1)} {', '.join(map(str, unique[:12]))}{more}"
-
-
-def _notes_on_stones(table: SurveyTable) -> Iterator[str]:
-    """Yield notes on stones that count neither as fallen nor as standing, and on directions of standing stones."""
-    reasons = Counter[str]()
-    for _, row in table.rows:
-        if row.counted_as == "not counted":
-            reasons[next(kind for kind in NOT_COUNTED if kind in row.outcome_kinds)] += row.count
-    if reasons:
-        listed = ", ".join(f"{number} {reason}" for reason, number in reasons.items())
-        yield f"not counted as fallen or standing: {reasons.total()} (outcomes: {listed})"
-    moved = [
-        line
-        for line, row in table.rows
-        if "fell" not in row.outcome_kinds and math.isfinite(row.fall_direction.azimuth_deg)
-    ]
-    if moved:
-        yield f"the direction of a stone that did not fall is not used: {_line_label(moved)}"
-
-
-def _warnings(
-    table: SurveyTable, source: FieldTable, meanings: list[str], declination_deg: float | None
-) -> Iterator[str]:
-    """Yield warnings about azimuths in a doubtful unit or from magnetic north, stones listed twice, and comments."""
-    columns: dict[str, Callable[[SurveyRow], Direction]] = {
-        "azimuth_deg": lambda row: row.azimuth_deg,
-        "face_azimuth_deg": lambda row: row.face_azimuth_deg,
-    }
-    for column, direction in columns.items():
-        values = [one.azimuth_deg for _, row in table.rows if (one := direction(row)).wind is None]
-        if warning := azimuth_unit_warning(column, values, table.name):
-            yield warning
-    columns_read = zip(source.header.cells, meanings, strict=True)
-    magnetic = [(name, meaning) for name, meaning in columns_read if meaning in _AZIMUTHS and is_magnetic(name)]
-    for name, meaning in magnetic[: declination_deg is None]:
-        lines = [
-            line
-            for line, row in table.rows
-            if "magnetic_declination_deg" not in row.model_fields_set and meaning in row.model_fields_set
-        ]
-        if lines:
-            where = "" if len(lines) == len(table.rows) else f" in {_line_label(lines)}"
-            yield (
-                f"{table.name}: column {name!r} names magnetic north, but no declination is given{where}; its azimuths "
-                "are used as if from true north: add a column declination (degrees, east positive), or give the option "
-                "--declination of overturning survey"
-            )
-    if source.rows_in_cells:
-        yield (
-            f"{table.name}: {_line_label(list(source.rows_in_cells))}: a cell in quotation marks contains whole rows "
-            "of the table; if a quotation mark is there by mistake, remove it"
-        )
-    if source.comments_like_rows:
-        yield (
-            f"{table.name}: {_line_label(list(source.comments_like_rows))}: not used, because # marks a comment, but "
-            "with the cells of a row; if # begins the name of a stone, write the name without #"
-        )
-    lines_of: dict[tuple[str, str], list[int]] = {}
-    for line, row in table.rows:
-        if row.stone and row.count == 1:
-            lines_of.setdefault((row.site, row.stone), []).append(line)
-    for (_, stone), lines in lines_of.items():
-        if len(lines) > 1:
-            where = _line_label(lines)
-            yield f"{table.name}: stone {stone!r} is listed {len(lines)} times, and counts each time: {where}"

@@ -1,0 +1,88 @@
+"""Notes and warnings on a survey table: stones that do not count, doubtful units, repeated stones, and comments."""
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from typing import Final
+
+from overturning.surveys.columns import is_magnetic
+from overturning.surveys.field_table import FieldTable
+from overturning.surveys.notation import NOT_COUNTED, Direction, azimuth_unit_warning
+from overturning.surveys.row import SurveyRow
+
+AZIMUTHS: Final = ("azimuth_deg", "face_azimuth_deg")
+"""Columns of directions that may be measured from magnetic or true north."""
+
+
+def line_label(lines: list[int]) -> str:
+    """Return a label such as "line 3" or "lines 3, 5"; at most 12 lines are named."""
+    unique = list(dict.fromkeys(lines))
+    more = f" and {len(unique) - 12} more" if len(unique) > 12 else ""
+    return f"line{'s' * (len(unique) > 1)} {', '.join(map(str, unique[:12]))}{more}"
+
+
+def notes_on_stones(rows: Sequence[tuple[int, SurveyRow]]) -> Iterator[str]:
+    """Yield notes on stones that count neither as fallen nor as standing, and on directions of standing stones."""
+    reasons = Counter[str]()
+    for _, row in rows:
+        if row.counted_as == "not counted":
+            reasons[next(kind for kind in NOT_COUNTED if kind in row.outcome_kinds)] += row.count
+    if reasons:
+        listed = ", ".join(f"{number} {reason}" for reason, number in reasons.items())
+        yield f"not counted as fallen or standing: {reasons.total()} (outcomes: {listed})"
+    moved = [
+        line for line, row in rows if "fell" not in row.outcome_kinds and math.isfinite(row.fall_direction.azimuth_deg)
+    ]
+    if moved:
+        yield f"the direction of a stone that did not fall is not used: {line_label(moved)}"
+
+
+def warnings_on_table(
+    name: str,
+    rows: Sequence[tuple[int, SurveyRow]],
+    source: FieldTable,
+    meanings: list[str],
+    declination_deg: float | None,
+) -> Iterator[str]:
+    """Yield warnings about azimuths in a doubtful unit or from magnetic north, stones listed twice, and comments."""
+    columns: dict[str, Callable[[SurveyRow], Direction]] = {
+        "azimuth_deg": lambda row: row.azimuth_deg,
+        "face_azimuth_deg": lambda row: row.face_azimuth_deg,
+    }
+    for column, direction in columns.items():
+        values = [one.azimuth_deg for _, row in rows if (one := direction(row)).wind is None]
+        if warning := azimuth_unit_warning(column, values, name):
+            yield warning
+    columns_read = zip(source.header.cells, meanings, strict=True)
+    magnetic = [(title, meaning) for title, meaning in columns_read if meaning in AZIMUTHS and is_magnetic(title)]
+    for title, meaning in magnetic[: declination_deg is None]:
+        lines = [
+            line
+            for line, row in rows
+            if "magnetic_declination_deg" not in row.model_fields_set and meaning in row.model_fields_set
+        ]
+        if lines:
+            where = "" if len(lines) == len(rows) else f" in {line_label(lines)}"
+            yield (
+                f"{name}: column {title!r} names magnetic north, but no declination is given{where}; its azimuths "
+                "are used as if from true north: add a column declination (degrees, east positive), or give the option "
+                "--declination of overturning survey"
+            )
+    if source.rows_in_cells:
+        yield (
+            f"{name}: {line_label(list(source.rows_in_cells))}: a cell in quotation marks contains whole rows "
+            "of the table; if a quotation mark is there by mistake, remove it"
+        )
+    if source.comments_like_rows:
+        yield (
+            f"{name}: {line_label(list(source.comments_like_rows))}: not used, because # marks a comment, but "
+            "with the cells of a row; if # begins the name of a stone, write the name without #"
+        )
+    lines_of: dict[tuple[str, str], list[int]] = {}
+    for line, row in rows:
+        if row.stone and row.count == 1:
+            lines_of.setdefault((row.site, row.stone), []).append(line)
+    for (_, stone), lines in lines_of.items():
+        if len(lines) > 1:
+            where = line_label(lines)
+            yield f"{name}: stone {stone!r} is listed {len(lines)} times, and counts each time: {where}"

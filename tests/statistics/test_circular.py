@@ -158,6 +158,21 @@ def test_two_vectors_have_a_common_axis_by_their_angle() -> None:
     assert math.isnan(common_axis_test([], []).p_value)
 
 
+@pytest.mark.parametrize("winds", [(0, 0), (0, 4), (0, 4, 0), (0, 1, 0, 0), (1, 2, 4, 6)])
+@pytest.mark.parametrize("fold", [1, 2])
+def test_winds_are_tested_against_all_surveys_of_as_many_winds(winds: tuple[int, ...], fold: int) -> None:
+    """All 8ⁿ lists of n of the eight winds are equally probable if directions are random."""
+
+    def length(wind: np.ndarray) -> np.ndarray:
+        return np.abs(np.exp(0.25j * math.pi * fold * wind).mean(axis=-1))
+
+    every = np.stack(np.meshgrid(*len(winds) * [np.arange(8)]), axis=-1)
+    expected = (length(every) >= length(np.array(winds)) - 1e-9).mean()
+    angle = np.radians(45.0 * fold * np.array(winds))
+    found = common_axis_test(np.cos(angle), np.sin(angle), 45.0 * fold)
+    assert found.p_value == pytest.approx(expected, abs=0.02)
+
+
 @pytest.mark.parametrize("count", [8, 14])
 def test_power_and_size_of_the_common_axis_test(count: int) -> None:
     """Doubled axes of von Mises' κ = 3, and isotropic ones, with resultants of 0.3 to 0.9."""

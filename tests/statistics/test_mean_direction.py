@@ -64,6 +64,24 @@ def test_intervals_cover_the_true_direction(count: int, concentration: float) ->
     assert 0.91 <= np.mean(covered) <= 0.99
 
 
+@pytest.mark.parametrize(("step", "spread"), [(45, 1), (45, 8), (45, 15), (22.5, 3), (22.5, 40), (10, 2)])
+def test_intervals_of_directions_in_steps_cover_the_true_one(step: float, spread: float) -> None:
+    """Falls that agree better than the steps have a common error, which their spread does not show."""
+    generator, covered = np.random.default_rng(6), list[bool]()
+    for true in generator.uniform(0, 360, 200):
+        falls = step * np.round((true + spread * generator.normal(size=20)) / step)
+        found = mean_direction_with_interval(falls, step, draws=500)
+        covered.append(abs((found.mean_deg - true + 180) % 360 - 180) <= found.half_width_deg)
+    assert np.mean(covered) >= 0.9
+
+
+def test_equal_winds_are_known_to_half_their_step() -> None:
+    falls = [0.0] * 5 + [180.0] * 4
+    found, axis = (mean_direction_with_interval(falls, 45.0, axial=axial) for axial in (False, True))
+    assert math.isnan(found.mean_deg)
+    assert (axis.mean_deg % 180, axis.half_width_deg) == (pytest.approx(0, abs=1e-9), pytest.approx(22.5))
+
+
 def test_many_falls_have_the_interval_of_large_samples() -> None:
     generator = np.random.default_rng(4)
     few = np.degrees(generator.vonmises(1.0, 1.0, MOST_RESAMPLED))

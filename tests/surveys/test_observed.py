@@ -63,6 +63,25 @@ def test_directions_by_site(tmp_path: Path) -> None:
     assert (found.declination_low_deg, found.declination_high_deg) == (0, 0)
 
 
+@pytest.mark.parametrize(
+    ("text", "direction_p", "axis_p"),
+    [
+        ("octant\nN\nN\n", 1 / 8, 1 / 4),
+        ("octant\nN\nS\n", 1, 1 / 4),
+        ("azimuth\nSSE\nSSE\n", 1 / 16, 1 / 8),
+        ("azimuth,declination\nSSE,-7.5\nSSE,-7.5\n", 1 / 16, 1 / 8),
+        ("azimuth,count\n30,2\n", 1 / 12, 1 / 6),
+        ("azimuth\n50\n50\n", 1 / 36, 1 / 18),
+        ("azimuth\n50.5\n50.5\n", 0, 0),
+    ],
+)
+def test_few_equal_directions_may_be_chance(tmp_path: Path, text: str, direction_p: float, axis_p: float) -> None:
+    """The second of two stones is recorded in the step of the first with the probability step/360°, or step/180°."""
+    found = summary(tmp_path, text).together
+    assert found.direction.p_value == pytest.approx(direction_p, abs=0.02)
+    assert found.axis.p_value == pytest.approx(axis_p, abs=0.02)
+
+
 def test_one_site_is_not_repeated_and_declinations_are_those_of_directions(tmp_path: Path) -> None:
     text = "site,fell,azimuth_deg,declination\nA,yes,10,-7.5\nA,yes,20,-7\nA,no,,3\n"
     found = summary(tmp_path, text)

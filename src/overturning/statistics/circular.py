@@ -119,14 +119,20 @@ class StatisticalTestResult:
 
 
 @lru_cache(maxsize=4)
+def _random_angles(vector_count: int) -> FloatArray:
+    """Draw uniformly distributed angles, rad, shape (`ROTATIONS`, `vector_count`)."""
+    return np.random.Generator(np.random.PCG64(1)).uniform(0.0, 2 * math.pi, size=(ROTATIONS, vector_count))
+
+
+@lru_cache(maxsize=4)
 def _unit_vectors_of_random_rotations(vector_count: int) -> NDArray[np.complex128]:
     """Draw uniformly distributed unit vectors as complex numbers, shape (`ROTATIONS`, `vector_count`)."""
-    return np.exp(
-        1j * np.random.Generator(np.random.PCG64(1)).uniform(0.0, 2 * math.pi, size=(ROTATIONS, vector_count))
-    )
+    return np.exp(1j * _random_angles(vector_count))
 
 
-def common_axis_test(vector_cosines: ArrayLike, vector_sines: ArrayLike) -> StatisticalTestResult:
+def common_axis_test(
+    vector_cosines: ArrayLike, vector_sines: ArrayLike, recorded_step_deg: ArrayLike = 0.0
+) -> StatisticalTestResult:
     """Test the null hypothesis that vectors have independent, uniformly distributed directions: no common axis.
 
     The statistic is the length of the mean vector. Vectors may have different lengths; those of doubled angles test
@@ -134,20 +140,28 @@ def common_axis_test(vector_cosines: ArrayLike, vector_sines: ArrayLike) -> Stat
 
     Under the null hypothesis each vector has a uniform direction, independent of its length and of the others. The
     p-value is simulated: each vector is rotated at random and keeps its length (a randomisation test, exact for any n;
-    for unit vectors it is Rayleigh's test, Mardia & Jupp 2000, section 6.3.1).
+    for unit vectors it is Rayleigh's test, Mardia & Jupp 2000, section 6.3.1). An angle that is recorded in steps, such
+    as one of eight winds, is rounded to its step after the rotation: two equal winds of eight have p = 1/8, not 0.
 
     Parameters
     ----------
     vector_cosines, vector_sines : array_like, shape (n,)
         Components of the vectors; for axes those of the doubled angles. Vectors of length 0 count as observations.
+    recorded_step_deg : array_like, shape (n,) or ()
+        Step of the angle of each vector, degrees, a divisor of 360; for axes that of the doubled angles. 0: no step.
     """
     x, y = np.asarray(vector_cosines, dtype=np.float64), np.asarray(vector_sines, dtype=np.float64)
     n = int(x.size)
     if n == 0:
         return StatisticalTestResult("randomised Rayleigh", 0)
     statistic = math.hypot(x.mean(), y.mean())
-    drawn = np.abs((_unit_vectors_of_random_rotations(n) * np.hypot(x, y)).sum(axis=1)) / n
-    extreme = int((drawn >= statistic * (1 - 1e-12)).sum())
+    rotated, step = _unit_vectors_of_random_rotations(n), np.radians(recorded_step_deg)
+    if np.any(step > 0):
+        turn = _random_angles(n)
+        nearest = np.round(turn / np.where(step > 0, step, 1.0)) * step
+        rotated = np.exp(1j * (np.arctan2(y, x) + np.where(step > 0, nearest, turn)))
+    drawn = np.abs((rotated * np.hypot(x, y)).sum(axis=1)) / n
+    extreme = int((drawn >= statistic - 1e-12).sum())
     return StatisticalTestResult("randomised Rayleigh", n, statistic, (1 + extreme) / (1 + ROTATIONS))
 
 

@@ -177,7 +177,7 @@ def compare_survey_with_prediction(
     observed = sum((stone_count_by_octant(stone) for stone, *_ in fallen), np.zeros(8))
     predicted = sum((octants for *_, octants in fallen), np.zeros(8))
     share = predicted / predicted.sum() if fallen else uniform_octant
-    mean, length, _ = clear_mean_direction(azimuth)
+    mean, length, _ = clear_mean_direction(azimuth, [stone.recorded_step_deg for stone, *_ in fallen])
     density = sum((of_stone for _, of_stone, _ in fallen), np.zeros(site.azimuth.size))
     predicted_mean, predicted_length = mean_angle_and_resultant(site.azimuth, density)
     exactly = [(stone.azimuth_deg, of_stone) for stone, of_stone, _ in fallen if stone.direction_half_width_deg == 0]

@@ -109,9 +109,10 @@ def _observed_falls(table: SurveyTable, site: str, sector_count: int) -> Observe
     for _, row in table.rows:
         if row.counted_as == "not counted":
             reasons[next(kind for kind in NOT_COUNTED if kind in row.outcome_kinds)] += row.count
-    angles = np.repeat(
-        [stone.azimuth_deg for stone in stones if stone.fell_in_known_direction],
-        [stone.count for stone in stones if stone.fell_in_known_direction],
+    directed = [stone for stone in stones if stone.fell_in_known_direction]
+    angles, steps = (
+        np.repeat([value(stone) for stone in directed], [stone.count for stone in directed])
+        for value in (lambda stone: stone.azimuth_deg, lambda stone: stone.recorded_step_deg)
     )
     return ObservedFalls(
         site=site,
@@ -124,7 +125,7 @@ def _observed_falls(table: SurveyTable, site: str, sector_count: int) -> Observe
         fell_in_unknown_direction=sum(
             stone.count for stone in stones if stone.fell and not stone.fell_in_known_direction
         ),
-        direction=mean_direction_with_interval(angles),
-        axis=mean_direction_with_interval(angles, axial=True),
+        direction=mean_direction_with_interval(angles, steps),
+        axis=mean_direction_with_interval(angles, steps, axial=True),
         falls_by_sector=falls_by_sector(stones, sector_count),
     )

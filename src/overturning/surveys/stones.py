@@ -8,7 +8,7 @@ from pathlib import Path
 from overturning.errors import RecordError
 from overturning.surveys.columns import is_true, names_columns, plan_columns
 from overturning.surveys.field_table import FieldTable, TableLine, read_field_table
-from overturning.surveys.notation import OCTANTS, UNKNOWN_CELLS
+from overturning.surveys.notation import OCTANTS, UNKNOWN_CELLS, step_of_degrees
 from overturning.surveys.notes import AZIMUTHS, line_label, notes_on_stones, warnings_on_table
 from overturning.surveys.row import COLUMNS, SurveyRow
 from overturning.tables import cell_error_messages
@@ -58,6 +58,9 @@ class Stone:
         The direction was given as one of 16 winds, so it is known to ±11.25°.
     site, name : str
         Cemetery, and name of the stone; "" where not given.
+    degree_step_deg : float
+        Step in which the directions of the survey that are given in degrees are recorded, degrees; 0 if they are finer
+        than whole degrees.
     """
 
     fell: bool
@@ -73,6 +76,7 @@ class Stone:
     wind_16: bool = False
     site: str = ""
     name: str = ""
+    degree_step_deg: float = 0.0
 
     @property
     def fell_in_known_direction(self) -> bool:
@@ -83,6 +87,11 @@ class Stone:
     def direction_half_width_deg(self) -> float:
         """Half-width, degrees, of the interval in which the fall direction lies: 22.5 for an octant, 0 for degrees."""
         return 22.5 if self.octant else 11.25 if self.wind_16 else 0.0
+
+    @property
+    def recorded_step_deg(self) -> float:
+        """Step, degrees, in which the fall direction is recorded: 45 for an octant, 22.5 for one of 16 winds."""
+        return 2.0 * self.direction_half_width_deg or self.degree_step_deg
 
     @property
     def slenderness_in_both_planes(self) -> tuple[float, float]:
@@ -115,6 +124,8 @@ class SurveyTable:
         start of the file.
     winds_are_octants : bool
         True if the winds in ``azimuth_deg`` are only N, NE, E, …, so that they are known to ±22.5°.
+    degree_step_deg : float
+        Step in which fall directions in degrees are recorded, see `step_of_degrees`.
     """
 
     name: str
@@ -123,6 +134,7 @@ class SurveyTable:
     warnings: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
     winds_are_octants: bool = False
+    degree_step_deg: float = 0.0
 
     @property
     def stones(self) -> list[Stone]:
@@ -140,6 +152,7 @@ class SurveyTable:
             self.name,
             tuple((line, row) for line, row in self.rows if row.site == site),
             winds_are_octants=self.winds_are_octants,
+            degree_step_deg=self.degree_step_deg,
         )
 
     def count(self, condition: Callable[[SurveyRow], bool]) -> int:
@@ -164,6 +177,7 @@ class SurveyTable:
             height=row.height_m,
             site=row.site,
             name=row.stone,
+            degree_step_deg=self.degree_step_deg,
             **{name: getattr(row, name) for name in ("count", "b_over_h", "b_over_h_side", "round")},
         )
 
@@ -235,6 +249,7 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
         rows += [(line.line, row)] if row is not None else []
     winds = {row.fall_direction.wind for _, row in rows} - {None}
     octants = bool(winds) and all(wind is not None and wind % 2 == 0 for wind in winds)
+    step = step_of_degrees([row.fall_direction.azimuth_deg for _, row in rows if row.fall_direction.wind is None])
     faults += [(line, message) for line, message in _declination_faults(rows, winds_are_octants=octants)]
     if not table.rows and not faults:
         raise RecordError(f"{path}: no stone; write one row per stone below the header")
@@ -248,6 +263,7 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
         tuple(warnings_on_table(path.name, rows, table, plan.meanings, declination_deg)),
         table.remarks,
         octants,
+        step,
     )
 
 

@@ -461,6 +461,11 @@ def test_each_site_is_compared_with_its_own_motion(make_cube, sector) -> None:
     stones = [replace(facing(), site="A", count=3), replace(facing(), site="B", count=1)]
     found = compare_survey_with_prediction(stones, stands, site_cubes={"B": falls})
     assert found.computed_fall_share == pytest.approx(1 / 4)
+    # B lists its fallen stones alone: they count neither in the observed nor in the computed share.
+    only_fallen = [stones[0], Stone(True, 90.0, False, site="B", count=5), Stone(True, 90.0, False, site="A")]
+    found = compare_survey_with_prediction(only_fallen, stands, site_cubes={"B": falls})
+    assert (found.fallen, found.share_fell, found.share_stones) == (6, 1, 4)
+    assert found.computed_fall_share == 0.0
 
 
 def test_cubes_of_one_survey_need_one_grid(make_cube, sector) -> None:

@@ -138,6 +138,9 @@ def test_a_survey_of_fallen_stones_only_has_no_share_that_fell(tmp_path: Path) -
     fell = by_name(compare_displacements(table(tmp_path, "A,fell,0,0.5,0.3,4\n"), cube_of(overturned=1.0)))["fell"]
     assert (fell.stones, fell.computed) == (0, 1.0)
     assert np.isnan(fell.observed)
+    both = table(tmp_path, "A,fell,0,0.5,0.3,1\nA,stands,0,0.5,0.3,3\nB,fell,0,0.5,0.3,5\n")
+    fell = by_name(compare_displacements(both, cube_of(), {"B": cube_of(overturned=1.0)}))["fell"]
+    assert (fell.stones, fell.observed, fell.computed) == (4, 0.25, 0.0), "without B, which lists fallen stones only"
 
 
 def test_2_d_cubes_and_empty_surveys_are_refused(tmp_path: Path) -> None:

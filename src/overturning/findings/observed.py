@@ -61,7 +61,10 @@ class ObservedFallsFinding(Finding):
     fell_in_unknown_direction: int
     """Number of stones that fell in an unknown direction."""
     fell_share: ObservedFallShare | None
-    """Share of the counted stones that fell; None if no standing stone is listed, and thus perhaps only the fallen."""
+    """Share of the counted stones that fell; None if no standing stone is listed, and thus perhaps only the fallen.
+
+    For all sites together only those sites count of which a standing stone is listed.
+    """
     stands_share: ObservedFallShare | None
     """Share of the counted stones that stand; None if no standing stone is listed."""
     not_counted_share: ObservedFallShare
@@ -89,6 +92,8 @@ class ObservedSurveyFindings(Finding):
     """All sites together."""
     sites: list[ObservedFallsFinding] = Field(default_factory=list)
     """Each site by itself; empty if the survey has only one."""
+    sites_without_standing: list[str] = Field(default_factory=list)
+    """Sites of which only fallen stones are listed, although standing ones of other sites are."""
 
 
 def observed_survey_findings(summary: ObservedSurvey) -> ObservedSurveyFindings:
@@ -101,6 +106,9 @@ def observed_survey_findings(summary: ObservedSurvey) -> ObservedSurveyFindings:
         declination_high_deg=declinations[-1],
         together=_observed_falls_finding(summary.together),
         sites=[_observed_falls_finding(site) for site in summary.sites],
+        sites_without_standing=[
+            one.site for one in summary.sites if one.fell and not one.stands and summary.together.stands
+        ],
     )
 
 
@@ -123,8 +131,12 @@ def _observed_falls_finding(observed: ObservedFalls) -> ObservedFallsFinding:
         not_counted=not_counted,
         reasons_not_counted=observed.not_counted,
         fell_in_unknown_direction=observed.fell_in_unknown_direction,
-        fell_share=observed_share(observed.fell, counted) if observed.stands else None,
-        stands_share=observed_share(observed.stands, counted) if observed.stands else None,
+        fell_share=observed_share(observed.share_fell, observed.share_stones) if observed.share_stones else None,
+        stands_share=(
+            observed_share(observed.share_stones - observed.share_fell, observed.share_stones)
+            if observed.share_stones
+            else None
+        ),
         not_counted_share=observed_share(not_counted, counted + not_counted),
         direction=_mean_fall_direction(observed.direction),
         axis=_mean_fall_direction(observed.axis),

@@ -115,7 +115,12 @@ class SurveyFindings(Finding):
     predicted_resultant: Number
     """Length of the mean of the predicted directions as unit vectors, 0 to 1."""
     observed_fall_share: ObservedFallShare | None
-    """Share of the stones that fell; None if the survey lists no stone that stood, and thus perhaps only the fallen."""
+    """Share of the stones that fell; None if the survey lists no stone that stood, and thus perhaps only the fallen.
+
+    Only those sites count of which a stone that stood is listed.
+    """
+    sites_without_standing: list[str] = Field(default_factory=list)
+    """Sites of which only fallen stones are listed, although standing ones of other sites are."""
     computed_fall_share: ComputedFallShare
     """Share computed for the survey's stones under the record.
 
@@ -200,7 +205,7 @@ def survey_findings(survey_result: StoredSurveyComparison) -> SurveyFindings:
             found.predicted_mean_direction_deg if found.predicted_resultant >= LEAST_RESULTANT else math.nan
         ),
         predicted_resultant=found.predicted_resultant,
-        observed_fall_share=observed_share(found.fallen, found.fallen + found.stood) if found.stood else None,
+        observed_fall_share=observed_share(found.share_fell, found.share_stones) if found.share_stones else None,
         computed_fall_share=ComputedFallShare(
             value=found.computed_fall_share, low=found.computed_fall_share_low, high=found.computed_fall_share_high
         ),
@@ -222,6 +227,9 @@ def survey_findings(survey_result: StoredSurveyComparison) -> SurveyFindings:
         stones_beyond_heights=found.beyond_heights,
         share_in_random_direction=found.background,
         sites=[_survey_site_findings(site, one) for site, one in survey_result.sites],
+        sites_without_standing=[
+            site for site, one in survey_result.sites if one.fallen and not one.stood and found.stood
+        ],
         grounds=cemetery_ground_findings(survey_result.grounds),
     )
 
@@ -249,7 +257,7 @@ def _survey_site_findings(site: str, found: SurveyPredictionComparison) -> Surve
         fell=found.fallen,
         stood=found.stood,
         octant_falls=found.fallen_count_in_known_direction,
-        observed_fall_share=observed_share(found.fallen, found.fallen + found.stood) if found.stood else None,
+        observed_fall_share=observed_share(found.share_fell, found.share_stones) if found.share_stones else None,
         computed_fall_share=ComputedFallShare(
             value=found.computed_fall_share, low=found.computed_fall_share_low, high=found.computed_fall_share_high
         ),

@@ -37,7 +37,7 @@ from overturning.surveys.prediction import (
     has_known_face_and_slenderness,
     observed_side_index,
 )
-from overturning.surveys.stones import BACKGROUND, Stone
+from overturning.surveys.stones import BACKGROUND, Stone, stones_of_sites_with_standing
 from overturning.surveys.template import remarks_of_user
 
 NO_MEAN: Final = 1e-6
@@ -52,13 +52,16 @@ class SurveyPredictionComparison:
     ----------
     fallen, stood : int
         Number of stones.
+    share_fell, share_stones : int
+        Stones that fell, and stones that fell or stand, at the sites of which a standing stone is listed. 0 if there is
+        none: then the share that fell is not known.
     mean_direction_deg, resultant : float
         Mean direction of the observed falls, degrees (NaN if random directions are not rejected), and mean resultant
         length.
     predicted_mean_direction_deg, predicted_resultant : float
         Mean of the predicted directions of the fallen stones, degrees, and its length; NaN without falls.
     computed_fall_share, computed_fall_share_low, computed_fall_share_high : float
-        Share of the survey's stones (fallen and standing) that fall in the study: mean, smallest and largest over the
+        Share of the stones of `share_stones` (if 0, of all) that fall in the study: mean, smallest and largest over the
         heights and frictions of its grid; a single one has no smallest and largest (NaN). See
         `SiteFallPrediction.fall_probability_by_block` for stones without size or face.
     octant_observed, octant_predicted : ndarray, shape (8,)
@@ -96,6 +99,8 @@ class SurveyPredictionComparison:
 
     fallen: int
     stood: int
+    share_fell: int
+    share_stones: int
     mean_direction_deg: StoredFloat
     resultant: StoredFloat
     predicted_mean_direction_deg: StoredFloat
@@ -184,10 +189,13 @@ def compare_survey_with_prediction(
     # Both means turn with the survey and the cube.
     begin = predicted_mean if predicted_length > NO_MEAN else mean_angle_and_resultant([one for one, _ in exactly])[0]
     exact = [fall_probability_of_arc(site, of_stone, float(np.nan_to_num(begin)), one) for one, of_stone in exactly]
-    share_mean, share_low, share_high = _computed_fall_share_and_range(predictions, stones)
+    of_share = stones_of_sites_with_standing(stones)
+    share_mean, share_low, share_high = _computed_fall_share_and_range(predictions, of_share or stones)
     ratio, p_value = log_likelihood_ratio_and_p_value(site, fallen, random_survey_count, seed)
     return SurveyPredictionComparison(
         **_stone_counts_of_comparison(predictions, stones),
+        share_fell=sum(stone.count for stone in of_share if stone.fell),
+        share_stones=sum(stone.count for stone in of_share),
         mean_direction_deg=mean,
         resultant=length,
         predicted_mean_direction_deg=predicted_mean,

@@ -17,7 +17,7 @@ from overturning.statistics.bootstrap import exact_median_interval, exact_share_
 from overturning.stored import StoredFloat
 from overturning.surveys.ground import CemeteryGround
 from overturning.surveys.row import SurveyRow
-from overturning.surveys.stones import Stone, SurveyTable
+from overturning.surveys.stones import Stone, SurveyTable, stones_of_sites_with_standing
 
 SHIFTED_M: Final = StonePopulation().shifted
 """Shift from which a standing stone counts as shifted, m; people rarely note smaller ones."""
@@ -251,15 +251,19 @@ def _mean_by_friction(flags: NDArray[np.floating]) -> FloatArray:
 def _fall_measure(
     observed: Sequence[_ObservedStone], fall_shares: Sequence[tuple[int, FloatArray]]
 ) -> DisplacementMeasure:
-    """Return the observed and the computed share of stones that fell, with interval and range."""
-    fell = sum(one.stone.count for one in observed if one.stone.fell)
-    stones = sum(one.stone.count for one in observed)
-    shares, counts = np.array([share for _, share in fall_shares]), np.array([count for count, _ in fall_shares])
+    """Return the observed and the computed share of stones that fell, with interval and range.
+
+    Sites of which no standing stone is listed are left out; if there are no others, the observed share is not known.
+    """
+    of_share = stones_of_sites_with_standing([one.stone for one in observed])
+    sites = {stone.site for stone in of_share or [one.stone for one in observed]}
+    counted = [pair for one, pair in zip(observed, fall_shares, strict=True) if one.stone.site in sites]
+    shares, counts = np.array([share for _, share in counted]), np.array([count for count, _ in counted])
     known = np.isfinite(shares)
     with np.errstate(invalid="ignore"):
         by_friction = np.where(known, shares, 0.0).T @ counts / (known.T @ counts)
-    # A survey without any standing stone perhaps lists only the fallen ones: then the share that fell is not known.
-    return _share_measure("fell", fell if fell < stones else 0, stones if fell < stones else 0, by_friction)
+    fell, stones = sum(one.count for one in of_share if one.fell), sum(one.count for one in of_share)
+    return _share_measure("fell", fell, stones, by_friction)
 
 
 def _share_measure(name: MeasureName, matching: int, stones: int, by_friction: FloatArray) -> DisplacementMeasure:

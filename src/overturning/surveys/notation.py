@@ -84,12 +84,13 @@ def parse_direction(text: object) -> Direction:
 
 
 def step_of_degrees(azimuth_deg: Iterable[float]) -> float:
-    """Return the largest step of 45, 30, 15, 10, 5 or 1 degrees of which all azimuths are multiples; 0 if there is none.
+    """Return the largest of the steps 45, 30, 15, 10, 5 and 1 degrees of which all azimuths are multiples; else 0.
 
     NaN stands for an azimuth that is not known.
     """
     known = [one for one in azimuth_deg if math.isfinite(one)]
-    return next((step for step in (45.0, 30.0, 15.0, 10.0, 5.0, 1.0) if known and not any(a % step for a in known)), 0.0)
+    steps = (45.0, 30.0, 15.0, 10.0, 5.0, 1.0) if known else ()
+    return next((step for step in steps if not any(azimuth % step for azimuth in known)), 0.0)
 
 
 OutcomeKind = Literal["fell", "stands", "shifted", "twisted", "broken", "repaired", "fixed", "unknown"]

@@ -12,7 +12,7 @@ from overturning.statistics.circular import sector_index
 from overturning.statistics.mean_direction import MeanDirectionWithInterval, mean_direction_with_interval
 from overturning.surveys.notation import NOT_COUNTED
 from overturning.surveys.row import SurveyRow
-from overturning.surveys.stones import Stone, SurveyTable
+from overturning.surveys.stones import Stone, SurveyTable, stones_of_sites_with_standing
 
 
 @dataclass(frozen=True)
@@ -29,6 +29,9 @@ class ObservedFalls:
         Stones that count neither as fallen nor as standing, by reason.
     fell_in_unknown_direction : int
         Fallen stones with unknown direction.
+    share_fell, share_stones : int
+        Stones that fell, and stones that fell or stand, at the sites of which a standing stone is listed; the share
+        that fell is their ratio, and not known elsewhere.
     direction, axis : MeanDirectionWithInterval
         Mean direction and mean axis of the falls of known direction.
     falls_by_sector : ndarray, shape (8,) or (16,)
@@ -41,6 +44,8 @@ class ObservedFalls:
     moved: int
     not_counted: dict[str, int]
     fell_in_unknown_direction: int
+    share_fell: int
+    share_stones: int
     direction: MeanDirectionWithInterval
     axis: MeanDirectionWithInterval
     falls_by_sector: FloatArray
@@ -109,6 +114,7 @@ def _observed_falls(table: SurveyTable, site: str, sector_count: int) -> Observe
     for _, row in table.rows:
         if row.counted_as == "not counted":
             reasons[next(kind for kind in NOT_COUNTED if kind in row.outcome_kinds)] += row.count
+    of_share = stones_of_sites_with_standing(stones)
     directed = [stone for stone in stones if stone.fell_in_known_direction]
     angles, steps = (
         np.repeat([value(stone) for stone in directed], [stone.count for stone in directed])
@@ -125,6 +131,8 @@ def _observed_falls(table: SurveyTable, site: str, sector_count: int) -> Observe
         fell_in_unknown_direction=sum(
             stone.count for stone in stones if stone.fell and not stone.fell_in_known_direction
         ),
+        share_fell=sum(stone.count for stone in of_share if stone.fell),
+        share_stones=sum(stone.count for stone in of_share),
         direction=mean_direction_with_interval(angles, steps),
         axis=mean_direction_with_interval(angles, steps, axial=True),
         falls_by_sector=falls_by_sector(stones, sector_count),

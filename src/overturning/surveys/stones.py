@@ -1,7 +1,7 @@
 """Read a survey of gravestones: a table with one row for each stone, or for a group of equal stones."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -180,6 +180,15 @@ class SurveyTable:
             degree_step_deg=self.degree_step_deg,
             **{name: getattr(row, name) for name in ("count", "b_over_h", "b_over_h_side", "round")},
         )
+
+
+def stones_of_sites_with_standing(stones: Sequence[Stone]) -> list[Stone]:
+    """Return the stones of those sites of which a standing stone is listed.
+
+    A site without any may list only its fallen stones, so that the share that fell is not known there.
+    """
+    sites = {stone.site for stone in stones if not stone.fell}
+    return [stone for stone in stones if stone.site in sites]
 
 
 def read_stones(path: Path) -> list[Stone]:

@@ -1,6 +1,7 @@
 """Tables as people keep them: encodings, separators, decimal commas, all faults at once, and what rows count as."""
 
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -156,6 +157,54 @@ def test_remarks_and_names_that_look_like_something_else_are_read(tmp_path: Path
 def test_a_title_above_the_names_of_the_columns_is_answered_with_the_remedy(tmp_path: Path) -> None:
     with pytest.raises(RecordError, match=r"line 1: no column azimuth_deg .*above the names .* begin with #"):
         read(tmp_path, "Survey of Hill cemetery\nstone,outcome\nA,fell\n")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("Survey of 2020,,\nstone,azimuth,note\nA,120,x\n", r"above the names .* must begin with #: 'Survey of 2020'"),
+        ("墓石,方位\nA,120\n", r"line 1: no column azimuth_deg .*; it has 墓石, 方位$"),
+        (
+            "site,fell,total\nA,1,10\nB,0,10\n",
+            r"line 1: column 'total' beside fell: .* numbers of stones, write .* count",
+        ),
+        ("site,fell,not fell\nA,1,9\nB,0,10\n", r"column 'not fell' beside fell"),
+        ("site,fell,stones\nA,1,10\nB,0,10\n", r"column 'stones' beside fell"),
+        ("stone,fell,count\nA,yes,1\nB,no,3\nTotal,yes,4\n", r"line 4: 'Total' names a line of totals"),
+        ("site,stone,fell\nA,1,yes\n合計,,yes\n", r"line 3: '合計' names a line of totals"),
+        ("stone,azimuth,height_m\n,deg,m\nA,120,0.5\n", r"line 2: a line of units; begin it with #"),
+        ("stone,azimuth,height_cm\nA,120,45\n", r"did you mean height_m\? Divide the heights by 100"),
+        ("stone,azimuth (gon)\nA,120\n", r"did you mean azimuth_deg\? Multiply the azimuths in gon by 0.9"),
+        ("stone,azimuth (rad)\nA,1.2\n", r"did you mean azimuth_deg\? Multiply the azimuths in radians by 57"),
+        ("azimuth,h_over_b\n120,3.3\n", r"did you mean b_over_h\? Give B/H, the reciprocal"),
+        ("azimuth,height_m\n120,1_2\n", r"height_m '1_2': write a number without underscores"),
+        ("azimuth\n1_20\n", r"azimuth_deg '1_20': give a number of degrees"),
+        ('outcome\n"shifted 1,000 mm"\n', r"may be a thousand or have three decimals; write 1000"),
+        ("fell,shift_cm\nno,1.000\n", r"shift_cm '1\.000': may be a thousand"),
+    ],
+)
+def test_tables_that_mean_something_else_are_refused_with_the_remedy(tmp_path: Path, text: str, message: str) -> None:
+    with pytest.raises(RecordError, match=message):
+        read(tmp_path, text)
+
+
+@pytest.mark.parametrize(
+    ("text", "warning"),
+    [
+        ("azimuth,height_m\n120,45\n20,0.5\n", "field.csv: line 2: a height up to 45 m: in centimetres?"),
+        ("azimuth,b_over_h\n120,0.3\n20,3.3\n", "field.csv: line 3: b_over_h above 2, .*: height over width?"),
+        ("site,fell,total\nA,1,1\nB,0,1\n", None),
+        ("stone,true azimuth,declination\nA,120,\nB,130,0\n", None),
+    ],
+)
+def test_doubtful_sizes_are_read_with_a_warning(tmp_path: Path, text: str, warning: str | None) -> None:
+    found = read(tmp_path, text).warnings
+    assert len(found) == (warning is not None)
+    assert all(re.match(str(warning), one) for one in found)
+
+
+def test_an_azimuth_is_below_360(tmp_path: Path) -> None:
+    assert [stone.azimuth_deg for stone in read(tmp_path, "azimuth\n-1e-20\n360\n-5\n").stones] == [0.0, 0.0, 355.0]
 
 
 def test_stones_that_do_not_count_are_named_in_a_note(tmp_path: Path) -> None:

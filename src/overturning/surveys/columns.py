@@ -1,6 +1,7 @@
 """Names of the columns of a survey table: accepted names, probable misspellings, and columns that are not used."""
 
 import difflib
+import itertools
 import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
@@ -42,6 +43,24 @@ _REFUSED: Final = {
     **dict.fromkeys(("column", "cylinder", "shape"), "round"),
 }
 """Names that may mean a column of another unit or sense, each with the column that is probably meant."""
+
+_AZIMUTH_UNITS: Final = {
+    **dict.fromkeys(("gon", "grad", "grads"), "Multiply the azimuths in gon by 0.9"),
+    **dict.fromkeys(("rad", "radians"), "Multiply the azimuths in radians by 57.29578"),
+}
+_CONVERSIONS: Final = {
+    "height_m": {"cm": "Divide the heights by 100", "mm": "Divide the heights by 1000", "ft": "Multiply by 0.3048"},
+    "shift_cm": {"m": "Multiply the shifts by 100"},
+    "azimuth_deg": _AZIMUTH_UNITS,
+    "face_azimuth_deg": _AZIMUTH_UNITS,
+}
+"""How to convert the values of a column in another unit, by the column that is meant and the unit in its name."""
+
+_NUMBERS_OF_STONES: Final = (
+    "total", "totals", "sum", "all", "out_of", "n", "number", "no_of_stones", "number_of_stones", "stones",
+    "stone_count", "not_fell", "not_fallen", "did_not_fall", "remained", "remaining", "number_standing",
+)  # fmt: skip
+"""Names of a column that may contain numbers of stones, beside a column fell with 1 and 0."""
 
 _NUMBERS_STANDING: Final = ("stood", "stands", "standing", "number_standing")
 """Names of a column with the number of standing stones, beside one with the number that fell."""
@@ -130,6 +149,37 @@ def plan_columns(header: Sequence[str], known_columns: Sequence[str]) -> ColumnP
     return plan
 
 
+def columns_with_numbers_of_stones(
+    header: Sequence[str], meanings: Sequence[str], rows: Sequence[Sequence[str]]
+) -> list[str]:
+    """Return messages on columns with numbers of stones in a table whose column fell contains only 1 and 0.
+
+    There 1 and 0 may be the numbers of stones that fell in each cemetery, and not yes and no.
+
+    Parameters
+    ----------
+    header, meanings : sequence of str
+        Names of the columns in the file, and their known names ("" for a column that is not used).
+    rows : sequence of sequence of str
+        Cells of each row.
+    """
+    if "fell" not in meanings:
+        return []
+    columns = list(itertools.zip_longest(*rows, fillvalue=""))[: len(header)]
+    fell = {cell for cell in columns[meanings.index("fell")] if cell} if columns else set()
+    if not fell or not fell <= {"0", "1"}:
+        return []
+    return [
+        f"column {name!r} beside fell: if 1 and 0 of fell are numbers of stones, write fallen and standing stones in "
+        "rows of their own, with their number in the column count; if they are yes and no, write yes and no"
+        for name, meaning, cells in zip(header, meanings, columns, strict=False)
+        if not meaning
+        and _simplified_column_name(name) in _NUMBERS_OF_STONES
+        and all(re.fullmatch(r"\d*", cell) for cell in cells)
+        and any(int(cell or 0) > 1 for cell in cells)
+    ]
+
+
 def names_columns(cells: Sequence[str], known_columns: Sequence[str], needed_columns: Collection[str]) -> bool:
     """True if all cells of a line are accepted names of columns, as in a header, and one of them is a needed column."""
     found = [_meaning_of_column(cell.strip(' "'), known_columns) for cell in cells]
@@ -162,8 +212,17 @@ def _meaning_of_column(name: str, known_columns: Sequence[str]) -> tuple[str, st
         return f"{plain}_{aside[0].strip()}", ""
     meant = _intended_column(plain, known_columns)
     if meant:
-        return meant, f"did you mean {meant}? A column for something else needs a name that is less like it"
+        return meant, f"did you mean {meant}? {_conversion(meant, name)}"
     return "", ""
+
+
+def _conversion(meant: str, column_name: str) -> str:
+    """Return how to convert a refused column to the column that is meant; without conversion, how to rename it."""
+    words = re.findall(r"[a-z]+", column_name.lower())
+    found = [remedy for unit, remedy in _CONVERSIONS.get(meant, {}).items() if unit in words]
+    if meant == "b_over_h" and re.match(r"h.*b", _simplified_column_name(column_name)):
+        found = ["Give B/H, the reciprocal of H/B"]
+    return found[0] if found else "A column for something else needs a name that is less like it"
 
 
 def _simplified_column_name(name: str) -> str:

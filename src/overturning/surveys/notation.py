@@ -46,7 +46,16 @@ def parse_number(text: object) -> object:
     if not isinstance(text, str):
         return text
     plain = text.strip().replace("\N{MINUS SIGN}", "-")
+    if "_" in plain:  # `float` reads 0_4 as 4
+        raise ValueError("write a number without underscores")
     return plain.replace(",", ".") if re.fullmatch(r"[+-]?\d*,\d+", plain) else plain
+
+
+def parse_shift(text: object) -> object:
+    """Prepare the text of a shift for `float`; refuse a comma or point that may separate thousands, as in 1,000."""
+    if isinstance(text, str) and re.fullmatch(r"[+-]?[1-9]\d{0,2}[.,]\d{3}", text.strip()):
+        raise ValueError("may be a thousand or have three decimals; write 1000, or fewer decimals")
+    return parse_number(text)
 
 
 def parse_degrees(text: object) -> object:
@@ -210,7 +219,7 @@ def _parse_outcome_part(part: str) -> Outcome:
     if shifted := _SHIFTED.fullmatch(words):
         if shifted[1] and not shifted[2]:
             raise ValueError("give the unit of the shift: mm, cm or m")
-        size = float(shifted[1].replace(",", ".")) * _METRES[shifted[2]] if shifted[1] else math.nan
+        size = float(str(parse_shift(shifted[1]))) * _METRES[shifted[2]] if shifted[1] else math.nan
         if size < 0 or size > 10:
             raise ValueError("give a shift from 0 to 10 m")
         return Outcome(("shifted",), shift_m=size)

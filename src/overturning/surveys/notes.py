@@ -13,6 +13,12 @@ from overturning.surveys.row import SurveyRow
 AZIMUTHS: Final = ("azimuth_deg", "face_azimuth_deg")
 """Columns of directions that may be measured from magnetic or true north."""
 
+_DOUBTFUL_HEIGHT_M: Final = 10.0
+"""Height above which a surveyed stone is doubtful, m."""
+
+_DOUBTFUL_B_OVER_H: Final = 2.0
+"""B/H above which a surveyed stone is doubtful: hardly any motion overturns a stone as wide."""
+
 
 def line_label(lines: list[int]) -> str:
     """Return a label such as "line 3" or "lines 3, 5"; at most 12 lines are named."""
@@ -65,9 +71,10 @@ def warnings_on_table(
             where = "" if len(lines) == len(rows) else f" in {line_label(lines)}"
             yield (
                 f"{name}: column {title!r} names magnetic north, but no declination is given{where}; its azimuths "
-                "are used as if from true north: add a column declination (degrees, east positive), or give the option "
-                "--declination of overturning survey"
+                "are used as if from true north: add a column declination (degrees, east positive); overturning survey "
+                "also has the option --declination"
             )
+    yield from _warnings_on_sizes(name, rows)
     if source.rows_in_cells:
         yield (
             f"{name}: {line_label(list(source.rows_in_cells))}: a cell in quotation marks contains whole rows "
@@ -86,3 +93,17 @@ def warnings_on_table(
         if len(lines) > 1:
             where = line_label(lines)
             yield f"{name}: stone {stone!r} is listed {len(lines)} times, and counts each time: {where}"
+
+
+def _warnings_on_sizes(name: str, rows: Sequence[tuple[int, SurveyRow]]) -> Iterator[str]:
+    """Yield warnings about heights that may be in centimetres, and B/H that may be H/B."""
+    high = [line for line, row in rows if row.height_m > _DOUBTFUL_HEIGHT_M]
+    if high:
+        largest = max(row.height_m for _, row in rows if row.height_m > _DOUBTFUL_HEIGHT_M)
+        yield f"{name}: {line_label(high)}: a height up to {largest:g} m: in centimetres? Heights are in m"
+    for column in ("b_over_h", "b_over_h_side"):
+        if wide := [line for line, row in rows if getattr(row, column) > _DOUBTFUL_B_OVER_H]:
+            yield (
+                f"{name}: {line_label(wide)}: {column} above {_DOUBTFUL_B_OVER_H:g}, of a stone much wider than high: "
+                "height over width? Give width over height"
+            )

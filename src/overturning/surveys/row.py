@@ -34,6 +34,7 @@ from overturning.surveys.notation import (
     parse_direction,
     parse_number,
     parse_outcome,
+    parse_shift,
 )
 
 _YES, _NO = ("yes", "fell", "true", "1", "y"), ("no", "stood", "false", "0", "n")
@@ -148,11 +149,11 @@ class SurveyRow(BaseModel):
         False,
         description="`yes` for a column, which can fall in any plane; only for `overturning backwards`",
     )
-    shift_cm: Annotated[float, BeforeValidator(parse_number), Field(ge=0, le=1000), _number_schema(0, 1000)] = Field(
+    shift_cm: Annotated[float, BeforeValidator(parse_shift), Field(ge=0, le=1000), _number_schema(0, 1000)] = Field(
         math.nan, description="shift of the base of a stone that stands, cm"
     )
-    shift_mm: Annotated[float, BeforeValidator(parse_number), Field(ge=0, le=10_000), _number_schema(0, 10_000)] = (
-        Field(math.nan, description="the same in mm, instead of `shift_cm`")
+    shift_mm: Annotated[float, BeforeValidator(parse_shift), Field(ge=0, le=10_000), _number_schema(0, 10_000)] = Field(
+        math.nan, description="the same in mm, instead of `shift_cm`"
     )
     twist_deg: Annotated[float, BeforeValidator(parse_degrees), Field(ge=-180, le=180), _number_schema(-180, 180)] = (
         Field(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from overturning.errors import RecordError
-from overturning.surveys.columns import is_true, names_columns, plan_columns
+from overturning.surveys.columns import columns_with_numbers_of_stones, is_true, names_columns, plan_columns
 from overturning.surveys.field_table import FieldTable, TableLine, read_field_table
 from overturning.surveys.notation import OCTANTS, UNKNOWN_CELLS, step_of_degrees
 from overturning.surveys.notes import AZIMUTHS, line_label, notes_on_stones, warnings_on_table
@@ -21,6 +21,15 @@ direction of probability zero would reject the model."""
 
 _MEASURED = set(COLUMNS) - {"site", "stone", "kind", "outcome", "fell", "round", "note", "photo"}
 """Columns of numbers and directions, in which a cell may state that the value is not known."""
+
+_UNIT_CELLS = ("m", "cm", "mm", "deg", "degrees", "°", "-", "–", "yes/no")
+"""Texts of cells in a line of units below the header."""
+
+_TOTALS = (
+    "total", "totals", "grand total", "subtotal", "sum", "mean", "average", "σ",
+    "計", "合計", "総計", "小計", "平均",
+)  # fmt: skip
+"""Names of a line of totals or means, in lower case."""
 
 _STATING_OUTCOME = {"azimuth_deg", "octant", "fell", "outcome"}
 _MOST_OCTANT_DECLINATION_DEG = 11.25
@@ -169,10 +178,10 @@ class SurveyTable:
         by_octant = row.octant is not None or (wind is not None and self.winds_are_octants)
         return Stone(
             fell=fell,
-            azimuth_deg=(azimuth + north) % 360 if fell else math.nan,
+            azimuth_deg=_within_circle_deg(azimuth + north) if fell else math.nan,
             octant=by_octant and fell,
             wind_16=wind is not None and not by_octant and fell,
-            face_azimuth_deg=(row.face_azimuth_deg.azimuth_deg + north) % 360,
+            face_azimuth_deg=_within_circle_deg(row.face_azimuth_deg.azimuth_deg + north),
             line=line,
             height=row.height_m,
             site=row.site,
@@ -180,6 +189,12 @@ class SurveyTable:
             degree_step_deg=self.degree_step_deg,
             **{name: getattr(row, name) for name in ("count", "b_over_h", "b_over_h_side", "round")},
         )
+
+
+def _within_circle_deg(azimuth_deg: float) -> float:
+    """Return the same direction from 0 to below 360 degrees."""
+    turned = azimuth_deg % 360.0
+    return 0.0 if turned == 360.0 else turned  # the remainder of a tiny negative angle is rounded to 360
 
 
 def stones_of_sites_with_standing(stones: Sequence[Stone]) -> list[Stone]:
@@ -237,7 +252,8 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
     """
     table = read_field_table(path, "survey")
     plan = plan_columns(table.header.cells, COLUMNS)
-    faults = [(table.header.line, message) for message in plan.faults]
+    of_numbers = columns_with_numbers_of_stones(table.header.cells, plan.meanings, [line.cells for line in table.rows])
+    faults = [(table.header.line, message) for message in (*plan.faults, *of_numbers)]
     above = table.remarks[-1].split(table.separator) if table.remarks else []
     if "" in plan.meanings and len(above) == len(plan.meanings) and names_columns(above, COLUMNS, _STATING_OUTCOME):
         faults = [(table.header.line, "the line above it names the columns, but is a comment; remove its #")]
@@ -249,7 +265,7 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
             faults.append((table.header.line, "a column gives the declination; leave out the option declination"))
         elif not abs(declination_deg) <= 180:
             raise RecordError(f"declination {declination_deg:g}: give degrees from -180 to 180, east positive")
-    if declination_deg is not None or "magnetic_declination_deg" in plan.meanings:
+    if declination_deg or "magnetic_declination_deg" in plan.meanings:
         faults += [(table.header.line, message) for message in _true_north_messages(table, plan.meanings)]
     rows = list[tuple[int, SurveyRow]]()
     for line in table.rows:
@@ -278,14 +294,19 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
 
 def _missing_column_message(table: FieldTable) -> str:
     """Return the error message for a survey header in which no column states the outcomes of the stones."""
-    alone = table.header.cells[0] if len(table.header.cells) == 1 else ""
-    spaces = "; columns are separated by spaces: use commas, semicolons or tabs" if "  " in alone else ""
-    title = "; a line above the names of the columns must begin with #" if len(table.header.cells) == 1 else ""
-    return f"no column azimuth_deg or octant, fell or outcome; name one of them in the header{spaces or title}"
+    filled = [cell for cell in table.header.cells if cell]
+    spaces = "; columns are separated by spaces: use commas, semicolons or tabs" if "  " in filled[0] else ""
+    title = f"; a line above the names of the columns must begin with #: {filled[0]!r}" if len(filled) == 1 else ""
+    listed = "" if title or spaces else f"; it has {', '.join(filled[:12])}"
+    return f"no column azimuth_deg or octant, fell or outcome; name one of them in the header{spaces or title}{listed}"
 
 
 def _true_north_messages(table: FieldTable, meanings: list[str]) -> Iterator[str]:
     """Yield an error message for each column of azimuths from true north in a table that has a declination."""
+    at = [place for place, meaning in enumerate(meanings) if meaning == "magnetic_declination_deg"]
+    cells = [row.cells[place] for row in table.rows for place in at if place < len(row.cells)]
+    if at and all(not cell.strip("+-0.,°º˚") or cell.lower() in UNKNOWN_CELLS for cell in cells):
+        return
     for name, meaning in zip(table.header.cells, meanings, strict=True):
         if meaning in AZIMUTHS and is_true(name):
             yield (
@@ -314,6 +335,11 @@ def _read_row(
             f"{len(cells)} cells, the header names {len(meanings)} columns; separate cells by {table.separator_name}"
             + hint
         ]
+    filled = [cell for cell in cells if cell]
+    if len(filled) > 1 and all(cell.strip("[]()").lower() in _UNIT_CELLS for cell in filled):
+        return None, ["a line of units; begin it with #"]
+    if totals := [cell for meaning, cell in zip(meanings, cells, strict=False) if _names_a_total(meaning, cell)]:
+        return None, [f"{totals[0]!r} names a line of totals, which are no stones; remove the line, or begin it with #"]
     values = {
         meaning: cell
         for meaning, cell in zip(meanings, cells, strict=False)
@@ -322,6 +348,11 @@ def _read_row(
     if declination_deg is not None:
         values["magnetic_declination_deg"] = str(declination_deg)
     return SurveyRow.read_cells(values, cell_error_messages, check_outcome=not outcome_is_missing)
+
+
+def _names_a_total(meaning: str, cell: str) -> bool:
+    """True if a cell in the column of sites or stones names a sum or mean over the rows of the table."""
+    return meaning in ("site", "stone") and cell.strip(" :").lower() in _TOTALS
 
 
 def _declination_faults(rows: list[tuple[int, SurveyRow]], *, winds_are_octants: bool) -> Iterator[tuple[int, str]]:

@@ -72,6 +72,64 @@ def test_a_second_body_inside_out_is_refused() -> None:
             closed_surface(several)
 
 
+def joined(*surfaces: TriangleSurface) -> TriangleSurface:
+    """Return one surface of several, in which equal vertices are the same, as in a mesh file that is read."""
+    whole = together(*surfaces)
+    vertices, number = np.unique(whole.vertices, axis=0, return_inverse=True)
+    return TriangleSurface(vertices, number.reshape(-1)[whole.triangles])
+
+
+def cubes(filled: list[list[list[int]]]) -> TriangleSurface:
+    """Return the surface of the cubes of 1 m that are marked 1 in an array over x, y and z."""
+    inside = np.pad(np.array(filled), 1)
+    quads = []
+    for place in np.argwhere(inside):
+        for axis in range(3):
+            for side in (-1, 1):
+                step = side * np.eye(3, dtype=int)[axis]
+                if not inside[tuple(place + step)]:
+                    one, two = (np.eye(3)[(axis + k) % 3] for k in ((1, 2) if side > 0 else (2, 1)))
+                    corner = place + 0.5 + 0.5 * step - 0.5 * one - 0.5 * two
+                    quads.append([corner, corner + one, corner + one + two, corner + two])
+    faces = np.array(quads).reshape(-1, 3)
+    triangles = 4 * np.arange(len(quads))[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])
+    return joined(TriangleSurface(faces, triangles.reshape(-1, 3)))
+
+
+BASE, SHAFT = box((0.5, 0.5, 0.2)), moved(box((0.5, 0.5, 0.8)), 0.0, 0.0, 0.2)
+
+
+@pytest.mark.parametrize(
+    "solids",
+    [
+        pytest.param(cubes([[[1, 0], [0, 0]], [[0, 0], [0, 1]]]), id="touch at a corner"),
+        pytest.param(cubes([[[1], [0]], [[0], [1]]]), id="touch along an edge"),
+        pytest.param(joined(BASE, SHAFT), id="two stones of equal width"),
+        pytest.param(joined(box((0.5, 0.5, 0.9)), box((0.2, 0.1, 0.5))), id="overlap from a common corner"),
+    ],
+)
+@pytest.mark.parametrize("turn_deg", [0.0, 33.0])
+def test_solids_that_only_touch_are_several_bodies(solids: TriangleSurface, turn_deg: float) -> None:
+    """Rotated coordinates are rounded, so that faces that coincide differ a little."""
+    with refused(ArgumentError, "2 separate parts", "one rigid body", brief=True):
+        closed_surface(rotated(solids, 0, turn_deg))
+
+
+@pytest.mark.parametrize("turn_deg", [0.0, 33.0])
+def test_a_body_that_touches_itself_along_an_edge_is_one(turn_deg: float) -> None:
+    """Two cubes that share an edge stand on a slab of four."""
+    surface, notes = closed_surface(rotated(cubes([[[1, 1], [1, 0]], [[1, 0], [1, 1]]]), 0, turn_deg))
+    assert mass_properties(surface.corners).volume == pytest.approx(6.0)
+    assert notes == []
+
+
+@pytest.mark.parametrize("x", [-0.1, 0.4])
+def test_a_cavity_that_breaks_through_the_wall_is_refused(x: float) -> None:
+    whole, hole = box((0.5, 0.5, 0.9)), moved(box((0.2, 0.1, 0.1)), x, 0.2, 0.3)
+    with refused(ArgumentError, "2 separate parts", brief=True):
+        closed_surface(together(whole, hole._replace(triangles=hole.triangles[:, ::-1])))
+
+
 def test_a_double_face_outside_adds_nothing() -> None:
     flap = TriangleSurface(
         np.array([[2.0, 0.0, 0.0], [2.1, 0.0, 0.0], [2.0, 0.1, 0.0]]), np.array([[0, 1, 2], [0, 2, 1]])

@@ -19,6 +19,10 @@ MAX_NAMED_EDGES: Final = 3
 """Largest number of open edges that an error message lists."""
 
 
+ANGLE_OF_COINCIDENT_FACES: Final = 1e-6
+"""Angle between two faces below which they coincide, rad; coordinates in single precision are rounded to 10⁻⁷."""
+
+
 class TriangleSurface(NamedTuple):
     """Triangle surface of a body."""
 
@@ -133,10 +137,10 @@ def _check_surface_has_one_body(surface: TriangleSurface) -> None:
     part = _part_of_each_triangle(surface)
     corners = surface.corners - surface.corners.reshape(-1, 3).mean(axis=0)
     volumes = np.bincount(part, _six_signed_volumes(corners)) / 6.0
-    body, first = corners[part == volumes.argmax()], np.unique(part, return_index=True)[1]
+    body = corners[part == volumes.argmax()]
     # A part of no volume, such as a double face, adds no mass; four parts are enough for a message.
     solid = (number for number in np.argsort(-volumes) if abs(volumes[number]) > 1e-9 * volumes.max())
-    outside = (n for n in solid if volumes[n] > 0.0 or _winding_number(body, corners[first[n], 0]) < 0.5)
+    outside = (n for n in solid if volumes[n] > 0.0 or not _is_within(body, corners[part == n].reshape(-1, 3)))
     separate = [volumes[number] for number in itertools.islice(outside, 4)]
     if len(separate) > 1:
         sizes = ", ".join(f"{one:.3g}" for one in np.sort(np.abs(separate))[::-1][:3]) + ", …" * (len(separate) > 3)
@@ -145,6 +149,13 @@ def _check_surface_has_one_body(surface: TriangleSurface) -> None:
             f"body: the mesh has {number_text} separate parts ({sizes} m³), and a stone is one rigid body; keep one "
             "part, or join parts that touch or overlap in a mesh program"
         )
+
+
+def _is_within(body_corners: FloatArray, points: FloatArray) -> bool:
+    """True if the outermost of some points, shape (n, 3), in 26 directions lie in a body, given by its triangles."""
+    directions = [one for one in itertools.product((-1, 0, 1), repeat=3) if any(one)]
+    outermost = points[np.unique((points @ np.transpose(directions)).argmax(axis=0))]
+    return all(_winding_number(body_corners, point) > 0.5 for point in outermost)
 
 
 def _winding_number(triangle_corners: FloatArray, point: FloatArray) -> float:
@@ -161,14 +172,60 @@ def _winding_number(triangle_corners: FloatArray, point: FloatArray) -> float:
 
 
 def _part_of_each_triangle(surface: TriangleSurface) -> NDArray[np.int64]:
-    """Return the number of the connected part of a surface to which each triangle belongs, shape (m,)."""
+    """Return the number of the connected part of a surface to which each triangle belongs, shape (m,).
+
+    Triangles are neighbours across an edge. Solids that share a corner, an edge or a face only touch each other: at an
+    edge of more than two triangles, those are neighbours between which the same solid lies.
+    """
     import scipy.sparse  # the steps of a run without a scan do not need it
 
     count, triangles = len(surface.vertices), surface.triangles
-    links = np.concatenate([triangles[:, :2], triangles[:, 1:]])
-    graph = scipy.sparse.coo_array((np.ones(len(links), bool), (links[:, 0], links[:, 1])), shape=(count, count))
-    _, part = scipy.sparse.csgraph.connected_components(graph, directed=False)
-    return np.asarray(np.unique(part[triangles[:, 0]], return_inverse=True)[1], np.int64)
+    edges = np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)])
+    owner = np.tile(np.arange(len(triangles)), 3)
+    code = edges.min(axis=1) * count + edges.max(axis=1)
+    order = np.argsort(code, kind="stable")
+    starts = np.flatnonzero(np.diff(code[order], prepend=-1))
+    sizes = np.diff(starts, append=code.size)
+    first = starts[sizes == 2]
+    links = [np.column_stack([owner[order[first]], owner[order[first + 1]]])]
+    for start, size in zip(starts[sizes > 2], sizes[sizes > 2], strict=True):
+        around = order[start : start + size]
+        links.append(_neighbours_around_edge(surface, edges[around], owner[around]))
+    pairs = np.concatenate(links)
+    size = len(triangles)
+    graph = scipy.sparse.coo_array((np.ones(len(pairs), bool), (pairs[:, 0], pairs[:, 1])), shape=(size, size))
+    return np.asarray(scipy.sparse.csgraph.connected_components(graph, directed=False)[1], np.int64)
+
+
+def _neighbours_around_edge(
+    surface: TriangleSurface, edges: NDArray[np.int64], triangles: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """Return the pairs of triangles, shape (n, 2), that bound the same solid at an edge of more than two triangles.
+
+    Parameters
+    ----------
+    surface : TriangleSurface
+        Surface whose triangles are anticlockwise from outside.
+    edges : ndarray, shape (k, 2)
+        The edge as a vertex pair in the sense of each triangle.
+    triangles : ndarray, shape (k,)
+        Numbers of the triangles at the edge.
+    """
+    begin, end = np.sort(edges[0])
+    third = surface.triangles[triangles].sum(axis=1) - begin - end
+    axis = surface.vertices[end] - surface.vertices[begin]
+    axis = axis / np.sqrt(axis @ axis)
+    arm = surface.vertices[third] - surface.vertices[begin]
+    across = arm[0] - (arm[0] @ axis) * axis
+    angle = np.arctan2(arm @ np.cross(axis, across), arm @ across)
+    with_axis = edges[:, 0] == begin
+    pairs = []
+    for one in np.flatnonzero(with_axis):
+        # The solid lies clockwise of a triangle that has the edge in the sense of the axis.
+        turn = (angle[one] - angle[~with_axis] - ANGLE_OF_COINCIDENT_FACES) % (2.0 * np.pi)
+        if turn.size:
+            pairs.append((triangles[one], triangles[~with_axis][turn.argmin()]))
+    return np.array(pairs, np.int64).reshape(-1, 2)
 
 
 def _with_lid(surface: TriangleSurface, edges: NDArray[np.int64]) -> tuple[TriangleSurface, float]:

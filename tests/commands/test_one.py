@@ -301,3 +301,4 @@ def test_a_scan_is_placed_and_its_mass_pose_and_footprint_are_printed(tmp_path: 
     ):
         assert words in text
     assert "declare the unit" in run(*given, status=1)
+    assert "--density: inf kg/m³; it must be above 0 and finite" in run(*given, "--density", "inf", status=1)

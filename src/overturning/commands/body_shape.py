@@ -1,5 +1,6 @@
 """Shape of the 3-D body of `overturning one`: a prism, or a scan of a stone."""
 
+import math
 from typing import TYPE_CHECKING, Any
 
 from overturning.commands.declared import BodyOptions
@@ -26,7 +27,7 @@ def body_shape_from_options(body_options: BodyOptions, density: float | None) ->
     unit: Any = body_options.mesh_unit
     if unit is not None and unit not in METRES:
         raise ArgumentError(f"--mesh-unit: {unit!r}; give m, cm or mm")
-    if density is not None and not density > 0.0:
-        raise ArgumentError(f"--density: {density:g} kg/m³; it must be above 0")
+    if density is not None and not 0.0 < density < math.inf:
+        raise ArgumentError(f"--density: {density:g} kg/m³; it must be above 0 and finite")
     scan = read_scan(body_options.mesh, unit, body_options.relief)
     return scan.shape, scan.description(GRANITE_DENSITY if density is None else density)

@@ -54,10 +54,9 @@ def create_project(folder: Annotated[Path, typer.Argument(help="folder to create
 @app.command("check")
 def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> None:
     """Check a study before a run: keys, missing or damaged files, number of cases; and estimate time and memory."""
-    from overturning.findings.study import scan_facts
     from overturning.study.doubts import implausible_setting_warnings
     from overturning.study.grounds import check_names_of_cemeteries
-    from overturning.study.load import load_study
+    from overturning.study.load import description_of_mesh, load_study
     from overturning.study.preflight import (
         check_optional_packages,
         check_record_files,
@@ -82,11 +81,8 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
         print(*notes, *doubts, sep="\n", end="\n" * bool(notes or doubts))
     for note in (*read_and_check_records(study, entries), *note_on_primary_statistic(study, entries)):
         print(note)
-    if scan := scan_facts(study):
-        print(
-            f"{path}: body: a scan of {scan.volume_m3:.3g} m³, placed in its nearest stable pose, tilted by "
-            f"{scan.tilt_deg:.2f}° from its own vertical; relief {scan.relief_mm:g} mm"
-        )
+    for line in description_of_mesh(path):
+        print(f"{path}: body: {line}")
     print(f"{path}: study {study.name!r}, {size}")
     if searched:
         print(_motion_search_time_note(searched, len(entries)))

@@ -267,9 +267,10 @@ class Scan(NamedTuple):
     notes: list[str]
     """Changes of the mesh, in words."""
 
-    def description(self, density: float) -> list[str]:
-        """Return lines of text about mass, pose and footprint of a stone with a density, kg/m³."""
-        lines = [f"as scanned: volume {self.volume:.4g} m³, mass {self.volume * density:.4g} kg", *self.notes]
+    def description(self, density: float | None = None) -> list[str]:
+        """Return lines on volume, repairs of the mesh, pose and footprint; with a density, kg/m³, also on the mass."""
+        mass = "" if density is None else f", mass {self.volume * density:.4g} kg"
+        lines = [f"as scanned: volume {self.volume:.4g} m³{mass}", *self.notes]
         if self.pose.tilt_deg > 0.0:
             lines.append(
                 f"placed in its nearest stable pose, tilted by {self.pose.tilt_deg:.2f}° from its own vertical"

@@ -16,7 +16,8 @@ from overturning.model.grid import CaseGrid
 from overturning.model.scene import Scene, gravestone
 from overturning.model.scene_model import SceneModel
 from overturning.model.space import SpaceModel
-from overturning.model.stack_stones import CIRCLE_SIDES, StackStone, check_stack, stack_stones
+from overturning.model.stack_checks import check_stack
+from overturning.model.stack_stones import CIRCLE_SIDES, StackStone, stack_stones
 from overturning.model.symmetry import FULL_TURN, ComputedCells
 from overturning.model.variables import BODY_ENSEMBLE_VARIABLES, BODY_VARIABLES, OutcomeVariable
 

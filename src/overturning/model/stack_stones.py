@@ -7,23 +7,16 @@ from typing import Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.errors import ArgumentError
 from overturning.model.element import ContactLaw, Element, PlanShape
 from overturning.model.geometry import PlacedElement, place_elements
 from overturning.model.scene import Scene
 from overturning.model.shapes import Cylinder, RegularPrism
-from overturning.units import STANDARD_GRAVITY
 
 CIRCLE_SIDES: Final = 16
 """Number of sides of the regular polygon, of equal area, that stands for a circle."""
 
 LEVEL_TOLERANCE: Final = 1e-6
 """Largest height of a vertex above a level face to which it belongs, as a share of the stone's height."""
-
-LEAST_MARGIN: Final = 5.0
-"""Least distance, m, by which the ground of a stack reaches beyond it; for small stones, in sizes of the largest one.
-
-In 3-D the ground is a plane without end, from which no stone can slide off."""
 
 
 @dataclass(frozen=True)
@@ -75,58 +68,6 @@ class StackStone:
         return corners, np.concatenate([ring, ring + count, across])
 
 
-def reasons_scene_is_no_stack(scene: Scene) -> list[str]:
-    """Return the reasons why a scene cannot be simulated as a 3-D stack of stones; an empty list if it can be."""
-    ground, *stones = scene.elements
-    faults = [] if ground.kind == "driven" else [f"element {ground.name} is not driven"]
-    if ground.width is None or ground.rotation_deg:
-        faults.append(f"element {ground.name} is no level ground")
-    if scene.gravity != STANDARD_GRAVITY:
-        faults.append(f"gravity {scene.gravity:g} m/s²")
-    for below, element in zip(scene.elements, stones, strict=False):
-        if element.kind != "free" or element.stands_on != below.name:
-            faults.append(f"element {element.name} does not stand free on {below.name}")
-        elif element.rotation_deg or element.at[1] != 0.0:
-            faults.append(f"element {element.name} is rotated or raised")
-        elif "depth" not in element.model_fields_set:
-            faults.append(f"element {element.name} has no depth")
-        law = scene.contact_law(below, element)
-        if law.stiffness != "auto" or law.damping is not None:
-            faults.append(f"the contact of {element.name} has a stiffness or dashpot of 2-D corners")
-    return faults or _reasons_stones_are_not_level_or_balanced(scene)
-
-
-def _reasons_stones_are_not_level_or_balanced(scene: Scene) -> list[str]:
-    """Return the reasons why stones of a scene do not stand on each other with level faces and in balance."""
-    ground, *placed = place_elements(scene)
-    faults = []
-    for item, following in zip(placed, [*placed[1:], None], strict=True):
-        for name, lowest in (("base", True), ("upper face", False)):
-            if lowest or following is not None:
-                left, right = _ends_of_level_face(item, lowest)
-                whole = _level_length(item, lowest) >= (right - left) * (1.0 - LEVEL_TOLERANCE)
-                flat = _level_length(item, lowest) > 0.0
-                faults += [f"element {item.element.name} has no level {name}"] if not flat else []
-                faults += [f"element {item.element.name} has a gap in its {name}"] if flat and not whole else []
-    ends = placed[0].vertices_in_scene[:, 0] - ground.x
-    margin = 0.5 * float(ground.shape.width) - float(np.abs(ends).max())
-    largest = max(max(item.shape.width, item.shape.height) for item in placed)
-    if margin < LEAST_MARGIN * min(1.0, largest):
-        faults.append(
-            f"element {ground.element.name} is only {ground.shape.width:.3g} m wide, so that "
-            f"{placed[0].element.name} could slide off it; make it a free stone on a wider ground"
-        )
-    if faults:
-        return faults
-    stones = [_stone_of_element(item, item.element.depth, ContactLaw(between=("a", "b"))) for item in placed]
-    patches = patches_at_rest(stones)
-    return [
-        f"what stands on the joint below {stone.name} has its centre of mass outside it"
-        for stone, patch in zip(stones, patches, strict=True)
-        if not np.all(patch.reach > 0.0)
-    ]
-
-
 def stack_stones(scene: Scene, height: float | None = None, b_over_h: float | None = None) -> list[StackStone]:
     """Return the stones of a scene from the lowest up, scaled to height (m) and B/H of the reference element.
 
@@ -141,7 +82,7 @@ def stack_stones(scene: Scene, height: float | None = None, b_over_h: float | No
         element = item.element
         depth = element.depth * scale * (wider if element.name == scene.size_reference_element_name else 1.0)
         density = _density_of_element(scene, element)
-        stones.append(_stone_of_element(item, depth, scene.contact_law(below, element), density))
+        stones.append(stone_of_element(item, depth, scene.contact_law(below, element), density))
     return stones
 
 
@@ -172,16 +113,16 @@ def _outline_and_inertia_of_plan(plan: PlanShape, width: float, height: float) -
     return np.asarray(ring.points[:, :2]), np.asarray(solid.inertia)
 
 
-def _stone_of_element(item: PlacedElement, depth: float, law: ContactLaw, density: float = 1.0) -> StackStone:
+def stone_of_element(item: PlacedElement, depth: float, law: ContactLaw, density: float = 1.0) -> StackStone:
     """Return a scene element as 3-D stone with depth (m), density (kg/m³) and the contact law with its support."""
     outline = item.shape.vertices
     xx, zz, xz = _second_moments(outline) / item.shape.area
     yy, half = depth * depth / 12.0, 0.5 * depth
     faces = []
     for lowest in (True, False):
-        left, right = _ends_of_level_face(item, lowest)
+        left, right = ends_of_level_face(item, lowest)
         # A stone on which nothing can stand has no upper face; the base stands in for it.
-        left, right = (left, right) if right > left else _ends_of_level_face(item, True)
+        left, right = (left, right) if right > left else ends_of_level_face(item, True)
         faces.append(np.array([[right, -half], [right, half], [left, half], [left, -half]]))
     plan = item.element.plan
     is_square = len(outline) == 4 and np.array_equal(faces[0], faces[1]) and np.ptp(faces[0][:, 0]) == depth
@@ -200,19 +141,12 @@ def _stone_of_element(item: PlacedElement, depth: float, law: ContactLaw, densit
     )  # fmt: skip
 
 
-def _ends_of_level_face(item: PlacedElement, lowest: bool) -> FloatArray:
+def ends_of_level_face(item: PlacedElement, lowest: bool) -> FloatArray:
     """Return the ends (m) of an element's lowest or highest horizontal face, left and right; equal if it has none."""
     x, z = item.shape.vertices.T
     level = z.min() if lowest else z.max()
     on = x[np.abs(z - level) <= LEVEL_TOLERANCE * np.ptp(z)]
     return np.array([on.min(), on.max()])
-
-
-def _level_length(item: PlacedElement, lowest: bool) -> float:
-    """Return the length (m) of the sides of an element's outline that lie in its lowest or highest level face."""
-    x, z = item.shape.vertices.T
-    on = np.abs(z - (z.min() if lowest else z.max())) <= LEVEL_TOLERANCE * np.ptp(z)
-    return float(np.abs(np.roll(x, -1) - x)[on & np.roll(on, -1)].sum())
 
 
 def _second_moments(vertices: FloatArray) -> FloatArray:
@@ -293,12 +227,3 @@ def patches_at_rest(stones: list[StackStone]) -> list[ContactPatchAtRest]:
         height = float(np.sum(mass[k:] * z[k:]) / total - level[k])
         found.append(ContactPatchAtRest(corners, weights, reach, total, height))
     return found
-
-
-def check_stack(scene: Scene) -> None:
-    """Raise an `ArgumentError` with the reasons if a scene cannot be simulated as a 3-D stack of stones."""
-    if faults := reasons_scene_is_no_stack(scene):
-        raise ArgumentError(
-            f"orientation_deg: scene {scene.name} is no stack of stones ({'; '.join(faults)}); compute it in 2-D with "
-            "azimuth_deg"
-        )

@@ -1,0 +1,85 @@
+"""Checks of a scene as a 3-D stack of stones: reasons why it cannot be simulated as one."""
+
+from typing import Final
+
+import numpy as np
+
+from overturning.errors import ArgumentError
+from overturning.model.element import ContactLaw
+from overturning.model.geometry import PlacedElement, place_elements
+from overturning.model.scene import Scene
+from overturning.model.stack_stones import LEVEL_TOLERANCE, ends_of_level_face, patches_at_rest, stone_of_element
+from overturning.units import STANDARD_GRAVITY
+
+LEAST_MARGIN: Final = 5.0
+"""Least distance, m, by which the ground of a stack reaches beyond it; for small stones, in sizes of the largest one.
+
+In 3-D the ground is a plane without end, from which no stone can slide off."""
+
+
+def check_stack(scene: Scene) -> None:
+    """Raise an `ArgumentError` with the reasons if a scene cannot be simulated as a 3-D stack of stones."""
+    if faults := reasons_scene_is_no_stack(scene):
+        raise ArgumentError(
+            f"orientation_deg: scene {scene.name} is no stack of stones ({'; '.join(faults)}); compute it in 2-D with "
+            "azimuth_deg"
+        )
+
+
+def reasons_scene_is_no_stack(scene: Scene) -> list[str]:
+    """Return the reasons why a scene cannot be simulated as a 3-D stack of stones; an empty list if it can be."""
+    ground, *stones = scene.elements
+    faults = [] if ground.kind == "driven" else [f"element {ground.name} is not driven"]
+    if ground.width is None or ground.rotation_deg:
+        faults.append(f"element {ground.name} is no level ground")
+    if scene.gravity != STANDARD_GRAVITY:
+        faults.append(f"gravity {scene.gravity:g} m/s²")
+    for below, element in zip(scene.elements, stones, strict=False):
+        if element.kind != "free" or element.stands_on != below.name:
+            faults.append(f"element {element.name} does not stand free on {below.name}")
+        elif element.rotation_deg or element.at[1] != 0.0:
+            faults.append(f"element {element.name} is rotated or raised")
+        elif "depth" not in element.model_fields_set:
+            faults.append(f"element {element.name} has no depth")
+        law = scene.contact_law(below, element)
+        if law.stiffness != "auto" or law.damping is not None:
+            faults.append(f"the contact of {element.name} has a stiffness or dashpot of 2-D corners")
+    return faults or _reasons_stones_are_not_level_or_balanced(scene)
+
+
+def _reasons_stones_are_not_level_or_balanced(scene: Scene) -> list[str]:
+    """Return the reasons why stones of a scene do not stand on each other with level faces and in balance."""
+    ground, *placed = place_elements(scene)
+    faults = []
+    for item, following in zip(placed, [*placed[1:], None], strict=True):
+        for name, lowest in (("base", True), ("upper face", False)):
+            if lowest or following is not None:
+                left, right = ends_of_level_face(item, lowest)
+                whole = _level_length(item, lowest) >= (right - left) * (1.0 - LEVEL_TOLERANCE)
+                flat = _level_length(item, lowest) > 0.0
+                faults += [f"element {item.element.name} has no level {name}"] if not flat else []
+                faults += [f"element {item.element.name} has a gap in its {name}"] if flat and not whole else []
+    ends = placed[0].vertices_in_scene[:, 0] - ground.x
+    margin = 0.5 * float(ground.shape.width) - float(np.abs(ends).max())
+    largest = max(max(item.shape.width, item.shape.height) for item in placed)
+    if margin < LEAST_MARGIN * min(1.0, largest):
+        faults.append(
+            f"element {ground.element.name} is only {ground.shape.width:.3g} m wide, so that "
+            f"{placed[0].element.name} could slide off it; make it a free stone on a wider ground"
+        )
+    if faults:
+        return faults
+    stones = [stone_of_element(item, item.element.depth, ContactLaw(between=("a", "b"))) for item in placed]
+    patches = patches_at_rest(stones)
+    return [
+        f"what stands on the joint below {stone.name} has its centre of mass outside it"
+        for stone, patch in zip(stones, patches, strict=True)
+        if not np.all(patch.reach > 0.0)
+    ]
+
+
+def _level_length(item: PlacedElement, lowest: bool) -> float:
+    """Return the length (m) of the sides of an element's outline that lie in its lowest or highest level face."""
+    x, z = item.shape.vertices.T
+    on = np.abs(z - (z.min() if lowest else z.max())) <= LEVEL_TOLERANCE * np.ptp(z)
+    return float(np.abs(np.roll(x, -1) - x)[on & np.roll(on, -1)].sum())

@@ -1,5 +1,6 @@
 """Falls of stones of a 3-D stack: from a stone that moves, one after the other, in free flight; scenes refused."""
 
+import re
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,8 @@ from overturning.dem.simulate import simulate
 from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
 from overturning.model.scene import Scene
+from overturning.model.shapes import Polyhedron
+from overturning.model.stack_checks import reasons_scene_is_no_stack
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 from tests.expect import refused
@@ -125,6 +128,73 @@ def test_a_face_with_a_gap_is_refused(stones: tuple[dict[str, Any], ...], reason
     motion = towards_north(np.full(100, 0.001))
     with refused(ArgumentError, reason, "compute it in 2-D"):
         simulate(motion, stacked(*stones), orientation_deg=[0.0])
+
+
+def shouldered(height: float, depth: float = 0.6) -> dict[str, Any]:
+    """Return a stone 0.6 m wide on a base 0.2 m wide, with slopes to its shoulders at a height, m."""
+    slopes = [[-0.1, 0.0], [0.1, 0.0], [0.3, height], [0.3, 1.0], [-0.3, 1.0], [-0.3, height]]
+    return {"vertices": slopes, "depth": depth}
+
+
+NOTCHED: Rectangles = [rectangle(-0.1, 0.1, 0.0, 0.02), rectangle(-0.3, 0.3, 0.02, 1.0)]
+
+
+@pytest.mark.parametrize(
+    ("stone", "support", "tilt_deg"),
+    [
+        (shouldered(0.02), None, np.degrees(np.arctan(0.02 / 0.2))),
+        (shouldered(0.02), 1.0, np.degrees(np.arctan(0.02 / 0.2))),
+        # The shoulder hangs beyond the rim; the slope below it touches the rim.
+        (shouldered(0.02), 0.4, np.degrees(np.arctan(0.02 / 0.2))),
+        # The lower face ends within the base, and the stone tips over its rim.
+        (shouldered(0.02), 0.15, None),
+        # Level shoulders: nearest to the rim, 0.15 m and 0.01 m from the base.
+        ({"pieces": NOTCHED, "depth": 0.6}, None, np.degrees(np.arctan(0.02 / 0.2))),
+        ({"pieces": NOTCHED, "depth": 0.6}, 0.5, np.degrees(np.arctan(0.02 / 0.15))),
+        ({"pieces": NOTCHED, "depth": 0.6}, 0.22, None),
+        # Along the outline the stone tips first; over a corner of a deep base it tips later, and meets the ground.
+        (shouldered(0.06, depth=0.6), None, np.degrees(np.arctan(0.06 / (0.2 * np.cos(np.radians(5.0)))))),
+        (shouldered(0.06, depth=0.1), None, None),
+        (shouldered(0.15), None, None),
+    ],
+)
+def test_a_stone_whose_outline_touches_before_it_tips_is_refused(
+    stone: dict[str, Any], support: float | None, tilt_deg: float | None
+) -> None:
+    """A point at height z and distance d beyond the edge of the base touches at the tilt atan(z/d)."""
+    below = () if support is None else ({"width": support, "depth": 0.6, "height": 0.3},)
+    faults = reasons_scene_is_no_stack(stacked(*below, stone))
+    if tilt_deg is None:
+        assert faults == []
+        return
+    (fault,) = faults
+    assert f"outline of element stone-{len(below)} would meet the face below" in fault
+    assert ("polyhedron" in fault) == (support is None)
+    touching, critical = (float(text) for text in re.findall(r"([\d.]+)°", fault))
+    # Points that divide the outline stand for those between them.
+    assert touching == pytest.approx(tilt_deg, rel=0.03)
+    assert touching < critical
+
+
+def test_the_plane_and_the_body_say_that_a_refused_stone_stands() -> None:
+    """As a stack, it would tip over the edge of its base; in 2-D and as a polyhedron it rocks on its shoulders."""
+    time = np.arange(0.0, 4.0, 0.005)
+    wave = np.where(time < 0.8, 3.0 * np.sin(2.0 * np.pi * time / 0.8), 0.0)
+    motion, stone = Motion(wave, 0.0 * wave, sampling_interval=0.005), shouldered(0.02)
+    corners = [[x, y, z] for x, z in stone["vertices"] for y in (-0.3, 0.3)]
+    assert simulate(motion, stacked(stone), azimuth_deg=0.0).overturned.item() == 0.0
+    assert simulate(motion, Polyhedron(corners), orientation_deg=0.0).overturned.item() == 0.0
+    with refused(ArgumentError, "outline of element stone-0", "compute it in 2-D"):
+        simulate(motion, stacked(stone), orientation_deg=0.0)
+
+
+def test_a_width_at_which_the_outline_touches_is_refused() -> None:
+    """Twice as wide, the stone tips at twice the angle (nearly) and its shoulders touch at half of it."""
+    scene = stacked(shouldered(0.06, depth=0.1))
+    quiet = towards_north(np.zeros(20))
+    assert simulate(quiet, scene, orientation_deg=0.0, b_over_h=[0.6]).overturned.item() == 0.0
+    with refused(ArgumentError, "b_over_h: 1.2 at the height 1 m; then the outline of element stone-0 would meet"):
+        simulate(quiet, scene, orientation_deg=0.0, b_over_h=[0.6, 1.2])
 
 
 def test_a_cup_or_a_tee_of_pieces_on_top_is_a_stack() -> None:

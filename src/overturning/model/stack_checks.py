@@ -1,5 +1,6 @@
 """Checks of a scene as a 3-D stack of stones: reasons why it cannot be simulated as one."""
 
+import math
 from typing import Final
 
 import numpy as np
@@ -8,7 +9,14 @@ from overturning.errors import ArgumentError
 from overturning.model.element import ContactLaw
 from overturning.model.geometry import PlacedElement, place_elements
 from overturning.model.scene import Scene
-from overturning.model.stack_stones import LEVEL_TOLERANCE, ends_of_level_face, patches_at_rest, stone_of_element
+from overturning.model.stack_stones import (
+    LEVEL_TOLERANCE,
+    StackStone,
+    ends_of_level_face,
+    patches_at_rest,
+    stone_of_element,
+)
+from overturning.model.stack_touch import touches_before_tipping
 from overturning.units import STANDARD_GRAVITY
 
 LEAST_MARGIN: Final = 5.0
@@ -70,11 +78,23 @@ def _reasons_stones_are_not_level_or_balanced(scene: Scene) -> list[str]:
     if faults:
         return faults
     stones = [stone_of_element(item, item.element.depth, ContactLaw(between=("a", "b"))) for item in placed]
-    patches = patches_at_rest(stones)
-    return [
+    faults = reasons_stones_do_not_stand(stones)
+    body = "; simulate it as a body in 3-D, given as a polyhedron or a mesh" if len(stones) == 1 else ""
+    return [f"{fault}{body}" for fault in faults]
+
+
+def reasons_stones_do_not_stand(stones: list[StackStone]) -> list[str]:
+    """Return the reasons why stones, listed from the lowest up, do not stand in balance on their bases alone."""
+    faults = [
         f"what stands on the joint below {stone.name} has its centre of mass outside it"
-        for stone, patch in zip(stones, patches, strict=True)
+        for stone, patch in zip(stones, patches_at_rest(stones), strict=True)
         if not np.all(patch.reach > 0.0)
+    ]
+    return faults or [
+        f"the outline of element {touch.stone} would meet the face below at a tilt of "
+        f"{math.degrees(touch.touching_tilt):.3g}°, before it tips over the edge of its base at "
+        f"{math.degrees(touch.critical_angle):.3g}°"
+        for touch in touches_before_tipping(stones)
     ]
 
 

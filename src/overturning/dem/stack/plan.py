@@ -46,7 +46,8 @@ from overturning.dem.time_step import IntegrationScheme, parse_scheme
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.stack import Stack
-from overturning.model.stack_stones import StackStone, patches_at_rest
+from overturning.model.stack_checks import reasons_stones_do_not_stand
+from overturning.model.stack_stones import StackStone
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
@@ -144,12 +145,11 @@ class StackSimulationPlan(SimulationPlan3D):
 def _check_that_stacks_stand(sizes: FloatArray, stacks: list[list[StackStone]]) -> None:
     """Raise an `ArgumentError` if a stack with one of the `sizes` (height, B/H) cannot stand."""
     for (height, ratio), stones in zip(sizes.tolist(), stacks, strict=True):
-        for stone, patch in zip(stones, patches_at_rest(stones), strict=True):
-            if not np.all(patch.reach > 0.0):
-                raise ArgumentError(
-                    f"b_over_h: {ratio:g} at the height {height:g} m; what stands on the joint below {stone.name} then "
-                    "has its centre of mass outside it: choose B/H and height nearer to those of the scene"
-                )
+        if faults := reasons_stones_do_not_stand(stones):
+            raise ArgumentError(
+                f"b_over_h: {ratio:g} at the height {height:g} m; then {faults[0]}: choose B/H and height nearer to "
+                "those of the scene"
+            )
 
 
 def _check_stack_arguments(cases: Cases, numerics: NumericalOptions) -> None:

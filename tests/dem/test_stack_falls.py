@@ -7,10 +7,13 @@ import numpy as np
 import pytest
 
 from overturning.dem.simulate import simulate
+from overturning.dem.stack.statics import joint_table, stone_table
 from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
+from overturning.model.contact import VertexContact
 from overturning.model.scene import Scene
 from overturning.model.shapes import Polyhedron
+from overturning.model.stack import Stack
 from overturning.model.stack_checks import reasons_scene_is_no_stack
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -101,6 +104,48 @@ def test_a_fallen_stone_flies_relative_to_the_base_that_accelerates() -> None:
         passed = float(path["time"].to_numpy()[later] - path["time"].to_numpy()[last])
         thrown = velocity[last] * passed + 0.5 * np.array([0.0, -6.0, 3.0 - GRAVITY]) * passed**2
         np.testing.assert_allclose(place[later] - place[last], thrown, atol=1e-9)
+
+
+CUBE: dict[str, Any] = {"width": 0.5, "depth": 0.5, "height": 0.5}
+
+
+@pytest.mark.parametrize(
+    ("below", "stone", "rim", "peak"),
+    [
+        ({"width": 0.5, "depth": 0.5, "height": 0.3}, {**CUBE, "at": (0.2, 0.0)}, 0.05, 4.0),
+        ({"vertices": [[-0.5, 0.0], [0.5, 0.0], [0.15, 0.3], [-0.15, 0.3]], "depth": 0.5}, CUBE, 0.15, 9.0),
+        ({"width": 1.5, "depth": 1.5, "height": 0.3}, CUBE, 0.25, 14.0),
+    ],
+)
+def test_a_stone_is_upright_until_its_centre_passes_the_edge_that_it_tips_over(
+    below: dict[str, Any], stone: dict[str, Any], rim: float, peak: float
+) -> None:
+    """The edge is `rim` from the centre, 0.25 m below it; the time is that of the path and of the 2-D scene."""
+    time = np.arange(0.0, 4.0, 0.005)
+    wave = np.where(time < 0.8, -peak * np.sin(2.0 * np.pi * time / 0.8), 0.0)
+    motion = Motion(wave, 0.0 * wave, sampling_interval=0.005)
+    scene = stacked(below, stone, contacts=[{"between": ("stone", "stone"), "friction": 2.0}])
+    plane = simulate(motion, scene, azimuth_deg=0.0)
+    path = trajectory(motion, scene, orientation_deg=0.0)
+    assert path["overturned"].to_numpy().tolist() == np.abs(plane.overturned.to_numpy().ravel()).tolist() == [0.0, 1.0]
+    tilt = np.hypot(path["tilt_north"], path["tilt_east"]).to_numpy()[:, 1]
+    computed = path["simulated"].to_numpy()[:, 1] > 0.0
+    upright = path["time"].to_numpy()[computed & (tilt < np.sin(np.arctan(rim / 0.25)))]
+    found = float(path["overturning_time"].to_numpy()[1])
+    assert upright[-1] <= found < upright[-1] + 0.006
+    assert found == pytest.approx(float(plane.overturning_time.to_numpy().ravel()[1]), abs=0.01)
+
+
+def test_a_slab_held_down_by_a_stone_balances_with_it() -> None:
+    """The slab's own centre is 0.05 m beyond the rim; that of slab and stone is 0.16 m from it and 0.23 m above it."""
+    stones = Stack(stacked(
+        CUBE, {"width": 1.0, "depth": 0.5, "height": 0.1, "at": (0.3, 0.0)},
+        {"width": 0.3, "depth": 0.5, "height": 0.5, "at": (-0.35, 0.0)},
+    )).stones()  # fmt: skip
+    table = stone_table(stones, joint_table(stones, VertexContact()))
+    assert np.degrees(np.arcsin(np.sqrt(table["critical"]))) == pytest.approx(
+        np.degrees(np.arctan([1.0, 0.16 / 0.23, 0.15 / 0.25]))
+    )
 
 
 def rectangle(left: float, right: float, low: float, high: float) -> list[list[float]]:

@@ -68,7 +68,8 @@ the record stays below the part `REST_THRESHOLD_FACTOR` of this acceleration."""
 OVERHANG: Final = 0.001
 """Depth of a corner of a leaning stone below the face that carries it, as a share of the height of its centre.
 
-Beyond this depth the stone tips over the rim of the face, and has fallen."""
+Beyond this depth, and beyond the critical angle of its base, the stone tips over the rim of the face, and has fallen.
+Between the critical angle of its contact at rest and that of its base, a stone that overhangs may still come back."""
 
 
 @njit(**INLINE)
@@ -166,7 +167,7 @@ def first_fallen_stone(state: Any, lane: int, stone_count: int, corner_limit: in
         axes = rotation_matrix(stone.turn)
         if axes.zz <= constants.fallen or depth_below_place_on_support(state, lane, s) > constants.drop:
             return s
-        leans = lean_as_squared_sine(axes) > constants.critical
+        leans = lean_as_squared_sine(axes) > constants.base_critical
         if s > 0 and leans and stone_hangs_over_rim(state, lane, s, stone_count, corner_limit):
             return s
     return stone_count

@@ -161,13 +161,13 @@ def turn_joint_frame(upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_cou
 
 @njit(**APART)
 def keep_normal_beyond_critical_lean(upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
-    """Keep the normal of the lower face where the upper stone leans beyond its critical angle, for all stacks.
+    """Keep the normal of the lower face where a stone leans beyond the critical angle of its base, for all stacks.
 
     Such a stone has fallen as soon as a corner of its base is below the rim (`stone_hangs_over_rim`).
     """
     for j in range(whole_vectors(lane_count)):
         rim, axes = load_rim(joint_rows, j), load_axes(upper_rows, j)
-        upright = lean_as_squared_sine(axes) < load_constants(upper_rows, j).critical
+        upright = lean_as_squared_sine(axes) < load_constants(upper_rows, j).base_critical
         store_rim(joint_rows, j, RimLoad(
             rim.load, rim.x, rim.y, rim.slope_x if upright else 0.0, rim.slope_y if upright else 0.0
         ))  # fmt: skip

@@ -181,6 +181,7 @@ def initialise_stone(rows: Any, lane: int, constants: Any) -> None:
             constants.axx, constants.ayy, constants.azz, constants.axy, constants.axz, constants.ayz
         ),
         mass=constants.mass, foot=constants.foot, top=constants.top, critical=constants.critical,
+        base_critical=constants.base_critical,
         fallen=constants.fallen, drop=constants.drop,
     ))  # fmt: skip
     at, still = constants.start, Vector3(0.0, 0.0, 0.0)

@@ -110,7 +110,9 @@ class StoneConstants(NamedTuple):
     top: float
     """Height of the upper face above the centre, m."""
     critical: float
-    """`lean_as_squared_sine` at which the stone, alone on a plane, would tip over its nearest edge."""
+    """`lean_as_squared_sine` at which the stone balances on the nearest side of its contact at rest."""
+    base_critical: float
+    """`lean_as_squared_sine` at which the stone, on a plane, would balance on the nearest side of its base."""
     fallen: float
     """Cosine of the smallest tilt at which the stone has fallen."""
     drop: float

@@ -13,11 +13,11 @@ from overturning.dem.linear import solve_positive_definite_system
 from overturning.dem.stack.landing import NEVER, RIM_SHARE
 from overturning.dem.stack.tables import JOINT, STONE
 from overturning.model.contact import MAX_CONTACT_WIDTH, VertexContact
-from overturning.model.stack_stones import ContactPatchAtRest, StackStone, patches_at_rest
+from overturning.model.stack_stones import ContactPatchAtRest, StackStone, patches_at_rest, polygon_side_distances
 from overturning.units import STANDARD_GRAVITY
 
 FALLEN_TILT: Final = np.pi / 3.0
-"""Tilt at which a stone has fallen, rad, or half of the angle beyond its critical angle, whichever is more."""
+"""Tilt at which a stone has fallen, rad, or the mean of 90° and the critical angle of its base, whichever is more."""
 
 
 @dataclass(frozen=True)
@@ -67,13 +67,15 @@ def stone_table(stones: list[StackStone], joints: JointTable) -> NDArray[np.void
     table, level = np.zeros(len(stones), STONE), 0.0
     pose = pose_at_rest(stones, joints)
     pairs = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
-    for stone, row, depth, shift in zip(stones, table, joints.penetration, pose, strict=True):
+    for stone, row, depth, shift, patch in zip(stones, table, joints.penetration, pose, joints.patches, strict=True):
         inverse = inverse_of_inertia(stone.inertia)
         for name, at in pairs.items():
             row[f"a{name}"], row[f"i{name}"] = stone.inertia[at], inverse[at]
         reach = stone.nearest_base_side_distance
         row["mass"], row["foot"], row["top"], row["reach"] = stone.mass, stone.foot, stone.top, reach
-        row["critical"] = reach**2 / (reach**2 + stone.foot**2)
+        ahead, height = distance_and_height_over_nearest_patch_side(stone, patch)
+        row["critical"] = ahead**2 / (ahead**2 + height**2)
+        row["base_critical"] = reach**2 / (reach**2 + stone.foot**2)
         tilt = max(FALLEN_TILT, 0.5 * (np.arctan2(reach, stone.foot) + 0.5 * np.pi))
         row["fallen"] = np.round(np.cos(tilt), 12)
         centre = level + stone.foot
@@ -84,6 +86,20 @@ def stone_table(stones: list[StackStone], joints: JointTable) -> NDArray[np.void
         row["rest"], row["drop"] = start["z"], max(stone.drop, 2.0 * depth)
         level += stone.foot + stone.top
     return table
+
+
+def distance_and_height_over_nearest_patch_side(stone: StackStone, patch: ContactPatchAtRest) -> tuple[float, float]:
+    """Return the distance (m) and height (m) of the centre of mass that tips over the nearest side of a contact patch.
+
+    The centre is that of the stone; if it is held down by stones above, outside the patch, that of all stones above the
+    patch.
+    """
+    base = stone.nearest_base_side_distance
+    side = float(polygon_side_distances(patch.corners, stone.x).min())
+    if side <= 0.0:
+        return float(patch.reach.min()), patch.height
+    # Where the whole base rests on the face below, its sides are those of the patch but for rounding.
+    return (side if side < base * (1.0 - 1e-9) else base), stone.foot
 
 
 def base_positions_at_rest(stones: NDArray[np.void]) -> FloatArray:

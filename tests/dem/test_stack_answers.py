@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from overturning.dem.simulate import simulate
 from overturning.dem.trajectory import trajectory
@@ -147,6 +148,36 @@ def test_stiff_and_extreme_stacks_return_with_an_outcome_or_a_reason() -> None:
     # Without friction, or under strong vertical motion, a stack may slide or hop on until the time limit.
     assert counts[CaseStatus.FAILED] == 0, counts
     assert counts[CaseStatus.UNSTABLE] + counts[CaseStatus.OVER_BUDGET] <= 0.12 * len(statuses), counts
+
+
+def test_the_slip_of_a_stone_on_a_stone_that_twists_is_towards_north_and_east() -> None:
+    """From the path: where the middle of the cap's base was and is on the shaft's face, as the shaft stands then."""
+    scene = Scene.model_validate({
+        "name": "cap", "reference": "shaft", "materials": {"stone": {}, "slick": {}},
+        "contacts": [
+            {"between": ["stone", "stone"], "friction": 0.7}, {"between": ["slick", "stone"], "friction": 0.5},
+        ],
+        "elements": [
+            {"name": "ground", "kind": "driven", "width": 40.0, "height": 1.0, "at": [0.0, -1.0]},
+            {"name": "shaft", "width": 0.242, "depth": 0.242, "height": 0.636, "stands_on": "ground"},
+            {"name": "cap", "width": 0.08, "depth": 0.08, "height": 0.02, "material": "slick", "stands_on": "shaft"},
+        ],
+    })  # fmt: skip
+    rows = 5.0 * waves(0)
+    motion = Motion(rows[0], -rows[1], sampling_interval=INTERVAL, trust_data=True)
+    path = trajectory(motion, scene, orientation_deg=40.0)
+    assert abs(float(path["residual_twist"].to_numpy()[0])) > 5.0
+    place, upward = path["place"].to_numpy(), np.array([0.0, 0.0, 1.0])
+    on_shaft, shaft = [], None
+    for row in (0, -1):
+        shaft, cap = (Rotation.from_quat(path["quaternion"].to_numpy()[row, n], scalar_first=True) for n in (0, 1))
+        apart = place[row, 1] - 0.01 * cap.apply(upward) - (place[row, 0] + 0.318 * shaft.apply(upward))
+        on_shaft.append(shaft.inv().apply(apart))
+    assert shaft is not None
+    east, north, _ = shaft.apply(on_shaft[1] - on_shaft[0])
+    assert np.hypot(north, east) > 0.01
+    found = [float(path[f"residual_slip_{name}"].to_numpy()[1]) for name in ("north", "east")]
+    assert found == pytest.approx([north, east], abs=1e-6)
 
 
 def test_the_path_has_the_outcome_of_the_cell_and_a_film_of_all_stones() -> None:

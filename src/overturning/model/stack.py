@@ -27,8 +27,8 @@ _PER_STONE: Final = {
 }  # fmt: skip
 _OTHER_MEANING: Final = {
     "peak_tilt": "largest angle between the stone's axis and the vertical",
-    "residual_slip_north": "northward displacement at the end, relative to what the stone stands on",
-    "residual_slip_east": "eastward displacement at the end, relative to what the stone stands on",
+    "residual_slip_north": "northward displacement, at the end, of the base on the face below from its place at rest",
+    "residual_slip_east": "eastward displacement, at the end, of the base on the face below from its place at rest",
     "residual_twist": "rotation at the end relative to what the stone stands on, clockwise from above",
 }
 

@@ -314,6 +314,10 @@ def write_stack_results(
             place.x - constants.foot * turn.xz,
             place.y - constants.foot * turn.yz,
         )
+        # The axes of what the stone stands on, seen along its normal; not by angles, whose last digits differ.
+        cosine, sine = axes.xx + axes.yy, axes.yx - axes.xy
+        one = 1.0 / math.sqrt(cosine * cosine + sine * sine)
+        stone_results[s].support_cosine, stone_results[s].support_sine = one * cosine, one * sine
         stone_results[s].twist = math.atan2(turn.yx - turn.xy, turn.xx + turn.yy)
         stone_results[s].top_x, stone_results[s].top_y = own.xz, own.yz
         below, axes = stone.place, own

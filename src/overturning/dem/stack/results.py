@@ -33,12 +33,11 @@ def stack_outcomes(
             orientation_deg[:, None] - rounded_degrees(np.arctan2(stone_results["top_y"], stone_results["top_x"])),
             360.0,
         )
-        north, east, x, y = (
-            direction_cosines[:, :1],
-            direction_cosines[:, 1:],
-            stone_results["slip_x"],
-            stone_results["slip_y"],
-        )
+        north, east = direction_cosines[:, :1], direction_cosines[:, 1:]
+        # From the axes of what the stone stands on at the end to those of the orientation.
+        cosine, sine = stone_results["support_cosine"], stone_results["support_sine"]
+        x = cosine * stone_results["slip_x"] - sine * stone_results["slip_y"]
+        y = sine * stone_results["slip_x"] + cosine * stone_results["slip_y"]
         found = {
             "overturned": fell,
             "status": results["status"],

@@ -69,6 +69,10 @@ class StoneResultTableColumns(NamedTuple):
     slip_x: float
     """Displacement at the end relative to what the stone stands on, in the axes of that stone, m."""
     slip_y: float
+    support_cosine: float
+    """Cosine of the rotation, since the start, of what the stone stands on about its normal, anticlockwise."""
+    support_sine: float
+    """Sine of that rotation."""
     twist: float
     """Rotation about the normal of what the stone stands on, anticlockwise from above, rad."""
     top_x: float

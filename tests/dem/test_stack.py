@@ -189,7 +189,10 @@ def test_a_stack_at_rest_stays_at_rest() -> None:
 
 @pytest.mark.parametrize(
     ("name", "reason"),
-    [("against-a-wall", "element wall does not stand free"), ("boulder", "element boulder has no depth")],
+    [
+        ("against-a-wall", "element wall does not stand free"),
+        ("boulder", "element boulder has no depth: give its depth"),
+    ],
 )
 def test_a_scene_that_is_no_stack_is_refused_with_the_reason(name: str, reason: str) -> None:
     quiet = Motion(np.zeros(50), np.zeros(50), sampling_interval=INTERVAL, trust_data=True)

@@ -242,6 +242,26 @@ def test_a_width_at_which_the_outline_touches_is_refused() -> None:
         simulate(quiet, scene, orientation_deg=0.0, b_over_h=[0.6, 1.2])
 
 
+@pytest.mark.parametrize(
+    ("stone", "law", "reason"),
+    [
+        ({"fallen_rotation_deg": 30.0}, {}, "element stone-0 has fallen_rotation_deg 30"),
+        ({}, {"static_penetration": 1e-5}, "contact of stone-0 has static_penetration 1e-05"),
+        ({}, {"stiffness": 1e8}, "contact of stone-0 has a stiffness"),
+        ({}, {"static_penetration": 1e-7, "stiffness_ratio": 0.5}, None),
+    ],
+)
+def test_a_key_that_3d_does_not_have_is_refused(stone: dict[str, Any], law: dict[str, Any], reason: str | None) -> None:
+    """It would be ignored; a value that is the default changes nothing."""
+    scene = stacked({**BOX, **stone}, contacts=[{"between": ("stone", "stone"), **law}])
+    quiet = towards_north(np.zeros(20))
+    if reason is None:
+        assert simulate(quiet, scene, orientation_deg=[0.0]).overturned.item() == 0.0
+    else:
+        with refused(ArgumentError, reason, "compute it in 2-D"):
+            simulate(quiet, scene, orientation_deg=[0.0])
+
+
 def test_a_cup_or_a_tee_of_pieces_on_top_is_a_stack() -> None:
     """A gap in a face on which nothing stands does not matter, nor do pieces that join to one level face."""
     tee = [rectangle(-0.1, 0.1, 0.0, 0.3), rectangle(-0.3, 0.0, 0.3, 0.4), rectangle(0.0, 0.3, 0.3, 0.4)]

@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 
 from overturning.errors import ArgumentError
+from overturning.model.contact import STATIC_PENETRATION
 from overturning.model.element import ContactLaw
 from overturning.model.geometry import PlacedElement, place_elements
 from overturning.model.scene import Scene
@@ -48,8 +49,18 @@ def reasons_scene_is_no_stack(scene: Scene) -> list[str]:
         elif element.rotation_deg or element.at[1] != 0.0:
             faults.append(f"element {element.name} is rotated or raised")
         elif "depth" not in element.model_fields_set:
-            faults.append(f"element {element.name} has no depth")
+            faults.append(f"element {element.name} has no depth: give its depth")
+        if element.fallen_rotation_deg is not None:
+            faults.append(
+                f"element {element.name} has fallen_rotation_deg {element.fallen_rotation_deg:g}, which 3-D does not "
+                "have: leave it out"
+            )
         law = scene.contact_law(below, element)
+        if law.static_penetration != STATIC_PENETRATION:
+            faults.append(
+                f"the contact of {element.name} has static_penetration {law.static_penetration:g}, which 3-D does not "
+                "have: leave it out"
+            )
         if law.stiffness != "auto" or law.damping is not None:
             faults.append(f"the contact of {element.name} has a stiffness or dashpot of 2-D corners")
     return faults or _reasons_stones_are_not_level_or_balanced(scene)

@@ -10,6 +10,7 @@ from overturning.labels import earthquake_assignment_notes, unsimulated_azimuth_
 from overturning.model.planes import azimuth_period_of_cube_deg
 from overturning.model.symmetry import PLANE_PERIOD
 from overturning.statistics.by_record import record_masks_by_group
+from overturning.statistics.falls import overturned_shares_by_record
 from overturning.statistics.map_choice import choose_map_records
 from overturning.study.cube import element_name_of_cube, first_shown_height_and_friction, record_sources
 from overturning.study.scenes import variant_scene
@@ -59,7 +60,8 @@ class ChosenMap(Finding):
     station: str
     event: str
     reason: str
-    """Reason for the choice: "every record", "most aligned", "median", "least aligned" or "clearest axis"."""
+    """Reason for the choice: "every record", "most aligned", "median", "least aligned", "clearest axis" or
+    "first with falls"."""
     alignment: Number
     """Mean cos 2Δ of the falls under this record: 1 normal to the fault, −1 along it."""
 
@@ -127,7 +129,7 @@ def choose_report_maps(results: StudyResults) -> ReportMaps:
     normal = cube["fault_normal"].to_numpy().astype(np.float64)
     alignment = length * np.cos(np.radians(2.0 * (axis - normal)))
     block = first_shown_height_and_friction(cube, results.study)
-    names = results.record_names
+    names, shares = results.record_names, overturned_shares_by_record(cube).to_numpy()
     return ReportMaps(
         height_m=block["height"][0] if "height" in block else float("nan"),
         friction=block["friction"][0] if "friction" in block else float("nan"),
@@ -140,7 +142,9 @@ def choose_report_maps(results: StudyResults) -> ReportMaps:
                 reason=reason,
                 alignment=float(alignment[place]),
             )
-            for place, reason in choose_map_records(cube, alignment, length)
+            for place, reason in choose_map_records(
+                cube, alignment, length, overturned_shares_by_record(cube).to_numpy()
+            )
         ],
     )
 

@@ -7,6 +7,7 @@ import xarray as xr
 
 from overturning.arrays import FloatArray
 from overturning.statistics.by_record import record_masks_by_group
+from overturning.statistics.circular import LEAST_RESULTANT
 
 MOST_MAPS = 4
 """Largest number of maps."""
@@ -17,6 +18,9 @@ EVERY, MOST, MEDIAN, LEAST = "every record", "most aligned", "median", "least al
 CLEAREST = "clearest axis"
 """Reason for the record whose falls agree best with each other, whatever the fault normal."""
 
+FIRST = "first with falls"
+"""Reason for the first records with falls, where the falls of no record have an axis."""
+
 
 class ChosenMapRecord(NamedTuple):
     """Record whose map a report shows: index of the record, and the reason why it was chosen."""
@@ -26,7 +30,7 @@ class ChosenMapRecord(NamedTuple):
 
 
 def choose_map_records(
-    cube: xr.Dataset, record_alignment: FloatArray, axis_resultant: FloatArray
+    cube: xr.Dataset, record_alignment: FloatArray, axis_resultant: FloatArray, share_overturned: FloatArray
 ) -> list[ChosenMapRecord]:
     """Choose at most `MOST_MAPS` records of a study whose maps a report shows.
 
@@ -37,22 +41,26 @@ def choose_map_records(
     record_alignment : array of float, shape (records,)
         Mean cos 2Δ of each record, Δ the angle from the fault normal to a fall; NaN if it is not known.
     axis_resultant : array of float, shape (records,)
-        Resultant of the fall axes of each record, 0 to 1; NaN without falls.
+        Resultant of the fall axes of each record, 0 to 1; NaN without falls, or if the planes impose the axis.
+    share_overturned : array of float, shape (records,)
+        Share of the cases of each record that overturn.
 
     Returns
     -------
     list of ChosenMapRecord
         All records of a study with few records; otherwise the record with the most, the median and the least
         aligned falls, and the one with the clearest axis, each of another earthquake; without fault normals the
-        records with the clearest axes.
+        records with the clearest axes; if no record has an axis (resultant of `LEAST_RESULTANT`), the first ones with
+        falls.
     """
     if record_alignment.size <= MOST_MAPS:
         return [ChosenMapRecord(place, EVERY) for place in range(record_alignment.size)]
     members = next(iter(record_masks_by_group(cube).values()))
     events = cube["event"].to_numpy().astype(str)
     by_alignment = _record_indices_by_descending_value(record_alignment, members)
+    clear = _record_indices_by_descending_value(axis_resultant, members & (axis_resultant >= LEAST_RESULTANT))
     wanted: list[tuple[str, list[int]]] = []
-    if by_alignment:
+    if clear and by_alignment:
         middle = len(by_alignment) // 2
         nearest = sorted(range(len(by_alignment)), key=lambda rank: (abs(rank - middle), rank))
         wanted += [
@@ -60,14 +68,15 @@ def choose_map_records(
             (LEAST, by_alignment[::-1]),
             (MEDIAN, [by_alignment[rank] for rank in nearest]),
         ]
-    wanted += [(CLEAREST, _record_indices_by_descending_value(axis_resultant, members))] * (MOST_MAPS - len(wanted))
+    last = (CLEAREST, clear) if clear else (FIRST, np.flatnonzero(members & (share_overturned > 0)).tolist())
+    wanted += [last] * (MOST_MAPS - len(wanted))
     chosen: list[ChosenMapRecord] = []
     for reason, order in wanted:
         used = {events[one.place] for one in chosen}
         place = next((place for place in order if events[place] not in used), None)
         if place is not None:
             chosen.append(ChosenMapRecord(place, reason))
-    reasons = (MOST, MEDIAN, LEAST, CLEAREST)
+    reasons = (MOST, MEDIAN, LEAST, CLEAREST, FIRST)
     return sorted(chosen, key=lambda one: reasons.index(one.reason))
 
 

@@ -14,10 +14,12 @@ import xarray as xr
 import overturning
 from overturning.cli import main
 from overturning.findings.collect import Findings, findings_schema
-from overturning.findings.extent import study_extent
+from overturning.findings.direction import fall_direction_findings
+from overturning.findings.extent import choose_report_maps, study_extent
 from overturning.findings.lines import finding_lines
 from overturning.findings.processing import DRIFT, TRUSTED
 from overturning.findings.results import StudyResults, open_study_results
+from overturning.findings.study import record_facts
 from overturning.findings.values import Estimate
 from tests.report.tiny_studies import make_results, pulse_record
 
@@ -158,8 +160,6 @@ def test_a_missing_result_is_named(tmp_path: Path) -> None:
 
 def test_blocks_that_fall_in_every_direction_or_in_none_have_no_axis(folder: Path) -> None:
     """The slender half falls in all planes, the rest in none: there is no axis, and rounding errors make none."""
-    from overturning.findings.direction import fall_direction_findings
-
     with open_study_results(folder) as results:
         cube = results.cube.load()
         slender = (cube["b_over_h"] < float(cube["b_over_h"].mean())).broadcast_like(cube["overturned"])
@@ -181,8 +181,44 @@ def test_records_that_no_block_falls_under_have_no_direction(folder: Path) -> No
         changed = StudyResults(
             **{name: getattr(results, name) for name in results.__dataclass_fields__} | {"cube": still}
         )
-        from overturning.findings.direction import fall_direction_findings
-
         direction = fall_direction_findings(changed)
     assert not direction.has_comparable_axis
     assert all(one.alignment.value is None for one in direction.groups)
+
+
+@pytest.mark.parametrize(
+    ("planes", "reason"),
+    [
+        ([60, 75, 90], "part of the circle"),
+        ([60, 75, 90, 240, 255, 270], "part of the circle"),
+        ([60, 240], "one plane"),
+    ],
+)
+def test_planes_of_a_sector_give_shares_but_no_axis(
+    folder: Path, cube: xr.Dataset, planes: list[int], reason: str
+) -> None:
+    """Falls lie in the sector whatever the motion, so they would be aligned with any normal within it."""
+    with open_study_results(folder) as results:
+        values = {name: getattr(results, name) for name in results.__dataclass_fields__}
+        sector = StudyResults(**values | {"cube": results.cube.sel(azimuth=planes)})
+        direction, records, maps = fall_direction_findings(sector), record_facts(sector), choose_report_maps(sector)
+    assert direction.no_axis_because == reason
+    assert not direction.has_comparable_axis
+    assert direction.alignment_difference is None
+    for group in direction.groups:
+        assert group.alignment.value is None
+        assert group.axis_from_normal_deg is None
+        assert group.axis_resultant_within_record.value is None
+        assert all(rule.alignment.value is None for rule in group.by_rule)
+        assert all(one.axis_from_normal_deg is None for one in group.by_earthquake)
+    for record in records:
+        assert record.mean_axis_deg is None
+        assert record.mean_direction_deg is None
+        assert record.axis_resultant is None
+    assert all(one.alignment is None for one in maps.records)
+    expected = {}
+    for plane in [60, 75, 90] if reason == "part of the circle" else []:
+        flags = cube["overturned"].sel(azimuth=[one for one in planes if one % 180 == plane]).to_numpy()
+        expected[plane] = np.mean(flags[np.isfinite(flags)] != 0)
+    shares = {one.azimuth_deg: one.share_overturned for one in direction.share_overturned_by_plane}
+    assert shares == pytest.approx(expected)

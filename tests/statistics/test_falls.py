@@ -9,13 +9,16 @@ from overturning.labels import unsimulated_azimuth_label
 from overturning.model.body import Body
 from overturning.model.falls import model_of_cube
 from overturning.model.planes import (
+    LARGEST_RESULTANT_OF_PLANES,
     PlanarModel,
     azimuth_gaps_and_step,
     circle_share_of_planes,
     distinct_plane_indices,
     fall_probability_to_either_side,
+    planes_impose_axis,
 )
 from overturning.model.stack import Stack
+from overturning.statistics.circular import LEAST_RESULTANT
 from overturning.statistics.elements import count_falls_by_element, element_displacements
 from overturning.statistics.falls import (
     add_opposite_azimuths,
@@ -298,3 +301,26 @@ def test_a_part_of_a_cube_keeps_its_model() -> None:
     assert isinstance(model_of_cube(stack.expand_dims(aspect=[1.0])), Body)
     assert isinstance(model_of_cube(stack.expand_dims(aspect=[1.0]).isel(aspect=0)), Body)
     assert isinstance(model_of_cube(stack.rename(orientation="azimuth")), PlanarModel)
+
+
+@pytest.mark.parametrize(
+    ("azimuth", "imposed"),
+    [
+        ([32], True),
+        ([32, 212], True),  # one plane, moved both ways
+        (range(60, 120, 20), True),
+        ([*range(60, 120, 20), *range(240, 300, 20)], True),
+        (range(0, 90, 5), True),
+        (range(0, 165, 15), True),  # a plane of twelve is missing: resultant 1/11
+        (range(0, 175, 5), False),  # a plane of 36 is missing: resultant 1/35
+        (range(0, 180, 5), False),
+        (range(0, 360, 30), False),
+        (range(90, 270, 10), False),
+        ([0, 45, 90], True),
+        ([0, 90], False),
+        (sorted({*range(0, 180, 5), *range(60, 121)}), False),
+    ],
+)
+def test_planes_of_a_part_of_the_circle_impose_the_axis(azimuth, imposed: bool) -> None:
+    assert planes_impose_axis(list(azimuth)) is imposed
+    assert LARGEST_RESULTANT_OF_PLANES == LEAST_RESULTANT  # up to which falls have no axis

@@ -38,6 +38,12 @@ def test_no_study_of_the_package_is_doubted(path: Path) -> None:
 @pytest.mark.parametrize(
     ("keys", "sound", "line"),
     [
+        (
+            {"azimuth": {"start": 60, "stop": 120, "step": 20}},
+            {"azimuth": {"start": 60, "stop": 240, "step": 20}},
+            "azimuth: planes along 60, 80, 100 (degrees); falls lie in these planes whatever the motion",
+        ),
+        ({"azimuth": {"start": 32, "stop": 33}}, {}, "azimuth: 32 only (degrees); falls lie in these planes"),
         ({"site": soil(0.2)}, {"site": soil(30)}, "site.layers.0.velocity_m_s: 0.2 m/s below 30 m/s; km/s? Give 200"),
         (
             {"site": soil(150, 0.76)},

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from functools import partial
 from textwrap import wrap
 from typing import Any, Final, NamedTuple
 
@@ -23,11 +22,9 @@ from overturning.figures.style import (
     create_figure,
     is_drawing_for_phone,
 )
-from overturning.model.falls import model_of_cube
 from overturning.records.fault_trace import Trace, parse_fault_trace
-from overturning.statistics.by_record import apply_to_record_batches
 from overturning.statistics.circular import LEAST_RESULTANT
-from overturning.statistics.falls import mean_fall_directions
+from overturning.statistics.earthquakes import mean_fall_directions_by_record
 from overturning.study.cube import record_sources
 from overturning.units import EARTH_RADIUS_KM
 
@@ -107,11 +104,9 @@ def earthquakes_on_map(cube: xr.Dataset) -> list[EarthquakeOnMap]:
     """
     ids, events = (np.atleast_1d(cube[name].to_numpy()).astype(str) for name in ("record_id", "event"))
     stations, epicentres = _coordinates_of_records(cube, "station"), _coordinates_of_records(cube, "epicentre")
-    said, model = {row["id"]: row for row in record_sources(cube)}, model_of_cube(cube)
+    said = {row["id"]: row for row in record_sources(cube)}
     about = [said.get(name, {}) for name in ids.tolist()]
-    means = apply_to_record_batches(
-        partial(mean_fall_directions, summed_dims=model.case_dims, informative_only=True), cube, model.reads
-    )
+    means = mean_fall_directions_by_record(cube)
     clear = means["axis_resultant"].to_numpy() >= LEAST_RESULTANT
     axes = np.where(clear, means["mean_axis"].to_numpy(), np.nan).tolist()
     strikes = ((cube["fault_normal"].to_numpy().astype(np.float64) - 90.0) % 360.0).tolist()

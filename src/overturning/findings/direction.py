@@ -3,13 +3,16 @@
 import math
 
 import numpy as np
+from pydantic import Field
 
+from overturning.arrays import FloatArray
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Estimate, Finding, Number, estimate_from_mean
+from overturning.model.symmetry import PLANE_PERIOD
 from overturning.statistics.alignment_by_rule import FallAlignmentOfBlockSelection
 from overturning.statistics.bootstrap import mean_over_earthquakes
 from overturning.statistics.by_record import record_masks_by_group
-from overturning.statistics.falls import block_selection_rule_for_cube, count_outcome_changes
+from overturning.statistics.falls import block_selection_rule_for_cube, count_outcome_changes, overturning_indicator
 from overturning.statistics.space import planar_model_agreement_shares
 
 ALIGNMENT = "mean of cos 2Δ, Δ the angle from the fault normal to a fall: 1 normal to the fault, −1 along it"
@@ -49,7 +52,7 @@ class GroupFallDirection(Finding):
     group: str
     """Name of the group of records."""
     earthquakes: int
-    """Number of earthquakes with an alignment."""
+    """Number of earthquakes with records in the group; `alignment.earthquakes` counts those with an alignment."""
     alignment: Estimate
     """Mean of cos 2Δ over earthquakes, Δ the angle from the fault normal to a fall."""
     largest_possible_alignment: Number
@@ -84,14 +87,25 @@ class FallDirection(Finding):
     has_comparable_axis: bool
     """False if the falls have no axis that can be compared with a fault."""
     no_axis_because: str
-    """Reason why not: "no outcome", "no falls", "one plane", "falls in every plane", "every direction or none" or "no
-    fault normal"; empty if they have one."""
+    """Reason why not: "no outcome", "no falls", "one plane", "part of the circle", "falls in every plane", "every
+    direction or none" or "no fault normal"; empty if they have one."""
     groups: list[GroupFallDirection]
     """Direction of the falls of each group of records."""
     alignment_difference: Estimate | None
     """Alignment of the first group minus that of the second; None if there is one group."""
     outcome_changes_between_neighbours: dict[str, Number]
     """Share of neighbouring cells with different outcomes, by dimension."""
+    share_overturned_by_plane: list["OverturnedShareOfPlane"] = Field(default_factory=list)
+    """Share of the cases that overturn in each plane; empty unless the planes cover a part of the circle only."""
+
+
+class OverturnedShareOfPlane(Finding):
+    """Share of the cases that overturn in one vertical plane, over all records and blocks."""
+
+    azimuth_deg: float
+    """Azimuth of the plane, degrees, 0 to 180."""
+    share_overturned: Number
+    """Share of the cases with an outcome that overturn."""
 
 
 class AlignmentWithReference(Finding):
@@ -169,13 +183,31 @@ def _reason_for_no_fall_axis(results: StudyResults) -> str:
         return "no outcome"
     if results.share_overturned <= 0:
         return "no falls"
-    if results.has_single_motion_axis:
-        return "one plane"
+    if results.planes_impose_axis:
+        return "part of the circle" if np.unique(_planes_deg(results)).size > 1 else "one plane"
     if results.every_case_overturns:
         return "falls in every plane"
     if not results.falls_have_axis:
         return "every direction or none"
     return "" if results.has_known_fault_normal else "no fault normal"
+
+
+def _planes_deg(results: StudyResults) -> FloatArray:
+    """Return the plane of each azimuth of a 2-D study, degrees from 0 to below 180."""
+    return np.asarray(results.cube["azimuth"].to_numpy().astype(np.float64) % PLANE_PERIOD)
+
+
+def _overturned_share_by_plane(results: StudyResults) -> list[OverturnedShareOfPlane]:
+    """Return the share of the cases that overturn in each plane of a 2-D study."""
+    falls, planes = overturning_indicator(results.cube), _planes_deg(results)
+    others = [name for name in falls.dims if name != "azimuth"]
+    fallen, known = (part.sum(others).compute().to_numpy() for part in (falls, falls.notnull()))
+    shares = []
+    for plane in np.unique(planes):
+        own = planes == plane
+        share = float(fallen[own].sum() / known[own].sum()) if known[own].any() else math.nan
+        shares.append(OverturnedShareOfPlane(azimuth_deg=float(plane), share_overturned=share))
+    return shares
 
 
 def fall_direction_findings(results: StudyResults) -> FallDirection:
@@ -224,15 +256,16 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
     for dim in (results.model.direction, "b_over_h"):
         changed, pairs = count_outcome_changes(cube, dim)
         changes[dim] = changed / pairs if pairs else None
-    difference = results.first_minus_second_group_alignment
+    difference, reason = results.first_minus_second_group_alignment, _reason_for_no_fall_axis(results)
     return FallDirection(
         has_comparable_axis=results.has_fall_axis_and_fault_normal,
-        no_axis_because=_reason_for_no_fall_axis(results),
+        no_axis_because=reason,
         groups=groups,
         alignment_difference=estimate_from_mean(difference, f"difference of {ALIGNMENT}")
         if difference and difference.n
         else None,
         outcome_changes_between_neighbours=changes,
+        share_overturned_by_plane=_overturned_share_by_plane(results) if reason == "part of the circle" else [],
     )
 
 

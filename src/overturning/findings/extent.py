@@ -142,9 +142,7 @@ def choose_report_maps(results: StudyResults) -> ReportMaps:
                 reason=reason,
                 alignment=float(alignment[place]),
             )
-            for place, reason in choose_map_records(
-                cube, alignment, length, overturned_shares_by_record(cube).to_numpy()
-            )
+            for place, reason in choose_map_records(cube, alignment, length, shares)
         ],
     )
 

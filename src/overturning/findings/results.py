@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -14,12 +14,12 @@ from overturning.files import path_without_absolute_folder
 from overturning.labels import element_size_note
 from overturning.model.falls import model_of_cube
 from overturning.model.model import Model
+from overturning.model.planes import cube_planes_impose_axis
 from overturning.statistics import alignment_by_rule, earthquakes
 from overturning.statistics.bootstrap import MeanOverEarthquakes
-from overturning.statistics.by_record import apply_to_record_batches
 from overturning.statistics.circular import LEAST_RESULTANT
 from overturning.statistics.elements import ElementFallCounts, count_falls_by_element
-from overturning.statistics.falls import mean_fall_directions, overturning_indicator
+from overturning.statistics.falls import overturning_indicator
 from overturning.statistics.fragility import FittedFragilityCurve
 from overturning.statistics.logistic import LogisticFit, fit_logistic_overturning_model
 from overturning.statistics.space import planar_model_agreement_counts
@@ -115,10 +115,9 @@ class StudyResults:
         return model_of_cube(self.cube)
 
     @cached_property
-    def has_single_motion_axis(self) -> bool:
-        """True if every motion is along the same axis, so that falls show no preferred direction."""
-        axes = self.cube[self.model.direction].to_numpy().astype(np.float64) % 180.0
-        return self.model.one_component and bool(np.ptp(axes) == 0.0)
+    def planes_impose_axis(self) -> bool:
+        """True if the planes are one, or a sector, so that the axis of the falls is that of the planes."""
+        return cube_planes_impose_axis(self.cube)
 
     @cached_property
     def logistic_fit(self) -> LogisticFit | None:
@@ -167,10 +166,9 @@ class StudyResults:
     def mean_fall_directions_by_record(self) -> xr.Dataset:
         """Mean direction and mean axis of the falls under each record, with their resultant lengths.
 
-        Only informative blocks count.
+        Only informative blocks count. All are missing if the planes of the study impose the axis.
         """
-        means = partial(mean_fall_directions, summed_dims=self.model.case_dims, informative_only=True)
-        return apply_to_record_batches(means, self.cube, self.model.reads)
+        return earthquakes.mean_fall_directions_by_record(self.cube)
 
     @cached_property
     def fall_axes_by_group(self) -> dict[str, xr.Dataset]:
@@ -260,7 +258,7 @@ class StudyResults:
             self.has_known_fault_normal
             and self.falls_have_axis
             and self.share_overturned > 0
-            and not self.has_single_motion_axis
+            and not self.planes_impose_axis
             and not self.every_case_overturns
         )
 

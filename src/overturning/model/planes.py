@@ -7,7 +7,7 @@ ground motion seen from many sides, not independent samples: no function of this
 
 from dataclasses import dataclass, field, replace
 from itertools import combinations_with_replacement
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -119,6 +119,39 @@ def circle_share_of_planes(
         period_deg -= float((gap[not_computed] - step).sum())
         gap[not_computed] = step
     return (gap + np.roll(gap, 1)) / (2.0 * period_deg)
+
+
+LARGEST_RESULTANT_OF_PLANES: Final = 0.05
+"""Largest resultant of doubled plane azimuths with which planes count as spread over the half circle."""
+
+
+def planes_impose_axis(azimuth_deg: ArrayLike) -> bool:
+    """Return True if falls show an axis because of the choice of planes, whatever the motion.
+
+    So it is with a single plane, and with a gap (`azimuth_gaps_and_step`, modulo 180°) so wide that falls in all planes
+    alike have doubled axes with a resultant above `LARGEST_RESULTANT_OF_PLANES`. A missing plane of a fine grid is no
+    such gap. φ and φ + 180° are one plane, also for scenes without mirror symmetry: they have one axis.
+
+    Parameters
+    ----------
+    azimuth_deg : array_like, shape (n,)
+        Azimuths of the motion, degrees, in any order.
+    """
+    azimuth = np.asarray(azimuth_deg, dtype=np.float64)
+    plane = azimuth[distinct_plane_indices(azimuth)] % PLANE_PERIOD
+    if plane.size <= 1:
+        return True
+    if not azimuth_gaps_and_step(plane)[0].any():
+        return False
+    doubled = np.radians(2.0 * plane)
+    share = circle_share_of_planes(plane)
+    resultant = float(np.hypot(share @ np.cos(doubled), share @ np.sin(doubled)))
+    return resultant > LARGEST_RESULTANT_OF_PLANES
+
+
+def cube_planes_impose_axis(cube: "xr.Dataset") -> bool:
+    """Return True if falls in a 2-D cube show an axis because of its planes; False for 3-D (`planes_impose_axis`)."""
+    return "azimuth" in cube.dims and planes_impose_axis(cube["azimuth"].to_numpy())
 
 
 def relative_weight_of_azimuths(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> FloatArray:

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.model.falls import model_of_cube
+from overturning.model.planes import cube_planes_impose_axis
 from overturning.statistics.bootstrap import MeanOverEarthquakes, mean_over_earthquakes
 from overturning.statistics.by_record import apply_to_record_batches, record_masks_by_group
 from overturning.statistics.falls import (
@@ -47,6 +48,8 @@ def fault_normal_alignment_by_block_selection(
 
     The result has a list for each name of a group, with one entry for each rule of `block_rules`.
 
+    Alignments are missing if the planes of the cube impose the axis of the falls (`planes_impose_axis`).
+
     The cube is read in parts. Each rule uses the same bootstrap samples of earthquakes as `summarise_fall_axes`, whose
     alignment is that of the rule `block_selection_rule_for_cube(cube)`.
 
@@ -62,7 +65,7 @@ def fault_normal_alignment_by_block_selection(
     sums = apply_to_record_batches(
         partial(_sum_falls_by_block_rule, block_rules), cube, model_of_cube(cube).reads
     ).transpose("record", "rule")
-    vectors = mean_cosine_and_sine_to_reference(sums, cube["fault_normal"])
+    vectors = mean_cosine_and_sine_to_reference(sums, cube["fault_normal"]).where(not cube_planes_impose_axis(cube))
     cosine, sine = vectors["cosine"].to_numpy(), vectors["sine"].to_numpy()
     lengths, events = np.hypot(cosine, sine), np.atleast_1d(cube["event"].to_numpy().astype(str))
     found = dict[str, list[FallAlignmentOfBlockSelection]]()

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.model.falls import model_of_cube
+from overturning.model.planes import cube_planes_impose_axis
 from overturning.statistics.bootstrap import (
     MeanOverEarthquakes,
     bootstrap_interval,
@@ -28,7 +29,7 @@ from overturning.statistics.bootstrap import (
 )
 from overturning.statistics.by_record import apply_to_record_batches, record_masks_by_group
 from overturning.statistics.circular import LEAST_RESULTANT, NO_DIRECTION, common_axis_test, wrap_axis_difference
-from overturning.statistics.falls import mean_cosine_and_sine_to_reference, sum_fall_vectors
+from overturning.statistics.falls import mean_cosine_and_sine_to_reference, mean_fall_directions, sum_fall_vectors
 from overturning.units import EARTH_RADIUS_KM
 
 
@@ -43,6 +44,17 @@ def fall_vector_sums_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
         partial(sum_fall_vectors, summed_dims=over, informative_only=True), cube, model.reads
     )
     return made.transpose("record", *kept_dims)
+
+
+def mean_fall_directions_by_record(cube: xr.Dataset) -> xr.Dataset:
+    """Compute mean direction and mean axis of the falls under each record, over the blocks that show a direction.
+
+    The variables are those of `mean_fall_directions`. All are missing if the planes of the cube impose the axis
+    (`planes_impose_axis`). The cube is read in batches of records.
+    """
+    model = model_of_cube(cube)
+    means = partial(mean_fall_directions, summed_dims=model.case_dims, informative_only=True)
+    return apply_to_record_batches(means, cube, model.reads).where(not cube_planes_impose_axis(cube))
 
 
 def fall_axes_by_earthquake(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
@@ -68,11 +80,12 @@ def fall_axes_by_earthquake(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
         this vector; ``largest``, the mean over records of the resultant of the falls of each record, an upper bound of
         the mean of cos 2Δ; ``axis``, the axis of the vector (degrees in (−90, 90], 0 is the fault normal);
         ``falls``, True if any block falls; and ``records``, the number of records. The first four are missing if no
-        block falls or no fault normal is known; the axis also if the resultant is below `LEAST_RESULTANT`.
+        block falls, no fault normal is known, or the planes of the cube impose the axis (`planes_impose_axis`); the
+        axis also if the resultant is below `LEAST_RESULTANT`.
     """
     sums = fall_vector_sums_by_record(cube, *kept_dims)
     vectors, events = (
-        mean_cosine_and_sine_to_reference(sums, cube["fault_normal"]),
+        mean_cosine_and_sine_to_reference(sums, cube["fault_normal"]).where(not cube_planes_impose_axis(cube)),
         np.atleast_1d(cube["event"].values).astype(str),
     )
     cosine, sine = (means_by_earthquake(vectors[name].values, events) for name in ("cosine", "sine"))

@@ -9,7 +9,9 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.dem.polygon.prepare import reason_scene_moves_by_itself
 from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.planes import planes_impose_axis
 from overturning.model.scene import Scene
+from overturning.model.symmetry import PLANE_PERIOD
 from overturning.motion.soil import RockHalfSpace, SoilLayer
 from overturning.records.site import SoilSite
 from overturning.settings import StonePopulation, UniformRange
@@ -37,6 +39,7 @@ LARGEST_SHARE_OUTSIDE: Final = 0.2
 
 def implausible_setting_warnings(study: Study) -> Iterator[str]:
     """Yield a warning for each implausible value in a study, with key, value, limit and likely cause."""
+    yield from _azimuth_warnings(study)
     yield from _block_setting_warnings(study)
     for key, site in soils_of_study(study):
         yield from _soil_layer_warnings(key, site)
@@ -48,6 +51,18 @@ def implausible_setting_warnings(study: Study) -> Iterator[str]:
                 yield from _rest_warnings(key, scene, study)
     if study.population is not None:
         yield from _population_range_warnings(study, study.population)
+
+
+def _azimuth_warnings(study: Study) -> Iterator[str]:
+    """Yield a warning if the planes of a 2-D study are so few that they impose the axis of the falls."""
+    azimuths = study.azimuths_or_orientations_deg
+    if study.orientation is None and planes_impose_axis(azimuths):
+        planes = sorted({azimuth % PLANE_PERIOD for azimuth in azimuths})
+        which = f"planes along {_format_first_three_numbers(planes)}" if len(planes) > 1 else f"{planes[0]:g} only"
+        yield (
+            f"azimuth: {which} (degrees); falls lie in these planes whatever the motion, so the report gives no "
+            "alignment and no mean axis or direction. Give a range of 180 or 360 degrees without a gap"
+        )
 
 
 def _block_setting_warnings(study: Study) -> Iterator[str]:

@@ -1,12 +1,13 @@
 """Sentences of studies with few falls, earthquakes or predictions say no more than their numbers."""
 
 import json
+from typing import Any
 
 import pytest
 
 from overturning.findings.collect import Findings
 from overturning.report.render import LANGUAGES
-from tests.report.by_hand import findings_by_hand
+from tests.report.by_hand import RATES, estimate, findings_by_hand
 from tests.report.test_templates import text_by_hand, text_of
 
 
@@ -64,3 +65,73 @@ def test_the_headline_has_the_statistic_that_the_study_chose(study: str, languag
         data["study"]["primary_statistic"] = statistic
         headline = text_of(Findings.model_validate(data), language).splitlines()[2]
         assert words in headline.replace("\N{NO-BREAK SPACE}", " ")
+
+
+def headline_of_contrast(study: str, language: str, **contrast: Any) -> tuple[str, str]:
+    """Return the headline and the whole text of a study by hand whose contrast has other values."""
+    data = json.loads(findings_by_hand(study).model_dump_json())
+    data["study"]["primary_statistic"] = contrast.pop("primary_statistic", "share")
+    data["contrasts"][0] |= contrast
+    text = text_of(Findings.model_validate(data), language).replace("\N{NO-BREAK SPACE}", " ")
+    return text.splitlines()[2], text
+
+
+SHARES = {
+    "share_overturned_study": estimate(0.046, 0.018, 0.074),
+    "share_overturned_variant": estimate(0.029, 0.008, 0.051),
+}
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize(
+    ("difference", "words", "said"),
+    [
+        (estimate(0.018, 0.006, 0.031), {"en": "More stones fall with", "ja": "転倒が多い"}, ["4.6 %", "2.9 %"]),
+        (estimate(-0.018, -0.031, -0.006), {"en": "Fewer stones fall with", "ja": "転倒が少ない"}, ["4.6 %", "2.9 %"]),
+        (estimate(0.018, -0.006, 0.031), {"en": "No clear difference", "ja": "明らかな差はない"}, ["1.8", "3.1"]),
+        (estimate(0.0, n=1), {"en": "one earthquake gives no interval", "ja": "一つの地震のため"}, ["4.6 %", "2.9 %"]),
+        (estimate(0.0, n=2), {"en": "so few earthquakes give no interval", "ja": "地震の数が少ない"}, ["4.6 %"]),
+    ],
+)
+def test_the_headline_of_a_comparison_follows_from_its_interval(
+    difference: dict[str, Any], words: dict[str, str], said: list[str], language: str
+) -> None:
+    headline, _ = headline_of_contrast("vertical", language, primary_difference=difference, **SHARES)
+    for one in (words[language], *said):
+        assert one in headline
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_two_settings_without_falls_are_not_compared(language: str) -> None:
+    none = estimate(0.0, 0.0, 0.26)
+    shares = dict.fromkeys(("share_overturned_study", "share_overturned_variant", "both_overturn"), none)
+    same = {"only_study_overturns": none, "only_variant_overturns": none, "primary_difference": estimate(0.0, 0.0, 0.0)}
+    headline, text = headline_of_contrast("vertical", language, **shares, **same)
+    assert {"en": "No stone falls, neither with vertical", "ja": "墓石は一つも転倒しない"}[language] in headline
+    assert {"en": "No case falls in either setting", "ja": "どちらの条件でも転倒するケースがない"}[language] in text
+    assert {"en": "the difference (", "ja": "上下動なしを引いた値"}[language] not in text
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize(
+    ("settings", "named"),
+    [
+        (["vertical"], {"en": ["with vertical motion"], "ja": ["上下動あり"]}),
+        (["contact"], {"en": ["contact of the variant “other”"], "ja": ["条件「other」の接触条件"]}),
+        (["contact", "vertical"], {"en": ["vertical motion", "with the contact"], "ja": ["上下動あり", "接触条件"]}),
+        (["scene", "vertical"], {"en": ["vertical motion", "monolith scene"], "ja": ["上下動あり", "「一体の墓石」"]}),
+    ],
+)
+def test_every_setting_that_differs_is_named_and_soil_only_where_it_differs(
+    settings: list[str], named: dict[str, list[str]], language: str
+) -> None:
+    """The study asks about vertical motion, and its primary statistic is a fall rate."""
+    rates = RATES | {"differs_in": settings, "primary_statistic": "fall_rate"}
+    headline, text = headline_of_contrast("vertical", language, **rates)
+    for one in named[language]:
+        assert one in headline
+    assert {"en": "Fewer stones fall", "ja": "墓石が少ない"}[language] in headline
+    soil = {"en": ("soft ground", "unless the ground is known"), "ja": ("軟弱地盤", "地盤が分からなければ")}[language]
+    assert not any(one in text for one in soil)
+    several = {"en": "no difference between them can be credited", "ja": "いずれか一つによるものとはいえない"}[language]
+    assert (several in text) is (len(settings) > 1)

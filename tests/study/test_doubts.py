@@ -44,6 +44,19 @@ def test_no_study_of_the_package_is_doubted(path: Path) -> None:
             "azimuth: planes along 60, 80, 100 (degrees); falls lie in these planes whatever the motion",
         ),
         ({"azimuth": {"start": 32, "stop": 33}}, {}, "azimuth: 32 only (degrees); falls lie in these planes"),
+        (
+            {
+                "asks": "vertical",
+                "primary": {"statistic": "share", "against": "flat"},
+                "variants": {"flat": {"vertical": False, "contact": {"damping_ratio": 0.3}}},
+            },
+            {
+                "asks": "vertical",
+                "primary": {"statistic": "share", "against": "flat"},
+                "variants": {"flat": {"vertical": False}},
+            },
+            "primary.against: the variant flat differs from the study in contact and vertical; no difference can be",
+        ),
         ({"site": soil(0.2)}, {"site": soil(30)}, "site.layers.0.velocity_m_s: 0.2 m/s below 30 m/s; km/s? Give 200"),
         (
             {"site": soil(150, 0.76)},

@@ -16,12 +16,10 @@ from overturning.statistics.falls import overturned_shares_by_record
 from overturning.study.cube import record_provenance
 from overturning.study.scenes import (
     NOMINAL,
-    variant_contact,
+    names_of_differing_settings,
     variant_scene,
     variant_settings,
-    variant_uses_vertical_motion,
 )
-from overturning.study.schema import Study
 
 
 class VariantContrast(Finding):
@@ -143,18 +141,6 @@ class SiteFallRates(Finding):
 
 SHARE_OVERTURNED = "share of the cases that overturn"
 FALL_RATE = "share of the stones of a cemetery that fall under the records as they are"
-
-
-def names_of_differing_settings(study: Study, variant: str, other_variant: str) -> list[str]:
-    """Return which settings (scene, contact, vertical motion, site) differ between two variants of a study."""
-    one, other = variant_settings(study, variant), variant_settings(study, other_variant)
-    differing = {
-        "scene": (one.scene or study.scene) != (other.scene or study.scene),
-        "contact": variant_contact(study, variant) != variant_contact(study, other_variant),
-        "vertical": variant_uses_vertical_motion(study, variant) != variant_uses_vertical_motion(study, other_variant),
-        "site": one.site != other.site,
-    }
-    return [name for name, differs in differing.items() if differs]
 
 
 def compared_record_indices(results: StudyResults, variant: str) -> NDArray[np.intp]:

@@ -137,13 +137,15 @@ def _narrow_study_figures(results: StudyResults, found: Findings) -> Iterator[tu
 
 def settings_of(found: Findings, one: VariantContrast) -> tuple[str, str]:
     """Return the names of the two settings of a contrast for the legend of its figure."""
-    if found.study.question_kind == "vertical":
+    if one.differs_in == ["vertical"]:
         names = ("with vertical motion", "without vertical motion")
         return names if found.study.vertical_motion else names[::-1]
-    if found.study.question_kind == "scene":
+    if one.differs_in == ["scene"]:
         return one.scene_here, one.scene_there
-    soil = f"soil of {one.variant}" if one.soil_thickness_m is None else f"{one.soil_thickness_m:g} m of soil"
-    return "ground as recorded", soil
+    if one.differs_in == ["site"]:
+        soil = f"soil of {one.variant}" if one.soil_thickness_m is None else f"{one.soil_thickness_m:g} m of soil"
+        return "ground as recorded", soil
+    return "this study", f"variant {one.variant}"
 
 
 def drawn_estimate(one: Estimate) -> PlottedEstimate:

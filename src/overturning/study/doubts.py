@@ -16,6 +16,7 @@ from overturning.motion.soil import RockHalfSpace, SoilLayer
 from overturning.records.site import SoilSite
 from overturning.settings import StonePopulation, UniformRange
 from overturning.study.grounds import soils_of_study
+from overturning.study.scenes import NOMINAL, names_of_differing_settings
 from overturning.study.schema import Study
 
 SLOWEST_SOIL: Final = 30.0
@@ -40,6 +41,7 @@ LARGEST_SHARE_OUTSIDE: Final = 0.2
 def implausible_setting_warnings(study: Study) -> Iterator[str]:
     """Yield a warning for each implausible value in a study, with key, value, limit and likely cause."""
     yield from _azimuth_warnings(study)
+    yield from _contrast_warnings(study)
     yield from _block_setting_warnings(study)
     for key, site in soils_of_study(study):
         yield from _soil_layer_warnings(key, site)
@@ -51,6 +53,19 @@ def implausible_setting_warnings(study: Study) -> Iterator[str]:
                 yield from _rest_warnings(key, scene, study)
     if study.population is not None:
         yield from _population_range_warnings(study, study.population)
+
+
+def _contrast_warnings(study: Study) -> Iterator[str]:
+    """Yield a warning if the variant that the primary statistic compares differs from the study in several settings."""
+    if (variant := study.primary.against) is None:
+        return
+    settings = names_of_differing_settings(study, NOMINAL, variant)
+    if len(settings) > 1:
+        names = f"{', '.join(settings[:-1])} and {settings[-1]}"
+        yield (
+            f"primary.against: the variant {variant} differs from the study in {names}; no difference can be credited "
+            "to one of them. Let variants differ in one setting each"
+        )
 
 
 def _azimuth_warnings(study: Study) -> Iterator[str]:

@@ -150,6 +150,18 @@ def variant_uses_vertical_motion(study: Study, variant: str = NOMINAL) -> bool:
     return study.simulation.vertical if own is None else own
 
 
+def names_of_differing_settings(study: Study, variant: str, other_variant: str) -> list[str]:
+    """Return which settings (scene, contact, vertical motion, site) differ between two variants of a study."""
+    one, other = variant_settings(study, variant), variant_settings(study, other_variant)
+    differing = {
+        "scene": (one.scene or study.scene) != (other.scene or study.scene),
+        "contact": variant_contact(study, variant) != variant_contact(study, other_variant),
+        "vertical": variant_uses_vertical_motion(study, variant) != variant_uses_vertical_motion(study, other_variant),
+        "site": one.site != other.site,
+    }
+    return [name for name, differs in differing.items() if differs]
+
+
 def motion_for_variant(study: Study, record: Record, variant: str = NOMINAL) -> Motion:
     """Return the input motion of a record for a variant, with or without its vertical component."""
     return Motion.of(record if variant_uses_vertical_motion(study, variant) else replace(record, up=None))

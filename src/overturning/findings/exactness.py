@@ -45,11 +45,12 @@ class EnsembleFindings(Finding):
     mean_runs_per_cell: Number
     """Mean number of runs of a repeated cell."""
     first_batch_runs: int
-    """Number of runs per cell on which `share_disagreeing` and `share_falling_both_ways` are based."""
+    """Number of runs per cell of which `share_disagreeing` and (2-D) `share_falling_both_ways` are estimates."""
     share_disagreeing: Number
-    """Share of the repeated cells in which some runs fall and others stand."""
+    """Estimated share of the repeated cells in which, of `first_batch_runs` runs, some fall and others stand."""
     share_falling_both_ways: Number
-    """Share of the repeated cells in which most runs fall, but not all to one side (3-D: directions far apart)."""
+    """Estimated share of the repeated cells in which most of `first_batch_runs` runs fall, but not all to one side; in
+    3-D the share, of the repeated cells in which all runs fall, whose directions are far apart."""
     relief: ReliefFindings | None = None
     """Part of the relief under the base of a scanned stone; None unless the relief varies."""
 

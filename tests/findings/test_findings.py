@@ -5,6 +5,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import jsonschema
 import numpy as np
@@ -13,6 +14,7 @@ import xarray as xr
 
 import overturning
 from overturning.cli import main
+from overturning.findings.causes import logistic_fit_findings
 from overturning.findings.collect import Findings, findings_schema
 from overturning.findings.direction import fall_direction_findings
 from overturning.findings.extent import choose_report_maps, study_extent
@@ -21,6 +23,7 @@ from overturning.findings.processing import DRIFT, TRUSTED
 from overturning.findings.results import StudyResults, open_study_results
 from overturning.findings.study import record_facts
 from overturning.findings.values import Estimate
+from overturning.statistics.logistic import PREDICTORS, LogisticFit
 from tests.report.tiny_studies import make_results, pulse_record
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -222,3 +225,39 @@ def test_planes_of_a_sector_give_shares_but_no_axis(
         expected[plane] = np.mean(flags[np.isfinite(flags)] != 0)
     shares = {one.azimuth_deg: one.share_overturned for one in direction.share_overturned_by_plane}
     assert shares == pytest.approx(expected)
+
+
+def fit_with(coefficient: list[float], half_width: float, note: str = "") -> LogisticFit:
+    """Return a fit with these coefficients, of the intercept and of `PREDICTORS`, and one half-width of all."""
+    value, four = np.array(coefficient), np.zeros(4)
+    width = np.full(5, half_width)
+    return LogisticFit(
+        ("intercept", *PREDICTORS), value, width / 2, value - width, value + width, 99, 9, four, four, note
+    )
+
+
+@pytest.mark.parametrize(
+    ("fit", "expected"),
+    [
+        # Doubling multiplies the odds by 2 to the power of the coefficient: 8 (4 to 16), and 1/4 (1/8 to 1/2).
+        (
+            fit_with([0, 3, 0.9, 5, -2], 1),
+            {"PGA and PGV": (8 / 9, 4 / 5, 16 / 17), "size of the block": (1 / 5, 1 / 9, 1 / 3)},
+        ),
+        # A wide interval that excludes 0 is an effect; all others of this fit are not.
+        (fit_with([0, 12, 2, -2, 1], 11), {"PGA and PGV": (1 - 1 / 4097, 2 / 3, 1 - 1 / (1 + 2**23))}),
+        (fit_with([0, 3, 3, 3, 3], math.nan, "no interval: fewer than 8 earthquakes"), {}),
+        (fit_with([0, 3, 3, 3, 3], math.nan, "no fit: everything falls"), {}),
+    ],
+)
+def test_an_effect_is_stated_with_its_interval_if_that_excludes_none(
+    fit: LogisticFit, expected: dict[str, tuple[float, float, float]]
+) -> None:
+    found = logistic_fit_findings(SimpleNamespace(logistic_fit=fit))
+    assert found is not None
+    chances = {
+        one.doubled: (one.even_chance_becomes, one.even_chance_low, one.even_chance_high) for one in found.even_chance
+    }
+    assert chances.keys() == expected.keys()
+    for name, numbers in expected.items():
+        assert chances[name] == pytest.approx(numbers)

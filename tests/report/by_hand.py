@@ -123,8 +123,10 @@ DIRECTION: dict[str, Any] = {
     "published_peaks": [], "published_agreement": [], "published_comparisons": [],
     "population": POPULATION,
     "logistic_fit": {"coefficients": [], "fitted_outcomes": 22176, "earthquakes": 14, "level": 0.95, "note": "",
-                     "even_chance": [{"doubled": "PGA and PGV", "even_chance_becomes": 0.94},
-                                     {"doubled": "PGV alone", "even_chance_becomes": 0.84}]},
+                     "even_chance": [{"doubled": "PGA and PGV", "even_chance_becomes": 0.94,
+                                      "even_chance_low": 0.77, "even_chance_high": 0.991},
+                                     {"doubled": "PGV alone", "even_chance_becomes": 0.84,
+                                      "even_chance_low": 0.58, "even_chance_high": 0.93}]},
     "criteria_scores": {
         "scores": [{"criterion": "West", "rule": "PGA above a limit", "hit_rate": 0.99, "false_alarm_rate": 0.56,
                     "skill": estimate(0.43, 0.29, 0.58), "skill_within_block_shape": estimate(0.23, 0.08, 0.34),

@@ -148,3 +148,30 @@ def test_runs_that_disagree_are_those_of_the_first_batch(study: str, language: s
     space = {"en": "Where all runs of a case fall", "ja": "すべての計算で転倒するケースのうち 26 %"}
     assert first[language] in spaces
     assert (planes if study == "direction" else space)[language] in spaces
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize(
+    ("note", "fitted", "words"),
+    [
+        ("", True, {"en": "from chance: the interval of each coefficient", "ja": "どの回帰係数の信頼区間も 0 を含む"}),
+        (
+            "no interval: fewer than 8 earthquakes",
+            True,
+            {"en": "from chance (no interval: fewer", "ja": "偶然と区別できない（"},
+        ),
+        ("no fit: everything falls", False, {"en": "cannot be told: everything falls", "ja": "すべて転倒する"}),
+    ],
+)
+def test_no_effect_is_stated_without_an_interval_that_excludes_none(
+    note: str, fitted: bool, words: dict[str, str], language: str
+) -> None:
+    data = json.loads(findings_by_hand("direction").model_dump_json())
+    even = {"en": "even chance of falling", "ja": "転倒確率 50 % の墓石"}[language]
+    assert even in text_by_hand("direction", language)
+    row = {"predictor": "ln B/H", "value": 1.2, "low": None, "high": None, "data_minimum": 0.1, "data_maximum": 0.6,
+           "odds_factor_per_doubling": 2.3, "odds_factor_low": None, "odds_factor_high": None}  # fmt: skip
+    data["logistic_fit"] |= {"even_chance": [], "coefficients": [row] if fitted else [], "note": note}
+    text = text_of(Findings.model_validate(data), language)
+    assert even not in text
+    assert words[language] in text

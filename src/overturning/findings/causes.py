@@ -12,9 +12,6 @@ from overturning.statistics.logistic import LEVEL, coefficient_rows
 DOUBLED = {1: "PGA and PGV", 2: "PGV alone", 4: "size of the block"}
 """Quantity that doubles if a predictor of `statistics.logistic.PREDICTORS` grows by ln 2, by coefficient index."""
 
-MOST_ODDS_RATIO = 100.0
-"""Largest ratio of the ends of the interval of a factor on the odds that is reported."""
-
 
 class LogisticCoefficient(Finding):
     """Coefficient of one predictor in the logistic regression of falls, with its confidence interval."""
@@ -40,11 +37,15 @@ class LogisticCoefficient(Finding):
 
 
 class FallProbabilityAfterDoubling(Finding):
-    """Probability to which a fall probability of 0.5 changes if a quantity, such as PGV, doubles."""
+    """Probability, with interval, to which a fall probability of 0.5 changes if a quantity, such as PGV, doubles."""
 
     doubled: str
     """Quantity that doubles, the others fixed: "PGA and PGV", "PGV alone", or "size of the block"."""
     even_chance_becomes: Number
+    even_chance_low: Number = None
+    """Lower end of the interval of `even_chance_becomes`."""
+    even_chance_high: Number = None
+    """Upper end of the interval of `even_chance_becomes`."""
 
 
 class LogisticFitFindings(Finding):
@@ -59,7 +60,7 @@ class LogisticFitFindings(Finding):
     level: float
     """Probability of the intervals."""
     even_chance: list[FallProbabilityAfterDoubling]
-    """Factors on the odds as probabilities, for the predictors with a narrow interval."""
+    """Factors on the odds as probabilities, for the predictors whose interval excludes no effect."""
     note: str
     """Reason why there is no fit or no interval; otherwise empty."""
 
@@ -153,31 +154,32 @@ def logistic_fit_findings(results: StudyResults) -> LogisticFitFindings | None:
             )
         )
     fitted = {} if fit.note.startswith("no fit") else {rows[place].predictor: name for place, name in DOUBLED.items()}
-    chances = [
-        FallProbabilityAfterDoubling(
-            doubled=fitted[one.predictor],
-            even_chance_becomes=one.odds_factor_per_doubling / (1.0 + one.odds_factor_per_doubling),
-        )
-        for one in rows
-        if one.predictor in fitted and one.odds_factor_per_doubling is not None and _has_narrow_odds_interval(one)
-    ]
+    chances = [_fall_probability_after_doubling(fitted[one.predictor], one) for one in rows if one.predictor in fitted]
     return LogisticFitFindings(
         coefficients=[] if fit.note.startswith("no fit") else rows,
         fitted_outcomes=fit.rows,
         earthquakes=fit.clusters,
         level=LEVEL,
-        even_chance=chances,
+        even_chance=[one for one in chances if one is not None],
         note=fit.note,
     )
 
 
-def _has_narrow_odds_interval(coefficient: LogisticCoefficient) -> bool:
-    """True if an odds ratio is well known: upper end of its interval below `MOST_ODDS_RATIO` × lower end.
+def _fall_probability_after_doubling(
+    doubled: str, coefficient: LogisticCoefficient
+) -> FallProbabilityAfterDoubling | None:
+    """Return the probability to which 0.5 changes if a quantity doubles; None unless its interval excludes no effect.
 
-    The result is also True if an end is not known.
+    No effect is a factor of 1 on the odds, a coefficient of 0.
     """
-    low, high = coefficient.odds_factor_low, coefficient.odds_factor_high
-    return low is None or high is None or high < MOST_ODDS_RATIO * low
+    odds = (coefficient.odds_factor_per_doubling, coefficient.odds_factor_low, coefficient.odds_factor_high)
+    known = [one for one in odds if one is not None]
+    if len(known) < len(odds) or known[1] <= 1.0 <= known[2]:
+        return None
+    value, low, high = (1.0 - 1.0 / (1.0 + one) for one in known)  # also for a factor too large for a number
+    return FallProbabilityAfterDoubling(
+        doubled=doubled, even_chance_becomes=value, even_chance_low=low, even_chance_high=high
+    )
 
 
 def skill_of_published_criteria(results: StudyResults) -> CriteriaFindings | None:

@@ -175,3 +175,35 @@ def test_no_effect_is_stated_without_an_interval_that_excludes_none(
     text = text_of(Findings.model_validate(data), language)
     assert even not in text
     assert words[language] in text
+
+
+PREDICTED = {
+    "en": ("two dimensions are enough", "of the borderline cases", "set up to test the fault normal",
+           "with the fault normal it", "closest reference was not predicted", "it is –"),
+    "ja": ("二次元モデルは転倒の有無には十分", "転倒の境界付近では", "事前に定めた問い", "断層直交方向との一致度は",
+           "事後に見いだした", "一致度は –"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize(
+    ("planar", "reference", "shown"),
+    [
+        ({}, {}, [True, True, True, True, True]),
+        ({"same_edge": 1.0, "same_outcome": 1.0}, {}, [False, True, True, True, True]),
+        ({"same_outcome_near_boundary": None, "same_edge": None}, {}, [False, False, True, True, True]),
+        ({}, {"fault_normal": estimate(None, n=0)}, [True, True, False, False, True]),
+        ({}, {"fault_normal": None}, [True, True, False, False, True]),
+        ({}, {"closest_references": ["fault normal", "pulse"]}, [True, True, False, False, False]),
+    ],
+)
+def test_conclusions_about_references_follow_from_their_numbers(
+    planar: dict[str, Any], reference: dict[str, Any], shown: list[bool], language: str
+) -> None:
+    data = json.loads(findings_by_hand("reference").model_dump_json())
+    data["planar_model_agreement"] |= planar
+    data["reference_alignments"] = [data["reference_alignments"][0] | reference]
+    text = text_of(Findings.model_validate(data), language)
+    *sentences, missing = PREDICTED[language]
+    assert [one in text for one in sentences] == shown
+    assert missing not in text

@@ -66,7 +66,7 @@ def test_falls_normal_to_the_fault(shown, rocks: list[float], broad: float) -> N
 
 @pytest.mark.parametrize(("rocks", "broad"), [([0.3, 0.7], 0.4), ([0.3, 0.0], 0.2), ([0.05, 0.0], None)])
 def test_the_closest_case_has_the_largest_rotation_of_standing_blocks(shown, rocks: list[float], broad: float) -> None:
-    assert shown(rocks).get("Stands, but only just") == broad
+    assert shown(rocks).get("Leans furthest of all that stand") == broad
 
 
 @pytest.mark.parametrize(("turn", "titles"), [(-0.2, ["Stands, and has turned"]), (0.04, [])])

@@ -82,7 +82,10 @@ def test_texts_of_films_and_players_are_translated() -> None:
         ("Rinaldi, Northridge 1994", "Rinaldi, Northridge 1994"),
         ("A stone, Quake\nradius: slenderness B/H", "A stone, Quake\n半径：幅高さ比 B/H"),
         ("no fall in a\nknown direction", "方向の分かる転倒なし"),
-        ("stands; leans to 91 % of the angle at which it would topple", "転倒せず、転倒角の 91 % まで傾く"),
+        (
+            "stands; leans to 91 % of the angle at which it would topple at rest",
+            "転倒せず、静的な転倒角の 91 % まで傾く",
+        ),
         ("A square stone 18 cm wide and 60 cm high, friction 0.7, facing N30°E, under the record of A, B 1994, "
          "without its vertical motion",
          "幅 18 cm、高さ 60 cm の正方形断面の墓石、摩擦係数 0.7、N30°E 向き、A, B 1994 の記録、上下動なし"),

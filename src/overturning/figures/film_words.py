@@ -185,7 +185,7 @@ def standing_elements_sentence(
         True if there are several free stones.
     """
     leans = (
-        [f"leans to {100.0 * peak_share_of_toppling_angle:.0f} % of the angle at which it would topple"]
+        [f"leans to {100.0 * peak_share_of_toppling_angle:.0f} % of the angle at which it would topple at rest"]
         if peak_share_of_toppling_angle is not None
         else []
     )

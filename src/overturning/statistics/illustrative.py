@@ -147,7 +147,7 @@ RULES: Final = (
         ("overturned",),
     ),
     IllustrativeCaseRule(
-        "Stands, but only just",
+        "Leans furthest of all that stand",
         "the block with the largest rotation, in parts of α, of all that stand",
         lambda record_cube: _standing_case_with_largest_value(record_cube, "peak_rotation", MIN_VISIBLE_ROTATION),
         ("peak_rotation",),

@@ -67,7 +67,7 @@ function outcome(c) {
 function inDegrees() { return cube.degrees[at.element]; }
 function leaning(c) {
   if (inDegrees()) return say(" and leans to at most {0}°", c.rotation.toFixed(1));
-  return say(" and leans to at most {0} % of the angle at which it would topple", Math.round(100 * c.rotation));
+  return say(" and leans to at most {0} % of the angle at which it would topple at rest", Math.round(100 * c.rotation));
 }
 function sentence(a, b) {
   const c = cell(a, b), phi = cube.direction[a];

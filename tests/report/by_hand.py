@@ -105,7 +105,8 @@ DIRECTION: dict[str, Any] = {
     "extent": {
         "records": 28, "earthquakes": 14, "earthquakes_in_several_groups": 6,
         "heights": 4, "slendernesses": 11, "frictions": 6, "blocks": 264,
-        "direction_step_deg": 5.0, "azimuth_gaps": [(90.0, 120.0)], "mirrored": True, "elements": 1,
+        "direction_step_deg": 5.0, "first_direction_deg": 0.0, "last_direction_deg": 355.0,
+        "azimuth_gaps": [(90.0, 120.0)], "mirrored": True, "elements": 1,
         "element": "stone", "square": False, "records_with_vertical": 0, "vertical_left_out": 0,
         "pulse_not_stated": [], "notes_on_earthquakes": [], "other_amplitudes": 0,
     },
@@ -364,7 +365,8 @@ STUDIES: dict[str, dict[str, Any]] = {
                                               "computed_overturns": False}]),
     "nothing falls": no_axis("no falls", cases={"share_overturned": 0.0}, population=None),
     "part of the circle": changed(
-        no_axis("part of the circle", extent={"azimuth_gaps": [(100.0, 240.0)], "direction_step_deg": 20.0}),
+        no_axis("part of the circle", extent={"azimuth_gaps": [(100.0, 240.0)], "direction_step_deg": 20.0,
+                                              "first_direction_deg": 60.0, "last_direction_deg": 100.0}),
         direction={"has_comparable_axis": False, "no_axis_because": "part of the circle", "groups": [],
                    "share_overturned_by_plane": [{"azimuth_deg": 60.0, "share_overturned": 0.41},
                                                  {"azimuth_deg": 80.0, "share_overturned": 0.23}]},

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from overturning.findings.collect import Findings
-from overturning.report.render import LANGUAGES
+from overturning.report.render import LANGUAGES, render_markdown
 from tests.report.by_hand import RATES, estimate, findings_by_hand
 from tests.report.test_templates import text_by_hand, text_of
 
@@ -207,3 +207,114 @@ def test_conclusions_about_references_follow_from_their_numbers(
     *sentences, missing = PREDICTED[language]
     assert [one in text for one in sentences] == shown
     assert missing not in text
+
+
+NONE = {"value": None, "low": None, "high": None}
+FEW = {"low": None, "high": None}
+CURVE = ("population", "fragility_curves", 0)
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize(
+    ("study", "changes", "gone", "shown"),
+    [
+        (
+            "direction",
+            {("direction", "groups", 1, "alignment"): NONE | {"earthquakes": 0}},
+            {"en": "without one –", "ja": "含まない記録で –"},
+            {
+                "en": "without one no record has both falls and a known fault normal.",
+                "ja": "含まない記録では求められない",
+            },
+        ),
+        (
+            "direction",
+            {("direction", "groups", 0, "alignment"): FEW, ("direction", "groups", 1, "alignment"): FEW},
+            {"en": "over earthquakes with its 95 % interval", "ja": "平均値とその 95 % 信頼区間"},
+            {"en": "over earthquakes; too few earthquakes", "ja": "平均値。地震の数が少ない"},
+        ),
+        (
+            "reference",
+            {("reference_alignments", 0, "closest_alignment"): FEW},
+            {"en": "mean over earthquakes with its 95 %", "ja": "地震についての平均値と 95 %"},
+            {"en": "mean over earthquakes, too few of them", "ja": "平均値(地震の数が少ない"},
+        ),
+        (
+            "direction",
+            {("criteria_scores", "scores", 0, "skill"): NONE},
+            {"en": "already scores", "ja": "スキルは –"},
+            {"en": "Among blocks of one size", "ja": "同じ寸法のブロック"},
+        ),
+        (
+            "direction",
+            {("convergence", "result"): {"chosen": 1, "wanted": 1}},
+            {"en": "(1 cases", "ja": "(1 cases"},
+            {"en": "(1 case, drawn", "ja": "(1 ケース"},
+        ),
+        (
+            "survey",
+            {("published_agreement", 0): {"blocks": 1, "blocks_that_agree": 0}},
+            {"en": "0 of 1 blocks", "ja": "1 blocks"},
+            {"en": "0 of 1 block ", "ja": "1 ブロックのうち 0"},
+        ),
+        (
+            "direction",
+            {("direction", "groups", 0): {"no_common_axis_p_value": 0.0002}},
+            {"en": "p = <", "ja": "p = <"},
+            {"en": "(p < 0.001)", "ja": "(p < 0.001)"},
+        ),
+        (
+            "survey",
+            {("inferred_motions", 0): {"fits": False, "fit_p_value": 0.0002}},
+            {"en": "p = <", "ja": "p = <"},
+            {"en": "p < 0.001)", "ja": "p < 0.001)"},
+        ),
+        (
+            "direction",
+            {CURVE: FEW},
+            {"en": "95 % band", "ja": "95 % 信頼帯"},
+            {"en": "a lognormal fragility curve", "ja": "フラジリティ曲線"},
+        ),
+        (
+            "direction",
+            {("population",): {"fragility_curves": []}},
+            {"en": "fragility curve", "ja": "フラジリティ曲線"},
+            {"en": "a point for each record and factor.", "ja": "点は各記録と各倍率。"},
+        ),
+        (
+            "direction",
+            {("extent",): {"other_amplitudes": 2}},
+            {"en": "66,528 were computed and the others follow by symmetry.", "ja": "(残りは対称性による)。一つ"},
+            {"en": "cases under the records as they are, of which 66,528", "ja": "ほかの 2 通りの倍率"},
+        ),
+        (
+            "part of the circle",
+            {},
+            {"en": "in steps of 20°;", "ja": "記録は 20° 刻み"},
+            {"en": "in steps of 20° from 60° to 100°;", "ja": "60° から 100° まで 20° 刻み"},
+        ),
+        (
+            "no fault normal",
+            {("extent",): {"direction_step_deg": None, "first_direction_deg": 32.0}, ("study",): {"directions": 1}},
+            {"en": "1 azimuth", "ja": "1 通りの方位"},
+            {"en": "turned to the azimuth 32°;", "ja": "記録は方位 32° の成分"},
+        ),
+    ],
+)
+def test_sentences_of_small_studies_promise_no_number_that_they_lack(
+    study: str,
+    changes: dict[tuple[str | int, ...], dict[str, Any]],
+    gone: dict[str, str],
+    shown: dict[str, str],
+    language: str,
+) -> None:
+    data = json.loads(findings_by_hand(study).model_dump_json())
+    for path, values in changes.items():
+        part: Any = data
+        for key in path:
+            part = part[key]
+        part |= values
+    found = Findings.model_validate(data)  # captions of tables are in the Markdown only
+    text = (text_of(found, language) + render_markdown(found, language)).replace("\N{NO-BREAK SPACE}", " ")
+    assert gone[language] not in text
+    assert shown[language] in text

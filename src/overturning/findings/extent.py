@@ -31,6 +31,10 @@ class StudyCounts(Finding):
     """Number of blocks: heights times slendernesses times frictions, times ratios of depth to width in 3-D."""
     direction_step_deg: Number
     """Angle between neighbouring azimuths of the motion, or orientations of the body; None if it varies."""
+    first_direction_deg: Number = None
+    """Smallest azimuth of the motion, or orientation of the body, degrees clockwise from north."""
+    last_direction_deg: Number = None
+    """Largest azimuth of the motion, or orientation of the body, degrees clockwise from north."""
     azimuth_gaps: list[tuple[float, float]]
     """Ranges of azimuths, degrees, in which no plane was computed."""
     mirrored: bool
@@ -94,7 +98,8 @@ def study_extent(results: StudyResults) -> StudyCounts:
     """Return the numbers of records, earthquakes, blocks, and azimuths or orientations of a study."""
     study, cube, model = results.study, results.cube, results.model
     sizes = {name: int(cube.sizes[name]) for name in ("height", "b_over_h", "friction")}
-    steps = np.unique(np.diff(cube[model.direction].to_numpy().astype(np.float64)).round(9))
+    directions = cube[model.direction].to_numpy().astype(np.float64)
+    steps = np.unique(np.diff(directions).round(9))
     groups = list(record_masks_by_group(cube).values())
     in_group = [name for members in groups for name in set(results.record_events[members].tolist())]
     neither = ~np.any(groups, axis=0)
@@ -109,6 +114,8 @@ def study_extent(results: StudyResults) -> StudyCounts:
         frictions=sizes["friction"],
         blocks=sizes["height"] * sizes["b_over_h"] * sizes["friction"] * int(cube.sizes.get("aspect", 1)),
         direction_step_deg=float(steps[0]) if steps.size == 1 else float("nan"),
+        first_direction_deg=directions.min(),
+        last_direction_deg=directions.max(),
         azimuth_gaps=unsimulated_azimuth_ranges(cube),
         mirrored=mirrored,
         elements=len(variant_scene(study).free_element_names),

@@ -100,18 +100,18 @@ class RecordFacts(Finding):
     fault_normal_deg: Number
     """Azimuth of the fault normal; None if it is not known."""
     pga_m_s2: Number
-    """Largest horizontal peak acceleration over all azimuths."""
+    """Largest horizontal peak acceleration over the azimuths of the study."""
     pga_azimuth_deg: Number
     """Axis of this peak, 0 to 180."""
     pga_g: Number
     """The same in units of the standard acceleration of gravity."""
     pgv_m_s: Number
-    """Largest horizontal peak velocity over all azimuths."""
+    """Largest horizontal peak velocity over the azimuths of the study."""
     pgv_cm_s: Number
     pgv_azimuth_deg: Number
     """Axis of this peak, 0 to 180."""
     pgd_m: Number
-    """Largest horizontal peak displacement over all azimuths."""
+    """Largest horizontal peak displacement over the azimuths of the study."""
     vertical_pga_m_s2: Number
     """Peak vertical acceleration; None without a vertical component."""
     displacement_drifts: bool

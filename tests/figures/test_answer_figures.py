@@ -52,7 +52,7 @@ def test_alignment_is_sorted_with_each_value_and_the_mean() -> None:
     assert [label.get_text() for label in left.get_yticklabels()] == ["B", "D", "A", "C", "mean"]
     assert [x for x, _ in points(left, COLOURS[0])] == [0.7, 0.004, -0.4, 0.1]
     assert [(low, high) for low, high, _ in spans(left, COLOURS[0])] == [(-0.2, 0.4)]
-    assert texts(left) == ["0.70", "0.00", "−0.40", "no falls"]
+    assert texts(left) == ["0.70", "0.00", "−0.40", "no alignment"]
     assert "0.10 (−0.20 to 0.40)" in left.get_title()
     assert "3 earthquakes" in left.get_title()
     assert spans(right, COLOURS[1]) == [], "too few earthquakes for an interval"

@@ -56,7 +56,7 @@ def sorted_fall_alignment_figure(
     ----------
     alignments_by_group : mapping of str to mapping of str to float
         For each group of records the alignment of each earthquake by name: 1 if all stones fall across the fault, −1
-        if all fall along it, NaN if none falls.
+        if all fall along it, NaN if it is not known (no falls, no fault normal, or planes of a sector only).
     mean_by_group : mapping of str to PlottedEstimate
         Mean over the earthquakes of each group, with its interval.
     """
@@ -71,7 +71,7 @@ def sorted_fall_alignment_figure(
         )
         for row, (_, value) in enumerate(ordered):
             if not _is_finite(value):
-                axes.text(0.06, row, "no falls", va="center", fontsize=TEXT)
+                axes.text(0.06, row, "no alignment", va="center", fontsize=TEXT)
                 continue
             axes.plot([0.0, value], [row, row], color="#bbbbbb", linewidth=1.2, zorder=1)
             axes.plot(value, row, **look, zorder=3)

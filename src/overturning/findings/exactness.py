@@ -45,7 +45,7 @@ class EnsembleFindings(Finding):
     mean_runs_per_cell: Number
     """Mean number of runs of a repeated cell."""
     first_batch_runs: int
-    """Number of runs per cell of which `share_disagreeing` and (2-D) `share_falling_both_ways` are estimates."""
+    """Number of runs per cell to which `share_disagreeing` and (2-D) `share_falling_both_ways` refer."""
     share_disagreeing: Number
     """Estimated share of the repeated cells in which, of `first_batch_runs` runs, some fall and others stand."""
     share_falling_both_ways: Number

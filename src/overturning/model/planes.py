@@ -128,9 +128,9 @@ LARGEST_RESULTANT_OF_PLANES: Final = 0.05
 def planes_impose_axis(azimuth_deg: ArrayLike) -> bool:
     """Return True if falls show an axis because of the choice of planes, whatever the motion.
 
-    So it is with a single plane, and with a gap (`azimuth_gaps_and_step`, modulo 180°) so wide that falls in all planes
-    alike have doubled axes with a resultant above `LARGEST_RESULTANT_OF_PLANES`. A missing plane of a fine grid is no
-    such gap. φ and φ + 180° are one plane, also for scenes without mirror symmetry: they have one axis.
+    This is so with a single plane, and with a gap (`azimuth_gaps_and_step`, modulo 180°) so wide that falls in all
+    planes alike have doubled axes with a resultant above `LARGEST_RESULTANT_OF_PLANES`. A missing plane of a fine grid
+    is no such gap. φ and φ + 180° are one plane, also for scenes without mirror symmetry: they have one axis.
 
     Parameters
     ----------

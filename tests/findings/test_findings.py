@@ -2,6 +2,7 @@
 
 import json
 import math
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +12,7 @@ import jsonschema
 import numpy as np
 import pytest
 import xarray as xr
+import yaml
 
 import overturning
 from overturning.cli import main
@@ -24,6 +26,8 @@ from overturning.findings.results import StudyResults, open_study_results
 from overturning.findings.study import record_facts
 from overturning.findings.values import Estimate
 from overturning.statistics.logistic import PREDICTORS, LogisticFit
+from overturning.study.cube import CONFIGURATION, study_of_cube
+from overturning.study.load import study_without_absolute_paths
 from tests.report.tiny_studies import make_results, pulse_record
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -147,13 +151,87 @@ def test_an_interval_excludes_zero(low: float, high: float, excludes: bool) -> N
     assert Estimate(statistic="", value=0.2, low=low, high=high, earthquakes=9).excludes_zero is excludes
 
 
+def main_status(*arguments: str) -> int:
+    """Exit status of the command line."""
+    with pytest.raises(SystemExit) as stop:
+        main(list(arguments))
+    return int(stop.value.code or 0)
+
+
 def test_the_command_prints_and_writes(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit, match="0"):
-        main(["findings", str(folder / "cube.nc"), "--json"])
+    assert main_status("findings", str(folder / "cube.nc"), "--json") == 0
     printed = json.loads(capsys.readouterr().out)
-    with pytest.raises(SystemExit, match="0"):
-        main(["findings", str(folder), "--output", str(tmp_path / "findings.json")])
+    assert main_status("findings", str(folder), "--output", str(tmp_path / "findings.json")) == 0
     assert json.loads((tmp_path / "findings.json").read_text(encoding="utf-8")) == printed
+
+
+def test_the_command_prints_the_numbers_of_the_study_file_next_to_the_cube(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The cube of a run stores no question, primary statistic and population: study.yaml next to it has them."""
+    for name in ("cube.nc", "intensity.nc"):
+        shutil.copy(folder / name, tmp_path)
+    with overturning.open_cube(tmp_path / "cube.nc") as opened:
+        stored = study_of_cube(opened)
+    changed = {"question": "Where to?", "primary": {"statistic": "fall_rate"}, "population": {"stones": 128}}
+    settings = study_without_absolute_paths(stored) | changed
+    (tmp_path / CONFIGURATION).write_text(yaml.safe_dump(settings), encoding="utf-8")
+    assert main_status("findings", str(tmp_path / "cube.nc"), "--json") == 0
+    read = capsys.readouterr()
+    printed = json.loads(read.out)
+    assert (printed["study"]["question"], printed["study"]["primary_statistic"]) == ("Where to?", "fall_rate")
+    assert (printed["population"]["stones"], read.err) == (128, "")
+    (tmp_path / CONFIGURATION).write_text(yaml.safe_dump(settings | {"name": "other"}), encoding="utf-8")
+    assert main_status("findings", str(tmp_path), "--json") == 0
+    read = capsys.readouterr()
+    assert json.loads(read.out)["population"]["stones"] == 64, "that in the cube"
+    assert "study.yaml is not of the study 'tiny': the findings are without the primary statistic, surveys;" in read.err
+    (tmp_path / CONFIGURATION).unlink()
+    with pytest.warns(
+        UserWarning, match=r"study\.yaml is missing: the findings are without the primary statistic, sur"
+    ):
+        overturning.findings(tmp_path)
+
+
+NAMED_FILES: dict[str, tuple[Callable[[bytes], bytes], str]] = {
+    "other.nc": (lambda _: b"", "no such cube"),
+    "report.html": (lambda _: b"<!DOCTYPE html>", "cannot be opened"),
+    "cut.nc": (lambda content: content[: len(content) // 2], "damaged|cannot be opened"),
+    "intensity.nc": (lambda _: b"", "not a cube of this package"),
+}
+
+
+@pytest.mark.parametrize("name", NAMED_FILES)
+def test_a_file_that_is_no_cube_of_a_study_is_refused_by_its_name(folder: Path, tmp_path: Path, name: str) -> None:
+    """A whole cube in the same folder does not replace the file named."""
+    change, message = NAMED_FILES[name]
+    for one in ("cube.nc", "intensity.nc"):
+        shutil.copy(folder / one, tmp_path)
+    if content := change((folder / "cube.nc").read_bytes()):
+        (tmp_path / name).write_bytes(content)
+    with pytest.raises(overturning.errors.ResultError, match=rf"/{name}: ({message})"):
+        overturning.findings(tmp_path / name)
+
+
+def test_the_numbers_are_those_of_the_cube_that_is_named(folder: Path, found: Findings, tmp_path: Path) -> None:
+    """A cube with falls only, under another name; cubes of a variant and of a part of the study are refused."""
+    for name in ("cube.nc", "intensity.nc", CONFIGURATION):
+        shutil.copy(folder / name, tmp_path)
+    with xr.open_dataset(folder / "cube.nc", decode_timedelta=False) as cube:
+        cube.assign(overturned=xr.ones_like(cube["overturned"])).to_netcdf(tmp_path / "falls.nc")
+        cube.assign_attrs(variant="flat").to_netcdf(tmp_path / "cube.flat.nc")
+        cube.isel(record=[0, 2]).to_netcdf(tmp_path / "part.nc")
+        cube.isel(azimuth=slice(1, None)).to_netcdf(tmp_path / "planes.nc")
+    assert (found.cases.share_overturned or 1.0) < 1.0
+    assert overturning.findings(tmp_path / "falls.nc").cases.share_overturned == 1.0
+    for name, message in (
+        ("cube.flat.nc", "results of the variant 'flat'"), ("part.nc", "a part of"), ("planes.nc", "a part of")
+    ):  # fmt: skip
+        with pytest.raises(overturning.errors.ResultError, match=rf"/{name}: {message}"):
+            overturning.findings(tmp_path / name)
+    (tmp_path / "intensity.nc").unlink()
+    with pytest.raises(overturning.errors.ResultError, match=r"intensity\.nc: no intensity measures"):
+        overturning.findings(tmp_path / "falls.nc")
 
 
 def test_a_missing_result_is_named(tmp_path: Path) -> None:

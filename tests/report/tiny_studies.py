@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from overturning.figures.drawn_case import write_cases_with_figures
@@ -15,8 +16,9 @@ from overturning.figures.study import draw_study_figures
 from overturning.figures.write import write_figure_in_study_formats
 from overturning.records.record import Record
 from overturning.records.store import read_record_from_motion_file
+from overturning.study.cube import CONFIGURATION
 from overturning.study.intensity import write_intensity_measures
-from overturning.study.load import study_from_content
+from overturning.study.load import study_from_content, study_without_absolute_paths
 from tests.study.small_study import cube_of
 
 
@@ -51,6 +53,7 @@ def make_results(folder: Path, records: list[Record], *, drawn: bool = True, **s
     cube_of(settings, records, folder)
     kept = [read_record_from_motion_file(folder / "motion" / f"{record.record_id}.nc") for record in records]
     write_intensity_measures(settings, kept, folder / "intensity.nc")
+    (folder / CONFIGURATION).write_text(yaml.safe_dump(study_without_absolute_paths(settings)), encoding="utf-8")
     cube, intensity, motions, figures = (folder / name for name in ("cube.nc", "intensity.nc", "motion", "figures"))
     if not drawn:
         write_cases_with_figures([], figures / "illustrative")

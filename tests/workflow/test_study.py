@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from overturning.cli import main
 from overturning.study.cube import open_cube
 from overturning.study.load import load_study_from_file_or_json
 from overturning.study.scenes import variant_grid
@@ -49,6 +50,12 @@ def test_results_contain_no_time_host_or_path(finished: Checkout) -> None:
     text += json.dumps([one | {"datePublished": ""} for one in crate_of(finished).values()])
     for word in (str(finished.folder), os.uname().nodename + " ", time.strftime("%Y-%m-%d"), time.strftime("%H:%M")):
         assert word not in text, word
+
+
+def test_the_command_prints_the_numbers_of_the_report(finished: Checkout, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        main(["findings", str(finished.results / "cube.nc"), "--json"])
+    assert capsys.readouterr().out == (finished.results / "findings.json").read_text(encoding="utf-8")
 
 
 def test_time_and_memory_of_each_job_are_kept(finished: Checkout) -> None:

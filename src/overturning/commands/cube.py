@@ -85,6 +85,9 @@ def print_findings(
     ] = None,
 ) -> None:
     """Print every number of the report of a study, with its confidence interval and number of earthquakes."""
+    import sys
+    import warnings
+
     from overturning.files import check_output_path
     from overturning.findings.collect import findings as collect
     from overturning.findings.collect import write_findings
@@ -93,7 +96,11 @@ def print_findings(
 
     if output is not None:
         check_output_path(output, "--output", ".json")
-    found = collect(cube, load_study_from_file_or_json(study) if study else None)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", UserWarning)
+        found = collect(cube, load_study_from_file_or_json(study) if study else None)
+    for warning in caught:
+        print(f"warning: {warning.message}", file=sys.stderr)
     if output is not None:
         write_findings(found, output)
         print(output)

@@ -1,6 +1,7 @@
 """Findings of a study: all numbers that its report shows, computed from its results."""
 
 import json
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -60,7 +61,7 @@ from overturning.findings.published import (
     compare_peaks_with_published,
     count_blocks_that_agree_with_published,
 )
-from overturning.findings.results import StudyResults, open_study_results
+from overturning.findings.results import StudyResults, open_study_results, settings_missing_without_study_file
 from overturning.findings.study import (
     CaseCounts,
     NumericalQuality,
@@ -180,9 +181,10 @@ def findings(cube: str | Path, study: Study | None = None) -> Findings:
     ----------
     cube : str or Path
         Cube of the study (``cube.nc``) in its folder of results, or this folder; ``intensity.nc`` and, if the study has
-        them, ``convergence.json`` and ``survey/`` are read from the same folder.
+        them, cubes of variants, ``convergence.json`` and ``survey/`` are read from the same folder.
     study : Study, optional
-        Study from which question, population and surveys are taken; not given: the study stored in the cube.
+        Study from which question, primary statistic, population and surveys are taken; not given: that in
+        ``study.yaml`` in the same folder. Without this file, a warning names the parts that the findings lack.
 
     Returns
     -------
@@ -192,11 +194,12 @@ def findings(cube: str | Path, study: Study | None = None) -> Findings:
     Raises
     ------
     ResultError
-        If a result is missing or from another version.
+        If a result is missing, damaged or from another version, or if `cube` is a file other than the whole cube of a
+        study, such as the cube of a variant.
     """
-    path = Path(cube)
-    folder = path if path.is_dir() else path.parent
-    with open_study_results(folder, study) as results:
+    with open_study_results(Path(cube), study) as results:
+        if study is None and (lacking := settings_missing_without_study_file(results)):
+            warnings.warn(lacking, stacklevel=3)  # The caller of `overturning.findings`, a module that can be called.
         return findings_from_results(results)
 
 

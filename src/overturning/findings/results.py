@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from overturning.errors import ResultError
 from overturning.files import path_without_absolute_folder
 from overturning.labels import element_size_note
 from overturning.model.falls import model_of_cube
@@ -25,8 +26,9 @@ from overturning.statistics.logistic import LogisticFit, fit_logistic_overturnin
 from overturning.statistics.space import planar_model_agreement_counts
 from overturning.stored import read_result
 from overturning.study.convergence import ConvergenceCheckResult, read_convergence_result
-from overturning.study.cube import open_cube_by_record, study_of_cube
-from overturning.study.scenes import NOMINAL, variant_scene
+from overturning.study.cube import CONFIGURATION, open_cube_by_record, study_for_presentation, study_of_cube
+from overturning.study.load import load_study
+from overturning.study.scenes import NOMINAL, cube_has_whole_grid, variant_scene
 from overturning.study.schema import Study
 from overturning.surveys.comparison import StoredSurveyComparison, read_survey_comparison
 from overturning.surveys.displacements import StoredDisplacementComparison
@@ -274,22 +276,58 @@ B_OVER_H_RANGES = 3
 """Number of ranges of B/H for which the alignment with references is computed."""
 
 
+def settings_missing_without_study_file(results: StudyResults) -> str:
+    """Return a line naming the parts of the findings that are empty because the cube has no study.yaml next to it.
+
+    It is "" if there is a study.yaml. The cube of a run stores neither `REPORT_KEYS` nor surveys.
+    """
+    names = {
+        "question": "the question", "primary": "the primary statistic", "population": "the population of stones",
+        "surveys": "surveys",
+    }  # fmt: skip
+    path, study = results.folder / CONFIGURATION, results.study
+    lacking = [text for key, text in names.items() if getattr(study, key) == type(study).model_fields[key].default]
+    if not lacking or (path.is_file() and load_study(path).name == study.name):
+        return ""
+    why = f"is not of the study {study.name!r}" if path.is_file() else "is missing"
+    return f"{path} {why}: the findings are without {', '.join(lacking)}; run the study again"
+
+
 def _select_size_reference_element(study: Study, variant: str, cube: xr.Dataset) -> xr.Dataset:
     """Select, from a variant's results cube, the element of the scene whose outcomes are shown by default."""
     return cube.sel(element=variant_scene(study, variant).default_output_element) if "element" in cube.dims else cube
 
 
+def _check_cube_is_whole_study(cube: xr.Dataset, intensity: xr.Dataset, cube_path: Path) -> None:
+    """Raise a ResultError if a cube is of a variant, or only a part of the cube of its study.
+
+    All records of the intensity measures must be in the cube, since both are combined by position.
+    """
+    if (variant := cube.attrs["variant"]) != NOMINAL:
+        raise ResultError(
+            f"{cube_path}: results of the variant {variant!r}; name the cube of the study, cube.nc, whose findings "
+            "compare the study with its variants"
+        )
+    records = [one["record_id"].to_numpy().astype(str).tolist() for one in (cube, intensity)]
+    if records[0] != records[1] or not cube_has_whole_grid(cube, study_of_cube(cube)):
+        raise ResultError(f"{cube_path}: a part of its study's cube; name the cube that the run made")
+
+
 @contextmanager
-def open_study_results(folder: Path, study_override: Study | None = None) -> Iterator[StudyResults]:
+def open_study_results(results_path: Path, study_override: Study | None = None) -> Iterator[StudyResults]:
     """Open the results cubes, intensity measures, surveys and convergence check in the folder of a study.
 
-    A `ResultError` is raised if a file is missing.
+    `results_path` is the folder, or the cube of the study in it. A `ResultError` is raised if a file is missing, or if
+    the file named is not the whole cube of a study.
 
-    The keys `REPORT_KEYS` and the surveys are those of `study_override`, or of the study in the cube if it is None.
+    The keys `REPORT_KEYS` and the surveys are those of `study_override`; if it is None, those of the
+    `study_for_presentation` of the cube.
     """
+    cube_path = results_path / "cube.nc" if results_path.is_dir() else results_path
+    folder = cube_path.parent
 
     def open_variant_cube(name: str) -> xr.Dataset:
-        path = folder / ("cube.nc" if name == NOMINAL else f"cube.{name}.nc")
+        path = cube_path if name == NOMINAL else folder / f"cube.{name}.nc"
         cube = open_cube_by_record(path, element=None, amplitude=None)
         stack.callback(cube.close)
         return cube
@@ -300,14 +338,18 @@ def open_study_results(folder: Path, study_override: Study | None = None) -> Ite
     with ExitStack() as stack:
         # Each file is opened once: read through two handles at a time, it crashed the library below.
         nominal = open_variant_cube(NOMINAL)
+        if not (measures := folder / "intensity.nc").is_file():
+            raise ResultError(f"{measures}: no intensity measures; {cube_path.name} must be in its folder of results")
+        intensity = stack.enter_context(xr.open_dataset(measures))
+        _check_cube_is_whole_study(nominal, intensity, cube_path)
         study = study_of_cube(nominal)
-        if study_override is not None:
-            named = (
-                survey.model_copy(update={"stones": path_without_absolute_folder(survey.stones)})
-                for survey in study_override.surveys
-            )
-            own = {name: getattr(study_override, name) for name in REPORT_KEYS}
-            study = study.model_copy(update=own | {"surveys": tuple(named)})
+        presented = study_for_presentation(nominal, study_override) or study
+        named = (
+            survey.model_copy(update={"stones": path_without_absolute_folder(survey.stones)})
+            for survey in presented.surveys
+        )
+        own = {name: getattr(presented, name) for name in REPORT_KEYS}
+        study = study.model_copy(update=own | {"surveys": tuple(named)})
         whole = {NOMINAL: nominal} | {name: open_variant_cube(name) for name in study.variants}
         cubes = {name: select_recorded_amplitude(cube) for name, cube in whole.items()}
         stones, files = study.population, [folder / "survey" / f"{n + 1}" for n in range(len(study.surveys))]
@@ -317,7 +359,7 @@ def open_study_results(folder: Path, study_override: Study | None = None) -> Ite
             study=study,
             cube=_select_size_reference_element(study, NOMINAL, cubes[NOMINAL]),
             cubes=cubes,
-            intensity=stack.enter_context(xr.open_dataset(folder / "intensity.nc")),
+            intensity=intensity,
             convergence=read_convergence_result(folder / "convergence.json") if study.verification != "none" else None,
             surveys=() if in_space else tuple(read_survey_comparison(file.with_suffix(".json")) for file in files),
             survey_displacements=tuple(

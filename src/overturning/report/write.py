@@ -14,7 +14,6 @@ from overturning.report.drawings import chapters, draw_report_figures, study_fig
 from overturning.report.page import report_page
 from overturning.report.paper import report_paper
 from overturning.report.render import Media, parse_markdown, render_markdown
-from overturning.study.cube import open_cube, study_for_presentation
 from overturning.study.schema import Study
 from overturning.translation.texts import (
     check_language_is_known,
@@ -48,12 +47,6 @@ def _film_facts(name: str, case: IllustrativeCaseWithFigures) -> FilmFacts:
     return FilmFacts(name, translate(case.title), translate(case.block), tuple(panels), case.rule)
 
 
-def _study_of_results(results: Path) -> Study | None:
-    """Return the study in a folder of results, with the keys on which the cube does not depend; None if unknown."""
-    with open_cube(results / "cube.nc", element=None, amplitude=None) as cube:
-        return study_for_presentation(cube)
-
-
 def write_report(
     results: Path, path: Path, pdf: Path | None = None, study: Study | None = None, language: str | None = None
 ) -> None:
@@ -76,7 +69,6 @@ def write_report(
     ResultError
         If a result or a figure is missing, or if there are no templates of the language.
     """
-    study = study or _study_of_results(results)
     with open_study_results(results, study) as opened, tempfile.TemporaryDirectory() as drawings:
         found, language = read_findings(results / FINDINGS), language or opened.study.language
         check_language_is_known(language)

@@ -15,7 +15,13 @@ from overturning.motion.motion import Motion
 from overturning.records.store import read_record_from_motion_file
 from overturning.study.cube import motion_folder_of_cube, open_cube, study_of_cube
 from overturning.study.netcdf import open_netcdf_unscaled, outcome_content_hash
-from overturning.study.scenes import motion_for_variant, numerics_of_study, variant_grid, variant_model
+from overturning.study.scenes import (
+    cube_has_whole_grid,
+    motion_for_variant,
+    numerics_of_study,
+    variant_grid,
+    variant_model,
+)
 from overturning.study.schema import Study
 from overturning.study.sweep import (
     create_ensemble_of_all_cells,
@@ -56,8 +62,7 @@ def recheck(
         study, variant = study_of_cube(cube), str(cube.attrs["variant"])
         names = [str(name) for name in cube["record_id"].to_numpy()]
         grid, variables = variant_grid(study, variant), cube_variables_of_study(study)
-        whole = grid.rows | ({"amplitude": np.array(grid.amplitude)} if grid.amplitude else {})
-        if any(cube.sizes.get(name) != row.size or not np.allclose(cube[name], row) for name, row in whole.items()):
+        if not cube_has_whole_grid(cube, study):
             raise ResultError(f"{cube_path}: a part of its study's cube; recheck the cube that the run made")
     folder = motion_folder or motion_folder_of_cube(cube_path, study, variant)
     # Each motion as recorded, and at all amplitudes of the study if there are several.

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,9 @@ from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.study.schema import Study
 from overturning.study.sections import Variant
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 NOMINAL = "nominal"
 """Name of the setting of the study itself among its variants."""
@@ -84,6 +87,13 @@ def variant_grid(study: Study, variant: str = NOMINAL) -> CaseGrid:
     return CaseGrid(
         {model.direction: directions_as_int16_if_whole(study.azimuths_or_orientations_deg)} | rows, element, amplitude
     )
+
+
+def cube_has_whole_grid(cube: "xr.Dataset", study: Study) -> bool:
+    """Return whether a results cube has every direction, block, friction and amplitude of its study or variant."""
+    grid = variant_grid(study, cube.attrs["variant"])
+    whole = grid.rows | ({"amplitude": np.array(grid.amplitude)} if grid.amplitude else {})
+    return all(cube.sizes.get(name) == row.size and np.allclose(cube[name], row) for name, row in whole.items())
 
 
 def directions_as_int16_if_whole(directions_deg: Sequence[float]) -> NDArray[Any]:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 import xarray as xr
-from scipy.optimize import minimize
+from scipy.optimize import linprog, minimize
 from scipy.special import expit
 from scipy.stats import t
 
@@ -32,21 +32,98 @@ def test_challenger() -> None:
     assert float(fit.fall_probability([31.0])) == pytest.approx(0.9996, abs=1e-4)
 
 
-def test_estimates_and_errors_are_those_of_leaving_out_each_cluster() -> None:
-    """By another optimiser (SciPy's BFGS) and the jackknife's formulas, for 12 clusters of one or two launches."""
-    x, y, cluster = np.array(TEMPERATURE) / 10.0 - 7.0, np.array(DISTRESS), np.arange(23) % 12
+def likeliest(design: np.ndarray, outcome: np.ndarray) -> np.ndarray:
+    """Coefficients of largest likelihood, by another optimiser (SciPy's BFGS)."""
 
-    def likeliest(kept: np.ndarray) -> np.ndarray:
-        def unlikely(line: np.ndarray) -> float:
-            z = line[0] + line[1] * x[kept]
-            return float(np.logaddexp(0.0, z).sum() - (y[kept] * z).sum())
+    def unlikely(line: np.ndarray) -> tuple[float, np.ndarray]:
+        z = design @ line
+        return float(np.logaddexp(0.0, z).sum() - outcome @ z), design.T @ (expit(z) - outcome)
 
-        return np.array(minimize(unlikely, [0.0, -1.0], tol=1e-9).x)
+    found = minimize(unlikely, np.zeros(design.shape[1]), jac=True, method="BFGS", options={"gtol": 1e-9})
+    return np.asarray(found.x)
 
-    whole = likeliest(np.ones(23, bool))
-    without = np.array([likeliest(cluster != one) for one in range(12)])
+
+def steep_sample(seed: int, slope: float, rows: int) -> tuple[np.ndarray, np.ndarray]:
+    """Two normal predictors, and falls whose log odds rise by `slope` per standard deviation of the first."""
+    generator = np.random.default_rng(seed)
+    x = generator.normal(size=(rows, 2))
+    return x, (generator.random(rows) < expit(slope * (x @ [1.0, -0.5]))).astype(float)
+
+
+def plane_separates(design: np.ndarray, outcome: np.ndarray) -> bool:
+    """By Stiemke's theorem no plane separates if positive multiples of the signed rows add up to zero.
+
+    A share between 0 and 1 is a fall and a stand.
+    """
+    signed = np.concatenate([design[outcome > 0], -design[outcome < 1]])
+    zero = np.zeros(design.shape[1])
+    return not linprog(np.ones(len(signed)), A_eq=signed.T, b_eq=zero, bounds=(1.0, None)).success
+
+
+@pytest.mark.parametrize("slope", [5.0, 10.0, 20.0, 40.0])
+@pytest.mark.parametrize("rows", [40, 200])
+def test_only_falls_on_one_side_of_a_plane_are_called_separated(slope: float, rows: int) -> None:
+    """All other samples have the estimate of another optimiser, however steep it is."""
+    for seed in range(12):
+        x, y = steep_sample(seed, slope, rows)
+        design = np.column_stack([np.ones(rows), x])
+        fit = fit_logistic_model(x, y, np.zeros(rows), intervals=False)
+        assert ("predictors separate falls from stands" in fit.note) == plane_separates(design, y), (seed, fit.note)
+        if not fit.note:
+            assert fit.coefficient == pytest.approx(likeliest(design, y), rel=1e-4), seed
+
+
+@pytest.mark.parametrize(
+    ("outcome", "separated"),
+    [
+        ([0, 1, 0, 1, 1, 1], True),  # in the plane on the left, falls only on the right
+        ([0, 1, 0, 1, 0, 1], False),
+        ([0, 1, 0.5, 1, 1, 1], True),
+        ([0.5, 0.5, 0.5, 1, 1, 1], True),
+        ([0, 1, 0, 1, 0.5, 1], False),
+        ([0, 0, 0, 1, 0.5, 1], True),
+        ([0, 0, 0.1, 0.9, 1, 1], False),
+    ],
+)
+def test_falls_and_stands_in_the_plane_and_shares(outcome: list[float], separated: bool) -> None:
+    """A predictor of two values, each with three rows; a share is a fall and a stand at one place."""
+    x = np.repeat([[0.0], [1.0]], 3, axis=0)
+    assert plane_separates(np.column_stack([np.ones(6), x]), np.array(outcome)) == separated
+    fit = fit_logistic_model(x, outcome, np.arange(6), intervals=False)
+    assert (fit.note, bool(np.isnan(fit.coefficient).all())) == (
+        "no fit: predictors separate falls from stands" if separated else "", separated
+    )  # fmt: skip
+    if not separated:
+        means = np.reshape(outcome, (2, 3)).mean(axis=1)
+        log_odds = np.log(means / (1 - means))
+        assert fit.coefficient == pytest.approx([log_odds[0], log_odds[1] - log_odds[0]])
+
+
+def test_without_one_earthquake_the_rest_is_separated() -> None:
+    """Only the first earthquake has a fall below a stand, or several have."""
+    x = np.linspace(-1.0, 1.0, 60)
+    event, above = np.arange(60) % 10, (x > 0).astype(float)
+    alone = np.where((event == 0) & (np.abs(x) < 0.5), 1 - above, above)
+    fit = fit_logistic_model(x[:, None], alone, event)
+    assert fit.note == "no interval: without one earthquake predictors separate falls from stands"
+    assert np.isfinite(fit.coefficient).all()
+    several = np.where(np.abs(x) < 0.2, 1 - above, above)
+    several[np.abs(x) < 0.12] = above[np.abs(x) < 0.12]
+    assert fit_logistic_model(x[:, None], several, event).note == ""
+
+
+@pytest.mark.parametrize(
+    ("x", "y"),
+    [(np.array(TEMPERATURE)[:, None] / 10.0 - 7.0, np.array(DISTRESS)), steep_sample(1, 10.0, 240)],
+    ids=["launches", "steep"],
+)
+def test_estimates_and_errors_are_those_of_leaving_out_each_cluster(x: np.ndarray, y: np.ndarray) -> None:
+    """By another optimiser and the jackknife's formulas, for 12 clusters, such as of one or two launches."""
+    cluster, design = np.arange(y.size) % 12, np.column_stack([np.ones(y.size), x])
+    whole = likeliest(design, y)
+    without = np.array([likeliest(design[cluster != one], y[cluster != one]) for one in range(12)])
     error = np.sqrt(11 / 12 * ((without - without.mean(axis=0)) ** 2).sum(axis=0))
-    fit = fit_logistic_model(x[:, None], y, cluster)
+    fit = fit_logistic_model(x, y, cluster)
     assert fit.coefficient == pytest.approx(12 * whole - 11 * without.mean(axis=0), rel=1e-4)
     assert fit.standard_error == pytest.approx(error, rel=1e-4)
     assert fit.high - fit.coefficient == pytest.approx(t.ppf(0.975, 11) * error, rel=1e-4)

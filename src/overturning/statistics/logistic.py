@@ -25,9 +25,15 @@ LEVEL = 0.95
 LEAST_PGA = 1e-6
 """PGA, m/s², below which a motion is only rounding error (motions are rounded to 1e-9 m/s²)."""
 
-MAX_ITERATIONS = 50
+MAX_ITERATIONS = 200
 MAX_LINEAR_PREDICTOR = 30.0
-"""Largest linear predictor of a fit; beyond it the probability is 0 or 1 to 13 digits, and the data are separated."""
+"""Linear predictor above which a fit is checked for separated data; the probability is 0 or 1 to 13 digits there."""
+
+CONVERGED_STEP = 1e-10
+"""Largest step of a converged fit, in standard deviations of the predictors, or relative to larger coefficients."""
+
+ROUNDING = 1e-13
+"""Relative rounding error of the log likelihood of many rows."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +122,10 @@ def fit_logistic_model(
         centre, scale = x.mean(axis=0), x.std(axis=0)
         varies = scale > 1e-12 * np.maximum(1.0, np.abs(centre))
         design = np.column_stack([np.ones_like(y), (x[:, varies] - centre[varies]) / scale[varies]])
-        beta, note = _fit_with_newton(design, y, w, np.zeros(design.shape[1]))
+        if np.linalg.matrix_rank(design[w > 0]) < design.shape[1]:
+            note = "no fit: predictors are linearly dependent"
+        else:
+            beta, note = _fit_with_newton(design, y, w, np.zeros(design.shape[1]))
     if not note:
         # Return to the units of the predictors; a constant predictor gets no coefficient.
         back = _coefficient_unscaling_matrix(centre, scale, varies)
@@ -185,23 +194,66 @@ def _coefficient_unscaling_matrix(
 def _fit_with_newton(
     design_matrix: FloatArray, outcome: FloatArray, weight: FloatArray, start_coefficients: FloatArray
 ) -> tuple[FloatArray, str]:
-    """Fit logistic coefficients by Newton's method; return them, and the reason if the fit failed, else "".
+    """Fit logistic coefficients by Newton's method with halved steps; return them, and why there is no fit, else "".
 
-    The note is the reason why the fit failed, or empty.
+    The log likelihood is concave, so a step that is halved until it raises the likelihood leads to the maximum.
+    The first time that a linear predictor exceeds `MAX_LINEAR_PREDICTOR`, a linear programme decides whether a finite
+    maximum exists.
     """
+    beta, may_be_separated = start_coefficients, True
     for _ in range(MAX_ITERATIONS):
-        p = 1 / (1 + np.exp(-np.clip(design_matrix @ start_coefficients, -700, 700)))
-        information = (design_matrix * (weight * p * (1 - p))[:, None]).T @ design_matrix
+        linear = design_matrix @ beta
+        falls, stands = scipy.special.expit(linear), scipy.special.expit(-linear)  # 1 - falls would be rounded to 0
+        information = (design_matrix * (weight * falls * stands)[:, None]).T @ design_matrix
         try:
-            step = np.linalg.solve(information, design_matrix.T @ (weight * (outcome - p)))
+            step = np.linalg.solve(information, design_matrix.T @ (weight * (outcome * stands - (1 - outcome) * falls)))
         except np.linalg.LinAlgError:
-            return start_coefficients, "no fit: predictors are linearly dependent"
-        start_coefficients = start_coefficients + step
-        if np.abs(design_matrix @ start_coefficients).max() > MAX_LINEAR_PREDICTOR and np.abs(step).max() > 0.1:
-            return start_coefficients, "no fit: predictors separate falls from stands"
-        if np.abs(step).max() < 1e-10:
-            return start_coefficients, ""
-    return start_coefficients, "no fit: the iteration does not converge"
+            break
+        largest = _negative_log_likelihood(linear, outcome, weight) * (1 + ROUNDING)
+        while (
+            np.abs(step).max() > CONVERGED_STEP
+            and _negative_log_likelihood(design_matrix @ (beta + step), outcome, weight) > largest
+        ):
+            step = step / 2
+        beta = beta + step
+        if may_be_separated and np.abs(design_matrix @ beta).max() > MAX_LINEAR_PREDICTOR:
+            if _plane_separates_outcomes(design_matrix[weight > 0], outcome[weight > 0]):
+                return beta, "no fit: predictors separate falls from stands"
+            may_be_separated = False
+        if np.abs(step).max() < CONVERGED_STEP * max(1.0, np.abs(beta).max()):
+            return beta, ""
+    return beta, "no fit: the iteration does not converge"
+
+
+def _negative_log_likelihood(linear_predictor: FloatArray, outcome: FloatArray, weight: FloatArray) -> float:
+    """Return minus the logarithm of the weighted likelihood of outcomes 0 to 1 for given linear predictors."""
+    losses = outcome * np.logaddexp(0, -linear_predictor) + (1 - outcome) * np.logaddexp(0, linear_predictor)
+    return float(weight @ losses)
+
+
+def _plane_separates_outcomes(design_matrix: FloatArray, outcome: FloatArray) -> bool:
+    """Return whether a plane has all falls on one side or in it, and all stands on the other side or in it.
+
+    Then, and only then, no finite estimate exists (Albert & Anderson 1984, Biometrika 71). A row whose outcome is a
+    share between 0 and 1 stands for falls and stands at one place, and must lie in the plane. The columns of the
+    design matrix must be linearly independent.
+    """
+    from scipy.optimize import linprog  # imported only where a fit fails: importing it takes long
+
+    shared = (outcome > 0) & (outcome < 1)
+    if np.linalg.matrix_rank(design_matrix[shared]) == design_matrix.shape[1]:
+        return False
+    beyond = np.where(outcome == 1, 1.0, -1.0)[~shared, None] * design_matrix[~shared]
+    found = linprog(
+        -beyond.sum(axis=0),
+        A_ub=-beyond,
+        b_ub=np.zeros(len(beyond)),
+        A_eq=design_matrix[shared],
+        b_eq=np.zeros(int(shared.sum())),
+        bounds=(-1.0, 1.0),
+    )
+    # The planes that separate form a cone: the best one has a coefficient at a bound, or none but zero separates.
+    return bool(found.success) and float(np.abs(np.asarray(found.x)).max()) > 0.5
 
 
 def _fit_without_each_cluster(

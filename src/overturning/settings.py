@@ -96,7 +96,12 @@ class StonePopulation(StrictModel):
     friction: UniformRange = Field(
         default=UniformRange(low=0.5, high=0.9), description="friction coefficients µ: low, high"
     )
-    fixed: float = Field(default=0.0, ge=0, lt=1, description="share of stones fixed to their base, which do not fall")
+    fixed: float = Field(
+        default=0.0,
+        ge=0,
+        lt=1,
+        description="share of stones fixed to their base, which do not fall; fragility curves are of the other stones",
+    )
     face: Degree | None = Field(default=None, description="azimuth of the faces, degrees; not given: random azimuths")
     face_spread: Degree = Field(
         default=10.0, ge=0, le=180, description="half-width of the faces' azimuths about `face`, degrees"

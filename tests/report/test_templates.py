@@ -223,6 +223,19 @@ def test_earthquakes_of_both_groups_are_mentioned_once(language: str) -> None:
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
+def test_stones_that_are_fixed_to_their_base_are_named_wherever_they_do_not_count(language: str) -> None:
+    """In the figure, the peak velocity at which half fall, the fragility curves and the rules of surveys."""
+    found = findings_by_hand("direction")
+    assert found.population is not None
+    some = found.model_copy(update={"population": found.population.model_copy(update={"share_fixed": 0.3})})
+    word = {"en": "fixed", "ja": "固定され"}[language]
+    before = markdown_by_hand("direction", language).splitlines()
+    lines = [line for line in render_markdown(some, language).splitlines() if line not in before]
+    assert [word in line for line in lines] == [True] * 4, lines
+    assert any("30\u00a0%" in line for line in lines), lines
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
 def test_a_record_without_an_earthquake_is_named_by_its_station_alone(language: str) -> None:
     data = json.loads(findings_by_hand("direction").model_dump_json())
     comma = {"en": ", ", "ja": "、"}[language]

@@ -27,7 +27,7 @@ def fitted_to(monkeypatch: pytest.MonkeyPatch) -> tuple[xr.Dataset, xr.Dataset]:
     monkeypatch.setattr(fragility_results, "fit_population_fragility_curves", lambda *_: [])
     rates = xr.Dataset(
         {
-            "fall_rate": (("record", "amplitude"), [[0.2], [math.nan]]),
+            "free_fall_rate": (("record", "amplitude"), [[0.2], [math.nan]]),
             "class_rate": (("record", "amplitude", "stones"), np.full((2, 1, 1), 0.3)),
             "members": ("stones", [64]),
         },
@@ -54,7 +54,7 @@ def test_curves_of_other_input_are_fitted_again(
     write_fragility_curves(CURVES, *fitted_to, path)
     rates, measures = (one.copy(deep=True) for one in fitted_to)
     if change == "fall rate":
-        rates["fall_rate"][0, 0] = np.nextafter(0.2, 1.0)
+        rates["free_fall_rate"][0, 0] = np.nextafter(0.2, 1.0)
     elif change == "event":
         rates["event"][0] = "b 1999"
     elif change == "period":

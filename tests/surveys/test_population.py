@@ -150,8 +150,13 @@ def test_stones_without_an_answer_have_no_rate() -> None:
     assert found["unknown"].tolist() == [1.0, 0.5]
 
 
-def test_rotated_in_space_by_hand() -> None:
-    """Four square stones: one falls, one is shifted, one rotated, one both; rotation by 90° changes nothing."""
+@pytest.mark.parametrize("fixed", [0.0, 0.3])
+def test_rotated_in_space_by_hand(fixed: float) -> None:
+    """Four square stones: one falls, one is shifted, one rotated, one both; rotation by 90° changes nothing.
+
+    Of a cemetery in which 30 % of the stones are fixed to their base, the other 70 % do so.
+    """
+    free = 1 - fixed
     values = {"overturned": [1, 0, 0, 0], "fall_azimuth": [40, np.nan, np.nan, np.nan], "residual_twist": [np.nan, 2,
     -30, 30],
               "residual_slip_north": [9, 0.03, 0, 0.03], "residual_slip_east": [9, 0.04, 0, 0.04]}  # fmt: skip
@@ -160,11 +165,15 @@ def test_rotated_in_space_by_hand() -> None:
     for turn in (0, 90, 270):
         face = np.array([1.0, 29.0, 44.0, 61.0]) + turn
         stones = replace(stones_of(0.7, 0.5, 0.7, 0.0, count=4), face=face)
-        found = outcome_rates_by_amplitude(outcomes_of_stones(site, stones), StonePopulation())
-        assert found["fall_rate"] == [0.25]
-        assert found["shift_rate"] == [0.5]
-        assert found["rotation_rate"] == [0.5]
-        assert found["fall_octant"][0].tolist() == [0, 0.25, 0, 0, 0, 0, 0, 0]
+        found = outcome_rates_by_amplitude(outcomes_of_stones(site, stones), StonePopulation(fixed=fixed))
+        assert found["fall_rate"] == pytest.approx([0.25 * free], rel=1e-15)
+        assert found["free_fall_rate"] == [0.25]
+        assert found["shift_rate"] == found["rotation_rate"] == [0.5 * free]
+        assert found["fall_octant"][0].tolist() == [0, *found["fall_rate"], 0, 0, 0, 0, 0, 0]
+        for rate, interval in (("fall_rate", "fall_interval"), ("shift_rate", "shift_interval")):
+            share = found[rate][0]  # Wilson: the ends p hold (p - share)² = z² p (1 - p) / n
+            for end in found[interval][0]:
+                assert (end - share) ** 2 == pytest.approx(norm.ppf(0.975) ** 2 * end * (1 - end) / 4)
 
 
 def test_rates_over_amplitudes_of_a_cube() -> None:
@@ -184,6 +193,10 @@ def test_rates_over_amplitudes_of_a_cube() -> None:
         == alone["fall_rate"][0]
         > found["fall_rate"].sel(amplitude=1.0).item()
     )
+    some = population_rates_by_record(both, population.model_copy(update={"fixed": 0.3}))
+    np.testing.assert_allclose(some["fall_rate"], 0.7 * found["fall_rate"])
+    for name in ("free_fall_rate", "class_rate", "unknown", "fall_axis"):
+        np.testing.assert_array_equal(some[name], found[name])
     assert found.attrs["outside"] == 0
     assert found["octant"].values.tolist() == [0, 45, 90, 135, 180, 225, 270, 315]
 
@@ -195,7 +208,7 @@ def test_curves_over_spectral_acceleration_and_their_spreads() -> None:
     rate = norm.cdf(np.log(sa / 0.7) / 0.3)[:, None]
     found = xr.Dataset(
         {
-            "fall_rate": (("record", "amplitude"), rate),
+            "free_fall_rate": (("record", "amplitude"), rate),
             "class_rate": (("record", "amplitude", "stones"), rate[..., None]),
         },
         {

@@ -137,6 +137,8 @@ class PopulationFindings(Finding):
 
     stones: int
     """Number of stones of the population."""
+    share_fixed: float = 0.0
+    """Share of the stones that are fixed to their base and do not fall; shares of the stones count them."""
     share_outside_grid: Number
     """Share of the stones outside the grid of the study, which take the outcome of its nearest block."""
     mean_share_without_outcome: Number
@@ -166,9 +168,9 @@ class PopulationFindings(Finding):
     by_intensity: list[FallRateAtIntensity]
     """Fall rate for each degree of the JMA scale."""
     survey_rules: list[JmaSurveyRuleCheck]
-    """Check of each rule that infers an intensity."""
+    """Check of each rule that infers an intensity from the share of the stones not fixed to their base that fall."""
     fragility_curves: list[FragilityCurve]
-    """Lognormal fragility curves."""
+    """Lognormal fragility curves of the stones that are not fixed to their base."""
 
 
 def population_findings(results: StudyResults) -> PopulationFindings | None:
@@ -181,10 +183,12 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
     horizontal = results.intensity["jma_intensity"].isnull().to_numpy()
     rate = own["fall_rate"].dropna("record").to_numpy()
     quantiles = np.quantile(rate, [0.0, 0.25, 0.5, 0.75, 1.0]).tolist() if rate.size else [math.nan] * 5
-    rates, events = found["fall_rate"].to_numpy(), found["event"].to_numpy().astype(str)
+    rates, free_rates = found["fall_rate"].to_numpy(), found["free_fall_rate"].to_numpy()
+    events = found["event"].to_numpy().astype(str)
     known = np.isfinite(jma) & np.isfinite(rates)
     return PopulationFindings(
         stones=stones.stones,
+        share_fixed=stones.fixed,
         share_outside_grid=float(found.attrs["outside"]),
         mean_share_without_outcome=float(own["unknown"].mean()),
         largest_share_without_outcome=float(own["unknown"].max()),
@@ -205,9 +209,9 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
             if (at := known & (jma >= low) & (jma < high)).sum() >= FEWEST_MOTIONS
         ],
         survey_rules=[
-            _check_jma_survey_rule(rule, known, rates, jma, horizontal, events)
+            _check_jma_survey_rule(rule, known, free_rates, jma, horizontal, events)
             for rule in SURVEY_RULE
-            if _mask_of_motions_in_fall_rate_range_of_rule(rule, known, rates).sum() >= FEWEST_MOTIONS
+            if _mask_of_motions_in_fall_rate_range_of_rule(rule, known, free_rates).sum() >= FEWEST_MOTIONS
         ],
         fragility_curves=[
             FragilityCurve(

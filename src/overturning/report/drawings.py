@@ -248,7 +248,7 @@ def _fall_rate(results: StudyResults) -> "Figure":
     """Draw the fall rates of the study's population by peak velocity and by JMA intensity."""
     found = results.populations[NOMINAL]
     curve = next(one for one in results.fragility_curves if one.name == "all stones" and one.measure == MEASURE)
-    rates, jma = found["fall_rate"].to_numpy(), jma_intensities_of_motions(found, results.intensity)
+    rates, jma = found["free_fall_rate"].to_numpy(), jma_intensities_of_motions(found, results.intensity)
     return overturned_fraction_figure(rates, intensities_by_measure(found, results.intensity)[MEASURE], curve, jma)
 
 

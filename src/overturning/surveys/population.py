@@ -22,19 +22,20 @@ from overturning.units import CM, STANDARD_GRAVITY
 _SIZES: Final = ("height", "b_over_h", "friction")
 
 _SHARES: Final = {
-    "fall": "stones not fixed that fell",
-    "shift": "stones not fixed that stood and were shifted; missing in planes, which cannot tell",
-    "rotation": "stones not fixed that stood and were rotated; missing in planes, which cannot tell",
+    "fall": "stones that fell",
+    "shift": "stones that stood and were shifted; missing in planes, which cannot tell",
+    "rotation": "stones that stood and were rotated; missing in planes, which cannot tell",
 }
 _RATES: Final = {
     **{f"{name}_rate": ((), f"share of the {text}") for name, text in _SHARES.items()},
     **{f"{name}_interval": (("end",), f"95 % interval of {name}_rate") for name in _SHARES},
+    "free_fall_rate": ((), "share of the stones not fixed to their base that fell"),
     "unknown": ((), "share of stones without an answer"),
-    "fall_octant": (("octant",), "share of the stones not fixed that fell towards the octant"),
+    "fall_octant": (("octant",), "share of the stones that fell towards the octant"),
     "octant_interval": (("octant", "end"), "95 % interval of fall_octant"),
     "fall_axis": ((), "axis of the falls, degrees"),
     "fall_resultant": ((), "mean resultant length of that axis"),
-    "class_rate": (("stones",), "share of the stones of a class that fell"),
+    "class_rate": (("stones",), "share of the stones of a class that are not fixed to their base and fell"),
 }
 """Variables of `population_rates_by_record`: dimensions in addition to record and amplitude, and long name."""
 
@@ -144,16 +145,17 @@ def outcome_rates_by_amplitude(
 ) -> dict[str, FloatArray]:
     """Compute the shares of stones that fall, shift and rotate, for each amplitude factor of the motion.
 
-    Stones with an unknown outcome do not count.
+    Stones with an unknown outcome do not count. Shares are of all stones, including the share `population.fixed`
+    that neither falls, shifts nor rotates; only ``free_fall_rate`` is of the stones that are not fixed.
 
     Returns
     -------
     dict of ndarray
-        ``fall_rate``, ``shift_rate`` and ``rotation_rate`` (NaN if the model lacks them), ``unknown``, shape (a,);
-        their 95 % intervals by Wilson for a cemetery of as many stones, ``fall_interval`` and so on, shape (a, 2);
-        ``fall_octant``, shape (a, 8), the share that fell towards each compass octant, with ``octant_interval``, shape
-        (a, 8, 2); and ``fall_axis`` with ``fall_resultant``, the axis of the falls, degrees, and its mean resultant
-        length, shape (a,). Without any known outcome rates and shares are NaN.
+        ``fall_rate``, ``free_fall_rate``, ``shift_rate`` and ``rotation_rate`` (NaN if the model lacks them) and
+        ``unknown``, shape (a,); 95 % intervals by Wilson for a cemetery of as many stones, ``fall_interval`` and so on,
+        shape (a, 2); ``fall_octant``, shape (a, 8), the share that fell towards each compass octant, with
+        ``octant_interval``, shape (a, 8, 2); and ``fall_axis`` with ``fall_resultant``, the axis of the falls, degrees,
+        and its mean resultant length, shape (a,). Without any known outcome rates and shares are NaN.
     """
     stands, answered = (
         stone_outcomes_by_amplitude.known & ~stone_outcomes_by_amplitude.fell,
@@ -165,9 +167,9 @@ def outcome_rates_by_amplitude(
         "shift": stands & (stone_outcomes_by_amplitude.slip >= population.shifted),
         "rotation": stands & (np.abs(stone_outcomes_by_amplitude.twist) >= population.rotated),
     }
-    made = {}
+    made, free = {}, 1.0 - population.fixed
     for name, members in which.items():
-        counted = members.sum(axis=1)
+        counted = free * members.sum(axis=1)
         made[f"{name}_rate"] = counted / share_of
         made[f"{name}_interval"] = np.stack(wilson_interval(counted, answered), axis=-1)
     for name, values in (("shift", stone_outcomes_by_amplitude.slip), ("rotation", stone_outcomes_by_amplitude.twist)):
@@ -178,12 +180,13 @@ def outcome_rates_by_amplitude(
         sector_index(np.nan_to_num(stone_outcomes_by_amplitude.azimuth), len(OCTANTS)),
         -1,
     )
-    towards = np.stack([(octant == one).sum(axis=1) for one in range(len(OCTANTS))], axis=1)
+    towards = free * np.stack([(octant == one).sum(axis=1) for one in range(len(OCTANTS))], axis=1)
     axes = [
         mean_angle_and_resultant(azimuth[fell], axial=True)
         for azimuth, fell in zip(stone_outcomes_by_amplitude.azimuth, stone_outcomes_by_amplitude.fell, strict=True)
     ]
     return made | {
+        "free_fall_rate": stone_outcomes_by_amplitude.fell.sum(axis=1) / share_of,
         "unknown": 1.0 - stone_outcomes_by_amplitude.known.mean(axis=1),
         "fall_octant": towards / share_of[:, None],
         "octant_interval": np.stack(wilson_interval(towards, answered[:, None]), axis=-1),
@@ -215,7 +218,8 @@ def population_rates_by_record(cube: xr.Dataset, population: StonePopulation) ->
     for record in range(cube.sizes["record"]):
         outcomes = outcomes_of_stones(load_records_of_cube(cube, record, reads), stones)
         of_class = [
-            outcome_rates_by_amplitude(outcomes.select_stones(own), population)["fall_rate"] for own in classes.values()
+            outcome_rates_by_amplitude(outcomes.select_stones(own), population)["free_fall_rate"]
+            for own in classes.values()
         ]
         for name, values in (
             outcome_rates_by_amplitude(outcomes, population) | {"class_rate": np.stack(of_class, axis=1)}
@@ -280,9 +284,10 @@ def jma_intensities_of_motions(fall_rates: xr.Dataset, intensity_table: xr.Datas
 def fit_population_fragility_curves(fall_rates: xr.Dataset, intensity_table: xr.Dataset) -> list[FittedFragilityCurve]:
     """Fit fragility curves for all stones and for each class of stones, one for each intensity measure.
 
-    `fall_rates` is a result of `population_rates_by_record`. Measures are `MEASURES` and SA(T).
+    `fall_rates` is a result of `population_rates_by_record`. Measures are `MEASURES` and SA(T). Curves are of the
+    stones that are not fixed to their base, since a lognormal curve ends at 1.
     """
-    shares = {"all stones": (fall_rates["fall_rate"].to_numpy(), int(fall_rates.attrs["members"]))}
+    shares = {"all stones": (fall_rates["free_fall_rate"].to_numpy(), int(fall_rates.attrs["members"]))}
     for name, members in zip(fall_rates["stones"].to_numpy(), fall_rates["members"].to_numpy(), strict=True):
         shares[str(name)] = fall_rates["class_rate"].sel(stones=name).to_numpy(), int(members)
     events, record = (

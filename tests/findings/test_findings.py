@@ -18,6 +18,7 @@ import overturning
 from overturning.cli import main
 from overturning.findings.causes import logistic_fit_findings
 from overturning.findings.collect import Findings, findings_schema
+from overturning.findings.contrast import population_fall_rates_by_soil
 from overturning.findings.direction import fall_direction_findings
 from overturning.findings.extent import choose_report_maps, study_extent
 from overturning.findings.lines import finding_lines
@@ -25,9 +26,13 @@ from overturning.findings.processing import DRIFT, TRUSTED
 from overturning.findings.results import StudyResults, open_study_results
 from overturning.findings.study import record_facts
 from overturning.findings.values import Estimate
+from overturning.motion.soil import RockHalfSpace, SoilLayer
+from overturning.records.site import SoilSite
 from overturning.statistics.logistic import PREDICTORS, LogisticFit
 from overturning.study.cube import CONFIGURATION, study_of_cube
 from overturning.study.load import study_without_absolute_paths
+from overturning.study.sections import Variant
+from overturning.surveys.population import population_rates_by_record
 from tests.report.tiny_studies import make_results, pulse_record
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -339,3 +344,23 @@ def test_an_effect_is_stated_with_its_interval_if_that_excludes_none(
     assert chances.keys() == expected.keys()
     for name, numbers in expected.items():
         assert chances[name] == pytest.approx(numbers)
+
+
+@pytest.mark.parametrize(("planes", "angle"), [(slice(None), 0.0), ([60, 75, 90], None)])
+def test_soil_turns_no_axis_that_the_planes_impose(
+    folder: Path, planes: "slice | list[int]", angle: float | None
+) -> None:
+    """The outcomes on soil are those on rock, so the axes of all planes agree."""
+    soil = SoilSite(layers=(SoilLayer(thickness_m=20, velocity_m_s=180),), rock=RockHalfSpace(velocity_m_s=760))
+    with open_study_results(folder) as opened:
+        cube = opened.cube.sel(azimuth=planes)
+        rates = population_rates_by_record(cube, opened.study.population)
+        study = opened.study.model_copy(update={"variants": {"soft": Variant(site=soil)}})
+        both = dict.fromkeys(("nominal", "soft"), (cube, rates))
+        cubes, populations = ({name: pair[part] for name, pair in both.items()} for part in (0, 1))
+        found = population_fall_rates_by_soil(
+            replace(opened, study=study, cube=cube, cubes=cubes, populations=populations)
+        )
+    (soft,) = (one for one in found if one.variant == "soft")
+    assert soft.axis_turned_deg == angle
+    assert (soft.axes_compared > 0) is (angle is not None)

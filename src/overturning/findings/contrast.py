@@ -130,7 +130,8 @@ class SiteFallRates(Finding):
     mean_fall_rate: Number
     """Mean over records of the share of the stones that fall."""
     axis_turned_deg: Number
-    """Median angle, over records, between the fall axes on this ground and on the ground as recorded."""
+    """Median angle, over records, between the fall axes on this ground and on the ground as recorded; None if the
+    planes of the study impose the axis."""
     axes_compared: int
     """Number of records with an axis on both grounds."""
     median_fall_rate: Number
@@ -293,7 +294,7 @@ def population_fall_rates_by_soil(results: StudyResults) -> list[SiteFallRates]:
             accounts = record_provenance(results.cubes[name]).values()
             angles = (
                 np.empty(0)
-                if site is None
+                if site is None or results.planes_impose_axis
                 else angles_between_fall_axes_deg(
                     *(results.populations[each].sel(amplitude=factor) for each in (name, NOMINAL))
                 )

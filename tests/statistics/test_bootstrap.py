@@ -67,6 +67,32 @@ def test_interval_of_a_share_of_0_in_most_earthquakes_covers_the_true_share() ->
     assert empty[:, 1] == pytest.approx(1 - 0.05 ** (1 / 9))
 
 
+@pytest.mark.parametrize("usual", [0.0, -0.25, 1.0])
+@pytest.mark.parametrize("other", [-1.0, 0.5])
+def test_interval_of_a_difference_that_is_the_same_in_most_earthquakes_covers_its_mean(
+    usual: float, other: float
+) -> None:
+    """One earthquake in five has another difference; of nine, none in 13 % of samples, whose interval had no width."""
+    generator = np.random.default_rng(7)
+    samples = np.where(generator.random((400, 9)) < 0.2, other, usual)
+    found = [mean_over_earthquakes(sample, [*"ABCDEFGHI"], draws=2000) for sample in samples]
+    mean = usual + 0.2 * (other - usual)
+    assert np.mean([one.low <= mean <= one.high for one in found]) > 0.95
+    same = [one for one, sample in zip(found, samples, strict=True) if (sample == usual).all()]
+    assert len(same) > 40
+    least = stats.binomtest(9, 9, alternative="greater").proportion_ci(0.95, method="exact").low
+    for one in same:  # at least this share of all earthquakes has the value, the others have -1 or 1
+        assert (one.value, one.low, one.high) == pytest.approx(
+            (usual, least * usual - (1 - least), least * usual + (1 - least))
+        )
+
+
+def test_a_share_that_is_the_same_in_all_earthquakes_has_an_interval() -> None:
+    """At least 0.05^(1/8) of all earthquakes have the share 0.3; the others have between 0 and 1."""
+    assert mean_share_interval(np.full(8, 0.3)) == pytest.approx((0.3 * 0.05 ** (1 / 8), 1 - 0.7 * 0.05 ** (1 / 8)))
+    assert math.isnan(mean_over_earthquakes(np.zeros(7), [*"ABCDEFG"]).low), "too few earthquakes"
+
+
 def test_interval_for_eight_earthquakes_covers_95_percent() -> None:
     """The plain percentile interval for eight earthquakes covers the mean in 88 %."""
     generator, held = np.random.default_rng(1), 0

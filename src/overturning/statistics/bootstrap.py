@@ -26,6 +26,9 @@ true mean in 75 % of samples of n = 3, 88 % of n = 4 and 94 % of n = 5; skewed v
 LEAST_BEYOND: Final = 10
 """Smallest number of bootstrap samples beyond each end of an interval; with fewer, the end is mostly noise."""
 
+SAME_VALUE: Final = 1e-12
+"""Largest difference between values that are equal but for rounding."""
+
 
 class ConfidenceInterval(NamedTuple):
     """Lower and upper limit of a confidence interval; both are NaN if there is no interval."""
@@ -132,6 +135,7 @@ def bootstrap_interval(
     draws: int = 4000,
     seed: int = 1,
     earthquake_count: int | None = None,
+    bounds: tuple[float, float] | None = None,
 ) -> ConfidenceInterval:
     """Compute a confidence interval from bootstrap samples of earthquakes: percentiles, widened for small samples.
 
@@ -147,6 +151,9 @@ def bootstrap_interval(
     earthquake_count : int, optional
         Number of earthquakes that determine the statistic, if smaller than the number of rows of ``earthquake_data``,
         such as that of the smaller of two sets. There is no interval for fewer than `FEWEST_EARTHQUAKES`.
+    bounds : (float, float), optional
+        Smallest and largest possible value of the statistic. If all samples have the same value, they give the interval
+        by `interval_of_equal_values`.
     """
     n = len(earthquake_data) if earthquake_count is None else min(earthquake_count, len(earthquake_data))
     if n < FEWEST_EARTHQUAKES:
@@ -157,8 +164,35 @@ def bootstrap_interval(
     )
     if not values.size:
         return ConfidenceInterval()
+    if bounds is not None and np.ptp(values) <= SAME_VALUE:
+        return interval_of_equal_values(float(values[0]), n, bounds, level)
     low, high = np.quantile(values, [tail, 1 - tail])
     return ConfidenceInterval(float(low), float(high))
+
+
+def interval_of_equal_values(
+    value: float, earthquake_count: int, bounds: tuple[float, float], level: float = 0.95
+) -> ConfidenceInterval:
+    """Return the interval of the mean of a bounded quantity that has the same value in all earthquakes.
+
+    All bootstrap samples of equal values are equal, so the bootstrap interval would have no width. If an earthquake has
+    this value with probability p, all n have it with probability pⁿ, so p is at least (1 − level)^(1/n) (Clopper &
+    Pearson 1934, Biometrika 26, one-sided), for any n. The other earthquakes move the mean towards a bound by at most
+    1 − p of its distance.
+
+    Parameters
+    ----------
+    value : float
+        Value in each earthquake.
+    earthquake_count : int
+        Number n of earthquakes.
+    bounds : (float, float)
+        Smallest and largest possible value of the quantity, such as 0 and 1 of a share.
+    level : float
+        Probability of the interval.
+    """
+    other = 1 - (1 - level) ** (1 / earthquake_count)
+    return ConfidenceInterval(value - other * (value - bounds[0]), value + other * (bounds[1] - value))
 
 
 def mean_of_each_bootstrap_sample(bootstrap_samples: NDArray[Any]) -> FloatArray:
@@ -167,16 +201,21 @@ def mean_of_each_bootstrap_sample(bootstrap_samples: NDArray[Any]) -> FloatArray
 
 
 def mean_over_earthquakes(
-    record_values: FloatArray, record_events: Sequence[str] | NDArray[np.str_], *, draws: int = 4000
+    record_values: FloatArray,
+    record_events: Sequence[str] | NDArray[np.str_],
+    *,
+    draws: int = 4000,
+    bounds: tuple[float, float] = (-1.0, 1.0),
 ) -> MeanOverEarthquakes:
     """Average a quantity of each record over the records of an earthquake, then over earthquakes, with an interval.
 
-    The interval of the mean is that of `bootstrap_interval`.
+    The interval of the mean is that of `bootstrap_interval`. `bounds` are the smallest and largest possible value of
+    the quantity, such as −1 and 1 of a cosine, or of the difference between two shares.
     """
     means = _finite_means_by_earthquake(record_values, record_events)
     if means.size == 0:
         return MeanOverEarthquakes(0, *(math.nan,) * 3)
-    ends = bootstrap_interval(mean_of_each_bootstrap_sample, means, draws=draws)
+    ends = bootstrap_interval(mean_of_each_bootstrap_sample, means, draws=draws, bounds=bounds)
     return MeanOverEarthquakes(int(means.size), float(means.mean()), *ends)
 
 
@@ -185,7 +224,7 @@ def mean_share_over_earthquakes(
 ) -> MeanOverEarthquakes:
     """Average a share (0 to 1) of each record over the records of an earthquake, then over earthquakes.
 
-    The interval is exact if the shares of all earthquakes are 0, or all are 1; otherwise it is from the bootstrap.
+    The interval is that of `mean_share_interval`.
     """
     means = _finite_means_by_earthquake(record_shares, record_events)
     if means.size == 0:
@@ -196,8 +235,7 @@ def mean_share_over_earthquakes(
 def mean_share_interval(earthquake_shares: FloatArray, *, level: float = 0.95, draws: int = 4000) -> ConfidenceInterval:
     """Compute the confidence interval of the mean of a share (0 to 1) over earthquakes.
 
-    The interval is exact if all shares are 0, or all are 1.
-
+    The interval is that of `interval_of_equal_values` if the share is the same in all earthquakes, such as 0 or 1.
     Otherwise it is the `bootstrap_interval`. There is no interval for fewer than `FEWEST_EARTHQUAKES`.
 
     Parameters
@@ -210,16 +248,14 @@ def mean_share_interval(earthquake_shares: FloatArray, *, level: float = 0.95, d
     if earthquake_shares.size < FEWEST_EARTHQUAKES:
         return ConfidenceInterval()
     return unanimous_share_interval(earthquake_shares, level) or bootstrap_interval(
-        mean_of_each_bootstrap_sample, earthquake_shares, level=level, draws=draws
+        mean_of_each_bootstrap_sample, earthquake_shares, level=level, draws=draws, bounds=(0.0, 1.0)
     )
 
 
 def unanimous_share_interval(earthquake_shares: FloatArray, level: float = 0.95) -> ConfidenceInterval | None:
     """Return the exact interval of a mean share if it is 0 in all earthquakes or 1 in all; otherwise None.
 
-    All bootstrap samples of equal values are equal, so the bootstrap interval would have no width. If an earthquake
-    has a share of 1 with probability p, all n earthquakes have it with probability pⁿ, and the mean share is at least
-    p. The lower bound is therefore (1 − level)^(1/n) (Clopper & Pearson 1934, Biometrika 26, one-sided), for any n.
+    See `interval_of_equal_values`.
 
     Parameters
     ----------
@@ -229,9 +265,8 @@ def unanimous_share_interval(earthquake_shares: FloatArray, level: float = 0.95)
         Probability of the interval.
     """
     for value in (0.0, 1.0):
-        if earthquake_shares.size and np.allclose(earthquake_shares, value, rtol=0.0, atol=1e-12):
-            least = float((1 - level) ** (1 / earthquake_shares.size))
-            return ConfidenceInterval(least, 1.0) if value else ConfidenceInterval(0.0, 1 - least)
+        if earthquake_shares.size and np.allclose(earthquake_shares, value, rtol=0.0, atol=SAME_VALUE):
+            return interval_of_equal_values(value, earthquake_shares.size, (0.0, 1.0), level)
     return None
 
 

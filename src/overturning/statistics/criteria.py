@@ -5,8 +5,9 @@ the motion. Each docstring states how the formula was checked, and whether its s
 is raised if an argument is not positive.
 """
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -314,13 +315,13 @@ def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> Overt
 
     def score_rule(name: str, rule: str, predicted_falls: NDArray[np.bool_]) -> PredictionRuleScore:
         counts = count_hits_and_misses(predicted_falls, weight)
-        overall, statistics = (
-            FallPredictionCounts.from_count_array(counts.sum(axis=(0, 1))),
-            (_skill_over_all_blocks, _mean_skill_within_blocks),
-        )
+        overall = FallPredictionCounts.from_count_array(counts.sum(axis=(0, 1)))
         skill, within = (
-            MeanOverEarthquakes(len(counts), float(of(counts)), *bootstrap_interval(of, counts)) for of in statistics
+            MeanOverEarthquakes(len(counts), float(of(counts)), *bootstrap_interval(of, counts, bounds=(-1.0, 1.0)))
+            for of in (_skill_over_all_blocks, _mean_skill_within_blocks)
         )
+        if name == SLENDERNESS_ONLY:  # 0 within blocks by definition, not by chance
+            within = replace(within, low=math.nan, high=math.nan)
         return PredictionRuleScore(
             name,
             rule,
@@ -369,7 +370,9 @@ def _best_minus_other_skills(counts_by_criterion: dict[str, FloatArray]) -> dict
     }
     return {
         name: MeanOverEarthquakes(
-            len(pair), float(first_minus_second_skill(pair)), *bootstrap_interval(first_minus_second_skill, pair)
+            len(pair),
+            float(first_minus_second_skill(pair)),
+            *bootstrap_interval(first_minus_second_skill, pair, bounds=(-2.0, 2.0)),
         )
         for name, pair in pairs.items()
         if name != best

@@ -32,6 +32,9 @@ from overturning.statistics.circular import LEAST_RESULTANT, NO_DIRECTION, commo
 from overturning.statistics.falls import mean_cosine_and_sine_to_reference, mean_fall_directions, sum_fall_vectors
 from overturning.units import EARTH_RADIUS_KM
 
+BOUNDS_OF_COSINE_DIFFERENCE = (-2.0, 2.0)
+"""Smallest and largest possible difference between two cosines."""
+
 
 def fall_vector_sums_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
     """Sum, for each record, falls and their unit vectors over azimuths and over the blocks that show a direction.
@@ -176,7 +179,9 @@ def summarise_fall_axes(fall_axes: xr.Dataset, *, level: float = 0.95, draws: in
     distances = (
         statistic_of_bootstrap_samples(axis_distances_from_mean_deg, vectors, draws) if has_axis else np.zeros(0)
     )
-    ends = bootstrap_interval(mean_of_each_bootstrap_sample, vectors[:, 0], level=level, draws=draws)
+    ends = bootstrap_interval(
+        mean_of_each_bootstrap_sample, vectors[:, 0], level=level, draws=draws, bounds=(-1.0, 1.0)
+    )
     half_width = math.nan
     if distances.size:
         half_width = float(np.quantile(distances, 1 - 2 * tail_share_of_expanded_interval(len(vectors), level)))
@@ -206,9 +211,10 @@ def first_minus_second_alignment(first_fall_axes: xr.Dataset, second_fall_axes: 
         return np.asarray(means[:, 0] - means[:, 1])
 
     difference = float(first_minus_second_mean(values.T[None])[0])
-    return MeanOverEarthquakes(
-        n, difference, *bootstrap_interval(first_minus_second_mean, values.T, draws=10_000, earthquake_count=n)
+    ends = bootstrap_interval(
+        first_minus_second_mean, values.T, draws=10_000, earthquake_count=n, bounds=BOUNDS_OF_COSINE_DIFFERENCE
     )
+    return MeanOverEarthquakes(n, difference, *ends)
 
 
 LEAST_DISTANCE_KM: Final = 1.0
@@ -321,8 +327,10 @@ def _group_alignment_with_references(
     `FallAlignmentWithReferences.means`.
     """
 
-    def earthquake_mean_of_group(record_cosines: FloatArray) -> MeanOverEarthquakes:
-        return mean_over_earthquakes(np.where(group_mask, record_cosines, np.nan), record_events)
+    def earthquake_mean_of_group(
+        record_cosines: FloatArray, bounds: tuple[float, float] = (-1.0, 1.0)
+    ) -> MeanOverEarthquakes:
+        return mean_over_earthquakes(np.where(group_mask, record_cosines, np.nan), record_events, bounds=bounds)
 
     means = {key: [earthquake_mean_of_group(one) for one in values] for key, values in reference_cosines.items()}
     counts = {
@@ -331,5 +339,5 @@ def _group_alignment_with_references(
     known = [name for name, records in counts.items() if records == max(counts.values()) > 0]
     first, *others = sorted(known, key=lambda name: -means[name, True][0].value) or [""]
     pairs = zip(reference_cosines[first, True], reference_cosines[others[0], True], strict=True) if others else ()
-    closer = [earthquake_mean_of_group(one - other) for one, other in pairs]
+    closer = [earthquake_mean_of_group(one - other, BOUNDS_OF_COSINE_DIFFERENCE) for one, other in pairs]
     return FallAlignmentWithReferences(means, tuple([first, *others][:2]) if first else (), closer)

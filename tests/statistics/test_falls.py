@@ -26,6 +26,9 @@ from overturning.statistics.falls import (
     fall_counts_towards_azimuths,
     informative_block_mask,
     mean_fall_directions,
+    overturned_share,
+    overturned_shares_by_record,
+    overturned_shares_near_and_far_from_normal,
     overturning_indicator,
     shares_of_directions_with_fall,
 )
@@ -35,6 +38,23 @@ def line(azimuth: list[int], overturned: list[float]) -> xr.Dataset:
     return xr.Dataset(
         {"overturned": ("azimuth", np.array(overturned))}, coords={"azimuth": np.array(azimuth, np.int16)}
     )
+
+
+def test_additional_azimuths_share_the_weight_of_their_neighbourhood_in_shares() -> None:
+    """Planes at 0, 20, 40 and 90° stand for the azimuths nearest to them: 55, 20, 35 and 70 of 180°."""
+    azimuth = [0, 20, 40, 90, 180, 270]
+    flags = np.array([[1, 1, 0, 0, -1, 0], [0, np.nan, 1, 1, 0, -1]], np.float32)
+    cube = xr.Dataset(
+        {"overturned": (("record", "azimuth"), flags)},
+        {"azimuth": np.array(azimuth, np.int16), "fault_normal": ("record", [10.0, np.nan])},
+    )
+    shares = overturned_shares_by_record(cube)
+    assert shares.to_numpy() == pytest.approx([75 / 180, 105 / 160])
+    assert float(overturned_share(cube)) == pytest.approx((75 + 105) / (180 + 160))
+    # Planes within 45° of the normal 10° are those at 0, 20 and 40°.
+    assert overturned_shares_near_and_far_from_normal(cube) == pytest.approx((75 / 110, 0.0))
+    regular = cube.isel(azimuth=[0, 3, 4, 5])
+    np.testing.assert_array_equal(overturned_shares_by_record(regular), [0.5, 0.5])
 
 
 @pytest.mark.parametrize(

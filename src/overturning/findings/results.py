@@ -20,7 +20,7 @@ from overturning.statistics import alignment_by_rule, earthquakes
 from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.circular import LEAST_RESULTANT
 from overturning.statistics.elements import ElementFallCounts, count_falls_by_element
-from overturning.statistics.falls import overturning_indicator
+from overturning.statistics.falls import overturned_share
 from overturning.statistics.fragility import FittedFragilityCurve
 from overturning.statistics.logistic import LogisticFit, fit_logistic_overturning_model
 from overturning.statistics.space import planar_model_agreement_counts
@@ -131,7 +131,7 @@ class StudyResults:
     @cached_property
     def share_overturned(self) -> float:
         """Share of the cases with a known outcome that overturn; NaN if no outcome is known."""
-        return float(overturning_indicator(self.cube).mean().compute())
+        return float(overturned_share(self.cube))
 
     @cached_property
     def fall_counts_of_study_elements(self) -> tuple[ElementFallCounts, ...]:

@@ -14,10 +14,18 @@ import numpy as np
 import xarray as xr
 
 from overturning.model.falls import model_of_cube
-from overturning.model.planes import FALLS, azimuth_period_of_cube_deg, fall_probability_to_either_side
+from overturning.model.planes import (
+    FALLS,
+    azimuth_period_of_cube_deg,
+    circle_share_of_planes,
+    fall_probability_to_either_side,
+)
 from overturning.model.symmetry import PLANE_PERIOD, nearest_computed_planes
 from overturning.model.variables import PLANE_ENSEMBLE_VARIABLES, VARIABLES, outcome_is_known
 from overturning.statistics.circular import NO_DIRECTION
+
+SAME_WEIGHT: Final = 1e-9
+"""Largest difference between weights of planes that are equal but for rounding."""
 
 
 def add_opposite_azimuths(cube: xr.Dataset) -> xr.Dataset:
@@ -87,14 +95,32 @@ def overturning_indicator(cube: xr.Dataset) -> xr.DataArray:
     )
 
 
+def overturned_share(cube: xr.Dataset, *kept_dims: str) -> xr.DataArray:
+    """Compute the share of cases with a known outcome in which the block overturns; NaN without such cases.
+
+    Dimensions in ``kept_dims`` are kept, all others are averaged over. Azimuths added to a regular grid share the
+    weight of their neighbourhood; on a regular grid all cases count the same.
+    """
+    falls = overturning_indicator(cube)
+    dims = [name for name in falls.dims if name not in kept_dims]
+    if "azimuth" not in dims:
+        return falls.mean(dims).compute()
+    planes = model_of_cube(cube).distinct_direction_indices(cube)
+    weight = circle_share_of_planes(cube["azimuth"].to_numpy()[planes], azimuth_period_of_cube_deg(cube))
+    if np.ptp(weight) <= SAME_WEIGHT:
+        return falls.mean(dims).compute()
+    weights = xr.DataArray(weight, dims="azimuth")
+    once = falls.isel(azimuth=planes)
+    known = weights.where(once.notnull(), 0.0).sum(dims)
+    return ((once * weights).sum(dims) / known.where(known > 0)).compute()
+
+
 def overturned_shares_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.DataArray:
     """Compute, for each record, the share of cases (with a known outcome) in which the block overturns.
 
-    Dimensions in ``kept_dims`` are kept as well; all others are averaged over.
+    Dimensions in ``kept_dims`` are kept as well; all others are averaged over, see `overturned_share`.
     """
-    falls = overturning_indicator(cube)
-    shares = falls.mean([name for name in falls.dims if name not in ("record", *kept_dims)]).compute()
-    return shares.transpose(..., "record").astype("float64")
+    return overturned_share(cube, "record", *kept_dims).transpose(..., "record").astype("float64")
 
 
 def overturned_shares_near_and_far_from_normal(cube: xr.Dataset) -> tuple[float, float]:
@@ -105,9 +131,11 @@ def overturned_shares_near_and_far_from_normal(cube: xr.Dataset) -> tuple[float,
     """
     if "azimuth" not in cube.dims or not bool(cube["fault_normal"].notnull().any()):
         return math.nan, math.nan
-    falls = overturning_indicator(cube).where(cube["fault_normal"].notnull()).compute()
+    flags = cube["overturned"].where(cube["fault_normal"].notnull()).compute()
     near = abs((cube["azimuth"] - cube["fault_normal"] + 90.0) % 180.0 - 90.0) < 45.0
-    within, beyond = (float(falls.where(near == side).mean()) for side in (True, False))
+    within, beyond = (
+        float(overturned_share(cube.assign(overturned=flags.where(near == side)))) for side in (True, False)
+    )
     return within, beyond
 
 

@@ -20,6 +20,7 @@ from overturning.dem.numerics import BODY_STEP, NumericalOptions
 from overturning.dem.run import simulate_cases
 from overturning.errors import ArgumentError
 from overturning.model.cases import LOWEST, Cases
+from overturning.model.contact import VertexContact
 from overturning.model.element import ContactLaw, Element, Material, PlanShape, plan_area_of_width
 from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.results import CaseResults
@@ -165,12 +166,11 @@ def scene_of_stack_setting(setting: StackSetting) -> Scene:
             **sized,
         ))  # fmt: skip
     pairs = [(below.material, above.material) for below, above in pairwise(elements)]
-    law = {"static_penetration": setting.penetration_ratio, "damping_ratio": setting.damping}
     elements[0] = elements[0].model_copy(update={"material": "ground"})
     pairs[0] = ("ground", pairs[0][1])
     return Scene(
         name="stack", reference=elements[-1].name, elements=tuple(elements), materials=materials,
-        contacts=tuple(ContactLaw(between=pair, **law) for pair in pairs),
+        contacts=tuple(ContactLaw(between=pair, damping_ratio=setting.damping) for pair in pairs),
     )  # fmt: skip
 
 
@@ -238,7 +238,8 @@ def run_stack_setting(setting: StackSetting, number: int) -> dict[str, NDArray[A
     height, ratio = size_reference_height_and_b_over_h(scene)
     try:
         cases = Cases(setting.orientation_deg, height, ratio, setting.friction, setting.amplitude)
-        found = simulate_cases(Stack(scene), motion, cases, NumericalOptions(budget=BODY_STEP * STACK_BUDGET * stones))
+        model = Stack(scene, VertexContact(static_penetration=setting.penetration_ratio))
+        found = simulate_cases(model, motion, cases, NumericalOptions(budget=BODY_STEP * STACK_BUDGET * stones))
     except ArgumentError as error:
         rows["reason"][:] = str(error).partition(":")[0].partition(" ")[0]
         return rows

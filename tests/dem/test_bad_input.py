@@ -45,7 +45,15 @@ GRID: dict[str, Any] = {"azimuth_deg": [0.0], "height": [0.6], "b_over_h": [0.3]
         ({"time_step": 0.01}, ["time_step", "0.01", "at most"]),
         ({"time_step": -1.0}, ["time_step", "positive"]),
         ({"time_step": "2 stable"}, ["time_step", "2 stable"]),
-        ({"time_step": 1e-12}, ["time step", "steps"]),
+        ({"time_step": 1e-12}, ["time_step: 1e-12, a time step", "steps", "at least 5e-09 s"]),
+        ({"time_step": "1e-9 stable"}, ["time_step: '1e-9 stable'", "at least 5e-09 s"]),
+        ({"budget": 10**30}, ["budget: 1000000", "at most 1000000000000000"]),
+        ({"refinement": 2**70}, ["refinement: 1180591620717411303424", "at most 65536"]),
+        ({"aspect": "a"}, ["aspect: 'a'; it must be a number"]),
+        ({"aspect": [[1, 2]]}, ["aspect: shape (1, 2); give one row"]),
+        ({"aspect": 1j}, ["aspect: '1j'; it must be a number"]),
+        ({"aspect": {}}, ["aspect: '{}'; it must be a number"]),
+        ({"aspect": -1.0}, ["aspect: -1; it must be above 0"]),
         ({"threads": 0}, ["threads", "at least 1"]),
         ({"threads": "2", "refinement": 1.5, "budget": True}, ["threads: '2'", "refinement: 1.5", "budget: True"]),
         ({"leave_out": "no", "general": 1}, ["leave_out: 'no'; give True or False", "general: 1; give True or False"]),
@@ -131,6 +139,8 @@ def test_friction_argument_is_refused_for_a_scene_that_sets_all_coefficients() -
         (lambda: Motion(WAVE, WAVE, "up", sampling_interval=0.01), ["up: 'up'; it must be a number"]),
         (lambda: Motion(WAVE, WAVE, sampling_interval="fast"), ["sampling_interval: 'fast'"]),  # type: ignore[arg-type]
         (lambda: Motion(WAVE, WAVE, sampling_interval=[0.01]), ["sampling_interval: shape (1,); give one number"]),  # type: ignore[arg-type]
+        (lambda: Motion(WAVE, WAVE, sampling_interval=1e-9), ["sampling_interval: 1e-09 s; give at least 1e-06 s"]),
+        (lambda: run_cases(MOTION, None, shipped("three-tier")), ["cases: a NoneType; give Cases("]),  # type: ignore[arg-type]
         (lambda: Body("square"), ["shape: 'square'; give 'rectangle'"]),
         (lambda: Scene(name="one"), ["elements: this key is needed"]),  # type: ignore[call-arg]
     ],
@@ -138,6 +148,40 @@ def test_friction_argument_is_refused_for_a_scene_that_sets_all_coefficients() -
 def test_arguments_of_another_kind_are_refused_by_name(make: Callable[[], object], words: list[str]) -> None:
     with refused(ArgumentError, *words):
         make()
+
+
+@pytest.mark.parametrize(
+    ("keys", "word"),
+    [
+        ({"width": 1e300, "height": 1.0}, "width 1e+300 m; it must be 1e-06 to 1e+06 m"),
+        ({"width": 1.0, "height": 1e-300}, "height 1e-300 m; it must be"),
+        ({"width": 0.3, "height": 0.6, "depth": 1e300}, "depth 1e+300 m; it must be"),
+        ({"width": 0.3, "height": 0.6, "depth": 1e-300}, "depth 1e-300 m; it must be"),
+        ({"width": 1e200, "height": 1.0, "plan": 6}, "width 1e+200 m; it must be"),
+        ({"vertices": [[0, 0], [1e300, 0], [0, 1]]}, "vertices 1e+300 m; a coordinate is at most 1e+06 m"),
+        ({"pieces": [[[0, 0], [1, 0], [0, -1e300]]]}, "pieces -1e+300 m; a coordinate is at most"),
+        ({"width": 0.3, "height": 0.6, "at": [1e300, 0]}, "at 1e+300 m; a coordinate is at most"),
+    ],
+)
+def test_a_length_out_of_bounds_is_refused_by_element_and_key(keys: dict[str, Any], word: str) -> None:
+    with refused(ConfigError, f"element stone: {word}"):
+        scene({"name": "stone", "stands_on": "ground", **keys})
+
+
+@pytest.mark.parametrize("depth", [1e-6, 1e6])
+@pytest.mark.filterwarnings("error")
+def test_a_stack_of_the_least_or_largest_depth_has_an_outcome_or_a_reason(depth: float) -> None:
+    stone = scene({"name": "stone", "stands_on": "ground", "width": 0.3, "height": 0.6, "depth": depth})
+    assert np.isfinite(simulate(MOTION, stone, orientation_deg=0.0).status.item())
+
+
+@pytest.mark.parametrize("direction", ["azimuth_deg", "orientation_deg"])
+def test_a_reference_element_that_is_no_stone_is_named_with_the_remedy(direction: str) -> None:
+    """The reference element is the first free one: a levelling slab of 1 mm."""
+    slab = {"name": "slab", "stands_on": "ground", "width": 0.5, "depth": 0.5, "height": 0.001}
+    made = scene(slab, {"name": "stone", "stands_on": "slab", "width": 0.3, "depth": 0.3, "height": 0.6})
+    with refused(ArgumentError, "height: element slab of scene test is 0.001 m high", "reference:"):
+        simulate(MOTION, made, **{direction: 0.0})
 
 
 def test_models_with_a_contact_or_scene_of_another_kind_are_refused() -> None:

@@ -15,6 +15,12 @@ Progress = Callable[[int, int], None]
 BUDGET: Final = 2_000_000_000
 """Default largest number of block steps of one case."""
 
+MAX_BUDGET: Final = 10**15
+"""Largest budget, in block steps: a case would run for years."""
+
+MAX_REFINEMENT: Final = 65_536
+"""Largest refinement: numbers of steps then stay below the largest integer of the kernels."""
+
 BODY_STEP: Final = 5
 """Block steps charged to the budget for one step of a 3-D body, in proportion to its processor time."""
 
@@ -52,7 +58,8 @@ class NumericalOptions:
     Raises
     ------
     ArgumentError
-        If a number is below 1. Scheme and step are checked with the cases.
+        If a number is below 1 or above its bound (`MAX_REFINEMENT`, `MAX_BUDGET`). Scheme and step are checked with
+        the cases.
     """
 
     scheme: str = DEFAULT_SCHEME
@@ -72,6 +79,11 @@ class NumericalOptions:
             if isinstance(value := getattr(self, name), bool | np.bool_)
             or not isinstance(value, int | np.integer)
             or value < 1
+        ]
+        faults += [
+            f"{name}: {str(value)[:40]}; give at most {largest}"
+            for name, largest in (("refinement", MAX_REFINEMENT), ("budget", MAX_BUDGET))
+            if isinstance(value := getattr(self, name), int | np.integer) and value > largest
         ]
         faults += [
             f"{name}: {value!r}; give True or False"

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from overturning.dem.cluster import simulate_cases_on_cluster
 from overturning.dem.numerics import NumericalOptions
-from overturning.errors import suggest_closest_keyword
+from overturning.errors import ArgumentError, suggest_closest_keyword
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.falls import model_from_scene_or_shape
@@ -84,6 +84,8 @@ def simulate_cases(
     ArgumentError
         If an argument is outside its bounds, or the time step is not stable.
     """
+    if not isinstance(cases, Cases):
+        raise ArgumentError(f"cases: a {type(cases).__name__}; give Cases(azimuth_deg, height, b_over_h, friction)")
     model, numerics = model_from_scene_or_shape(model), numerics or NumericalOptions()
     if numerics.client is not None:
         distributed: CaseResults = simulate_cases_on_cluster(partial(simulate_cases, model), motion, cases, numerics)

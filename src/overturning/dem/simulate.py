@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.arrays import ArrayLike, create_xarray_dataset
+from overturning.arrays import ArrayLike, create_xarray_dataset, float_array_of_argument
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import simulate_cases
 from overturning.errors import ArgumentError, suggest_closest_keyword
 from overturning.model.falls import model_from_scene_or_shape
-from overturning.model.grid import AXES, CaseGrid
+from overturning.model.grid import AXES, CaseGrid, finite_row_of_argument
 from overturning.model.model import Model
 from overturning.model.planes import PlanarModel
 from overturning.model.results import COUNTS
@@ -41,7 +41,11 @@ def create_case_grid(
     ArgumentError
         If the direction is not the model's (azimuth in 2-D, orientation in 3-D), or an array is empty or out of bounds.
     """
-    if isinstance(model, SceneModel) and not model.scene.varies_friction and (np.asarray(friction) != 1.0).any():
+    if (
+        isinstance(model, SceneModel)
+        and not model.scene.varies_friction
+        and (float_array_of_argument("friction", friction) != 1.0).any()
+    ):
         raise ArgumentError(
             f"friction: {np.asarray(friction).tolist()}; scene {model.scene.name} has coefficients of its own; "
             "leave it out"
@@ -54,9 +58,9 @@ def create_case_grid(
             f"azimuth_deg, orientation_deg: {fault}; give azimuth_deg for a block or scene in 2-D, or orientation_deg "
             "for a 3-D body, such as 'rectangle', or a stack of stones in 3-D"
         )
-    aspects = np.atleast_1d(np.asarray(aspect, np.float64))
-    if (wrong := aspects[~(np.isfinite(aspects) & (aspects > 0.0))]).size:
-        raise ArgumentError(f"aspect: {wrong[0]:g}; it must be finite and above 0")
+    aspects = finite_row_of_argument("aspect", aspect)
+    if (wrong := aspects[aspects <= 0.0]).size:
+        raise ArgumentError(f"aspect: {wrong[0]:g}; it must be above 0")
     model.rotation_periods_deg(aspects)
     sizes = {"height": height, "b_over_h": b_over_h, "friction": friction, "aspect": aspect}
     several = model.free_element_names if len(model.free_element_names) > 1 else ()

@@ -216,7 +216,13 @@ def steps_per_sample_from_stable_step(
         if time_step > least:
             raise ArgumentError(f"time_step: {time_step:g} s is not stable; at most {least:.4g} s, or 'auto'")
         step = np.full_like(stable_step_s, time_step)
-    if np.min(step) * MAX_STEPS_PER_SAMPLE < sampling_interval:
+    shortest = sampling_interval / MAX_STEPS_PER_SAMPLE
+    if np.min(step) < shortest <= np.min(automatic_step_s):
+        raise ArgumentError(
+            f"time_step: {time_step!r}, a time step of {np.min(step):.3g} s, would take more than "
+            f"{MAX_STEPS_PER_SAMPLE} steps per sample of {sampling_interval:g} s; at least {shortest:.3g} s, or 'auto'"
+        )
+    if np.min(step) < shortest:
         raise ArgumentError(
             f"contact: a time step of {np.min(step):.3g} s would take more than {MAX_STEPS_PER_SAMPLE} steps per "
             f"sample of {sampling_interval:g} s; choose less damping, a softer contact or a larger step"

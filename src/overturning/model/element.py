@@ -18,6 +18,9 @@ Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]*$")]
 Positive = Annotated[float, Field(gt=0)]
 
 
+SMALLEST_LENGTH, LARGEST_LENGTH = 1e-6, 1e6
+"""Range of the lengths of an element, m; beyond it, areas and moments of inertia lose their digits or overflow."""
+
 PlanShape = Literal["rectangle", "circle"] | Annotated[int, Field(ge=3, le=16)]
 
 
@@ -107,9 +110,27 @@ class Element(StrictModel):
         width, plan = content.get("width"), content["plan"]
         if not isinstance(width, int | float) or width <= 0 or not (plan == "circle" or isinstance(plan, int)):
             return content  # the fields say what is wrong
-        if isinstance(plan, int) and not 3 <= plan <= 16:
+        if (isinstance(plan, int) and not 3 <= plan <= 16) or not SMALLEST_LENGTH <= width <= LARGEST_LENGTH:
             return content
         return content | {"depth": plan_area_of_width(plan, float(width)) / float(width)}
+
+    @model_validator(mode="after")
+    def _check_lengths(self) -> Self:
+        """Raise a ValueError if a length of an element is outside the range of lengths."""
+        for name in ("width", "height", "depth"):
+            length = getattr(self, name)
+            if length is not None and not SMALLEST_LENGTH <= length <= LARGEST_LENGTH:
+                raise ValueError(
+                    f"element {self.name}: {name} {length:g} m; it must be {SMALLEST_LENGTH:g} to {LARGEST_LENGTH:g} m"
+                )
+        outlines = {"at": (self.at,), "vertices": self.vertices or (), "pieces": sum(self.pieces or (), ())}
+        for name, points in outlines.items():
+            for coordinate in (coordinate for point in points for coordinate in point):
+                if not abs(coordinate) <= LARGEST_LENGTH:
+                    raise ValueError(
+                        f"element {self.name}: {name} {coordinate:g} m; a coordinate is at most {LARGEST_LENGTH:g} m"
+                    )
+        return self
 
     @model_validator(mode="after")
     def _check_plan(self) -> Self:

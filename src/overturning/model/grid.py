@@ -30,6 +30,23 @@ MAX_DIRECTION_DEG: Final = 1e6
 """Largest azimuth or orientation, degrees: beyond it, rounding takes away digits that matter."""
 
 
+def finite_row_of_argument(name: str, values: ArrayLike) -> FloatArray:
+    """Return the values of a dimension given as the argument `name`, a number or a row of numbers, shape (n,).
+
+    Raises
+    ------
+    ArgumentError
+        If the row is empty or no row of finite numbers.
+    """
+    row = np.atleast_1d(float_array_of_argument(name, values))
+    if row.ndim != 1 or row.size == 0:
+        remedy = "at least one value" if row.size == 0 else "one row, without rows in it"
+        raise ArgumentError(f"{name}: shape {row.shape}; give {remedy}")
+    if not np.isfinite(row).all():
+        raise ArgumentError(f"{name}: {row[~np.isfinite(row)][0]:g}; it must be finite")
+    return row
+
+
 @dataclass(frozen=True)
 class CaseGrid:
     """Grid of the cases simulated under one motion: values of direction, height, B/H, friction and other dimensions.
@@ -59,12 +76,7 @@ class CaseGrid:
         """
         checked = {}
         for name, values in dimension_values.items():
-            row = np.atleast_1d(float_array_of_argument(name, values))
-            if row.ndim != 1 or row.size == 0:
-                remedy = "at least one value" if row.size == 0 else "one row, without rows in it"
-                raise ArgumentError(f"{name}: shape {row.shape}; give {remedy}")
-            if not np.isfinite(row).all():
-                raise ArgumentError(f"{name}: {row[~np.isfinite(row)][0]:g}; it must be finite")
+            row = finite_row_of_argument(name, values)
             if name.endswith("_deg") and (far := row[np.abs(row) > MAX_DIRECTION_DEG]).size:
                 raise ArgumentError(f"{name}: {far[0]:g}; at most {MAX_DIRECTION_DEG:g} degrees, a full turn is 360")
             checked[name.removesuffix("_deg")] = row

@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING
 from typing_extensions import override
 
 from overturning.arrays import ArrayLike
+from overturning.errors import ArgumentError
+from overturning.model.cases import HIGHEST, LOWEST
 from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.model import Model
 
@@ -39,4 +41,10 @@ class SceneModel(Model):
     ) -> tuple[ArrayLike, ArrayLike]:
         """Return heights (m) and B/H of the cases; None is replaced by the size of the scene's reference element."""
         own_height, own_ratio = size_reference_height_and_b_over_h(self.scene)
+        if height is None and not LOWEST <= own_height <= HIGHEST:
+            raise ArgumentError(
+                f"height: element {self.scene.size_reference_element_name} of scene {self.scene.name} is "
+                f"{own_height:g} m high; a stone is {LOWEST:g} to {HIGHEST:g} m high: name another element with "
+                "reference: in the scene, or give the height"
+            )
         return own_height if height is None else height, own_ratio if b_over_h is None else b_over_h

@@ -15,6 +15,9 @@ from overturning.motion.streams import stream_accelerations_and_interval
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+SHORTEST_SAMPLING_INTERVAL = 1e-6
+"""Shortest time between samples, s; with less, the time after a motion until rest has too many samples."""
+
 _DRIFTING = 0.5
 """Final velocity, as a share of its peak, above which the samples probably contain an offset."""
 
@@ -62,6 +65,11 @@ class Accelerogram:
         if not (np.isfinite(self.sampling_interval) and self.sampling_interval > 0):
             interval = self.sampling_interval
             raise error_type(f"{message_prefix}sampling_interval: {interval}; it must be a positive number of seconds")
+        if self.sampling_interval < SHORTEST_SAMPLING_INTERVAL:
+            raise error_type(
+                f"{message_prefix}sampling_interval: {self.sampling_interval:g} s; give at least "
+                f"{SHORTEST_SAMPLING_INTERVAL:g} s, or resample the motion"
+            )
 
     @property
     def components(self) -> list[FloatArray]:
@@ -136,7 +144,8 @@ class Motion(Accelerogram):
     ------
     ArgumentError
         If a component is empty, not finite or partly masked; if lengths differ; if the sampling interval is not
-        positive; or if the peak is implausible: above 5 g or 1000 cm/s, or below 0.0001 g but not zero.
+        positive, or below `SHORTEST_SAMPLING_INTERVAL`; or if the peak is implausible: above 5 g or 1000 cm/s, or
+        below 0.0001 g but not zero.
     """
 
     def __init__(

@@ -239,6 +239,23 @@ def test_the_numbers_are_those_of_the_cube_that_is_named(folder: Path, found: Fi
         overturning.findings(tmp_path / "falls.nc")
 
 
+def test_missing_outcomes_at_other_amplitudes_are_counted(tmp_path: Path) -> None:
+    """Cases at the factor 2 are counted apart; without those of one B/H in three, a third has no outcome."""
+    record = pulse_record("one", 60, 6.0)
+    made = make_results(tmp_path, [record], drawn=False, amplitude=[1, 2], population={"stones": 64})
+    with overturning.open_cube(made / "cube.nc", amplitude=None) as opened:
+        flags = opened["overturned"].sel(amplitude=2.0).to_numpy()
+    cases = overturning.findings(made).cases
+    assert (cases.total, cases.scaled, cases.scaled_without_outcome) == (flags.size, flags.size, np.isnan(flags).sum())
+    with xr.open_dataset(made / "cube.nc", decode_timedelta=False) as cube:
+        lost = cube["overturned"].where((cube["amplitude"] == 1.0) | (cube["b_over_h"] > 0.25))
+        cube.assign(overturned=lost).to_netcdf(made / "lost.nc")
+    found = overturning.findings(made / "lost.nc")
+    assert (found.cases.total, found.cases.scaled_without_outcome) == (flags.size, flags.size / 3)
+    assert found.population is not None
+    assert found.population.largest_share_without_outcome == 0.0
+
+
 def test_a_missing_result_is_named(tmp_path: Path) -> None:
     with pytest.raises(overturning.errors.ResultError, match=r"cube\.nc"):
         overturning.findings(tmp_path)

@@ -236,6 +236,20 @@ def test_stones_that_are_fixed_to_their_base_are_named_wherever_they_do_not_coun
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
+def test_missing_outcomes_at_other_factors_and_records_without_vertical_are_stated(language: str) -> None:
+    data = json.loads(findings_by_hand("direction").model_dump_json())
+    data["cases"] |= {"scaled": 720, "scaled_without_outcome": 10}
+    data["population"] |= {"largest_share_without_outcome_at_any_factor": 0.19, "records_without_vertical": 5}
+    text = render_markdown(Findings.model_validate(data), language).replace("\u00a0", " ")
+    for words in {
+        "en": ("10 of 720 cases are without", "up to 19 %.", "(horizontal motion in 5 of 28 records)"),
+        "ja": ("720 ケースのうち 10 件", "最大 19 %", "(28 記録中 5 記録は水平動による)"),
+    }[language]:
+        assert words in text
+        assert words not in markdown_by_hand("direction", language).replace("\u00a0", " ")
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
 def test_a_record_without_an_earthquake_is_named_by_its_station_alone(language: str) -> None:
     data = json.loads(findings_by_hand("direction").model_dump_json())
     comma = {"en": ", ", "ja": "、"}[language]

@@ -145,6 +145,8 @@ class PopulationFindings(Finding):
     """Mean share of the stones without an outcome."""
     largest_share_without_outcome: Number
     """Largest share of the stones without an outcome under one record."""
+    largest_share_without_outcome_at_any_factor: Number = 0.0
+    """The same over all amplitude factors of the records."""
     median_share_shifted: Number
     """Median share of the stones that stand shifted; None for planar models."""
     median_share_rotated: Number
@@ -192,6 +194,7 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
         share_outside_grid=float(found.attrs["outside"]),
         mean_share_without_outcome=float(own["unknown"].mean()),
         largest_share_without_outcome=float(own["unknown"].max()),
+        largest_share_without_outcome_at_any_factor=float(found["unknown"].max()),
         median_share_shifted=float(own["shift_rate"].median()) if results.model.twists else math.nan,
         median_share_rotated=float(own["rotation_rate"].median()) if results.model.twists else math.nan,
         smallest_fall_rate=quantiles[0],

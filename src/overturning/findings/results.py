@@ -58,6 +58,8 @@ class StudyResults:
         Its cube, of the reference element of its scene; read one record at a time.
     cubes : dict of xarray.Dataset
         Cubes of all elements, of the study itself and of its variants, by name; read one record at a time.
+    scaled_cube : xarray.Dataset or None
+        Cube like `cube` at the other amplitude factors of the study, over ``amplitude``; None if it has one factor.
     intensity : xarray.Dataset
         Intensity measures.
     convergence : ConvergenceCheckResult or None
@@ -84,6 +86,7 @@ class StudyResults:
     populations: dict[str, xr.Dataset] = field(default_factory=dict)
     inferred_motions: tuple[SurveyInversionResult, ...] = ()
     folder: Path = Path()
+    scaled_cube: xr.Dataset | None = None
 
     @cached_property
     def record_names(self) -> tuple[RecordName, ...]:
@@ -372,4 +375,7 @@ def open_study_results(results_path: Path, study_override: Study | None = None) 
             else {},
             inferred_motions=tuple(read_inversion_result(file.with_suffix(".motion.nc")) for file in asked),
             folder=folder,
+            scaled_cube=_select_size_reference_element(study, NOMINAL, nominal.sel(amplitude=nominal.amplitude != 1.0))
+            if "amplitude" in nominal.dims
+            else None,
         )

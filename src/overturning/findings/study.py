@@ -10,6 +10,7 @@ from overturning.findings.processing import RecordProcessing, processing_by_reco
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Finding, Number
 from overturning.model.status import CaseStatus
+from overturning.model.variables import outcome_is_known
 from overturning.statistics.by_record import record_masks_by_group
 from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis_difference
 from overturning.statistics.falls import overturned_shares_by_record, overturned_shares_near_and_far_from_normal
@@ -76,6 +77,10 @@ class CaseCounts(Finding):
     """Number of cases that were computed; the others are copies by symmetry."""
     without_outcome: dict[str, int]
     """Number of cases without an outcome, by status."""
+    scaled: int = 0
+    """Number of further cases, at other amplitude factors than 1; no other number here counts them."""
+    scaled_without_outcome: int = 0
+    """Number of these further cases without an outcome."""
     share_overturned: Number
     """Share of the cases with an outcome that overturn."""
     share_within_45_of_normal: Number
@@ -188,12 +193,15 @@ def scan_facts(study: Study) -> ScanFacts | None:
 def count_cases(results: StudyResults) -> CaseCounts:
     """Count the cases of a study, and those without an outcome; compute the shares that overturn."""
     within, beyond = overturned_shares_near_and_far_from_normal(results.cube)
+    scaled = None if results.scaled_cube is None else results.scaled_cube["overturned"]
     return CaseCounts(
         total=int(results.cube["overturned"].size),
         computed=int((results.cube[results.model.copied] == 0).sum().compute()),
         without_outcome={
             name: count for name, (_, count) in results.cell_and_unknown_counts_by_status.items() if count
         },
+        scaled=0 if scaled is None else int(scaled.size),
+        scaled_without_outcome=0 if scaled is None else int((~outcome_is_known(scaled)).sum().compute()),
         share_overturned=results.share_overturned,
         share_within_45_of_normal=within,
         share_beyond_45_of_normal=beyond,

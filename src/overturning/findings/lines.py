@@ -1,15 +1,15 @@
 """Findings as lines of text for a terminal: a name, a number and its interval."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, Final
 
 from pydantic import BaseModel
 
 from overturning.findings.values import Estimate
 
-_NAME_FIELDS: Final = ("group", "variant", "reference", "rule", "criterion", "predictor", "event", "degree", "inferred",
-                 "id", "record", "element", "setting", "stones", "measure", "name", "b_over_h")  # fmt: skip
-"""Fields that can label an entry of a list; the first one that the entry has is used."""
+_NAME_FIELDS: Final = ("id", "group", "variant", "reference", "rule", "criterion", "predictor", "event", "degree",
+                 "inferred", "record", "element", "setting", "stones", "measure", "name", "b_over_h")  # fmt: skip
+"""Fields that can label an entry of a list; the first one that differs between all entries is used, otherwise all."""
 
 _JSON_ONLY_FIELDS: Final = frozenset(
     {"statistic", "versions", "sha256", "by_earthquake", "by_rule", "by_b_over_h_range", "by_record"}
@@ -47,13 +47,24 @@ def _value_lines(field_value: Any, field_path: str) -> Iterator[str]:
         for key, one in field_value.items():
             yield from _value_lines(one, f"{field_path}, {key}")
     elif isinstance(field_value, list | tuple) and field_value and isinstance(field_value[0], BaseModel):
-        for place, one in enumerate(field_value, 1):
-            label = next(
-                (str(getattr(one, name)) for name in _NAME_FIELDS if getattr(one, name, None) is not None), place
-            )
+        for label, one in zip(_entry_labels(field_value), field_value, strict=True):
             yield from _value_lines(one, f"{field_path}, {label}")
     elif field_value is not None and field_value not in ("", [], ()):
         yield f"{field_path}: {_format_value(field_value)}"
+
+
+def _entry_labels(entries: Sequence[BaseModel]) -> list[str]:
+    """Return a label for each entry of a list: the first name field whose values are all different, otherwise all.
+
+    Entries that all name fields leave alike are numbered.
+    """
+    columns = [[getattr(one, name, None) for one in entries] for name in _NAME_FIELDS]
+    texts = [["" if value is None else _format_value(value) for value in column] for column in columns]
+    known = [column for column in texts if any(column)]
+    together = [", ".join(filter(None, row)) for row in zip(*known, strict=True)] or [""] * len(entries)
+    numbered = [f"{text} {place}".strip() for place, text in enumerate(together, 1)]
+    distinct = (column for column in [*known, together] if all(column) and len(set(column)) == len(column))
+    return next(distinct, numbered)
 
 
 def _format_value(field_value: Any) -> str:

@@ -26,6 +26,13 @@ class UniformRange(StrictModel):
         return self
 
 
+class LengthRange(UniformRange):
+    """Uniform distribution of a length between a lowest and a highest value, m or with a unit."""
+
+    low: Metre = Field(gt=0, description="lowest value, m")
+    high: Metre = Field(gt=0, description="highest value, m")
+
+
 class EnsembleSettings(StrictModel):
     """Settings of the ensemble: runs of a case with inputs from uniform distributions around the nominal values."""
 
@@ -50,7 +57,7 @@ class EnsembleSettings(StrictModel):
     damping: float = Field(default=0.2, ge=0, lt=1, description="half-width of the contact's damping, share")
     azimuth: Degree = Field(default=2.0, ge=0, le=90, description="half-width of the sensor's azimuth, degrees")
     initial_tilt: Radian = Field(default=0.0, ge=0, lt=1.5, description="half-width of the initial tilt, rad")
-    relief: UniformRange | None = Field(
+    relief: LengthRange | None = Field(
         default=None,
         description="relief under the base of a scanned stone, m: low, high; uniform. Not given: every run has that of "
         "the body",
@@ -69,7 +76,7 @@ class EnsembleSettings(StrictModel):
 
     @field_validator("relief")
     @classmethod
-    def _check_relief(cls, relief: UniformRange | None) -> UniformRange | None:
+    def _check_relief(cls, relief: LengthRange | None) -> LengthRange | None:
         """Raise a ValueError if a relief is larger than any that a scanned stone may have."""
         if relief is not None and relief.high > MAX_RELIEF:
             raise ValueError(f"high {relief.high:g} m; at most {MAX_RELIEF:g} m (the unit is the metre)")
@@ -87,11 +94,11 @@ class EnsembleSettings(StrictModel):
 class StonePopulation(StrictModel):
     """Population of stones, such as a cemetery: distributions of size, friction and face azimuth."""
 
-    width: UniformRange = Field(
-        default=UniformRange(low=0.3, high=0.4), description="widths of the square shafts, m: low, high"
+    width: LengthRange = Field(
+        default=LengthRange(low=0.3, high=0.4), description="widths of the square shafts, m: low, high"
     )
-    height: UniformRange = Field(
-        default=UniformRange(low=0.6, high=0.9), description="heights of the shafts, m: low, high"
+    height: LengthRange = Field(
+        default=LengthRange(low=0.6, high=0.9), description="heights of the shafts, m: low, high"
     )
     friction: UniformRange = Field(
         default=UniformRange(low=0.5, high=0.9), description="friction coefficients µ: low, high"
@@ -128,7 +135,7 @@ class StonePopulation(StrictModel):
 
     @field_validator("height")
     @classmethod
-    def _check_stone_heights(cls, height: UniformRange) -> UniformRange:
+    def _check_stone_heights(cls, height: LengthRange) -> LengthRange:
         """Raise an error if heights of the stone population are outside the allowed range."""
         check_stone_heights([height.low, height.high])
         return height

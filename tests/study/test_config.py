@@ -7,6 +7,7 @@ from overturning.commands.workflow import read_and_process_record
 from overturning.errors import ArgumentError, ConfigError
 from overturning.model.contact import ContactSettings
 from overturning.quantities import parse_quantity
+from overturning.settings import StonePopulation
 from overturning.study.document import (
     CATALOGUE,
     insert_tables_into_readme,
@@ -332,6 +333,14 @@ def test_invalid_yaml_and_python_values_give_one_line(tmp_path: Path) -> None:
 )
 def test_number_in_the_unit_of_the_key(value: object, unit: str, expected: float) -> None:
     assert parse_quantity(value, unit) == expected
+
+
+def test_lengths_of_a_population_have_units_and_its_frictions_none() -> None:
+    given = {"width": {"low": "30 cm", "high": 0.4}, "height": {"low": "0.6 m", "high": "900 mm"}}
+    population = StonePopulation.model_validate(given)
+    assert (population.width.low, population.height.low, population.height.high) == (0.3, 0.6, 0.9)
+    with pytest.raises(ValueError, match=r"friction\.low"):
+        StonePopulation.model_validate({"friction": {"low": "0.5 m", "high": 0.9}})
 
 
 @pytest.mark.parametrize("value", ["60 kg", "0.6 ft", "60 cm 3", "tall", None, True, [1.0]])

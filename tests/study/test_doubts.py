@@ -9,7 +9,7 @@ import pytest
 
 from overturning.dem.polygon.prepare import reason_scene_moves_by_itself
 from overturning.model.geometry import size_reference_height_and_b_over_h
-from overturning.study.doubts import implausible_setting_warnings
+from overturning.study.doubts import implausible_setting_warnings, skipped_range_end_warnings
 from overturning.study.load import load_study, study_from_content
 from tests.dem.test_polygon_fallen import arch
 from tests.expect import said
@@ -33,6 +33,23 @@ def doubts(**keys: Any) -> list[str]:
 @pytest.mark.parametrize("path", sorted(CONFIG.glob("*.yaml")), ids=lambda path: path.stem)
 def test_no_study_of_the_package_is_doubted(path: Path) -> None:
     assert list(implausible_setting_warnings(load_study(path))) == []
+
+
+def test_a_range_that_does_not_reach_its_stop_is_doubted() -> None:
+    content = {"name": "mine", "b_over_h": {"start": 0.1, "stop": 0.6, "step": 0.15}, "height": [0.6]}
+    assert list(skipped_range_end_warnings(content)) == [
+        "b_over_h: steps of 0.15 end at 0.55, before stop 0.6; change step or stop"
+    ]
+    sound = {"b_over_h": {"start": 0.1, "stop": 0.6, "step": 0.05}, "azimuth": {"start": 0, "stop": 360, "step": 5}}
+    assert list(skipped_range_end_warnings(sound)) == []
+
+
+def test_a_friction_is_no_size_in_centimetres() -> None:
+    """Frictions and heights of a population outside the grid; only the heights may be in another unit."""
+    lines = doubts(friction=[1.0], height=[0.3], b_over_h=[0.3, 0.7], population={})
+    remedies = {line.partition(":")[0]: line.rpartition("; ")[2] for line in lines}
+    assert remedies["population.friction"] == "those stones take the nearest value: add values to friction"
+    assert remedies["population.height"].endswith("add values to height, or is a size in centimetres?")
 
 
 @pytest.mark.parametrize(
@@ -81,6 +98,11 @@ def test_no_study_of_the_package_is_doubted(path: Path) -> None:
         ),
         ({"b_over_h": [0.4, 2.5]}, {"b_over_h": [1.5]}, "b_over_h: 2.5 above 1.5; H/B? Give width over height: 0.4"),
         ({"amplitude": [1, 50]}, {"amplitude": [1, 10]}, "amplitude: 50 above 10; per cent, or a peak?"),
+        (  # 2650 kg/m³ · 0.6 m · 9.80665 m/s² / (2 · 1 N/m), and the stiffness at which that is 0.1
+            {"contact": {"stiffness": 1}, "height": [0.3, 0.6]},
+            {"contact": {"stiffness": 8e4}, "height": [0.3, 0.6]},
+            "contact.stiffness: 1 N/m; a block 0.6 m high sinks by 7.8e+03 of its width; give at least 7.8e+04",
+        ),
         ({"density": 2.65}, {"density": 1000}, "density: 2.65 kg/m³ outside 1,000 to 8,000 kg/m³; g/cm³? Times 1000"),
         ({"density": 26}, {"density": 8000}, "density: 26 kg/m³ outside 1,000 to 8,000 kg/m³; kN/m³? Times 102"),
         (

@@ -13,7 +13,7 @@ from overturning.dem.simulate import simulate
 from overturning.model.cases import Cases
 from overturning.model.model import StoneOutcomes
 from overturning.motion.motion import Motion
-from overturning.settings import StonePopulation, UniformRange
+from overturning.settings import LengthRange, StonePopulation
 from overturning.surveys.population import (
     SampledStones,
     fit_population_fragility_curves,
@@ -66,7 +66,7 @@ def test_a_stone_falls_in_the_plane_of_the_pulse() -> None:
 
 def test_rate_matches_stones_simulated_one_by_one() -> None:
     """The cube's cells, a few B/H, heights and µ of a grid, give the rate of the stones themselves."""
-    population = StonePopulation(width=UniformRange(low=0.1, high=0.3), face=0, face_spread=0, stones=1024)
+    population = StonePopulation(width=LengthRange(low=0.1, high=0.3), face=0, face_spread=0, stones=1024)
     motion = pulse(4.0, 0.8)
     stones = sample_stones(population)
     cells = simulate(
@@ -178,7 +178,7 @@ def test_rotated_in_space_by_hand(fixed: float) -> None:
 
 def test_rates_over_amplitudes_of_a_cube() -> None:
     """Each factor is a cell of its own: what falls under a motion times 2 falls at the factor 2."""
-    motion, population = pulse(3.0, 0.8), StonePopulation(width=UniformRange(low=0.1, high=0.3), stones=64)
+    motion, population = pulse(3.0, 0.8), StonePopulation(width=LengthRange(low=0.1, high=0.3), stones=64)
     axes = {"height": [0.6, 0.9], "b_over_h": [0.1, 0.2, 0.3, 0.5], "friction": [0.5, 0.9]}
     both = xr.concat(
         [cube(motion, **axes), cube(motion.scaled_by(2.0), **axes)], dim=pd.Index([1.0, 2.0], name="amplitude")

@@ -54,9 +54,9 @@ def create_project(folder: Annotated[Path, typer.Argument(help="folder to create
 @app.command("check")
 def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> None:
     """Check a study before a run: keys, missing or damaged files, number of cases; and estimate time and memory."""
-    from overturning.study.doubts import implausible_setting_warnings
+    from overturning.study.doubts import implausible_setting_warnings, skipped_range_end_warnings
     from overturning.study.grounds import check_names_of_cemeteries
-    from overturning.study.load import description_of_mesh, load_study
+    from overturning.study.load import description_of_mesh, load_study, read_study_content
     from overturning.study.preflight import (
         check_optional_packages,
         check_record_files,
@@ -68,7 +68,7 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
     from overturning.surveys.stones import read_stones_with_notes
 
     study = load_study(path)
-    for doubt in implausible_setting_warnings(study):
+    for doubt in (*implausible_setting_warnings(study), *skipped_range_end_warnings(read_study_content(path))):
         print(f"{path}: {doubt}")
     size = check_study_size(study, str(path))
     check_optional_packages(study, str(path))

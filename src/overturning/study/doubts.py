@@ -1,8 +1,8 @@
 """Warnings about implausible values of a study, with the likely cause, such as another unit."""
 
 import math
-from collections.abc import Iterator
-from typing import Final
+from collections.abc import Iterator, Mapping
+from typing import Any, Final
 
 import numpy as np
 
@@ -18,6 +18,8 @@ from overturning.settings import StonePopulation, UniformRange
 from overturning.study.grounds import soils_of_study
 from overturning.study.scenes import NOMINAL, names_of_differing_settings
 from overturning.study.schema import Study
+from overturning.study.values import ValueRange
+from overturning.units import STANDARD_GRAVITY
 
 SLOWEST_SOIL: Final = 30.0
 """Smallest plausible shear-wave velocity of a layer, m/s; mud and peat have more."""
@@ -30,6 +32,9 @@ LARGEST_B_OVER_H: Final = 1.5
 
 LARGEST_AMPLITUDE: Final = 10.0
 """Largest plausible factor on a record."""
+
+LARGEST_PENETRATION: Final = 0.1
+"""Largest plausible penetration of a block at rest, as a share of its width; deeper corners are no contacts."""
 
 DENSITIES: Final = (1000.0, 8000.0)
 """Range of plausible densities, kg/m³: water to above steel."""
@@ -80,6 +85,20 @@ def _azimuth_warnings(study: Study) -> Iterator[str]:
         )
 
 
+def skipped_range_end_warnings(study_content: Mapping[str, Any]) -> Iterator[str]:
+    """Yield a warning for each range of values in a study file whose steps do not lead to its stop.
+
+    `study_content` are the keys and values of a valid study file.
+    """
+    for key in ("height", "b_over_h", "friction", "amplitude"):
+        value = study_content.get(key)
+        if isinstance(value, Mapping) and {"start", "stop", "step"} <= value.keys():
+            given = ValueRange.model_validate(dict(value))
+            last = given.expand_values()[-1]
+            if abs(last - given.stop) > 1e-9:
+                yield f"{key}: steps of {given.step:g} end at {last:g}, before stop {given.stop:g}; change step or stop"
+
+
 def _block_setting_warnings(study: Study) -> Iterator[str]:
     """Yield a warning for each implausible B/H, friction, amplitude or density in a study."""
     vertices = study.body is not None and study.body.vertices is not None
@@ -98,6 +117,18 @@ def _block_setting_warnings(study: Study) -> Iterator[str]:
             "factors on each record, 1 for the record as it is"
         )
     yield from _density_warnings("density", study.density)
+    contacts = {"contact": study.contact} | {
+        f"variants.{name}.contact": one.contact for name, one in study.variants.items() if one.contact is not None
+    }
+    for key, contact in contacts.items():
+        # A block of mass ρ B H sinks by m g / (2 K), so relative to B by ρ H g / (2 K).
+        weight = study.density * max(study.height) * STANDARD_GRAVITY
+        if contact.stiffness != "auto" and study.body is None and weight > 2 * LARGEST_PENETRATION * contact.stiffness:
+            yield (
+                f"{key}.stiffness: {contact.stiffness:g} N/m; a block {max(study.height):g} m high sinks by "
+                f"{weight / (2 * contact.stiffness):.3g} of its width; give at least "
+                f"{weight / (2 * LARGEST_PENETRATION):.2g} N/m, or auto"
+            )
 
 
 def _friction_warnings(key: str, frictions: tuple[float, ...]) -> Iterator[str]:
@@ -176,7 +207,8 @@ def _population_range_warnings(study: Study, population: StonePopulation) -> Ite
             ends = f"{min(grid):g}" if min(grid) == max(grid) else f"{min(grid):g} to {max(grid):g}"
             yield (
                 f"{of}: {drawn.min():.3g} to {drawn.max():.3g}, of which {100 * outside:.0f} % outside the study's "
-                f"{key}, {ends}; those stones take the nearest value: add values to {key}, or is a size in centimetres?"
+                f"{key}, {ends}; those stones take the nearest value: add values to {key}"
+                + ("" if key == "friction" else ", or is a size in centimetres?")
             )
 
 

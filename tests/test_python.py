@@ -401,6 +401,9 @@ def test_a_font_is_a_size_a_family_or_both(font: str, expected: tuple[str | None
     ("words", "message"),
     [
         (("polr",), "polr: no such figure; did you mean polar?"),
+        (("contrast",), "contrast: only the report of a study has this figure"),
+        (("zzz",), "zzz: no such figure; known are polar, "),
+        (("zzz",), "; only in the report: contrast, references, fall-rate, surveys"),
         (("rose", "--record", "b"), "--record: rose shows all records"),
         (
             ("intensity", "--record", "b", "--height", "0.6"),

@@ -116,9 +116,9 @@ def mean_direction_with_interval(
 def _largest_rounding_error_deg(resultant: float, step_deg: FloatArray) -> float:
     """Return a bound, degrees, of the common error of a mean direction whose angles are recorded in steps.
 
-    If normally distributed angles of standard deviation σ are rounded to steps w, their mean has an error of at most
-    w/2 · exp(−2π² σ²/w²): the first term of the Fourier series of the error, increased to w/2 for σ = 0. The variance
-    σ² follows from the resultant length R, with Sheppard's correction for the steps: −2 ln R − w²/12.
+    If normally distributed angles of standard deviation σ are rounded to steps w, their mean has an error of at
+    most w/2 · exp(−2π² σ²/w²): the first term of the Fourier series of the error, increased to w/2 for σ = 0.
+    The variance σ² follows from the resultant length R, with Sheppard's correction: −2 ln R − w²/12.
     """
     step = step_deg[step_deg > 0]
     if not step.size:

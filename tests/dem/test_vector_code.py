@@ -3,9 +3,10 @@
 import platform
 import re
 from collections.abc import Callable, Iterator
+from functools import cache
 from typing import Any
 
-import llvmlite.binding as llvm
+import numba
 import numpy as np
 import pytest
 from numba import typeof
@@ -74,12 +75,25 @@ LOOPS: dict[str, Compile] = {
 """Loops of the scene kernel; they have as many lanes as the widest vector has numbers."""
 
 
+@cache
+def widest_register() -> str:
+    """Return the vector registers of LLVM for this processor: of 512 bits on some, but 256 on others that have both."""
+
+    def add(total: np.ndarray, term: np.ndarray) -> None:
+        for i in range(total.size):
+            total[i] += term[i]
+
+    loop = numba.njit(add)
+    loop.compile((typeof(UP), typeof(UP)))
+    (assembly,) = loop.inspect_asm().values()
+    return next(name for name in ("zmm", "ymm", "xmm") if re.search(rf"\bv?addpd\b[^\n]*%{name}", assembly))
+
+
 def operations() -> tuple[str, str]:
     """Return regular expressions for packed double arithmetic at full width, and for scalar double arithmetic."""
     kind = platform.machine().lower()
     if kind in ("x86_64", "amd64"):
-        has = llvm.get_host_cpu_features()
-        register = "zmm" if has.get("avx512f") else "ymm" if has.get("avx2") else "xmm"
+        register = widest_register()
         return rf"\bv?(?:add|sub|mul|div)pd\b[^\n]*%{register}", r"\bv?(?:add|sub|mul|div)sd\b"
     if kind not in ("aarch64", "arm64"):
         lacking(f"{kind}: no patterns of vector code for this processor")

@@ -166,10 +166,10 @@ def test_a_title_above_the_names_of_the_columns_is_answered_with_the_remedy(tmp_
         ("墓石,方位\nA,120\n", r"line 1: no column azimuth_deg .*; it has 墓石, 方位$"),
         (
             "site,fell,total\nA,1,10\nB,0,10\n",
-            r"line 1: column 'total' beside fell: .* numbers of stones, write .* count",
+            r"line 1: column 'total' next to fell: .* numbers of stones, write .* count",
         ),
-        ("site,fell,not fell\nA,1,9\nB,0,10\n", r"column 'not fell' beside fell"),
-        ("site,fell,stones\nA,1,10\nB,0,10\n", r"column 'stones' beside fell"),
+        ("site,fell,not fell\nA,1,9\nB,0,10\n", r"column 'not fell' next to fell"),
+        ("site,fell,stones\nA,1,10\nB,0,10\n", r"column 'stones' next to fell"),
         ("stone,fell,count\nA,yes,1\nB,no,3\nTotal,yes,4\n", r"line 4: 'Total' names a line of totals"),
         ("site,stone,fell\nA,1,yes\n合計,,yes\n", r"line 3: '合計' names a line of totals"),
         ("stone,azimuth,height_m\n,deg,m\nA,120,0.5\n", r"line 2: a line of units; begin it with #"),

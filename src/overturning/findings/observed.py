@@ -63,7 +63,7 @@ class ObservedFallsFinding(Finding):
     fell_share: ObservedFallShare | None
     """Share of the counted stones that fell; None if no standing stone is listed, and thus perhaps only the fallen.
 
-    For all sites together only those sites count of which a standing stone is listed.
+    For all sites together only those sites count that list a standing stone.
     """
     stands_share: ObservedFallShare | None
     """Share of the counted stones that stand; None if no standing stone is listed."""
@@ -93,7 +93,7 @@ class ObservedSurveyFindings(Finding):
     sites: list[ObservedFallsFinding] = Field(default_factory=list)
     """Each site by itself; empty if the survey has only one."""
     sites_without_standing: list[str] = Field(default_factory=list)
-    """Sites of which only fallen stones are listed, although standing ones of other sites are."""
+    """Sites that list fallen stones only, while other sites list standing ones."""
 
 
 def observed_survey_findings(summary: ObservedSurvey) -> ObservedSurveyFindings:

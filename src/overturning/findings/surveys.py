@@ -117,10 +117,10 @@ class SurveyFindings(Finding):
     observed_fall_share: ObservedFallShare | None
     """Share of the stones that fell; None if the survey lists no stone that stood, and thus perhaps only the fallen.
 
-    Only those sites count of which a stone that stood is listed.
+    Only those sites count that list a stone that stood.
     """
     sites_without_standing: list[str] = Field(default_factory=list)
-    """Sites of which only fallen stones are listed, although standing ones of other sites are."""
+    """Sites that list fallen stones only, while other sites list standing ones."""
     computed_fall_share: ComputedFallShare
     """Share computed for the survey's stones under the record.
 

@@ -54,13 +54,13 @@ _CONVERSIONS: Final = {
     "azimuth_deg": _AZIMUTH_UNITS,
     "face_azimuth_deg": _AZIMUTH_UNITS,
 }
-"""How to convert the values of a column in another unit, by the column that is meant and the unit in its name."""
+"""Remedies for values in another unit, by the column that is meant and the unit in its name."""
 
 _NUMBERS_OF_STONES: Final = (
     "total", "totals", "sum", "all", "out_of", "n", "number", "no_of_stones", "number_of_stones", "stones",
     "stone_count", "not_fell", "not_fallen", "did_not_fall", "remained", "remaining", "number_standing",
 )  # fmt: skip
-"""Names of a column that may contain numbers of stones, beside a column fell with 1 and 0."""
+"""Names of a column that may contain numbers of stones, in a table whose column fell has 1 and 0."""
 
 _NUMBERS_STANDING: Final = ("stood", "stands", "standing", "number_standing")
 """Names of a column with the number of standing stones, beside one with the number that fell."""
@@ -170,7 +170,7 @@ def columns_with_numbers_of_stones(
     if not fell or not fell <= {"0", "1"}:
         return []
     return [
-        f"column {name!r} beside fell: if 1 and 0 of fell are numbers of stones, write fallen and standing stones in "
+        f"column {name!r} next to fell: if 1 and 0 of fell are numbers of stones, write fallen and standing stones in "
         "rows of their own, with their number in the column count; if they are yes and no, write yes and no"
         for name, meaning, cells in zip(header, meanings, columns, strict=False)
         if not meaning

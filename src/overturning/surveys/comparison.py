@@ -53,8 +53,8 @@ class SurveyPredictionComparison:
     fallen, stood : int
         Number of stones.
     share_fell, share_stones : int
-        Stones that fell, and stones that fell or stand, at the sites of which a standing stone is listed. 0 if there is
-        none: then the share that fell is not known.
+        Stones that fell, and stones that fell or stand, at the sites that list a standing stone. 0 if there is none:
+        then the share that fell is not known.
     mean_direction_deg, resultant : float
         Mean direction of the observed falls, degrees (NaN if random directions are not rejected), and mean resultant
         length.

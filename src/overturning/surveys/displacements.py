@@ -253,7 +253,7 @@ def _fall_measure(
 ) -> DisplacementMeasure:
     """Return the observed and the computed share of stones that fell, with interval and range.
 
-    Sites of which no standing stone is listed are left out; if there are no others, the observed share is not known.
+    Sites that list no standing stone are left out; if there are no others, the observed share is not known.
     """
     of_share = stones_of_sites_with_standing([one.stone for one in observed])
     sites = {stone.site for stone in of_share or [one.stone for one in observed]}

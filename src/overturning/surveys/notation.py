@@ -93,7 +93,7 @@ def parse_direction(text: object) -> Direction:
 
 
 def step_of_degrees(azimuth_deg: Iterable[float]) -> float:
-    """Return the largest of the steps 45, 30, 15, 10, 5 and 1 degrees of which all azimuths are multiples; else 0.
+    """Return the largest of the steps 45, 30, 15, 10, 5 and 1 degrees that divides all azimuths; 0 if none does.
 
     NaN stands for an azimuth that is not known.
     """

@@ -30,8 +30,8 @@ class ObservedFalls:
     fell_in_unknown_direction : int
         Fallen stones with unknown direction.
     share_fell, share_stones : int
-        Stones that fell, and stones that fell or stand, at the sites of which a standing stone is listed; the share
-        that fell is their ratio, and not known elsewhere.
+        Stones that fell, and stones that fell or stand, at the sites that list a standing stone; the share that fell is
+        their ratio, and not known elsewhere.
     direction, axis : MeanDirectionWithInterval
         Mean direction and mean axis of the falls of known direction.
     falls_by_sector : ndarray, shape (8,) or (16,)

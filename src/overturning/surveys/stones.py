@@ -198,7 +198,7 @@ def _within_circle_deg(azimuth_deg: float) -> float:
 
 
 def stones_of_sites_with_standing(stones: Sequence[Stone]) -> list[Stone]:
-    """Return the stones of those sites of which a standing stone is listed.
+    """Return the stones of those sites that list a standing stone.
 
     A site without any may list only its fallen stones, so that the share that fell is not known there.
     """

@@ -70,15 +70,19 @@ def _blocks(rows: pd.DataFrame) -> str:
     """Return the tables of outcomes of single blocks."""
     kinds = {"space-filling": ~rows["motion"].isin(ADVERSARIAL)} | {n: rows["motion"] == n for n in ADVERSARIAL}
     by_motion = _counted("motion", kinds, rows)
+    by_penetration = _shares_by_penetration(rows, (0.0, 1e-9, 1e-7, 1e-5, 1e-3, 1e-2, 1e-1, np.inf))
+    budget = f"The table counts {len(rows)} cases; each of them may use at most {rows.attrs['budget']:.3g} time steps."
+    return f"{by_motion}\n\n{wrap_text(f'{budget} {_summary(rows)}')}\n\n{by_penetration}"
+
+
+def _shares_by_penetration(rows: pd.DataFrame, edges: tuple[float, ...]) -> str:
+    """Return a table of the share of each outcome by the penetration at rest over width, in intervals."""
     lines = []
-    edges = (0.0, 1e-9, 1e-7, 1e-5, 1e-3, 1e-2, 1e-1, np.inf)
     for low, high in itertools.pairwise(edges):
         endings = rows["ending"][(rows["penetration_ratio"] >= low) & (rows["penetration_ratio"] < high)]
         shares = [f"{100 * (endings == e).mean():.1f} %" if len(endings) else "–" for e in Ending]
         lines.append((f"{low:g} to {high:g}", len(endings), *shares))
-    by_penetration = markdown_table(("δ/B", "cases", *_HEADS), lines)
-    budget = f"The table counts {len(rows)} cases; each of them may use at most {rows.attrs['budget']:.3g} time steps."
-    return f"{by_motion}\n\n{wrap_text(f'{budget} {_summary(rows)}')}\n\n{by_penetration}"
+    return markdown_table(("δ/B", "cases", *_HEADS), lines)
 
 
 def _scenes(rows: pd.DataFrame) -> str:
@@ -100,7 +104,7 @@ def _scenes(rows: pd.DataFrame) -> str:
 
 
 def _stacks(rows: pd.DataFrame) -> str:
-    """Return the tables of outcomes of 3-D stacks: by motion, by number of stones, and by kind."""
+    """Return the tables of outcomes of 3-D stacks: by motion, number of stones, kind, and penetration at rest."""
     tables = [
         _counted(head, {str(name): rows[column] == name for name in sorted(rows[column].unique())}, rows)
         for head, column in (("motion", "motion"), ("stones", "stones"), ("kind of stack", "kind"))
@@ -116,7 +120,8 @@ def _stacks(rows: pd.DataFrame) -> str:
         f"ξ is below 0.1 in {_percent(rows['damping'][unstable] < 0.1)} of the unstable cases, and in "
         f"{_percent(rows['damping'][right] < 0.1)} of the cases labelled *right*."
     )
-    return "\n\n".join([*tables, wrap_text(summary)])
+    by_penetration = _shares_by_penetration(rows, (0.0, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2))
+    return "\n\n".join([*tables, wrap_text(summary), by_penetration])
 
 
 def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:

@@ -285,7 +285,7 @@ CURVE = ("population", "fragility_curves", 0)
             "direction",
             {("extent",): {"other_amplitudes": 2}},
             {"en": "66,528 were computed and the others follow by symmetry.", "ja": "(残りは対称性による)。一つ"},
-            {"en": "cases under the records as they are, of which 66,528", "ja": "ほかの 2 通りの倍率"},
+            {"en": "cases under the records as they are; 66,528", "ja": "ほかの 2 通りの倍率"},
         ),
         (
             "part of the circle",

@@ -89,8 +89,8 @@ SHARES = {
         (estimate(0.018, 0.006, 0.031), {"en": "More stones fall with", "ja": "転倒が多い"}, ["4.6 %", "2.9 %"]),
         (estimate(-0.018, -0.031, -0.006), {"en": "Fewer stones fall with", "ja": "転倒が少ない"}, ["4.6 %", "2.9 %"]),
         (estimate(0.018, -0.006, 0.031), {"en": "No clear difference", "ja": "明らかな差はない"}, ["1.8", "3.1"]),
-        (estimate(0.0, n=1), {"en": "one earthquake gives no interval", "ja": "一つの地震のため"}, ["4.6 %", "2.9 %"]),
-        (estimate(0.0, n=2), {"en": "so few earthquakes give no interval", "ja": "地震の数が少ない"}, ["4.6 %"]),
+        (estimate(0.0, n=1), {"en": "(one earthquake, so no interval)", "ja": "一つの地震のため"}, ["4.6 %", "2.9 %"]),
+        (estimate(0.0, n=2), {"en": "(few earthquakes, so no interval)", "ja": "地震の数が少ない"}, ["4.6 %"]),
     ],
 )
 def test_the_headline_of_a_comparison_follows_from_its_interval(

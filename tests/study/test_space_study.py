@@ -24,12 +24,13 @@ from overturning.study.convergence_check import check_convergence
 from overturning.study.cube import open_cube, study_of_cube
 from overturning.study.ensemble import sample_member_changes
 from overturning.study.gather import merge_sweep_parts
-from overturning.study.load import description_of_mesh, load_study, load_study_from_file_or_json, study_from_content
+from overturning.study.load import load_study, load_study_from_file_or_json, study_from_content
 from overturning.study.recheck import recheck
 from overturning.study.sample import read_cell_sample
 from overturning.study.schema import Study
 from overturning.study.sections import ConvergenceCheckSettings
 from overturning.study.sweep import sweep_cases_of_record
+from tests.expect import said
 from tests.model.solids import box, box_sums, rotated, statue, write_mesh
 from tests.study.small_study import cube_of
 
@@ -237,18 +238,18 @@ def test_a_mesh_becomes_part_of_the_study(tmp_path: Path) -> None:
         study_from_content({"name": "b", "records": {"use": ["a"]}, "body": {"mesh": "gone.obj"}}, "b")
 
 
-def test_the_check_of_a_study_names_the_repairs_of_its_mesh(tmp_path: Path) -> None:
+def test_the_check_of_a_study_names_the_repairs_of_its_mesh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A box of 0.3 m³ without its base, which is closed by a lid; it is convex, so that it becomes a polyhedron."""
     pytest.importorskip("trimesh")
     whole = box((0.5, 0.6, 1.0))
     open_below = whole._replace(triangles=whole.triangles[~(whole.corners[:, :, 2] == 0.0).all(axis=1)])
+    mesh = write_mesh(open_below, tmp_path / "box.obj")
     path = tmp_path / "study.yaml"
-    path.write_text(f"body: {{mesh: {write_mesh(open_below, tmp_path / 'box.obj')}}}\n", encoding="utf-8")
-    volume, lid = description_of_mesh(path)
-    assert volume == "as scanned: volume 0.3 m³"
-    assert lid.startswith("the open base is closed by a flat lid; its 4 open edges")
-    path.write_text("body: {plan: circle}\n", encoding="utf-8")
-    assert description_of_mesh(path) == []
+    path.write_text(f"name: b\nrecords: {{pulses: {{p: sine amplitude_gal=300 period_s=1}}}}\nbody: {{mesh: {mesh}}}\n")
+    monkeypatch.chdir(Path(__file__).parents[2])
+    lines = said("study", "check", path)
+    assert f"{path}: body: as scanned: volume 0.3 m³\n" in lines
+    assert f"{path}: body: the open base is closed by a flat lid; its 4 open edges" in lines
 
 
 def test_a_scan_becomes_part_of_the_study(tmp_path: Path) -> None:

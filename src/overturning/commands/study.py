@@ -56,7 +56,7 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
     """Check a study before a run: keys, missing or damaged files, number of cases; and estimate time and memory."""
     from overturning.study.doubts import implausible_setting_warnings, skipped_range_end_warnings
     from overturning.study.grounds import check_names_of_cemeteries
-    from overturning.study.load import description_of_mesh, load_study, read_study_content
+    from overturning.study.load import read_study_content, study_from_content
     from overturning.study.preflight import (
         check_optional_packages,
         check_record_files,
@@ -64,11 +64,13 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
         note_on_primary_statistic,
         read_and_check_records,
     )
+    from overturning.study.sections import read_scan_of_body
     from overturning.surveys.responses import kinds_of_survey_stones
     from overturning.surveys.stones import read_stones_with_notes
 
-    study = load_study(path)
-    for doubt in (*implausible_setting_warnings(study), *skipped_range_end_warnings(read_study_content(path))):
+    content = read_study_content(path)
+    study = study_from_content(content, str(path))
+    for doubt in (*implausible_setting_warnings(study), *skipped_range_end_warnings(content)):
         print(f"{path}: {doubt}")
     size = check_study_size(study, str(path))
     check_optional_packages(study, str(path))
@@ -81,8 +83,11 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
         print(*notes, *doubts, sep="\n", end="\n" * bool(notes or doubts))
     for note in (*read_and_check_records(study, entries), *note_on_primary_statistic(study, entries)):
         print(note)
-    for line in description_of_mesh(path):
-        print(f"{path}: body: {line}")
+    body = content.get("body")
+    if isinstance(body, dict) and body.get("mesh") is not None:
+        # Read again: the study holds the body, but not what was repaired in the file.
+        for line in read_scan_of_body(body).description():
+            print(f"{path}: body: {line}")
     print(f"{path}: study {study.name!r}, {size}")
     if searched:
         print(_motion_search_time_note(searched, len(entries)))

@@ -38,22 +38,6 @@ def study_from_content(content: Mapping[str, Any], study_file: str) -> Study:
         raise ConfigError("\n       ".join(f"{study_file}: {line}" for line in lines)) from None
 
 
-def description_of_mesh(path: Path) -> list[str]:
-    """Return lines on the mesh of the body in a study file: volume, repairs, pose and footprint; [] without mesh.
-
-    The study must be valid.
-    """
-    body = read_study_content(path).get("body")
-    if not isinstance(body, Mapping) or body.get("mesh") is None:
-        return []
-    from overturning.model.mesh import read_scan
-    from overturning.quantities import parse_quantity
-
-    relief = body.get("relief")
-    scan = read_scan(str(body["mesh"]), body.get("mesh_unit"), None if relief is None else parse_quantity(relief, "m"))
-    return scan.description()
-
-
 def record_table_rows(study: Study, study_file: str, root: Path = Path()) -> dict[str, "RecordEntry"]:
     """Return the record-table rows of the records in a study; the path of the table is relative to `root`.
 

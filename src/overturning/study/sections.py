@@ -1,5 +1,6 @@
 """Sections of a study file for the simulation: records, contact, simulation, ensemble, check, body."""
 
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
@@ -22,6 +23,7 @@ from overturning.study.values import Values
 from overturning.validation import StrictModel
 
 if TYPE_CHECKING:
+    from overturning.model.scan import Scan
     from overturning.model.shapes import Shape
 
 PulseName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
@@ -152,6 +154,17 @@ class ScanProperties(StrictModel):
     )
 
 
+def read_scan_of_body(body_settings: Mapping[str, Any]) -> "Scan":
+    """Read the stone in the mesh file of the keys `mesh`, `mesh_unit` and `relief` of the body of a study.
+
+    An `OverturningError` says what is wrong with the file.
+    """
+    from overturning.model.mesh import read_scan
+
+    unit, relief = body_settings.get("mesh_unit"), body_settings.get("relief")
+    return read_scan(str(body_settings["mesh"]), unit, None if relief is None else parse_quantity(relief, "m"))
+
+
 class BodySettings(StrictModel):
     """Shape of the 3-D body that a study simulates: plan, aspect D/B, or vertices."""
 
@@ -196,14 +209,12 @@ class BodySettings(StrictModel):
             return data
         if data.get("vertices") is not None:
             raise ValueError("vertices and mesh are both given; keep one")
-        from overturning.model.mesh import read_scan
         from overturning.model.scan import ScannedStone
 
-        unit, relief = data.get("mesh_unit"), data.get("relief")
-        if unit not in (None, "m", "cm", "mm"):
+        if data.get("mesh_unit") not in (None, "m", "cm", "mm"):
             return data  # the field says what is wrong
         try:
-            read = read_scan(str(data["mesh"]), unit, None if relief is None else parse_quantity(relief, "m"))
+            read = read_scan_of_body(data)
         except OverturningError as error:
             raise ValueError(f"mesh: {error}") from None
         filled = {key: value for key, value in data.items() if key not in ("mesh", "mesh_unit")}

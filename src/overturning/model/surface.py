@@ -18,7 +18,6 @@ LID_SLOPE: Final = np.cos(np.radians(45.0))
 MAX_NAMED_EDGES: Final = 3
 """Largest number of open edges that an error message lists."""
 
-
 ANGLE_OF_COINCIDENT_FACES: Final = 1e-6
 """Angle between two faces below which they coincide, rad; coordinates in single precision are rounded to 10⁻⁷."""
 
@@ -192,8 +191,8 @@ def _part_of_each_triangle(surface: TriangleSurface) -> NDArray[np.int64]:
         around = order[start : start + size]
         links.append(_neighbours_around_edge(surface, edges[around], owner[around]))
     pairs = np.concatenate(links)
-    size = len(triangles)
-    graph = scipy.sparse.coo_array((np.ones(len(pairs), bool), (pairs[:, 0], pairs[:, 1])), shape=(size, size))
+    shape = (len(triangles), len(triangles))
+    graph = scipy.sparse.coo_array((np.ones(len(pairs), bool), (pairs[:, 0], pairs[:, 1])), shape=shape)
     return np.asarray(scipy.sparse.csgraph.connected_components(graph, directed=False)[1], np.int64)
 
 

@@ -37,7 +37,7 @@ from overturning.surveys.prediction import (
     has_known_face_and_slenderness,
     observed_side_index,
 )
-from overturning.surveys.stones import BACKGROUND, Stone, stones_of_sites_with_standing
+from overturning.surveys.stones import BACKGROUND, Stone, fallen_and_all_stone_counts, stones_of_sites_with_standing
 from overturning.surveys.template import remarks_of_user
 
 NO_MEAN: Final = 1e-6
@@ -190,12 +190,13 @@ def compare_survey_with_prediction(
     begin = predicted_mean if predicted_length > NO_MEAN else mean_angle_and_resultant([one for one, _ in exactly])[0]
     exact = [fall_probability_of_arc(site, of_stone, float(np.nan_to_num(begin)), one) for one, of_stone in exactly]
     of_share = stones_of_sites_with_standing(stones)
+    share_fell, share_stones = fallen_and_all_stone_counts(of_share)
     share_mean, share_low, share_high = _computed_fall_share_and_range(predictions, of_share or stones)
     ratio, p_value = log_likelihood_ratio_and_p_value(site, fallen, random_survey_count, seed)
     return SurveyPredictionComparison(
         **_stone_counts_of_comparison(predictions, stones),
-        share_fell=sum(stone.count for stone in of_share if stone.fell),
-        share_stones=sum(stone.count for stone in of_share),
+        share_fell=share_fell,
+        share_stones=share_stones,
         mean_direction_deg=mean,
         resultant=length,
         predicted_mean_direction_deg=predicted_mean,

@@ -17,7 +17,7 @@ from overturning.statistics.bootstrap import exact_median_interval, exact_share_
 from overturning.stored import StoredFloat
 from overturning.surveys.ground import CemeteryGround
 from overturning.surveys.row import SurveyRow
-from overturning.surveys.stones import Stone, SurveyTable, stones_of_sites_with_standing
+from overturning.surveys.stones import Stone, SurveyTable, fallen_and_all_stone_counts, stones_of_sites_with_standing
 
 SHIFTED_M: Final = StonePopulation().shifted
 """Shift from which a standing stone counts as shifted, m; people rarely note smaller ones."""
@@ -262,8 +262,7 @@ def _fall_measure(
     known = np.isfinite(shares)
     with np.errstate(invalid="ignore"):
         by_friction = np.where(known, shares, 0.0).T @ counts / (known.T @ counts)
-    fell, stones = sum(one.count for one in of_share if one.fell), sum(one.count for one in of_share)
-    return _share_measure("fell", fell, stones, by_friction)
+    return _share_measure("fell", *fallen_and_all_stone_counts(of_share), by_friction)
 
 
 def _share_measure(name: MeasureName, matching: int, stones: int, by_friction: FloatArray) -> DisplacementMeasure:

@@ -97,10 +97,9 @@ def warnings_on_table(
 
 def _warnings_on_sizes(name: str, rows: Sequence[tuple[int, SurveyRow]]) -> Iterator[str]:
     """Yield warnings about heights that may be in centimetres, and B/H that may be H/B."""
-    high = [line for line, row in rows if row.height_m > _DOUBTFUL_HEIGHT_M]
-    if high:
-        largest = max(row.height_m for _, row in rows if row.height_m > _DOUBTFUL_HEIGHT_M)
-        yield f"{name}: {line_label(high)}: a height up to {largest:g} m: in centimetres? Heights are in m"
+    if high := {line: row.height_m for line, row in rows if row.height_m > _DOUBTFUL_HEIGHT_M}:
+        largest = max(high.values())
+        yield f"{name}: {line_label(list(high))}: a height up to {largest:g} m: in centimetres? Heights are in m"
     for column in ("b_over_h", "b_over_h_side"):
         if wide := [line for line, row in rows if getattr(row, column) > _DOUBTFUL_B_OVER_H]:
             yield (

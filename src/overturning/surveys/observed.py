@@ -12,7 +12,7 @@ from overturning.statistics.circular import sector_index
 from overturning.statistics.mean_direction import MeanDirectionWithInterval, mean_direction_with_interval
 from overturning.surveys.notation import NOT_COUNTED
 from overturning.surveys.row import SurveyRow
-from overturning.surveys.stones import Stone, SurveyTable, stones_of_sites_with_standing
+from overturning.surveys.stones import Stone, SurveyTable, fallen_and_all_stone_counts, stones_of_sites_with_standing
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ def _observed_falls(table: SurveyTable, site: str, sector_count: int) -> Observe
     for _, row in table.rows:
         if row.counted_as == "not counted":
             reasons[next(kind for kind in NOT_COUNTED if kind in row.outcome_kinds)] += row.count
-    of_share = stones_of_sites_with_standing(stones)
+    share_fell, share_stones = fallen_and_all_stone_counts(stones_of_sites_with_standing(stones))
     directed = [stone for stone in stones if stone.fell_in_known_direction]
     angles, steps = (
         np.repeat([value(stone) for stone in directed], [stone.count for stone in directed])
@@ -131,8 +131,8 @@ def _observed_falls(table: SurveyTable, site: str, sector_count: int) -> Observe
         fell_in_unknown_direction=sum(
             stone.count for stone in stones if stone.fell and not stone.fell_in_known_direction
         ),
-        share_fell=sum(stone.count for stone in of_share if stone.fell),
-        share_stones=sum(stone.count for stone in of_share),
+        share_fell=share_fell,
+        share_stones=share_stones,
         direction=mean_direction_with_interval(angles, steps),
         axis=mean_direction_with_interval(angles, steps, axial=True),
         falls_by_sector=falls_by_sector(stones, sector_count),

@@ -206,6 +206,11 @@ def stones_of_sites_with_standing(stones: Sequence[Stone]) -> list[Stone]:
     return [stone for stone in stones if stone.site in sites]
 
 
+def fallen_and_all_stone_counts(stones: Sequence[Stone]) -> tuple[int, int]:
+    """Return the number of stones that fell, and that of all stones."""
+    return sum(stone.count for stone in stones if stone.fell), sum(stone.count for stone in stones)
+
+
 def read_stones(path: Path) -> list[Stone]:
     """Read from a survey file the stones that statistics count as fallen or standing, in the file's order.
 

@@ -14,7 +14,8 @@ from overturning.model.contact import VertexContact
 from overturning.model.scene import Scene
 from overturning.model.shapes import Polyhedron
 from overturning.model.stack import Stack
-from overturning.model.stack_checks import reasons_scene_is_no_stack
+from overturning.model.stack_checks import reasons_scene_is_no_stack, unmodelled_touches_of_overhangs
+from overturning.model.stack_stones import stack_stones
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 from tests.expect import refused
@@ -219,6 +220,62 @@ def test_a_stone_whose_outline_touches_before_it_tips_is_refused(
     # Points that divide the outline stand for those between them.
     assert touching == pytest.approx(tilt_deg, rel=0.03)
     assert touching < critical
+
+
+def overhanging(*plates: dict[str, Any], at: float = 0.0) -> Scene:
+    """Return a stack of plates, lowest first, below a cube of 0.6 m, shifted by ``at`` (m), that overhangs them."""
+    return stacked(*plates, {"width": 0.6, "depth": 0.6, "height": 0.6, "at": (at, 0.0)})
+
+
+def plate(width: float, height: float, **others: Any) -> dict[str, Any]:
+    """Return a square plate, width and height in m."""
+    return {"width": width, "depth": width, "height": height, **others}
+
+
+DIAGONAL = np.hypot(0.1, 0.1)
+"""Overhang of the cube over a corner of a plate 0.4 m wide, m; on this corner it balances at 43.3°."""
+
+
+@pytest.mark.parametrize(
+    ("plates", "at", "met", "tilt_deg"),
+    [
+        ([plate(0.4, 0.03)], 0.0, "the ground", np.degrees(np.arcsin(0.03 / DIAGONAL))),
+        ([plate(0.4, 0.09)], 0.0, "the ground", np.degrees(np.arcsin(0.09 / DIAGONAL))),
+        ([plate(0.4, 0.1)], 0.0, None, None),
+        ([plate(0.6, 0.02)], 0.0, None, None),
+        # The cube's overhang, 0.15 m by 0.1 m, is larger on the side to which it is shifted.
+        ([plate(0.4, 0.06)], 0.05, "the ground", np.degrees(np.arcsin(0.06 / np.hypot(0.15, 0.1)))),
+        # A wide plate is met at the depth of the narrow one on it.
+        ([plate(1.0, 0.3), plate(0.4, 0.03)], 0.0, "stone-0", np.degrees(np.arcsin(0.03 / DIAGONAL))),
+        # The corner passes outside the lowest plate, whose own corner meets the cube's base.
+        ([plate(0.5, 0.3), plate(0.4, 0.01)], 0.0, "stone-0", np.degrees(np.arctan(0.02 / DIAGONAL))),
+        # The lowest plate is as wide as the narrow one, and high.
+        ([plate(0.4, 0.3), plate(0.4, 0.03)], 0.0, None, None),
+    ],
+)
+def test_an_overhanging_stone_that_meets_a_face_further_below_before_it_tips_is_named(
+    plates: list[dict[str, Any]], at: float, met: str | None, tilt_deg: float | None
+) -> None:
+    """A point that overhangs by a meets a face at the depth h below the contact at the tilt asin(h/a)."""
+    touches = unmodelled_touches_of_overhangs(stack_stones(overhanging(*plates, at=at)))
+    if met is None:
+        assert touches == []
+        return
+    (touch,) = touches
+    assert f"element stone-{len(plates)} overhangs, and would meet {met}" in touch
+    touching, critical = (float(text) for text in re.findall(r"([\d.]+)°", touch))
+    assert touching == pytest.approx(tilt_deg, rel=0.01)
+    assert touching < critical
+
+
+@pytest.mark.parametrize(("height", "is_met"), [(0.03, True), (0.1, False)])
+def test_the_overhang_of_a_cylinder_is_that_of_its_radius(height: float, is_met: bool) -> None:
+    """A cylinder of 0.3 m radius on a plate of 0.2 m radius balances at 33.7°, where its rim is 0.055 m lower."""
+    round_cube = {"width": 0.6, "height": 0.6, "plan": "circle"}
+    scene = stacked({"width": 0.4, "height": height, "plan": "circle"}, round_cube)
+    assert reasons_scene_is_no_stack(scene) == []
+    touches = unmodelled_touches_of_overhangs(stack_stones(scene))
+    assert ["would meet the ground" in touch for touch in touches] == [True] * is_met
 
 
 def test_the_plane_and_the_body_say_that_a_refused_stone_stands() -> None:

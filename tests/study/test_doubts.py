@@ -157,6 +157,14 @@ def overhanging(share: float) -> dict[str, Any]:
     }
 
 
+def lantern(foot_height: float) -> dict[str, Any]:
+    """A cube of 0.6 m that overhangs each side of its foot by 0.1 m."""
+    ground = {"name": "ground", "kind": "driven", "width": 20, "height": 1, "at": [0, -1]}
+    foot = {"name": "foot", "width": 0.4, "depth": 0.4, "height": foot_height, "stands_on": "ground"}
+    cube = {"name": "cube", "width": 0.6, "depth": 0.6, "height": 0.6, "stands_on": "foot"}
+    return {"name": "lantern", "reference": "cube", "elements": [ground, foot, cube]}
+
+
 def inclined(tangent: float) -> dict[str, Any]:
     ground = {"name": "slope", "kind": "driven", "vertices": [[-5, 0], [5, 0], [5, 10 * tangent]]}
     lean = math.degrees(math.atan(tangent))
@@ -168,6 +176,17 @@ def test_a_scene_that_moves_without_an_earthquake_is_doubted() -> None:
     assert doubts(scene=overhanging(0.98)) == []
     (doubt,) = doubts(scene=overhanging(1.02))
     assert doubt.startswith("scene: at B/H 0.5, the scene has no equilibrium at rest: an element falls or slides")
+
+
+def test_the_tilt_at_which_an_overhang_meets_the_ground_is_named() -> None:
+    """The cube's corner overhangs the foot's by 0.1 √2 m, and balances on it at atan(0.2 √2 / 0.3) = 43.3°."""
+    assert doubts(scene=lantern(0.1), orientation={"step": 45}) == []
+    (doubt,) = doubts(scene=lantern(0.05), orientation={"step": 45})
+    assert doubt.startswith(
+        "scene: at B/H 1, element cube overhangs, and would meet the ground at a tilt of 20.7°, before it tips over "
+        "the rim of the stone below at 43.3°. The simulation does not have this contact"
+    )
+    assert doubts(scene=lantern(0.05)) == [], "2-D has the contact"
 
 
 def test_a_block_on_a_slope_steeper_than_its_friction_is_doubted() -> None:

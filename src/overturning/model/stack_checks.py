@@ -17,7 +17,7 @@ from overturning.model.stack_stones import (
     patches_at_rest,
     stone_of_element,
 )
-from overturning.model.stack_touch import touches_before_tipping
+from overturning.model.stack_touch import EarlyTouch, touches_before_tipping
 from overturning.units import STANDARD_GRAVITY
 
 LEAST_MARGIN: Final = 5.0
@@ -102,11 +102,29 @@ def reasons_stones_do_not_stand(stones: list[StackStone]) -> list[str]:
         if not np.all(patch.reach > 0.0)
     ]
     return faults or [
-        f"the outline of element {touch.stone} would meet the face below at a tilt of "
-        f"{math.degrees(touch.touching_tilt):.3g}°, before it tips over the edge of its base at "
-        f"{math.degrees(touch.critical_angle):.3g}°"
+        f"the outline of element {touch.stone} would meet the face below {_describe_tilts(touch)} over the edge of its "
+        f"base at {math.degrees(touch.critical_angle):.3g}°"
         for touch in touches_before_tipping(stones)
+        if touch.face.depth == 0.0
     ]
+
+
+def unmodelled_touches_of_overhangs(stones: list[StackStone]) -> list[str]:
+    """Return a sentence for each stone, from the lowest up, whose overhang would meet a lower face before it tips.
+
+    The simulation does not have this contact: the stone passes through the face.
+    """
+    return [
+        f"element {touch.stone} overhangs, and would meet {touch.face.name or 'the ground'} {_describe_tilts(touch)} "
+        f"over the rim of the stone below at {math.degrees(touch.critical_angle):.3g}°"
+        for touch in touches_before_tipping(stones)
+        if touch.face.depth > 0.0
+    ]
+
+
+def _describe_tilts(touch: EarlyTouch) -> str:
+    """Return the tilt at which a stone touches, in words."""
+    return f"at a tilt of {math.degrees(touch.touching_tilt):.3g}°, before it tips"
 
 
 def _level_length(item: PlacedElement, lowest: bool) -> float:

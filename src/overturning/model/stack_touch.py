@@ -1,12 +1,14 @@
-"""Tilts at which stones of a 3-D stack would meet the face below with points outside the contact at rest.
+"""Tilts at which stones of a 3-D stack would meet a face below with points outside the contact at rest.
 
-In a stack, only the base of a stone touches. A stone that is wider just above its base than at its base would meet the
-face below with its outline while it tilts, and roll on.
+In a stack, a stone touches only the stone below, and only with its base. A stone that is wider just above its base than
+at its base would meet the face below with its outline while it tilts, and roll on. A stone that overhangs the stone
+below would meet a stone further below, or the ground.
 """
 
 from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.model.stack_stones import LEVEL_TOLERANCE, StackStone, patches_at_rest
@@ -18,22 +20,31 @@ SIDE_PARTS: Final = 64
 """Number of equal parts into which a side of an outline is divided: its points, too, can meet the rim of a face."""
 
 DEPTH_PARTS: Final = 8
-"""Number of equal parts into which the depth of a stone is divided."""
+"""Number of equal parts into which the depth of a stone, and the radius of a base, is divided."""
 
 ROUNDING: Final = 1e-9
 """Relative difference of lengths or angles that counts as none."""
 
 
+class LowerFace(NamedTuple):
+    """Face that a stone could meet: the upper face of a stone below, or the ground."""
+
+    name: str  # "" for the ground
+    corners: FloatArray | None  # horizontal positions, anticlockwise, shape (n, 2), m; None for a plane without end
+    depth: float  # depth of the face below the base of the stone, m
+
+
 class EarlyTouch(NamedTuple):
-    """Tilt at which a stone's outline meets the face below, before the stone tips over the edge of its contact."""
+    """Tilt at which a stone meets a face below, before the stone tips over the edge of its contact."""
 
     stone: str
+    face: LowerFace
     touching_tilt: float  # rad
     critical_angle: float  # tilt at which the stone balances on that edge, rad
 
 
 def touches_before_tipping(stones: list[StackStone]) -> list[EarlyTouch]:
-    """Return the stones of a stack that meet the face below with their outline before they tip, lowest stone first.
+    """Return the stones of a stack that meet a face below before they tip, lowest stone first.
 
     Parameters
     ----------
@@ -43,65 +54,103 @@ def touches_before_tipping(stones: list[StackStone]) -> list[EarlyTouch]:
     Returns
     -------
     list of EarlyTouch
-        For each such stone the least tilt, over all directions and points, at which it touches before it tips.
+        For each such stone the least tilt, over all faces below, directions and points, at which it touches before it
+        tips.
     """
-    patches = patches_at_rest(stones)
-    faces = [None, *(below.upper + np.array([below.x, 0.0]) for below in stones[:-1])]
-    found = (
-        _earliest_touch(stone, patch.corners, face) for stone, patch, face in zip(stones, patches, faces, strict=True)
-    )
-    return [touch for touch in found if touch is not None]
+    level = np.concatenate([[0.0], np.cumsum([stone.foot + stone.top for stone in stones])])
+    found = []
+    for k, (stone, patch) in enumerate(zip(stones, patches_at_rest(stones), strict=True)):
+        faces = [LowerFace("", None, float(level[k]))]
+        for below, top in zip(stones[:k], level[1:], strict=False):
+            faces.append(LowerFace(below.name, below.upper + np.array([below.x, 0.0]), float(level[k] - top)))
+        touches = [touch for face in faces if (touch := _earliest_touch(stone, patch.corners, face)) is not None]
+        found += sorted(touches, key=lambda touch: touch.touching_tilt)[:1]
+    return found
 
 
-def _earliest_touch(stone: StackStone, patch: FloatArray, face: FloatArray | None) -> EarlyTouch | None:
-    """Return the touch of a stone, if any, on the face below (corners, m), with the patch as contact at rest.
-
-    Without a face, the stone stands on the ground, a plane without end.
-    """
-    size = float(np.ptp(stone.outline, axis=0).max())
-    if not stone.is_box or np.ptp(stone.outline[:, 0]) <= np.ptp(stone.base[:, 0]) + ROUNDING * size:
-        return None  # nothing of the stone is outside its base
-    # On a plane without end, a vertex touches before all points between vertices.
-    touch = _earliest_touch_of_points(stone, _outline_points(stone, 1, 1), patch, None)
-    if touch is None or face is None:
-        return touch
-    return _earliest_touch_of_points(stone, _outline_points(stone, SIDE_PARTS, DEPTH_PARTS), patch, face)
-
-
-def _earliest_touch_of_points(
-    stone: StackStone, points: FloatArray, patch: FloatArray, face: FloatArray | None
-) -> EarlyTouch | None:
-    """Return the touch of given points, (n, 3), of a stone on the face below; see `_earliest_touch`."""
-    points = points[points[:, 2] > LEVEL_TOLERANCE * np.ptp(stone.outline[:, 1])]
+def _earliest_touch(stone: StackStone, patch: FloatArray, face: LowerFace) -> EarlyTouch | None:
+    """Return the touch of a stone, if any, on a face below, with the patch (corners, m) as contact at rest."""
     azimuth = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
     ahead = np.stack([np.cos(azimuth), np.sin(azimuth)])
     edge = (patch @ ahead).max(axis=0)
     critical = np.arctan2(edge - stone.x * ahead[0], stone.foot)
-    beyond = points[:, :2] @ ahead - edge
-    touching = np.arctan2(points[:, 2:], beyond)
-    early = (beyond > 0.0) & (touching < critical * (1.0 - ROUNDING))
-    if face is not None:
-        # A point meets the plane of the face as far from the edge as it was before the tilt.
-        shift = np.sqrt(beyond**2 + points[:, 2:] ** 2) - beyond
-        for (x, y), (dx, dy) in zip(face, np.roll(face, -1, axis=0) - face, strict=True):
-            to_x, to_y = points[:, :1] + shift * ahead[0] - x, points[:, 1:2] + shift * ahead[1] - y
-            early &= dx * to_y - dy * to_x > ROUNDING * np.sqrt(dx * dx + dy * dy) * stone.depth
-    if not early.any():
+    # On a plane without end, a vertex touches before all points between vertices.
+    tilt = _touching_tilts_of_points(stone, _surface_points(stone, 1, 1), ahead, edge, face._replace(corners=None))
+    early = critical * (1.0 - ROUNDING)
+    if face.corners is not None and np.any(tilt < early):
+        points = _surface_points(stone, SIDE_PARTS, DEPTH_PARTS)
+        tilt = np.minimum(
+            _touching_tilts_of_points(stone, points, ahead, edge, face),
+            _touching_tilts_of_base(stone, ahead, edge, face.corners, face.depth),
+        )
+    tilt = np.where(tilt < early, tilt, np.inf)
+    direction = int(np.argmin(tilt))
+    if np.isinf(tilt[direction]):
         return None
-    tilt = np.where(early, touching, np.inf)
-    direction = int(np.argmin(tilt.min(axis=0)))
-    return EarlyTouch(stone.name, float(tilt.min()), float(critical[direction]))
+    return EarlyTouch(stone.name, face, float(tilt[direction]), float(critical[direction]))
 
 
-def _outline_points(stone: StackStone, side_parts: int, depth_parts: int) -> FloatArray:
-    """Return points on the surface of an extruded outline, shape (n, 3), m: horizontal position, height above its base.
+def _touching_tilts_of_points(
+    stone: StackStone, points: FloatArray, ahead: FloatArray, edge: FloatArray, face: LowerFace
+) -> FloatArray:
+    """Return the least tilt at which one of the points, (n, 3), of a stone meets a face, rad; infinite if none does.
 
-    They divide each side of the outline, and the depth, into equal parts; all vertices are among them.
+    The shape is (directions,). A direction has its unit vector in `ahead`, (2, directions), and the distance of the
+    edge about which the stone tilts in `edge`, (directions,).
     """
+    if face.depth == 0.0:
+        points = points[points[:, 2] > LEVEL_TOLERANCE * np.ptp(stone.outline[:, 1])]
+    beyond = points[:, :2] @ ahead - edge
+    radius = np.sqrt(beyond**2 + points[:, 2:] ** 2)
+    reaches = (beyond > ROUNDING * stone.depth) & (radius > face.depth)
+    sine = np.divide(face.depth, radius, out=np.zeros_like(radius), where=reaches)
+    if face.corners is not None:
+        # The point turns about the edge until it has the depth of the face.
+        shift = radius * np.sqrt(1.0 - sine**2) - beyond
+        place = points[:, :2, None] + shift[:, None] * ahead
+        reaches &= _is_inside(place, face.corners, ROUNDING * stone.depth)
+    tilt = np.where(reaches, np.arctan2(points[:, 2:], beyond) + np.arcsin(sine), np.inf)
+    return np.asarray(tilt.min(axis=0, initial=np.inf))
+
+
+def _touching_tilts_of_base(
+    stone: StackStone, ahead: FloatArray, edge: FloatArray, corners: FloatArray, depth: float
+) -> FloatArray:
+    """Return the least tilt at which the base of a stone meets a corner of a face at a depth (m), rad, or infinity.
+
+    Shape and directions are those of `_touching_tilts_of_points`.
+    """
+    beyond = corners @ ahead - edge
+    # The point of the base that meets the corner, before the tilt.
+    place = corners[:, :, None] + (np.sqrt(beyond**2 + depth**2) - beyond)[:, None] * ahead
+    base = stone.base + np.array([stone.x, 0.0])
+    meets = (beyond > ROUNDING * stone.depth) & _is_inside(place, base, ROUNDING * stone.depth)
+    return np.asarray(np.where(meets, np.arctan2(depth, beyond), np.inf).min(axis=0))
+
+
+def _is_inside(places: FloatArray, corners: FloatArray, margin: float) -> NDArray[np.bool_]:
+    """Return whether places, (n, 2, directions), lie inside an anticlockwise polygon by more than a margin, m."""
+    inside = np.ones((len(places), places.shape[2]), np.bool_)
+    for (x, y), (dx, dy) in zip(corners, np.roll(corners, -1, axis=0) - corners, strict=True):
+        inside &= dx * (places[:, 1] - y) - dy * (places[:, 0] - x) > margin * np.sqrt(dx * dx + dy * dy)
+    return inside
+
+
+def _surface_points(stone: StackStone, side_parts: int, depth_parts: int) -> FloatArray:
+    """Return points on the surface of a stone, shape (n, 3), m: horizontal position, height above its base.
+
+    For an extruded outline they divide each side of the outline, and the depth, into equal parts. For a prism on a
+    polygon, whose lowest points are those of its base, they divide each side of the base, and the radius, into equal
+    parts. All vertices are among them.
+    """
+    ring = stone.outline if stone.is_box else stone.base
     share = np.arange(side_parts)[:, None, None] / side_parts
-    sides = stone.outline + share * (np.roll(stone.outline, -1, axis=0) - stone.outline)
-    x, z = sides.reshape(-1, 2).T
+    sides = (ring + share * (np.roll(ring, -1, axis=0) - ring)).reshape(-1, 2)
+    if not stone.is_box:
+        base = (sides * (np.arange(1, depth_parts + 1)[:, None, None] / depth_parts)).reshape(-1, 2)
+        return np.column_stack([base + np.array([stone.x, 0.0]), np.zeros(len(base))])
     depths = stone.depth * (np.arange(depth_parts + 1) / depth_parts - 0.5)
+    x, z = sides.T
     return np.stack([
         np.repeat(x + stone.x, depths.size), np.tile(depths, x.size), np.repeat(z + stone.foot, depths.size)
     ], axis=1)  # fmt: skip

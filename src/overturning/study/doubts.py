@@ -11,6 +11,8 @@ from overturning.dem.polygon.prepare import reason_scene_moves_by_itself
 from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.planes import planes_impose_axis
 from overturning.model.scene import Scene
+from overturning.model.stack_checks import unmodelled_touches_of_overhangs
+from overturning.model.stack_stones import stack_stones
 from overturning.model.symmetry import PLANE_PERIOD
 from overturning.motion.soil import RockHalfSpace, SoilLayer
 from overturning.records.site import SoilSite
@@ -56,6 +58,8 @@ def implausible_setting_warnings(study: Study) -> Iterator[str]:
             yield from _scene_warnings(key, scene)
             if study.orientation is None:
                 yield from _rest_warnings(key, scene, study)
+            elif study.is_stack:
+                yield from _overhang_warnings(key, scene, study)
     if study.population is not None:
         yield from _population_range_warnings(study, study.population)
 
@@ -181,6 +185,17 @@ def _rest_warnings(key: str, scene: Scene, study: Study) -> Iterator[str]:
         reason = reason_scene_moves_by_itself(scene, None, b_over_h, min(study.friction))
         if reason:
             yield f"{key}: at B/H {b_over_h:g}, {reason}"
+            return
+
+
+def _overhang_warnings(key: str, scene: Scene, study: Study) -> Iterator[str]:
+    """Yield a warning for the first B/H of a study at which stones of a 3-D stack overhang and meet a lower face."""
+    for b_over_h in study.b_over_h:
+        if touches := unmodelled_touches_of_overhangs(stack_stones(scene, None, b_over_h)):
+            yield (
+                f"{key}: at B/H {b_over_h:g}, {'; '.join(touches)}. The simulation does not have this contact: "
+                "outcomes of stones with a larger peak_tilt are uncertain"
+            )
             return
 
 

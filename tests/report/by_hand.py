@@ -364,10 +364,10 @@ STUDIES: dict[str, dict[str, Any]] = {
                                               "height_m": 0.7, "friction": 0.8, "published_overturns": True,
                                               "computed_overturns": False}]),
     "nothing falls": no_axis("no falls", cases={"share_overturned": 0.0}, population=None),
-    "part of the circle": changed(
-        no_axis("part of the circle", extent={"azimuth_gaps": [(100.0, 240.0)], "direction_step_deg": 20.0,
+    "uneven planes": changed(
+        no_axis("uneven planes", extent={"azimuth_gaps": [(100.0, 240.0)], "direction_step_deg": 20.0,
                                               "first_direction_deg": 60.0, "last_direction_deg": 100.0}),
-        direction={"has_comparable_axis": False, "no_axis_because": "part of the circle", "groups": [],
+        direction={"has_comparable_axis": False, "no_axis_because": "uneven planes", "groups": [],
                    "share_overturned_by_plane": [{"azimuth_deg": 60.0, "share_overturned": 0.41},
                                                  {"azimuth_deg": 80.0, "share_overturned": 0.23}]},
         maps={"records": [{"record": "vale", "station": "Vale", "event": "Upper Vale", "reason": "first with falls",

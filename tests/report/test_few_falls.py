@@ -288,7 +288,7 @@ CURVE = ("population", "fragility_curves", 0)
             {"en": "cases under the records as they are; 66,528", "ja": "ほかの 2 通りの倍率"},
         ),
         (
-            "part of the circle",
+            "uneven planes",
             {},
             {"en": "in steps of 20°;", "ja": "記録は 20° 刻み"},
             {"en": "in steps of 20° from 60° to 100°;", "ja": "60° から 100° まで 20° 刻み"},

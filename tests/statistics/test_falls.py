@@ -338,9 +338,12 @@ def test_a_part_of_a_cube_keeps_its_model() -> None:
         (range(90, 270, 10), False),
         ([0, 45, 90], True),
         ([0, 90], False),
+        ([0, 60, 90], True),  # weights 5/12, 1/4 and 1/3: resultant 0.22
+        ([10, 40, 90, 160], True),
+        ([*range(0, 180, 30), 32], False),
         (sorted({*range(0, 180, 5), *range(60, 121)}), False),
     ],
 )
-def test_planes_of_a_part_of_the_circle_impose_the_axis(azimuth, imposed: bool) -> None:
+def test_planes_that_are_spread_unevenly_impose_the_axis(azimuth, imposed: bool) -> None:
     assert planes_impose_axis(list(azimuth)) is imposed
     assert LARGEST_RESULTANT_OF_PLANES == LEAST_RESULTANT  # up to which falls have no axis

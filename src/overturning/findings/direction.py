@@ -87,7 +87,7 @@ class FallDirection(Finding):
     has_comparable_axis: bool
     """False if the falls have no axis that can be compared with a fault."""
     no_axis_because: str
-    """Reason why not: "no outcome", "no falls", "one plane", "part of the circle", "falls in every plane", "every
+    """Reason why not: "no outcome", "no falls", "one plane", "uneven planes", "falls in every plane", "every
     direction or none" or "no fault normal"; empty if they have one."""
     groups: list[GroupFallDirection]
     """Direction of the falls of each group of records."""
@@ -96,7 +96,7 @@ class FallDirection(Finding):
     outcome_changes_between_neighbours: dict[str, Number]
     """Share of neighbouring cells with different outcomes, by dimension."""
     share_overturned_by_plane: list["OverturnedShareOfPlane"] = Field(default_factory=list)
-    """Share of the cases that overturn in each plane; empty unless the planes cover a part of the circle only."""
+    """Share of the cases that overturn in each plane; empty unless the planes are spread unevenly over the circle."""
 
 
 class OverturnedShareOfPlane(Finding):
@@ -184,7 +184,7 @@ def _reason_for_no_fall_axis(results: StudyResults) -> str:
     if results.share_overturned <= 0:
         return "no falls"
     if results.planes_impose_axis:
-        return "part of the circle" if np.unique(_planes_deg(results)).size > 1 else "one plane"
+        return "uneven planes" if np.unique(_planes_deg(results)).size > 1 else "one plane"
     if results.every_case_overturns:
         return "falls in every plane"
     if not results.falls_have_axis:
@@ -265,7 +265,7 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
         if difference and difference.n
         else None,
         outcome_changes_between_neighbours=changes,
-        share_overturned_by_plane=_overturned_share_by_plane(results) if reason == "part of the circle" else [],
+        share_overturned_by_plane=_overturned_share_by_plane(results) if reason == "uneven planes" else [],
     )
 
 

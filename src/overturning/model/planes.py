@@ -128,9 +128,10 @@ LARGEST_RESULTANT_OF_PLANES: Final = 0.05
 def planes_impose_axis(azimuth_deg: ArrayLike) -> bool:
     """Return True if falls show an axis because of the choice of planes, whatever the motion.
 
-    This is so with a single plane, and with a gap (`azimuth_gaps_and_step`, modulo 180°) so wide that falls in all
-    planes alike have doubled axes with a resultant above `LARGEST_RESULTANT_OF_PLANES`. A missing plane of a fine grid
-    is no such gap. φ and φ + 180° are one plane, also for scenes without mirror symmetry: they have one axis.
+    This is so with a single plane, and with planes so unequally spread over the half circle that falls in all of them
+    alike, each with its weight (`circle_share_of_planes`), have doubled axes with a resultant above
+    `LARGEST_RESULTANT_OF_PLANES`. A missing plane of a fine grid is too little for this. φ and φ + 180° are one plane,
+    also for scenes without mirror symmetry: they have one axis.
 
     Parameters
     ----------
@@ -141,8 +142,6 @@ def planes_impose_axis(azimuth_deg: ArrayLike) -> bool:
     plane = azimuth[distinct_plane_indices(azimuth)] % PLANE_PERIOD
     if plane.size <= 1:
         return True
-    if not azimuth_gaps_and_step(plane)[0].any():
-        return False
     doubled = np.radians(2.0 * plane)
     share = circle_share_of_planes(plane)
     resultant = float(np.hypot(share @ np.cos(doubled), share @ np.sin(doubled)))

@@ -85,7 +85,7 @@ def _azimuth_warnings(study: Study) -> Iterator[str]:
         which = f"planes along {_format_first_three_numbers(planes)}" if len(planes) > 1 else f"{planes[0]:g} only"
         yield (
             f"azimuth: {which} (degrees); falls lie in these planes whatever the motion, so the report gives no "
-            "alignment and no mean axis or direction. Give a range of 180 or 360 degrees without a gap"
+            "alignment and no mean axis or direction. Give equal steps over 180 or 360 degrees"
         )
 
 

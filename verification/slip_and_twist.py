@@ -1,0 +1,112 @@
+"""`python -m verification.slip_and_twist`: error of the slip and the twist of standing stones against the time step.
+
+The shaft of the grave `three-tier`, on its two bases (a stack) and on the ground by itself (a body), is simulated under
+the 28 near-field records, at two amplitudes, eight orientations and two friction coefficients, with several time steps.
+The finest step is the reference.
+"""
+
+from collections.abc import Sequence
+from typing import Annotated, Final
+
+import numpy as np
+import pandas as pd
+import typer
+
+from overturning.arrays import FloatArray
+from overturning.dem.numerics import NumericalOptions
+from overturning.dem.run import simulate_cases
+from overturning.model.body import Body
+from overturning.model.cases import Cases
+from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.scene import load_scene
+from overturning.model.stack import Stack
+from overturning.surveys.library import shipped_candidate_motions
+from overturning.units import CM
+from verification.tables import RESULTS, markdown_table, publish_markdown, write_csv
+
+REFINEMENTS: Final = (1, 2, 4, 16)
+"""Numbers of parts into which the automatic step is divided; the last is the reference."""
+
+RECORDS: Final = 28
+"""Number of near-field records of FEMA P-695, the first of the library."""
+
+AMPLITUDES: Final = (0.6, 1.0)
+ORIENTATIONS_DEG: Final = 22.5 * np.arange(8)
+FRICTIONS: Final = (0.5, 0.7)
+
+LEAST: Final = {"slip": 0.001, "twist": 0.2}
+"""Least slip (m) and twist (degrees) in the reference of the stones whose relative error is measured."""
+
+UNITS: Final = {"slip": (1.0 / CM, " cm"), "twist": (1.0, "°")}
+"""Factor and unit with which a value is printed."""
+
+EXCEEDED: Final = 0.1
+"""Share of the standing stones that exceed the slip or twist in the last columns of the table."""
+
+
+def simulated_shafts(name: str, model: Stack | Body, height: float, b_over_h: float, threads: int) -> pd.DataFrame:
+    """Return the outcome, slip (m) and twist (degrees) of the shaft in each case, with each time step."""
+    axes = np.meshgrid(ORIENTATIONS_DEG, FRICTIONS, AMPLITUDES, indexing="ij")
+    orientation, friction, amplitude = (values.ravel() for values in axes)
+    cases, rows = Cases(orientation, height, b_over_h, friction, amplitude), []
+    for record, candidate in enumerate(shipped_candidate_motions()[:RECORDS]):
+        for refinement in REFINEMENTS:
+            found = simulate_cases(
+                model, candidate.motion, cases, NumericalOptions(refinement=refinement, threads=threads)
+            )
+            overturned, north, east, twist = (
+                np.asarray(values).reshape(len(orientation), -1)[:, -1]
+                for values in (
+                    found.overturned, found.residual_slip_north, found.residual_slip_east, found.residual_twist
+                )
+            )  # fmt: skip
+            number = record * len(orientation) + np.arange(len(orientation))
+            rows.append(pd.DataFrame({
+                "model": name, "refinement": refinement, "case": number, "overturned": overturned,
+                "slip": np.hypot(north, east), "twist": np.abs(twist),
+            }))  # fmt: skip
+    return pd.concat(rows, ignore_index=True)
+
+
+def relative_errors(values: FloatArray, reference: FloatArray, least: float) -> FloatArray:
+    """Return the relative errors of the values whose reference is at least ``least``."""
+    counted = reference >= least
+    return np.asarray(np.abs(values[counted] / reference[counted] - 1.0))
+
+
+def error_table(rows: pd.DataFrame) -> str:
+    """Return the table of the errors of slip and twist with each step, as Markdown."""
+    lines = []
+    for name, mine in rows.groupby("model", sort=False):
+        by_step = {step: one.set_index("case") for step, one in mine.groupby("refinement")}
+        standing = pd.concat([one["overturned"] == 0 for one in by_step.values()], axis=1).all(axis=1)
+        reference = by_step[REFINEMENTS[-1]][standing]
+        for quantity, (factor, unit) in UNITS.items():
+            exceeded_by_reference = factor * reference[quantity].quantile(1 - EXCEEDED)
+            for refinement in REFINEMENTS[:-1]:
+                values = by_step[refinement][standing][quantity]
+                error = relative_errors(values.to_numpy(), reference[quantity].to_numpy(), LEAST[quantity])
+                lines.append((
+                    name, quantity, f"{1 / refinement:g}", error.size,
+                    f"{100 * np.median(error):.2g} %", f"{100 * np.quantile(error, 0.9):.2g} %",
+                    f"{factor * values.quantile(1 - EXCEEDED):.3g}{unit}", f"{exceeded_by_reference:.3g}{unit}",
+                ))  # fmt: skip
+    header = (
+        "shaft", "quantity", "share of the automatic step", "stones", "median error", "error exceeded by a tenth",
+        "exceeded by a tenth of standing shafts", "the same, finest step",
+    )  # fmt: skip
+    return markdown_table(header, lines)
+
+
+def main(threads: Annotated[int, typer.Option(min=1, help="number of threads")] = 2) -> None:
+    """Simulate the shafts, and write the table of docs/validation.md."""
+    scene = load_scene("three-tier")
+    height, b_over_h = size_reference_height_and_b_over_h(scene)
+    models: Sequence[tuple[str, Stack | Body]] = [("on two bases", Stack(scene)), ("on the ground", Body())]
+    rows = pd.concat([simulated_shafts(*one, height, b_over_h, threads) for one in models], ignore_index=True)
+    write_csv(rows, RESULTS / "slip-and-twist.csv")
+    publish_markdown({"slip-and-twist": error_table(rows)})
+
+
+if __name__ == "__main__":
+    typer.run(main)

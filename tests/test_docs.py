@@ -1,6 +1,7 @@
 """The documentation: line length, links, drawings, and named files."""
 
 import base64
+import csv
 import importlib.util
 import json
 import os
@@ -217,6 +218,15 @@ def test_the_tutorial_shows_what_its_command_prints(command, monkeypatch, capsys
     assert len(printed) == len(lines) > 2
     for found, (line, cut, _) in zip(printed, lines, strict=True):
         assert found.startswith(line) if cut else found == line
+
+
+@each_page
+def test_a_record_is_added_with_an_id_that_the_record_table_does_not_have(page):
+    lines = (ROOT / "config" / "records.tsv").read_text(encoding="utf-8").splitlines()
+    known = {row["id"] for row in csv.DictReader((line for line in lines if line[:1] != "#"), delimiter="\t")}
+    assert "wtmc" in known
+    added = re.findall(r"^ *overturning records add .*--id (\S+)", page.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    assert known.isdisjoint(added), "the command is refused: the id is in config/records.tsv already"
 
 
 def test_every_page_is_in_the_contents():

@@ -76,6 +76,7 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
     """Fill in the tables, and remove links to files that are not pages of the site."""
     markdown = re.sub(r"<!-- made: (\w+) -->", lambda found: TABLES[found[1]](), markdown)
     markdown = markdown.replace("](../config/README.md", "](reference/config.md")
+    markdown = markdown.replace(f"({NOTEBOOK.name})", f"({NOTEBOOK.stem}.md)")  # page made by `on_files`
     return re.sub(
         r"(?<!!)\[([^\]]+)\]\(\.\./(?!formats|method|reference|scenes|surveys\.md)[^)]*\)", r"\1", _lists(markdown)
     )

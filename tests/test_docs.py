@@ -79,8 +79,7 @@ def test_links_have_targets(page):
             continue
         path, _, anchor = target.partition("#")
         to = (page.parent / path).resolve() if path else page
-        # A notebook becomes a page of the site.
-        assert to.exists() or to.with_suffix(".ipynb").exists(), f"{page.name}: {target}"
+        assert to.exists(), f"{page.name}: {target}"
         assert not anchor or anchor in anchors(to), f"{page.name}: {target}; there are {sorted(anchors(to))}"
 
 
@@ -193,6 +192,7 @@ def test_the_first_page_has_a_film_and_the_site_an_explorer(hooks):
     first = hooks.on_page_markdown((DOCS / "index.md").read_text(encoding="utf-8"))
     assert first.index('src="film.html"') < first.index("rotates strong-motion records") < first.index('"explore.html"')
     assert f"`{hooks.FILM} --animate film.html`" in first
+    assert "](first-look.md)" in first  # the notebook is a page of the site
     film, explorer = hooks.film_page(), hooks.explorer_page()
     assert 'class="film"' in film
     assert hooks.STUDY["question"] in explorer

@@ -211,7 +211,7 @@ def data() -> Pen:
         pen.text((x, y + 5), words)
     for start, end, words, room in (
         (72, 270, "read", "records/"), (270, 468, "sweep", "dem/"), (468, 666, "gather", "study/"),
-        (666, 886, "draw, say", "statistics/"),
+        (666, 886, "draw, write", "statistics/"),
     ):  # fmt: skip
         pen.arrow((start + half, top), (end - half, top))
         pen.text(((start + end) / 2, top - 9), words, size=12)

@@ -275,6 +275,10 @@ def test_plot_draws_a_page_and_prints_the_corner_and_its_reason(tmp_path, capsys
     (tmp_path / "other.V2A").write_text(geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02))
     assert run("records", "plot", tmp_path / "good.V1A", tmp_path / "other.V2A", "--output", tmp_path / "x.png") == 1
     assert "there are 2 records" in capsys.readouterr().err
+    for name, no_effect in (("good.V1A", False), ("other.V2A", True)):  # raw, and processed by the agency
+        assert run("records", "plot", tmp_path / name, "--corner", 0.2, "--output", tmp_path / "x.png") == 0
+        out = capsys.readouterr().out
+        assert ("--corner has no effect" in out, "high-pass 0.2 Hz" in out) == (no_effect, not no_effect)
     assert run("records", "plot", path, "--corner", "low") == 1
     assert "--corner: 'low'" in capsys.readouterr().err
     for corner in ("nan", "0", "-1", "inf"):

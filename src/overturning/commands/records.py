@@ -106,7 +106,8 @@ def plot_records(
         raise ArgumentError(f"--output: {output.name} is one page, but there are {len(records)} records; name a folder")
     made: set[Path] = set()
     for file, record in records:
-        used = process_record(record, default_processing_steps(record, frequency))
+        steps = default_processing_steps(record, frequency)
+        used = process_record(record, steps)
         name = file.replace(":", "-")
         numbered = (output / f"{name}-{number}.svg" for number in count(2))
         # Files with the same name in several folders get numbered figures.
@@ -115,6 +116,8 @@ def plot_records(
         with project_style():
             save_figure_files(record_history_figure(record, used), target)
         typer.echo(f"{target}: {', '.join(map(processing_entry_text, used.processing)) or 'not processed'}")
+        if frequency != "auto" and not steps:
+            typer.echo("  --corner has no effect: only raw records get the default high-pass filter")
         _print_record_notes(record)
     for finding in unread:
         typer.echo(format_record_check(finding))

@@ -216,6 +216,12 @@ def test_the_memory_of_an_ensemble_holds_the_answers_of_its_members() -> None:
     assert with_members.memory_bytes - without.memory_bytes >= 9 * 24 * with_members.cases / 4
 
 
+@pytest.mark.parametrize(("step", "size"), [(360, "1 record × 1 case = 1; "), (180, "1 record × 2 cases = 2; ")])
+def test_the_size_of_a_study_has_its_nouns_in_the_right_number(step: int, size: str) -> None:
+    one = mine("rinaldi", azimuth={"step": step}, b_over_h=[0.3], height=[0.6], friction=[0.58])
+    assert str(estimate_study_size(one)).startswith(size)
+
+
 def test_pulses_need_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     study = tmp_path / "pulse.yaml"

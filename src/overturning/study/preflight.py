@@ -72,8 +72,8 @@ class StudySizeEstimate:
         return _READING_MEMORY + self.records * self.cases * _CELL_READ
 
     def __str__(self) -> str:
-        plural = "" if self.records == 1 else "s"
-        total = f"{self.records} record{plural} × {self.cases:,} cases = {self.records * self.cases:,}"
+        records, cases = ("" if count == 1 else "s" for count in (self.records, self.cases))
+        total = f"{self.records} record{records} × {self.cases:,} case{cases} = {self.records * self.cases:,}"
         memory, disk = _format_bytes(self.memory_bytes), _format_bytes(self.disk_bytes)
         return (
             f"{total}; about {format_duration(self.processor_s)} of processor time, {memory} of memory, {disk} of "

@@ -107,6 +107,12 @@ def test_table_markers_come_in_pairs(page):
     assert len(set(begins)) == len(begins)
 
 
+@each_page
+def test_a_marker_does_not_begin_a_line_of_a_paragraph(page):
+    """In Markdown such a line ends the paragraph and is taken as HTML."""
+    assert re.findall(r"^ *<!--=[\w-]+-->.+$", page.read_text(encoding="utf-8"), flags=re.MULTILINE) == []
+
+
 def test_the_drawings_are_what_the_script_draws(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(DOCS)  # as where the script is run
     loaded("draw").main(tmp_path)

@@ -171,10 +171,13 @@ def test_no_effect_is_stated_without_an_interval_that_excludes_none(
     assert even in text_by_hand("direction", language)
     row = {"predictor": "ln B/H", "value": 1.2, "low": None, "high": None, "data_minimum": 0.1, "data_maximum": 0.6,
            "odds_factor_per_doubling": 2.3, "odds_factor_low": None, "odds_factor_high": None}  # fmt: skip
-    data["logistic_fit"] |= {"even_chance": [], "coefficients": [row] if fitted else [], "note": note}
-    text = text_of(Findings.model_validate(data), language)
+    data["logistic_fit"] |= {"even_chance": [], "coefficients": [row] if fitted else [], "note": note, "earthquakes": 1}
+    found = Findings.model_validate(data)
+    text, page = text_of(found, language), render_markdown(found, language)  # the page with titles of tables
     assert even not in text
     assert words[language] in text
+    jackknife = {"en": "of 1 earthquake; intervals by leaving out", "ja": "ジャックナイフ法"}[language]
+    assert (jackknife in page) == (fitted and not note)
 
 
 PREDICTED = {

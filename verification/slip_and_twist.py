@@ -22,7 +22,7 @@ from overturning.model.scene import load_scene
 from overturning.model.stack import Stack
 from overturning.surveys.library import shipped_candidate_motions
 from overturning.units import CM
-from verification.tables import RESULTS, markdown_table, publish_markdown, write_csv
+from verification.tables import markdown_table, publish_markdown
 
 REFINEMENTS: Final = (1, 2, 4, 16)
 """Numbers of parts into which the automatic step is divided; the last is the reference."""
@@ -104,7 +104,6 @@ def main(threads: Annotated[int, typer.Option(min=1, help="number of threads")] 
     height, b_over_h = size_reference_height_and_b_over_h(scene)
     models: Sequence[tuple[str, Stack | Body]] = [("on two bases", Stack(scene)), ("on the ground", Body())]
     rows = pd.concat([simulated_shafts(*one, height, b_over_h, threads) for one in models], ignore_index=True)
-    write_csv(rows, RESULTS / "slip-and-twist.csv")
     publish_markdown({"slip-and-twist": error_table(rows)})
 
 

@@ -114,6 +114,22 @@ def test_units(tmp_path: Path) -> None:
         read_scan(write_mesh(l_shape(), tmp_path / "small.ply"), "mm")
 
 
+@pytest.mark.parametrize(
+    ("factor", "reason"),
+    [(1e307, "damaged"), (1e100, "damaged"), (1e30, "correct the unit"), (1e-9, "correct the unit")],
+)
+def test_a_mesh_as_large_as_no_stone_is_refused(tmp_path: Path, factor: float, reason: str) -> None:
+    whole = l_shape()
+    with refused(ArgumentError, "whole.obj", reason, brief=True):
+        read_scan(write_mesh(whole._replace(vertices=whole.vertices * factor), tmp_path / "whole.obj"), "m")
+
+
+def test_vertices_in_a_plane_are_no_mesh(tmp_path: Path) -> None:
+    (tmp_path / "flat.obj").write_text("v 0 0\nv 1 0\nv 1 1\nf 1 2 3\n")
+    with refused(ArgumentError, "flat.obj", "damaged", brief=True):
+        read_scan(tmp_path / "flat.obj", "m")
+
+
 @pytest.mark.parametrize("file", ["far.stl", "far.ply", "far.obj"])
 def test_map_coordinates_in_single_precision_are_refused(tmp_path: Path, file: str) -> None:
     """In double precision (this PLY file) and as text of 12 digits, the same coordinates are exact enough."""

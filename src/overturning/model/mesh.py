@@ -6,6 +6,7 @@ from typing import Any, Final, Literal
 import numpy as np
 
 from overturning.errors import ArgumentError
+from overturning.model.element import LARGEST_LENGTH, SMALLEST_LENGTH
 from overturning.model.scan import Scan, stone_from_surface
 from overturning.model.surface import TriangleSurface, closed_surface, open_edges
 
@@ -24,6 +25,9 @@ METRES: Final[dict[str, float]] = {"m": 1.0, "cm": 100.0, "mm": 1000.0}
 PLAUSIBLE: Final = (0.05, 10.0)
 """Range of the largest extent of a stone, m, within which an undeclared unit is taken for metres."""
 
+
+LARGEST_COORDINATE: Final = float(np.finfo(np.float32).max)
+"""Largest coordinate of a mesh file, in its unit: that of single precision."""
 
 LEAST_RESOLUTION: Final = 1e-4
 """Largest step between coordinates in single precision, as a share of the size of the stone."""
@@ -65,7 +69,7 @@ def read_mesh_surface(path: Path | str, unit: MeshUnit | None = None) -> Triangl
     except OSError as error:
         raise ArgumentError(f"{path}: {error.strerror}") from None
     vertices, triangles = _parse_mesh_file(path)
-    if not len(vertices) or not np.isfinite(vertices).all():
+    if not len(vertices) or not (np.abs(vertices) <= LARGEST_COORDINATE).all():
         raise ArgumentError(f"{path}: damaged, or not in {path.suffix.lower()} format")
     _check_resolution_of_coordinates(vertices, path)
     vertices = vertices / METRES[unit or "m"]
@@ -75,6 +79,11 @@ def read_mesh_surface(path: Path | str, unit: MeshUnit | None = None) -> Triangl
         raise ArgumentError(
             f"{path}: the mesh is {extent:.4g} m large if its unit is the metre; a stone is {PLAUSIBLE[0]:g} to "
             f"{PLAUSIBLE[1]:g} m large: declare the unit of the file (m, cm or mm; perhaps {guess})"
+        )
+    if not SMALLEST_LENGTH <= extent <= LARGEST_LENGTH:
+        raise ArgumentError(
+            f"{path}: the mesh is {extent:.4g} m large; a stone must be {SMALLEST_LENGTH:g} to {LARGEST_LENGTH:g} m "
+            f"large: correct the unit of the file, {unit}"
         )
     return TriangleSurface(vertices, triangles)
 
@@ -108,7 +117,7 @@ def _parse_mesh_file(path: Path) -> tuple[Any, Any]:
             points = [np.asarray(shape.vertices, np.float64) for shape in shapes]
             return np.concatenate(points), np.zeros((0, 3), np.int64)
         mesh = package.util.concatenate(solids) if len(solids) > 1 else solids[0]
-        if not np.isfinite(mesh.vertices).all():
+        if np.shape(mesh.vertices)[1] != 3 or not (np.abs(mesh.vertices) <= LARGEST_COORDINATE).all():
             raise ValueError
         mesh.merge_vertices(merge_tex=True, merge_norm=True)
         vertices = np.asarray(mesh.vertices, np.float64)

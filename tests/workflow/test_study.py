@@ -213,6 +213,18 @@ def test_additional_records_run_alone(finished: Checkout) -> None:
     assert not any("cube.nc" in line for line in of_records)
 
 
+def test_an_additional_variant_is_swept_alone(finished: Checkout) -> None:
+    """What a job is given depends on its own variant only, so that another one repeats no simulation."""
+    soft = {"soft": {"contact": {"damping_ratio": 1}}}
+    one, two = (finished.plan(variants=soft | more) for more in ({}, {"flat": {"vertical": False}}))
+    swept = [{line for line in plan.commands if "overturning sweep " in line} for plan in (one, two)]
+    assert {line.partition(" --variant ")[2].split()[0] for line in swept[0]} == {"soft"}
+    assert swept[0] < swept[1]
+    assert {line.partition(" --variant ")[2].split()[0] for line in swept[1] - swept[0]} == {"flat"}
+    cube = next(line for line in one.commands if "overturning gather " in line and "/cube.nc" in line)
+    assert "damping_ratio" in cube, "the cube states all variants of its study"
+
+
 def test_removed_record_leaves_no_files(finished: Checkout, tmp_path: Path) -> None:
     checkout = finished.copy_to(tmp_path / "checkout")
     before = {str(path.relative_to(checkout.results)) for path in checkout.results.rglob("*") if path.is_file()}

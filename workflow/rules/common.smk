@@ -227,11 +227,11 @@ def step_settings(*keys, use=RECORDS, variant="nominal", **parts):
         part["body"] = SETTINGS["body"]
     if "published" in part:
         part["published"] = [row for row in part["published"] if row["record"] in use]
+    for key, inside in parts.items():
+        part[key] = {name: SETTINGS[key][name] for name in inside}
     if variant in GROUNDS:
         own = {"variants": {variant: {"site": GROUNDS[variant]}}, "amplitude": [1.0]}
         part |= {key: value for key, value in own.items() if key in part}
-    for key, inside in parts.items():
-        part[key] = {name: SETTINGS[key][name] for name in inside}
     return text_or_file(
         json.dumps({"name": STUDY.name, "records": records, **part}), "yaml"
     )
@@ -271,6 +271,14 @@ def file_hash(path):
 def variant_name(wildcards):
     """Return the name of the variant from the suffix of the cube."""
     return wildcards.suffix.removeprefix(".") or "nominal"
+
+
+def own_variant(wildcards):
+    """Return a list with the variant of a job, or [] if the job is not of a variant of the study.
+
+    A step that is given its own variant alone does not run again if another one is added, changed or removed.
+    """
+    return [name for name in STUDY.variants if name == wildcards.variant]
 
 
 def motion_folder(variant):

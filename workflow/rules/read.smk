@@ -43,7 +43,9 @@ rule surface:
     resources:
         mem_mb=800,
     params:
-        study=step_settings("scene", "body", "orientation", "variants"),
+        study=lambda wildcards: step_settings(
+            *("scene", "body", "orientation"), variants=own_variant(wildcards)
+        ),
         motions=lambda wildcards, input: Path(input[0]).parent,
         folder=lambda wildcards, output: Path(output[0]).parent,
         sources=step_source_hash("records", "motion", "study"),

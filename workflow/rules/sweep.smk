@@ -35,9 +35,10 @@ rule sweep:
         runtime=lambda wildcards, attempt: attempt * SWEEP_MINUTES,
     params:
         study=lambda wildcards: step_settings(
-            *(*CASES, "amplitude", "variants", "ensemble"),
+            *(*CASES, "amplitude", "ensemble"),
             use=[wildcards.record],
             variant=wildcards.variant,
+            variants=own_variant(wildcards),
         ),
         sources=step_source_hash(*NUMERICS),
         members=lambda wildcards, input: " ".join(

@@ -34,8 +34,9 @@ report: "workflow/report/workflow.rst"
 rule all:
     default_target: True
     input:
-        EXPLORER,
-        FRAGILITY,
+        # Every file of these steps: of files that no step needs, Snakemake detects only those listed here as missing.
+        rules.explore.output,
+        FRAGILITY and rules.fragility.output,
         expand(rules.survey.output, number=SURVEYS),
         rules.report.input,
         rules.report.output,
@@ -43,7 +44,25 @@ rule all:
     localrule: True
 
 
+# Files of the study that other settings would not make.
+MADE = [
+    *CONVERGENCE,
+    *([MEMBERS] if STUDY.ensemble.members else []),
+    *(FRAGILITY and rules.fragility.output),
+    *expand(rules.survey.output, number=SURVEYS),
+    *expand(rules.backwards.output, number=BACKWARDS),
+    *rules.figures.output,
+    *(path for name in BATCHES for path in getattr(rules, name).output),
+]
+
+
 onstart:
+    for name in remove_results_no_longer_made(
+        Path(RESULTS), [str(Path(path).relative_to(RESULTS)) for path in MADE]
+    ):
+        logger.warning(
+            f"{RESULTS}/{name} is not made with the present settings of the study: removed"
+        )
     back_up_cubes(Path(RESULTS))
     if workflow.local_exec:
         start_fork_server(Path(BENCHMARKS, "steps.tsv"))

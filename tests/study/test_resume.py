@@ -72,6 +72,29 @@ def test_only_damaged_and_incomplete_files_are_removed(tmp_path: Path) -> None:
     assert remove_damaged_results(tmp_path / "none") == []
 
 
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("figures/polar/rinaldi.svg", b"<svg>\n</svg>\n"),
+        ("figures/rose.pdf", b"%PDF-1.4\n%%EOF\n"),
+        ("figures/rose.png", b"\x89PNG\x00\x00\x00\x00IEND\xaeB`\x82"),
+        ("report.html", b"<!DOCTYPE html>\n</html>\n"),
+        ("explore-records/0.js", b"explorerRecord(0,{});\n"),
+        ("findings.json", b'{"study": {}}\n'),
+        ("fragility/fragility-pga.xml", b"<nrml>\n</nrml>\n"),
+    ],
+)
+def test_a_file_without_its_end_is_removed(tmp_path: Path, name: str, content: bytes) -> None:
+    path = tmp_path / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(content)
+    assert remove_damaged_results(tmp_path) == []
+    for length in (0, 1, len(content) - 3):
+        path.write_bytes(content[:length])
+        assert remove_damaged_results(tmp_path) == [path], length
+        assert not path.exists()
+
+
 def test_files_of_a_record_that_is_no_longer_in_the_study_are_removed_and_no_others(tmp_path: Path) -> None:
     """Files that a run writes for a record are removed; files of the user, and files outside, stay."""
     results, outside = tmp_path / "results" / "mine", tmp_path / "elsewhere"
@@ -108,7 +131,7 @@ def test_a_figure_that_has_gone_makes_the_figures_again(tmp_path: Path) -> None:
     figures = tmp_path / "figures"
     (figures / "illustrative").mkdir(parents=True)
     for name in ("1-response.svg", "illustrative.json"):
-        (figures / "illustrative" / name).touch()
+        (figures / "illustrative" / name).write_text("<svg></svg>" if name.endswith("svg") else "[]", encoding="utf-8")
     (figures / "illustrative.txt").write_text(
         "illustrative/1-response.svg\nillustrative/illustrative.json\n", encoding="utf-8"
     )

@@ -24,6 +24,7 @@ azimuth: {step: 30, also: [32]}
 b_over_h: [0.2, 0.4]
 height: [0.6]
 friction: [0.33, 1.0]
+population: {stones: 16}
 """
 
 

@@ -245,7 +245,7 @@ def test_a_wrong_key_is_named(checkout: Checkout) -> None:
 
 def test_duplicate_key_is_named(tmp_path: Path) -> None:
     checkout = Checkout(tmp_path / "twice", SMALL + "friction: [0.5]\n")
-    with pytest.raises(WorkflowError, match=r"study\.yaml, line 8: friction is given twice; keep one"):
+    with pytest.raises(WorkflowError, match=r"study\.yaml, line 9: friction is given twice; keep one"):
         checkout.planned()
 
 

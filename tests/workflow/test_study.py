@@ -73,7 +73,7 @@ SOIL = {"layers": [{"thickness_m": 20, "velocity_m_s": 200}], "rock": {"velocity
 
 FIGURES = {"record_figures_1", "figures", "illustrative"}
 LAST = {"report", "crate", "all"}
-AFTER_SWEEP = FIGURES | {"gather", "convergence", "explore", "findings"} | LAST
+AFTER_SWEEP = FIGURES | {"gather", "convergence", "explore", "fragility", "findings"} | LAST
 
 
 @pytest.mark.parametrize(
@@ -87,7 +87,7 @@ AFTER_SWEEP = FIGURES | {"gather", "convergence", "explore", "findings"} | LAST
             {"read", "describe", "rotate", "sweep"} | AFTER_SWEEP,
         ),
         ({"title": "Other", "question": "Where?"}, {"explore", "findings", *LAST}),
-        ({"primary": {"statistic": "fall_rate"}, "population": {"stones": 16}}, {"fragility", "findings", *LAST}),
+        ({"primary": {"statistic": "fall_rate"}, "population": {"stones": 32}}, {"fragility", "findings", *LAST}),
         ({"processing": [{"step": "remove_mean"}]}, {"read", "describe", "rotate", "sweep"} | AFTER_SWEEP),
         ({"verification": "none"}, AFTER_SWEEP - {"convergence"}),
         (
@@ -184,8 +184,9 @@ def test_change_of_a_source_runs_what_depends_on_it(
         ("figures/rose.svg", {"figures", *LAST}),
         ("figures/intensity/rinaldi.svg", {"record_figures_1", *LAST}),
         ("report.pdf", LAST),
-        ("intensity.nc", {"rotate", "record_figures_1", "figures", "findings", *LAST}),
+        ("intensity.nc", {"rotate", "fragility", "record_figures_1", "figures", "findings", *LAST}),
         ("convergence.json", {"convergence", "findings", *LAST}),
+        ("fragility/fragility-pga.xml", {"fragility", "findings", *LAST}),
     ],
 )
 def test_a_result_that_was_deleted_is_made_again(
@@ -237,6 +238,27 @@ def test_removed_record_leaves_no_files(finished: Checkout, tmp_path: Path) -> N
     assert before - after == of_record
     assert f"record petrolia is no longer in the study: removed its {len(of_record)} files" in plan.warnings
     assert not plan.rules & {"read", "sweep"}
+
+
+def test_results_that_the_settings_no_longer_make_are_removed(finished: Checkout, tmp_path: Path) -> None:
+    """Their numbers are those of other settings; what a user has put there stays."""
+    checkout = finished.copy_to(tmp_path / "checkout")
+    own = [checkout.results / name for name in ("fragility/notes.csv", "figures/mine.svg")]
+    for path in own:
+        path.write_text("<svg></svg>", encoding="utf-8")
+    curves = ("curves.json", "fragility.csv", "fragility-pga.xml", "fragility-pgv.xml")
+    gone = {"convergence.json", *(f"fragility/{name}" for name in curves)}
+    assert all((checkout.results / name).is_file() for name in gone)
+    file = checkout.folder / checkout.file
+    text = file.read_text(encoding="utf-8").partition("population")[0]
+    file.write_text(f"{text}verification: none\n", encoding="utf-8")
+    done = checkout.run(file="")
+    assert done.returncode == 0, done.stderr
+    assert {line for line in done.stderr.splitlines() if line.endswith("of the study: removed")} == {
+        f"results/small/{name} is not made with the present settings of the study: removed" for name in gone
+    }
+    assert not any((checkout.results / name).exists() for name in gone)
+    assert all(path.is_file() for path in own)
 
 
 def test_changed_title_remakes_only_the_report(finished: Checkout, tmp_path: Path) -> None:

@@ -39,6 +39,7 @@ from overturning.study.resume import (
     restore_cubes,
     remove_files_of_dropped_records,
     remove_damaged_results,
+    remove_results_no_longer_made,
 )
 from overturning.study.sources import package_source_hash
 from snakemake_logger_plugin_overturning import QUERY_OPTIONS

@@ -7,6 +7,7 @@ failed step restores the earlier cube with a new time, so that the next run trea
 
 import fcntl
 import os
+import re
 import sys
 import time
 from collections.abc import Callable, Collection, Iterator
@@ -21,13 +22,30 @@ from overturning.study.ensemble import EnsembleMembers
 from overturning.study.evaluation import FORMATS
 from overturning.study.netcdf import open_netcdf_unscaled
 
-DAMAGED: Final = "damaged or gone, is made again: "
-"""Log prefix of a damaged or missing file that will be made again."""
+DAMAGED: Final = "damaged or gone, is made again if another result needs it: "
+"""Log prefix of a damaged file, which was removed, or of a missing one."""
 
 _TABLES: Final[dict[str, Callable[[Path], Any]]] = {
     "members.csv": EnsembleMembers.read_csv,
     "convergence.json": read_convergence_result,
 }
+_ENDS: Final = {
+    ".svg": (b"</svg>",), ".html": (b"</html>",), ".xml": (b"</nrml>",), ".json": (b"}", b"]"), ".js": (b");",),
+    ".pdf": (b"%%EOF",), ".png": (b"IEND\xaeB`\x82",),
+}  # fmt: skip
+"""Last bytes of a complete file, apart from white space, by the extension of its name."""
+_FILES_WITH_END: Final = (
+    *("report.html", "report.pdf", "explore.html", "explore-records/*.js", "findings.json", "ro-crate-metadata.json"),
+    *("fragility/*.xml", "fragility/curves.json", "survey/*.json", "figures/*.*", "figures/*/*.*"),
+)
+"""Patterns of the files without checksum whose end is looked at."""
+_FIGURE: Final = rf"\.(?:{'|'.join(FORMATS)})"
+_OPTIONAL_RESULTS: Final = re.compile(
+    r"convergence\.json|members\.csv|survey/\d+\.(?:json|motion\.nc)"
+    r"|fragility/(?:fragility\.csv|curves\.json|fragility-(?:pga|pgv|sa-[\d.]+)\.xml)"
+    rf"|figures/(?:plane|follow|earthquakes|blocks/[^/]+|survey/\d+){_FIGURE}"
+)
+"""Names of the tables, curves and figures that only some studies have; simulations are not among them."""
 _RECORD_FILES: Final = (
     *("read/{}.nc", "read/*/{}.nc", "motion/{}.nc", "motion/*/{}.nc", "sweep/*/{}.*-of-*.nc"),
     *(f"figures/{kind}/{{}}.{end}" for kind in ("polar", "blocks", "intensity") for end in FORMATS),
@@ -83,8 +101,9 @@ def _wait_for_running_steps(project_folder: Path) -> None:
 def remove_damaged_results(results_folder: Path) -> list[Path]:
     """Remove damaged and incomplete result files of a study, and lists of figures of which one is missing.
 
-    The next run makes them again. Returns the files that were damaged or missing. File times in the future (after the
-    clock was set back) are set to just before now, in their order, so that files made from them are newer.
+    The next run makes them again if another result needs them. Returns the files that were damaged or missing. File
+    times in the future (after the clock was set back) are set to just before now, in their order, so that files made
+    from them are newer.
     """
     for left in results_folder.rglob(".*.part"):
         left.unlink(missing_ok=True)
@@ -99,6 +118,8 @@ def remove_damaged_results(results_folder: Path) -> list[Path]:
                 read(path)
             except ResultError:
                 damaged.append(path)
+    for pattern in _FILES_WITH_END:
+        damaged += [path for path in sorted(results_folder.glob(pattern)) if not _has_its_end(path)]
     for path in damaged:
         path.unlink(missing_ok=True)
     # Snakemake detects a missing output, but not a missing file in an output folder.
@@ -114,6 +135,39 @@ def remove_damaged_results(results_folder: Path) -> list[Path]:
         moment = now - 1e-3 * (len(ahead) - rank)
         os.utime(path, (moment, moment))
     return damaged
+
+
+def _has_its_end(path: Path) -> bool:
+    """True if a file ends as complete files of its kind do; False, for instance, after the disk was full."""
+    if (ends := _ENDS.get(path.suffix)) is None or not path.is_file():
+        return True
+    with path.open("rb") as file:
+        file.seek(max(0, path.stat().st_size - 64))
+        return file.read().rstrip().endswith(ends)
+
+
+def remove_results_no_longer_made(results_folder: Path, made: Collection[str]) -> list[str]:
+    """Remove tables, curves and figures that a study does not make, because its settings have changed.
+
+    They would be taken for results of the present settings. Simulations stay, and so do files with other names.
+
+    Parameters
+    ----------
+    results_folder : Path
+        Folder of the results of the study.
+    made : collection of str
+        Files that the study makes, relative to this folder.
+
+    Returns
+    -------
+    list of str
+        Names of the removed files, relative to this folder.
+    """
+    names = [path.relative_to(results_folder).as_posix() for path in results_folder.rglob("*") if path.is_file()]
+    gone = sorted(name for name in names if name not in made and _OPTIONAL_RESULTS.fullmatch(name))
+    for name in gone:
+        (results_folder / name).unlink()
+    return gone
 
 
 def remove_files_of_dropped_records(results_folder: Path, record_ids: Collection[str]) -> dict[str, int]:

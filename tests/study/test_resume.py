@@ -95,6 +95,13 @@ def test_a_file_without_its_end_is_removed(tmp_path: Path, name: str, content: b
         assert not path.exists()
 
 
+def test_an_unfinished_file_of_the_user_stays(tmp_path: Path) -> None:
+    (tmp_path / "figures").mkdir()
+    for name in ("figures/for-a-paper.svg", "figures/notes.json", "notes.html"):
+        (tmp_path / name).write_text("not finished", encoding="utf-8")
+    assert remove_damaged_results(tmp_path) == []
+
+
 def test_files_of_a_record_that_is_no_longer_in_the_study_are_removed_and_no_others(tmp_path: Path) -> None:
     """Files that a run writes for a record are removed; files of the user, and files outside, stay."""
     results, outside = tmp_path / "results" / "mine", tmp_path / "elsewhere"

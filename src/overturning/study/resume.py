@@ -36,9 +36,11 @@ _ENDS: Final = {
 """Last bytes of a complete file, apart from white space, by the extension of its name."""
 _FILES_WITH_END: Final = (
     *("report.html", "report.pdf", "explore.html", "explore-records/*.js", "findings.json", "ro-crate-metadata.json"),
-    *("fragility/*.xml", "fragility/curves.json", "survey/*.json", "figures/*.*", "figures/*/*.*"),
+    *("fragility/*.xml", "fragility/curves.json", "survey/*.json"),
+    *(f"figures/{name}.*" for name in ("axes", "rose", "plane", "earthquakes", "follow")),
+    *(f"figures/{folder}/*.*" for folder in ("polar", "blocks", "intensity", "maps", "survey", "illustrative")),
 )
-"""Patterns of the files without checksum whose end is looked at."""
+"""Patterns of the files without checksum whose end is looked at; files of the user are not among them."""
 _FIGURE: Final = rf"\.(?:{'|'.join(FORMATS)})"
 _OPTIONAL_RESULTS: Final = re.compile(
     r"convergence\.json|members\.csv|survey/\d+\.(?:json|motion\.nc)"

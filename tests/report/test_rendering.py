@@ -1,6 +1,8 @@
 """Rendering of the report's Markdown as HTML, PDF and text: structure, numbering, and hostile names."""
 
 import html.parser
+import re
+import zlib
 from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs
@@ -14,6 +16,7 @@ from overturning.report.paper import report_paper
 from overturning.report.render import LANGUAGES, Media, escape_markdown, parse_markdown, render_markdown
 from overturning.report.terminal import plain_lines
 from overturning.report.write import FilmFacts
+from overturning.translation.texts import installed_fonts_of_language
 from tests.report.by_hand import RECORD, STUDIES, changed, findings_by_hand
 
 BAD = "<script>window.hurt = 1</script>"
@@ -143,6 +146,44 @@ def test_a_pair_on_paper_shows_the_figures_drawn_for_a_phone(tmp_path: Path) -> 
     assert report_paper(pair, "T", "en", figures) == report_paper(pair, "T", "en", {"a": phone})
     assert report_paper(alone, "T", "en", figures) == report_paper(alone, "T", "en", {"a": page})
     assert report_paper(alone, "T", "en", figures) != report_paper(alone, "T", "en", {"a": phone})
+
+
+def test_on_the_first_page_of_paper_no_figure_is_above_the_title(tmp_path: Path) -> None:
+    """Heights on the page, pt, of the title (17 pt letters) and of the upper edge of the figure."""
+    (tmp_path / "a.svg").write_text(SVG, encoding="utf-8")
+    tree = parse_markdown('# Title\n\nShort.\n\n![alt](a "A")\n\n## Next\n\nMore.\n')
+    pdf = report_paper(tree, "T", "en", {"a": tmp_path / "a.svg"})
+    streams = [zlib.decompress(one) for one in re.findall(rb"/FlateDecode.*?stream\r?\n(.*?)\r?\nendstream", pdf, re.S)]
+    (content,) = (one for one in streams if b" 17 Tf" in one)
+    title = re.search(rb"([\d.]+) cm[^Q]*? 17 Tf", content)
+    figure = re.search(rb"/Alt\(alt\)>>BDC\s+q [\d.]+ ([\d.]+) m", content)
+    assert title
+    assert figure
+    assert float(figure[1]) < float(title[1])
+
+
+@pytest.mark.skipif(not installed_fonts_of_language("ja"), reason="no Japanese font is installed")
+@pytest.mark.parametrize("place", ["text", "figure"])
+def test_japanese_names_on_english_paper_have_their_letters(tmp_path: Path, place: str) -> None:
+    """Without the font they are boxes; other reports do not depend on installed fonts."""
+    texts, font = {"text": "Hino", "figure": "Hino"}, b"CJK"
+
+    def paper() -> bytes:
+        svg = SVG.replace('<g id="a"/>', f'<text id="a" y="9">{texts["figure"]}</text>')
+        (tmp_path / "a.svg").write_text(svg, encoding="utf-8")
+        return report_paper(
+            parse_markdown(f'# {texts["text"]}\n\n![alt](a "A")\n'), "T", "en", {"a": tmp_path / "a.svg"}
+        )
+
+    assert font not in paper()
+    texts[place] = "日野"
+    assert font in paper()
+
+
+def test_a_damaged_figure_is_named_with_the_remedy(tmp_path: Path) -> None:
+    (tmp_path / "a.svg").write_text(SVG[:-9], encoding="utf-8")
+    with pytest.raises(ResultError, match=r"a\.svg is damaged: delete it, and run the study again"):
+        report_paper(parse_markdown('# T\n\n![alt](a "A")\n'), "T", "en", {"a": tmp_path / "a.svg"})
 
 
 def test_paper_leaves_out_folds_and_the_page_leaves_out_paper(tmp_path: Path) -> None:

@@ -3,18 +3,25 @@
 import json
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from importlib import resources
+from itertools import chain
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import unquote
+from xml.etree import ElementTree
 
 from markdown_it.tree import SyntaxTreeNode
 
 from overturning.errors import ResultError
 from overturning.report.drawings import NARROW
 from overturning.report.render import container_of, parse_inline, picture_of
-from overturning.translation.texts import check_font_is_installed, installed_fonts_of_language, read_label_translations
+from overturning.translation.texts import (
+    check_font_is_installed,
+    installed_fonts_of_language,
+    language_of_font_for,
+    read_label_translations,
+)
 
 LEFT_OUT: Final = ("fold", "page")
 """Containers that paper does not show."""
@@ -45,14 +52,15 @@ def report_paper(tree: SyntaxTreeNode, title: str, language: str, figures: Mappi
 
     files: dict[str, str] = {}
     check_font_is_installed(language, "PDF of the report")
-    fonts = installed_fonts_of_language(language)
+    blocks = _blocks(tree.children, figures, files)
+    fonts = installed_fonts_of_language(language) or _fonts_for_names(title, blocks, [figures[each] for each in files])
     words = {kind: read_label_translations(language)[kind] for kind in ("figure", "table")}
     data = {
         "title": title,
         "language": language,
         "fonts": fonts,
         "words": words,
-        "blocks": _blocks(tree.children, figures, files),
+        "blocks": blocks,
     }
     with tempfile.TemporaryDirectory() as name, resources.as_file(resources.files("overturning")) as room:
         folder = Path(name)
@@ -69,8 +77,26 @@ def report_paper(tree: SyntaxTreeNode, title: str, language: str, figures: Mappi
             )  # fmt: skip
         except typst.TypstError as error:
             reason = str(error).splitlines()[0]
-            raise ResultError(f"the PDF of the report cannot be made ({reason}); draw the figures again") from None
+            remedy = _remedy_without_pdf(map(figures.get, files))
+            raise ResultError(f"the PDF of the report cannot be made ({reason}); {remedy}") from None
     return pages
+
+
+def _fonts_for_names(title: str, blocks: list[dict[str, Any]], drawn: Iterable[Path]) -> list[str]:
+    """Return installed fonts for Japanese names, such as those of stations, and figures in Japanese; [] without any."""
+    texts = (title, json.dumps(blocks, ensure_ascii=False), *(path.read_text(encoding="utf-8") for path in drawn))
+    last = max(chain.from_iterable(texts), default="")
+    return installed_fonts_of_language(language_of_font_for(last))
+
+
+def _remedy_without_pdf(drawn: Iterable[Path | None]) -> str:
+    """Return what to do if there is no PDF: which figure (SVG) cannot be read, if one cannot."""
+    for path in drawn:
+        try:
+            ElementTree.parse(path or "")
+        except (ElementTree.ParseError, OSError):
+            return f"{path} is damaged: delete it, and run the study again"
+    return "draw the figures again"
 
 
 def _blocks(

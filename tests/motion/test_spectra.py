@@ -385,6 +385,14 @@ def test_record_measures_contain_peaks_before_and_after_processing(rinaldi):
     assert jma_intensity_and_peaks_of_record(Motion.of(rinaldi), rinaldi.processing)["pga_processed"] is None
 
 
+@pytest.mark.parametrize(("seconds", "defined"), [(0.2, False), (0.4, True)])
+def test_a_motion_shorter_than_0_3_s_has_no_jma_intensity(seconds, defined):
+    """The definition counts the acceleration that is exceeded for 0.3 s."""
+    wave = np.sin(np.linspace(0.0, 6.0, round(100 * seconds) + 1))
+    found = jma_intensity_and_peaks_of_record(Motion(wave, wave, wave, sampling_interval=0.01), [])
+    assert [found[name] is not None for name in ("jma_intensity", "jma_intensity_horizontal")] == [defined] * 2
+
+
 @pytest.mark.parametrize("periods", [[], [0.0], [-1.0], [math.nan], [[1.0]]])
 def test_invalid_periods_are_refused(periods):
     with pytest.raises(ArgumentError, match="period_s"):

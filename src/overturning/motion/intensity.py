@@ -87,16 +87,16 @@ def jma_intensity_and_peaks_of_record(
     -------
     dict
         ``jma_intensity`` (None without a vertical component); ``jma_intensity_horizontal`` from north and east only;
+        both None if the motion is shorter than the 0.3 s of the definition;
         ``pga_unprocessed``, ``pga_processed`` and so on: peaks (largest of north and east, SI units) before the first
         and after the last processing step, None if the record was not processed.
     """
     from overturning.motion.jma_intensity import DURATION, jma_instrumental_intensity
 
+    defined = motion.duration >= DURATION
     measures: dict[str, Any] = {
-        "jma_intensity": None if motion.up is None else jma_instrumental_intensity(motion),
-        "jma_intensity_horizontal": jma_instrumental_intensity(motion, horizontal=True)
-        if motion.duration >= DURATION
-        else None,
+        "jma_intensity": jma_instrumental_intensity(motion) if defined and motion.up is not None else None,
+        "jma_intensity_horizontal": jma_instrumental_intensity(motion, horizontal=True) if defined else None,
     }
     for name in PEAKS:
         effects = [step["effect"][name] for step in processing_entries]

@@ -70,7 +70,7 @@ for words in commands:
 
 def test_steps_import_only_what_they_need(tmp_path: Path) -> None:
     study = SMALL.replace("rinaldi, petrolia", "rinaldi").replace("step: 30, also: [32]", "step: 90")
-    checkout = Checkout(tmp_path / "imports", f"{study}population: {{}}\n")
+    checkout = Checkout(tmp_path / "imports", study)
     planned = [shlex.split(re.sub(r" 2?> .*", "", command))[1:] for command in checkout.plan().commands]
     commands = sorted((words for words in planned if words[0] in NEEDED), key=lambda words: IN_TURN.index(words[0]))
     for word in chain.from_iterable(commands):

@@ -43,3 +43,23 @@ def test_a_phone_shows_two_maps_of_stations_in_a_row_as_large_as_on_a_page() -> 
     widths = [figure.axes[0].get_position().width * figure.get_figwidth() for figure in (page, phone)]
     assert widths[1] == pytest.approx(widths[0], rel=0.1)
     assert [one.get_title() for one in phone.axes if one.get_visible()] == [one.name for one in earthquakes]
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 5])
+def test_titles_of_station_maps_on_a_phone_are_whole_and_below_the_scale_of_the_map_above(count: int) -> None:
+    """Each kind of mark has a line of the legend, for which the maps must not be pushed together."""
+    trace = (((34.2, -118.5), (34.3, -118.3)),)
+    stations = [StationOnMap("vale", 34.2, -118.4, 30.0, 10.0)]
+    earthquakes = [EarthquakeOnMap(f"Event {number}", stations, (34.3, -118.5), trace) for number in range(count)]
+    with project_style(), figures_for_phone():
+        figure = earthquake_map_figure(earthquakes)
+        figure.canvas.draw()
+    (legend,) = figure.legends
+    assert len(legend.get_texts()) == 5
+    panels = [axes for axes in figure.axes if axes.get_visible()]
+    titles = [axes.title.get_window_extent() for axes in panels]
+    assert max(box.y1 for box in titles) <= figure.bbox.y1
+    scales = [text.get_window_extent() for axes in panels for text in axes.texts if text.get_text().endswith("km")]
+    assert len(scales) == count
+    assert not any(title.overlaps(scale) for title in titles for scale in scales)
+    assert max(legend.get_window_extent().y1, 0) <= min(box.y0 for box in scales)

@@ -164,12 +164,15 @@ def earthquake_map_figure(earthquakes: Sequence[EarthquakeOnMap]) -> Figure:
     # A letter of a title is about 4.5 pt wide.
     titles = [wrap(site.name, int(width_pt / 4.5)) for site in earthquakes]
     above = 0.13 * max(map(len, titles), default=1)
-    figure = create_figure(columns * side, rows * (side + 0.14 + above) + 0.6)
+    marks = _earthquake_map_legend_marks(earthquakes)
+    legend_columns = 1 if is_drawing_for_phone() else min(3, columns + 1)
+    below = 0.6 + 0.19 * max(0, -(-len(marks) // legend_columns) - 2)  # two lines of the legend need 0.6 in
+    figure = create_figure(columns * side, rows * (side + 0.14 + above) + below)
     panels = add_panel_grid(figure, rows, columns, len(earthquakes))
     for axes, site, title in zip(panels.flat, earthquakes, titles, strict=False):
         _draw_earthquake_map(axes, site, width_pt)
         axes.set_title("\n".join(title), fontsize=8.5, parse_math=False, pad=3)
-    add_title_and_legend(figure, "", None, min(3, columns + 1), first_marks=_earthquake_map_legend_marks(earthquakes))
+    add_title_and_legend(figure, "", None, legend_columns, first_marks=marks)
     return figure
 
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from overturning.findings.causes import LogisticCoefficient
 from overturning.findings.collect import Findings
 from overturning.report.render import LANGUAGES, render_markdown
 from tests.report.by_hand import RATES, estimate, findings_by_hand
@@ -213,6 +214,7 @@ def test_conclusions_about_references_follow_from_their_numbers(
 
 
 NONE = {"value": None, "low": None, "high": None}
+INTERCEPT = dict.fromkeys(LogisticCoefficient.model_fields) | {"predictor": "intercept", "value": -1.8}
 FEW = {"low": None, "high": None}
 CURVE = ("population", "fragility_curves", 0)
 
@@ -276,13 +278,46 @@ CURVE = ("population", "fragility_curves", 0)
             "direction",
             {CURVE: FEW},
             {"en": "95 % band", "ja": "95 % 信頼帯"},
-            {"en": "a lognormal fragility curve", "ja": "フラジリティ曲線"},
+            {"en": "Line: lognormal fragility curve", "ja": "フラジリティ曲線"},
         ),
         (
             "direction",
             {("population",): {"fragility_curves": []}},
             {"en": "fragility curve", "ja": "フラジリティ曲線"},
-            {"en": "a point for each record and factor.", "ja": "点は各記録と各倍率。"},
+            {
+                "en": "a point for each record and factor.",
+                "ja": "点は各記録と各倍率、最大速度は全方位についての中央値(RotD50)。",
+            },
+        ),
+        (
+            "direction",
+            {(): {"ensemble": None}},
+            {"en": "runs", "ja": "条件を変えた計算"},
+            {"en": "The black line encloses the falls.", "ja": "黒線は転倒する範囲を囲む。"},
+        ),
+        (
+            "direction",
+            {("convergence", "comparisons", 0, "side"): {"count": 0, "value": 0.0}},
+            {"en": "0.0 % of the falls", "ja": "転倒のうち 0.0 %"},
+            {"en": "0.8 % of the outcomes change between", "ja": "結果のうち 0.8 % は転倒と非転倒が"},
+        ),
+        (
+            "direction",
+            {("convergence", "comparisons", 0): {"computation": "rigid", "factor": None}},
+            {"en": "exact rigid block |", "ja": "剛体の厳密解 |"},
+            {"en": "exact rigid block (400 cases) |", "ja": "剛体の厳密解(400 ケース) |"},
+        ),
+        (
+            "direction",
+            {("logistic_fit",): {"earthquakes": 1, "coefficients": [INTERCEPT]}},
+            {"en": "1 earthquakes", "ja": "1 earthquake"},
+            {"en": "of 1 earthquake;", "ja": "(1 地震、"},
+        ),
+        (
+            "vertical",
+            {},
+            {"en": "cover other", "ja": "ほかの地震には及ばない"},
+            {"en": "not a random sample.", "ja": "無作為抽出ではない。"},
         ),
         (
             "direction",

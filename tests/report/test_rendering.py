@@ -9,6 +9,7 @@ from urllib.parse import parse_qs
 
 import pytest
 
+from overturning import report
 from overturning.errors import ResultError
 from overturning.findings.collect import Findings
 from overturning.report.page import report_page
@@ -184,6 +185,13 @@ def test_a_damaged_figure_is_named_with_the_remedy(tmp_path: Path) -> None:
     (tmp_path / "a.svg").write_text(SVG[:-9], encoding="utf-8")
     with pytest.raises(ResultError, match=r"a\.svg is damaged: delete it, and run the study again"):
         report_paper(parse_markdown('# T\n\n![alt](a "A")\n'), "T", "en", {"a": tmp_path / "a.svg"})
+
+
+@pytest.mark.parametrize("name", ["answer", "caution", "kicker", "limits", "note", "pair"])
+def test_the_page_gives_each_kind_of_block_its_look(name: str) -> None:
+    style = (Path(report.__file__).parent / "templates" / "report.css").read_text(encoding="utf-8")
+    assert f'class="{name}"' in page_of(f"::: {name}\ntext\n:::\n")
+    assert re.search(rf"\.{name}\b", style)
 
 
 def test_paper_leaves_out_folds_and_the_page_leaves_out_paper(tmp_path: Path) -> None:

@@ -8,12 +8,24 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import DASHED, FALLS, INK, SERIES, create_panel_grid, label_axes, set_logarithmic_ticks
+from overturning.figures.style import (
+    DASHED,
+    FALLS,
+    INK,
+    SERIES,
+    add_title_and_legend,
+    create_panel_grid,
+    label_axes,
+    legend_patch,
+    set_logarithmic_ticks,
+)
 from overturning.motion.jma_intensity import SURVEY_RULE
 from overturning.statistics.fragility import FittedFragilityCurve
 
 INTENSITY_SCALE: Final = {5.0: "5+", 5.5: "6−", 6.0: "6+", 6.5: "7"}
 """Degrees of the JMA scale by their lower bounds, in instrumental intensity."""
+
+_RULE: Final[dict[str, Any]] = {"color": SERIES[4], "alpha": 0.3}
 
 
 def overturned_fraction_figure(
@@ -36,10 +48,10 @@ def overturned_fraction_figure(
         JMA instrumental intensity, NaN if unknown; if all are, there is no panel for it.
     """
     with_jma = bool(np.isfinite(jma_intensity).any())
-    figure, panels = create_panel_grid(1, 1 + with_jma, 3.5 * (1 + with_jma), 2.9, 1 + with_jma)
+    figure, panels = create_panel_grid(1, 1 + with_jma, 3.5 * (1 + with_jma), 2.9 + 0.2 * with_jma, 1 + with_jma)
     _draw_fragility_curve(panels.flat[0], intensity_levels, fall_rates, fragility_curve)
-    if with_jma:
-        _draw_rates_by_jma_intensity(panels.flat[1], jma_intensity, fall_rates)
+    if with_jma and _draw_rates_by_jma_intensity(panels.flat[1], jma_intensity, fall_rates):
+        add_title_and_legend(figure, "", first_marks=[legend_patch(_RULE, "share from which surveys infer the degree")])
     for panel in panels.flat[: 1 + with_jma]:
         panel.set_ylim(-2, 102)
         panel.grid(True)
@@ -74,18 +86,22 @@ def _draw_fragility_curve(
     panel.legend(loc="upper left", fontsize=7, frameon=False)
 
 
-def _draw_rates_by_jma_intensity(panel: Any, jma_intensity: FloatArray, fall_rates: FloatArray) -> None:
-    """Draw the fraction overturned by JMA intensity, limits of the intensity degrees, and ranges of survey rules."""
+def _draw_rates_by_jma_intensity(panel: Any, jma_intensity: FloatArray, fall_rates: FloatArray) -> bool:
+    """Draw the fraction overturned by JMA intensity, limits of the intensity degrees, and ranges of survey rules.
+
+    Returns True if at least one of these ranges lies in the panel.
+    """
     known = np.isfinite(jma_intensity)
     panel.plot(jma_intensity[known], 100 * fall_rates[known], ".", color=SERIES[4], markersize=3)
     left, right = panel.get_xlim()
     for low, high, least, most, _ in SURVEY_RULE:
         if least < right:
             size = min(most, right) - least, 100 * (high - low)
-            panel.add_patch(Rectangle((least, 100 * low), *size, color=SERIES[4], alpha=0.3))
+            panel.add_patch(Rectangle((least, 100 * low), *size, **_RULE))
     for bound, name in INTENSITY_SCALE.items():
         panel.axvline(bound, color=INK, linewidth=0.7, linestyle=DASHED)
         if left < bound < right:
             panel.text(bound + 0.03, 96, name, fontsize=7, va="top")
     panel.set_xlim(left, right)
     label_axes(panel, "JMA instrumental intensity", "")
+    return bool(panel.patches)

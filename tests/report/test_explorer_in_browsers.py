@@ -210,6 +210,7 @@ def seen(request: pytest.FixtureRequest, hostile: Path, tmp_path_factory: Any) -
         "painted": (explorer_page_html(explorer_page_data(painted())), PAINTED),
         "late": (explorer_page_html(explorer_page_data(late())), LATE),
         "in space": (explorer_page_html(explorer_page_data(space_cube())), IN_SPACE),
+        "stack": (explorer_page_html(explorer_page_data(space_cube().expand_dims(element=["shaft"]))), IN_SPACE),
         "command": (command, COMMAND),
     }
     profile: Path = tmp_path_factory.mktemp("browser") / "profile"
@@ -363,6 +364,7 @@ def test_the_explorer_in_space_matches_the_cube(seen: dict[str, Any]) -> None:
         assert expected(orientation, ratio) in text
     assert around["wide"] <= 390
     assert around["different"] == 3
+    assert seen["stack"]["seen"] == [text.replace("the body", "the shaft") for text in around["seen"]]
     assert around["again"] == around["seen"][-1]
     assert "orientation=15&b_over_h=0.4&aspect=1&friction=1" in around["hash"]
 

@@ -71,7 +71,8 @@ function leaning(c) {
 }
 function sentence(a, b) {
   const c = cell(a, b), phi = cube.direction[a];
-  const stone = cube.space ? say("the body") : say("the {0}", say(cube.element[at.element] || "block"));
+  const name = cube.element[at.element];  // of a scene or stack; empty if there is one stone only
+  const stone = cube.space && !name ? say("the body") : say("the {0}", say(name || "block"));
   const where = say(cube.space ? "Facing {0}, B/H = {1}: " : "Motion along {0}, B/H = {1}: ", bearing(phi), ratio(b));
   if (!c.computed) return where + say("this azimuth was not simulated.");
   if (c.flag === 2) return where + say("no outcome was found.");

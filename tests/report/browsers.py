@@ -39,7 +39,7 @@ const onPhone = async (look, before = () => {}, address = "") => {
 addEventListener("load", async () => {
   let said;
   try { said = await (async () => { SCRIPT })(); } catch (fault) { faults.push(String(fault)); }
-  await fetch("/", {method: "POST", body: JSON.stringify({said, faults})});
+  await fetch(location.pathname, {method: "POST", body: JSON.stringify({said, faults})});
   location.assign("/NEXT");
 });
 </script>"""
@@ -47,7 +47,7 @@ addEventListener("load", async () => {
 
 class _Server(HTTPServer):
     pages: list[tuple[str, str]]
-    said: list[dict[str, Any]]
+    said: dict[int, dict[str, Any]]
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -64,7 +64,9 @@ class _Handler(BaseHTTPRequestHandler):
             self.wfile.write((page if plain else page.replace("<head>", f"<head>{caller}", 1)).encode())
 
     def do_POST(self) -> None:
-        self.server.said.append(json.loads(self.rfile.read(int(self.headers["Content-Length"]))))
+        # By page: a browser may load one twice.
+        said = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
+        self.server.said.setdefault(int(self.path[1:].partition("?")[0]), said)
         self.send_response(204)
         self.end_headers()
 
@@ -80,7 +82,7 @@ def answers(kind: str, pages: dict[str, tuple[str, str]], profile: Path) -> dict
         lacking(f"needs one of {', '.join(programs)}")
     profile.mkdir()
     with _Server(("127.0.0.1", 0), _Handler) as server:
-        server.said, server.timeout = [], 1.0
+        server.said, server.timeout = {}, 1.0
         scripts = (script for _, script in pages.values())
         callers = [CALLER.replace("SCRIPT", one).replace("NEXT", str(n)) for n, one in enumerate(scripts, 1)]
         server.pages = [(page, caller) for (page, _), caller in zip(pages.values(), callers, strict=True)]
@@ -94,5 +96,6 @@ def answers(kind: str, pages: dict[str, tuple[str, str]], profile: Path) -> dict
         finally:
             process.terminate()
             process.wait()
-    assert {name: one["faults"] for name, one in zip(pages, server.said, strict=True)} == {name: [] for name in pages}
-    return {name: one.get("said") for name, one in zip(pages, server.said, strict=True)}
+    said = {name: server.said[number] for number, name in enumerate(pages)}
+    assert {name: one["faults"] for name, one in said.items()} == {name: [] for name in pages}
+    return {name: one.get("said") for name, one in said.items()}

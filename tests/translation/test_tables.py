@@ -2,8 +2,10 @@
 
 import re
 from importlib import resources
+from pathlib import Path
 
 import pytest
+import yaml
 
 from overturning.errors import ArgumentError, MissingDataError
 from overturning.figures import film_words
@@ -13,15 +15,17 @@ from overturning.translation.texts import (
     check_font_is_installed,
     read_translation_table,
     translate,
+    translate_label,
     translate_strings,
     translate_visible_texts_to,
 )
 
+ROOT = Path(__file__).parents[2]
 ENGLISH = re.compile(r"[A-Za-z]{3,}")
 SYMBOLS = {
-    *("PGA", "PGV", "Gal", "cos", "RotD", "Home", "End", "Shift", "Esc", "Rinaldi"),
+    *("PGA", "PGV", "Gal", "cos", "RotD", "Home", "End", "Shift", "Esc", "Rinaldi", "TTRH"),
 }
-"""Words that stay in every language: symbols, units, keys."""
+"""Words that stay in every language: symbols, units, keys, stations."""
 
 FIELD = re.compile(r"\{(\w*)\}")
 
@@ -44,6 +48,14 @@ def test_a_translation_has_the_placeholders_of_its_text_and_no_english_word(name
             assert {one for one in after if one.isdigit()} == expected, english
         else:
             assert sorted(before) == sorted(after), english
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "config").glob("*.yaml")), ids=lambda path: path.stem)
+def test_titles_and_questions_of_the_studies_that_come_with_the_program_are_translated(path: Path) -> None:
+    study = yaml.safe_load(path.read_text(encoding="utf-8"))
+    table = read_translation_table("ja", "labels")
+    for text in (study["title"], study["question"]):
+        assert not english_words(translate_label(text, table))
 
 
 def test_every_language_has_the_words_that_reports_need() -> None:

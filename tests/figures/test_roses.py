@@ -6,12 +6,12 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from overturning.figures.rose import FALLS, axis_interval_arcs_deg, fall_roses_by_group_figure
-from overturning.figures.style import INK, project_style
+from overturning.figures.rose import FALLS, axis_interval_arcs_deg, draw_fall_rose, fall_roses_by_group_figure
+from overturning.figures.style import INK, create_panel_grid, project_style
 from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import FallAxisSummary
-from overturning.statistics.roses import fall_rose, fall_rose_of_all_records
+from overturning.statistics.roses import FallRose, fall_rose, fall_rose_of_all_records
 from tests.figures.test_explore import space_cube
 from tests.figures.test_further_figures import cube
 
@@ -113,3 +113,19 @@ def test_a_rose_without_a_mean_axis_has_no_mark_of_it() -> None:
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     assert not any("mean axis" in text for text in legend)
     assert any("each sector by itself" in text for text in legend)
+
+
+@pytest.mark.parametrize("axial", [True, False])
+@pytest.mark.parametrize("largest", [0.08, 0.17, 0.25, 0.36, 0.5, 0.7, 0.9])
+def test_labels_of_the_radius_are_apart(largest: float, axial: bool) -> None:
+    """In a half circle 10 and 20 per cent touched."""
+    count = SECTORS // 2 if axial else SECTORS
+    shares, unknown = np.full(count, (1.0 - largest) / (count - 1)), np.full(count, NAN)
+    shares[0] = largest
+    with project_style():
+        figure, panels = create_panel_grid(1, 2, 6.6, 2.75 if axial else 4.3, polar=True)
+        draw_fall_rose(panels[0, 0], FallRose(10, shares, unknown, unknown, 3, True))
+        figure.canvas.draw()
+    boxes = [text.get_window_extent().padded(2.0) for text in panels[0, 0].get_yticklabels() if text.get_text()]
+    assert boxes
+    assert not any(one.overlaps(other) for place, one in enumerate(boxes) for other in boxes[:place])

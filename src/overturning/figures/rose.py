@@ -57,12 +57,13 @@ def draw_fall_rose(axes: Any, rose: FallRose, radius_limit: float | None = None)
     for angle, radius in zip(centres[known], low[known], strict=True):
         across = angle + np.linspace(-np.pi, np.pi, 5) / SECTORS
         axes.plot(across, np.full(5, radius), color="white", linewidth=1.1, solid_capstyle="butt", zorder=4)
+    apart = 0.36 if rose.is_axial else 0.27  # below a half circle labels stand side by side; they are wider than high
     shown = list[float]()  # labels of the radius, not so close that they overlap
     for level in (0.8, 0.4, 0.2, 0.1, 0.05, 0.02, 0.01):
         if (
             0.25 * radius_limit
             < np.sqrt(level)
-            <= min(radius_limit, *(np.sqrt(one) - 0.27 * radius_limit for one in shown), radius_limit)
+            <= min(radius_limit, *(np.sqrt(one) - apart * radius_limit for one in shown), radius_limit)
         ):
             shown.append(level)
     set_radius_ticks(

@@ -66,6 +66,35 @@ def test_free_vibration_does_not_wrap_to_the_start(noise: np.ndarray) -> None:
     assert 5 * 4 * LAYER.thickness_m / LAYER.velocity_m_s < MIN_ZERO_PADDING  # five fundamental periods
 
 
+@pytest.mark.parametrize(("thickness", "velocity", "damping"), [(30, 100, 0.01), (300, 300, 0.01), (20, 200, 0.05)])
+def test_lightly_damped_soil_above_a_borehole_matches_the_closed_form(
+    thickness: float, velocity: float, damping: float
+) -> None:
+    """Below the layers, the rock carries no energy away: the ratio of surface to rock is 1/cos(ωH/v)."""
+    layer = SoilLayer(thickness_m=thickness, velocity_m_s=velocity, damping=damping)
+    late = np.zeros(2000)
+    late[-500:] = np.random.default_rng(3).normal(size=500) * np.hanning(500)
+    found = propagate_through_soil(late, INTERVAL, [layer], ROCK, outcrop=False).samples
+    length = 1 << 19
+    rigid = ROCK.model_copy(update={"velocity_m_s": 1e15})
+    ratio = transfer(np.fft.rfftfreq(length, INTERVAL), layer, rigid)
+    expected = np.fft.irfft(np.fft.rfft(late, length) * ratio, length)[: found.size]
+    assert np.abs(found - expected).max() < 3e-3 * np.abs(expected).max()
+    assert np.abs(found[:1400]).max() < 3e-3 * np.abs(found).max()  # before the motion begins
+
+
+@pytest.mark.parametrize(
+    ("layer", "reason"),
+    [
+        ({"thickness_m": 30, "velocity_m_s": 100, "damping": 0}, "give the layers and the rock more damping"),
+        ({"thickness_m": 1e4, "velocity_m_s": 10}, "check thickness_m (m) and velocity_m_s (m/s)"),
+    ],
+)
+def test_layers_without_a_usable_response_are_refused(layer: dict[str, float], reason: str) -> None:
+    with refused(ArgumentError, "site: ", reason):
+        propagate_through_soil(PULSE.north, PULSE.sampling_interval, [SoilLayer(**layer)], ROCK, outcrop=False)
+
+
 def test_resonance_is_at_the_fundamental_period() -> None:
     time = np.arange(0, 30, INTERVAL)
     peaks = [

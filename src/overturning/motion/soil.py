@@ -6,7 +6,7 @@ up to 2 %.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -21,7 +21,13 @@ TAIL: Final = 5.0
 """Time appended to the record, in which the soil may still vibrate, s."""
 
 MIN_ZERO_PADDING: Final = 30.0
-"""Shortest zero padding after the tail, s, so that the wrap-around of the discrete Fourier transform has decayed."""
+"""Shortest zero padding after the tail, s; doubled until the wrap-around of the Fourier transform has decayed."""
+
+MAX_ZERO_PADDING: Final = 600.0
+"""Longest zero padding, s; a site that vibrates longer has almost no damping and is refused."""
+
+WRAP_AROUND: Final = 2e-3
+"""Largest vibration at the end of the zero padding, as a share of the peak at the surface."""
 
 TOLERANCE: Final = 0.01
 """Relative change of modulus and damping per iteration below which an equivalent-linear analysis has converged."""
@@ -108,12 +114,48 @@ def propagate_through_soil(
     Raises
     ------
     ArgumentError
-        If a curve is not known, or pystrata is missing.
+        If a curve is not known, or pystrata is missing; if the response is not finite; or if the soil still vibrates
+        `MAX_ZERO_PADDING` after the record.
     """
     package = import_pystrata()
     acceleration = np.asarray(samples, dtype=np.float64)
     count = acceleration.size + round(TAIL / sampling_interval)
-    length = 1 << (count + max(acceleration.size, round(MIN_ZERO_PADDING / sampling_interval)) - 1).bit_length()
+    zeros = max(acceleration.size, round(MIN_ZERO_PADDING / sampling_interval))
+    longest = max(zeros, round(MAX_ZERO_PADDING / sampling_interval))
+    while True:
+        length = 1 << (count + zeros - 1).bit_length()
+        found = _propagate_with_zero_padding(package, acceleration, sampling_interval, layers, rock, outcrop, length)
+        remaining = _vibration_after_padding(found.samples, round(TAIL / sampling_interval))
+        if remaining <= WRAP_AROUND:
+            return replace(found, samples=found.samples[:count])
+        if zeros >= longest:
+            raise ArgumentError(
+                f"site: {100 * remaining:.2g} % of the peak acceleration of the surface is left "
+                f"{length * sampling_interval:.0f} s after the start of the record; give the layers and the rock more "
+                "damping (0.01 or more)"
+            )
+        zeros = min(2 * zeros, longest)
+
+
+def _vibration_after_padding(surface: FloatArray, tail_count: int) -> float:
+    """Return the largest acceleration near the end of the zero padding, as a share of the peak.
+
+    The last `tail_count` samples are left out: an abrupt start of a record oscillates there at the highest frequency.
+    """
+    peak = float(np.abs(surface).max())
+    return float(np.abs(surface[-2 * tail_count : -tail_count]).max()) / peak if peak else 0.0
+
+
+def _propagate_with_zero_padding(
+    package: Any,
+    acceleration: FloatArray,
+    sampling_interval: float,
+    layers: Sequence[SoilLayer],
+    rock: RockHalfSpace,
+    outcrop: bool,
+    length: int,
+) -> SurfaceComponentResult:
+    """Return the surface motion of one Fourier transform of `length` samples, zero padding included."""
     motion = package.motion.TimeSeriesMotion(
         "", "", sampling_interval, acceleration / STANDARD_GRAVITY, fa_length=length
     )
@@ -124,12 +166,18 @@ def propagate_through_soil(
     linear, equivalent = package.propagation.LinearElasticCalculator, package.propagation.EquivalentLinearCalculator
     calculator = equivalent(tolerance=TOLERANCE) if nonlinear else linear()
     incoming = profile.location("outcrop" if outcrop else "within", index=-1)
-    calculator(motion, profile, incoming)
-    transfer = calculator.calc_accel_tf(incoming, profile.location("outcrop", index=0))
-    surface = motion.calc_time_series(transfer)[:count] * STANDARD_GRAVITY
+    with np.errstate(over="ignore", invalid="ignore"):  # an overflow gives values that are not finite, checked below
+        calculator(motion, profile, incoming)
+        transfer = calculator.calc_accel_tf(incoming, profile.location("outcrop", index=0))
+    surface = np.asarray(motion.calc_time_series(transfer)[:length] * STANDARD_GRAVITY, dtype=np.float64)
+    if not np.isfinite(surface).all():
+        raise ArgumentError(
+            "site: the response of the soil layers is not finite: waves of the highest frequency are damped out "
+            "completely; check thickness_m (m) and velocity_m_s (m/s) of the layers"
+        )
     change = float(max(profile.max_error)) if nonlinear else 0.0
     strain = max(float(np.max(layer.strain_max)) for layer in profile[:-1]) if nonlinear else float("nan")
-    return SurfaceComponentResult(np.asarray(surface, dtype=np.float64), change < TOLERANCE, change, strain)
+    return SurfaceComponentResult(surface, change < TOLERANCE, change, strain)
 
 
 def _pystrata_soil_type(pystrata_package: Any, soil_layer: SoilLayer | RockHalfSpace) -> Any:

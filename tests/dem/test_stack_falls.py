@@ -268,6 +268,16 @@ def test_an_overhanging_stone_that_meets_a_face_further_below_before_it_tips_is_
     assert touching < critical
 
 
+def test_an_outline_that_touches_is_refused_also_if_its_overhang_meets_the_ground_earlier() -> None:
+    """The stone meets the rim of the plate at atan(0.02/0.15) = 7.6°, the ground below a thin one at 6.6°."""
+    for thickness in (0.3, 0.003):
+        scene = stacked({"width": 0.5, "depth": 0.6, "height": thickness}, {"pieces": NOTCHED, "depth": 0.6})
+        (fault,) = reasons_scene_is_no_stack(scene)
+        assert "outline of element stone-1 would meet the face below" in fault
+        touches = unmodelled_touches_of_overhangs(stack_stones(scene))
+        assert ["would meet the ground" in touch for touch in touches] == [True] * (thickness < 0.1)
+
+
 @pytest.mark.parametrize(("height", "is_met"), [(0.03, True), (0.1, False)])
 def test_the_overhang_of_a_cylinder_is_that_of_its_radius(height: float, is_met: bool) -> None:
     """A cylinder of 0.3 m radius on a plate of 0.2 m radius balances at 33.7°, where its rim is 0.055 m lower."""

@@ -112,13 +112,17 @@ def reasons_stones_do_not_stand(stones: list[StackStone]) -> list[str]:
 def unmodelled_touches_of_overhangs(stones: list[StackStone]) -> list[str]:
     """Return a sentence for each stone, from the lowest up, whose overhang would meet a lower face before it tips.
 
-    The simulation does not have this contact: the stone passes through the face.
+    The sentence names the face that is met first. The simulation does not have this contact: the stone passes through
+    the face.
     """
+    first: dict[str, EarlyTouch] = {}
+    for touch in touches_before_tipping(stones):
+        if touch.face.depth > 0.0:
+            first.setdefault(touch.stone, touch)
     return [
         f"element {touch.stone} overhangs, and would meet {touch.face.name or 'the ground'} {_describe_tilts(touch)} "
         f"over the rim of the stone below at {math.degrees(touch.critical_angle):.3g}°"
-        for touch in touches_before_tipping(stones)
-        if touch.face.depth > 0.0
+        for touch in first.values()
     ]
 
 

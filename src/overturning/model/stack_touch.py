@@ -44,7 +44,7 @@ class EarlyTouch(NamedTuple):
 
 
 def touches_before_tipping(stones: list[StackStone]) -> list[EarlyTouch]:
-    """Return the stones of a stack that meet a face below before they tip, lowest stone first.
+    """Return the faces that the stones of a stack meet before they tip, by stone from the lowest up.
 
     Parameters
     ----------
@@ -54,8 +54,8 @@ def touches_before_tipping(stones: list[StackStone]) -> list[EarlyTouch]:
     Returns
     -------
     list of EarlyTouch
-        For each such stone the least tilt, over all faces below, directions and points, at which it touches before it
-        tips.
+        For each stone and each face below that it meets, the least tilt over all directions and points; the touches of
+        a stone are in the order of their tilts.
     """
     level = np.concatenate([[0.0], np.cumsum([stone.foot + stone.top for stone in stones])])
     found = []
@@ -64,7 +64,7 @@ def touches_before_tipping(stones: list[StackStone]) -> list[EarlyTouch]:
         for below, top in zip(stones[:k], level[1:], strict=False):
             faces.append(LowerFace(below.name, below.upper + np.array([below.x, 0.0]), float(level[k] - top)))
         touches = [touch for face in faces if (touch := _earliest_touch(stone, patch.corners, face)) is not None]
-        found += sorted(touches, key=lambda touch: touch.touching_tilt)[:1]
+        found += sorted(touches, key=lambda touch: touch.touching_tilt)
     return found
 
 

@@ -15,6 +15,7 @@ import pytest
 from overturning.cli import main
 from overturning.study.cube import open_cube
 from overturning.study.load import load_study_from_file_or_json
+from overturning.study.resume import ENDS, FILES_WITH_END
 from overturning.study.scenes import variant_grid
 from overturning.study.sources import package_source_hash
 from tests.expect import lacking
@@ -198,6 +199,13 @@ def test_a_result_that_was_deleted_is_made_again(
         assert finished.planned() == again
     finally:
         kept.rename(path)
+
+
+def test_the_end_of_every_page_figure_and_table_is_looked_at(finished: Checkout) -> None:
+    """Names of figures stand in the patterns, so that files of the user are left alone: none may be missing there."""
+    looked_at = {path for pattern in FILES_WITH_END for path in finished.results.glob(pattern)}
+    written = {path for path in finished.results.rglob("*") if path.suffix in ENDS}
+    assert {path.relative_to(finished.results).as_posix() for path in written - looked_at} == {"convergence.json"}
 
 
 def test_additional_records_run_alone(finished: Checkout) -> None:

@@ -29,12 +29,12 @@ _TABLES: Final[dict[str, Callable[[Path], Any]]] = {
     "members.csv": EnsembleMembers.read_csv,
     "convergence.json": read_convergence_result,
 }
-_ENDS: Final = {
+ENDS: Final = {
     ".svg": (b"</svg>",), ".html": (b"</html>",), ".xml": (b"</nrml>",), ".json": (b"}", b"]"), ".js": (b");",),
     ".pdf": (b"%%EOF",), ".png": (b"IEND\xaeB`\x82",),
 }  # fmt: skip
 """Last bytes of a complete file, apart from white space, by the extension of its name."""
-_FILES_WITH_END: Final = (
+FILES_WITH_END: Final = (
     *("report.html", "report.pdf", "explore.html", "explore-records/*.js", "findings.json", "ro-crate-metadata.json"),
     *("fragility/*.xml", "fragility/curves.json", "survey/*.json"),
     *(f"figures/{name}.*" for name in ("axes", "rose", "plane", "earthquakes", "follow")),
@@ -120,7 +120,7 @@ def remove_damaged_results(results_folder: Path) -> list[Path]:
                 read(path)
             except ResultError:
                 damaged.append(path)
-    for pattern in _FILES_WITH_END:
+    for pattern in FILES_WITH_END:
         damaged += [path for path in sorted(results_folder.glob(pattern)) if not _has_its_end(path)]
     for path in damaged:
         path.unlink(missing_ok=True)
@@ -140,8 +140,8 @@ def remove_damaged_results(results_folder: Path) -> list[Path]:
 
 
 def _has_its_end(path: Path) -> bool:
-    """True if a file ends as complete files of its kind do; False, for instance, after the disk was full."""
-    if (ends := _ENDS.get(path.suffix)) is None or not path.is_file():
+    """Return whether a file ends as complete files of its kind do; it does not if, for instance, the disk was full."""
+    if (ends := ENDS.get(path.suffix)) is None or not path.is_file():
         return True
     with path.open("rb") as file:
         file.seek(max(0, path.stat().st_size - 64))

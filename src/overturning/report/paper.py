@@ -53,7 +53,8 @@ def report_paper(tree: SyntaxTreeNode, title: str, language: str, figures: Mappi
     files: dict[str, str] = {}
     check_font_is_installed(language, "PDF of the report")
     blocks = _blocks(tree.children, figures, files)
-    fonts = installed_fonts_of_language(language) or _fonts_for_names(title, blocks, [figures[each] for each in files])
+    drawn = [figures[each] for each in files]
+    fonts = installed_fonts_of_language(language) or _fonts_for_names(title, blocks, drawn)
     words = {kind: read_label_translations(language)[kind] for kind in ("figure", "table")}
     data = {
         "title": title,
@@ -69,7 +70,7 @@ def report_paper(tree: SyntaxTreeNode, title: str, language: str, figures: Mappi
         for each, short in files.items():
             shutil.copyfile(figures[each], folder / f"{short}{figures[each].suffix}")
         try:
-            # Without fonts of the system, unless the language needs them, and without a clock: the same bytes.
+            # Without a clock, and without fonts of the system unless language or names need them: the same bytes.
             pages: bytes = typst.compile(
                 folder / "report.typ", root=folder, format="pdf", ignore_system_fonts=not fonts, font_paths=[],
                 timestamp=0, sys_inputs={"files": json.dumps({short: f"{short}{figures[each].suffix}"
@@ -77,8 +78,9 @@ def report_paper(tree: SyntaxTreeNode, title: str, language: str, figures: Mappi
             )  # fmt: skip
         except typst.TypstError as error:
             reason = str(error).splitlines()[0]
-            remedy = _remedy_without_pdf(map(figures.get, files))
-            raise ResultError(f"the PDF of the report cannot be made ({reason}); {remedy}") from None
+            raise ResultError(
+                f"the PDF of the report cannot be made ({reason}); {_remedy_without_pdf(drawn)}"
+            ) from None
     return pages
 
 
@@ -89,12 +91,12 @@ def _fonts_for_names(title: str, blocks: list[dict[str, Any]], drawn: Iterable[P
     return installed_fonts_of_language(language_of_font_for(last))
 
 
-def _remedy_without_pdf(drawn: Iterable[Path | None]) -> str:
+def _remedy_without_pdf(drawn: Iterable[Path]) -> str:
     """Return what to do if there is no PDF: which figure (SVG) cannot be read, if one cannot."""
     for path in drawn:
         try:
-            ElementTree.parse(path or "")
-        except (ElementTree.ParseError, OSError):
+            ElementTree.parse(path)
+        except ElementTree.ParseError:
             return f"{path} is damaged: delete it, and run the study again"
     return "draw the figures again"
 

@@ -57,8 +57,8 @@ def read_mesh_surface(path: Path | str, unit: MeshUnit | None = None) -> Triangl
     Raises
     ------
     ArgumentError
-        If the format is not supported, the file is damaged or too large, or the size is implausible in metres and no
-        unit is given.
+        If the format is not supported, the file is damaged or too large, the size is implausible in metres and no unit
+        is given, or no stone has the size that follows from the unit.
     """
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:

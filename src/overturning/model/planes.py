@@ -130,8 +130,8 @@ def planes_impose_axis(azimuth_deg: ArrayLike) -> bool:
 
     This is so with a single plane, and with planes so unequally spread over the half circle that falls in all of them
     alike, each with its weight (`circle_share_of_planes`), have doubled axes with a resultant above
-    `LARGEST_RESULTANT_OF_PLANES`. A missing plane of a fine grid is too little for this. φ and φ + 180° are one plane,
-    also for scenes without mirror symmetry: they have one axis.
+    `LARGEST_RESULTANT_OF_PLANES`. A missing plane of a fine grid is too little for this. The azimuths φ and φ + 180°
+    are one plane, also for scenes without mirror symmetry: they have one axis.
 
     Parameters
     ----------

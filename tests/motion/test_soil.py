@@ -13,7 +13,14 @@ from pydantic import ValidationError
 from overturning import Motion, run_study
 from overturning.commands.workflow import compute_surface_motions
 from overturning.errors import ArgumentError, RecordError
-from overturning.motion.soil import MIN_ZERO_PADDING, TAIL, RockHalfSpace, SoilLayer, propagate_through_soil
+from overturning.motion.soil import (
+    MIN_TAIL,
+    MIN_ZERO_PADDING,
+    TAIL_END,
+    RockHalfSpace,
+    SoilLayer,
+    propagate_through_soil,
+)
 from overturning.records.processing import process_record
 from overturning.records.pulses import parse_pulse, record_of_pulse
 from overturning.records.record import processing_entry_text, source_and_processing_of_record
@@ -52,7 +59,7 @@ def test_one_layer_matches_the_closed_form(noise: np.ndarray) -> None:
     length = 1 << 16
     frequency = np.fft.rfftfreq(length, INTERVAL)
     expected = np.fft.irfft(np.fft.rfft(noise, length) * transfer(frequency, LAYER, ROCK), length)
-    assert found.samples.size == noise.size + round(TAIL / INTERVAL)
+    assert found.samples.size == noise.size + round(MIN_TAIL / INTERVAL)
     assert np.abs(found.samples - expected[: found.samples.size]).max() < 1e-3 * np.abs(expected).max()
     assert found.converged
 
@@ -78,8 +85,10 @@ def test_lightly_damped_soil_above_a_borehole_matches_the_closed_form(
     length = 1 << 19
     rigid = ROCK.model_copy(update={"velocity_m_s": 1e15})
     ratio = transfer(np.fft.rfftfreq(length, INTERVAL), layer, rigid)
-    expected = np.fft.irfft(np.fft.rfft(late, length) * ratio, length)[: found.size]
+    whole = np.fft.irfft(np.fft.rfft(late, length) * ratio, length)
+    expected, left = whole[: found.size], np.abs(whole[found.size : -1000]).max() / np.abs(whole).max()
     assert np.abs(found - expected).max() < 3e-3 * np.abs(expected).max()
+    assert left < 1.2 * TAIL_END  # the motion at the surface is not cut off while the layer vibrates
     assert np.abs(found[:1400]).max() < 3e-3 * np.abs(found).max()  # before the motion begins
 
 
@@ -144,6 +153,19 @@ def test_borehole_motion_is_not_treated_as_outcrop() -> None:
     within = process_record(deep, (), SoilSite(layers=[LAYER], rock=ROCK, motion="within"))
     outcrop = process_record(PULSE, (), SoilSite(layers=[LAYER], rock=ROCK))
     assert np.abs(within.north).max() > 1.3 * np.abs(outcrop.north).max()
+
+
+def test_components_at_the_surface_have_equal_length(noise: np.ndarray) -> None:
+    """The soil vibrates longer under the component that ends abruptly; the others are continued by zeros."""
+    late = np.zeros(noise.size)
+    late[-50:] = np.hanning(50)
+    light = SoilSite(layers=[{"thickness_m": 30, "velocity_m_s": 100, "damping": 0.01}], rock=ROCK)
+    record = replace(PULSE, north=noise, east=late, up=np.ones(noise.size))
+    found, _ = light.propagate_record_to_surface(record)
+    alone = propagate_through_soil(late, record.sampling_interval, light.layers, ROCK).samples
+    assert found.north.size == found.east.size == found.up.size == alone.size
+    assert np.array_equal(found.east, alone)
+    assert np.array_equal(found.up, np.append(record.up, np.zeros(alone.size - noise.size)))
 
 
 def test_record_passed_to_a_study_uses_its_site() -> None:

@@ -17,11 +17,14 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.units import STANDARD_GRAVITY
 
-TAIL: Final = 5.0
-"""Time appended to the record, in which the soil may still vibrate, s."""
+MIN_TAIL: Final = 5.0
+"""Shortest tail: time after the record in which the soil vibrates, s; doubled until the vibration has decayed."""
+
+TAIL_END: Final = 0.01
+"""Largest acceleration at the surface after the tail, as a share of the peak."""
 
 MIN_ZERO_PADDING: Final = 30.0
-"""Shortest zero padding after the tail, s; doubled until the wrap-around of the Fourier transform has decayed."""
+"""Shortest zero padding after the record, s; doubled until the wrap-around of the Fourier transform has decayed."""
 
 MAX_ZERO_PADDING: Final = 600.0
 """Longest zero padding, s; a site that vibrates longer has almost no damping and is refused."""
@@ -62,7 +65,7 @@ class SoilLayer(BaseModel, extra="forbid", frozen=True):
 class SurfaceComponentResult:
     """Acceleration of a horizontal component at the ground surface, and convergence of the soil response analysis."""
 
-    samples: FloatArray  # acceleration, m/s², shape (n + tail,)
+    samples: FloatArray  # acceleration, m/s², shape (n + tail,); at most `TAIL_END` of the peak is left after it
     converged: bool  # True if the last iteration changed modulus and damping by less than `TOLERANCE`
     change: float  # relative change in the last iteration; 0 for a linear analysis, which has no iterations
     largest_strain: float  # largest shear strain of any layer; NaN for a linear analysis
@@ -119,14 +122,15 @@ def propagate_through_soil(
     """
     package = import_pystrata()
     acceleration = np.asarray(samples, dtype=np.float64)
-    count = acceleration.size + round(TAIL / sampling_interval)
+    shortest_tail = round(MIN_TAIL / sampling_interval)
     zeros = max(acceleration.size, round(MIN_ZERO_PADDING / sampling_interval))
     longest = max(zeros, round(MAX_ZERO_PADDING / sampling_interval))
     while True:
-        length = 1 << (count + zeros - 1).bit_length()
+        length = 1 << (acceleration.size + shortest_tail + zeros - 1).bit_length()
         found = _propagate_with_zero_padding(package, acceleration, sampling_interval, layers, rock, outcrop, length)
-        remaining = _vibration_after_padding(found.samples, round(TAIL / sampling_interval))
+        remaining = _vibration_after_padding(found.samples, shortest_tail)
         if remaining <= WRAP_AROUND:
+            count = _count_until_vibration_has_decayed(found.samples, acceleration.size, shortest_tail)
             return replace(found, samples=found.samples[:count])
         if zeros >= longest:
             raise ArgumentError(
@@ -144,6 +148,17 @@ def _vibration_after_padding(surface: FloatArray, tail_count: int) -> float:
     """
     peak = float(np.abs(surface).max())
     return float(np.abs(surface[-2 * tail_count : -tail_count]).max()) / peak if peak else 0.0
+
+
+def _count_until_vibration_has_decayed(surface: FloatArray, record_count: int, shortest_tail: int) -> int:
+    """Return the number of samples of record and tail; the tail doubles until at most `TAIL_END` of the peak is left.
+
+    The last `shortest_tail` samples are left out, as in `_vibration_after_padding`.
+    """
+    size, tail = np.abs(surface), shortest_tail
+    while size[record_count + tail : -shortest_tail].max(initial=0.0) > TAIL_END * size.max():
+        tail *= 2
+    return min(record_count + tail, surface.size)
 
 
 def _propagate_with_zero_padding(

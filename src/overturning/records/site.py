@@ -6,8 +6,9 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from pydantic import BaseModel, Field
 
+from overturning.arrays import FloatArray
 from overturning.errors import RecordError
-from overturning.motion.soil import TAIL, RockHalfSpace, SoilLayer, propagate_through_soil
+from overturning.motion.soil import RockHalfSpace, SoilLayer, propagate_through_soil
 from overturning.records.record import Record
 
 
@@ -39,13 +40,14 @@ class SoilSite(BaseModel, extra="forbid", frozen=True):
                 f"record {record.record_id}: of a borehole, where rock moves with what the surface reflects, too, but "
                 "the site takes it for outcropping rock; write `motion: within` at the site, or say trust_data"
             )
-        tail, outcrop = (0, round(TAIL / record.sampling_interval)), self.motion == "outcrop"
-        surface: dict[str, Any] = {}
-        notes = []
+        surface: dict[str, FloatArray] = {} if record.up is None else {"up": record.up}
+        outcrop, notes = self.motion == "outcrop", []
         for axis, samples in (("north", record.north), ("east", record.east)):
             passed = propagate_through_soil(samples, record.sampling_interval, self.layers, self.rock, outcrop=outcrop)
             state = "converged" if passed.converged else f"not converged (last change {100 * passed.change:.1f} %)"
             notes.append(f"{axis} {state}, strain {100 * passed.largest_strain:.2g} %")
             surface[axis] = passed.samples
-        up = None if record.up is None else np.pad(record.up, tail)
-        return replace(record, up=up, **surface), "; ".join(notes) if any(one.curve for one in self.layers) else ""
+        # The tails of the components differ: the samples that are left out are below a small share of the peak.
+        count = max(samples.size for samples in surface.values())
+        padded: dict[str, Any] = {axis: np.pad(samples, (0, count - samples.size)) for axis, samples in surface.items()}
+        return replace(record, **padded), "; ".join(notes) if any(one.curve for one in self.layers) else ""

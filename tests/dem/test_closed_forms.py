@@ -13,6 +13,7 @@ from overturning.model.cases import Cases
 from overturning.model.contact import STATIC_PENETRATION, Contact
 from overturning.model.scene import gravestone
 from overturning.model.shapes import shape_from_name_or_sides
+from overturning.model.status import CaseStatus
 from overturning.motion.direction import cosine_and_sine_of_azimuth
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
@@ -289,6 +290,30 @@ def test_a_block_that_lands_flat_while_it_slides_stays_flat(
     assert found.overturned.tolist() == [0, 0]
     assert found.peak_rotation.max() < 0.01
     np.testing.assert_allclose(found.residual_slip, [slip, -slip], rtol=0.03)
+
+
+@pytest.mark.parametrize("scheme", ["centred", "cundall"])
+@pytest.mark.parametrize("general", [False, True])
+@pytest.mark.parametrize(
+    ("push", "lift", "samples"), [(0.5, 12.0, 50), (0.5, 20.0, 50), (0.5, 9.9, 50), (1.0, 15.0, 40)]
+)
+@pytest.mark.parametrize("b_over_h", [0.2, 0.3])
+def test_a_block_that_sticks_when_it_lands_flat_slips_in_flight_only(
+    b_over_h: float, push: float, lift: float, samples: int, general: bool, scheme: str
+) -> None:
+    """The resultant of the impact passes through the base, so that the block stops; without contact nothing acts on it.
+
+    Peaks of `push` (horizontal) and `lift` (downward), m/s², throw it up to 0.9 m; the base stops before it lands.
+    """
+    along, up = push * np.sin(0.08 * np.arange(samples)), np.full(samples, -lift)
+    along[-1] = up[-1] = 0.0
+    motion = Motion(along, 0 * along, up, sampling_interval=0.01, trust_data=True)
+    found = run_cases(motion, Cases([0.0, 180.0], 0.6, b_over_h, 1.0), general=general, scheme=scheme)
+    assert found.status.tolist() == [CaseStatus.SIMULATED] * 2
+    assert found.overturned.tolist() == [0, 0]
+    assert found.peak_rotation.max() < 0.15
+    slip = slip_in_hops(along, up, 0.01, 1.0)
+    np.testing.assert_allclose(found.residual_slip, [slip, -slip], rtol=0.01)
 
 
 NEAR = tuple(np.round(np.linspace(0.95, 1.05, 21), 4).tolist())

@@ -66,7 +66,9 @@ def compute_corner_forces(
     most = block.friction * n
     f = block.tangential * stretch + block.dashpot * ux
     sign, slips = math.copysign(block.friction, f), abs(f) > most
-    sign, slips = (assumed_contact.drift, assumed_contact.drifts) if assumed_contact.held else (sign, slips)
+    # A corner that lands flat may stick or slide beyond the friction limit, but without contact it has no friction.
+    lands = assumed_contact.held & inside
+    sign, slips = (assumed_contact.drift, assumed_contact.drifts) if lands else (sign, slips)
     found, assumed = sign if slips else 0.0, 0.0 if assumed_contact.fine else assumed_contact.slid
     f = sign * n if slips else f
     remaining = clamp_magnitude(stretch, (most if most > 0.0 else 0.0) * block.compliance) if slips else stretch

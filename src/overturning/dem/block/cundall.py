@@ -76,7 +76,8 @@ def corner_contact_force(
     stretch = previous_corner.spring + slip if was else 0.0
     most = block.friction * n
     whole = -(block.tangential * stretch) - dashpot_rate * slip
-    slips = drifts if held else abs(whole) > most
+    # A corner that lands flat may stick beyond the friction limit, but without contact it has no friction.
+    slips = drifts if held & inside else abs(whole) > most
     f = -drift * n if drifts else (clamp_magnitude(whole, most) if slips else whole)
     remaining = clamp_magnitude(stretch, (most if most > 0.0 else 0.0) * block.compliance) if slips else stretch
     let_go = previous_corner.depth if was & (not inside) else 0.0

@@ -135,7 +135,7 @@ def compute_point_forces(
     )  # fmt: skip
     hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
     fx, fy, kx, ky, slips = clamp_friction_and_stretch(
-        hx, hy, tx, ty, most, body.compliance, (predicted_point.held > 0.0, drifts)
+        hx, hy, tx, ty, most, body.compliance, ((predicted_point.held > 0.0) & inside, drifts)
     )
     lever = Vector3(r.x, r.y, tilting * r.z)
     off = r.z - lever.z

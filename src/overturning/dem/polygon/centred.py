@@ -260,7 +260,7 @@ def solved_segment_end(
     t = -(contact_law.tangential * stretch) - contact_law.dashpot * slipping
     whole = PairRelativeVector(u.x + d.x, u.z + d.z, u.a + d.a, u.b + d.b)
     (drifts, drift), loaded = flat_landing_slip_and_friction(contact_law, segment_end, whole, a, b, held), most > 0.0
-    force, holds, slips = limit_friction_force(t, n, contact_law, (held, drifts, drift))
+    force, holds, slips = limit_friction_force(t, n, contact_law, (held & inside, drifts, drift))
     found = (drift if held else math.copysign(contact_law.friction, t)) if slips else 0.0
     spring = clamp_magnitude(stretch, holds * contact_law.compliance) if slips else stretch
     spring = spring if inside else 0.0

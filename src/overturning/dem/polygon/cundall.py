@@ -67,7 +67,8 @@ def compute_segment_end_force(
     stretch = tangential_spring_stretch(end_history, segment_end, shared_segment, contact_law.compliance, drag)
     t = -(contact_law.tangential * stretch) - drag
     # The spring of a slipping end is shortened to the force that friction can hold.
-    force, holds, slips = limit_friction_force(t, n, contact_law, flat_landing_state)
+    held, drifts, drift = flat_landing_state
+    force, holds, slips = limit_friction_force(t, n, contact_law, (held & segment_end.closed, drifts, drift))
     spring = clamp_magnitude(stretch, holds * contact_law.compliance) if slips else stretch
     return SegmentEndResult(SegmentEndForce(n, force, spring), segment_end.depth, segment_end.slip, segment_end.closed)
 

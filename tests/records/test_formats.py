@@ -502,6 +502,37 @@ def test_unam_is_in_gal_and_no_velocity(tmp_path, unit, known):
             put(tmp_path, text)
 
 
+@pytest.mark.parametrize(
+    ("form", "old", "new", "place"),
+    [
+        ("unam", ": 100.642 LONG. W", ": -100.642 LONG. W", (17.211, -100.642)),
+        ("unam", ": 100.642 LONG. W", ": 100.642 LONG. O", (17.211, -100.642)),
+        ("unam", ": 17.211 LAT. N", ": -17.211 LAT. S", (-17.211, -100.642)),
+        ("csmip2", "35.816N, 117.598W", "-35.816S, -117.598W", (-35.816, -117.598)),
+        ("csmip2", "35.816N, 117.598W", "-35.816N, -117.598E", (-35.816, -117.598)),
+        ("csmip2", "35.816N, 117.598W", "35.816N, 242.402E", (35.816, -117.598)),
+        ("csmip2", "35.816N, 117.598W", "117.598N, 35.816E", None),
+        ("csmnc", "39.700N 77.600E", "-39.700S -77.600W", (-39.7, -77.6)),
+        ("csmnc", "39.700N 77.600E", "39.700N 377.600E", None),
+    ],
+)
+def test_places_with_a_sign_and_a_letter_or_off_the_globe(tmp_path, form, old, new, place):
+    """Regression: a minus sign next to S or W moved a station to the other hemisphere."""
+    files = {name: text.replace(old, new) for name, text in FORMS[form].files(*STEPS).items()}
+    assert files != FORMS[form].files(*STEPS)
+    record = put(tmp_path, files)
+    assert (record.latitude, record.longitude) == (pytest.approx(place) if place else (None, None))
+    assert any("no place on the globe" in note for note in record.notes) is (place is None)
+
+
+def test_an_epicentre_with_a_sign_and_a_letter_or_off_the_globe(tmp_path):
+    (text,) = FORMS["csmip2"].files(*STEPS).values()
+    for stated, longitude in (("-117.60W", -117.6), ("417.60W", None)):
+        spoilt = text.replace("35.77N,117.60W", f"35.77N,{stated}")
+        assert spoilt != text
+        assert put(tmp_path, spoilt).extra.get("event_longitude") == longitude
+
+
 def test_unam_counts_the_hours_from_the_earthquake_s_day(tmp_path):
     late = unam_text({"N00E": A, "N90E": B}, first="00:00:03").replace("07:19:10.0", "23:59:50.0")
     assert put(tmp_path, late).start == "1995-09-15T00:00:03Z"

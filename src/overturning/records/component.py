@@ -145,6 +145,18 @@ def axis_direction_from_name_or_code(
     return named
 
 
+def place_on_globe(latitude_deg: float | None, longitude_deg: float | None) -> tuple[float | None, float | None]:
+    """Return latitude and longitude, degrees, the longitude within ±180°; (None, None) if they are off the globe.
+
+    A longitude counted from 0 to 360° is converted. An unknown latitude or longitude, None, is returned unchanged.
+    """
+    if latitude_deg is None or longitude_deg is None:
+        return latitude_deg, longitude_deg
+    if not (abs(latitude_deg) <= 90.0 and -180.0 <= longitude_deg <= 360.0):  # NaN fails the comparisons too.
+        return None, None
+    return latitude_deg, longitude_deg - 360.0 if longitude_deg > 180.0 else longitude_deg
+
+
 PEAK_TOLERANCE = 0.005
 """Largest relative difference between the peaks of header and data, 0.5 %."""
 
@@ -233,8 +245,21 @@ class RecordComponent:
         cls, source_file: SourceFile, axis_name: str, direction: Direction, samples: FloatArray,
         sampling_interval: float, *, coordinates: tuple[float | None, float | None] = (None, None), **other_fields: Any,
     ) -> "RecordComponent":  # fmt: skip
-        """Create a component from the samples along one axis of a file; ``direction`` is azimuth and vertical sense."""
-        other_fields |= {"latitude": coordinates[0], "longitude": coordinates[1]}
+        """Create a component from the samples along one axis of a file; ``direction`` is azimuth and vertical sense.
+
+        Longitudes above 180° become negative. A place off the globe is left out, with a note.
+        """
+        latitude, longitude = place_on_globe(*coordinates)
+        if latitude is None and None not in coordinates:
+            place = "latitude {:g}° and longitude {:g}°".format(*coordinates)
+            why = (
+                f"{place} in the header are no place on the globe; give station_latitude_deg and station_longitude_deg"
+            )
+            other_fields["notes"] = (
+                *other_fields.get("notes", ()),
+                f"{source_file.name}: station left off the map: {why}",
+            )
+        other_fields |= {"latitude": latitude, "longitude": longitude}
         return cls(
             samples, sampling_interval, axis_name, *direction, source_file.name, source_file.sha256, **other_fields
         )

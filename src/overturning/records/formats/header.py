@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
-from overturning.records.component import Direction, HeaderPeak, RecordComponent
+from overturning.records.component import Direction, HeaderPeak, RecordComponent, place_on_globe
 from overturning.records.formats.lines import FLOAT, TextLines
 from overturning.records.source import SourceFile
 
@@ -43,6 +43,15 @@ def last_digit_resolution(number_text: str) -> float:
     mantissa, _, exponent = number_text.strip().upper().replace("D", "E").partition("E")
     decimals = len(mantissa.partition(".")[2])
     return float(10.0 ** (int(exponent or 0) - decimals))
+
+
+def coordinate_with_hemisphere(coordinate_deg: float, hemisphere_letter: str) -> float:
+    """Return a latitude or longitude, degrees, positive to the north or east, from a number and a hemisphere letter.
+
+    The letter is N, E, S, W, O (Spanish for west) or empty. With S, W or O the result is negative, also if the number
+    is: some headers write both the minus sign and the letter.
+    """
+    return -abs(coordinate_deg) if hemisphere_letter.upper() in ("S", "W", "O") else coordinate_deg
 
 
 def parse_time_as_utc(time_text: str, *time_patterns: str, utc_offset: timedelta = timedelta()) -> datetime | None:
@@ -181,7 +190,7 @@ class Header(TextLines):
             return None, None
         parts, each = match.groups(), len(match.groups()) // 2
         north, east = (
-            sum(float(part) / 60**i for i, part in enumerate(of[:-1])) * (-1 if of[-1].upper() in ("S", "W") else 1)
+            coordinate_with_hemisphere(sum(float(part) / 60**i for i, part in enumerate(of[:-1])), of[-1])
             for of in (parts[:each], parts[each:])
         )
         return (north, east) if each == 2 else (round(north, 5), round(east, 5))
@@ -260,10 +269,7 @@ class Header(TextLines):
         )
 
 
-def epicentre_extra_entries(latitude_deg: float | None, longitude_deg: float | None) -> dict[str, float]:
-    """Return an epicentre (latitude, longitude, degrees) as entries of `Record.extra`; {} if it is unknown."""
-    return (
-        {}
-        if latitude_deg is None or longitude_deg is None
-        else {"event_latitude": latitude_deg, "event_longitude": longitude_deg}
-    )
+def epicentre_extra_entries(latitude_deg: float | None, longitude_deg: float | None) -> dict[str, Any]:
+    """Return an epicentre as entries of `Record.extra`; {} if latitude or longitude, degrees, is unknown or wrong."""
+    place = place_on_globe(latitude_deg, longitude_deg)
+    return {} if None in place else {"event_latitude": place[0], "event_longitude": place[1]}

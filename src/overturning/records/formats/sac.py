@@ -17,6 +17,7 @@ from overturning.records.component import (
     surface_or_borehole_sensor,
 )
 from overturning.records.declared_properties import DeclaredFileProperties
+from overturning.records.formats.header import epicentre_extra_entries
 from overturning.records.formats.miniseed import read_obspy_stream, stream_components_in_m_s2
 from overturning.records.formats.stationxml import inventory_has_channel_of_trace, read_stationxml_inventory
 from overturning.records.source import SourceFile
@@ -79,8 +80,7 @@ def _component_of_trace(
     dated, moment, late = header_number("nzyear") is not None, trace.stats.starttime, header_number("o")
     after = None if late is None or not dated else late - (header_number("b") or 0.0)
     origin = (moment + after).datetime.replace(tzinfo=UTC) if after is not None and abs(after) < 1e6 else None
-    epicentre = {"event_latitude": header_number("evla"), "event_longitude": header_number("evlo")}
-    places = {} if None in epicentre.values() else epicentre
+    epicentre = epicentre_extra_entries(header_number("evla"), header_number("evlo"))
     direction = _axis_direction_from_sac_angles(header_number("cmpaz"), header_number("cmpinc"))
     notes = channel_direction_mismatch_notes(trace.stats.channel, direction, "its header")
     if header_number("cmpaz") is None or header_number("cmpinc") is None:
@@ -108,7 +108,7 @@ def _component_of_trace(
         processed=bool(declared_properties.processed),
         unit=unit,
         extra={"network": trace.stats.network, "declared": declared_properties.texts_of_declared_sample_properties}
-        | places,
+        | epicentre,
         notes=notes,
     )
 

@@ -10,7 +10,7 @@ from datetime import datetime, timedelta
 from typing import Final
 
 from overturning.records.component import UNKNOWN, RecordComponent, parse_axis_direction
-from overturning.records.formats.header import Fields, Header
+from overturning.records.formats.header import Fields, Header, coordinate_with_hemisphere
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -99,11 +99,11 @@ def _station_coordinates(header: Header) -> tuple[float, float]:
     below = " ".join(header.lines[at : at + 2])
     latitude, longitude = (
         re.search(rf"({FLOAT})\s*{name}\S*\s+([{letters}])", below, re.IGNORECASE)
-        for name, letters in (("LAT", "NS"), ("LON", "EW"))
+        for name, letters in (("LAT", "NS"), ("LON", "EWO"))
     )
     if latitude is None or longitude is None:
         raise header.line_error(at, "no place like 17.0 LAT. N and 100.0 LONG. W; correct it")
-    north, east = (float(f[1]) * (-1 if f[2].upper() in "SW" else 1) for f in (latitude, longitude))
+    north, east = (coordinate_with_hemisphere(float(f[1]), f[2]) for f in (latitude, longitude))
     return north, east
 
 

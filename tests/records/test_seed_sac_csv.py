@@ -95,6 +95,54 @@ def test_a_direction_that_contradicts_the_code_is_noted(tmp_path):
     assert note == "channel HNN is taken at 270°, as its header says; its code says north"
 
 
+@pytest.mark.parametrize("dip", [3.0, -4.9, 0.5])
+def test_axes_inclined_by_a_few_degrees_keep_their_azimuth_and_sense(tmp_path, dip):
+    """Regression: with a dip above 1° the code's direction replaced the stated azimuth, and down became up."""
+    first, second = (
+        (np.cos(np.radians(37.0)), np.sin(np.radians(37.0))),
+        (-np.sin(np.radians(37.0)), np.cos(np.radians(37.0))),
+    )
+    north, east = (N * a + E * b for a, b in zip(first, second, strict=True))
+    axes = {"HNN": (37.0, dip), "HNE": (127.0, dip), "HNZ": (0.0, 90.0 - abs(dip))}
+    write_inventory(tmp_path / "s.xml", axes)
+    record = read_record_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z}))
+    for samples, truth in zip(record.components, (north, east, -Z), strict=True):
+        np.testing.assert_allclose(samples, truth / 4e5, atol=1e-9)
+    read_as = [
+        note.partition(f"dips by {dip:g}°; it is read as ")[2] for note in record.notes if f"by {dip:g}°" in note
+    ]
+    assert read_as == ([] if abs(dip) < 1 else ["horizontal", "horizontal"])
+    paths = [
+        write_sac(tmp_path / f"{code}.sac", x / 1e5, code, azimuth, angle + 90.0)
+        for (code, (azimuth, angle)), x in zip(axes.items(), (N, E, Z), strict=True)
+    ]
+    record = read_record_without_processing(paths, DeclaredFileProperties(unit="gal"))
+    for samples, truth in zip(record.components, (north, east, -Z), strict=True):
+        np.testing.assert_allclose(samples, truth / 1e7, atol=1e-8)
+
+
+@pytest.mark.parametrize("dip", [6.0, 35.3, -54.7, 84.0])
+def test_an_axis_neither_horizontal_nor_vertical_is_refused(tmp_path, dip):
+    write_inventory(tmp_path / "s.xml", {"HNN": (0.0, dip), "HNE": (90.0, 0.0)})
+    words = f"HNN dips by {dip:g}°; only axes within 5° of horizontal or vertical are read"
+    with refused(RecordError, words):
+        read_record_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E}))
+    with refused(RecordError, words):
+        read_record_without_processing(
+            write_sac(tmp_path / "a.sac", N / 1e5, "HNN", 0.0, dip + 90.0), DeclaredFileProperties(unit="gal")
+        )
+
+
+def test_an_azimuth_without_a_dip_is_that_of_a_horizontal_axis_where_the_code_says_so(tmp_path):
+    """Regression: the code's direction replaced the stated azimuth."""
+    paths = [
+        write_sac(tmp_path / f"{c}.sac", x / 1e5, c, a, None) for c, x, a in (("HNN", N, 180.0), ("HNE", E, 270.0))
+    ]
+    record = read_record_without_processing(paths, DeclaredFileProperties(unit="gal"))
+    np.testing.assert_allclose(record.horizontal_components, [-N / 1e7, -E / 1e7], atol=1e-8)
+    assert "channel HNN is taken at 180°, as its header says; its code says north" in record.notes
+
+
 def test_a_location_code_of_blanks_is_a_sensor_of_its_own(tmp_path):
     write_inventory(tmp_path / "s.xml", {"HNN": (0.0, 0.0), "10.HNE": (90.0, 0.0)})
     with refused(RecordError, "components of '--' and '10'; they are not of one record"):

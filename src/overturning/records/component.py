@@ -119,6 +119,40 @@ def known_direction_or_that_of_channel_code(
     return coded, (f"{reason_unknown}; the code of channel {channel_code} says {where}",)
 
 
+MAX_INCLINATION_DEG: Final = 5.0
+"""Largest angle between an axis and the horizontal or the vertical at which it is read as such, degrees."""
+
+MAX_SILENT_INCLINATION_DEG: Final = 1.0
+"""Largest such angle without a note, degrees."""
+
+
+def direction_of_azimuth_and_dip(
+    channel_code: str, azimuth_deg: float | None, dip_deg: float | None, channel_label: str
+) -> tuple[Direction, tuple[str, ...]]:
+    """Return the direction of an axis from its azimuth and dip (downwards), degrees, and a note if it is inclined.
+
+    Without a dip, an axis is horizontal if its SEED channel code says north or east. The direction is `UNKNOWN` if the
+    angles do not state it. A RecordError names an axis that is neither horizontal nor vertical (within 5°).
+    """
+    if dip_deg is None and direction_of_channel_code(channel_code)[0] is not None:
+        dip_deg = 0.0
+    if dip_deg is None:
+        return UNKNOWN, ()
+    steep = abs(dip_deg) > 45.0
+    inclination = abs(abs(dip_deg) - 90.0) if steep else abs(dip_deg)
+    if not inclination <= MAX_INCLINATION_DEG:
+        raise RecordError(
+            f"{channel_label} dips by {dip_deg:g}°; only axes within {MAX_INCLINATION_DEG:g}° of horizontal or "
+            "vertical are read: rotate the channels of its sensor to north, east and up, or correct the dip"
+        )
+    direction: Direction = (None, 1 if dip_deg < 0 else -1) if steep else UNKNOWN
+    if not steep and azimuth_deg is not None:
+        direction = float(azimuth_deg) % 360.0, 0
+    if inclination <= MAX_SILENT_INCLINATION_DEG:
+        return direction, ()
+    return direction, (f"{channel_label} dips by {dip_deg:g}°; it is read as {'vertical' if steep else 'horizontal'}",)
+
+
 def direction_of_azimuth_code(azimuth_code: float) -> Direction:
     """Return the direction of a horizontal axis whose code is an azimuth from 1 to 360 degrees; else `UNKNOWN`."""
     return (float(azimuth_code) % 360.0, 0) if 0 < azimuth_code <= 360 else UNKNOWN

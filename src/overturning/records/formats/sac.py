@@ -8,11 +8,10 @@ import numpy as np
 
 from overturning.errors import RecordError
 from overturning.records.component import (
-    UNKNOWN,
-    Direction,
     HeaderPeak,
     RecordComponent,
     channel_direction_mismatch_notes,
+    direction_of_azimuth_and_dip,
     known_direction_or_that_of_channel_code,
     surface_or_borehole_sensor,
 )
@@ -81,9 +80,13 @@ def _component_of_trace(
     after = None if late is None or not dated else late - (header_number("b") or 0.0)
     origin = (moment + after).datetime.replace(tzinfo=UTC) if after is not None and abs(after) < 1e6 else None
     epicentre = epicentre_extra_entries(header_number("evla"), header_number("evlo"))
-    direction = _axis_direction_from_sac_angles(header_number("cmpaz"), header_number("cmpinc"))
-    notes = channel_direction_mismatch_notes(trace.stats.channel, direction, "its header")
-    if header_number("cmpaz") is None or header_number("cmpinc") is None:
+    # SAC's CMPINC is counted from upwards: 0 up, 90 horizontal, 180 down.
+    azimuth, inclination = header_number("cmpaz"), header_number("cmpinc")
+    channel = f"{source_file.name}: channel {trace.id}"
+    dip = None if inclination is None else inclination - 90.0
+    direction, notes = direction_of_azimuth_and_dip(trace.stats.channel, azimuth, dip, channel)
+    notes += channel_direction_mismatch_notes(trace.stats.channel, direction, "its header")
+    if azimuth is None or inclination is None:
         why = f"{source_file.name}: its header states no direction (CMPAZ, CMPINC)"
         direction, coded = known_direction_or_that_of_channel_code(trace.stats.channel, direction, why)
         notes += coded
@@ -111,12 +114,3 @@ def _component_of_trace(
         | epicentre,
         notes=notes,
     )
-
-
-def _axis_direction_from_sac_angles(azimuth: float | None, inclination: float | None) -> Direction:
-    """Return an axis direction from SAC's CMPAZ (azimuth) and CMPINC (0 up, 90 horizontal, 180 down), degrees."""
-    if inclination is not None and inclination in (0.0, 180.0):
-        return None, 1 if inclination == 0.0 else -1
-    if azimuth is None or inclination != 90.0:
-        return UNKNOWN
-    return azimuth % 360.0, 0

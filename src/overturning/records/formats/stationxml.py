@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.errors import RecordError
-from overturning.records.component import UNKNOWN, Direction
+from overturning.records.component import UNKNOWN, Direction, direction_of_azimuth_and_dip
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.source import SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY
@@ -114,7 +114,8 @@ def find_channel_epoch(
     gain, unit = _channel_gain_and_unit(channel, name)
     notes = _check_stage_gains(channel.response, gain, unit, name, report_contradiction)
     _check_first_stage_unit(channel.response, unit, report_contradiction)
-    direction, unknown = _channel_direction(channel)
+    direction, unknown, inclined = _channel_direction(channel, name)
+    notes += inclined
     if unknown:
         notes += (f"{name}: the StationXML says {unknown!r}, so its azimuth is not taken",)
     if gain < 0:
@@ -294,15 +295,15 @@ def _gain_and_direction_text(channel: Any) -> str:
     return f"{gain}, azimuth {channel.azimuth}, dip {channel.dip}"
 
 
-def _channel_direction(channel: Any) -> tuple[Direction, str]:
-    """Return the direction of a channel, and the StationXML text that declares it unknown (or "")."""
-    azimuth, dip = channel.azimuth, channel.dip
-    if dip is not None and abs(abs(dip) - 90.0) < 1.0:
-        return (None, 1 if dip < 0 else -1), ""
+def _channel_direction(channel: Any, channel_label: str) -> tuple[Direction, str, tuple[str, ...]]:
+    """Return the direction of a channel, the StationXML text that declares it unknown (or ""), and notes.
+
+    A RecordError names a channel that is neither horizontal nor vertical.
+    """
+    direction, notes = direction_of_azimuth_and_dip(channel.code, channel.azimuth, channel.dip, channel_label)
+    if direction[1]:
+        return direction, "", notes
     texts = [channel.description, *(comment.value for comment in channel.comments)]
     texts += [channel.sensor.description] if channel.sensor else []
-    if unknown := next((text for text in texts if text and _UNKNOWN_ORIENTATION.search(text)), ""):
-        return UNKNOWN, unknown
-    if azimuth is None or dip is None or abs(dip) > 1.0:
-        return UNKNOWN, ""
-    return (float(azimuth) % 360.0, 0), ""
+    unknown = next((text for text in texts if text and _UNKNOWN_ORIENTATION.search(text)), "")
+    return UNKNOWN if unknown else direction, unknown, notes

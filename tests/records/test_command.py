@@ -95,6 +95,9 @@ def test_impossible_declarations_are_named(tmp_path):
         ("vertical_sense", "left", "it should be 'up', 'down' or 'none'"),
         ("sampling_interval_s", 2.0, "less than or equal to 1"),
         ("azimuths_deg", (0.0, 45.0, 90.0), "at most 2 values allowed"),
+        ("azimuths_deg", (0.0, 900.0), "less than or equal to 540"),
+        ("azimuths_deg", (np.nan, 90.0), "NaN"),
+        ("correction_deg", np.inf, "less than or equal to 540"),
         ("x", 1, "known are"),
     ):
         with refused(ArgumentError, name, known):

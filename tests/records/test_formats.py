@@ -744,6 +744,26 @@ def test_axes_without_a_direction_are_refused_unless_declared(tmp_path, axes, wo
     check(put(tmp_path, pair(A, B, axes), azimuths_deg=(60, 330)), *turned(A * MG, 60, B * MG, 330), rtol=1e-6)
 
 
+def test_declared_azimuths_belong_to_the_files_in_their_order_and_the_record_says_so(tmp_path):
+    """Regression: the file that was named alone got the first azimuth, and nothing said which axis had which."""
+    files = pair(A, B, ("H1", "H2"))
+    first, second = files
+    for (one, x), (other, y) in (((first, A), (second, B)), ((second, B), (first, A))):
+        record = put(tmp_path, {name: files[name] for name in (one, other)}, azimuths_deg=(-30, 60))
+        check(record, *turned(x * MG, 330, y * MG, 60), rtol=1e-6)
+        names = {first: "H1", second: "H2"}
+        assert record.extra["declared"] == [
+            f"axis '{names[one]}' of {one} at -30°",
+            f"axis '{names[other]}' of {other} at 60°",
+        ]
+    alone = DeclaredFileProperties(azimuths_deg=(60, 330))
+    check(read_record_without_processing(tmp_path / first, alone), *turned(A * MG, 60, B * MG, 330), rtol=1e-6)
+    with refused(
+        RecordError, f"{second}: azimuths_deg are those of the files in their order", f"{first} {second}", "name both"
+    ):
+        read_record_without_processing(tmp_path / second, alone)
+
+
 @pytest.mark.parametrize("axis", ["V", "+V", "VER", "Vert"])
 def test_a_vertical_axis_of_unknown_sense_is_left_out_with_a_note_unless_declared(tmp_path, axis):
     files = pair(A, B) | {"x3.AT2": peer_text(C / 1000, 0.01, axis)}

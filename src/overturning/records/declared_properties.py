@@ -16,6 +16,9 @@ VerticalSense = Literal["up", "down", "none"]
 assert set(UNITS) == set(get_args(Unit))
 
 
+_Angle = Annotated[float, Field(ge=-540, le=540)]
+
+
 def _split_number_text(text_or_value: Any) -> Any:
     """Split a text of numbers at commas and blanks; return None for an empty text, other values unchanged."""
     return (
@@ -30,7 +33,7 @@ class FilePropertyColumns(BaseModel, extra="forbid", frozen=True, use_attribute_
 
     format: Annotated[str, BeforeValidator(lambda name: "auto" if name is None else name)] = "auto"
     """The only accepted file format, or `auto` to detect it from the content; see docs/formats.md."""
-    azimuths_deg: Annotated[tuple[float, float] | None, BeforeValidator(_split_number_text)] = None
+    azimuths_deg: Annotated[tuple[_Angle, _Angle] | None, BeforeValidator(_split_number_text)] = None
     """Azimuths of the two horizontal axes, if the file does not state them, e.g. `0,90`."""
     unit: Unit | None = None
     """Unit of the samples, if the format does not state it (SAC): `m/s2`, `gal`, `g`…"""
@@ -55,7 +58,7 @@ class DeclaredFileProperties(FilePropertyColumns, frozen=True):
     An `ArgumentError` is raised if a property is invalid.
     """
 
-    correction_deg: float = 0.0
+    correction_deg: _Angle = 0.0
     """Angle that is added to the azimuths of the axes: misorientation plus magnetic declination, clockwise, degrees."""
     metadata: tuple[SourceFile, ...] = ()
     """StationXML files for MiniSEED or SAC files."""
@@ -74,9 +77,8 @@ class DeclaredFileProperties(FilePropertyColumns, frozen=True):
 
     @property
     def texts_of_declared_axes(self) -> list[str]:
-        """Properties of the axes that the user declares, such as azimuths, as texts for the report."""
-        words = [] if self.azimuths_deg is None else ["axes {:g}° and {:g}°".format(*self.azimuths_deg)]
-        words += [f"axes turned by {self.correction_deg:g}°"] if self.correction_deg else []
+        """Properties of all axes that the user declares, except their azimuths, as texts for the report."""
+        words = [f"axes turned by {self.correction_deg:g}°"] if self.correction_deg else []
         return words + ([f"vertical {self.vertical_sense}"] if self.vertical_sense else [])
 
     def with_station_xml(self, source_files: Iterable[SourceFile]) -> "DeclaredFileProperties":

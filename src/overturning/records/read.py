@@ -19,7 +19,7 @@ from overturning.errors import (
 )
 from overturning.records.assembly import assemble_record, borehole_station_name
 from overturning.records.catalogue import RecordEntry, paths_of_record_files, read_record_files
-from overturning.records.component import RecordComponent
+from overturning.records.component import RecordComponent, find_vertical_by_elimination
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.files import read_components
 from overturning.records.formats.table import (
@@ -227,8 +227,23 @@ def read_components_of_file_and_siblings(
         with suppress(RecordError):
             components += read_components([read_source_file(other)], declared_properties)
     components = group_components_by_record(components)[0]
+    if declared_properties.azimuths_deg is not None:
+        _check_file_order_for_azimuths(path, components)
     found = {component.file for component in components}
     return components, [path, *(other for other in alike if other.name in found), *needed]
+
+
+def _check_file_order_for_azimuths(path: Path, components: Sequence[RecordComponent]) -> None:
+    """Raise a RecordError if declared azimuths may belong to other axes, because only one file of a record is named.
+
+    They belong to the files in their order, and the file that is named may not be the first by name.
+    """
+    third = find_vertical_by_elimination(components)
+    files = [one.file for one in components if not is_vertical_component(one) and one is not third]
+    if files != sorted(files):
+        names = " ".join(sorted(files))
+        why = f"azimuths_deg are those of the files in their order, but only one of {names} is named"
+        raise RecordError(f"{path.name}: {why}; name both, in the order of the azimuths")
 
 
 def _may_hold_component_of_same_record(path: Path, other_path: Path) -> bool:

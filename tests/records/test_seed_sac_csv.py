@@ -95,6 +95,30 @@ def test_a_direction_that_contradicts_the_code_is_noted(tmp_path):
     assert note == "channel HNN is taken at 270°, as its header says; its code says north"
 
 
+@pytest.mark.parametrize("later", [0.0, 0.3, 40.0])
+def test_stations_in_one_miniseed_file_are_records_of_their_own(tmp_path, later):
+    """Regression: with unlike starts their channels were one record; so were those of two incomplete stations."""
+    motions = {"TST1": {"HNE": E, "HNZ": Z}, "TST2": {"HNE": Z, "HNN": N, "HNZ": E}, "TST3": {"HNE": N, "HNN": E}}
+    stream = obspy.Stream(
+        [
+            trace(np.asarray(x, dtype=np.int32), code, station=name, start=START + later * k)
+            for k, (name, channels) in enumerate(motions.items())
+            for code, x in channels.items()
+        ]
+    )
+    stream.write(str(tmp_path / "x.mseed"), format="MSEED")
+    for name in motions:
+        write_inventory(tmp_path / f"{name}.xml", CHANNELS, station=name)
+    found = check_records_in_files([tmp_path])
+    assert [[one.axis for one in each.components] for each in found] == [list(motion) for motion in motions.values()]
+    assert found[0].record is None
+    for each, motion in zip(found[1:], list(motions.values())[1:], strict=True):
+        np.testing.assert_allclose(each.record.north, motion["HNN"] / 4e5, rtol=1e-12)
+        np.testing.assert_allclose(each.record.east, motion["HNE"] / 4e5, rtol=1e-12)
+    with refused(RecordError, "3 records (TST1, TST2, TST3); cut the file to one of them"):
+        read_record_without_processing(tmp_path / "x.mseed")
+
+
 @pytest.mark.parametrize("dip", [3.0, -4.9, 0.5])
 def test_axes_inclined_by_a_few_degrees_keep_their_azimuth_and_sense(tmp_path, dip):
     """Regression: with a dip above 1° the code's direction replaced the stated azimuth, and down became up."""

@@ -9,9 +9,9 @@ from overturning.records.window import MAX_SPREAD_S
 def group_components_by_record(components: Iterable[RecordComponent]) -> list[list[RecordComponent]]:
     """Group components by record; return a list of components per record, in order of first appearance.
 
-    Components of one record have the same format, station, place, event, sensor with its SEED band (HN of HNE) and
-    location, and starts at most 0.5 s apart. Components without metadata (declared columns) belong to one record if
-    they are in one file.
+    Components of one record have the same format, network, station, place, event, sensor with its SEED band (HN of HNE)
+    and location, and starts at most 0.5 s apart. Components without metadata (declared columns) belong to one record if
+    they are in one file. The second occurrence of an axis begins another record.
     """
     groups: list[list[RecordComponent]] = []
     for component in components:
@@ -30,12 +30,11 @@ def belongs_to_record(record_components: Sequence[RecordComponent], component: R
         return False
     if len({seed_band_and_instrument_code(first), seed_band_and_instrument_code(component)} - {""}) > 1:
         return False  # two bands of one sensor (BN, HN), or two sensors
-    if first.file == component.file and first.sha256 == component.sha256:
-        # The second occurrence of an axis in one file begins another record.
-        again = any(c.axis == component.axis and c.start == component.start for c in record_components)
-        return first.sensor == component.sensor and not again
     if any(c.axis == component.axis for c in record_components):
         return False
+    if first.file == component.file and first.sha256 == component.sha256:
+        alike = first.sensor == component.sensor and first.station == component.station
+        return alike and not _have_different_networks(first, component)
     if component.sisters and component.sisters == first.sisters:
         return True
     return bool(component.station or component.event) and _have_equal_record_metadata(first, component)
@@ -46,6 +45,13 @@ def _have_equal_record_metadata(first_component: RecordComponent, second_compone
     alike = ("format", "station", "event", "latitude", "longitude", "sensor", "processed")
     if any(getattr(first_component, name) != getattr(second_component, name) for name in alike):
         return False
+    if _have_different_networks(first_component, second_component):
+        return False
     if first_component.start is None or second_component.start is None:
         return first_component.start is second_component.start
     return abs((first_component.start - second_component.start).total_seconds()) <= MAX_SPREAD_S
+
+
+def _have_different_networks(first_component: RecordComponent, second_component: RecordComponent) -> bool:
+    """Return True if two components state different networks; codes of stations are unique only within a network."""
+    return len({one.extra.get("network", "") for one in (first_component, second_component)} - {""}) > 1

@@ -137,7 +137,9 @@ def _assemble_record_of_declared_sensor(
     if len(records) > 1:
         stations = ", ".join(sorted({group[0].station or group[0].file for group in records})[:10])
         what = f"{len(records)} records ({stations})"
-        raise RecordError(f"{chosen[0].file}: {what}; name one by the stem of its files in the record table")
+        one_file = len({component.sha256 for component in chosen}) == 1
+        remedy = "cut the file to one of them" if one_file else "name one by the stem of its files in the record table"
+        raise RecordError(f"{chosen[0].file}: {what}; {remedy}")
     with reasons.collect_reason():
         if components and not chosen:
             other, first = components[0].sensor, components[0]

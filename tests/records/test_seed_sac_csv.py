@@ -600,6 +600,24 @@ def test_one_file_per_component_is_declared_by_the_names_of_the_files(tmp_path):
     np.testing.assert_allclose(read_record(entry, tmp_path).up, -Z / 1e5, rtol=1e-12)
 
 
+def test_files_pair_by_all_parts_of_their_names_that_differ(tmp_path):
+    """Regression: with two asterisks, the north of one record could be paired with the east of another."""
+    given_ = {"sampling_interval_s": 0.01, "processed": True}
+    for name, samples in (("a_e_1", N), ("a_e_2", E), ("a_n_2", Z)):
+        (tmp_path / f"{name}.txt").write_text("".join(f"{v}\n" for v in samples / 1e3))
+    declared = DeclaredFileProperties(columns="*_n_*.txt=north:gal *_e_*.txt=east:gal", **given_)
+    alone, pair = check_records_in_files([tmp_path], declared)
+    assert (alone.files, alone.record) == (("a_e_1.txt",), None)
+    assert pair.files == ("a_e_2.txt", "a_n_2.txt")
+    np.testing.assert_allclose(pair.record.horizontal_components, [Z / 1e5, E / 1e5], rtol=1e-12)
+    twofold = DeclaredFileProperties(columns="*n*.txt=north:gal *a*.txt=east:gal", **given_)
+    with refused(RecordError, "a_n_2.txt: its name fits *n*.txt and *a*.txt; write patterns that fit one axis each"):
+        read_record_without_processing(tmp_path / "a_n_2.txt", twofold)
+    named = DeclaredFileProperties(columns="*.txt=east:gal a_n_2.txt=north:gal", **given_)
+    paths = [tmp_path / "a_e_2.txt", tmp_path / "a_n_2.txt"]
+    np.testing.assert_allclose(read_record_without_processing(paths, named).north, Z / 1e5, rtol=1e-12)
+
+
 @pytest.mark.parametrize(("word", "width"), [("*8", 0), ("*8F10", 10), ("*8F10.3", 10)])
 def test_values_continued_over_lines_are_read_in_order(tmp_path, word, width):
     """Eight values a line, in columns that touch where they are of fixed width, and the last line shorter."""

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from fnmatch import fnmatchcase
 from pathlib import PurePosixPath
 
 import numpy as np
@@ -77,7 +76,7 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
 def _columns_of_file_and_record_key(columns_text: str, file_name: str) -> tuple[str, str]:
     """Return the declared columns of a file, and a text that is equal for all files of the same record.
 
-    The key is the part of the name that ``*`` matches; it is "" if the declaration names no files.
+    The key has the parts of the name that each ``*`` matches; it is "" if the declaration names no files.
     """
     words = columns_text.split()
     if not any("=" in word for word in words):
@@ -91,13 +90,19 @@ def _columns_of_file_and_record_key(columns_text: str, file_name: str) -> tuple[
             raise RecordError(f"{file_name}: column {word!r} stands before the name of its file; write x_n.txt={word}")
         declared.setdefault(pattern, []).extend([column] if column else [])
     base = PurePosixPath(file_name).name.rpartition(":")[2]
-    for pattern, columns in declared.items():
-        if fnmatchcase(base, pattern):
-            part = re.fullmatch(re.escape(pattern).replace(r"\*", "(.*)"), base)
-            return " ".join(columns), f"={part[1] if part and part.groups() else ''}"
-    raise RecordError(
-        f"{file_name}: no columns are declared of it, only of {', '.join(declared)}; add {base}=axis:unit"
-    )
+    found = {
+        pattern: "=" + "=".join(parts.groups())
+        for pattern in declared
+        if (parts := re.fullmatch(re.escape(pattern).replace(r"\*", "(.*)"), base))
+    }
+    # A full name takes precedence over patterns.
+    pattern = base if base in found else next(iter(found), "")
+    if not pattern:
+        why = f"no columns are declared of it, only of {', '.join(declared)}; add {base}=axis:unit"
+        raise RecordError(f"{file_name}: {why}")
+    if len(found) > 1 and pattern != base:
+        raise RecordError(f"{file_name}: its name fits {' and '.join(found)}; write patterns that fit one axis each")
+    return " ".join(declared[pattern]), found[pattern]
 
 
 def _parse_values_per_line(columns_text: str, file_name: str) -> tuple[str, int, int]:

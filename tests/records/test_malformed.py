@@ -5,6 +5,7 @@ file. Nothing else: no other exception, and never other numbers.
 """
 
 import random as dice
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from overturning.records.read import read_record_without_processing
 from overturning.records.record import Record
 from overturning.records.source import SourceFile
 from tests.bounds import bounded
+from tests.expect import refused
 from tests.records.malformed_corpus import COUNTS, UNCOUNTED, WHOLE, corpus
 from tests.records.seed_writers import write_inventory, write_mseed, write_sac
 
@@ -187,3 +189,17 @@ def test_an_unreadable_file(tmp_path, monkeypatch):
     monkeypatch.setattr(Path, "read_bytes", refuse)
     with pytest.raises(RecordError, match="Permission denied"):
         read_record_without_processing(path)
+
+
+def test_stationxml_alone_and_archives_without_files_are_named(tmp_path):
+    """Regression: they ended in an IndexError."""
+    alone = write_inventory(tmp_path / "s.xml", {"HNN": (0.0, 0.0)})
+    with refused(RecordError, "s.xml: StationXML alone; name the file of a record, too"):
+        read_record_without_processing(alone)
+    path = tmp_path / "x.zip"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("x/", b"")
+        archive.writestr(".DS_Store", b"\0\0\0\1Bud1")
+    for paths in (path, [path, path]):
+        with refused(RecordError, "x.zip", "an archive without files; name the file of a record, too"):
+            read_record_without_processing(paths)

@@ -28,6 +28,7 @@ def read_components(files: Iterable[SourceFile], declared_properties: DeclaredFi
     Columns must be declared; they are not recognised by content. StationXML among the files is passed to the readers
     that need it. Raises a RecordError for a file of unknown format, or of another format than declared.
     """
+    files = list(files)
     packed = list(_unpack_archives(files))
     declared_properties = declared_properties.with_station_xml(member for member, _ in packed)
     named = find_format_by_name("csv" if declared_properties.columns else declared_properties.format)
@@ -59,6 +60,9 @@ def read_components(files: Iterable[SourceFile], declared_properties: DeclaredFi
         if left_out and not components:
             why = "none of the archive's members is an accelerogram: get the file that holds one"
             raise RecordError(f"{next(iter(left_out)).name}: {why}")
+        if files and not any(member not in declared_properties.metadata for member, _ in packed):
+            what = "StationXML alone" if packed else "an archive without files"
+            raise RecordError(f"{' '.join(file.name for file in files)}: {what}; name the file of a record, too")
     reasons.raise_collected_reasons()
     return _drop_raw_versions_of_processed_components(components, packed, left_out)
 

@@ -1,5 +1,6 @@
 """Malicious archives are refused in bounded time and memory, and nothing is written."""
 
+import bz2
 import gzip
 import io
 import tarfile
@@ -171,6 +172,42 @@ def test_an_archive_with_an_unreadable_file_named_as_its_records_is_refused(tmp_
         read_record_without_processing(path)
 
 
+@pytest.mark.parametrize("compress", [gzip.compress, bz2.compress])
+@pytest.mark.parametrize("form", ["peer", "geonet", "csmip2"])
+def test_compressed_files_are_read_like_their_content(tmp_path, form, compress):
+    """Regression: a compressed file that is no tar archive was called damaged."""
+    steps = np.random.default_rng(3).integers(-999, 999, (3, 210))
+    packed = {f"{name}.gz": compress(text.encode()) for name, text in FORMS[form].files(*steps).items()}
+    for name, data in packed.items():
+        (tmp_path / name).write_bytes(data)
+    (tmp_path / "x.zip").write_bytes(zip_of(packed))
+    named = [tmp_path / name for name in packed]
+    for paths in (named, named[0], tmp_path / "x.zip"):
+        record = read_record_without_processing(paths)
+        np.testing.assert_allclose([record.north, record.east], FORMS[form].north_east(*steps[:2]), atol=1e-8)
+    (tmp_path / "x.ps.gz").write_bytes(gzip.compress(b"%!PS-Adobe"))
+    assert [found.record is None for found in check_records_in_files([tmp_path])][:1] == [False]
+    for path in named:
+        path.write_bytes(path.read_bytes()[:-30])
+    with pytest.raises(RecordError, match="damaged"):
+        read_record_without_processing(named)
+
+
+@pytest.mark.parametrize(
+    ("begin", "kind"),
+    [
+        (b"\xfd7zXZ\x00", "xz"),
+        (b"7z\xbc\xaf\x27\x1c", "7z"),
+        (b"Rar!\x1a\x07", "rar"),
+        (b"\x1f\x9d", r"compress \(\.Z\)"),
+    ],
+)
+def test_other_packings_are_named(tmp_path, begin, kind):
+    (tmp_path / "x.AT2").write_bytes(begin + bytes(range(200)))
+    with pytest.raises(RecordError, match=rf"x\.AT2: packed by {kind}, which is not read; unpack it first"):
+        read_record_without_processing(tmp_path / "x.AT2")
+
+
 def link(kind: bytes, name: str = "T.NS", target: str = "/etc/passwd") -> tarfile.TarInfo:
     info = tarfile.TarInfo(name)
     info.type, info.linkname = kind, target
@@ -245,11 +282,13 @@ def bomb(kind: str) -> bytes:
             for number in range(25_000):
                 archive.writestr(f"{number}.NS", b"x")
         return buffer.getvalue()
+    if kind in ("gz", "bz2"):
+        return (gzip if kind == "gz" else bz2).compress(b"1" * 300_000_000)
     return tar_of({"T.NS": b"\0" * 300_000_000})
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("kind", ["zip", "tar", "many"])
+@pytest.mark.parametrize("kind", ["zip", "tar", "many", "gz", "bz2"])
 def test_archive_bombs_stay_within_1_gb_and_10_s(tmp_path, kind):
     path = tmp_path / "bomb.zip"
     path.write_bytes(bomb(kind))

@@ -243,7 +243,7 @@ def _sorted_files(folder: Path, pattern: str) -> list[Path]:
 
 def _has_archive_extension(path: Path) -> bool:
     """Return True if a file has the extension of a zip or tar archive."""
-    return path.name.lower().endswith((".tar", ".tar.gz", ".tgz", ".zip"))
+    return path.name.lower().endswith((".tar", ".tar.gz", ".tgz", ".tar.bz2", ".zip"))
 
 
 def _archive_members_with_stem(archive_file: SourceFile, file_stem: str) -> list[SourceFile]:

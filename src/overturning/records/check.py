@@ -20,7 +20,7 @@ from overturning.records.record import (
     processing_entry_text,
     processing_label,
 )
-from overturning.records.source import NON_RECORD_EXTENSIONS, SourceFile, read_source_file
+from overturning.records.source import NON_RECORD_EXTENSIONS, SourceFile, is_system_or_plot_file, read_source_file
 
 
 @dataclass(frozen=True)
@@ -153,7 +153,7 @@ def _list_all_and_skipped_files(path: Path, *, is_only_argument: bool) -> tuple[
 
 def has_non_record_name(path: Path) -> bool:
     """Return True if a file is hidden, or has an extension that no record format uses, such as that of a picture."""
-    return path.suffix.lower().lstrip(".") in NON_RECORD_EXTENSIONS or path.name.startswith(".")
+    return path.suffix.lower().lstrip(".") in NON_RECORD_EXTENSIONS or is_system_or_plot_file(path)
 
 
 def skipped_file_names(paths: Sequence[Path]) -> list[str]:

@@ -1,5 +1,7 @@
 """Input of the readers: files and members of archives in memory, within limits."""
 
+import bz2
+import gzip
 import hashlib
 import io
 import re
@@ -10,7 +12,7 @@ import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path, PurePosixPath
+from pathlib import Path, PurePath, PurePosixPath
 from typing import Final
 
 from overturning.errors import MissingDataError, RecordError
@@ -28,6 +30,11 @@ NON_RECORD_EXTENSIONS: Final = frozenset(
 
 DOCUMENTS: Final = frozenset(("docx", "kmz", "ods", "odt", "pptx", "xlsx"))
 """Extensions of documents that are zip files but no archives of records."""
+
+OTHER_PACKINGS: Final = {
+    b"\xfd7zXZ\x00": "xz", b"7z\xbc\xaf\x27\x1c": "7z", b"Rar!\x1a\x07": "rar", b"\x1f\x9d": "compress (.Z)",
+}  # fmt: skip
+"""Kinds of archives and compressed files that are not read, by their first bytes."""
 
 LEADING_BYTES: Final = b"\xef\xbb\xbf \r\n\t"
 """Bytes that may precede the first letter of a text: byte-order mark and white space."""
@@ -83,8 +90,9 @@ class SourceFile:
 
 
 def is_archive(file_bytes: bytes) -> bool:
-    """Return True if the bytes of a file begin like those of a zip, gzip or tar file."""
-    return file_bytes[:4] == b"PK\x03\x04" or file_bytes[:2] == b"\x1f\x8b" or file_bytes[257:262] == b"ustar"
+    """Return True if the bytes of a file begin like those of a zip, tar, gzip or bzip2 file."""
+    compressed = file_bytes[:2] == b"\x1f\x8b" or (file_bytes[:3] == b"BZh" and file_bytes[4:8] == b"1AY&")
+    return file_bytes[:4] == b"PK\x03\x04" or compressed or file_bytes[257:262] == b"ustar"
 
 
 def is_web_page(file_bytes: bytes) -> bool:
@@ -116,7 +124,7 @@ def read_source_file(path: Path) -> SourceFile:
 def unpack_archive(
     archive_file: SourceFile, *, _depth: int = 0, _budget: list[int] | None = None
 ) -> Iterator[SourceFile]:
-    """Yield the files in a .tar, .tar.gz or .zip archive, and those of archives inside it.
+    """Yield the files in a .tar, .tar.gz or .zip archive, and those of archives inside it; also a file in .gz or .bz2.
 
     Members are unpacked in memory only. A RecordError refuses member names that point out of the archive, links,
     devices, damage, more than two levels, and more than 200 MB in all. Sizes are counted while unpacking, because the
@@ -151,7 +159,7 @@ def _archive_members(archive_file: SourceFile, remaining_bytes_and_members: list
         if pure.is_absolute() or ".." in pure.parts or (pure.parts and ":" in pure.parts[0]):
             why = f"member {name!r} points out of the archive; unpack by hand what you trust"
             raise RecordError(f"{archive_file.name}: {why}")
-        if folder or _is_system_or_plot_file(pure):
+        if folder or is_system_or_plot_file(pure):
             continue
         if not plain:
             raise RecordError(f"{archive_file.name}: member {name!r} is a link or a device; put the file itself there")
@@ -168,13 +176,10 @@ def _archive_members(archive_file: SourceFile, remaining_bytes_and_members: list
         yield SourceFile(pure.name, member)
 
 
-def _is_system_or_plot_file(member_path: PurePosixPath) -> bool:
-    """Return True if an archive member is a system file (``.DS_Store``) or a compressed plot (``x.ps.gz``)."""
-    packed = (
-        member_path.suffix.lower() == ".gz"
-        and PurePosixPath(member_path.stem).suffix.lower().lstrip(".") in NON_RECORD_EXTENSIONS
-    )
-    return member_path.name.startswith(".") or "__MACOSX" in member_path.parts or packed
+def is_system_or_plot_file(path: PurePath) -> bool:
+    """Return True if a file is one of a system (``.DS_Store``) or a compressed plot (``x.ps.gz``), by its path."""
+    packed = path.suffix.lower() == ".gz" and PurePath(path.stem).suffix.lower().lstrip(".") in NON_RECORD_EXTENSIONS
+    return path.name.startswith(".") or "__MACOSX" in path.parts or packed
 
 
 _Member = tuple[str, bool, bool, Callable[[int], bytes]]
@@ -193,8 +198,25 @@ def _zip_members(archive_file: SourceFile) -> Iterator[_Member]:
             yield info.filename, (info.external_attr >> 16) & 0o170000 != 0o120000, info.is_dir(), read_zip_member
 
 
+def _is_single_compressed_file(archive_file: SourceFile) -> bool:
+    """Return True if the content of a compressed file is no tar archive."""
+    try:
+        tarfile.open(fileobj=io.BytesIO(archive_file.data), mode="r|*").close()
+    except tarfile.ReadError:
+        return archive_file.data[257:262] != b"ustar"
+    return False
+
+
 def _tar_members(archive_file: SourceFile) -> Iterator[_Member]:
-    """Yield name, kind and reader of each member of a tar file, as a tuple `_Member`."""
+    """Yield name, kind and reader of each member of a tar file, as a tuple `_Member`.
+
+    A compressed file that holds no tar file is yielded as its only member, without the extension such as ``.gz``.
+    """
+    if _is_single_compressed_file(archive_file):
+        decompress = bz2.open if archive_file.data[:2] == b"BZ" else gzip.open
+        with decompress(io.BytesIO(archive_file.data)) as content:
+            yield PurePosixPath(archive_file.name).stem, True, False, content.read
+        return
     with tarfile.open(fileobj=io.BytesIO(archive_file.data), mode="r|*") as archive:
         for info in archive:
             stream = archive.extractfile(info) if info.isreg() else None

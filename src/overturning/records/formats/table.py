@@ -36,7 +36,7 @@ from overturning.records.formats import (
     unam,
     usc,
 )
-from overturning.records.source import LEADING_BYTES, SourceFile
+from overturning.records.source import LEADING_BYTES, OTHER_PACKINGS, SourceFile
 
 _READER_ERRORS: Final = (ValueError, LookupError, OverflowError, MemoryError, TypeError, ZeroDivisionError)
 
@@ -194,6 +194,8 @@ def detect_format(source_file: SourceFile) -> RecordFileFormat:
     if source_file.data[:400].lstrip(LEADING_BYTES).startswith(b"<"):
         why = "a web page or XML, not a record; sign in where you downloaded it, and get it again"
         raise RecordError(f"{source_file.name}: {why}")
+    if kind := next((kind for begin, kind in OTHER_PACKINGS.items() if source_file.data.startswith(begin)), ""):
+        raise RecordError(f"{source_file.name}: packed by {kind}, which is not read; unpack it first")
     raise RecordError(
         f"{source_file.name}: the format is not recognised; known are {', '.join(f.name for f in FORMATS)} "
         "(docs/formats.md); declare its columns to read it as csv (columns, --columns), or get it again"

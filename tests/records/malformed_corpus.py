@@ -52,6 +52,7 @@ def generic(header: int) -> Iterator[tuple[str, Callable[[str], bytes]]]:
     yield "blanks only", lambda _t: b"  \n \n"
     yield "BOM", lambda t: b"\xef\xbb\xbf" + t.encode()
     yield "CRLF", lambda t: t.replace("\n", "\r\n").encode()
+    yield "CR CRLF", lambda t: t.replace("\n", "\r\r\n").encode()
     yield "CR", lambda t: t.replace("\n", "\r").encode()
     yield "UTF-16", lambda t: t.encode("utf-16")
     yield "DOS end of file", lambda t: t.encode() + b"\x1a"

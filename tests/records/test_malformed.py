@@ -89,7 +89,7 @@ def test_text_is_refused_by_name_or_read_right(tmp_path, form):
     assert {name: what for name, what in objections.items() if what} == {}
 
 
-HARMLESS = ("BOM", "CRLF", "CR", "DOS end of file", "zeros behind", "blank lines behind")
+HARMLESS = ("BOM", "CRLF", "CR CRLF", "CR", "UTF-16", "DOS end of file", "zeros behind", "blank lines behind")
 
 
 @pytest.mark.parametrize("form", WHOLE)

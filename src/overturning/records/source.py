@@ -1,6 +1,7 @@
 """Input of the readers: files and members of archives in memory, within limits."""
 
 import bz2
+import codecs
 import gzip
 import hashlib
 import io
@@ -65,8 +66,11 @@ class SourceFile:
     def text(self) -> str:
         """Content of the file as text, decoded as UTF-8, else Shift-JIS (Japanese loggers), else Latin-1.
 
-        Single accented letters of Latin-1 are also valid Shift-JIS, so Shift-JIS needs several Japanese letters.
+        A file that begins with the byte-order mark of UTF-16 is decoded as that. Single accented letters of Latin-1 are
+        also valid Shift-JIS, so Shift-JIS needs several Japanese letters.
         """
+        if self.data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+            return self.data.decode("utf-16", errors="replace")
         for encoding in ("utf-8-sig", "shift_jis"):
             try:
                 text = self.data.decode(encoding)
@@ -80,8 +84,18 @@ class SourceFile:
     def lines(self) -> list[str]:
         """Lines of the file, without line ends and without an end-of-file mark or zero bytes at the end of the file."""
         text = self.text.rstrip("\x1a\x00")
+        while "\r\r\n" in text:  # Transfers in text mode may double the carriage return.
+            text = text.replace("\r\r\n", "\r\n")
         # Not str.splitlines, which also breaks at form feeds and other marks that a text field may hold.
         return text.replace("\r\n", "\n").replace("\r", "\n").removesuffix("\n").split("\n")
+
+    @property
+    def first_bytes(self) -> bytes:
+        """Beginning of the file, by which its format is recognised: of UTF-16 as UTF-8, without a byte-order mark."""
+        begin = self.data[:4000]
+        if begin.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+            return begin.decode("utf-16", errors="ignore").encode()
+        return begin[:2000].removeprefix(codecs.BOM_UTF8)
 
     @property
     def suffix(self) -> str:

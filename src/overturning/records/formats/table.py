@@ -59,7 +59,7 @@ class RecordFileFormat:
         """Return True if the content of a file is in this format."""
         if callable(self.begins):
             return self.begins(source_file.data)
-        return bool(re.match(self.begins, source_file.data[:2000].removeprefix(b"\xef\xbb\xbf")))
+        return bool(re.match(self.begins, source_file.first_bytes))
 
     def read_components(
         self, source_file: SourceFile, declared_properties: DeclaredFileProperties
@@ -135,7 +135,7 @@ def holds_no_acceleration(source_file: SourceFile) -> bool:
     """Return True if a file begins like a file of velocities, displacements, spectra or PEER search results."""
     if source_file.name.lower() == "_searchresults.csv":
         return True
-    return bool(_NO_ACCELERATION.match(source_file.data[:2000].replace(b"\r\n", b"\n")))
+    return bool(_NO_ACCELERATION.match(re.sub(rb"\r+\n", b"\n", source_file.first_bytes)))
 
 
 FORMATS: Final = (

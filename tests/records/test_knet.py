@@ -218,6 +218,18 @@ def test_declared_azimuths_replace_those_of_the_files_with_a_note(tmp_path):
     assert same.notes == []
 
 
+def test_pictures_and_plots_that_share_the_stem_are_no_files_of_the_record(tmp_path):
+    """Regression: a picture next to the files made a record of the table unreadable."""
+    write_knet_set(tmp_path, "T", NORTH, EAST)
+    for name in ("T.pdf", "T.PNG", "T.ps.gz", "T.json"):
+        (tmp_path / name).write_bytes(b"%PDF")
+    record = read_record(RecordEntry(id="t", format="kik-net", source="T"), tmp_path)
+    np.testing.assert_allclose(record.north, NORTH * GAIN, atol=1e-9)
+    (tmp_path / "P.pdf").write_bytes(b"%PDF")
+    with refused(MissingDataError, "record p: P is not in"):
+        read_record(RecordEntry(id="p", source="P"), tmp_path)
+
+
 def test_hash_of_several_files_is_compared_with_the_table(tmp_path):
     paths = write_knet_set(tmp_path, "T", NORTH, EAST, UP)
     own = [hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(paths)]

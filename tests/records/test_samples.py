@@ -10,9 +10,10 @@ import pytest
 from overturning.motion.motion import Motion
 from overturning.motion.spectra import housner_spectrum_intensity
 from overturning.records.catalogue import RecordEntry
-from overturning.records.check import check_records_in_files, format_record_check, has_non_record_name
+from overturning.records.check import check_records_in_files, format_record_check
 from overturning.records.processing import process_record
 from overturning.records.read import read_record, read_record_without_processing
+from overturning.records.source import has_non_record_name
 from overturning.records.steps import RemoveMean
 
 ROOT = Path(__file__).parents[2]

@@ -9,7 +9,7 @@ from pydantic import AfterValidator, BaseModel, Field, model_validator
 from overturning.errors import ConfigError, MissingDataError
 from overturning.records.declared_properties import DeclaredFileProperties, FilePropertyColumns
 from overturning.records.fault_trace import checked_fault_trace_text
-from overturning.records.source import SourceFile, read_source_file, unpack_archive
+from overturning.records.source import SourceFile, has_non_record_name, read_source_file, unpack_archive
 from overturning.tables import read_table_rows
 
 
@@ -209,7 +209,7 @@ def _source_names_with_paths(table_entry: RecordEntry, data_dir: Path) -> list[t
             located.append((word.removeprefix(EXAMPLE), _example_file_path(table_entry, word.removeprefix(EXAMPLE))))
             continue
         named = [data_dir / word] if (data_dir / word).is_file() else []
-        matching = _sorted_files(data_dir, f"{word}.*")
+        matching = [path for path in _sorted_files(data_dir, f"{word}.*") if not has_non_record_name(path)]
         plain = [path for path in matching if not _has_archive_extension(path)]
         holding = (
             named

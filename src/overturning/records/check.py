@@ -20,7 +20,7 @@ from overturning.records.record import (
     processing_entry_text,
     processing_label,
 )
-from overturning.records.source import NON_RECORD_EXTENSIONS, SourceFile, is_system_or_plot_file, read_source_file
+from overturning.records.source import SourceFile, has_non_record_name, read_source_file
 
 
 @dataclass(frozen=True)
@@ -149,11 +149,6 @@ def _list_all_and_skipped_files(path: Path, *, is_only_argument: bool) -> tuple[
     """
     there = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
     return there, [p for p in there if has_non_record_name(p) and (path.is_dir() or not is_only_argument)]
-
-
-def has_non_record_name(path: Path) -> bool:
-    """Return True if a file is hidden, or has an extension that no record format uses, such as that of a picture."""
-    return path.suffix.lower().lstrip(".") in NON_RECORD_EXTENSIONS or is_system_or_plot_file(path)
 
 
 def skipped_file_names(paths: Sequence[Path]) -> list[str]:

@@ -196,6 +196,11 @@ def is_system_or_plot_file(path: PurePath) -> bool:
     return path.name.startswith(".") or "__MACOSX" in path.parts or packed
 
 
+def has_non_record_name(path: PurePath) -> bool:
+    """Return True if a file is hidden, or has an extension that no record format uses, such as that of a picture."""
+    return path.suffix.lower().lstrip(".") in NON_RECORD_EXTENSIONS or is_system_or_plot_file(path)
+
+
 _Member = tuple[str, bool, bool, Callable[[int], bytes]]
 """Archive member: name, True for a plain file, True for a folder, and a function that reads its first n bytes."""
 

@@ -119,7 +119,7 @@ OTHERWISE: dict[str, list[tuple[str, ...]]] = {
     "peer": [
         ("NPTS=    203", "NPTS=    999", "NPTS=    195"),
         ("DT=   0.0100", "DT=   0.0000", "DT=   86400."),
-        ("IN UNITS OF G", "IN UNITS OF CM/S/S"),
+        ("IN UNITS OF G", "IN UNITS OF CM/S/S", "IN UNITS OF G/10"),
         (", 228", ", H1", ", 318"),
     ],
     "cosmos0": [

@@ -15,7 +15,7 @@ from overturning.units import STANDARD_GRAVITY
 
 FIELDS: Final[Fields] = {
     "names": (1, "(.*)"),
-    "ACCELERATION IN UNITS OF G (as in .AT2 files)": (2, r"(ACCELERATION.*UNITS OF G)\b"),
+    "ACCELERATION IN UNITS OF G (as in .AT2 files)": (2, r"(ACCELERATION.*UNITS OF G)(?![\w/*])"),
     "corners": rf"HP=\s*({FLOAT})\s*Hz\s+LP=\s*({FLOAT})\s*Hz",
     "NPTS": (3, r"(\d+)\s+\S+\s+NPTS\s*,\s*DT|NPTS\s*=\s*(\d+)"),
     "DT": (3, rf"({FLOAT})\s+NPTS\s*,\s*DT|DT\s*=\s*({FLOAT})"),

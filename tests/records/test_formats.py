@@ -595,9 +595,27 @@ def test_usc_has_two_layouts_and_states_sense_and_azimuth_twice(tmp_path):
         put(tmp_path, corrected)
 
 
+@pytest.mark.parametrize(
+    ("recorder", "first", "trigger", "start"),
+    [
+        # Arica, 2009: P waves arrived 17 s after the origin, 03:05:57, and 49.7 s after the first sample.
+        ("ETNA", "11/13/2009 3:05:27", "11/13/2009 3:06:17.600", "2009-11-13T03:05:27.6Z"),
+        # Angol and Santiago, 2010: the earthquake of 06:34 is at 03:53 and 03:35 of the local clocks.
+        ("QDR", "02/27/2010 3:53:52", "2/27/2010 3:54:12.000", None),
+        ("SSA2", "02/27/2010 3:35:22", "2/27/2010 3:35:36.840", None),
+        ("ETNA", "02/27/2010 6:35:20", "2/27/2010 7:35:40.800", None),
+    ],
+)
+def test_renadic_begins_before_its_trigger_and_has_local_clocks(tmp_path, recorder, first, trigger, start):
+    """Regression: the time of the trigger was taken as that of the first sample, 20 to 50 s too late."""
+    a, b = (np.round(x / 100, 3) for x in (A, B))
+    text = renadic_text({"NS": a, "EW": b}, first=first, trigger=trigger, recorder=recorder)
+    assert put(tmp_path, text).start == start
+
+
 def test_renadic_asks_for_azimuths_and_has_clocks_that_were_never_set(tmp_path):
     a, b = (np.round(x / 100, 3) for x in (A, B))
-    never_set = renadic_text({"L": a, "T": b}, trigger="1/1/1980 0:00:00.000")
+    never_set = renadic_text({"L": a, "T": b}, first="01/01/1980 0:00:00", trigger="1/1/1980 0:00:00.000")
     with refused(RecordError, "x.txt", "says nothing about north"):
         put(tmp_path, never_set)
     record = put(tmp_path, never_set, azimuths_deg=(0, 90))

@@ -56,10 +56,13 @@ def unam_text(channels: dict, interval: float = 0.01, first: str = "07:19:20.50"
     )
 
 
-def renadic_text(channels: dict, interval: float = 0.005, trigger: str = "2/27/2010 6:34:50.000") -> str:
+def renadic_text(
+    channels: dict, interval: float = 0.005, *, first: str = "02/27/2010 6:34:50",
+    trigger: str = "2/27/2010 6:35:10.600", recorder: str = "ETNA",
+) -> str:  # fmt: skip
     """RENADIC (Chile): ``channels`` maps L, T and V to samples in g/10."""
     coded = {axis: (0, samples) for axis, samples in channels.items()}
-    return pairs_text(coded, interval, "renadic", trigger=trigger)
+    return pairs_text(coded, interval, "renadic", first=first, trigger=trigger, recorder=recorder)
 
 
 def counts_text(a, b, *, microvolts=2000.0, volts_per_g=1.25, gain=2.0):

@@ -148,7 +148,7 @@ FORMS: dict[str, Written] = {
     "peer-oldest": Written(at2("oldest"), 1e-4, G, (228, 318), 4, 0.01, {"station": "TEST RECEIVING STA"}, peak=False),
     "renadic": Written(
         one("x.v1", renadic_text, "NS", "EW", "V"), 1e-3, 0.1 * G, (0, 90), 27, 0.005,
-        {"start": "2010-02-27T06:34:50Z", "station": "PRUEBA S/N 4561", "latitude": None}, declared=UP,
+        {"start": "2010-02-27T06:34:50.6Z", "station": "PRUEBA S/N 4561", "latitude": None}, declared=UP,
     ),
     "cwa": Written(
         rows("x.dat", cwa_text), 0.1, 0.01, (0, 90), 22, 0.01,

@@ -8,6 +8,7 @@ hold pairs of time and acceleration instead (10F7, g/10). RENADIC's axes L, T an
 
 import re
 from dataclasses import replace
+from datetime import datetime, timedelta
 from functools import partial
 from typing import Final
 
@@ -50,6 +51,10 @@ FIELDS: Final[Fields] = {
     "record length": rf"RECORD LENGTH\s*=\s*({FLOAT})",
     "unit of the pairs": r"UNITS OF .*SEC AND (G/10|G|CM/SEC/SEC|CM/SEC2)(?=[.,;\s]|$)",
 }
+LOCAL_CLOCKS: Final = re.compile(r"\b(QDR|SSA-?[12]|SMA(-?1)?)\b", re.IGNORECASE)
+"""Recorders of RENADIC without a satellite clock."""
+LONGEST_MEMORY: Final = timedelta(seconds=120)
+"""Longest pre-event memory of a recorder."""
 OWN_NAMES: Final = ("CSMIP", "CGS", "CDMG", "DMG", "OSMS")
 """Names under which the agency of this format signs its files; other names are those of other agencies."""
 PEAK: Final = {
@@ -109,14 +114,9 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     )
     origin, places = header.origin_time_and_epicentre_entries()
     if header.field_text("renadic"):
-        # RENADIC omits the station number, writes 0° N, 0° E for an unknown place and 1980-01-01 for an unset clock.
-        station, start, origin, places = (
-            channel_lines.lines[5].strip(),
-            header.utc_time_of_date_field("trigger"),
-            None,
-            {},
-        )
-        start = None if start and (start.year, start.month, start.day) == (1980, 1, 1) else start
+        # RENADIC omits the station number, and writes 0° N, 0° E for an unknown place.
+        station, start, places = channel_lines.lines[5].strip(), _start_time_of_renadic(header, origin), {}
+        origin = None
         latitude, longitude = (latitude, longitude) if latitude or longitude else (None, None)
     signed = header.field_text("processed by") if volume == 2 else ""
     by = {"processed_by": signed} if signed and signed.upper() not in OWN_NAMES else {}
@@ -141,6 +141,23 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
         notes=notes,
     )
     return component, end + 1
+
+
+def _start_time_of_renadic(header: Header, stated_origin: datetime | None) -> datetime | None:
+    """Return the UTC time of the first sample of a file of RENADIC (Chile); None if its clock does not give it.
+
+    The field ORIGIN is the time of the first sample in whole seconds: in files of recorders with satellite clocks, the
+    motion begins after it by the time between ORIGIN and TRIGGER TIME (20 to 50 s, the pre-event memory), and P waves
+    arrive in time. The memory lasts whole seconds, so the fraction of the trigger's second is also that of the first
+    sample. Recorders without a satellite clock have local time there, although the header says GMT, or 1980-01-01.
+    """
+    trigger = header.utc_time_of_date_field("trigger")
+    if trigger is None or stated_origin is None or LOCAL_CLOCKS.search(header.lines[4]):
+        return None
+    if (trigger.year, trigger.month, trigger.day) == (1980, 1, 1):
+        return None
+    start = stated_origin.replace(microsecond=trigger.microsecond)
+    return start if timedelta() <= trigger - start <= LONGEST_MEMORY else None
 
 
 def _header_peak_unit(header: Header) -> str:

@@ -389,6 +389,31 @@ def test_cismid_has_peaks_in_the_order_of_its_columns_and_the_date_of_the_earthq
         put(tmp_path, re.sub(r"(ACCELERATION +:) +(\S+)( +)(\S+)", r"\1 \4\3\2", cismid_text(A, 2 * B, C)))
 
 
+@pytest.mark.parametrize("stated", ["17/08/1999 00:01:39.07 (GMT)", "1999/08/17 00:01:39 (GMT)", "17/08/1999 00:01:39"])
+def test_nsmn_has_the_day_or_the_year_of_the_earthquake_first(tmp_path, stated):
+    """Regression: an origin with the year first was not read."""
+    (text,) = FORMS["nsmn"].files(*STEPS).values()
+    assert "17/08/1999 00:01:39.07 (GMT)" in text
+    record = put(tmp_path, text.replace("17/08/1999 00:01:39.07 (GMT)", stated))
+    assert record.extra["origin_time"] == "1999-08-17T00:01:39Z"
+
+
+@pytest.mark.parametrize(
+    ("second", "millis", "start"),
+    [
+        (12, 500, "1989-10-18T00:04:12.5Z"), (0, 0, "1989-10-18T00:04:00Z"), (12, -32768, "1989-10-18T00:04:12Z"),
+        (0, -32768, None), (-32768, -32768, None),
+    ],
+)  # fmt: skip
+def test_smc_of_film_has_the_minute_of_the_earthquake_and_no_start(tmp_path, second, millis, start):
+    """Regression: the minute of the earthquake was taken as the time of the first sample."""
+    more = {5: (second, millis)}
+    files = {f"x{n}.smc": smc_text(x, 100, a, more=more) for n, (x, a) in enumerate([(A, "360"), (B, "90")])}
+    record = put(tmp_path, files)
+    assert record.start == start
+    assert record.extra["origin_time"] == "1989-10-18T00:04:00Z"
+
+
 def test_nsmn_is_in_the_code_page_of_the_place(tmp_path):
     (tmp_path / "z.txt").write_bytes(nsmn_text(A, B, C).replace("TEST MERKEZ", "DÜZCE ĞI").encode("cp1254"))
     check(read_record_without_processing(tmp_path / "z.txt"), A / 100, B / 100, C / 100)

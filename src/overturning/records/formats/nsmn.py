@@ -49,7 +49,12 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
                     "time of the record", "%d/%m/%Y %H:%M:%S.%f", text_part=f"{moment}.{fraction[:6] or 0}"
                 ),
                 event=f"earthquake of {header.field_text('origin')}",
-                origin=parse_time_as_utc(header.field_text("origin").partition(".")[0], "%d/%m/%Y %H:%M:%S"),
+                # Files of about 2017 have the year first here, but not in the time of the record.
+                origin=parse_time_as_utc(
+                    re.sub(r"(:\d+:\d+).*", r"\1", header.field_text("origin")),
+                    "%d/%m/%Y %H:%M:%S",
+                    "%Y/%m/%d %H:%M:%S",
+                ),
                 coordinates=header.field_coordinates("a place like 40.84N-31.15E"),
                 peak=header.field_peak_acceleration("PGA in Gal (no other unit is read)", GAL, stated[1]),
                 epicentre=header.field_coordinates("an epicentre like 40.84N-31.15E"),

@@ -18,6 +18,7 @@ from overturning.records.component import (
     RecordComponent,
     axis_direction_from_name_or_code,
 )
+from overturning.records.formats.header import parse_time_as_utc
 from overturning.records.formats.lines import TextLines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -59,6 +60,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             interval,
             start=_start_time(whole, text),
             station=(station[1] if station else "") or lines[2].strip(),
+            origin=parse_time_as_utc(" ".join(lines[3].split()[:4]), "%Y %m %d %H%M"),
             event=re.sub(r"^\s*\d+\s+\d+\s+\d+\s+\d*\s*", "", lines[3]).strip(),
             coordinates=(known.get(10), known.get(11)),
             # The header has seven digits, the data have five: they may differ by half a unit of the data's last digit.
@@ -116,9 +118,12 @@ def _flagged_problem_and_longitude_notes(
 
 
 def _start_time(header_integers: np.ndarray, lines: TextLines) -> datetime | None:
-    """Return the UTC time of the first sample from year, day of year and time of day; None if not stated."""
+    """Return the UTC time of the first sample from year, day of year and time of day; None if not stated.
+
+    Without milliseconds, a time of whole minutes is that of the earthquake, as in files of digitised film.
+    """
     year, day, hour, minute, second, millis = (int(n) for n in header_integers[1:7])
-    if NULL in (year, day, hour, minute) or year == 0:
+    if NULL in (year, day, hour, minute) or year == 0 or (second in (0, NULL) and millis == NULL):
         return None
     if not (1 <= day <= 366 and 1880 <= year <= 2200):
         raise lines.line_error(11, f"start {year}, day {day}, {hour}:{minute}; correct the header")

@@ -201,6 +201,19 @@ def test_geonet_counts_samples_put_before_the_buffer_and_writes_0_for_an_unknown
     assert "magnitude" not in record.extra
 
 
+@pytest.mark.parametrize(("volume", "stated"), [(1, r"Format: \(8f9\.6\)"), (2, r"\(8f10\.4\)")])
+def test_csmip_without_a_stated_format_has_the_columns_of_its_lines(tmp_path, volume, stated):
+    """Regression: columns of nine characters were read as ten, which was refused."""
+    scale, unit = (1e4, G) if volume == 1 else (1.0, 0.01)
+    text = csmip_text({"360 Deg": (360, A / scale), "90 Deg": (90, B / scale)}, 100, volume=volume)
+    spoilt = re.sub(stated, "", text)
+    assert spoilt != text
+    check(put(tmp_path, spoilt), A / scale * unit, B / scale * unit)
+    first = re.search(r" points (?:of accel|at).*\n(.*)", spoilt)[1]
+    with refused(RecordError, "x.txt line"):
+        put(tmp_path, spoilt.replace(first, first[:64], 1))
+
+
 def test_csmip_volume_2_of_the_eighties(tmp_path):
     """Capitals, CMS/SEC/SEC, and a data line without unit and format: the unit is that of the stated peak."""
     text = csmip_text({"90 Deg": (90, A), "360 Deg": (360, B)}, 100, volume=2).upper()

@@ -187,7 +187,9 @@ def _read_evenly_spaced_samples(
     if unit not in UNITS:
         raise channel_lines.line_error(data_line_index, f"unit {unit or 'missing'!r}; known are {', '.join(UNITS)}")
     form, count = data.field_pattern_match("format"), int(data.field_text("number of samples"))
-    per_line, width = (int(form[1]), int(form[2])) if form else (8, 10)
+    per_line, width = (
+        (int(form[1]), int(form[2])) if form else _columns_of_full_line(channel_lines, data_line_index + 1)
+    )
     samples, _, notes = channel_lines.read_fixed_width_samples(
         data_line_index + 1, width=width, per_line=per_line, count=count
     )
@@ -197,6 +199,15 @@ def _read_evenly_spaced_samples(
             header.line_index_of_field("record length"), count, interval, header.field_number("record length")
         )
     return samples * UNITS[unit], interval, notes
+
+
+def _columns_of_full_line(channel_lines: TextLines, line_index: int) -> tuple[int, int]:
+    """Return the number of columns of a line of samples and their width, where no line states the FORTRAN format.
+
+    There are eight columns, of ten characters unless the line is full with another width (``8F9.6`` of RAW files).
+    """
+    width, rest = divmod(len("".join(channel_lines.lines[line_index : line_index + 1]).rstrip()), 8)
+    return 8, width if width > 0 and not rest else 10
 
 
 def _read_time_acceleration_pairs(

@@ -102,6 +102,19 @@ def test_any_samples_written_are_read_back(form, samples):
     np.testing.assert_allclose([record.north, record.east], [north, east], atol=1e-8 * max(1, np.abs(samples).max()))
 
 
+@pytest.mark.parametrize("form", ["knet", "peer", "csmnc", "esm"])
+def test_a_number_split_in_two_is_refused(tmp_path, form):
+    """Regression: with a blank inside a number, all later samples were shifted; only a note told of one too many."""
+    files = FORMS[form].files(*STEPS)
+    name, text = next(iter(files.items()))
+    lines = text.splitlines(keepends=True)
+    at = FORMS[form].header + 4
+    spoilt = re.sub(r"(\d)(\d)", r"\1 \2", lines[at], count=1)
+    assert len(spoilt.split()) == len(lines[at].split()) + 1
+    with refused(RecordError, f"{name} line {at + 1}", "the line is damaged: get the file again"):
+        put(tmp_path, files | {name: "".join([*lines[:at], spoilt, *lines[at + 1 :]])})
+
+
 @pytest.mark.parametrize("form", [form for form in FORMS if form not in UNCOUNTED])
 def test_file_longer_than_its_header_is_read_to_the_stated_count(tmp_path, form):
     """Ten samples more than the 200 of the header, after those of the first component."""

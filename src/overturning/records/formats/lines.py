@@ -126,8 +126,18 @@ class TextLines:
             )
 
     def read_all_numbers(self, first_line: int) -> FloatArray:
-        """Read all numbers, separated by blanks, from line ``first_line`` to the end of the file."""
-        values = self.parse_cells({k: line.split() for k, line in enumerate(self.lines[first_line:], first_line)})
+        """Read all numbers, separated by blanks, from line ``first_line`` to the end of the file; skip blank lines.
+
+        A RecordError names text that is no number, and a line with another count of numbers than the first one: in a
+        damaged line a number may be split in two, which would shift all later samples. The last line may be shorter.
+        """
+        cells = {k: words for k, line in enumerate(self.lines[first_line:], first_line) if (words := line.split())}
+        values = self.parse_cells(cells)
+        count, last = len(next(iter(cells.values()), ())), max(cells, default=0)
+        wrong = next((k for k, words in cells.items() if len(words) != count and (k != last or len(words) > count)), 0)
+        if wrong:
+            what = f"{len(cells[wrong])} numbers where {count} belong"
+            raise self.line_error(wrong, f"{what}; the line is damaged: get the file again")
         self._check_last_number_is_complete()
         return values
 

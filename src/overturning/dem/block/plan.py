@@ -1,11 +1,12 @@
 """Plan of the cases of a single block: contact constants, time steps, and samples that can be skipped."""
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.dem.block.loops import SCHEMES
 from overturning.dem.block.path import convert_block_trajectory
 from overturning.dem.block.rules import BlockKernelInput
@@ -99,6 +100,54 @@ class BlockSimulationPlan(SimulationPlan):
         )
 
 
+class BlockStepLengths(NamedTuple):
+    """Lengths of the time steps of n blocks, arrays of shape (n,)."""
+
+    steps: NDArray[np.int64]
+    """Whole steps per sample."""
+    standing: NDArray[np.int64]
+    """Length of a step while a block stands on both corners, in whole steps."""
+    finest: FloatArray
+    """Longest step in which a contact may open or close, s."""
+    halvings: NDArray[np.int64]
+    """Halvings of a whole step that give at most the finest step; negative if the whole step is shorter."""
+    ratio: FloatArray | float
+    """Ratio of the requested to the automatic step length, at most 1."""
+
+
+def block_step_lengths(
+    scheme: IntegrationScheme,
+    numerics: NumericalOptions,
+    squared_frequency: FloatArray,
+    damping_rate: FloatArray,
+    sampling_interval: float,
+    time_constant: FloatArray,
+) -> BlockStepLengths:
+    """Return the lengths of the time steps of blocks, from the bounds of their highest frequency and damping rate.
+
+    `squared_frequency` is in 1/s², `damping_rate` in 1/s, `sampling_interval` and `time_constant` (1/p) in s.
+    """
+    square, rate, interval, period = squared_frequency, damping_rate, sampling_interval, time_constant
+    steps = steps_per_sample(scheme, numerics.time_step, square, rate, interval, period) * numerics.refinement
+    standing = np.ones_like(steps)
+    if scheme == IntegrationScheme.CENTRED:
+        # Steps of one sample are enough while a block stands on a contact that is stiff compared with them. They are
+        # divided if a shorter time step is set.
+        usual = steps_per_sample(scheme, "auto", square, rate, interval, period)
+        standing = np.where(np.sqrt(square) * interval >= RIGID_TIME_RATIO, np.gcd(usual, steps), 1)
+    # A shorter time step also shortens the finest step.
+    ratio = (
+        requested_to_automatic_step_ratio(scheme, numerics.time_step, longest_stable_step(scheme, square, rate, period))
+        / numerics.refinement
+    )
+    finest = BLOCK.finest * ratio * shortest_contact_time(square, rate)
+    halvings = np.frexp(interval / steps / finest)[1].astype(np.int64)
+    if scheme == IntegrationScheme.CENTRED:
+        # If this needs more halvings than allowed, shorten the whole step.
+        steps = steps << np.maximum(halvings - BLOCK.max_step_halvings, 0)
+    return BlockStepLengths(steps, standing, finest, halvings, ratio)
+
+
 def plan_block_simulation(
     model: PlanarModel, motion: Motion, cases: Cases, numerics: NumericalOptions
 ) -> BlockSimulationPlan:
@@ -131,23 +180,7 @@ def plan_block_simulation(
     rate = block_highest_eigenvalue_bound(dashpot, dashpot, 0.5 * width, 0.5 * height)
     period = rocking_time_constant(width, height)
     interval, samples = motion.sampling_interval, motion.sample_count
-    steps = steps_per_sample(scheme, numerics.time_step, square, rate, interval, period) * numerics.refinement
-    standing = np.ones_like(steps)
-    if scheme == IntegrationScheme.CENTRED:
-        # Steps of one sample are enough while a block stands on a contact that is stiff compared with them. They are
-        # divided if a shorter time step is set.
-        usual = steps_per_sample(scheme, "auto", square, rate, interval, period)
-        standing = np.where(np.sqrt(square) * interval >= RIGID_TIME_RATIO, np.gcd(usual, steps), 1)
-    # A shorter time step also shortens the finest step.
-    shorter = (
-        requested_to_automatic_step_ratio(scheme, numerics.time_step, longest_stable_step(scheme, square, rate, period))
-        / numerics.refinement
-    )
-    finest = BLOCK.finest * shorter * shortest_contact_time(square, rate)
-    halvings = np.frexp(interval / steps / finest)[1].astype(np.int64)
-    if scheme == IntegrationScheme.CENTRED:
-        # If this needs more halvings than allowed, shorten the whole step.
-        steps = steps << np.maximum(halvings - BLOCK.max_step_halvings, 0)
+    lengths = block_step_lengths(scheme, numerics, square, rate, interval, period)
     first, calm, stays_at_rest = (
         np.zeros(cases.case_count, np.int64),
         np.full(cases.case_count, np.inf),
@@ -183,16 +216,16 @@ def plan_block_simulation(
         "calm": calm,
         "after": samples + np.ceil(MAX_TIME_AFTER_RECORD * period / interval),
         "rest_limit": rest_limit,
-        "gentle": MAX_GENTLE_TRAVEL * finest * width * evaluate_and_round_results(np.arctan, ratio) / period,
-        "finest": np.ldexp(1.0, BLOCK.max_step_halvings - np.clip(halvings, 0, BLOCK.max_step_halvings)),
-        "standing": TICKS * standing,
-        "dwell": np.round(BLOCK.steps_before_length_doubles(square, rate) / shorter),
-        "settled": np.round(BLOCK.settled / shorter),
+        "gentle": MAX_GENTLE_TRAVEL * lengths.finest * width * evaluate_and_round_results(np.arctan, ratio) / period,
+        "finest": np.ldexp(1.0, BLOCK.max_step_halvings - np.clip(lengths.halvings, 0, BLOCK.max_step_halvings)),
+        "standing": TICKS * lengths.standing,
+        "dwell": np.round(BLOCK.steps_before_length_doubles(square, rate) / lengths.ratio),
+        "settled": np.round(BLOCK.settled / lengths.ratio),
     }
     for name, values in columns.items():
         table[name] = values
     return BlockSimulationPlan(
-        model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground, steps=steps,
-        first=first, stays_at_rest=stays_at_rest, table=table,
+        model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground,
+        steps=lengths.steps, first=first, stays_at_rest=stays_at_rest, table=table,
         too_soft=exceeds_penetration_limit(0.5 * STANDARD_GRAVITY / normal, np.minimum(width, height)),
     )  # fmt: skip

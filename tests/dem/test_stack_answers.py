@@ -16,6 +16,7 @@ from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import ROOT
+from tests.dem.reference.particles import slip_in_hops
 from tests.dem.test_stack import INTERVAL, THREE, boxes, plateau, run, waves
 
 
@@ -31,6 +32,19 @@ def test_a_shaft_on_a_broad_base_rocks_as_on_the_ground() -> None:
         assert 0.5 < tilt < 15.0
         assert float(above.peak_tilt.to_numpy().ravel()[0]) < 1e-2
         assert float(above.peak_tilt.to_numpy().ravel()[1]) == pytest.approx(tilt, rel=5e-3)
+
+
+@pytest.mark.parametrize("push", [1.5, 2.0])
+def test_a_slender_stone_that_slid_on_the_ground_and_still_rocks_stands(push: float) -> None:
+    """The ground has no rim, so the stone stands as firmly as before; it slips by four widths while in the air."""
+    along, up = push * np.sin(0.08 * np.arange(40)), np.full(40, -15.0)
+    along[-1] = up[-1] = 0.0
+    motion = Motion(along, 0 * along, up, sampling_interval=0.01, trust_data=True)
+    found = simulate(motion, boxes((0.09, 0.09, 0.6)), orientation_deg=[0.0, 10.0], friction=0.5, leave_out=False)
+    assert found.status.to_numpy().ravel().tolist() == [CaseStatus.SIMULATED] * 2
+    assert found.overturned.to_numpy().ravel().tolist() == [0, 0]
+    slip = slip_in_hops(along, up, 0.01, 0.5)
+    np.testing.assert_allclose(found.residual_slip_north.to_numpy().ravel(), slip, rtol=0.01)
 
 
 def test_a_compound_opens_at_its_lowest_joint_like_one_stone() -> None:

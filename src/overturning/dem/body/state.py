@@ -208,6 +208,12 @@ class BodyTerminationLimits(NamedTuple):
     """Horizontal acceleration below which a standing body takes sample-long steps, as a share of its weight."""
 
 
+class LateLean(NamedTuple):
+    """Largest lean (sin² of tilt) of a body from half-way between the end of the record and the end of the case."""
+
+    lean: float
+
+
 class PredictedContactPoint(NamedTuple):
     """Predicted penetration, velocity, contact and sliding of a contact point of a body at the end of a step."""
 
@@ -330,7 +336,7 @@ ROWS: Final = TupleRowLayout(
     COLUMNS, BodyConstants, CaseStepControl, BodyState, Matrix3, BaseContactState, BodyPeakValues,
     BodyEnergyAndMomentumAccount, BodyBaseMotion, LoadedSampleNumber, CaseProgress, BodyTerminationLimits,
     StepAttempt, StepRejectionFlags, PredictedBody, ContactEquationTerms, BodyVelocityChange, ContactForceSum,
-    LargestContactChanges, CaseRestState,
+    LargestContactChanges, CaseRestState, LateLean,
 )  # fmt: skip
 VERTEX: Final = TupleRowLayout(COLUMNS, BodyVertex, ContactPointAtStepStartAndEnd, PredictedContactPoint)
 

@@ -259,7 +259,7 @@ def stack_cannot_fall(state: Any, lane: int, corner_limit: int, stones_at_rest: 
     """True if no stone has fallen, and the energy of the stack does not suffice to overturn any part of it.
 
     A part needs the energy `CaseProgress.barrier` to overturn, less what slips take away: at least the square of the
-    share of its base that is left remains.
+    share of its base that is left remains. On the ground, which has no rim, a slip takes nothing away.
     """
     case, course = load_case(state, lane), load_course(state, lane)
     # Horizontal position of the upper face below, and of the centre of its stone at rest.
@@ -273,7 +273,7 @@ def stack_cannot_fall(state: Any, lane: int, corner_limit: int, stones_at_rest: 
         ahead = (stone.place.x - constants.foot * own.xz - x) - (start.x - start_x)
         aside = (stone.place.y - constants.foot * own.yz - y) - (start.y - start_y)
         # Not math.hypot: its last digit differs between processors.
-        slip += np.sqrt(ahead * ahead + aside * aside)
+        slip += np.sqrt(ahead * ahead + aside * aside) if s > 0 else 0.0
         x, y = stone.place.x + constants.top * own.xz, stone.place.y + constants.top * own.yz
         start_x, start_y = start.x, start.y
     left = max(1.0 - slip / case.reach, 0.0)

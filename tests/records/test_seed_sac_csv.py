@@ -222,6 +222,21 @@ def test_gaps_are_refused(tmp_path):
         read_record_without_processing(tmp_path / "x.mseed")
 
 
+@pytest.mark.parametrize("at", [200, 300, 400])
+def test_miniseed_whose_samples_contradict_their_check_values_is_refused_unless_trusted(tmp_path, at):
+    """Regression: a changed byte among differences of samples shifted all later samples, with a note alone."""
+    write_inventory(tmp_path / "s.xml", CHANNELS)
+    path = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})
+    data = bytearray(path.read_bytes())
+    data[at] ^= 0x10
+    path.write_bytes(data)
+    with refused(RecordError, "x.mseed: obspy warns: ", "integrity check", "get the file again, or say --trust-data"):
+        read_record_without_processing(path)
+    record = read_record_without_processing(path, DeclaredFileProperties(trust_data=True))
+    assert any("integrity check" in text for text in record.extra["trusted"])
+    assert not any("integrity check" in text for text in record.notes)
+
+
 def test_a_velocity_sensor_is_deconvolved(tmp_path):
     """A 1-Hz sine of velocity V gives an acceleration of 2πV in the middle of the record."""
     time = np.arange(4000) / 100

@@ -79,12 +79,17 @@ class RecordFileFormat:
             raise RecordError(f"{source_file.name}: {what}; get it again") from problem
         by = {"processed_by": self.agency} if self.agency else {}
         told = _obspy_warning_notes(caught, source_file.name)
+        damaged = tuple(note for note in told if "integrity" in note)
+        if damaged and not declared_properties.trust_data:
+            raise RecordError(f"{damaged[0]}; its samples are damaged: get the file again, or say --trust-data")
         return [
             replace(
                 c,
                 format=c.format or self.name,
-                extra=(by if c.processed else {}) | dict(c.extra),
-                notes=(*c.notes, *told),
+                extra=(by if c.processed else {})
+                | dict(c.extra)
+                | ({"trusted": (*c.extra.get("trusted", ()), *damaged)} if damaged else {}),
+                notes=(*c.notes, *(note for note in told if note not in damaged)),
             )
             for c in found
         ]

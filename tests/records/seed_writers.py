@@ -30,9 +30,12 @@ def response(gain: float, unit: str, *, broadband: bool = False) -> Response:
 
 def write_inventory(
     path: Path, channels: dict, *, station="TST1", gain: float = 400_000.0, unit: str = "M/S**2", depth: float = 0.0,
-    broadband: bool = False,
+    broadband: bool = False, rate: float = 100.0, rates: dict[str, float] | None = None,
 ) -> Path:  # fmt: skip
-    """StationXML; ``channels`` maps code (HNN, or 10.HNN with its location) to (azimuth, dip)."""
+    """StationXML; ``channels`` maps code (HNN, or 10.HNN with its location) to (azimuth, dip).
+
+    ``rates`` are sampling rates by band and instrument code (BN), where they are not ``rate``.
+    """
     listed = [
         Channel(
             code.rpartition(".")[2],
@@ -43,7 +46,7 @@ def write_inventory(
             depth,
             azimuth=azimuth,
             dip=dip,
-            sample_rate=100.0,
+            sample_rate=(rates or {}).get(code[:2], rate),
             response=response(gain, unit, broadband=broadband),
         )
         for code, (azimuth, dip) in channels.items()

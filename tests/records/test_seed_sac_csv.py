@@ -261,7 +261,8 @@ def test_a_broadband_sensor_keeps_high_frequencies_and_early_motion(tmp_path, fr
     speed = np.zeros(hertz.size, complex)
     speed[1:] = np.fft.rfft(wave)[1:] / (2j * np.pi * hertz[1:]) * of_broadband(hertz[1:])
     counts = 1e9 * np.fft.irfft(speed, time.size)
-    write_inventory(tmp_path / "s.xml", {"HHN": (0.0, 0.0), "HHE": (90.0, 0.0)}, gain=1e9, unit="M/S", broadband=True)
+    axes = {"HHN": (0.0, 0.0), "HHE": (90.0, 0.0)}
+    write_inventory(tmp_path / "s.xml", axes, gain=1e9, unit="M/S", broadband=True, rate=rate)
     traces = {"HHN": np.round(counts), "HHE": np.round(counts / 2)}
     record = read_record_without_processing(write_mseed(tmp_path / "x.mseed", traces, rate=rate))
     np.testing.assert_allclose(record.north, wave, atol=1e-4 * wave.max())
@@ -665,7 +666,7 @@ def test_any_columns_are_read_back(samples, data):
 )
 def test_any_miniseed_is_read_back(tmp_path_factory, counts, rate):
     folder = tmp_path_factory.mktemp("mseed")
-    metadata = write_inventory(folder / "s.xml", {"HNN": (0.0, 0.0)})
+    metadata = write_inventory(folder / "s.xml", {"HNN": (0.0, 0.0)}, rate=rate)
     paths = [write_mseed(folder / "x.mseed", {"HNN": counts}, rate=rate), metadata]
     (component,) = read_components([SourceFile(p.name, p.read_bytes()) for p in paths], DeclaredFileProperties())
     np.testing.assert_allclose(component.samples, counts / 400_000, rtol=1e-14)

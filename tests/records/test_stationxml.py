@@ -185,6 +185,19 @@ def test_a_unit_that_the_first_stage_contradicts_is_refused(tmp_path):
         assert read_record_without_processing(waves).notes == []
 
 
+@pytest.mark.parametrize(("rate", "contradicts"), [(100.5, False), (200.0, True), (50.0, True)])
+def test_a_sampling_rate_that_the_stationxml_contradicts_is_refused(tmp_path, rate, contradicts):
+    """Regression: the StationXML of another epoch, or a wrong rate in the file, was not noticed."""
+    write_inventory(tmp_path / "s.xml", CHANNELS, rate=100.0)
+    path = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E}, rate=rate)
+    assert read_record_without_processing(path, DeclaredFileProperties(trust_data=True)).north.size == N.size
+    if contradicts:
+        with refused(RecordError, f"is sampled at {rate:g} Hz, but at 100 Hz in the StationXML", "--trust-data"):
+            read_record_without_processing(path)
+    else:
+        assert read_record_without_processing(path).sampling_interval == pytest.approx(1 / rate)
+
+
 def test_a_negative_gain_reverses_the_polarity_with_a_note(tmp_path):
     write_inventory(tmp_path / "s.xml", CHANNELS, gain=-4e5)
     record = read_record_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z}))
@@ -295,7 +308,8 @@ def test_the_code_names_the_axis_of_a_peer_file(tmp_path):
 
 def test_two_bands_of_one_sensor_are_two_records(tmp_path):
     """HN? at 100 Hz and BN? at 20 Hz in a folder, as FDSN servers deliver them."""
-    write_inventory(tmp_path / "s.xml", CHANNELS | {f"BN{code[2]}": axis for code, axis in CHANNELS.items()})
+    both = CHANNELS | {f"BN{code[2]}": axis for code, axis in CHANNELS.items()}
+    write_inventory(tmp_path / "s.xml", both, rates={"BN": 20.0})
     for code, samples in zip(CHANNELS, (N, E, Z), strict=True):
         write_mseed(tmp_path / f"{code}.mseed", {code: samples})
         write_mseed(tmp_path / f"BN{code[2]}.mseed", {f"BN{code[2]}": samples[::5]}, rate=20.0)

@@ -27,6 +27,9 @@ MAX_VELOCITY_GAIN_DIFFERENCE: Final = 1.0
 MAX_SILENT_GAIN_DIFFERENCE: Final = 0.005
 """Largest such difference without a note; a peak may differ as much from the peak that a header states."""
 
+MAX_RATE_DIFFERENCE: Final = 0.01
+"""Largest relative difference between the sampling rates of a trace and of its channel."""
+
 MAX_FILTER_SUM_DIFFERENCE: Final = 0.02
 """Largest difference from 1 of the sum of a digital filter's coefficients without normalisation, as in evalresp."""
 
@@ -111,6 +114,11 @@ def find_channel_epoch(
         trusted.append(f"{name} {contradiction}")
 
     channel = _channel_at_trace_start(trace, inventory, name, report_contradiction)
+    rate, stated = float(trace.stats.sampling_rate), float(channel.sample_rate or 0.0)
+    if stated and abs(rate / stated - 1.0) > MAX_RATE_DIFFERENCE:
+        report_contradiction(
+            f"is sampled at {rate:g} Hz, but at {stated:g} Hz in the StationXML", "get the StationXML of that time"
+        )
     gain, unit = _channel_gain_and_unit(channel, name)
     notes = _check_stage_gains(channel.response, gain, unit, name, report_contradiction)
     _check_first_stage_unit(channel.response, unit, report_contradiction)

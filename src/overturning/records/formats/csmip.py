@@ -36,7 +36,7 @@ CLOCK: Final = r"(\d+)/\s*(\d+)/\s*(\d+),?\s*(\d+):\s*(\d+):\s*([\d.]+)\s*(?:UTC
 FIELDS: Final[Fields] = {
     **EARTHQUAKE,
     "CHAN with the axis": r"^\s*(?:.*\s)?CHAN\s*(\d+):\s*([^\s,]+)",
-    "coordinates": rf"({FLOAT})\s*([NS]),?\s*({FLOAT})\s*([EW])",
+    "coordinates": rf"\bSTATION\s+(?:ID|NO)\b.*?({FLOAT})\s*([NS]),?\s*({FLOAT})\s*([EW])",
     "station": r"STATION\s+(?:ID\.?|NO\.?)\s*(\S+)",
     "channel": r"^\s*CHAN\s*\d+:\s*(.*)",
     "event": r"^\s*R(?:e?co?rd) of (.*?)(?:\s{3,}|\(|$)|^\s*(.*\bEARTHQUAKE\b.*?)(?:\s{3,}|\(|$)",

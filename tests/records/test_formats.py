@@ -566,6 +566,9 @@ def test_unam_is_in_gal_and_no_velocity(tmp_path, unit, known):
         ("csmip2", "35.816N, 117.598W", " " * 17, ()),  # The hypocentre, in a later line, is no place of a station.
         ("csmnc", "39.700N 77.600E", "-39.700S -77.600W", (-39.7, -77.6)),
         ("csmnc", "39.700N 77.600E", "39.700N 377.600E", None),
+        ("cismid", "LATITUDE                   :  -12.07\n", "", ()),
+        ("cismid", "-12.07", "12.07 S", (-12.07, -77.04)),
+        ("cismid", "-77.04", "-77.04° W", (-12.07, -77.04)),
     ],
 )
 def test_places_with_a_sign_and_a_letter_or_off_the_globe(tmp_path, form, old, new, place):
@@ -573,7 +576,10 @@ def test_places_with_a_sign_and_a_letter_or_off_the_globe(tmp_path, form, old, n
     files = {name: text.replace(old, new) for name, text in FORMS[form].files(*STEPS).items()}
     assert files != FORMS[form].files(*STEPS)
     record = put(tmp_path, files)
-    assert (record.latitude, record.longitude) == (pytest.approx(place) if place else (None, None))  # () is not stated
+    if place == ():  # is not stated
+        assert record.latitude is None
+    else:
+        assert (record.latitude, record.longitude) == (pytest.approx(place) if place else (None, None))
     assert any("no place on the globe" in note for note in record.notes) is (place is None)
 
 

@@ -10,7 +10,7 @@ from datetime import datetime, timedelta
 from typing import Final
 
 from overturning.records.component import Direction, HeaderPeak, RecordComponent
-from overturning.records.formats.header import Fields, Header, parse_time_as_utc
+from overturning.records.formats.header import Fields, Header, coordinate_with_hemisphere, parse_time_as_utc
 from overturning.records.formats.lines import FLOAT, TextLines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -22,18 +22,18 @@ CLOCK: Final = "%B %d, %Y %H:%M:%S"
 AXES: Final[dict[str, Direction]] = {"NS": (0.0, 0), "EW": (90.0, 0), "UD": (None, 1)}
 FILTERED: Final = re.compile(r"(?<!un)(?<!not )(?<!no )(?<!without )(?<!without a )filter", re.IGNORECASE)
 """Comments on samples that were filtered."""
+COORDINATE: Final = rf"\s*:\s*({FLOAT})(?:\s*°?\s*([NSEWO])\b)?"
+PLACE: Final[Fields] = {name: f"^{name}{COORDINATE}" for name in ("LATITUDE", "LONGITUDE")}
 STATION: Final[Fields] = {
     "station": r"^STATION CODE\s*:\s*(\S*)",
-    "LATITUDE": rf"^LATITUDE\s*:\s*({FLOAT})",
-    "LONGITUDE": rf"^LONGITUDE\s*:\s*({FLOAT})",
+    **PLACE,
     "SAMPLING FREQUENCY (Hz)": rf"^SAMPLING FREQUENCY \(Hz\)\s*:\s*({FLOAT})",
-    "section 2": r"^2\.\s*(INFORMATION ABOUT THE EARTHQUAKE)",
 }
+SECTION_2: Final[Fields] = {"section 2": r"^2\.\s*(INFORMATION ABOUT THE EARTHQUAKE)"}
 RECORD: Final[Fields] = {
     "DATE": r"^DATE\s*:\s*(.*)",
     "ORIGIN TIME": r"^ORIGIN TIME \(Local\)\s*:\s*(\S*)",
-    "LATITUDE": rf"^LATITUDE\s*:\s*({FLOAT})",
-    "LONGITUDE": rf"^LONGITUDE\s*:\s*({FLOAT})",
+    **PLACE,
     "depth": rf"^DEPTH \(km\)\s*:\s*({FLOAT})",
     "magnitude": rf"^MAGNITUDE\s*:\s*({FLOAT})",
     "RECORD TIME": r"^RECORD TIME \(Local\)\s*:\s*(\S*)",
@@ -47,8 +47,9 @@ RECORD: Final[Fields] = {
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read the components of a CISMID file (Peru); raise a RecordError with the line number if it is damaged."""
-    station = Header.find_fields(source_file, STATION, 40)
-    at = station.line_index_of_field("section 2")
+    at = Header.find_fields(source_file, SECTION_2, 40).line_index_of_field("section 2")
+    # The section on the earthquake has coordinates, too.
+    station = Header.find_fields(TextLines(source_file, source_file.lines[:at]), STATION)
     header = Header.find_fields(TextLines(source_file, source_file.lines[at:], at), RECORD, 40)
     header.check_field_pattern("DATA UNITS", r"(cm/s2|cm/s\^2|gal)\s*$", "cm/s2")
     heading = header.line_index_of_field("the line T, EW, NS, UD")
@@ -74,9 +75,9 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             station=station.field_text("station"),
             event=f"earthquake of {header.field_text('DATE')} {header.field_text('ORIGIN TIME')} (Peru)",
             origin=origin,
-            coordinates=(station.optional_field_number("LATITUDE"), station.optional_field_number("LONGITUDE")),
+            coordinates=_latitude_and_longitude(station),
             peak=_stated_peak_of_column(header, column - 1),
-            epicentre=(header.optional_field_number("LATITUDE"), header.optional_field_number("LONGITUDE")),
+            epicentre=_latitude_and_longitude(header),
             # A baseline correction alone leaves long-period noise in the samples; a filter removes it.
             processed=bool(FILTERED.search(comments)),
             extra=header.extra_entries_of_stated_numbers({"depth_km": "depth"})
@@ -85,6 +86,16 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
         )
         for column, axis in enumerate(columns, 1)
     ]
+
+
+def _latitude_and_longitude(header: Header) -> tuple[float | None, float | None]:
+    """Return latitude and longitude in a section of the header, degrees; None if not stated.
+
+    They have a minus sign, or the letter S or W (O in Spanish), in the south or west.
+    """
+    stated = [header.field_pattern_match(name) for name in PLACE]
+    latitude, longitude = (coordinate_with_hemisphere(float(one[1]), one[2] or "") if one else None for one in stated)
+    return latitude, longitude
 
 
 def _utc_time_of_local_time_field(header: Header, field_name: str) -> datetime | None:

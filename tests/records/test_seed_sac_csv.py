@@ -616,6 +616,20 @@ def test_one_file_per_component_is_declared_by_the_names_of_the_files(tmp_path):
     np.testing.assert_allclose(read_record(entry, tmp_path).up, -Z / 1e5, rtol=1e-12)
 
 
+@pytest.mark.parametrize("begin", ["500", "500\n0.01", "500 0.01"])
+def test_a_count_before_the_samples_is_no_sample(tmp_path, begin):
+    """Regression: a first line with the count of samples was read as a sample of several g."""
+    declared = {"columns": "north:gal east:gal" if " " in begin else "north:gal", "sampling_interval_s": 0.01}
+    rows = [f"{n} {e}" if " " in begin else f"{n}" for n, e in zip(N / 1e3, E / 1e3, strict=True)]
+    source = SourceFile("x.txt", "\n".join([begin, *rows, ""]).encode())
+    with refused(RecordError, "x.txt line 1: 500 is the count of the lines below, not a sample; write # before it"):
+        read_components([source], DeclaredFileProperties(**declared, processed=True))
+    commented = SourceFile("x.txt", "\n".join([*(f"# {line}" for line in begin.split("\n")), *rows, ""]).encode())
+    first = read_components([commented], DeclaredFileProperties(**declared, processed=True))[0]
+    np.testing.assert_allclose(first.samples, N / 1e5, rtol=1e-12)
+    assert read_components([source], DeclaredFileProperties(**declared, processed=True, trust_data=True))
+
+
 def test_files_pair_by_all_parts_of_their_names_that_differ(tmp_path):
     """Regression: with two asterisks, the north of one record could be paired with the east of another."""
     given_ = {"sampling_interval_s": 0.01, "processed": True}
@@ -653,7 +667,10 @@ def test_values_continued_over_lines_are_read_in_order(tmp_path, word, width):
 def test_any_columns_are_read_back(samples, data):
     unit, scale = data.draw(st.sampled_from([("g", 9.80665), ("gal", 0.01), ("m/s2", 1.0)]))
     text = "".join(f"{a!r},{b!r}\n" for a, b in (samples.T / 10).tolist())
-    declared = DeclaredFileProperties(columns=f"north:{unit} east:{unit}", sampling_interval_s=0.01, processed=True)
+    # Trusted, because the first sample may equal the number of rows.
+    declared = DeclaredFileProperties(
+        columns=f"north:{unit} east:{unit}", sampling_interval_s=0.01, processed=True, trust_data=True
+    )
     for component, expected in zip(read_components([SourceFile("x", text.encode())], declared), samples, strict=True):
         np.testing.assert_allclose(component.samples, expected / 10 * scale, rtol=1e-15)
 

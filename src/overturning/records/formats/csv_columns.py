@@ -155,6 +155,7 @@ def _read_number_rows(
 ) -> tuple[FloatArray, int, tuple[str, ...]]:
     """Return the numbers of a file, shape (rows, columns), the index of their first line, and notes on headings."""
     name, first = lines.source.name, first_number_line_index(lines.lines)
+    trusting = declared_properties.trust_data
     texts = {
         i: line if field_width else line.strip()
         for i, line in enumerate(lines.lines[first:], first)
@@ -165,7 +166,7 @@ def _read_number_rows(
     notes, why = heading_mismatch_notes_and_refusal(name, headings, declared_columns)
     stated, quantity = unit_mismatch_notes_of_text_lines(name, lines.lines[:first], separator, declared_columns)
     notes, why = notes + stated, why or quantity
-    if why and not declared_properties.trust_data:
+    if why and not trusting:
         raise RecordError(f"{name}: {why}; declare its acceleration, or say --trust-data if the heading is wrong")
     notes += (f"{name}: trusted although {why}",) if why else ()
     if values_per_line:
@@ -181,6 +182,11 @@ def _read_number_rows(
         raise lines.line_error(len(lines.lines) - 1, why)
     if len(values) < 2:
         raise RecordError(f"{name}: {len(values)} rows of numbers; a record needs at least 2")
+    # Some files begin with the count of samples, or with count and interval on two lines.
+    counted = float(values[0, 0]) in (len(values) - 1, len(values) - 2) and len(values) > 10
+    if counted and declared_columns[0][0] != "time" and not trusting:
+        why = f"{values[0, 0]:g} is the count of the lines below, not a sample; write # before it, or say --trust-data"
+        raise lines.line_error(next(iter(texts)), why)
     return values, next(iter(texts)), notes
 
 

@@ -630,6 +630,28 @@ def test_a_count_before_the_samples_is_no_sample(tmp_path, begin):
     assert read_components([source], DeclaredFileProperties(**declared, processed=True, trust_data=True))
 
 
+@pytest.mark.parametrize("mark", ["999", "-999.99", "999.9", "9999.0", "99999"])
+@pytest.mark.parametrize("wrapped", [False, True])
+def test_a_mark_of_missing_samples_is_no_sample(tmp_path, mark, wrapped):
+    """Regression: 999.99 in place of a missing sample was read as an acceleration of 1 g."""
+    words = [f"{value}" for value in N[:80] / 1e4]  # up to 40 Gal
+    declared = {"columns": "north:gal*8" if wrapped else "north:gal", "sampling_interval_s": 0.01, "processed": True}
+
+    def file_of(words):
+        rows = [" ".join(words[i : i + 8]) for i in range(0, 80, 8)] if wrapped else words
+        return SourceFile("x.txt", "\n".join([*rows, ""]).encode())
+
+    (whole,) = read_components([file_of(words)], DeclaredFileProperties(**declared))
+    np.testing.assert_allclose(whole.samples, N[:80] / 1e6, rtol=1e-12)
+    spoilt = file_of([*words[:30], mark, *words[31:]])
+    line = 30 // 8 + 1 if wrapped else 31
+    with refused(RecordError, f"x.txt line {line}: {abs(float(mark)):g} marks a missing sample"):
+        read_components([spoilt], DeclaredFileProperties(**declared))
+    assert read_components([spoilt], DeclaredFileProperties(**declared, trust_data=True))
+    close = file_of([*words[:30], mark, f"{0.6 * float(mark)}", *words[32:]])  # a peak that is a number of nines
+    assert read_components([close], DeclaredFileProperties(**declared))
+
+
 def test_files_pair_by_all_parts_of_their_names_that_differ(tmp_path):
     """Regression: with two asterisks, the north of one record could be paired with the east of another."""
     given_ = {"sampling_interval_s": 0.01, "processed": True}

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import PurePosixPath
+from typing import Final
 
 import numpy as np
 
@@ -187,7 +188,27 @@ def _read_number_rows(
     if counted and declared_columns[0][0] != "time" and not trusting:
         why = f"{values[0, 0]:g} is the count of the lines below, not a sample; write # before it, or say --trust-data"
         raise lines.line_error(next(iter(texts)), why)
+    for (word, _), column in zip(declared_columns, values.T, strict=True):
+        mark = 0.0 if word in ("time", "skip") or trusting else _mark_of_missing_samples(column)
+        if mark:
+            index = list(texts)[int(np.flatnonzero(np.abs(column) == mark)[0]) // max(values_per_line, 1)]
+            why = f"{mark:g} marks a missing sample; cut the record there, or say --trust-data if it is a sample"
+            raise lines.line_error(index, why)
     return values, next(iter(texts)), notes
+
+
+_MARKS: Final = frozenset(float(f"{'9' * whole}.{'9' * decimals}") for whole in range(3, 7) for decimals in range(4))
+"""Numbers that programs write in place of a missing sample, such as 999.99, with either sign."""
+
+
+def _mark_of_missing_samples(samples: FloatArray) -> float:
+    """Return the largest absolute sample if it marks missing samples; 0 if it does not.
+
+    It is a number of nines, and all other samples are less than half of it.
+    """
+    sizes = np.unique(np.abs(samples))
+    largest = float(sizes[-1])
+    return largest if largest in _MARKS and (sizes.size == 1 or sizes[-2] < 0.5 * largest) else 0.0
 
 
 def _read_values_of_wrapped_axis(

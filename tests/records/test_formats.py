@@ -133,6 +133,42 @@ def test_file_longer_than_its_header_is_read_to_the_stated_count(tmp_path, form)
     assert " 1 lines " not in note
 
 
+@pytest.mark.parametrize(
+    ("form", "stated"),
+    [
+        ("geonet", r"(Acceleration:  peak +)(-?[\d.]+)"),
+        ("esm", r"(PGA_CM/S\^2: )(\S+)"),
+        ("unam", r"(ACEL\. MAX\.\(Gal\), C1-C6 +: /)([\d.-]+)"),
+        ("csmnc", r"(PEAK VALUE: +)(-?[\d.]+)"),
+        ("csmip2", r"(Peak acceleration = +)(-?[\d.]+)"),
+    ],
+)
+@pytest.mark.parametrize("sense", [1, -1])
+def test_samples_of_the_other_sign_than_the_peak_are_refused(tmp_path, form, stated, sense):
+    """Regression: samples of reversed sign agreed with the header, whose peak was compared without its sign."""
+    steps = STEPS.copy()
+    steps[0, 50] = sense * 1500
+    files = FORMS[form].files(*steps)
+    name, text = next(iter(files.items()))
+    right = re.sub(stated, lambda m: f"{m[1]}{sense * abs(float(m[2]))}", text, count=1)
+    wrong = re.sub(stated, lambda m: f"{m[1]}{-sense * abs(float(m[2]))}", text, count=1)
+    declared = {"vertical_sense": "up"} if form == "unam" else {}
+    north, _ = FORMS[form].north_east(*steps[:2])
+    check(
+        put(tmp_path, files | {name: right}, **declared),
+        *FORMS[form].north_east(*steps[:2]),
+        put(tmp_path, files, **declared).up,
+    )
+    if sense < 0 and form in ("csmnc", "csmip2"):  # A peak without a minus may be an absolute value there.
+        assert put(tmp_path, files | {name: wrong}, **declared).north.size == north.size
+        return
+    with refused(
+        RecordError, name, "the header states a peak of", "the sign of its samples is reversed", "--trust-data"
+    ):
+        put(tmp_path, files | {name: wrong}, **declared)
+    assert put(tmp_path, files | {name: wrong}, trust_data=True, **declared).extra["trusted"]
+
+
 @pytest.mark.parametrize("form", [form for form, written in FORMS.items() if written.peak])
 def test_every_header_peak_is_compared(tmp_path, form):
     """A file with twice the samples of its header is refused, and read only if trusted."""

@@ -244,6 +244,7 @@ class HeaderPeak:
     resolution: float = 0.0  # unit of the last printed digit, m/s²; the comparison allows half of it
     after_mean: bool = False  # True if it is the peak after subtraction of the mean
     line: int | None = None  # line of the file that states it, counted from 1
+    sign: int = 0  # of the sample with the peak, +1 or −1; 0 if the header does not state it
 
 
 @dataclass(frozen=True)
@@ -310,12 +311,15 @@ class RecordComponent:
             raise RecordError(f"{self.file}: {what}; 0.00001 to 1 s is what accelerographs have: correct the header")
 
 
+def _samples_for_peak(component: RecordComponent) -> FloatArray:
+    """Return the samples of a component, m/s²; without the mean if the header's peak is also without it."""
+    samples = component.samples
+    return samples - samples.mean() if component.peak is not None and component.peak.after_mean else samples
+
+
 def peak_acceleration(component: RecordComponent) -> float:
     """Return the peak acceleration of a component, m/s²; without the mean if the header's peak is also without it."""
-    samples = component.samples
-    if component.peak is not None and component.peak.after_mean:
-        samples = samples - samples.mean()
-    return float(np.abs(samples).max())
+    return float(np.abs(_samples_for_peak(component)).max())
 
 
 def checked_header_peak_difference(
@@ -323,8 +327,8 @@ def checked_header_peak_difference(
 ) -> float | None:
     """Return |peak of samples − peak in header| / peak in header of a component; None if the header has no peak.
 
-    If they differ by more than 0.5 % and by more than half a unit of the header's last digit, call
-    ``report_contradiction(reason, remedy)`` and return None.
+    If they differ by more than 0.5 % and by more than half a unit of the header's last digit, or if the sign that the
+    header states is that of no sample of this size, call ``report_contradiction(reason, remedy)`` and return None.
     """
     if component.peak is None:
         return None
@@ -332,8 +336,17 @@ def checked_header_peak_difference(
     peak = peak_acceleration(component)
     difference = abs(peak - stated.value)
     # 0.51 instead of 0.5, because the header's decimal number is not exact in binary.
-    if difference > max(PEAK_TOLERANCE * abs(stated.value), 0.51 * stated.resolution):
-        line = f" line {stated.line}" if stated.line else ""
+    tolerance = max(PEAK_TOLERANCE * abs(stated.value), 0.51 * stated.resolution)
+    line = f" line {stated.line}" if stated.line else ""
+    on_side = float((stated.sign * _samples_for_peak(component)).max()) if stated.sign else peak
+    if difference <= tolerance < stated.value - on_side:
+        report_contradiction(
+            f"{component.file}{line}: the header states a peak of {stated.sign * stated.value * 100:.6g} Gal along "
+            f"{component.axis}, the data has {-stated.sign * peak * 100:.6g} Gal",
+            "the sign of its samples is reversed: get the file again, or say --trust-data",
+        )
+        return None
+    if difference > tolerance:
         report_contradiction(
             f"{component.file}{line}: the header states a peak of {stated.value * 100:.6g} Gal along {component.axis}, "
             f"the data has {peak * 100:.6g} Gal (0.5 % allowed)",

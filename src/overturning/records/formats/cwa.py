@@ -80,5 +80,5 @@ def _stated_peak(header: Header, field_name: str) -> HeaderPeak:
             field_name, f"{header.field_text(field_name)!r} where the largest and smallest sample belong; get it again"
         )
     return header.field_peak_acceleration(
-        field_name, GAL, max(stated.groups(), key=lambda text: abs(header.field_number(field_name, text)))
+        field_name, GAL, max(stated.groups(), key=lambda text: abs(header.field_number(field_name, text))), signed=True
     )

@@ -55,7 +55,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
                 header.optional_field_number("STATION_LATITUDE_DEGREE"),
                 header.optional_field_number("STATION_LONGITUDE_DEGREE"),
             ),
-            peak=header.field_peak_acceleration("PGA_CM/S^2", GAL) if text("PGA_CM/S^2") else None,
+            peak=header.field_peak_acceleration("PGA_CM/S^2", GAL, signed=True) if text("PGA_CM/S^2") else None,
             sensor=surface_or_borehole_sensor(header.optional_field_number("SENSOR_DEPTH_M")),
             location=text("LOCATION"),
             processed=not (raw or text("DATA_TYPE").upper().startswith("UNPROCESSED")),

@@ -73,7 +73,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
         - timedelta(seconds=float(whole[31]) * interval),
         event=f"earthquake of {when}" + (f" (epicentre {where})" if where else ""),
         origin=parse_time_as_utc(" ".join(text[7].split()), "%Y %B %d %H:%M:%S UT"),
-        peak=header.field_peak_acceleration("Acceleration: Peak in mm/s/s", MM),
+        peak=header.field_peak_acceleration("Acceleration: Peak in mm/s/s", MM, signed=True),
         processed=corrected,
         # 0 stands for an unknown magnitude.
         extra=({"magnitude": float(real[14])} if real[14] > 0 else {}) | agency,

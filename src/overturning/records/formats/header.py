@@ -139,16 +139,26 @@ class Header(TextLines):
         return {name: self.field_number(stated) for name, stated in fields_by_name.items() if self.field_text(stated)}
 
     def field_peak_acceleration(
-        self, field_name: str, unit_size: float, text_part: str | None = None, *, after_mean: bool = False
+        self,
+        field_name: str,
+        unit_size: float,
+        text_part: str | None = None,
+        *,
+        after_mean: bool = False,
+        signed: bool = False,
     ) -> HeaderPeak:
-        """Return the peak acceleration (converted to m/s²) and its resolution from a header field."""
+        """Return the peak acceleration (converted to m/s²), its sign and its resolution from a header field.
+
+        A positive number has the sign + only if the format writes peaks with their sign (``signed``).
+        """
         stated = self.field_text(field_name) if text_part is None else text_part
-        size = abs(self.field_number(field_name, stated))
+        number = self.field_number(field_name, stated)
         return HeaderPeak(
-            size * unit_size,
+            abs(number) * unit_size,
             last_digit_resolution(stated) * unit_size,
             after_mean,
             self.before + self.line_index_of_field(field_name) + 1,
+            -1 if number < 0 else int(signed and number > 0),
         )
 
     def field_utc_time(

@@ -73,7 +73,9 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             event=f"earthquake of {header.field_text('FECHA DEL SISMO')} {header.field_text('HORA EPICENTRO')} GMT",
             origin=origin,
             coordinates=_station_coordinates(header),
-            peak=header.field_peak_acceleration("ACEL. MAX.", GAL, peaks[column]) if column < len(peaks) else None,
+            peak=header.field_peak_acceleration("ACEL. MAX.", GAL, peaks[column], signed=True)
+            if column < len(peaks)
+            else None,
             notes=stated[column][1],
         )
         for column, axis in enumerate(axes)

@@ -215,9 +215,9 @@ AT_ODDS = {
 PEAKS = {
     "knet": r"(Max\. Acc\. \(gal\)\s+)([\d.]+)",
     "geonet": r"(peak +)(-?[\d.]+)(?= mm/s/s)",
-    "csmip1": r"(Max  = +)([\d.]+)",
-    "csmip2": r"(Peak acceleration = +)([\d.]+)",
-    "renadic": r"(MAX  = *)([\d.]+)",
+    "csmip1": r"(Max  = +-?)([\d.]+)",
+    "csmip2": r"(Peak acceleration = +-?)([\d.]+)",
+    "renadic": r"(MAX  = *-?)([\d.]+)",
     "nsmn": r"(\(N-S\) )([\d.]+)",
     "unam": r"(ACEL\. MAX\.\(Gal\), C1-C6 +: /)([\d.-]+)",
     "csmnc": r"(PEAK VALUE: +-?)([\d.]+)",

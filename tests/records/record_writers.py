@@ -114,7 +114,9 @@ def pairs_text(channels: dict, interval: float, form: str, **more) -> str:
     text = ""
     for number, (axis, (azimuth, samples)) in enumerate(channels.items(), 1):
         samples = np.asarray(samples, dtype=float)
-        text += head(form, samples, interval, number=number, axis=axis, g=np.abs(samples).max() / 10, **more)
+        text += head(
+            form, samples, interval, number=number, axis=axis, g=samples[np.abs(samples).argmax()] / 10, **more
+        )
         whole = numbers(100, 0, {26: (azimuth, samples.size)})
         pairs = np.column_stack([np.arange(samples.size) * interval, samples]).ravel()
         text += fixed(whole, 5, 0, 16) + fixed([0.0] * 50, 10, 6, 8)

@@ -140,7 +140,9 @@ def test_file_longer_than_its_header_is_read_to_the_stated_count(tmp_path, form)
         ("esm", r"(PGA_CM/S\^2: )(\S+)"),
         ("unam", r"(ACEL\. MAX\.\(Gal\), C1-C6 +: /)([\d.-]+)"),
         ("csmnc", r"(PEAK VALUE: +)(-?[\d.]+)"),
-        ("csmip2", r"(Peak acceleration = +)(-?[\d.]+)"),
+        ("csmip1", r"(Max  = *)(-?[\d.]+)"),
+        ("csmip2", r"(Peak acceleration = *)(-?[\d.]+)"),
+        ("renadic", r"(MAX  = *)(-?[\d.]+)"),
     ],
 )
 @pytest.mark.parametrize("sense", [1, -1])
@@ -152,14 +154,14 @@ def test_samples_of_the_other_sign_than_the_peak_are_refused(tmp_path, form, sta
     name, text = next(iter(files.items()))
     right = re.sub(stated, lambda m: f"{m[1]}{sense * abs(float(m[2]))}", text, count=1)
     wrong = re.sub(stated, lambda m: f"{m[1]}{-sense * abs(float(m[2]))}", text, count=1)
-    declared = {"vertical_sense": "up"} if form == "unam" else {}
+    declared = {"vertical_sense": "up"} if form in ("unam", "renadic") else {}
     north, _ = FORMS[form].north_east(*steps[:2])
     check(
         put(tmp_path, files | {name: right}, **declared),
         *FORMS[form].north_east(*steps[:2]),
         put(tmp_path, files, **declared).up,
     )
-    if sense < 0 and form in ("csmnc", "csmip2"):  # A peak without a minus may be an absolute value there.
+    if sense < 0 and form == "csmnc":  # A peak without a minus may be an absolute value there.
         assert put(tmp_path, files | {name: wrong}, **declared).north.size == north.size
         return
     with refused(

@@ -133,7 +133,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
         coordinates=(latitude, longitude),
         sensor=surface_or_borehole_sensor(location_text=channel),
         location=sensor_location_in_header_line(channel),
-        peak=header.field_peak_acceleration("peak", UNITS[_header_peak_unit(header)])
+        peak=header.field_peak_acceleration("peak", UNITS[_header_peak_unit(header)], signed=True)
         if header.field_text("peak")
         else None,
         processed=volume == 2,

@@ -171,6 +171,16 @@ def test_samples_of_the_other_sign_than_the_peak_are_refused(tmp_path, form, sta
     assert put(tmp_path, files | {name: wrong}, trust_data=True, **declared).extra["trusted"]
 
 
+def test_smc_with_samples_of_the_other_sign_is_refused(tmp_path):
+    """Its header states the largest and the smallest sample."""
+    peak = np.where(np.arange(A.size) == 50, 150.0, A)
+    texts = [smc_text(sense * peak, 100, "360").splitlines(keepends=True) for sense in (1, -1)]
+    reversed_samples = "".join([*texts[0][: FORMS["smc"].header], *texts[1][FORMS["smc"].header :]])
+    files = {"a.smc": reversed_samples, "b.smc": smc_text(B, 100, "90")}
+    with refused(RecordError, "a.smc line 23: the header states a peak of 150 Gal along 360, the data has -150 Gal"):
+        put(tmp_path, files)
+
+
 @pytest.mark.parametrize("form", [form for form, written in FORMS.items() if written.peak])
 def test_every_header_peak_is_compared(tmp_path, form):
     """A file with twice the samples of its header is refused, and read only if trusted."""

@@ -432,6 +432,20 @@ def test_sac_whose_peak_contradicts_its_header_is_refused(tmp_path):
         read_record_without_processing([path, other], DeclaredFileProperties(unit="gal"))
 
 
+def test_sac_with_samples_of_the_other_sign_than_its_extremes_is_refused(tmp_path):
+    """Its header states the largest and the smallest sample (DEPMAX, DEPMIN)."""
+    peak = np.where(np.arange(N.size) == 50, 600.0, N / 1e3)
+    paths = [
+        write_sac(tmp_path / f"{c}.sac", x, c, a, 90.0) for c, x, a in (("HNN", peak, 0.0), ("HNE", E / 1e3, 90.0))
+    ]
+    data = paths[0].read_bytes()
+    samples = np.frombuffer(data[632:], "<f4")
+    np.testing.assert_allclose(samples, peak, rtol=1e-6)
+    paths[0].write_bytes(data[:632] + (-samples).tobytes())
+    with refused(RecordError, "HNN.sac: the header states a peak of 600 Gal along HNN, the data has -600 Gal"):
+        read_record_without_processing(paths, DeclaredFileProperties(unit="gal"))
+
+
 @pytest.mark.parametrize("separator", [",", ";", "\t", "  "])
 def test_columns_as_declared(tmp_path, separator):
     path = tmp_path / "x.csv"

@@ -246,6 +246,12 @@ class HeaderPeak:
     line: int | None = None  # line of the file that states it, counted from 1
     sign: int = 0  # of the sample with the peak, +1 or −1; 0 if the header does not state it
 
+    @classmethod
+    def of_signed_value(cls, value: float, relative_resolution: float, line: int | None = None) -> "HeaderPeak":
+        """Create the peak from a value with sign, m/s², and the resolution of its number, relative to the value."""
+        sign = (value > 0) - (value < 0)
+        return cls(abs(value), relative_resolution * abs(value), line=line, sign=sign)
+
 
 @dataclass(frozen=True)
 class RecordComponent:

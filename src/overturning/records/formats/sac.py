@@ -74,7 +74,8 @@ def _component_of_trace(
             f"{source_file.name}: {NOT_ACCELERATION[kind]} by its header (IDEP {kind:g}); only acceleration is read: "
             "get that file"
         )
-    peaks = [abs(v) for key in ("depmin", "depmax") if (v := header_number(key)) is not None and np.isfinite(v)]
+    extremes = [v for key in ("depmin", "depmax") if (v := header_number(key)) is not None and np.isfinite(v)]
+    extreme = max(extremes, key=abs, default=None)
     # Origin and first sample are relative to one reference time, which the header may omit.
     dated, moment, late = header_number("nzyear") is not None, trace.stats.starttime, header_number("o")
     after = None if late is None or not dated else late - (header_number("b") or 0.0)
@@ -105,7 +106,7 @@ def _component_of_trace(
         event=str(header.get("kevnm", "")).strip(),
         origin=origin,
         coordinates=(header_number("stla"), header_number("stlo")),
-        peak=HeaderPeak(max(peaks) * scale, 2e-7 * max(peaks) * scale) if peaks else None,
+        peak=HeaderPeak.of_signed_value(extreme * scale, 2e-7) if extreme is not None else None,
         sensor=surface_or_borehole_sensor(header_number("stdp")),
         location=trace.stats.location,
         processed=bool(declared_properties.processed),

@@ -47,7 +47,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
         why = f"no sampling rate: {real[1]:.2g} is the format's word for undefined, so samples are not evenly spaced"
         raise text.line_error(17, f"{why}; use the corrected file")
     interval = text.sampling_interval_of_rate(known[1], 17)
-    peaks = [abs(known[index]) for index in (29, 31) if index in known]
+    extreme = max((known[index] for index in (29, 31) if index in known), key=abs, default=None)
     samples, notes = _read_samples(text, int(whole[15]), int(whole[16]))
     axis, direction = _axis_name_and_direction(text, whole)
     station = re.search(r"station\s*=\s*(.*?)[\s,]*component=", lines[5])
@@ -64,7 +64,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             event=re.sub(r"^\s*\d+\s+\d+\s+\d+\s+\d*\s*", "", lines[3]).strip(),
             coordinates=(known.get(10), known.get(11)),
             # The header has seven digits, the data have five: they may differ by half a unit of the data's last digit.
-            peak=HeaderPeak(max(peaks) * GAL, 1e-4 * max(peaks) * GAL, line=23) if peaks else None,
+            peak=HeaderPeak.of_signed_value(extreme * GAL, 1e-4, line=23) if extreme is not None else None,
             location=_sensor_location(whole),
             processed=KINDS[kind],
             extra={"magnitude": known[5]} if 5 in known else {},

@@ -169,6 +169,18 @@ def test_boore_2001_removes_known_offsets():
     assert abs(integrate(integrate(done, DT), DT)[-1]) < 0.05 * abs(integrate(integrate(motion + single, DT), DT)[-1])
 
 
+@pytest.mark.parametrize("interval", [0.01, 0.0371, 0.1])
+@pytest.mark.parametrize(("t1", "t2"), [(20.0, 25.0), (0.0, 7.013), (20.02, 20.13), (20.02, 20.1201)])
+def test_boore_2001_leaves_no_velocity_at_the_end_whatever_the_sampling(interval: float, t1: float, t2: float) -> None:
+    """The fitted line is subtracted from the velocity, so the line through the end of the new one is zero."""
+    time = np.arange(round(60 / interval)) * interval
+    pulse = np.where(time < 30, np.sin(2 * np.pi * time) * np.sin(np.pi * time / 30), 0.0)
+    tilted = pulse + np.where(time >= 8, 0.01, 0.0)
+    done = process_record(record(tilted, interval=interval), [Baseline(fit_from_s=50, t1_s=t1, t2_s=t2)]).north
+    end = time >= 50
+    np.testing.assert_allclose(np.polyfit(time[end], integrate(done, interval)[end], 1), 0.0, atol=1e-12)
+
+
 def test_a_baseline_without_effect_is_noted() -> None:
     """Regression: a fitted line that is zero before the record removes nothing, but was reported as a correction."""
     sunk = sine(2.0) + np.where(TIME < 0.05, 5.0, 0.01)  # the line at the end is zero 25 s before the first sample
@@ -228,6 +240,7 @@ def test_processed_files_are_left_alone_and_raw_ones_are_not():
         (RemoveMean(first_s=100), ["remove_mean.first_s"]),
         (Resample(sampling_interval_s=math.e / 300), ["resample.sampling_interval_s"]),
         (Baseline(fit_from_s=59.95), ["baseline.fit_from_s"]),
+        (Baseline(fit_from_s=50, t1_s=20.001, t2_s=20.002), ["baseline.t1_s 20.001 and t2_s 20.002", "0.01 s apart"]),
     ],
 )
 def test_a_step_that_does_not_fit_the_record_is_named(step, words):

@@ -203,9 +203,14 @@ class Baseline(_ProcessingStep):
             if 0.0 <= t2 <= self.fit_from_s:
                 corrected[time >= t2] -= final
             return corrected
-        mean = (at_zero + final * self.t2_s) / (self.t2_s - self.t1_s)
-        corrected[(time >= self.t1_s) & (time < self.t2_s)] -= mean
-        corrected[time >= self.t2_s] -= final
+        first, after = (int(np.searchsorted(time, edge - 1e-9)) for edge in (self.t1_s, self.t2_s))
+        if first == after:
+            what = f"baseline.t1_s {self.t1_s:g} and t2_s {self.t2_s:g}"
+            raise _unsuitable_step_error(record, what, f"no sample lies between; samples are {interval:g} s apart")
+        # By the trapezoidal rule, the step at a sample begins half an interval before it, or with the record.
+        begin, end_of_mean = max(first - 0.5, 0.0) * interval, (after - 0.5) * interval
+        corrected[first:after] -= (at_zero + final * end_of_mean) / (end_of_mean - begin)
+        corrected[after:] -= final
         return corrected
 
 

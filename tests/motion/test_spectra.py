@@ -142,6 +142,18 @@ def test_response_to_a_step_of_acceleration(period, damping):
     assert omega > 0
 
 
+@pytest.mark.parametrize("period", [10.0, 20.0, 100.0, 1000.0])
+@pytest.mark.parametrize("damping", [0.0, 0.05])
+def test_free_vibration_after_the_motion_reaches_its_peak(period, damping):
+    """The velocity V of a short pulse: D = V/ω exp(−h/√(1−h²) arccos h), a quarter of a period after the pulse."""
+    pulse = np.where((np.arange(300) > 100) & (np.arange(300) < 120), 1.0, 0.0)
+    omega, speed = 2 * math.pi / period, 0.005 * pulse.sum()
+    motion = Motion(pulse, 0 * pulse, sampling_interval=0.005)
+    found = response_spectra_by_azimuth(motion, [period], 0.0, damping=damping)["displacement"][0, 0]
+    expected = speed / omega * math.exp(-damping / math.sqrt(1 - damping**2) * math.acos(damping))
+    assert found == pytest.approx(expected, rel=1e-3)
+
+
 def test_response_to_a_sine_matches_the_transfer_function():
     time = np.arange(0, 100, 0.01)
     for forcing, period in ((1.0, 0.5), (1.0, 1.0), (0.7, 2.0)):
@@ -393,7 +405,7 @@ def test_a_motion_shorter_than_0_3_s_has_no_jma_intensity(seconds, defined):
     assert [found[name] is not None for name in ("jma_intensity", "jma_intensity_horizontal")] == [defined] * 2
 
 
-@pytest.mark.parametrize("periods", [[], [0.0], [-1.0], [math.nan], [[1.0]]])
+@pytest.mark.parametrize("periods", [[], [0.0], [-1.0], [math.nan], [math.inf], [1001.0], [[1.0]]])
 def test_invalid_periods_are_refused(periods):
     with pytest.raises(ArgumentError, match="period_s"):
         rotd_percentile_measures(Motion([0, 1], [0, 1], sampling_interval=0.01), periods)

@@ -34,11 +34,17 @@ MAX_REFINEMENT = 16
 """Largest number of points of the interpolated motion per sample."""
 
 
+LONGEST_PERIOD = 1000.0
+"""Longest period of an oscillator, s; with a longer one, the time after the motion has too many samples."""
+
+
 def checked_periods(period_s: ArrayLike) -> FloatArray:
-    """Return periods, s, as a one-dimensional array; raise an ArgumentError if none is given or one is not positive."""
+    """Return periods, s, as a one-dimensional array; raise an ArgumentError unless all are positive and in bounds."""
     periods = np.atleast_1d(np.asarray(period_s, dtype=np.float64))
-    if periods.ndim != 1 or periods.size == 0 or not (np.isfinite(periods) & (periods > 0)).all():
-        raise ArgumentError("period_s: give one or more positive numbers of seconds, in one row")
+    if periods.ndim != 1 or periods.size == 0 or not ((periods > 0) & (periods <= LONGEST_PERIOD)).all():
+        raise ArgumentError(
+            f"period_s: give one or more positive numbers of seconds, at most {LONGEST_PERIOD:g}, in one row"
+        )
     return periods
 
 
@@ -75,8 +81,8 @@ def oscillator_filter_coefficients(
 class OscillatorResponseCalculator:
     """Calculator of the peak responses of linear oscillators of any period to one horizontal motion.
 
-    The motion is given in m/s², shape (2, n). It is padded with zeros for the longest period (at most 10 s), because
-    the response may peak after its end.
+    The motion is given in m/s², shape (2, n). It is padded with zeros for the longest period, because the response may
+    peak after its end; for half of it, in which every free vibration reaches its peak, if that is longer than 10 s.
     """
 
     def __init__(
@@ -87,7 +93,7 @@ class OscillatorResponseCalculator:
         points_per_period: int = POINTS_PER_PERIOD,
     ) -> None:
         self._points = points_per_period
-        rest = math.ceil(min(longest_period_s, 10.0) / sampling_interval)
+        rest = math.ceil(max(min(longest_period_s, 10.0), 0.5 * longest_period_s) / sampling_interval)
         self._samples = components.shape[1]
         self._components = np.pad(components, ((0, 0), (0, rest)))
         self._interval = sampling_interval

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from overturning.errors import ArgumentError
-from overturning.motion.direction import north_east_cosines_of_azimuths
+from overturning.motion.direction import cosine_and_sine_of_azimuth, north_east_cosines_of_azimuths
 from overturning.motion.fourier import fourier_amplitude_spectrum, konno_ohmachi_smoothed_amplitude
 from overturning.motion.intensity import (
     MEASURES,
@@ -386,6 +386,20 @@ def test_predominant_period_is_between_0_04_and_4_s():
     time = np.arange(0, 40, 0.002)
     motion = Motion(np.sin(2 * np.pi * time / 0.01), np.sin(2 * np.pi * time / 10), sampling_interval=0.002)
     np.testing.assert_allclose(intensity_measures_by_azimuth(motion, [0, 90])["predominant_period"], [0.04, 4.0])
+
+
+@pytest.mark.parametrize("azimuth", [0.0, 60.0, 123.456])
+def test_there_is_no_predominant_period_perpendicular_to_a_linear_motion(azimuth):
+    wave = 3.0 * np.sin(0.03 * np.arange(3000)) * np.hanning(3000)
+    cosine, sine = cosine_and_sine_of_azimuth(azimuth)
+    motion = Motion(wave * cosine, wave * sine, sampling_interval=0.01)
+    found = intensity_measures_by_azimuth(motion, azimuth + np.array([0.0, 89.0, 90.0, 270.0]))
+    assert np.isnan(found["predominant_period"]).tolist() == [False, False, True, True]
+    for name in set(MEASURES) - {"predominant_period"}:
+        assert (found[name] >= 0).all(), name
+        np.testing.assert_allclose(found[name][2:], 0.0, atol=1e-9)
+    at_rest = intensity_measures_by_azimuth(Motion([0, 0, 0], [0, 0, 0], sampling_interval=0.01), [0.0])
+    assert {name for name, value in at_rest.items() if np.isnan(value[0])} == {"predominant_period"}
 
 
 def test_record_measures_contain_peaks_before_and_after_processing(rinaldi):

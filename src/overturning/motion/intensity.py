@@ -43,7 +43,7 @@ def intensity_measures_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) 
 
     The measures of φ and φ + 180° are the same, so only half a circle is computed. Velocity and displacement come
     from the trapezoidal rule, starting from rest; integration and rotation commute, so each component is integrated
-    once.
+    once. Along an azimuth without motion, the predominant period is NaN and the others are 0.
     """
     from overturning.motion.peaks import largest_motion_along_azimuths
     from overturning.motion.spectra import housner_spectrum_intensity, pseudo_acceleration_spectra
@@ -61,7 +61,8 @@ def intensity_measures_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) 
     measures["si20"] = housner_spectrum_intensity(motion, half, damping=0.20)
     measures["si05"] = housner_spectrum_intensity(motion, half, damping=0.05)
     spectra = pseudo_acceleration_spectra(motion, PREDOMINANT_PERIODS, half, points_per_period=24)
-    measures["predominant_period"] = PREDOMINANT_PERIODS[spectra.argmax(axis=0)]
+    of_largest = PREDOMINANT_PERIODS[spectra.argmax(axis=0)]
+    measures["predominant_period"] = np.where(measures["duration"] > 0, of_largest, np.nan)
     return {name: values[back] for name, values in measures.items()}
 
 
@@ -113,7 +114,8 @@ def arias_intensity(motion: Accelerogram, azimuth_deg: ArrayLike) -> FloatArray:
     """
     cosines = north_east_cosines_of_azimuths(azimuth_deg)
     squares = np.array([np.trapezoid(p, dx=motion.sampling_interval) for p in _horizontal_component_products(motion)])
-    return math.pi / (2.0 * STANDARD_GRAVITY) * (_squared_motion_coefficients(cosines) @ squares)
+    # Perpendicular to a linear motion, rounding may give a tiny negative sum.
+    return math.pi / (2.0 * STANDARD_GRAVITY) * np.maximum(_squared_motion_coefficients(cosines) @ squares, 0.0)
 
 
 def cumulative_absolute_velocity(motion: Accelerogram, azimuth_deg: ArrayLike) -> FloatArray:

@@ -28,6 +28,33 @@ def test_sine_has_the_given_amplitude_and_direction() -> None:
         Motion.sine(3.0, 0.006, cycles=200)  # the samples would be those of 0.03 s
 
 
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"cycles": 0.004}, r"cycles: 0\.004, 0\.004 s in samples of 0\.005 s.*at most 0\.001"),  # it would be at rest
+        ({"cycles": np.nan}, "cycles: nan; it must be a positive number"),
+        ({"amplitude": "strong"}, "amplitude: 'strong'; it must be a number"),
+        ({"period": [1.0, 2.0]}, "period: .*positive number"),
+        ({"rest": 1e12}, r"rest: 4e\+14 samples; at most 3e\+07"),
+        ({"amplitude": 60.0}, "peak acceleration 6.12 g .*trust_data=True"),
+    ],
+)
+def test_impossible_sines_are_refused(arguments: dict[str, object], message: str) -> None:
+    with pytest.raises(ArgumentError, match=message):
+        Motion.sine(**{"amplitude": 3.0, "period": 1.0, **arguments})  # type: ignore[arg-type]
+
+
+def test_an_implausible_sine_can_be_trusted() -> None:
+    assert Motion.sine(60.0, 0.8, trust_data=True).north.max() == pytest.approx(60.0)
+
+
+@pytest.mark.parametrize("period", [0.1, 0.2, 0.3, 0.7, 1.1])
+def test_a_quarter_of_a_sine_ends_at_its_peak_whatever_the_rounding(period: float) -> None:
+    motion = Motion.sine(3.0, period, cycles=0.25, rest=0.3, sampling_interval=0.001)
+    assert motion.north.max() == pytest.approx(3.0, abs=1e-12)
+    assert motion.north[301 + round(250 * period) :].tolist() == [0.0] * 300
+
+
 def stream(*channels: str, npts: int = 100):  # type: ignore[no-untyped-def]
     from obspy import Stream, Trace
 

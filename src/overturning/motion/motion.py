@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 SHORTEST_SAMPLING_INTERVAL = 1e-6
 """Shortest time between samples, s; with less, the time after a motion until rest has too many samples."""
 
+MOST_SAMPLES = 30_000_000
+"""Largest number of samples of a motion from a formula, or of a processed record: 240 MB for each component."""
+
 _DRIFTING = 0.5
 """Final velocity, as a share of its peak, above which the samples probably contain an offset."""
 
@@ -234,28 +237,40 @@ class Motion(Accelerogram):
     @suggest_closest_keyword()
     def sine(
         cls, amplitude: float, period: float, *, azimuth_deg: float = 0.0, cycles: float = 1.0, rest: float = 1.0,
-        sampling_interval: float = 0.005,
+        sampling_interval: float = 0.005, trust_data: bool = False,
     ) -> "Motion":  # fmt: skip
         """Return a motion of sine waves A sin(2πt/T) towards an azimuth, with rest before and after the waves.
 
         The amplitude is in m/s²; period, rest and sampling interval are in s. Raises an `ArgumentError` if one of them
-        is not positive (rest: negative), or if a period has fewer than four samples.
+        is not positive (rest: negative), if a period or all waves together have fewer than four samples, if there are
+        more than `MOST_SAMPLES`, or, unless `trust_data` is set, if the amplitude is implausible.
         """
         given = {"amplitude": amplitude, "period": period, "cycles": cycles, "sampling_interval": sampling_interval}
         for name, value in given.items():
-            if not (np.isfinite(value) and value > 0):
+            number = float_array_of_argument(name, value)
+            if not (number.ndim == 0 and np.isfinite(number) and number > 0):
                 raise ArgumentError(f"{name}: {value}; it must be a positive number")
-        if not (np.isfinite(rest) and rest >= 0):
+        if not (np.isfinite(float_array_of_argument("rest", rest)) and rest >= 0):
             raise ArgumentError(f"rest: {rest}; it must be a number of seconds, at least 0")
-        if period < 4.0 * sampling_interval:
+        length = cycles * period
+        for what, value in ((f"period: {period:g} s", period), (f"cycles: {cycles:g}, {length:g} s", length)):
+            if value < 4.0 * sampling_interval:
+                raise ArgumentError(
+                    f"{what} in samples of {sampling_interval:g} s; it needs at least four of them: "
+                    f"sampling_interval at most {value / 4.0:g}"
+                )
+        count = (2 * rest + length) / sampling_interval + 1
+        if count > MOST_SAMPLES:
             raise ArgumentError(
-                f"period: {period:g} s in samples of {sampling_interval:g} s; it needs at least four of them: "
-                f"sampling_interval at most {period / 4.0:g}"
+                f"period, cycles, rest: {count:.3g} samples; at most {MOST_SAMPLES:.0e}: give a longer "
+                "sampling_interval, or a shorter motion"
             )
-        time = sampling_interval * np.arange(round((2 * rest + cycles * period) / sampling_interval) + 1) - rest
-        wave = np.where((time >= 0) & (time <= cycles * period), amplitude * np.sin(2 * np.pi * time / period), 0.0)
+        time = sampling_interval * np.arange(round(count)) - rest
+        # Include a sample that misses the end of the waves by rounding only.
+        inside = (time >= 0) & (time <= length + 1e-9 * sampling_interval)
+        wave = np.where(inside, amplitude * np.sin(2 * np.pi * time / period), 0.0)
         cosine, sine = cosine_and_sine_of_azimuth(azimuth_deg)
-        return cls(wave * cosine, wave * sine, sampling_interval=sampling_interval)
+        return cls(wave * cosine, wave * sine, sampling_interval=sampling_interval, trust_data=trust_data)
 
 
 def as_motion(motion_or_record: Any) -> Motion:

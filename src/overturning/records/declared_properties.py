@@ -28,7 +28,7 @@ def _split_number_text(text_or_value: Any) -> Any:
     )
 
 
-class FilePropertyColumns(BaseModel, extra="forbid", frozen=True, use_attribute_docstrings=True):
+class FilePropertyColumns(BaseModel, extra="forbid", frozen=True, use_attribute_docstrings=True, allow_inf_nan=False):
     """Properties of record files that the user can declare in the record table, by options or by keywords."""
 
     format: Annotated[str, BeforeValidator(lambda name: "auto" if name is None else name)] = "auto"

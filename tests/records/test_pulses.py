@@ -175,6 +175,23 @@ def test_too_coarse_a_sampling_is_refused():
         record_of_pulse(parse_pulse("sine amplitude_gal=1 period_s=0.05 sampling_interval_s=0.01"))
 
 
+@pytest.mark.parametrize(("duration", "low", "high"), [(25, 2.2, 4), (30, 1, 4.1), (100, 1.1, 2.3)])
+def test_noise_contains_both_ends_of_its_band(duration: float, low: float, high: float) -> None:
+    """2.2 Hz × 25 s is 55.00000000000001 and 4.1 Hz × 30 s is 122.99999999999999 in double precision."""
+    time, a, _ = along(
+        f"noise amplitude_gal=100 duration_s={duration} low_hz={low} high_hz={high} sampling_interval_s=0.01 before_s=0"
+    )
+    bell = np.sin(np.pi * np.clip(time / duration, 0, 1)) ** 2
+    inside = bell > 1e-4
+    flat = a[inside] / bell[inside]
+    first, last = round(low * duration), round(high * duration)
+    waves = np.arange(first - 1, last + 2) * 2 * np.pi / duration
+    columns = np.concatenate([np.cos(np.outer(time[inside], waves)), np.sin(np.outer(time[inside], waves))], axis=1)
+    cosines, sines = np.split(np.linalg.lstsq(columns, flat, rcond=None)[0], 2)
+    equal = math.sqrt(2.0 / (last - first + 1))
+    np.testing.assert_allclose(np.hypot(cosines, sines), [0.0, *[equal] * (last - first + 1), 0.0], atol=1e-6)
+
+
 @pytest.mark.parametrize(
     "line",
     ["sine amplitude_gal=300 period_s=0.006 cycles=200", "noise amplitude_gal=300 duration_s=5 low_hz=150 high_hz=190"],

@@ -135,8 +135,9 @@ class NoisePulse(_PulseOfStatedDuration):
         return 1.0 / self.high_hz
 
     def acceleration(self, time: FloatArray) -> FloatArray:  # noqa: D102
-        first = max(1, math.ceil(self.low_hz * self.duration_s))
-        numbers = range(first, math.floor(self.high_hz * self.duration_s) + 1)
+        # Include frequencies that miss an end of the band by rounding only.
+        first = max(1, math.ceil(self.low_hz * self.duration_s * (1.0 - 1e-12)))
+        numbers = range(first, math.floor(self.high_hz * self.duration_s * (1.0 + 1e-12)) + 1)
         if not numbers:
             raise ConfigError(
                 f"noise: no frequency between {self.low_hz:g} and {self.high_hz:g} Hz in {self.duration_s:g} s"

@@ -206,6 +206,11 @@ def test_resampling_keeps_a_sine_and_removes_frequencies_above_the_new_nyquist(i
         assert np.abs(high).max() < 0.05 or 0.5 / interval > 0.8 / (2 * DT)
 
 
+def test_resampling_to_too_many_samples_is_refused():
+    with refused(RecordError, "resample.sampling_interval_s 1e-05", "4e+07 samples, at most 3e+07"):
+        process_record(record(np.zeros(40_000)), [Resample(sampling_interval_s=1e-5)])
+
+
 def test_cut_keeps_the_samples_and_moves_the_start():
     done = process_record(record(TIME.copy()), [Cut(start_s=1.5, end_s=3)])
     np.testing.assert_array_equal(done.north, TIME[150:301])
@@ -235,7 +240,9 @@ def test_processed_files_are_left_alone_and_raw_ones_are_not():
     [
         (Lowpass(corner_hz=50), ["lowpass.corner_hz", "50 Hz"]),
         (Taper(length_s=40), ["taper.length_s", "half"]),
-        (Cut(start_s=70), ["cut", "59.99"]),
+        (Lowpass(corner_hz=1e-9), ["lowpass.corner_hz 1e-09", "added zeros", "6e+11 samples, at most 3e+07"]),
+        (Highpass(corner_hz=1e-12), ["highpass.corner_hz 1e-12", "added zeros", "6e+14 samples"]),  # 190 000 years
+        (Cut(start_s=70), ["cut from 70 s to the end", "59.99"]),
         (Cut(end_s=61), ["cut", "59.99"]),
         (RemoveMean(first_s=100), ["remove_mean.first_s"]),
         (Resample(sampling_interval_s=math.e / 300), ["resample.sampling_interval_s"]),
@@ -261,6 +268,10 @@ def test_a_step_that_does_not_fit_the_record_is_named(step, words):
         {"step": "cut", "start_s": 5, "end_s": 4},
         {"step": "taper", "length_s": -1},
         {"step": "detrend", "order": 9},
+        *({"step": "taper", "length_s": length} for length in (math.inf, math.nan)),
+        {"step": "cut", "end_s": math.inf},
+        {"step": "remove_mean", "first_s": math.inf},
+        {"step": "scale", "factor": math.inf},
     ],
 )
 def test_senseless_steps_are_refused_by_the_config(data):

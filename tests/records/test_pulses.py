@@ -175,6 +175,11 @@ def test_too_coarse_a_sampling_is_refused():
         record_of_pulse(parse_pulse("sine amplitude_gal=1 period_s=0.05 sampling_interval_s=0.01"))
 
 
+def test_a_pulse_of_too_many_samples_is_refused():
+    with refused(ConfigError, "record pulse", "1e+11 samples, at most 3e+07", "sampling_interval_s"):
+        record_of_pulse(parse_pulse("sine amplitude_gal=1 period_s=1000 cycles=1000 sampling_interval_s=1e-5"))
+
+
 @pytest.mark.parametrize(("duration", "low", "high"), [(25, 2.2, 4), (30, 1, 4.1), (100, 1.1, 2.3)])
 def test_noise_contains_both_ends_of_its_band(duration: float, low: float, high: float) -> None:
     """2.2 Hz × 25 s is 55.00000000000001 and 4.1 Hz × 30 s is 122.99999999999999 in double precision."""

@@ -57,8 +57,7 @@ def process_record(record: Record, steps: Sequence[Step] | None, site: SoilSite 
             partial(step.apply_to_component, record=record),
         )
         interval = step.sampling_interval_s if isinstance(step, Resample) else record.sampling_interval
-        start = record.start and format_utc(datetime.fromisoformat(record.start) + timedelta(seconds=shift))
-        changed = record.with_changed_components(change, sampling_interval=interval, start=start)
+        changed = record.with_changed_components(change, sampling_interval=interval)
         if isinstance(step, Baseline) and (still := _unchanged_component_names(record, changed)):
             chosen = f"nothing taken from {' and '.join(still)}: the line is zero at no time before the fit"
         record = _with_processing_entry(record, changed, step, chosen, shift)
@@ -85,7 +84,7 @@ def _unchanged_component_names(record_before: Record, record_after: Record) -> l
 def _with_processing_entry(
     record_before: Record, record_after: Record, step: Step | SoilSite, parameter_note: str, start_shift_s: float = 0.0
 ) -> Record:
-    """Append a processing step, its parameters and its effect on the peaks to the processing list of a record."""
+    """Append a step, its parameters and effect on the peaks to the processing list of a record; shift its start."""
     peaks = [
         pga_pgv_pgd_of_larger_component(record.horizontal_components, record.sampling_interval)
         for record in (record_before, record_after)
@@ -94,7 +93,9 @@ def _with_processing_entry(
     entry |= {"chosen": parameter_note} if parameter_note else {}
     entry["effect"] = {name: [each[name] for each in peaks] for name in peaks[0]}
     entry |= {"shift_s": round(start_shift_s, 9)} if start_shift_s else {}
-    return replace(record_after, processing=(*record_before.processing, entry))
+    start = record_after.start
+    start = start and format_utc(datetime.fromisoformat(start) + timedelta(seconds=start_shift_s))
+    return replace(record_after, processing=(*record_before.processing, entry), start=start)
 
 
 def choose_highpass_corner_and_reason(record: Record) -> tuple[float, str]:

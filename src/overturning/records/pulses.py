@@ -9,20 +9,19 @@ import math
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import Field, TypeAdapter, ValidationError
 
 from overturning.arrays import FloatArray
 from overturning.errors import ConfigError
 from overturning.motion.direction import cosine_and_sine_of_azimuth
+from overturning.motion.motion import MOST_SAMPLES
 from overturning.records.record import Record
 from overturning.units import GAL
-from overturning.validation import format_validation_error
+from overturning.validation import StrictModel, format_validation_error
 
 
-class _AccelerationPulse(BaseModel):
+class _AccelerationPulse(StrictModel):
     """Base class of acceleration pulses: amplitude, azimuth, sampling interval, and rest before and after the pulse."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     amplitude_gal: float = Field(gt=0, le=1e5, description="Largest factor of the formula, Gal.")
     azimuth_deg: float = Field(
@@ -193,8 +192,8 @@ def parse_pulse(pulse_text: str) -> Pulse:
 def record_of_pulse(pulse: Pulse, record_id: str = "pulse") -> Record:
     """Create a record of a horizontal pulse along its azimuth, with zero acceleration before and after it.
 
-    ``extra`` marks it as processed, so that no filter changes it. Raises a ConfigError for a too coarse interval: fewer
-    than ten samples in the pulse, or fewer than four in its shortest period.
+    ``extra`` marks it as processed, so that no filter changes it. Raises a ConfigError for a too coarse interval (fewer
+    than ten samples in the pulse, or fewer than four in its shortest period), and for more than `MOST_SAMPLES` samples.
     """
     interval = pulse.sampling_interval_s
     if pulse.duration < 10 * interval:
@@ -206,6 +205,11 @@ def record_of_pulse(pulse: Pulse, record_id: str = "pulse") -> Record:
         raise ConfigError(
             f"record {record_id}: the pulse has periods of {pulse.shortest_period:g} s; each needs at least four "
             f"samples: sampling_interval_s ≤ {pulse.shortest_period / 4:g}"
+        )
+    if (wanted := (pulse.before_s + pulse.duration + pulse.after_s) / interval) > MOST_SAMPLES:
+        raise ConfigError(
+            f"record {record_id}: {wanted:.2g} samples, at most {MOST_SAMPLES:.0e} are possible; give a shorter pulse, "
+            "less rest or a longer sampling_interval_s"
         )
     count = math.floor((pulse.before_s + pulse.duration + pulse.after_s) / interval + 1e-9) + 1
     time = np.arange(count) * interval - pulse.before_s

@@ -6,13 +6,15 @@ from fractions import Fraction
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
 from overturning.motion.fourier import cosine_taper_window
 from overturning.motion.integration import integrate
+from overturning.motion.motion import MOST_SAMPLES
 from overturning.records.record import Record
+from overturning.validation import StrictModel
 
 LARGEST_RATIO = 1000
 """Largest numerator or denominator of a resampling ratio."""
@@ -23,10 +25,15 @@ def _unsuitable_step_error(record: Record, step_label: str, reason: str) -> Reco
     return RecordError(f"record {record.record_id}: {step_label}; {reason}")
 
 
-class _ProcessingStep(BaseModel):
-    """Base class of the processing steps of a record, such as a filter or a cut."""
+def _check_sample_count(record: Record, step_label: str, sample_count: float) -> None:
+    """Raise a RecordError if a processing step would give a record more than `MOST_SAMPLES` samples."""
+    if sample_count > MOST_SAMPLES:
+        bounds = f"the record would have {sample_count:.2g} samples, at most {MOST_SAMPLES:.0e} are possible"
+        raise _unsuitable_step_error(record, step_label, bounds)
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+
+class _ProcessingStep(StrictModel):
+    """Base class of the processing steps of a record, such as a filter or a cut."""
 
     def apply_to_component(self, samples: FloatArray, record: Record) -> FloatArray:
         """Return the processed samples of a component, m/s²; raise a RecordError if the step cannot be applied."""
@@ -104,6 +111,7 @@ class ButterworthFilter(_ProcessingStep):
             raise _unsuitable_step_error(record, f"{self.step}.corner_hz {corner:g}", bounds)
         sections = butter(self.order, corner, btype=self.step, fs=1.0 / record.sampling_interval, output="sos")
         pad = self._padding_sample_count(record.sampling_interval)
+        _check_sample_count(record, f"{self.step}.corner_hz {corner:g} needs added zeros", samples.size + 2 * pad)
         filtered = sosfiltfilt(sections, np.pad(samples, pad), padtype=None)
         # A zero-phase high-pass filter acts before the first sample too. Stripped of its pads its output would
         # integrate to a velocity that drifts (Boore, Sisi & Akkar 2012, BSSA 102, 751-760), so they stay.
@@ -232,6 +240,8 @@ class Resample(_ProcessingStep):
             )
         if ratio == 1:
             return samples
+        label = f"resample.sampling_interval_s {self.sampling_interval_s:g}"
+        _check_sample_count(record, label, samples.size * float(ratio))
         offset = _constant_offset(samples, record.sampling_interval)  # The resampler assumes zeros beyond the ends.
         out = resample_poly(samples - offset, ratio.numerator, ratio.denominator) + offset
         return np.ascontiguousarray(out, dtype=np.float64)
@@ -254,8 +264,10 @@ class Cut(_ProcessingStep):
         first = round(self.start_s / record.sampling_interval)
         last = samples.size if self.end_s is None else round(self.end_s / record.sampling_interval) + 1
         if last > samples.size or last - first < 2:
-            what = f"cut from {self.start_s:g} to {self.end_s} s"
-            raise _unsuitable_step_error(record, what, f"the record ends at {record.duration:g} s")
+            what = f"cut from {self.start_s:g} s to {'the end' if self.end_s is None else f'{self.end_s:g} s'}"
+            raise _unsuitable_step_error(
+                record, what, f"two samples or more must lie within the record, {record.duration:g} s"
+            )
         return samples[first:last].copy()
 
     def start_shift_of_record_s(self, sampling_interval: float) -> float:  # noqa: D102

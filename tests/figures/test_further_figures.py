@@ -319,6 +319,32 @@ def test_text_is_legible_at_page_width(name: str) -> None:
     assert min(sizes) * shrunk >= 7.8
 
 
+@pytest.mark.parametrize(("azimuths", "drawn"), [([60.0, 150.0], [True, False]), ([150.0, 330.0], [False, False])])
+def test_spectra_have_no_curve_along_an_azimuth_without_motion(azimuths: list[float], drawn: list[bool]) -> None:
+    """Across a linear motion, only the rounding of the cosines is left: twelve decades lower, or nothing at all."""
+    linear = Motion.sine(3.0, 0.8, azimuth_deg=60.0)
+    with project_style():
+        figure = fourier_and_response_spectra_figure(linear, azimuths, "Pulse")
+        figure.canvas.draw()
+    for axes in figure.axes:
+        assert [line.get_xdata().size > 0 for line in axes.lines] == drawn
+        assert [text.get_text() for text in axes.texts] == ([] if any(drawn) else ["no motion along this azimuth"])
+        assert not any(drawn) or np.ptp(np.log10(axes.get_ylim())) < 8
+
+
+@pytest.mark.parametrize("count", range(2, 14))
+def test_spectra_of_a_few_samples_show_no_frequency_above_the_nyquist_frequency(count: int) -> None:
+    few = Motion(np.arange(count) + 1.0, np.zeros(count), sampling_interval=0.01)
+    with project_style():
+        figure = fourier_and_response_spectra_figure(few, [0.0], "Few")
+        figure.canvas.draw()
+    fourier, response = figure.axes
+    frequency = fourier.lines[0].get_xdata()
+    assert frequency.max(initial=0.0) <= 50.0
+    assert [text.get_text() for text in fourier.texts] == ([] if frequency.size else ["too short for a spectrum"])
+    assert response.lines[0].get_xdata().size == 60
+
+
 def test_axes_of_the_hodograph_have_units() -> None:
     with project_style():
         figure = hodograph()

@@ -1,6 +1,7 @@
 """The page of a record's time histories: the same each time, with what it is to show, and light."""
 
 import re
+import warnings
 
 import numpy as np
 import pytest
@@ -89,6 +90,44 @@ def test_response_spectra_over_all_azimuths_of_a_motion_along_one(up):
     assert (lines["RotD00"] < 1e-9 * lines["RotD100"]).all()
     # An oscillator that is far stiffer than the motion follows the ground: 1 m/s².
     assert lines["RotD100"][0] == pytest.approx(100, rel=0.02)
+
+
+def panel_notes(before: Record, after: Record) -> dict[str, list[str]]:
+    """Return the notes in the empty panels of a record's page, by the label of the vertical axis."""
+    with project_style(), warnings.catch_warnings(action="error"):
+        figure = record_history_figure(before, after)
+        figure.canvas.draw()
+    notes: dict[str, list[str]] = {}
+    for axes in figure.axes:
+        found = [text.get_text() for text in axes.texts if text.get_fontsize() == 8.0]
+        notes.setdefault(axes.get_ylabel(), []).extend(found)
+    return {label: found for label, found in notes.items() if found}
+
+
+@pytest.mark.parametrize("moving", ["", "up", "north"])
+def test_components_without_motion_have_notes_instead_of_spectra(moving: str) -> None:
+    """No line at an invented amplitude, and no warning of an empty logarithmic axis."""
+    wave = np.sin(2 * np.pi * TIME) * np.sin(np.pi * TIME / TIME[-1]) ** 2
+    components = {name: wave * (name == moving) for name in ("north", "east", "up")}
+    record = Record("r", **components, sampling_interval=0.01)
+    notes = panel_notes(record, process_record(record, [Highpass(corner_hz=0.1)]))
+    assert notes["Fourier amplitude, Gal·s"] == ["no motion"] * (2 if moving else 3)
+    assert notes.get("Husid: Arias intensity, %") == (None if moving else ["no motion"])
+    assert notes.get("pseudo-acceleration, Gal") == (None if moving == "north" else ["no horizontal motion"])
+
+
+@pytest.mark.parametrize("count", [2, 3, 4])
+def test_a_few_samples_have_no_fourier_spectrum(count: int) -> None:
+    few = Record("r", *np.eye(2, count), None, 0.01, extra={"processed": True})
+    assert panel_notes(few, few)["Fourier amplitude, Gal·s"] == ["too short for a spectrum"] * 2
+
+
+def test_a_cut_removes_nothing_inside() -> None:
+    """The times of the samples before and after the cut differ by rounding; their difference is no motion."""
+    before = raw()
+    figure = record_history_figure(before, process_record(before, [Cut(start_s=5, end_s=6)]))
+    (panel,) = (axes for axes in figure.axes if axes.get_ylabel() == "removed, Gal")
+    assert all(not np.any(line.get_ydata()) for line in panel.lines)
 
 
 def test_the_envelope_keeps_every_peak_and_the_order_of_time():

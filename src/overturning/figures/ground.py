@@ -78,9 +78,12 @@ def hodograph_figure(motion: Motion, fault_normal_deg: float, title: str) -> Fig
 
 
 def smoothed_fourier_spectra(motion: Motion, azimuths_deg: list[float]) -> Spectrum:
-    """Return frequencies (Hz) and, for each azimuth, Fourier amplitudes (m/s), smoothed by Konno and Ohmachi."""
-    nyquist = 0.5 / motion.sampling_interval
-    at = np.geomspace(max(0.1, 2.0 / motion.duration), min(25.0, 0.8 * nyquist), 120)
+    """Return frequencies (Hz) and, for each azimuth, Fourier amplitudes (m/s), smoothed by Konno and Ohmachi.
+
+    There are no frequencies if the motion is too short for a spectrum.
+    """
+    low, high = max(0.1, 2.0 / motion.duration), min(25.0, 0.4 / motion.sampling_interval)
+    at = np.geomspace(low, high, 120 if high > low else 0)
     pairs = (fourier_amplitude_spectrum(motion.along(angle), motion.sampling_interval) for angle in azimuths_deg)
     return at, [konno_ohmachi_smoothed_amplitude(frequency, amplitude, at) for frequency, amplitude in pairs]
 
@@ -92,7 +95,12 @@ def response_spectra_along_azimuths(motion: Motion, azimuths_deg: list[float]) -
 
 
 def fourier_and_response_spectra_figure(motion: Motion, azimuths_deg: list[float], title: str) -> Figure:
-    """Draw Fourier spectra of a motion along several azimuths in one panel, and response spectra in another."""
+    """Draw Fourier spectra of a motion along several azimuths in one panel, and response spectra in another.
+
+    An azimuth without motion has no curve.
+    """
+    largest = float(np.hypot(*motion.horizontal_components).max())
+    moves = [float(np.abs(motion.along(azimuth)).max()) > 1e-9 * largest for azimuth in azimuths_deg]
     figure, ((left, right),) = style.create_panel_grid(1, 2, style.PAGE_WIDTH, 3.4)
     for axes, (x, spectra), unit, across, up in (
         (left, smoothed_fourier_spectra(motion, azimuths_deg), CM, "frequency, Hz", "Fourier amplitude, Gal·s"),
@@ -104,14 +112,18 @@ def fourier_and_response_spectra_figure(motion: Motion, azimuths_deg: list[float
             "spectral acceleration (damping 5%), Gal",
         ),
     ):
-        for index, (azimuth, values) in enumerate(zip(azimuths_deg, spectra, strict=True)):
-            keep = (x > 0) & (values > 0)
+        style.label_axes(axes, across, up)
+        shown = [(x > 0) & (values > 0) & moving for values, moving in zip(spectra, moves, strict=True)]
+        for index, (azimuth, values, keep) in enumerate(zip(azimuths_deg, spectra, shown, strict=True)):
             axes.plot(
                 x[keep], values[keep] / unit, color=style.SERIES[index % len(style.SERIES)],
                 linestyle=style.DASHES[index % len(style.DASHES)], linewidth=1.3, label=style.compass_bearing(azimuth),
             )  # fmt: skip
+        if not any(keep.any() for keep in shown):
+            note = "too short for a spectrum" if any(moves) else "no motion along this azimuth"
+            style.write_note_in_empty_panel(axes, note)
+            continue
         axes.set(xscale="log", yscale="log")
-        style.label_axes(axes, across, up)
         axes.grid(True, which="major")
     style.add_title_and_legend(figure, title, right, 4)
     return figure

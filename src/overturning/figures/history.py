@@ -18,6 +18,7 @@ from overturning.figures.style import (
     label_axes,
     label_decades,
     minimum_and_maximum_by_group,
+    write_note_in_empty_panel,
 )
 from overturning.motion.fourier import rms_fourier_amplitude_in_bands
 from overturning.motion.integration import integrate
@@ -195,22 +196,31 @@ def _draw_fourier_spectra(
     panel: "Axes", unprocessed_record: Record, processed_record: Record, component_name: str
 ) -> None:
     """Draw the Fourier amplitudes of a component before and after processing."""
+    label_axes(panel, "frequency, Hz", "Fourier amplitude, Gal·s")
+    drawn = False
     for record, colour in (
         ((unprocessed_record, MISSING), (processed_record, INK))
         if unprocessed_record is not processed_record
         else ((processed_record, INK),)
     ):
         samples = getattr(record, component_name)
-        frequency = np.geomspace(max(0.02, 1.0 / record.duration), 0.45 / record.sampling_interval, 90)
+        low, high = max(0.02, 1.0 / record.duration), 0.45 / record.sampling_interval
+        if not samples.any() or high < 2.0 * low:
+            continue
+        frequency = np.geomspace(low, high, 90)
         amplitude = rms_fourier_amplitude_in_bands(samples, record.sampling_interval, frequency) / CM
-        panel.plot(frequency, np.maximum(amplitude, 1e-12), color=colour, linewidth=0.9)
+        panel.plot(frequency, np.maximum(amplitude, 1e-12 * amplitude.max()), color=colour, linewidth=0.9)
+        drawn = True
+    if not drawn:
+        moves = getattr(processed_record, component_name).any()
+        write_note_in_empty_panel(panel, "too short for a spectrum" if moves else "no motion")
+        return
     for corner in _filter_corner_frequencies(processed_record.processing):
         panel.axvline(corner, color=FALLS, linewidth=0.8, linestyle=DASHED)
         panel.annotate(
             f"{corner:g} Hz", (corner, 0.03), xycoords=("data", "axes fraction"), fontsize=7, color=FALLS, rotation=90
         )
     _set_logarithmic_axes(panel)
-    label_axes(panel, "frequency, Hz", "Fourier amplitude, Gal·s")
 
 
 def _set_logarithmic_axes(panel: "Axes") -> None:
@@ -225,6 +235,10 @@ def _set_logarithmic_axes(panel: "Axes") -> None:
 
 def _draw_husid(panel: "Axes", processed_record: Record, component_names: list[str]) -> None:
     """Draw the cumulative squared acceleration of the components (Husid plot)."""
+    label_axes(panel, "time, s", "Husid: Arias intensity, %")
+    if not any(getattr(processed_record, name).any() for name in component_names):
+        write_note_in_empty_panel(panel, "no motion")
+        return
     time = _sample_times(processed_record, start_shift_from_unprocessed(processed_record))
     for name, colour in zip(component_names, SERIES, strict=False):
         energy = np.cumsum(getattr(processed_record, name) ** 2)
@@ -232,7 +246,6 @@ def _draw_husid(panel: "Axes", processed_record: Record, component_names: list[s
             panel.plot(*min_max_envelope(time, 100.0 * energy / energy[-1]), color=colour, linewidth=1.0, label=name)
     for share in (5, 95):
         panel.axhline(share, color=MISSING, linewidth=0.5, linestyle=DASHED)
-    label_axes(panel, "time, s", "Husid: Arias intensity, %")
     panel.legend(fontsize=7, loc="lower right")
 
 
@@ -242,7 +255,7 @@ def _draw_signal_to_noise_ratio(
     """Draw the signal-to-noise ratio of the components by frequency."""
     label_axes(panel, "frequency, Hz", "signal-to-noise ratio")
     if noise_ratio is None:
-        _write_note(panel, "no noise of 2 s\nbefore the onset")
+        write_note_in_empty_panel(panel, "no noise of 2 s\nbefore the onset")
         return
     for row, (name, colour) in enumerate(zip(component_names, SERIES, strict=False)):
         panel.plot(noise_ratio.frequency, noise_ratio.ratio[row], color=colour, linewidth=1.0, label=name)
@@ -258,13 +271,15 @@ def compute_rotd_spectra(record: Record) -> FloatArray:
 
 def _draw_rotd_spectra(panel: "Axes", rotd_spectra: FloatArray) -> None:
     """Draw RotD00, RotD50 and RotD100 of the pseudo-acceleration (m/s²), given in this order, by period."""
+    label_axes(panel, "period, s", "pseudo-acceleration, Gal")
+    if not rotd_spectra.any():
+        write_note_in_empty_panel(panel, "no horizontal motion")
+        return
     for percentile, spectrum, colour in zip(PERCENTILES, rotd_spectra, SERIES, strict=False):
         panel.plot(RESPONSE_PERIODS, spectrum / GAL, color=colour, linewidth=0.9, label=f"RotD{percentile:02.0f}")
     _set_logarithmic_axes(panel)
-    panel.set_ylim(
-        bottom=1e-4 * float(rotd_spectra[-1].max()) / GAL or None
-    )  # RotD00 of a motion along one azimuth is 0
-    label_axes(panel, "period, s", "pseudo-acceleration, Gal")
+    # RotD00 of a motion along one azimuth is 0.
+    panel.set_ylim(bottom=1e-4 * float(rotd_spectra[-1].max()) / GAL)
     panel.legend(fontsize=7, loc="best")
 
 
@@ -274,7 +289,7 @@ def _draw_removed_acceleration(
     """Draw what processing removed: the acceleration before processing minus that after it."""
     label_axes(panel, "time, s", "removed, Gal")
     if unprocessed_record is processed_record:
-        _write_note(panel, "nothing")
+        write_note_in_empty_panel(panel, "nothing")
         return
     time, later = (
         _sample_times(unprocessed_record),
@@ -282,14 +297,8 @@ def _draw_removed_acceleration(
     )
     inside = (time >= later[0] - 1e-9) & (time <= later[-1] + 1e-9)
     for name, colour in zip(component_names, SERIES, strict=False):
-        away = getattr(unprocessed_record, name)[inside] - np.interp(
-            time[inside], later, getattr(processed_record, name)
-        )
+        before = getattr(unprocessed_record, name)
+        away = before[inside] - np.interp(time[inside], later, getattr(processed_record, name))
+        away[np.abs(away) < 1e-9 * np.abs(before).max()] = 0.0  # rounding of the interpolation
         panel.plot(*min_max_envelope(time[inside], away / GAL), color=colour, linewidth=0.8, label=name)
     panel.legend(fontsize=7, loc="best")
-
-
-def _write_note(panel: "Axes", note: str) -> None:
-    """Write a note in the middle of an empty panel."""
-    panel.text(0.5, 0.5, note, transform=panel.transAxes, ha="center", va="center", fontsize=8, color=MISSING)
-    panel.set(xticks=[], yticks=[])

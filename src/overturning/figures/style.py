@@ -226,6 +226,12 @@ def label_axes(axes: Any, x_label: str, y_label: str, small_ticks: str = "major"
     axes.tick_params(labelsize=8, which=small_ticks)
 
 
+def write_note_in_empty_panel(axes: Any, note: str) -> None:
+    """Write a note in the middle of a panel in which nothing is drawn, and leave out its ticks."""
+    axes.text(0.5, 0.5, note, transform=axes.transAxes, ha="center", va="center", fontsize=8, color=MISSING)
+    axes.set(xticks=[], yticks=[])
+
+
 def set_logarithmic_ticks(axis: Any) -> None:
     """Set ticks of a logarithmic axis at 1, 2 and 5 times powers of ten, formatted without exponents."""
     from matplotlib.ticker import LogLocator, NullFormatter

@@ -122,6 +122,22 @@ def test_a_few_samples_have_no_fourier_spectrum(count: int) -> None:
     assert panel_notes(few, few)["Fourier amplitude, Gal·s"] == ["too short for a spectrum"] * 2
 
 
+@pytest.mark.parametrize("up", [True, False])
+def test_the_scales_of_an_offset_do_not_cover_the_next_panel(up: bool) -> None:
+    """An offset of 3 m/s² gives a displacement of 5.4 km in a minute: numbers of six digits on the right."""
+    before = raw(up)
+    before = before.with_changed_components(lambda samples: samples - 3.0)
+    with project_style():
+        figure = record_history_figure(before, process_record(before, [RemoveMean(), Highpass(corner_hz=0.2)]))
+        figure.canvas.draw()
+    right = [axes for axes in figure.axes if axes.yaxis.get_ticks_position() == "right"]
+    assert len(right) == 3 * (2 + up)
+    numbers = [label.get_window_extent() for axes in right for label in axes.get_yticklabels() if label.get_text()]
+    names = [axes.yaxis.label.get_window_extent() for axes in figure.axes if axes.get_ylabel()]
+    assert not [number for number in numbers if any(number.overlaps(name) for name in names)]
+    assert max(number.x1 for number in numbers) < figure.bbox.x1
+
+
 def test_a_cut_removes_nothing_inside() -> None:
     """The times of the samples before and after the cut differ by rounding; their difference is no motion."""
     before = raw()

@@ -113,7 +113,8 @@ def _add_title_and_legend(
     wide = panels.shape[1] > 2
     height = figure.get_figheight()
     top = 1.0 - (0.14 * len(wrapped) + 0.35) / height
-    figure.subplots_adjust(0.07 if wide else 0.1, 0.75 / height, 0.95 if wide else 0.93, top, wspace=0.34, hspace=0.42)
+    gap = 0.46 if any(axes.yaxis.get_ticks_position() == "right" for axes in figure.axes) else 0.34
+    figure.subplots_adjust(0.07 if wide else 0.1, 0.75 / height, 0.94 if wide else 0.91, top, wspace=gap, hspace=0.42)
 
 
 def min_max_envelope(sample_times: FloatArray, samples: FloatArray) -> tuple[FloatArray, FloatArray]:

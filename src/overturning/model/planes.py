@@ -186,16 +186,16 @@ def fall_probability_to_either_side(cube: "xr.Dataset", *, use_ensemble: bool = 
         raise ResultError("the dataset has no variable 'overturned'; it is not a cube of this program")
     import xarray as xr
 
-    stored, coordinates = cube["overturned"], cube["overturned"].coords
+    stored = cube["overturned"]
     flag, made = stored.variable, {}  # variables have no coordinates, which need not be compared at each operation
     known = outcome_is_known(flag)
     for sign, name, where in ((1, "towards", "azimuth"), (-1, "away", "azimuth + 180°")):
         chance = (flag == sign).where(known).astype("float32")
         if use_ensemble and "probability_towards" in cube:
             chance = cube[f"probability_{name}"].variable.astype("float32").fillna(chance)
-        attributes = {"long_name": f"probability of falling towards the {where}", "units": "1"}
-        made[name] = xr.DataArray(chance, coordinates, attrs=attributes)
-    return xr.Dataset(made)
+        chance.attrs = {"long_name": f"probability of falling towards the {where}", "units": "1"}
+        made[name] = chance
+    return xr.Dataset(made, stored.coords)
 
 
 @dataclass(frozen=True)
@@ -304,16 +304,25 @@ class PlanarModel(SceneModel):
         p = fall_probability_to_either_side(cube, use_ensemble=use_ensemble).isel(
             azimuth=self.distinct_direction_indices(cube)
         )
-        angle = np.radians(p["azimuth"].astype("float64"))
-        falls, net = p["towards"] + p["away"], p["towards"] - p["away"]
-        return xr.Dataset({
-            "falls": falls.assign_attrs(long_name="probability of falling", units="1"),
-            "direction_cosine": net * np.cos(angle),
-            "direction_sine": net * np.sin(angle),
-            "axis_cosine": falls * np.cos(2 * angle),
-            "axis_sine": falls * np.sin(2 * angle),
-            "weight": ("azimuth", circle_share_of_planes(p["azimuth"].to_numpy(), azimuth_period_of_cube_deg(cube))),
-        })  # fmt: skip
+        angle = np.radians(p["azimuth"].variable.to_base_variable().astype("float64"))
+        towards, away = p["towards"].variable, p["away"].variable  # without coordinates, as above
+        falls, net = towards + away, towards - away
+        found = xr.Dataset(
+            {
+                "falls": falls,
+                "direction_cosine": net * np.cos(angle),
+                "direction_sine": net * np.sin(angle),
+                "axis_cosine": falls * np.cos(2 * angle),
+                "axis_sine": falls * np.sin(2 * angle),
+                "weight": (
+                    "azimuth",
+                    circle_share_of_planes(p["azimuth"].to_numpy(), azimuth_period_of_cube_deg(cube)),
+                ),
+            },
+            p.coords,
+        )
+        found["falls"].attrs.update(long_name="probability of falling", units="1")
+        return found
 
     @override
     def member_fall_shares_by_cell(self, cube: "xr.Dataset") -> "xr.Dataset":

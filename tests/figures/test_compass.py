@@ -1,6 +1,7 @@
 """Compasses: names and rings at their places, panels of one size, and no text that is cut off or overlaps."""
 
 from collections.abc import Callable
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
@@ -63,7 +64,9 @@ def boundary() -> Figure:
 FIGURES = (single_map, several_maps, two_records, three_records_with_long_names, peaks_by_azimuth, boundary)
 
 
+@cache
 def drawn(make: Callable[[], Figure], phone: bool = False) -> Figure:
+    """Return a drawn figure, the same for all tests: they may draw it again, but must not change it."""
     with project_style():
         if phone:
             with figures_for_phone():

@@ -130,6 +130,17 @@ def _unit_vectors_of_random_rotations(vector_count: int) -> NDArray[np.complex12
     return np.exp(1j * _random_angles(vector_count))
 
 
+def _rotated_unit_vectors(angle: float, step: float, turns: FloatArray) -> NDArray[np.complex128]:
+    """Rotate a unit vector at an angle by each of several turns, rounded to a step if this is not 0; all rad.
+
+    A step leaves few different turns, each of which is computed once.
+    """
+    if step * turns.size < 2 * math.pi:  # there are at least as many steps as turns, or none
+        return np.exp(1j * (angle + (np.round(turns / step) * step if step > 0 else turns)))
+    number = np.round(turns / step).astype(np.intp)
+    return np.exp(1j * (angle + np.arange(number.max() + 1) * step))[number]
+
+
 def common_axis_test(
     vector_cosines: ArrayLike, vector_sines: ArrayLike, recorded_step_deg: ArrayLike = 0.0
 ) -> StatisticalTestResult:
@@ -157,9 +168,10 @@ def common_axis_test(
     statistic = math.hypot(x.mean(), y.mean())
     rotated, step = _unit_vectors_of_random_rotations(n), np.radians(recorded_step_deg)
     if np.any(step > 0):
-        turn = _random_angles(n)
-        nearest = np.round(turn / np.where(step > 0, step, 1.0)) * step
-        rotated = np.exp(1j * (np.arctan2(y, x) + np.where(step > 0, nearest, turn)))
+        angle, steps = np.arctan2(y, x), np.broadcast_to(step, n)
+        rotated = np.stack(
+            [_rotated_unit_vectors(*one) for one in zip(angle, steps, _random_angles(n).T, strict=True)], axis=1
+        )
     drawn = np.abs((rotated * np.hypot(x, y)).sum(axis=1)) / n
     extreme = int((drawn >= statistic - 1e-12).sum())
     return StatisticalTestResult("randomised Rayleigh", n, statistic, (1 + extreme) / (1 + ROTATIONS))

@@ -11,6 +11,8 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
+from tests.test_layers import statements
+
 ROOT = Path(__file__).parents[1]
 RUN, DEV = ROOT / "requirements.lock", ROOT / "requirements-dev.lock"
 OPTIONAL = {"pyarrow": "parquet", "pystrata": "soil", "trimesh": "mesh"}
@@ -64,7 +66,7 @@ def test_the_locks_satisfy_the_requirements(group: str) -> None:
 def imported(path: Path) -> set[str]:
     """Top-level names of the packages that a file imports, in functions, too."""
     found: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in statements(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             found.update(one.name.partition(".")[0] for one in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:

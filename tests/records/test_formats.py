@@ -171,6 +171,19 @@ def test_samples_of_the_other_sign_than_the_peak_are_refused(tmp_path, form, sta
     assert put(tmp_path, files | {name: wrong}, trust_data=True, **declared).extra["trusted"]
 
 
+@pytest.mark.parametrize(("from_up", "refusal"), [(90, ""), (87, ""), (45, "dips by -45°"), (84, "dips by -6°")])
+def test_smc_of_an_inclined_axis_is_refused(tmp_path, from_up, refusal):
+    """Regression: the inclination in the integers was ignored, if it was not that of a vertical axis."""
+    files = {"a.smc": smc_text(A, 100, "360", vertical=from_up), "b.smc": smc_text(B, 100, "90")}
+    if refusal:
+        with refused(RecordError, "a.smc: axis 360", refusal, "only axes within 5° of horizontal or vertical are read"):
+            put(tmp_path, files)
+    else:
+        assert ("a.smc: axis 360 dips by -3°; it is read as horizontal" in put(tmp_path, files).notes) is (
+            from_up == 87
+        )
+
+
 def test_smc_with_samples_of_the_other_sign_is_refused(tmp_path):
     """Its header states the largest and the smallest sample."""
     peak = np.where(np.arange(A.size) == 50, 150.0, A)

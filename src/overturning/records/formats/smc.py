@@ -12,11 +12,11 @@ from typing import Final
 import numpy as np
 
 from overturning.records.component import (
-    UNKNOWN,
     Direction,
     HeaderPeak,
     RecordComponent,
     axis_direction_from_name_or_code,
+    direction_of_azimuth_and_dip,
 )
 from overturning.records.formats.header import parse_time_as_utc
 from overturning.records.formats.lines import TextLines
@@ -49,7 +49,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     interval = text.sampling_interval_of_rate(known[1], 17)
     extreme = max((known[index] for index in (29, 31) if index in known), key=abs, default=None)
     samples, notes = _read_samples(text, int(whole[15]), int(whole[16]))
-    axis, direction = _axis_name_and_direction(text, whole)
+    axis, direction, inclined = _axis_name_direction_and_notes(text, whole)
     station = re.search(r"station\s*=\s*(.*?)[\s,]*component=", lines[5])
     return [
         RecordComponent.from_file(
@@ -68,7 +68,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             location=_sensor_location(whole),
             processed=KINDS[kind],
             extra={"magnitude": known[5]} if 5 in known else {},
-            notes=(*notes, *_flagged_problem_and_longitude_notes(source_file.name, whole, known)),
+            notes=(*notes, *inclined, *_flagged_problem_and_longitude_notes(source_file.name, whole, known)),
         )
     ]
 
@@ -85,14 +85,20 @@ def _read_samples(lines: TextLines, comment_count: int, sample_count: int) -> tu
     return samples, notes
 
 
-def _axis_name_and_direction(lines: TextLines, header_integers: np.ndarray) -> tuple[str, Direction]:
-    """Return axis name and direction from the header; a RecordError if its text and integers disagree."""
+def _axis_name_direction_and_notes(
+    lines: TextLines, header_integers: np.ndarray
+) -> tuple[str, Direction, tuple[str, ...]]:
+    """Return axis name and direction from the header, and a note if the axis is inclined.
+
+    Raises a RecordError if text and integers disagree, or if the axis is neither horizontal nor vertical.
+    """
     word = re.search(r"component=\s*(\S+)", lines.lines[5])
     axis = word[1] if word else str(header_integers[13])
-    senses: dict[int, Direction] = {0: (None, 1), 180: (None, -1)}
-    level = header_integers[12] == 90 and header_integers[13] != NULL
-    coded = (float(header_integers[13]) % 360.0, 0) if level else senses.get(int(header_integers[12]), UNKNOWN)
-    return axis, axis_direction_from_name_or_code(axis, coded, partial(lines.line_error, 5))
+    # The integers count from upwards: 0 up, 90 horizontal, 180 down.
+    from_up, azimuth = (None if number == NULL else float(number) for number in header_integers[12:14])
+    dip = None if from_up is None else from_up - 90.0
+    coded, notes = direction_of_azimuth_and_dip("", azimuth, dip, f"{lines.source.name}: axis {axis}")
+    return axis, axis_direction_from_name_or_code(axis, coded, partial(lines.line_error, 5)), notes
 
 
 def _sensor_location(header_integers: np.ndarray) -> str:

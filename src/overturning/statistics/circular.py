@@ -133,7 +133,7 @@ def _unit_vectors_of_random_rotations(vector_count: int) -> NDArray[np.complex12
 def _rotated_unit_vectors(angle: float, step: float, turns: FloatArray) -> NDArray[np.complex128]:
     """Rotate a unit vector at an angle by each of several turns, rounded to a step if this is not 0; all rad.
 
-    A step leaves few different turns, each of which is computed once.
+    Turns that are rounded to a step have few values; each value is computed once.
     """
     if step * turns.size < 2 * math.pi:  # there are at least as many steps as turns, or none
         return np.exp(1j * (angle + (np.round(turns / step) * step if step > 0 else turns)))

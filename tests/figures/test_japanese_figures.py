@@ -28,6 +28,7 @@ from overturning.figures.svg_translation import break_lines_at_width, translate_
 from overturning.figures.write import has_cut_or_overlapping_text, save_figure_files
 from overturning.model.scene import gravestone
 from overturning.records.processing import Highpass, RemoveMean, process_record
+from overturning.records.record import Record
 from overturning.statistics.fragility import FittedFragilityCurve
 from overturning.translation import texts
 from overturning.translation.texts import MissingDataError, translate_visible_texts_to
@@ -52,6 +53,12 @@ def processed() -> Figure:
     return record_history_figure(before, process_record(before, [RemoveMean(), Highpass(corner_hz=0.2)]))
 
 
+def noise() -> Record:
+    """Return a record without vertical motion: the reason for its corner frequency takes two lines of the title."""
+    wave = np.random.default_rng(0).normal(size=(2, 3000)) * np.hanning(3000) * 0.3
+    return Record("r", *wave, np.zeros(3000), 0.01, station="Here")
+
+
 def in_space() -> Figure:
     return fall_map_figure(space_cube().isel(record=0).drop_vars("station", errors="ignore"), "Station")
 
@@ -73,6 +80,7 @@ DRAWN: dict[str, Callable[[], Figure]] = FIGURES | {
     "references": answers.references,
     "contrast": answers.contrast,
     "history": processed,
+    "history of noise": lambda: record_history_figure(noise(), process_record(noise(), None)),
     "history as read": lambda: record_history_figure(raw(), raw()),
     "mean axis": lambda: fall_roses_by_group_figure(cube(), {"all records": summary(20.0, 10.0)}),
     "map in space": in_space,

@@ -188,7 +188,7 @@ def test_a_baseline_without_effect_is_noted() -> None:
     done = process_record(record(sunk, stepped), [Baseline(fit_from_s=55)])
     np.testing.assert_array_equal(done.north, sunk)
     assert not np.array_equal(done.east, stepped)
-    why = "nothing taken from north: the line is zero at no time before the fit"
+    why = "nothing taken from north, as the line is zero at no time before the fit"
     assert processing_entry_text(done.processing[0]) == f"baseline boore-2001, fit from 55 s ({why})"
     plain = process_record(record(stepped, stepped), [Baseline(fit_from_s=55)])
     assert processing_entry_text(plain.processing[0]) == "baseline boore-2001, fit from 55 s"

@@ -120,9 +120,9 @@ def test_notes_on_records_are_complete_and_print_texts_of_the_findings_as_they_a
     for record in found.records:
         assert record.processing is not None
         given = record.processing
-        drift = translate(given.drift, language)
-        own = [*texts(record.model_dump()), drift, "; ".join(given.declared)]
-        for text in (given.first_sample, given.agency_processing, *given.steps, own[-1], *given.trusted, *given.notes,
+        drift, steps = translate(given.drift, language), [translate(step, language) for step in given.steps]
+        own = [*texts(record.model_dump()), drift, *steps, "; ".join(given.declared)]
+        for text in (given.first_sample, given.agency_processing, *steps, own[-1], *given.trusted, *given.notes,
                      drift):  # fmt: skip
             assert [line for line in shown if line.startswith(record.id) and line.endswith(text)], text
         for line in (one for one in shown if one.startswith(record.id)):

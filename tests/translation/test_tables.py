@@ -9,6 +9,7 @@ import yaml
 
 from overturning.errors import ArgumentError, MissingDataError
 from overturning.figures import film_words
+from overturning.records.record import processing_entry_text
 from overturning.translation import texts
 from overturning.translation.texts import (
     LANGUAGES,
@@ -48,6 +49,50 @@ def test_a_translation_has_the_placeholders_of_its_text_and_no_english_word(name
             assert {one for one in after if one.isdigit()} == expected, english
         else:
             assert sorted(before) == sorted(after), english
+
+
+NOISE = "3 times the noise of the first 3.5 s"
+
+
+@pytest.mark.parametrize(
+    "step",
+    [
+        *(
+            {"step": "highpass", "corner_hz": 0.1, "order": 2, "chosen": reason}
+            for reason in (
+                "no noise of 2 s before the onset to compare with",
+                f"signal nowhere {NOISE}, so the highest corner is taken",
+                f"signal less than {NOISE} below it",
+                "signal less than 3 times the offset that the shock leaves below it, kept within 0.03 to 1 Hz",
+                f"signal more than {NOISE} as far down as that tells",
+                f"signal more than {NOISE} as far down as that tells, 0.87 Hz",
+                f"signal more than {NOISE} as far down as that tells, kept within 0.03 to 1 Hz",
+            )
+        ),
+        *(
+            {
+                "step": "baseline", "scheme": "boore-2001", "fit_from_s": 55.0,
+                "chosen": f"nothing taken from {axes}, as the line is zero at no time before the fit",
+            }
+            for axes in ("north", "north and up", "north and east and up")
+        ),
+        *(
+            {
+                "step": "site", "layers": [{"thickness_m": 10.0, "velocity_m_s": 200.0}] * count,
+                "rock": {"velocity_m_s": 400.0}, "motion": motion,
+            } | chosen
+            for count, motion, chosen in (
+                (1, "outcrop", {}),
+                (2, "within", {}),
+                (2, "outcrop", {"chosen": "north converged, strain 0.12 %; east converged, strain 1e-05 %"}),
+            )
+        ),
+    ],
+)  # fmt: skip
+def test_processing_steps_and_their_reasons_are_translated(step: dict[str, object]) -> None:
+    text = processing_entry_text(step)
+    assert not english_words(translate(text, "ja").replace("boore-2001", ""))
+    assert translate(text.replace(" the ", "\nthe "), "ja") == translate(text, "ja")  # broken in a title
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "config").glob("*.yaml")), ids=lambda path: path.stem)

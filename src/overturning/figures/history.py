@@ -1,7 +1,7 @@
 """Figure of a record before and after its processing: time histories, spectra and the removed acceleration."""
 
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -91,7 +91,7 @@ def _add_title_and_legend(
 ) -> None:
     """Add the title (station, event and processing steps), the legend and the margins to a record's figure."""
     ahead = "no noise before the onset" if noise_ratio is None else f"onset at {noise_ratio.onset:.1f} s"
-    steps = [processing_entry_text(step) for step in processed_record.processing]
+    steps = _processing_step_lines(processed_record.processing)
     agency = (
         [str(unprocessed_record.extra["agency_processing"])] if "agency_processing" in unprocessed_record.extra else []
     )
@@ -100,7 +100,7 @@ def _add_title_and_legend(
             text for text in (processed_record.station or processed_record.record_id, processed_record.event) if text
         ),
         "; ".join([processing_label(unprocessed_record), *agency, ahead]),
-        *(["here: " + "; ".join(steps)] if steps else ["nothing done here"]),
+        *(["here: " + steps[0], *steps[1:]] if steps else ["nothing done here"]),
     ]
     wrapped = [part for line in lines for part in textwrap.wrap(line, 50 * panels.shape[1])]
     figure.suptitle("\n".join(wrapped), fontsize=8, parse_math=False, y=0.995)
@@ -115,6 +115,23 @@ def _add_title_and_legend(
     top = 1.0 - (0.14 * len(wrapped) + 0.35) / height
     gap = 0.46 if any(axes.yaxis.get_ticks_position() == "right" for axes in figure.axes) else 0.34
     figure.subplots_adjust(0.07 if wide else 0.1, 0.75 / height, 0.94 if wide else 0.91, top, wspace=gap, hspace=0.42)
+
+
+def _processing_step_lines(processing_steps: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return lines of text on processing steps; a step with a reason is a line of its own, since it is long.
+
+    If it is broken at the end of a line, it is translated as a whole.
+    """
+    lines: list[str] = []
+    alone = True
+    for step in processing_steps:
+        text, explained = processing_entry_text(step), "chosen" in step or step["step"] == "common_window"
+        if alone or explained:
+            lines.append(text)
+        else:
+            lines[-1] += f"; {text}"
+        alone = explained
+    return lines
 
 
 def min_max_envelope(sample_times: FloatArray, samples: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -59,7 +59,7 @@ def process_record(record: Record, steps: Sequence[Step] | None, site: SoilSite 
         interval = step.sampling_interval_s if isinstance(step, Resample) else record.sampling_interval
         changed = record.with_changed_components(change, sampling_interval=interval)
         if isinstance(step, Baseline) and (still := _unchanged_component_names(record, changed)):
-            chosen = f"nothing taken from {' and '.join(still)}: the line is zero at no time before the fit"
+            chosen = f"nothing taken from {' and '.join(still)}, as the line is zero at no time before the fit"
         record = _with_processing_entry(record, changed, step, chosen, shift)
     if site is not None:
         surface, chosen = site.propagate_record_to_surface(record)
@@ -113,7 +113,10 @@ def choose_highpass_corner_and_reason(record: Record) -> tuple[float, str]:
     best = int(ratio.argmax())
     below = np.flatnonzero(ratio[: best + 1] < SIGNAL_TO_NOISE)
     if ratio[best] < SIGNAL_TO_NOISE:
-        corner, reason = BOUNDS_HZ[1], f"signal nowhere {SIGNAL_TO_NOISE:g} times the {window}: the highest corner"
+        corner, reason = (
+            BOUNDS_HZ[1],
+            f"signal nowhere {SIGNAL_TO_NOISE:g} times the {window}, so the highest corner is taken",
+        )
     elif below.size:
         corner, last = float(found.frequency[below[-1] + 1]), below[-1]
         row = int(found.ratio[:, last].argmin())
@@ -125,5 +128,5 @@ def choose_highpass_corner_and_reason(record: Record) -> tuple[float, str]:
         reason += f", {found.frequency[0]:.2g} Hz" if found.frequency[0] > DEFAULT_HZ else ""
     low, high = BOUNDS_HZ
     if not low <= corner <= high:
-        reason += f"; kept within {low:g} to {high:g} Hz"
+        reason += f", kept within {low:g} to {high:g} Hz"
     return round(min(max(corner, low), high), 3), reason

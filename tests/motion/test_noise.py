@@ -1,5 +1,7 @@
 """Onset and signal-to-noise ratio of motions with known noise and a known signal."""
 
+import warnings
+
 import numpy as np
 import pytest
 from scipy.signal.windows import tukey
@@ -83,6 +85,33 @@ def test_no_ratio_without_noise_before_the_onset():
 
 def record(north, east) -> Record:
     return Record("r", north, east, None, DT)
+
+
+@pytest.mark.parametrize("interval", [0.1, 0.15, 0.3, 0.5, 1.0])
+@pytest.mark.parametrize("ahead", [2.1, 3.0, 5.0, 20.0])
+def test_ratio_at_long_sampling_intervals_is_finite_or_missing(interval, ahead):
+    """With 7 samples of 0.3 s as noise, the lowest frequency, of three cycles, is above the highest, 0.4 per sample."""
+    count = round(ahead / interval)
+    noise = 1e-3 * np.random.default_rng(1).normal(size=count)
+    signal = np.random.default_rng(2).normal(size=400) * np.exp(-np.arange(400) / 60)
+    with warnings.catch_warnings(action="error"):
+        found = signal_to_noise_ratio([np.append(noise, 10.0 * signal)], interval)
+    if found is not None:
+        assert found.onset >= 15.0 * interval
+        assert found.frequency[-1] >= 2.0 * found.frequency[0] * (1 - 1e-9)
+        assert np.isfinite(found.ratio).all()
+    assert found is not None or motion_onset_index(np.append(noise, 10.0 * signal)) * interval < max(2.0, 15 * interval)
+
+
+def test_reasons_for_a_corner_without_comparison_name_what_is_missing():
+    wave = np.random.default_rng(2).normal(size=400)
+    still = Record("r", np.zeros(400), np.zeros(400), made(20.0, 0.01)[:400], DT)
+    assert choose_highpass_corner_and_reason(still) == (DEFAULT_HZ, "no horizontal motion")
+    coarse = Record("r", wave, wave[::-1].copy(), None, 0.5)
+    assert choose_highpass_corner_and_reason(coarse) == (
+        DEFAULT_HZ,
+        "no noise of 7.5 s before the onset to compare with",
+    )
 
 
 def test_corner_is_where_the_signal_exceeds_the_noise():

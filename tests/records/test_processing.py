@@ -235,6 +235,12 @@ def test_processed_files_are_left_alone_and_raw_ones_are_not():
     assert process_record(agency, None) is agency
 
 
+@pytest.mark.parametrize("count", [2, 5, 10])
+def test_too_few_samples_for_the_default_processing_are_named(count):
+    with refused(RecordError, f"record r: {count} samples are too few for the default processing", "processed"):
+        process_record(record(np.arange(count, dtype=float)), None)
+
+
 @pytest.mark.parametrize(
     ("step", "words"),
     [

@@ -23,7 +23,7 @@ from overturning.figures.style import (
 from overturning.motion.fourier import rms_fourier_amplitude_in_bands
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
-from overturning.motion.noise import SignalToNoiseRatio, signal_to_noise_ratio
+from overturning.motion.noise import SignalToNoiseRatio, shortest_noise_s, signal_to_noise_ratio
 from overturning.motion.spectra import rotd_percentile_measures
 from overturning.records.processing import SIGNAL_TO_NOISE
 from overturning.records.record import Record, processing_entry_text, processing_label
@@ -74,9 +74,8 @@ def record_history_figure(unprocessed_record: Record, processed_record: Record) 
         for panel in panels[:2, column]:
             panel.tick_params(labelbottom=False)
     _draw_husid(panels[4, 0], processed_record, names)
-    _draw_signal_to_noise_ratio(
-        panels[4, 1], noise, [n for n, samples in zip(names, moving, strict=True) if np.ptp(samples) > 0]
-    )
+    shown = [name for name, samples in zip(names, moving, strict=True) if np.ptp(samples) > 0]
+    _draw_signal_to_noise_ratio(panels[4, 1], noise, shown, shortest_noise_s(unprocessed_record.sampling_interval))
     _draw_removed_acceleration(panels[4, 2] if wide else panels[5, 0], unprocessed_record, processed_record, names)
     _add_title_and_legend(figure, panels, unprocessed_record, processed_record, noise)
     return figure
@@ -268,12 +267,12 @@ def _draw_husid(panel: "Axes", processed_record: Record, component_names: list[s
 
 
 def _draw_signal_to_noise_ratio(
-    panel: "Axes", noise_ratio: SignalToNoiseRatio | None, component_names: list[str]
+    panel: "Axes", noise_ratio: SignalToNoiseRatio | None, component_names: list[str], least_noise_s: float
 ) -> None:
-    """Draw the signal-to-noise ratio of the components by frequency."""
+    """Draw the signal-to-noise ratio of the components by frequency; it needs noise of a least duration, s."""
     label_axes(panel, "frequency, Hz", "signal-to-noise ratio")
     if noise_ratio is None:
-        write_note_in_empty_panel(panel, "no noise of 2 s\nbefore the onset")
+        write_note_in_empty_panel(panel, f"no noise of {least_noise_s:g} s\nbefore the onset")
         return
     for row, (name, colour) in enumerate(zip(component_names, SERIES, strict=False)):
         panel.plot(noise_ratio.frequency, noise_ratio.ratio[row], color=colour, linewidth=1.0, label=name)

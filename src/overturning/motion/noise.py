@@ -10,13 +10,16 @@ from overturning.arrays import FloatArray
 from overturning.motion.fourier import cosine_taper_window, rms_fourier_amplitude_in_bands
 
 SHORTEST_NOISE: Final = 2.0
-"""Shortest time before the onset that is used as noise, s."""
+"""Shortest time before the onset that is used as noise, s; longer if samples are more than 0.13 s apart."""
 
 CYCLES: Final = 3.0
 """Cycles of the lowest frequency in the noise window; with one or two, mean removal and taper would distort it."""
 
 LOWEST_HZ: Final = 0.01
 """Lowest frequency, Hz: below it accelerographs cannot distinguish motion from tilt."""
+
+HIGHEST: Final = 0.4
+"""Highest frequency, in cycles per sample: a little below the Nyquist frequency."""
 
 PER_DECADE: Final = 20
 """Frequency bands per decade."""
@@ -61,6 +64,11 @@ def motion_onset_index(samples: FloatArray) -> int:
     return int(k[criterion.argmin()])
 
 
+def shortest_noise_s(sampling_interval: float) -> float:
+    """Return the shortest time before the onset that is used as noise, s: with it, frequencies span an octave."""
+    return max(SHORTEST_NOISE, 2.0 * CYCLES * sampling_interval / HIGHEST)
+
+
 def signal_to_noise_ratio(components: Sequence[FloatArray], sampling_interval: float) -> SignalToNoiseRatio | None:
     """Return the signal-to-noise ratio of the components of a record; None if there is no noise before the onset.
 
@@ -75,11 +83,12 @@ def signal_to_noise_ratio(components: Sequence[FloatArray], sampling_interval: f
     """
     moving = [samples - samples.mean() for samples in components if np.ptp(samples) > 0]
     first = min((motion_onset_index(samples) for samples in moving), default=0)
-    if first * sampling_interval < SHORTEST_NOISE or not all(np.ptp(samples[:first]) > 0 for samples in moving):
+    too_short = first * sampling_interval < shortest_noise_s(sampling_interval)
+    if too_short or not all(np.ptp(samples[:first]) > 0 for samples in moving):
         return None
     energy = np.cumsum(np.sum([samples[first:] ** 2 for samples in moving], axis=0))
     last = first + int(np.searchsorted(energy, 0.95 * energy[-1])) + 1
-    lowest, highest = max(CYCLES / (first * sampling_interval), LOWEST_HZ), 0.4 / sampling_interval
+    lowest, highest = max(CYCLES / (first * sampling_interval), LOWEST_HZ), HIGHEST / sampling_interval
     frequency = np.geomspace(lowest, highest, max(2, round(PER_DECADE * np.log10(highest / lowest)) + 1))
     signal, noise = (
         np.stack(

@@ -9,7 +9,7 @@ from typing import Any, Final, Literal
 import numpy as np
 
 from overturning.errors import RecordError
-from overturning.motion.noise import signal_to_noise_ratio
+from overturning.motion.noise import shortest_noise_s, signal_to_noise_ratio
 from overturning.motion.plausible import implausible_amplitude_reason
 from overturning.records.assembly import format_utc
 from overturning.records.record import Record, pga_pgv_pgd_of_larger_component
@@ -29,13 +29,20 @@ BOUNDS_HZ: Final = (0.03, 1.0)
 def default_processing_steps(record: Record, corner_hz: float | Literal["auto"] = "auto") -> tuple[Step, ...]:
     """Return the default processing steps of a record, used if the study sets none.
 
-    Records that an agency processed, and synthetic ones, get no steps. Raw records get: mean removed, taper of 2 s (5 %
+    Records that an agency processed, and synthetic ones, get no steps. A `RecordError` refuses a raw record of so few
+    samples that a taper of 5 % has none. Raw records get: mean removed, taper of 2 s (5 %
     of a short record), zero-phase Butterworth high-pass of order 2 at ``corner_hz``; with "auto", at the corner that
     `choose_highpass_corner_and_reason` finds from the noise before the onset.
     """
     if record.extra.get("processed", False):
         return ()
-    return (RemoveMean(), Taper(length_s=min(2.0, 0.05 * record.duration)), Highpass(corner_hz=corner_hz, order=2))
+    length = min(2.0, 0.05 * record.duration)
+    if round(length / record.sampling_interval) < 1:
+        raise RecordError(
+            f"record {record.record_id}: {record.sample_count} samples are too few for the default processing (taper "
+            "of 5 % at each end); declare the record processed, or set processing steps in the study"
+        )
+    return (RemoveMean(), Taper(length_s=length), Highpass(corner_hz=corner_hz, order=2))
 
 
 def process_record(record: Record, steps: Sequence[Step] | None, site: SoilSite | None = None) -> Record:
@@ -105,9 +112,12 @@ def choose_highpass_corner_and_reason(record: Record) -> tuple[float, str]:
     horizontal components is three times the noise before the onset and the permanent offset. Without usable noise, or
     if the noise is too short for the default corner and the signal exceeds it everywhere, it is the default.
     """
+    if not (np.ptp(record.north) or np.ptp(record.east)):
+        return DEFAULT_HZ, "no horizontal motion"
     found = signal_to_noise_ratio([record.north, record.east], record.sampling_interval)
     if found is None:
-        return DEFAULT_HZ, "no noise of 2 s before the onset to compare with"
+        shortest = shortest_noise_s(record.sampling_interval)
+        return DEFAULT_HZ, f"no noise of {shortest:g} s before the onset to compare with"
     window = f"noise of the first {found.onset:.1f} s"
     ratio = found.ratio.min(axis=0)
     best = int(ratio.argmax())

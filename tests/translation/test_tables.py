@@ -9,6 +9,7 @@ import yaml
 
 from overturning.errors import ArgumentError, MissingDataError
 from overturning.figures import film_words
+from overturning.records.pulses import SHAPES
 from overturning.records.record import processing_entry_text
 from overturning.translation import texts
 from overturning.translation.texts import (
@@ -95,6 +96,11 @@ def test_processing_steps_and_their_reasons_are_translated(step: dict[str, objec
     assert translate(text.replace(" the ", "\nthe "), "ja") == translate(text, "ja")  # broken in a title
 
 
+@pytest.mark.parametrize("shape", SHAPES)
+def test_shapes_of_pulses_are_translated(shape: str) -> None:
+    assert not english_words(translate(f"pulse, {shape} pulse: B/H = 0.4, H = 0.6 m, µ = 1", "ja"))
+
+
 @pytest.mark.parametrize("path", sorted((ROOT / "config").glob("*.yaml")), ids=lambda path: path.stem)
 def test_titles_and_questions_of_the_studies_that_come_with_the_program_are_translated(path: Path) -> None:
     study = yaml.safe_load(path.read_text(encoding="utf-8"))
@@ -148,6 +154,9 @@ def test_texts_of_films_and_players_are_translated() -> None:
          "幅 18 cm、高さ 60 cm の正方形断面の墓石、摩擦係数 0.7、N30°E 向き、A, B 1994 の記録、上下動なし"),
         ("clay-10-m, vale: north not converged (last change 1.2 %), strain 0.1 %",
          "粘土層 10 m、vale：南北成分は収束せず(最終変化 1.2 %)、ひずみ 0.1 %"),
+        ("pulse, sine pulse: B/H = 0.4, H = 0.6 m, µ = 1", "正弦波パルス：B/H = 0.4, H = 0.6 m, µ = 1"),
+        ("pulse, ricker pulse, motion × 2: B/H = 0.4, H = 0.6 m", "リッカーパルス、地震動 × 2：B/H = 0.4, H = 0.6 m"),
+        ("paper, sine pulse", "paper、正弦波パルス"),
     ],
 )  # fmt: skip
 def test_composed_texts_are_translated_by_their_parts(english: str, japanese: str) -> None:

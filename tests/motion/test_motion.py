@@ -44,6 +44,16 @@ def test_impossible_sines_are_refused(arguments: dict[str, object], message: str
         Motion.sine(**{"amplitude": 3.0, "period": 1.0, **arguments})  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize("wrong", ["north", None, [1.0, 2.0], np.nan, np.inf])
+def test_arguments_that_are_no_finite_numbers_are_named(wrong: object) -> None:
+    motion = Motion.sine(3.0, 1.0)
+    for name, call in {"azimuth_deg": motion.along, "factor": motion.scaled_by}.items():
+        with pytest.raises(ArgumentError, match=f"^{name}: .*number"):
+            call(wrong)  # type: ignore[operator]
+    with pytest.raises(ArgumentError, match=r"^azimuth_deg: .*number"):
+        Motion.sine(3.0, 1.0, azimuth_deg=wrong)  # type: ignore[arg-type]
+
+
 def test_an_implausible_sine_can_be_trusted() -> None:
     assert Motion.sine(60.0, 0.8, trust_data=True).north.max() == pytest.approx(60.0)
 

@@ -419,7 +419,7 @@ def test_a_motion_shorter_than_0_3_s_has_no_jma_intensity(seconds, defined):
     assert [found[name] is not None for name in ("jma_intensity", "jma_intensity_horizontal")] == [defined] * 2
 
 
-@pytest.mark.parametrize("periods", [[], [0.0], [-1.0], [math.nan], [math.inf], [1001.0], [[1.0]]])
+@pytest.mark.parametrize("periods", [[], [0.0], [-1.0], [math.nan], [math.inf], [1001.0], [[1.0]], "long"])
 def test_invalid_periods_are_refused(periods):
     with pytest.raises(ArgumentError, match="period_s"):
         rotd_percentile_measures(Motion([0, 1], [0, 1], sampling_interval=0.01), periods)
@@ -453,7 +453,7 @@ def test_peaks_of_a_sine_match_the_closed_form():
     assert found.azimuth.attrs["units"] == "degree"
 
 
-@pytest.mark.parametrize("azimuths", [[], [[0, 1]], [np.nan]])
+@pytest.mark.parametrize("azimuths", [[], [[0, 1]], [np.nan], "north", [0, "E"]])
 def test_invalid_azimuths_are_refused(azimuths):
     with pytest.raises(ArgumentError, match="azimuth_deg"):
         intensity_dataset_by_azimuth(Motion([0, 1], [0, 1], sampling_interval=1), azimuths)

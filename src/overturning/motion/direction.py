@@ -6,7 +6,7 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from overturning.arrays import FloatArray
+from overturning.arrays import FloatArray, float_array_of_argument
 from overturning.errors import ArgumentError
 
 _DECIMALS = 12
@@ -20,8 +20,12 @@ def cosine_and_sine_of_azimuth(azimuth_deg: float) -> tuple[float, float]:
     The angle is reduced to the first quadrant and the result rounded to 1e-12, so that the cosines of φ + 180° are
     exactly the negatives of those of φ, and do not depend on the processor's libm.
     """
-    if not math.isfinite(azimuth_deg):
-        raise ArgumentError(f"azimuth_deg: {azimuth_deg}; azimuths are finite numbers of degrees")
+    try:
+        known = math.isfinite(azimuth_deg)
+    except TypeError:
+        known = False
+    if not known:
+        raise ArgumentError(f"azimuth_deg: {str(azimuth_deg)[:60]}; azimuths are finite numbers of degrees")
     quadrant, within = divmod(math.fmod(azimuth_deg, 360.0) + (360.0 if azimuth_deg < 0 else 0.0), 90.0)
     first = round(math.cos(math.radians(within)), _DECIMALS)
     second = round(math.sin(math.radians(within)), _DECIMALS)
@@ -47,7 +51,7 @@ def azimuth_difference(first_deg: Any, second_deg: Any) -> Any:
 
 def checked_azimuths(azimuth_deg: ArrayLike) -> FloatArray:
     """Return azimuths as a 1-D array; raise an `ArgumentError` if there are none or one is not finite."""
-    azimuths = np.atleast_1d(np.asarray(azimuth_deg, dtype=np.float64))
+    azimuths = np.atleast_1d(float_array_of_argument("azimuth_deg", azimuth_deg))
     if azimuths.ndim != 1 or azimuths.size == 0 or not np.isfinite(azimuths).all():
         raise ArgumentError("azimuth_deg: give one or more finite numbers of degrees, in one row")
     return azimuths

@@ -191,7 +191,13 @@ class Motion(Accelerogram):
     of = from_record
 
     def scaled_by(self, factor: float) -> "Motion":
-        """Return the motion multiplied by a factor; the new amplitude is not checked for plausibility."""
+        """Return the motion multiplied by a factor, which may be 0 or negative; its amplitude is not checked.
+
+        Raises an `ArgumentError` if the factor is not a finite number.
+        """
+        number = float_array_of_argument("factor", factor)
+        if number.ndim or not np.isfinite(number):
+            raise ArgumentError(f"factor: {str(factor)[:60]}; it must be a finite number")
         up = None if self.up is None else factor * self.up
         interval = self.sampling_interval
         return Motion(factor * self.north, factor * self.east, up, sampling_interval=interval, trust_data=True)

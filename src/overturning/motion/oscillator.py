@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from overturning.arrays import FloatArray
+from overturning.arrays import FloatArray, float_array_of_argument
 from overturning.errors import ArgumentError
 
 Quantity = Literal["displacement", "velocity"]
@@ -40,7 +40,7 @@ LONGEST_PERIOD = 1000.0
 
 def checked_periods(period_s: ArrayLike) -> FloatArray:
     """Return periods, s, as a one-dimensional array; raise an ArgumentError unless all are positive and in bounds."""
-    periods = np.atleast_1d(np.asarray(period_s, dtype=np.float64))
+    periods = np.atleast_1d(float_array_of_argument("period_s", period_s))
     if periods.ndim != 1 or periods.size == 0 or not ((periods > 0) & (periods <= LONGEST_PERIOD)).all():
         raise ArgumentError(
             f"period_s: give one or more positive numbers of seconds, at most {LONGEST_PERIOD:g}, in one row"

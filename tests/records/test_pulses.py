@@ -136,6 +136,14 @@ def test_constant_acceleration():
     assert set(np.round(a, 12)) == {0.0, 0.5}
 
 
+@pytest.mark.parametrize("interval", [0.002, 0.01, 0.05])
+@pytest.mark.parametrize(("line", "long"), [("constant duration_s=2", 2.0), ("cosine period_s=0.5 cycles=3", 0.0)])
+def test_a_jump_at_an_end_adds_half_a_sample_to_the_velocity(line: str, long: float, interval: float) -> None:
+    """By straight lines between samples, the ramp of one interval at each end has the area A Δt/2."""
+    record = record_of_pulse(parse_pulse(f"{line} amplitude_gal=50 sampling_interval_s={interval}"))
+    assert record.velocity[0, -1] == pytest.approx(0.5 * (long + interval), rel=1e-9)
+
+
 def test_noise_has_a_flat_spectrum_in_its_band_and_none_outside():
     pulse = parse_pulse(
         "noise amplitude_gal=100 duration_s=40 low_hz=1 high_hz=10 seed=3 sampling_interval_s=0.01 before_s=0 after_s=0"

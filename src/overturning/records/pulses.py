@@ -1,7 +1,8 @@
 """Synthetic ground motions in closed form, usable like recorded ones.
 
 A line of text defines a pulse by shape and parameters: ``sine amplitude_gal=300 period_s=1 azimuth_deg=60``. Samples
-are values of the formula, so every sampling interval gives points of the same curve.
+are values of the formula, so every sampling interval gives points of the same curve. Motions are linear between
+samples: a jump at an end of a pulse takes one sampling interval, outside of the pulse.
 """
 
 import hashlib

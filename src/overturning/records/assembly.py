@@ -182,8 +182,8 @@ def _extra_record_properties(
     extra |= {"notes": notes} if (notes := [*notes, *dict.fromkeys(n for c in cut_components for n in c.notes)]) else {}
     borehole = ["borehole sensor"] if declared_properties.sensor == "borehole" else []
     # The azimuths are declared in the order of the files, so the text says which axis has which azimuth.
-    stated = [] if declared_properties.azimuths_deg is None else cut_components[:2]
-    azimuths = [f"axis {c.axis!r} of {c.file} at {c.azimuth_deg or 0.0:g}°" for c in stated]
+    stated = [] if declared_properties.azimuths_deg is None else cut_components
+    azimuths = [f"axis {c.axis!r} of {c.file} at {c.azimuth_deg:g}°" for c in stated if c.azimuth_deg is not None]
     extra["declared"] = [*extra.get("declared", ()), *azimuths, *declared_properties.texts_of_declared_axes, *borehole]
     return extra
 

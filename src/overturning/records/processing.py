@@ -29,10 +29,10 @@ BOUNDS_HZ: Final = (0.03, 1.0)
 def default_processing_steps(record: Record, corner_hz: float | Literal["auto"] = "auto") -> tuple[Step, ...]:
     """Return the default processing steps of a record, used if the study sets none.
 
-    Records that an agency processed, and synthetic ones, get no steps. A `RecordError` refuses a raw record of so few
-    samples that a taper of 5 % has none. Raw records get: mean removed, taper of 2 s (5 %
+    Records that an agency processed, and synthetic ones, get no steps. Raw records get: mean removed, taper of 2 s (5 %
     of a short record), zero-phase Butterworth high-pass of order 2 at ``corner_hz``; with "auto", at the corner that
-    `choose_highpass_corner_and_reason` finds from the noise before the onset.
+    `choose_highpass_corner_and_reason` finds from the noise before the onset. A `RecordError` refuses a raw record of
+    so few samples that a taper of 5 % has none.
     """
     if record.extra.get("processed", False):
         return ()

@@ -222,3 +222,13 @@ def test_a_cylinder_that_wobbles_on_its_rim_stands(peak: float, height: float, b
     peaks = [tilt[(path.time > begin) & (path.time < begin + 4.0)].max() for begin in (4.0, 10.0, 16.0)]
     np.testing.assert_allclose(peaks, peaks[0], rtol=5e-3)
     assert peaks[0] > 0.03  # it does not come to rest
+
+
+@pytest.mark.parametrize("shape", ["rectangle", "circle"])
+def test_a_body_that_is_still_in_the_air_is_undecided(shape: str) -> None:
+    """The base falls twice as fast as the body for 2 s, so the body is 20 m above it, upright, as the record ends."""
+    up, along = np.full(200, -20.0), 0.5 * np.sin(0.08 * np.arange(200))
+    motion = Motion(along, 0.0 * along, up, sampling_interval=0.01, trust_data=True)
+    found = simulate(motion, shape, orientation_deg=[0.0], height=[0.6], b_over_h=[0.2])
+    assert found.status.item() == CaseStatus.UNDECIDED
+    assert np.isnan(found.overturned.item())

@@ -180,7 +180,10 @@ def case_status(
     if stands and past and not body_will_slide_noticeably(body, s, limits.reach):
         return CaseStatus.SIMULATED
     if sample >= 0.5 * (last_sample + course.after):
-        state[LATE_LEAN + lane] = max(state[LATE_LEAN + lane], lean_as_squared_sine(rotation_matrix(s.turn)))
+        # A body above the height at which it balances on its rim is in the air; it may fall when it lands.
+        flies = GRAVITY * (s.place.z - body.foot) >= course.barrier
+        lean = 1.0 if flies else lean_as_squared_sine(rotation_matrix(s.turn))
+        state[LATE_LEAN + lane] = max(state[LATE_LEAN + lane], lean)
     if sample < course.after:
         return GOES_ON
     stands = stands or state[LATE_LEAN + lane] < STANDING_TILT_SHARE * STANDING_TILT_SHARE * body.critical

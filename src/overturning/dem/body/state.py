@@ -209,7 +209,10 @@ class BodyTerminationLimits(NamedTuple):
 
 
 class LateLean(NamedTuple):
-    """Largest lean (sin² of tilt) of a body from half-way between the end of the record and the end of the case."""
+    """Largest lean (sin² of tilt) of a body from half-way between the end of the record and the end of the case.
+
+    It is 1 if the body was in the air, above the height at which it balances on its rim.
+    """
 
     lean: float
 

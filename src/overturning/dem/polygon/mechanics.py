@@ -230,8 +230,8 @@ def limit_friction_force(
     """Return the friction force (N), its limit μ × normal force (N), and True if the contact slips.
 
     `trial_force` is the force without friction limit (N), `normal_force` the normal force (N).
-    `flat_landing_state` holds whether the end is held in a flat landing, and both results of
-    `flat_landing_slip_and_friction`.
+    `flat_landing_state` holds whether the end is in contact in a flat landing, and both results of
+    `flat_landing_slip_and_friction`: an end that has not touched yet has no friction.
     """
     (held, drifts, drift), limit = flat_landing_state, contact_law.friction * normal_force
     slips = drifts if held else abs(trial_force) > limit

@@ -60,8 +60,10 @@ def one_case(made: Scene, motion: Motion, friction: float = 1.0, **options: Any)
 
 def run(how: PolygonSimulationPlan, motion: Motion, more: int = 0) -> tuple[CaseResults, np.ndarray, np.ndarray]:
     """Run a case; return results, times (s), and poses with velocities, shape (samples, elements, 6)."""
-    path = np.zeros((motion.sample_count + more, 2 + 6 * how.arrays.sizes.size))
+    rows = motion.sample_count + more
+    path = np.zeros((rows, 2 + 6 * how.arrays.sizes.size))
     answers, path = how.compute_cases(np.zeros(1, np.int64), np.zeros(1, np.int64), path)
+    path = path[:rows]  # a case may last longer
     return CaseResults(**answers), path[:, 0], path[:, 2:].reshape(len(path), -1, 6)
 
 

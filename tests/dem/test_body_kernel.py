@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from overturning.dem import run as run_module
 from overturning.dem.body.statics import largest_unit_spring_eigenvalue
@@ -26,6 +27,7 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.body_starts import level
 from tests.dem.near_field import near_field, strong_part
+from verification.reference.sliding import sliding_displacement
 
 SOFT = VertexContact(2e-5)
 RECTANGLE = Body("rectangle", SOFT)
@@ -224,11 +226,71 @@ def test_a_cylinder_that_wobbles_on_its_rim_stands(peak: float, height: float, b
     assert peaks[0] > 0.03  # it does not come to rest
 
 
-@pytest.mark.parametrize("shape", ["rectangle", "circle"])
-def test_a_body_that_is_still_in_the_air_is_undecided(shape: str) -> None:
-    """The base falls twice as fast as the body for 2 s, so the body is 20 m above it, upright, as the record ends."""
+@pytest.mark.parametrize("shape", ["rectangle", "circle", 6])
+@pytest.mark.parametrize("friction", [0.002, 0.01, 0.02])
+def test_a_body_that_slides_for_long_is_simulated_to_its_stop(friction: float, shape: str | int) -> None:
+    """It slides for 10 s to 3 min, far beyond 20/p after the record, with up to 300 times the energy of a fall."""
+    time = np.arange(401) * 0.005
+    pulse = 5.0 * np.sin(0.5 * np.pi * time)
+    motion = Motion(0.6 * pulse, 0.8 * pulse, sampling_interval=0.005)
+    found = simulate(motion, shape, orientation_deg=[20.0], height=[0.6], b_over_h=[0.3], friction=[friction])
+    peak, residual = sliding_displacement(pulse, 0.005, friction)
+    assert found.overturned.item() == 0
+    assert found.peak_slip.item() == pytest.approx(peak, rel=5e-3)
+    assert found.residual_slip_north.item() == pytest.approx(0.6 * residual, rel=5e-3)
+    assert found.residual_slip_east.item() == pytest.approx(0.8 * residual, rel=5e-3)
+
+
+def stop_of_a_sliding_plate(corners: np.ndarray, gyration: float, friction: float, start: np.ndarray) -> np.ndarray:
+    """Return the displacement (m) and rotation (rad) over which friction stops a plate with n equal loads.
+
+    `start` has the velocity along x and y (m/s) and the angular velocity (rad/s).
+    """
+
+    def rates(_: float, state: np.ndarray) -> np.ndarray:
+        cosine, sine = np.cos(state[2]), np.sin(state[2])
+        arms = corners @ np.array([[cosine, sine], [-sine, cosine]])
+        along = state[3:5] + state[5] * np.column_stack([-arms[:, 1], arms[:, 0]])
+        drag = -friction * STANDARD_GRAVITY * along / np.maximum(np.linalg.norm(along, axis=1), 1e-9)[:, None]
+        moment = (arms[:, 0] * drag[:, 1] - arms[:, 1] * drag[:, 0]).mean() / gyration**2
+        return np.concatenate([state[3:], drag.mean(axis=0), [moment]])
+
+    def speed(_: float, state: np.ndarray) -> float:
+        return float(np.hypot(state[3], state[4]) + gyration * abs(state[5])) - 1e-5
+
+    speed.terminal = True  # type: ignore[attr-defined]
+    found = solve_ivp(rates, (0.0, 1e4), np.append(np.zeros(3), start), events=speed, rtol=1e-8, atol=1e-9)
+    return np.asarray(found.y[:3, -1])
+
+
+@pytest.mark.parametrize("friction", [0.005, 0.02])
+@pytest.mark.parametrize(("speed", "spin"), [(2.0, 0.5), (1.0, 3.0)])
+def test_a_body_that_slides_and_spins_for_long_is_simulated_to_its_stop(
+    friction: float, speed: float, spin: float
+) -> None:
+    """It slides and spins for 5 s to 40 s, beyond 20/p after the record; the load of its corners is the same to 2 %."""
+    start = InitialState((0.0, 0.0, 0.05), (1.0, 0.0, 0.0, 0.0), (speed, 0.0, 0.0), (0.0, 0.0, spin))
+    found = simulate(
+        level(0.1), Body("rectangle", start=start), orientation_deg=[0.0], height=[0.1], b_over_h=[5.0],
+        friction=[friction], leave_out=False,
+    )  # fmt: skip
+    corners = 0.25 * np.array([[1.0, 1.0], [1.0, -1.0], [-1.0, -1.0], [-1.0, 1.0]])
+    along, left, turned = stop_of_a_sliding_plate(corners, 0.5 / np.sqrt(6.0), friction, np.array([speed, 0.0, spin]))
+    assert found.overturned.item() == 0
+    assert found.residual_slip_north.item() == pytest.approx(along, rel=0.01)
+    assert found.residual_slip_east.item() == pytest.approx(-left, abs=0.01 * along)
+    assert found.residual_twist.item() == pytest.approx((-np.degrees(turned) + 180.0) % 360.0 - 180.0, abs=3.0)
+
+
+@pytest.mark.parametrize(
+    ("shape", "options"),
+    [("rectangle", {"orientation_deg": [0.0]}), ("circle", {"orientation_deg": [0.0]}),
+     (None, {"azimuth_deg": [0.0]}), (None, {"azimuth_deg": [0.0], "scheme": "cundall"})],
+)  # fmt: skip
+def test_a_stone_that_is_still_in_the_air_is_undecided(shape: str | None, options: dict[str, Any]) -> None:
+    """The base falls twice as fast as the stone for 2 s, so the stone is 20 m above it, upright, as the record ends."""
     up, along = np.full(200, -20.0), 0.5 * np.sin(0.08 * np.arange(200))
     motion = Motion(along, 0.0 * along, up, sampling_interval=0.01, trust_data=True)
-    found = simulate(motion, shape, orientation_deg=[0.0], height=[0.6], b_over_h=[0.2])
+    found = simulate(motion, shape, height=[0.6], b_over_h=[0.2], friction=[0.5], **options)
     assert found.status.item() == CaseStatus.UNDECIDED
     assert np.isnan(found.overturned.item())

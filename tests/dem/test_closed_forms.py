@@ -157,6 +157,23 @@ def test_sliding_under_a_pulse(friction: float, period: float) -> None:
     assert found.residual_slip[0] == pytest.approx(residual, abs=2e-2 * peak)
 
 
+@pytest.mark.parametrize("scheme", ["centred", "cundall"])
+@pytest.mark.parametrize(("height", "b_over_h"), [(0.3, 2.0), (0.6, 0.3), (2.0, 0.1)])
+@pytest.mark.parametrize("friction", [0.002, 0.01, 0.02])
+def test_a_block_that_slides_for_long_stands(friction: float, height: float, b_over_h: float, scheme: str) -> None:
+    """It slides for 10 s to 4 min, far beyond 20/p after the record, with up to 300 times the energy of a fall."""
+    t = np.arange(401) * 0.005
+    pulse = 5.0 * np.sin(0.5 * np.pi * t)
+    assert friction < 0.5 * b_over_h
+    found = run_cases(
+        Motion(pulse, 0 * pulse, sampling_interval=0.005), Cases(0.0, height, b_over_h, friction), scheme=scheme
+    )
+    peak, residual = sliding_displacement(pulse, 0.005, friction)
+    assert found.overturned[0] == 0
+    assert found.peak_slip[0] == pytest.approx(peak, rel=5e-3)
+    assert found.residual_slip[0] == pytest.approx(residual, rel=5e-3)
+
+
 def test_a_drop_follows_the_exact_bounce_of_a_damped_spring() -> None:
     # a_up = −1.2 g for 0.2 s lifts the block off its base with 0.2 g; then it falls freely.
     interval, lifted = 0.001, 0.2 * STANDARD_GRAVITY

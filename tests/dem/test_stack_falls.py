@@ -19,6 +19,7 @@ from overturning.model.stack_stones import stack_stones
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 from tests.expect import refused
+from verification.reference.sliding import sliding_displacement
 
 Rectangles = list[list[list[float]]]
 
@@ -363,3 +364,34 @@ def test_a_driven_plinth_is_no_ground(width: float, at: float) -> None:
     scene = Scene.model_validate({"name": "plinth", "reference": "stone", "elements": elements})
     with refused(ArgumentError, f"element plinth is only {width:g} m wide", "wider ground", "compute it in 2-D"):
         simulate(towards_north(np.zeros(100)), scene, orientation_deg=[0.0])
+
+
+@pytest.mark.parametrize("friction", [0.008, 0.02])
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_stack_that_slides_for_long_is_simulated_to_its_stop(friction: float, count: int) -> None:
+    """It slides on the ground for 8 s or more, beyond 20/p after the record, with the energy of a fall."""
+    pulse = 1.2 * np.sin(0.5 * np.pi * np.arange(401) * 0.005)
+    motion = Motion(0.6 * pulse, 0.8 * pulse, sampling_interval=0.005)
+    stones = [{"width": 0.5, "depth": 0.5, "height": 0.2, "material": "slick"},
+              {"width": 0.2, "depth": 0.2, "height": 0.6, "material": "rough"}]  # fmt: skip
+    scene = stacked(
+        *stones[:count], materials={"stone": {}, "slick": {}, "rough": {}},
+        contacts=[
+            {"between": ("stone", "slick"), "friction": friction}, {"between": ("slick", "rough"), "friction": 0.7},
+        ],
+    )  # fmt: skip
+    found = simulate(motion, scene, orientation_deg=[20.0])
+    slip = sliding_displacement(pulse, 0.005, friction)[1]
+    assert found.overturned.to_numpy().ravel().tolist() == [0.0] * count
+    assert found.residual_slip_north.to_numpy().ravel()[0] == pytest.approx(0.6 * slip, rel=5e-3)
+    assert found.residual_slip_east.to_numpy().ravel()[0] == pytest.approx(0.8 * slip, rel=5e-3)
+    path = trajectory(motion, scene, orientation_deg=20.0)
+    east, north, _ = (path.place[-1] - path.place[0]).to_numpy()[0]
+    assert np.hypot(east, north) == pytest.approx(abs(slip), rel=5e-3)
+    azimuth = float(np.degrees(np.arctan2(0.8, 0.6)))
+    in_plane = simulate(motion, scene, azimuth_deg=[azimuth])
+    assert in_plane.overturned.to_numpy().ravel().tolist() == [0.0] * count
+    assert in_plane.residual_slip.to_numpy().ravel()[0] == pytest.approx(slip, rel=5e-3)
+    if count == 2:
+        x = trajectory(motion, scene, azimuth_deg=azimuth).x.sel(element="stone-0")
+        assert float(x[-1] - x[0]) == pytest.approx(slip, rel=5e-3)

@@ -157,10 +157,10 @@ def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
         f"{int(over.sum())} blocks over budget are lower than {np.median(blocks['height'][over]):.2g} m. The program "
         f"allows a case at most {blocks.attrs['budget']:.2g} time steps in the map of stability, and at most "
         f"{BUDGET:.0e} time steps in a study.",
-        "Blocks with little friction may slide for a long time after the record. A block is marked `undecided` if it "
-        "still slides at the time 20/p after the record (p is the rocking frequency) and has enough energy to "
-        f"overturn. Of the {int(undecided.sum())} undecided blocks, "
-        f"{_percent(blocks['friction'][undecided] < 0.02)} have a friction µ below 0.02.",
+        "Blocks on contacts with little damping may still bounce or rock strongly at the time 20/p after the record (p "
+        "is the rocking frequency). They are marked `undecided` if they have enough energy to overturn. Of the "
+        f"{int(undecided.sum())} undecided blocks, {_percent(blocks['damping'][undecided] < 0.01)} have a damping "
+        "ratio ξ below 0.01.",
     ]
     return "\n\n".join(wrap_text(line) for line in lines)
 

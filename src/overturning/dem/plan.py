@@ -151,7 +151,7 @@ class SimulationPlan(ABC):
                 self.kernel_input(case_numbers, tables, step_divisor), rows, steps_done, buffer
             )
             if count < 0:  # the path has reached its limit
-                check_trajectory_size(2 * len(recorded) * self.values_per_trajectory_row)
+                check_trajectory_size(2 * recorded.size * self.values_per_trajectory_row)
             recorded = recorded[:count]
 
         rerun_cases_until_energy_balances(run_case_rows, results["status"], results["energy_error"])

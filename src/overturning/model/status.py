@@ -11,7 +11,7 @@ class CaseStatus(IntEnum):
     AT_REST = 1
     """Below the thresholds of rocking and sliding for the whole record, so not computed."""
     UNDECIDED = 2
-    """Neither fallen nor at rest 20/p seconds after the record."""
+    """May still fall 20/p seconds after the record (p: rocking frequency)."""
     UNSTABLE = 3
     """Energy balance violated, rotation unbounded, or an invalid contact."""
     FAILED = 4

@@ -1,6 +1,6 @@
 """Termination of a case of a single block: its energy, the tests for its end, and its results (docs/method.md)."""
 
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numba import njit
@@ -15,7 +15,15 @@ from overturning.dem.block.state import (
     BlockState,
     base_displacement,
 )
-from overturning.dem.kernel.ending import GOES_ON, REST_ENERGY, STILL_TO_SLIDE, CaseProgress
+from overturning.dem.kernel.ending import (
+    GOES_ON,
+    REST_ENERGY,
+    STANDING_TILT_RATIO,
+    STILL_TO_SLIDE,
+    CaseProgress,
+    LateTilt,
+    updated_late_tilt,
+)
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -23,6 +31,7 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 load_block, load_state, load_peaks = (ROWS.lane_access(of).load for of in (BlockConstants, BlockState, BlockPeakValues))
 load_account, load_course = ROWS.lane_access(BlockEnergyAccount).load, ROWS.lane_access(CaseProgress).load
 load_inertial_accelerations = ROWS.lane_access(BlockInertialAccelerations).load
+LATE_TILT: Final = ROWS.row_start(LateTilt, "ratio")
 
 
 @njit(**INLINE)
@@ -66,9 +75,15 @@ def outcome_is_final(
     # weight compresses the spring: g²/2k less energy than in the rigid block.
     if now + 0.5 * GRAVITY * GRAVITY / block.stiffness > tilt_energy_per_mass(block, peak_rotation):
         return False
-    # Let it slide to its end, v²/2μg ahead; without friction it never stops.
-    slide = state.vx - block.half_height * state.cos * state.vw
-    return bool(slide * slide < 2.0 * STILL_TO_SLIDE * GRAVITY * block.friction or block.friction == 0.0)
+    # Let it slide to its end; without friction it never stops.
+    return abs(remaining_slide(block, state)) < STILL_TO_SLIDE or block.friction == 0.0
+
+
+@njit(**INLINE)
+def remaining_slide(block: BlockConstants, state: BlockState) -> float:
+    """Return the displacement (m) along x, v²/2μg, over which friction stops a block; 0 if there is no friction."""
+    speed = state.vx - block.half_height * state.cos * state.vw
+    return float(speed * abs(speed) / (2.0 * GRAVITY * block.friction) if block.friction > 0.0 else 0.0)
 
 
 @njit(**INNER)
@@ -98,14 +113,19 @@ def case_status(
         return GOES_ON
     if outcome_is_final(block, s, peaks.angle, course.barrier, velocity_lag):
         return CaseStatus.SIMULATED
+    tilt, rise = abs(s.angle) / block.alpha, s.z - block.half_height
+    late_tilt = updated_late_tilt(state[LATE_TILT + lane], course, sample, last_sample, tilt, rise)
+    state[LATE_TILT + lane] = late_tilt
     if sample < course.after:
         return GOES_ON
-    standing = block_energy_per_mass(block, s, velocity_lag) < course.barrier and abs(s.angle) < block.alpha
-    return CaseStatus.SIMULATED if standing else CaseStatus.UNDECIDED
+    stands = block_energy_per_mass(block, s, velocity_lag) < course.barrier and tilt < 1.0
+    return CaseStatus.SIMULATED if stands or late_tilt < STANDING_TILT_RATIO else CaseStatus.UNDECIDED
 
 
 @njit(**INNER)
-def write_case_results(state: Any, lane: int, status: int, velocity_lag: float, result_row: Any) -> None:
+def write_case_results(
+    state: Any, lane: int, status: int, velocity_lag: float, ticks_per_sample: float, result_row: Any
+) -> None:
     """Write the results of the case in column `lane` of the state array into a row of the table of results."""
     block, s, peaks = load_block(state, lane), load_state(state, lane), load_peaks(state, lane)
     account, course = load_account(state, lane), load_course(state, lane)
@@ -114,7 +134,11 @@ def write_case_results(state: Any, lane: int, status: int, velocity_lag: float, 
     result_row.overturning_time = course.upright_until if fallen else np.nan
     # The angle sums up rotations, the cosine multiplies them: in steps of 0.25 rad they differ by 0.1 %.
     result_row.peak_rotation = (0.5 * np.pi if fallen else min(peaks.angle, 0.5 * np.pi)) / block.alpha
-    result_row.peak_slip, result_row.residual_slip = peaks.slip, base_displacement(block, s.x, s.sin)
+    peak_slip, residual_slip = peaks.slip, base_displacement(block, s.x, s.sin)
+    if status == CaseStatus.SIMULATED and not fallen and course.sample + s.tick / ticks_per_sample >= course.after:
+        residual_slip += remaining_slide(block, s)
+        peak_slip = max(peak_slip, abs(residual_slip))
+    result_row.peak_slip, result_row.residual_slip = peak_slip, residual_slip
     result_row.peak_penetration = peaks.depth
     balance = (block_energy_per_mass(block, s, velocity_lag) - course.energy) - account.work + account.lost
     result_row.energy_error = abs(balance) / max(account.work, course.barrier)

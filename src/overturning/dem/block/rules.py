@@ -383,7 +383,14 @@ def status_if_case_in_lane_ended(kernel_input: Any, workspace: Any, lane: int, c
 
 def write_lane_results(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:
     """Write the results of the case in column `lane` of the state array into the table of results."""
-    write_case_results(workspace.state, lane, status, kernel_input.scheme.lag, kernel_input.results[case])
+    write_case_results(
+        workspace.state,
+        lane,
+        status,
+        kernel_input.scheme.lag,
+        kernel_input.settings.ticks,
+        kernel_input.results[case],
+    )
 
 
 register_model_functions(

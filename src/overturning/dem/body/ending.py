@@ -15,7 +15,6 @@ from overturning.dem.body.state import (
     BodyState,
     BodyTerminationLimits,
     ContactPointAtStepStartAndEnd,
-    LateLean,
     angular_velocity_of_state,
     lean_as_squared_sine,
 )
@@ -31,7 +30,19 @@ from overturning.dem.body.vectors import (
     vector_length,
 )
 from overturning.dem.kernel.clock import StepAttempt
-from overturning.dem.kernel.ending import GOES_ON, REST_ENERGY, STILL_TO_SLIDE, UPRIGHT, CaseProgress, body_is_still
+from overturning.dem.kernel.ending import (
+    GOES_ON,
+    REST_ENERGY,
+    STANDING_TILT_RATIO,
+    STILL_TO_SLIDE,
+    UPRIGHT,
+    CaseProgress,
+    LateTilt,
+    SlideEnd,
+    body_is_still,
+    sample_when_slide_has_ended,
+    updated_late_tilt,
+)
 from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.model.status import CaseStatus
@@ -45,12 +56,7 @@ load_shaking = ROWS.lane_access(BodyBaseMotion).load
 load_memory = VERTEX.lane_access(ContactPointAtStepStartAndEnd, "old").load
 VERTEX_SIZE: Final = VERTEX.size
 LENGTH: Final = ROWS.row_start(StepAttempt, "length")
-LATE_LEAN: Final = ROWS.row_start(LateLean, "lean")
-
-STANDING_TILT_SHARE: Final = 0.95
-"""Share of the critical angle below which the tilt of a standing body stays on a base at rest.
-
-A cylinder that wobbles on its rim loses no energy, and its largest tilt repeats to 0.1 %."""
+LATE_TILT, SLIDE_END = ROWS.row_start(LateTilt, "ratio"), ROWS.row_start(SlideEnd, "sample")
 
 
 @njit(**INLINE)
@@ -110,12 +116,18 @@ def body_is_upright(body: BodyConstants, state: BodyState) -> bool:
 
 
 @njit(**INLINE)
-def body_will_slide_noticeably(body: BodyConstants, state: BodyState, edge_distance: float) -> bool:
-    """True if an upright body will slide or spin on by more than `STILL_TO_SLIDE` (m) until friction stops it."""
+def squared_base_speed(body: BodyConstants, state: BodyState, edge_distance: float) -> float:
+    """Return the sum of squares of the horizontal base velocity and of that of an edge by the spin, m²/s²."""
     w, f = angular_velocity_of_state(body, state), rotation_matrix(state.turn)
     v = plus(state.velocity, cross_product(w, Vector3(-body.foot * f.xz, -body.foot * f.yz, -body.foot * f.zz)))
     turn = w.z * edge_distance
-    square = (v.x * v.x + v.y * v.y) + turn * turn
+    return float((v.x * v.x + v.y * v.y) + turn * turn)
+
+
+@njit(**INLINE)
+def body_will_slide_noticeably(body: BodyConstants, state: BodyState, edge_distance: float) -> bool:
+    """True if an upright body will slide or spin on by more than `STILL_TO_SLIDE` (m) until friction stops it."""
+    square = squared_base_speed(body, state, edge_distance)
     return bool(body.friction > 0.0 and square >= 2.0 * STILL_TO_SLIDE * GRAVITY * body.friction)
 
 
@@ -179,15 +191,21 @@ def case_status(
     past = now + 0.5 * GRAVITY * GRAVITY / body.stiffness <= tilt_energy_per_mass(body, limits.reach, peaks.lean)
     if stands and past and not body_will_slide_noticeably(body, s, limits.reach):
         return CaseStatus.SIMULATED
-    if sample >= 0.5 * (last_sample + course.after):
-        # A body above the height at which it balances on its rim is in the air; it may fall when it lands.
-        flies = GRAVITY * (s.place.z - body.foot) >= course.barrier
-        lean = 1.0 if flies else lean_as_squared_sine(rotation_matrix(s.turn))
-        state[LATE_LEAN + lane] = max(state[LATE_LEAN + lane], lean)
+    tilt, rise = np.sqrt(lean_as_squared_sine(rotation_matrix(s.turn)) / body.critical), s.place.z - body.foot
+    late_tilt = updated_late_tilt(state[LATE_TILT + lane], course, sample, last_sample, tilt, rise)
+    state[LATE_TILT + lane] = late_tilt
     if sample < course.after:
         return GOES_ON
-    stands = stands or state[LATE_LEAN + lane] < STANDING_TILT_SHARE * STANDING_TILT_SHARE * body.critical
-    return CaseStatus.SIMULATED if stands else CaseStatus.UNDECIDED
+    if not (stands or late_tilt < STANDING_TILT_RATIO):
+        return CaseStatus.UNDECIDED
+    # A body that slides upright is simulated until friction has stopped it.
+    if late_tilt < UPRIGHT and body_will_slide_noticeably(body, s, limits.reach):
+        if state[SLIDE_END + lane] == 0.0:
+            time = np.sqrt(squared_base_speed(body, s, limits.reach)) / (GRAVITY * body.friction)
+            state[SLIDE_END + lane] = sample_when_slide_has_ended(sample, time, body.step * ticks_per_sample)
+        if sample < state[SLIDE_END + lane]:
+            return GOES_ON
+    return CaseStatus.SIMULATED
 
 
 @njit(**INNER)

@@ -23,7 +23,7 @@ from overturning.dem.body.vectors import (
     transpose,
 )
 from overturning.dem.kernel.clock import BODY, CaseStepControl, StepAttempt
-from overturning.dem.kernel.ending import CaseProgress, CaseRestState
+from overturning.dem.kernel.ending import CaseProgress, CaseRestState, LateTilt, SlideEnd
 from overturning.dem.kernel.ground import LinearBaseAcceleration, base_acceleration_over_sample
 from overturning.dem.kernel.lanes import INLINE, INNER, TupleRowLayout
 
@@ -208,15 +208,6 @@ class BodyTerminationLimits(NamedTuple):
     """Horizontal acceleration below which a standing body takes sample-long steps, as a share of its weight."""
 
 
-class LateLean(NamedTuple):
-    """Largest lean (sin² of tilt) of a body from half-way between the end of the record and the end of the case.
-
-    It is 1 if the body was in the air, above the height at which it balances on its rim.
-    """
-
-    lean: float
-
-
 class PredictedContactPoint(NamedTuple):
     """Predicted penetration, velocity, contact and sliding of a contact point of a body at the end of a step."""
 
@@ -339,7 +330,7 @@ ROWS: Final = TupleRowLayout(
     COLUMNS, BodyConstants, CaseStepControl, BodyState, Matrix3, BaseContactState, BodyPeakValues,
     BodyEnergyAndMomentumAccount, BodyBaseMotion, LoadedSampleNumber, CaseProgress, BodyTerminationLimits,
     StepAttempt, StepRejectionFlags, PredictedBody, ContactEquationTerms, BodyVelocityChange, ContactForceSum,
-    LargestContactChanges, CaseRestState, LateLean,
+    LargestContactChanges, CaseRestState, LateTilt, SlideEnd,
 )  # fmt: skip
 VERTEX: Final = TupleRowLayout(COLUMNS, BodyVertex, ContactPointAtStepStartAndEnd, PredictedContactPoint)
 

@@ -19,6 +19,11 @@ STILL: Final = 0.05
 UPRIGHT: Final = 0.01
 """Largest lean of a body at rest, as a share of its tipping angle."""
 
+STANDING_TILT_RATIO: Final = 0.95
+"""Tilt over the critical angle below which the tilt of a standing body stays on a base at rest.
+
+A cylinder that wobbles on its rim loses no energy, and its largest tilt repeats to 0.1 %."""
+
 STILL_TO_SLIDE: Final = 1e-6
 """Largest remaining slide of a single body at which its case may end, m."""
 
@@ -40,6 +45,21 @@ class CaseProgress(NamedTuple):
     """Energy at the start, per mass, m²/s²."""
     barrier: float
     """Energy needed to overturn, per mass, m²/s²."""
+
+
+class LateTilt(NamedTuple):
+    """Largest tilt of a body over its critical angle, from half-way between the ends of the record and of the case.
+
+    It is 1 if the body was in the air, above the height at which it balances on its rim.
+    """
+
+    ratio: float
+
+
+class SlideEnd(NamedTuple):
+    """Sample up to which a case is simulated because a stone slides at the end of the case; 0 before this end."""
+
+    sample: float
 
 
 class CaseRestState(NamedTuple):
@@ -106,3 +126,27 @@ def body_is_still(speed: float, acceleration: float, step_length: float, rest_li
     """
     least = STILL * rest_limit * GRAVITY
     return bool((2.0 * speed < least * step_length) & (acceleration < least))
+
+
+@njit(**INLINE)
+def updated_late_tilt(
+    late_tilt: float, case_progress: CaseProgress, sample: float, last_sample: float, tilt_ratio: float, rise: float
+) -> float:
+    """Return the largest late tilt of a body (see `LateTilt`) at the end of a sample, from that of the sample before.
+
+    `tilt_ratio` is the tilt over the critical angle, `rise` (m) the height of the centre above its height at rest.
+    """
+    if sample < 0.5 * (last_sample + case_progress.after):
+        return late_tilt
+    # A body above the height at which it balances on its rim is in the air; it may fall when it lands.
+    return max(late_tilt, 1.0 if GRAVITY * rise >= case_progress.barrier else tilt_ratio)
+
+
+@njit(**INLINE)
+def sample_when_slide_has_ended(sample: float, sliding_time: float, sampling_interval: float) -> float:
+    """Return a sample after the one at which friction has stopped all slides and spins of a case.
+
+    `sliding_time` (s) is the time in which friction would stop the fastest of them if there were no other: a slide and
+    a spin of one body slow each other down less than alone, and end together.
+    """
+    return sample + 3.0 * sliding_time / sampling_interval

@@ -186,7 +186,7 @@ def extend_trajectory(trajectory: Any, min_rows: int, max_rows: int) -> Any:
     """
     if min_rows <= trajectory.shape[0] or min_rows > max_rows:
         return trajectory
-    longer = np.zeros(min(max(min_rows, 2 * trajectory.shape[0]), max_rows), trajectory.dtype)
+    longer = np.zeros((min(max(min_rows, 2 * trajectory.shape[0]), max_rows), *trajectory.shape[1:]), trajectory.dtype)
     for row in range(trajectory.shape[0]):
         longer[row] = trajectory[row]
     return longer

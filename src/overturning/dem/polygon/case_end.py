@@ -5,7 +5,7 @@ from typing import Any, Final
 import numpy as np
 from numba import njit
 
-from overturning.dem.kernel.ending import GOES_ON
+from overturning.dem.kernel.ending import GOES_ON, sample_when_slide_has_ended
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
@@ -18,12 +18,13 @@ from overturning.dem.polygon.energy import (
 from overturning.dem.polygon.faces import rotate_to_scene_axes
 from overturning.dem.polygon.resting import (
     all_elements_in_place,
+    all_elements_upright,
     any_element_airborne,
-    any_element_will_slide_noticeably,
     count_touching_segment_ends,
     element_has_tipped,
     element_has_tipped_or_dropped,
     last_support_time,
+    longest_sliding_time,
 )
 from overturning.dem.polygon.state import ElementProgress, ElementRestPose, ElementState, Pose
 from overturning.model.status import CaseStatus
@@ -41,7 +42,9 @@ SUPPORT_GAP: Final = 0.1
 
 
 @njit(**INNER)
-def case_status(state: Any, lane: int, scene: Any, stable_from_sample: Any, last_sample: float) -> int:
+def case_status(
+    state: Any, lane: int, scene: Any, stable_from_sample: Any, last_sample: float, sampling_interval: float
+) -> int:
     """Return the `CaseStatus` after a sample of the case in column `lane` of the state array; `GOES_ON`: not ended.
 
     The record ends at sample `last_sample`. `stable_from_sample` holds the sample from which each group of elements
@@ -74,6 +77,16 @@ def case_status(state: Any, lane: int, scene: Any, stable_from_sample: Any, last
         return CaseStatus.SIMULATED
     if case.sample < case.after:
         return GOES_ON
+    # Upright elements that slide are simulated until friction has stopped them.
+    if (
+        state[rows.SLIDE_END + lane] == 0.0
+        and all_elements_upright(state, lane, element_rules)
+        and all_elements_in_place(state, lane, scene, element_rules, gap)
+    ):
+        sliding_time = longest_sliding_time(state, lane, scene)
+        state[rows.SLIDE_END + lane] = sample_when_slide_has_ended(case.sample, sliding_time, sampling_interval)
+    if case.sample < state[rows.SLIDE_END + lane]:
+        return GOES_ON
     still = moving < 1e-4 * limits.least_scale or not any_element_can_fall_without_base_motion(
         state, lane, element_rules, scene.gravity
     )
@@ -104,7 +117,7 @@ def outcomes_are_final(
     spare = case_energy(state, lane, scene) - rows.load_case(state, lane).energy
     # No element can fall with less energy than this; the peak rotations are final if it cannot reach them again.
     over = spare < 0.5 * smallest_barrier and not any_peak_rotation_can_grow(state, lane, element_rules, spare)
-    return bool(over and not any_element_will_slide_noticeably(state, lane, scene))
+    return bool(over and not longest_sliding_time(state, lane, scene) > 0.0)
 
 
 @njit(**INNER)

@@ -113,8 +113,12 @@ def horizontal_velocity_at_height(element: ElementState, height: float) -> float
 
 
 @njit(**INNER)
-def any_element_will_slide_noticeably(state: Any, lane: int, scene: Any) -> bool:
-    """True if an element will slide on by more than `STILL_TO_SLIDE` (m) on its support; False without friction."""
+def longest_sliding_time(state: Any, lane: int, scene: Any) -> float:
+    """Return the longest time (s) in which friction stops an element that slides on its support.
+
+    The result is 0 if no element slides on by more than `STILL_TO_SLIDE` (m); elements without friction do not count.
+    """
+    longest = 0.0
     for p in range(scene.layout.shape[0]):
         q, a, b = rows.pair_and_element_rows(state, scene, p)
         pair = rows.load_pair(q, lane)
@@ -127,9 +131,20 @@ def any_element_will_slide_noticeably(state: Any, lane: int, scene: Any) -> bool
         speed = horizontal_velocity_at_height(one, one.home.base_z) - horizontal_velocity_at_height(
             on, one.home.support_z
         )
-        if speed * speed >= 2.0 * STILL_TO_SLIDE * scene.gravity * pair.law.friction > 0.0:
-            return True
-    return False
+        deceleration = scene.gravity * pair.law.friction
+        if speed * speed >= 2.0 * STILL_TO_SLIDE * deceleration > 0.0:
+            longest = max(longest, abs(speed) / deceleration)
+    return longest
+
+
+@njit(**INNER)
+def all_elements_upright(state: Any, lane: int, element_rules: Any) -> bool:
+    """True if no free element has rotated by more than the share `UPRIGHT` of its critical angle."""
+    for i in range(element_rules.size):
+        item = rows.load_element(rows.of_element(state, i), lane)
+        if element_rules[i].is_free > 0.0 and abs(item.pose.angle) >= UPRIGHT * item.inertia.critical:
+            return False
+    return True
 
 
 @njit(**INNER)

@@ -71,8 +71,10 @@ _, store_predicted_two, _ = PAIR.lane_access(PairStepResults, "two")
 _, store_corrected, _ = PAIR.lane_access(PairStepResults, "corrected")
 
 # Rows that are accessed singly. SECOND is the offset from a row of end 1's memory to the same row of end 2's.
-_OF_CASE = "shaking.tick sample energy variant last_check attempt.length findings.changed decision.again"
-TICK, SAMPLE, ENERGY, VARIANT, LAST_CHECK, LENGTH, CHANGED, AGAIN = (
+_OF_CASE = (
+    "shaking.tick sample energy variant last_check slide_end.sample attempt.length findings.changed decision.again"
+)
+TICK, SAMPLE, ENERGY, VARIANT, LAST_CHECK, SLIDE_END, LENGTH, CHANGED, AGAIN = (
     CASE.row_start(CaseState, p) for p in _OF_CASE.split()
 )
 _OF_ELEMENT = "inertia.frame totals.moved totals.turned record.upright_until record.carried_until record.side"

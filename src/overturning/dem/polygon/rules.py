@@ -26,7 +26,12 @@ from overturning.dem.kernel.ground import (
 )
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, aligned_zeros, borrowed
 from overturning.dem.kernel.mechanics import normalise_cosine_and_sine
-from overturning.dem.kernel.queue import QueueSettings, create_lookup_by_type, register_model_functions
+from overturning.dem.kernel.queue import (
+    QueueSettings,
+    create_lookup_by_type,
+    extend_trajectory,
+    register_model_functions,
+)
 from overturning.dem.polygon import cundall, rows, step
 from overturning.dem.polygon.arrays import SceneArrays
 from overturning.dem.polygon.case_end import (
@@ -221,13 +226,19 @@ def advance_one_sample(
     pairs = borrowed(workspace.pairs)
     with_forces = trajectory.shape[0] > 0 and trajectory.shape[1] > 2 + POSE_COLUMNS * elements
     early = np.zeros((1, trajectory.shape[1]))
+    if trajectory.shape[0] > 0:
+        most_rows = settings.max_rows // trajectory.shape[1]
+        # At most two rows: the start and the end of the sample.
+        trajectory = extend_trajectory(trajectory, recorded_row_count + 2, most_rows)
+        if trajectory.shape[0] < recorded_row_count + 2:
+            return trajectory, -1
     for _ in range(steps_per_check):
         if trajectory.shape[0] == 0:
             compute_step(up, state, matrix, pattern, pairs, moves, scene, ticks)
             continue
         tick, share = state[rows.TICK], state[rows.LENGTH] / ticks
         # Record once for each sample, even if its first step is repeated.
-        if (tick == 0.0 or tick == ticks) and not state[rows.AGAIN] > 0.0 and recorded_row_count < trajectory.shape[0]:
+        if (tick == 0.0 or tick == ticks) and not state[rows.AGAIN] > 0.0:
             record_motion_of_all_elements(state, elements, interval, ticks, trajectory[recorded_row_count])
             recorded_row_count += 1
         # The forces at the start of the step count only if the step is accepted.
@@ -318,6 +329,7 @@ def status_if_case_in_lane_ended(kernel_input: Any, workspace: Any, lane: int, c
         kernel_input.scene,
         kernel_input.stable_from_sample[case],
         float(kernel_input.settings.samples),
+        kernel_input.settings.interval,
     )
     kept = status == CaseStatus.SIMULATED and workspace.state[rows.SAMPLE + lane] < kernel_input.cases[case].kept_until
     return GOES_ON if kept else status

@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 
 from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
+from overturning.dem.kernel.ending import SlideEnd
 from overturning.dem.kernel.ground import LinearBaseAcceleration
 from overturning.dem.kernel.lanes import INNER
 from overturning.dem.polygon import rows
@@ -58,6 +59,7 @@ def initialise_case_in_lane(
             energy=0.0,
             variant=variant_index,
             last_check=last_check,
+            slide_end=SlideEnd(0.0),
         ),
     )
 

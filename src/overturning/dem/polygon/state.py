@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
+from overturning.dem.kernel.ending import SlideEnd
 from overturning.dem.kernel.ground import LinearBaseAcceleration
 
 
@@ -68,6 +69,7 @@ class CaseState(NamedTuple):
     """Index of the variant of the scene."""
     last_check: float
     """Index of the `CHECK_INTERVAL` of the record in which the case was last tested for its end."""
+    slide_end: SlideEnd
 
 
 class Pose(NamedTuple):

@@ -17,7 +17,7 @@ from overturning.dem.body.vectors import (
     rotation_matrix,
     transpose,
 )
-from overturning.dem.kernel.ending import GOES_ON, CaseProgress
+from overturning.dem.kernel.ending import GOES_ON, CaseProgress, SlideEnd, sample_when_slide_has_ended
 from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.dem.quiet import REST_THRESHOLD_FACTOR, SAFE_SHARE
@@ -44,7 +44,11 @@ from overturning.dem.stack.joint_state import (
     JOINT,
     POINT,
 )
-from overturning.dem.stack.rest import all_contact_points_carry_load, motion_onset_of_present_stack
+from overturning.dem.stack.rest import (
+    all_contact_points_carry_load,
+    motion_onset_of_present_stack,
+    sliding_time_of_upright_stack,
+)
 from overturning.dem.stack.state import (
     CASE,
     STONE,
@@ -58,7 +62,11 @@ from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = CASE.size, STONE.size, JOINT.size, POINT.size
-ENERGY, SAMPLE = CASE.row_start(CaseProgress, "energy"), CASE.row_start(CaseProgress, "sample")
+ENERGY, SAMPLE, SLIDE_END = (
+    CASE.row_start(CaseProgress, "energy"),
+    CASE.row_start(CaseProgress, "sample"),
+    CASE.row_start(SlideEnd, "sample"),
+)
 
 
 WEAK_MOTION_SHARE: Final = SAFE_SHARE / REST_THRESHOLD_FACTOR**2
@@ -249,6 +257,12 @@ def stack_status(
         if sample >= last_sample or motion_onset_of_present_stack(state, lane, stone_count, corner_limit) >= least:
             return CaseStatus.SIMULATED
     if sample < course.after or sample < last_sample:
+        return GOES_ON
+    # An upright stack that slides is simulated until friction has stopped it.
+    if state[SLIDE_END + lane] == 0.0:
+        sliding_time = sliding_time_of_upright_stack(state, lane, stone_count, corner_limit)
+        state[SLIDE_END + lane] = sample_when_slide_has_ended(sample, sliding_time, case.step * ticks_per_sample)
+    if sample < state[SLIDE_END + lane]:
         return GOES_ON
     stands = stack_cannot_fall(state, lane, corner_limit, stones_at_rest)
     return CaseStatus.SIMULATED if stands else CaseStatus.UNDECIDED

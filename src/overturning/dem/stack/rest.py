@@ -15,7 +15,7 @@ from overturning.dem.body.vectors import (
     transpose,
     vector_length,
 )
-from overturning.dem.kernel.ending import STILL, UPRIGHT, body_is_still
+from overturning.dem.kernel.ending import STILL, STILL_TO_SLIDE, UPRIGHT, body_is_still
 from overturning.dem.kernel.lanes import INNER
 from overturning.dem.stack.access import (
     load_attempt,
@@ -216,3 +216,27 @@ def stones_are_still(state: Any, lane: int, stone_count: int, rest_limit: float)
         if not lean_as_squared_sine(axes) < UPRIGHT * UPRIGHT * constants.critical:
             return False
     return True
+
+
+@njit(**INNER)
+def sliding_time_of_upright_stack(state: Any, lane: int, stone_count: int, corner_limit: int) -> float:
+    """Return the longest time (s) in which friction stops a joint of an upright stack that slides.
+
+    The result is 0 if a stone leans, or if no joint slides on by more than `STILL_TO_SLIDE`.
+    """
+    longest, first, size = 0.0, CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
+    for s in range(stone_count):
+        rows = of_stone(state, s)
+        if not load_outcome(rows, lane).present > 0.0:
+            continue
+        if lean_as_squared_sine(rotation_matrix(load_stone(rows, lane).turn)) >= (
+            UPRIGHT * UPRIGHT * load_constants(rows, lane).critical
+        ):
+            return 0.0
+        joint = state[first + s * size : first + s * size + JOINT_SIZE]
+        old, deceleration = load_history(joint, lane), GRAVITY * load_joint(joint, lane).friction
+        v = old.velocity
+        square = v.x * v.x + v.y * v.y + v.twist * v.twist
+        if old.slid > 0.0 and deceleration > 0.0 and square >= 2.0 * STILL_TO_SLIDE * deceleration:
+            longest = max(longest, np.sqrt(square) / deceleration)
+    return longest

@@ -24,7 +24,7 @@ from overturning.dem.kernel.ground import (
     upcoming_motion_is_below_rest_limit,
 )
 from overturning.dem.kernel.lanes import INNER, aligned_zeros, whole_vectors
-from overturning.dem.kernel.queue import QueueSettings, register_model_functions
+from overturning.dem.kernel.queue import QueueSettings, extend_trajectory, register_model_functions
 from overturning.dem.stack.access import (
     load_course,
     load_outcome,
@@ -272,7 +272,11 @@ def advance_one_sample(
         kernel_input.outlines.shape[3],
         kernel_input.corners.size,
     )
-    if recorded_row_count < trajectory.shape[0]:
+    if trajectory.shape[0] > 0:
+        most_rows = settings.max_rows // trajectory.shape[1]
+        trajectory = extend_trajectory(trajectory, recorded_row_count + 1, most_rows)
+        if trajectory.shape[0] == recorded_row_count:
+            return trajectory, -1
         record_stack_motion(workspace.state, stones, settings.interval, settings.ticks, trajectory[recorded_row_count])
         due = trajectory[recorded_row_count - 1, 0] + 0.999 * settings.interval if recorded_row_count > 0 else 0.0
         recorded_row_count += 1 if trajectory[recorded_row_count, 0] >= due else 0

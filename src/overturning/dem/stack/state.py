@@ -14,7 +14,7 @@ from typing import Final, NamedTuple
 from overturning.dem.body.state import BodyBaseMotion, LoadedSampleNumber, StepRejectionFlags
 from overturning.dem.body.vectors import Matrix3, Quaternion, SymmetricMatrix, Vector3
 from overturning.dem.kernel.clock import BODY, CaseStepControl, StepAttempt
-from overturning.dem.kernel.ending import CaseProgress
+from overturning.dem.kernel.ending import CaseProgress, SlideEnd
 from overturning.dem.kernel.lanes import TupleRowLayout
 
 COLUMNS: Final = 8
@@ -216,7 +216,7 @@ class StoneContactForceSums(NamedTuple):
 CASE: Final = TupleRowLayout(
     COLUMNS, CaseStepControl, StackConstants, StackRestState, StackClock, StackEnergyAccount, BodyBaseMotion,
     LoadedSampleNumber, CaseProgress, StepAttempt, StepRejectionFlags, LargestContactChanges, JointEnergyLosses,
-    Vector3,
+    Vector3, SlideEnd,
 )  # fmt: skip
 STONE: Final = TupleRowLayout(
     COLUMNS, StoneConstants, StoneState, StonePeakTilt, StoneFallState, PredictedStone, Matrix3,

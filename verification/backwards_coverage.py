@@ -30,7 +30,8 @@ from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap_inter
 from overturning.surveys.inversion import MIN_FIT_P_VALUE, POWER, SurveyInversion
 from overturning.surveys.library import CandidateMotion, candidate_motions
 from overturning.surveys.posterior import MotionPosterior
-from overturning.surveys.responses import LEVELS, StoneKind, StoneOutcomeProbabilities
+from overturning.surveys.responses import StoneKind, StoneOutcomeProbabilities
+from overturning.surveys.stone_outcomes import LEVELS
 from overturning.surveys.stones import Stone, read_stones
 from verification.tables import RESULTS, ROOT, markdown_table, publish_markdown, select_parts, wrap_text, write_csv
 

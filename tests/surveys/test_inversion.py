@@ -17,7 +17,7 @@ from overturning.motion.motion import Motion
 from overturning.records.store import write_record_to_motion_file
 from overturning.report.drawings import draw_posterior
 from overturning.settings import StonePopulation
-from overturning.surveys import responses as computed
+from overturning.surveys import stone_outcomes
 from overturning.surveys.inversion import SurveyInversion, possible_outcome_indices
 from overturning.surveys.library import (
     CandidateMotion,
@@ -27,17 +27,13 @@ from overturning.surveys.library import (
 )
 from overturning.surveys.posterior import TURNS, read_inversion_result, write_inversion_result
 from overturning.surveys.responses import (
-    DIRECTION_BINS,
-    FRICTIONS,
-    HEIGHTS,
-    LEVELS,
-    SHAPES,
-    STOOD,
+    CASE_S,
     StoneKind,
     StoneOutcomeProbabilities,
+    case_count_and_time,
     kinds_of_survey_stones,
-    uncached_case_count_and_time,
 )
+from overturning.surveys.stone_outcomes import DIRECTION_BINS, FRICTIONS, HEIGHTS, LEVELS, SHAPES, STOOD
 from overturning.surveys.stones import Stone
 from tests.study.small_study import pulse
 
@@ -65,7 +61,7 @@ def ruled(one: CandidateMotion, aspect: float, nodes: list[tuple[int, int]], thr
 
 @pytest.fixture
 def inversion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> SurveyInversion:
-    monkeypatch.setattr(computed, "simulate_outcomes_of_sizes", ruled)
+    monkeypatch.setattr(stone_outcomes, "simulate_outcomes_of_sizes", ruled)
     kinds = [StoneKind(*size, 0.0) for size in SIZES]
     return SurveyInversion(StoneOutcomeProbabilities([candidate(0.5), candidate(0.8)], kinds, folder=tmp_path))
 
@@ -283,7 +279,7 @@ def test_outcomes_are_cached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         calls.append(len(nodes))
         return ruled(one, aspect, nodes, threads)
 
-    monkeypatch.setattr(computed, "simulate_outcomes_of_sizes", counting)
+    monkeypatch.setattr(stone_outcomes, "simulate_outcomes_of_sizes", counting)
     one, kind = candidate(0.5), StoneKind(*SIZES[0], 0.0)
     first = StoneOutcomeProbabilities([one], [kind], folder=tmp_path).table(kind)
     assert np.array_equal(StoneOutcomeProbabilities([one], [kind], folder=tmp_path).table(kind), first)
@@ -323,15 +319,15 @@ def test_cases_are_counted_before_they_are_computed(tmp_path: Path, monkeypatch:
         asked.append(np.size(cases.height))
         return SimpleNamespace(overturned=np.zeros(asked[-1]), fall_azimuth=np.full(asked[-1], np.nan))
 
-    monkeypatch.setattr(computed, "simulate_cases", counting)
+    monkeypatch.setattr(stone_outcomes, "simulate_cases", counting)
     motions, kinds = [candidate(0.5), candidate(0.8)], [StoneKind(*SIZES[0], 0.0), StoneKind(*SIZES[1], 2.0)]
-    cases, seconds = uncached_case_count_and_time(motions, kinds, tmp_path)
+    cases, seconds = case_count_and_time(motions, kinds, tmp_path)
     StoneOutcomeProbabilities(motions, kinds, folder=tmp_path)
     assert cases == sum(asked)
     lasts = [one.motion.north.size * one.motion.sampling_interval for one in motions]
-    assert seconds == pytest.approx(computed.CASE_S * cases / 2 * sum(lasts))
-    assert uncached_case_count_and_time(motions, kinds, tmp_path) == (0, 0.0)
-    more, _ = uncached_case_count_and_time(motions, [*kinds, StoneKind(*SIZES[2], 0.0)], tmp_path)
+    assert seconds == pytest.approx(CASE_S * cases / 2 * sum(lasts))
+    assert case_count_and_time(motions, kinds, tmp_path) == (0, 0.0)
+    more, _ = case_count_and_time(motions, [*kinds, StoneKind(*SIZES[2], 0.0)], tmp_path)
     asked.clear()
     StoneOutcomeProbabilities(motions, [*kinds, StoneKind(*SIZES[2], 0.0)], folder=tmp_path)
     assert 0 < more == sum(asked)
@@ -355,14 +351,14 @@ def test_each_combination_of_size_friction_level_and_face_is_simulated(
         return SimpleNamespace(overturned=np.ones(bins.size), fall_azimuth=5.0 * bins)
 
     one = candidate(0.5)
-    monkeypatch.setattr(computed, "simulate_cases", kernel)
+    monkeypatch.setattr(stone_outcomes, "simulate_cases", kernel)
     nodes = [(2, 5), (2, 6), (3, 5)]
-    found = computed.simulate_outcomes_of_sizes(one, 2.0, nodes, 1)
+    found = stone_outcomes.simulate_outcomes_of_sizes(one, 2.0, nodes, 1)
     assert found.shape == (3, len(FRICTIONS), LEVELS.size, 12)
     for (h, b), f, at, o in ((nodes[n], f, at, o) for n, f, at, o in np.argwhere(found >= 0)[::7].tolist()):
         expected = named(HEIGHTS[h], SHAPES[b], FRICTIONS[f], LEVELS[at] / one.pgv, 15.0 * o)
         assert found[nodes.index((h, b)), f, at, o] == expected
-    assert computed.simulate_outcomes_of_sizes(one, 0.0, nodes, 1).shape == (3, len(FRICTIONS), LEVELS.size, 1)
+    assert stone_outcomes.simulate_outcomes_of_sizes(one, 0.0, nodes, 1).shape == (3, len(FRICTIONS), LEVELS.size, 1)
 
 
 def test_each_site_is_inverted_by_itself_and_all_together(tmp_path: Path, inversion: SurveyInversion) -> None:

@@ -266,8 +266,8 @@ def infer_motion_from_survey(
     """Infer strength and axis of the motion that overturned stones, and the probability of each candidate motion.
 
     The motion is inferred from all stones together and, if the survey has several sites, from each site by itself. The
-    outcomes of stones of these sizes under each motion are computed once, in minutes, and stored in the user's cache
-    folder.
+    outcomes of most gravestones under the built-in motions come with the program; those of other sizes and motions are
+    computed once and stored in the user's cache folder.
     """
     import sys
     import time
@@ -283,8 +283,8 @@ def infer_motion_from_survey(
     from overturning.surveys.posterior import write_inversion_result
     from overturning.surveys.responses import (
         StoneOutcomeProbabilities,
+        case_count_and_time,
         kinds_of_survey_stones,
-        uncached_case_count_and_time,
     )
     from overturning.surveys.stones import read_stones_with_notes
 
@@ -296,7 +296,7 @@ def infer_motion_from_survey(
         print(note)
     kinds = kinds_of_survey_stones(rows, str(stones))
     library = candidate_motions(read_motions_with_unique_ids(motion_files or ()), only_user_records=only_given_motions)
-    cases, seconds = uncached_case_count_and_time(library, kinds)
+    cases, seconds = case_count_and_time(library, kinds)
     if cases:
         under, expected = counted(len(library), "motion"), format_duration(seconds / threads)
         print(

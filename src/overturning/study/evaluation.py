@@ -119,6 +119,6 @@ class SurveySettings(StrictModel):
     background: float = Field(default=0.05, ge=0, lt=1, description="share of stones assumed to fall at random")
     backwards: bool = Field(
         default=True,
-        description="also estimate the motion from the survey; takes some minutes, once for stones of these "
+        description="also estimate the motion from the survey; may take some minutes, once for stones of these "
         "sizes. `false`: compare only",
     )

@@ -11,16 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from overturning.arrays import FloatArray
 from overturning.statistics.circular import sector_index
 from overturning.surveys.posterior import TURN_DEG, TURNS, MotionPosterior, SurveyInversionResult
-from overturning.surveys.responses import (
-    BIN_WIDTH_DEG,
-    DIRECTION_BINS,
-    LEVELS,
-    ORIENTATION_STEP_DEG,
-    STOOD,
-    StoneKind,
-    StoneOutcomeProbabilities,
-    uninformed_outcome_probabilities,
-)
+from overturning.surveys.responses import StoneKind, StoneOutcomeProbabilities, uninformed_outcome_probabilities
+from overturning.surveys.stone_outcomes import BIN_WIDTH_DEG, DIRECTION_BINS, LEVELS, ORIENTATION_STEP_DEG, STOOD
 from overturning.surveys.stones import BACKGROUND, Stone
 
 POWER: Final = 0.3

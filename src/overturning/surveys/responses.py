@@ -1,55 +1,35 @@
-"""Outcomes of 3-D stones under candidate motions: simulated on a grid of sizes, cached, smoothed to probabilities."""
+"""Probabilities of the outcomes of stones under candidate motions, from outcomes simulated on a grid of sizes."""
 
-import hashlib
 import math
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import Final
 
 import numpy as np
-import platformdirs
 import scipy
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.numerics import NumericalOptions
-from overturning.dem.run import simulate_cases
 from overturning.errors import REASON_SEPARATOR, ArgumentError
-from overturning.files import atomic_write
-from overturning.model.cases import Cases
 from overturning.settings import StonePopulation
-from overturning.study.sources import package_source_hash
 from overturning.surveys.library import CandidateMotion
+from overturning.surveys.stone_outcomes import (
+    ASPECTS,
+    BIN_WIDTH_DEG,
+    DIRECTION_BINS,
+    FRICTIONS,
+    HEIGHTS,
+    LEVELS,
+    SHAPES,
+    UNKNOWN,
+    load_or_compute_outcomes,
+    names_of_known_sizes,
+    orientations_of_aspect,
+    response_cache_folder,
+)
 from overturning.surveys.stones import Stone
-
-LEVELS: Final[FloatArray] = np.asarray(np.geomspace(0.2, 3.2, 13), np.float64)
-"""Peak velocities to which motions are scaled, m/s."""
-
-HEIGHTS: Final[FloatArray] = np.asarray(0.3 * 1.5 ** np.arange(10), np.float64)
-"""Simulated heights, m; outcomes are interpolated between them."""
-
-SHAPES: Final[FloatArray] = np.asarray(np.geomspace(0.08, 0.8, 14), np.float64)
-"""Simulated B/H."""
-
-ASPECTS: Final = (1.0, 1.4, 2.0, 2.8, 4.0)
-"""Simulated D/B of rectangular stones, D the broader side; the nearest value is used."""
-
-FRICTIONS: Final = (0.45, 0.65, 0.9)
-"""Simulated friction coefficients, with equal probability, as friction is not known."""
-
-ORIENTATION_STEP_DEG: Final = 15
-"""Step of the face azimuth of rectangular stones relative to the motion, degrees; the nearest value is used."""
-
-BIN_WIDTH_DEG: Final = 5
-"""Width of a direction bin of falls, degrees."""
-
-DIRECTION_BINS: Final = 360 // BIN_WIDTH_DEG
-STOOD: Final = DIRECTION_BINS
-"""Index of standing, after the direction bins."""
-UNKNOWN: Final = DIRECTION_BINS + 1
 
 LN_SHAPE_DEVIATION: Final = 0.15
 """Standard deviation of ln B/H among stones with equal measured sizes (worn edges, footings, restitution)."""
@@ -103,8 +83,7 @@ class StoneKind:
     @property
     def orientations_deg(self) -> FloatArray:
         """Face azimuths to simulate, degrees from the motion's north, without those equal by symmetry."""
-        turn = 1 if self.aspect == 0.0 else 90 if self.aspect == 1.0 else 180
-        return np.arange(0.0, turn, ORIENTATION_STEP_DEG)
+        return orientations_of_aspect(self.aspect)
 
     def size_grid_weights(self, size_population: StonePopulation) -> FloatArray:
         """Return the weights of the simulated `HEIGHTS` and `SHAPES` (B/H) for stones of this kind; their sum is 1.
@@ -201,11 +180,6 @@ class StoneOutcomeProbabilities:
         )
 
 
-def response_cache_folder() -> Path:
-    """Return the user's cache folder for simulated outcomes of stones."""
-    return Path(platformdirs.user_cache_dir("overturning")) / "responses"
-
-
 def size_grid_weights_by_kind(
     stone_kinds: Sequence[StoneKind], size_population: StonePopulation | None = None
 ) -> dict[StoneKind, FloatArray]:
@@ -227,12 +201,23 @@ def needed_size_grid_masks(weights_by_kind: dict[StoneKind, FloatArray]) -> dict
     return needed
 
 
-def uncached_case_count_and_time(
-    motions: Sequence[CandidateMotion], stone_kinds: Sequence[StoneKind], folder: Path | None = None
+def case_count_and_time(
+    motions: Sequence[CandidateMotion],
+    stone_kinds: Sequence[StoneKind],
+    folder: Path | None = None,
+    *,
+    with_known: bool = False,
 ) -> tuple[int, float]:
-    """Return the number of cases still to simulate because the cache lacks them, and the estimated time, s.
+    """Return the number of cases that `StoneOutcomeProbabilities` has to simulate, and the estimated time, s.
 
-    The cases are those that `StoneOutcomeProbabilities` would simulate.
+    Parameters
+    ----------
+    motions, stone_kinds : sequence of CandidateMotion, sequence of StoneKind
+        Motions, and heights and shapes of the stones.
+    folder : Path, optional
+        Cache folder; default: in the cache of the user.
+    with_known : bool
+        Count also the cases whose outcomes are shipped with the package or in the cache folder.
 
     Returns
     -------
@@ -243,110 +228,14 @@ def uncached_case_count_and_time(
     """
     cases, seconds = 0, 0.0
     for aspect, nodes in needed_size_grid_masks(size_grid_weights_by_kind(stone_kinds)).items():
-        names = [f"{h}-{b}" for h, b in np.argwhere(nodes).tolist()]
+        names = {f"{h}-{b}" for h, b in np.argwhere(nodes).tolist()}
         each = len(FRICTIONS) * LEVELS.size * StoneKind(aspect=aspect).orientations_deg.size
         for one in motions:
-            kept: list[str] = []
-            with (
-                suppress(Exception),
-                np.load(_response_cache_path(one, aspect, folder or response_cache_folder())) as stored,
-            ):
-                kept = stored.files  # a torn archive holds nothing
-            count = each * len(set(names) - set(kept))
+            known = set() if with_known else names_of_known_sizes(one, aspect, folder or response_cache_folder())
+            count = each * len(names - known)
             cases += count
             seconds += CASE_S * count * one.motion.north.size * one.motion.sampling_interval
     return cases, seconds
-
-
-def _response_cache_path(candidate_motion: CandidateMotion, aspect: float, folder: Path) -> Path:
-    """Return the path of the cache file for stones with one D/B (`aspect`) under one motion.
-
-    The file name is a hash of all inputs.
-    """
-    grid = repr(
-        (
-            candidate_motion.pgv,
-            BIN_WIDTH_DEG,
-            LEVELS.tolist(),
-            FRICTIONS,
-            HEIGHTS.tolist(),
-            SHAPES.tolist(),
-            ORIENTATION_STEP_DEG,
-            aspect,
-        )
-    )
-    key = hashlib.sha256(f"{_response_source_hash()} {candidate_motion.samples_sha256} {grid}".encode()).hexdigest()[
-        :24
-    ]
-    return folder / f"{key}.npz"
-
-
-def load_or_compute_outcomes(
-    candidate_motion: CandidateMotion, aspect: float, needed_sizes_mask: NDArray[np.bool_], folder: Path, threads: int
-) -> dict[str, NDArray[np.int8]]:
-    """Return the outcomes of stones with one D/B (`aspect`) under a motion, from the cache or by simulation.
-
-    Missing outcomes are simulated and stored in the cache.
-
-    Returns by key ``height-shape``, for the nodes that are True, shape (heights, shapes): direction bin of the fall,
-    `STOOD` or `UNKNOWN`, shape (frictions, levels, orientations).
-    """
-    path, known = _response_cache_path(candidate_motion, aspect, folder), dict[str, NDArray[np.int8]]()
-    try:
-        with np.load(path) as stored:
-            known = {name: stored[name] for name in stored.files}
-    except FileNotFoundError:
-        pass
-    except Exception:  # a damaged archive raises various exceptions; its content is simulated again
-        path.unlink(missing_ok=True)
-    missing = [(h, b) for h, b in np.argwhere(needed_sizes_mask).tolist() if f"{h}-{b}" not in known]
-    if missing:
-        known |= dict(
-            zip(
-                (f"{h}-{b}" for h, b in missing),
-                simulate_outcomes_of_sizes(candidate_motion, aspect, missing, threads),
-                strict=True,
-            )
-        )
-        # A cache that cannot be written costs time only.
-        with suppress(OSError), atomic_write(path) as part, part.open("wb") as file:
-            np.savez_compressed(file, allow_pickle=False, **known)
-    return known
-
-
-@cache
-def _response_source_hash() -> str:
-    """Return a hash of the source files that affect simulated outcomes; it makes an outdated cache invalid."""
-    return package_source_hash("dem", "model", "motion", "surveys/responses.py")
-
-
-def simulate_outcomes_of_sizes(
-    candidate_motion: CandidateMotion, aspect: float, size_grid_indices: Sequence[tuple[int, int]], threads: int
-) -> NDArray[np.int8]:
-    """Simulate stones with one D/B at given pairs of height and B/H; return their outcomes.
-
-    `size_grid_indices` are pairs of indices into `HEIGHTS` and `SHAPES`. Outcomes have shape (nodes, frictions, levels,
-    orientations).
-
-    An outcome is the direction bin of the fall, `STOOD` or `UNKNOWN`.
-    """
-    kind = StoneKind(aspect=aspect)
-    axes = (
-        np.arange(len(size_grid_indices)),
-        np.array(FRICTIONS),
-        LEVELS / candidate_motion.pgv,
-        kind.orientations_deg,
-    )
-    node, friction, amplitude, orientation = (values.ravel() for values in np.meshgrid(*axes, indexing="ij"))
-    height, shape = (grid[np.array(size_grid_indices)[:, at]] for at, grid in enumerate((HEIGHTS, SHAPES)))
-    node = node.astype(np.intp)
-    cases = Cases(orientation, height[node], shape[node], friction, amplitude, aspect=max(aspect, 1.0))
-    found = simulate_cases(
-        "rectangle" if aspect else "circle", candidate_motion.motion, cases, NumericalOptions(threads=threads)
-    )
-    way = np.round(np.nan_to_num(found.fall_azimuth) / BIN_WIDTH_DEG).astype(np.int8) % DIRECTION_BINS
-    outcome = np.where(found.overturned == 1, way, np.where(found.overturned == 0, STOOD, UNKNOWN))
-    return outcome.astype(np.int8).reshape([axis.size for axis in axes])
 
 
 def _outcome_probabilities(

@@ -1,0 +1,209 @@
+"""Outcomes of 3-D stones under a candidate motion, on a grid of sizes: simulated, stored, or shipped."""
+
+import hashlib
+from collections.abc import Sequence
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import platformdirs
+from numpy.typing import NDArray
+
+from overturning.arrays import FloatArray
+from overturning.dem.numerics import NumericalOptions
+from overturning.dem.run import simulate_cases
+from overturning.files import atomic_write
+from overturning.model.cases import Cases
+from overturning.study.sources import package_source_hash
+from overturning.surveys.library import CandidateMotion
+
+LEVELS: Final[FloatArray] = np.asarray(np.geomspace(0.2, 3.2, 13), np.float64)
+"""Peak velocities to which motions are scaled, m/s."""
+
+HEIGHTS: Final[FloatArray] = np.asarray(0.3 * 1.5 ** np.arange(10), np.float64)
+"""Simulated heights, m; outcomes are interpolated between them."""
+
+SHAPES: Final[FloatArray] = np.asarray(np.geomspace(0.08, 0.8, 14), np.float64)
+"""Simulated B/H."""
+
+ASPECTS: Final = (1.0, 1.4, 2.0, 2.8, 4.0)
+"""Simulated D/B of rectangular stones, D the broader side; the nearest value is used."""
+
+FRICTIONS: Final = (0.45, 0.65, 0.9)
+"""Simulated friction coefficients, with equal probability, as friction is not known."""
+
+ORIENTATION_STEP_DEG: Final = 15
+"""Step of the face azimuth of rectangular stones relative to the motion, degrees; the nearest value is used."""
+
+BIN_WIDTH_DEG: Final = 5
+"""Width of a direction bin of falls, degrees."""
+
+DIRECTION_BINS: Final = 360 // BIN_WIDTH_DEG
+STOOD: Final = DIRECTION_BINS
+"""Index of standing, after the direction bins."""
+UNKNOWN: Final = DIRECTION_BINS + 1
+
+LIBRARY_FILE: Final = Path(__file__).with_name("library-outcomes.npz")
+"""Outcomes under the motions of the package, for the sizes of most gravestones.
+
+`verification/library_outcomes.py` computes the file. `grid` is the text of `outcome_grid`, `motions` has a row of
+`motion_signature` for each motion. For each D/B, written as ``:g``, ``sizes D/B`` has indices into `HEIGHTS` and
+`SHAPES`, shape (sizes, 2), and ``outcomes D/B`` the outcomes, shape (motions, sizes, frictions, levels, orientations).
+"""
+
+
+def outcome_grid() -> str:
+    """Return the grid of heights, shapes, frictions, levels and orientations as text, to compare it with a file's."""
+    grid = (BIN_WIDTH_DEG, LEVELS.tolist(), FRICTIONS, HEIGHTS.tolist(), SHAPES.tolist(), ORIENTATION_STEP_DEG)
+    return repr(grid)
+
+
+def orientations_of_aspect(aspect: float) -> FloatArray:
+    """Return the face azimuths to simulate for a D/B, degrees from the motion's north, without those equal by symmetry.
+
+    A round stone has the D/B 0.
+    """
+    return np.arange(0.0, 1 if aspect == 0.0 else 90 if aspect == 1.0 else 180, ORIENTATION_STEP_DEG)
+
+
+def motion_signature(candidate_motion: CandidateMotion) -> FloatArray:
+    """Return numbers that distinguish a motion: samples, sampling interval, PGA, PGV, its azimuth, vertical PGA; (6,).
+
+    Unlike a hash, they are nearly the same if a processor rounds differently.
+    """
+    one, motion = candidate_motion, candidate_motion.motion
+    vertical = 0.0 if motion.up is None else float(np.abs(motion.up).max())
+    return np.array([motion.north.size, motion.sampling_interval, one.pga, one.pgv, one.axis, vertical], np.float64)
+
+
+@cache
+def _library_member(name: str) -> NDArray[np.generic]:
+    """Return an array of `LIBRARY_FILE`."""
+    with np.load(LIBRARY_FILE) as stored:
+        return np.asarray(stored[name])
+
+
+@cache
+def _library_aspects() -> frozenset[str]:
+    """Return the D/B of `LIBRARY_FILE`, as text; none if the file was computed for another grid."""
+    with np.load(LIBRARY_FILE) as stored:
+        if str(stored["grid"]) != outcome_grid():
+            return frozenset()
+        return frozenset(name.partition(" ")[2] for name in stored.files if name.startswith("sizes "))
+
+
+def shipped_outcomes(candidate_motion: CandidateMotion, aspect: float) -> dict[str, NDArray[np.int8]]:
+    """Return the outcomes under a motion that come with the package, by key ``height-shape``.
+
+    The result is empty for motions that are not in the package, and for a D/B without such outcomes.
+    """
+    if f"{aspect:g}" not in _library_aspects():
+        return {}
+    own, every = motion_signature(candidate_motion), _library_member("motions")
+    same = np.flatnonzero(np.isclose(every, own, rtol=1e-6, atol=0.0).all(axis=1))
+    if same.size != 1:
+        return {}
+    outcomes, sizes = _library_member(f"outcomes {aspect:g}")[same[0]], _library_member(f"sizes {aspect:g}")
+    return {f"{h}-{b}": one for (h, b), one in zip(sizes.tolist(), outcomes, strict=True)}
+
+
+def response_cache_folder() -> Path:
+    """Return the user's cache folder for simulated outcomes of stones."""
+    return Path(platformdirs.user_cache_dir("overturning")) / "responses"
+
+
+def _response_cache_path(candidate_motion: CandidateMotion, aspect: float, folder: Path) -> Path:
+    """Return the path of the cache file for stones with one D/B (`aspect`) under one motion.
+
+    The file name is a hash of all inputs.
+    """
+    inputs = f"{_response_source_hash()} {candidate_motion.samples_sha256} {candidate_motion.pgv} {aspect}"
+    key = hashlib.sha256(f"{inputs} {outcome_grid()}".encode()).hexdigest()[:24]
+    return folder / f"{key}.npz"
+
+
+def load_or_compute_outcomes(
+    candidate_motion: CandidateMotion, aspect: float, needed_sizes_mask: NDArray[np.bool_], folder: Path, threads: int
+) -> dict[str, NDArray[np.int8]]:
+    """Return the outcomes of stones with one D/B under a motion: shipped with the package, stored, or simulated.
+
+    Returns by key ``height-shape``, for the sizes that are True in `needed_sizes_mask`, shape (heights, shapes):
+    direction bin of the fall, `STOOD` or `UNKNOWN`, shape (frictions, levels, orientations).
+    """
+    shipped = shipped_outcomes(candidate_motion, aspect)
+    needed = [(h, b) for h, b in np.argwhere(needed_sizes_mask).tolist() if f"{h}-{b}" not in shipped]
+    return shipped | (load_or_simulate_outcomes(candidate_motion, aspect, needed, folder, threads) if needed else {})
+
+
+def load_or_simulate_outcomes(
+    candidate_motion: CandidateMotion,
+    aspect: float,
+    size_grid_indices: Sequence[tuple[int, int]],
+    folder: Path,
+    threads: int,
+) -> dict[str, NDArray[np.int8]]:
+    """Return the outcomes of stones with one D/B under a motion, as `load_or_compute_outcomes`, without shipped ones.
+
+    Simulated outcomes are stored in the cache folder.
+    """
+    path, known = _response_cache_path(candidate_motion, aspect, folder), dict[str, NDArray[np.int8]]()
+    try:
+        with np.load(path) as stored:
+            known = {name: stored[name] for name in stored.files}
+    except FileNotFoundError:
+        pass
+    except Exception:  # a damaged archive raises various exceptions; its content is simulated again
+        path.unlink(missing_ok=True)
+    missing = [(h, b) for h, b in size_grid_indices if f"{h}-{b}" not in known]
+    if missing:
+        found = simulate_outcomes_of_sizes(candidate_motion, aspect, missing, threads)
+        known |= {f"{h}-{b}": one for (h, b), one in zip(missing, found, strict=True)}
+        # A cache that cannot be written costs time only.
+        with suppress(OSError), atomic_write(path) as part, part.open("wb") as file:
+            np.savez_compressed(file, allow_pickle=False, **known)
+    return known
+
+
+def names_of_known_sizes(candidate_motion: CandidateMotion, aspect: float, folder: Path) -> set[str]:
+    """Return the keys ``height-shape`` of outcomes that are shipped with the package or stored in the cache folder."""
+    stored_names: list[str] = []
+    # A damaged archive holds nothing.
+    with suppress(Exception), np.load(_response_cache_path(candidate_motion, aspect, folder)) as stored:
+        stored_names = stored.files
+    return {*stored_names, *shipped_outcomes(candidate_motion, aspect)}
+
+
+@cache
+def _response_source_hash() -> str:
+    """Return a hash of the source files that affect simulated outcomes; it makes an outdated cache invalid."""
+    return package_source_hash("dem", "model", "motion", "surveys/stone_outcomes.py")
+
+
+def simulate_outcomes_of_sizes(
+    candidate_motion: CandidateMotion, aspect: float, size_grid_indices: Sequence[tuple[int, int]], threads: int
+) -> NDArray[np.int8]:
+    """Simulate stones with one D/B at given pairs of height and B/H; return their outcomes.
+
+    `size_grid_indices` are pairs of indices into `HEIGHTS` and `SHAPES`. Outcomes have shape (nodes, frictions, levels,
+    orientations).
+
+    An outcome is the direction bin of the fall, `STOOD` or `UNKNOWN`.
+    """
+    axes = (
+        np.arange(len(size_grid_indices)),
+        np.array(FRICTIONS),
+        LEVELS / candidate_motion.pgv,
+        orientations_of_aspect(aspect),
+    )
+    node, friction, amplitude, orientation = (values.ravel() for values in np.meshgrid(*axes, indexing="ij"))
+    height, shape = (grid[np.array(size_grid_indices)[:, at]] for at, grid in enumerate((HEIGHTS, SHAPES)))
+    node = node.astype(np.intp)
+    cases = Cases(orientation, height[node], shape[node], friction, amplitude, aspect=max(aspect, 1.0))
+    found = simulate_cases(
+        "rectangle" if aspect else "circle", candidate_motion.motion, cases, NumericalOptions(threads=threads)
+    )
+    way = np.round(np.nan_to_num(found.fall_azimuth) / BIN_WIDTH_DEG).astype(np.int8) % DIRECTION_BINS
+    outcome = np.where(found.overturned == 1, way, np.where(found.overturned == 0, STOOD, UNKNOWN))
+    return outcome.astype(np.int8).reshape([axis.size for axis in axes])

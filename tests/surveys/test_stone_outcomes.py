@@ -1,0 +1,70 @@
+"""Outcomes of stones that are shipped with the package: those of the kernel, for the right motions only."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from overturning.motion.motion import Motion
+from overturning.surveys import stone_outcomes
+from overturning.surveys.library import CandidateMotion, candidate_motions
+from overturning.surveys.responses import StoneKind, case_count_and_time
+from overturning.surveys.stone_outcomes import shipped_outcomes, simulate_outcomes_of_sizes
+
+
+@pytest.mark.parametrize("count", [3, pytest.param(60, marks=pytest.mark.long)])
+@pytest.mark.parametrize("aspect", [0.0, 1.0, 1.4])
+def test_shipped_outcomes_are_those_of_the_kernel(aspect: float, count: int) -> None:
+    """Of random motions and sizes, all frictions, peak velocities and face azimuths are simulated again."""
+    motions, dice = candidate_motions(), np.random.default_rng([count, int(10 * aspect)])
+    for one in dice.choice(len(motions), count):
+        shipped = shipped_outcomes(motions[one], aspect)
+        name = sorted(shipped)[dice.integers(len(shipped))]
+        h, b = map(int, name.split("-"))
+        found = simulate_outcomes_of_sizes(motions[one], aspect, [(h, b)], 1)[0]
+        np.testing.assert_array_equal(shipped[name], found, err_msg=f"{motions[one].name}, {name}")
+
+
+def test_a_survey_of_gravestones_needs_no_simulation() -> None:
+    kinds = [
+        StoneKind(height, ratio, aspect)
+        for height in (0.46, 0.9, 1.5)
+        for ratio in (0.1, 0.37, 0.8)
+        for aspect in (0.0, 1.0, 1.4)
+    ]
+    assert case_count_and_time(candidate_motions(), kinds) == (0, 0.0)
+    every, seconds = case_count_and_time(candidate_motions(), kinds, with_known=True)
+    assert every > 1e6
+    assert seconds > 60.0
+
+
+def resembling(one: CandidateMotion, **changes: object) -> CandidateMotion:
+    motion = one.motion
+    parts = {"north": motion.north, "east": motion.east, "up": motion.up} | changes
+    return replace(one, motion=Motion(**parts, sampling_interval=motion.sampling_interval))
+
+
+def test_a_motion_that_only_resembles_one_of_the_library_has_no_shipped_outcomes() -> None:
+    motions = {one.name: one for one in candidate_motions()}
+    kaikoura, sine = motions["Kaikoura, WTMC"], motions["sine 0.8 s"]
+    assert shipped_outcomes(kaikoura, 1.0)
+    assert shipped_outcomes(resembling(sine, up=0.0 * sine.motion.north), 1.0)
+    for other in (
+        resembling(kaikoura, up=None),
+        resembling(sine, up=np.ones_like(sine.motion.north)),
+        replace(sine, pga=1.001 * sine.pga),
+        replace(sine, axis=90.0),
+        CandidateMotion.from_motion("longer", "", Motion(np.append(sine.motion.north, 0.0),
+                                    np.append(sine.motion.east, 0.0), sampling_interval=0.01)),
+    ):  # fmt: skip
+        assert shipped_outcomes(other, 1.0) == {}
+
+
+def test_outcomes_of_another_grid_are_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
+    one = candidate_motions()[0]
+    assert shipped_outcomes(one, 1.0)
+    for read in (stone_outcomes._library_aspects, stone_outcomes._library_member):
+        read.cache_clear()
+    monkeypatch.setattr(stone_outcomes, "FRICTIONS", (0.5, 0.65, 0.9))
+    assert shipped_outcomes(one, 1.0) == {}
+    stone_outcomes._library_aspects.cache_clear()

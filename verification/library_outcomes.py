@@ -1,0 +1,65 @@
+"""Outcomes of stones under the motions of the package, for ``src/overturning/surveys/library-outcomes.npz``.
+
+The module simulates the sizes of `HEIGHTS_SHIPPED` and `ASPECTS_SHIPPED`, and all B/H of the grid, in hours of
+processor time. An interrupted run goes on with the motion at which it stopped: the outcomes of each motion are stored
+in the folder `--folder`, under a name that contains a hash of the package's source files.
+"""
+
+from pathlib import Path
+from typing import Annotated, Final
+
+import numpy as np
+import typer
+from numpy.typing import NDArray
+
+from overturning.surveys.library import candidate_motions
+from overturning.surveys.stone_outcomes import (
+    HEIGHTS,
+    LIBRARY_FILE,
+    SHAPES,
+    load_or_simulate_outcomes,
+    motion_signature,
+    outcome_grid,
+)
+from verification.tables import ROOT
+
+HEIGHTS_SHIPPED: Final = slice(1, 5)
+"""Heights of `HEIGHTS` whose outcomes are shipped: those of gravestones, 0.45 to 1.52 m."""
+
+ASPECTS_SHIPPED: Final = (0.0, 1.0, 1.4)
+"""D/B of stones whose outcomes are shipped; 0 stands for round stones."""
+
+
+def compute_outcomes(aspect: float, folder: Path, threads: int) -> tuple[NDArray[np.int64], NDArray[np.int8]]:
+    """Return indices of height and B/H, shape (sizes, 2), and the outcomes of stones with one D/B under all motions.
+
+    The outcomes have the shape (motions, sizes, frictions, levels, orientations).
+    """
+    needed = np.zeros((HEIGHTS.size, SHAPES.size), np.bool_)
+    needed[HEIGHTS_SHIPPED] = True
+    sizes: list[tuple[int, int]] = [(h, b) for h, b in np.argwhere(needed).tolist()]
+    outcomes = []
+    for motion in candidate_motions():
+        found = load_or_simulate_outcomes(motion, aspect, sizes, folder, threads)
+        outcomes.append(np.stack([found[f"{h}-{b}"] for h, b in sizes]))
+        print(f"D/B {aspect:g}: {motion.name}", flush=True)
+    return np.array(sizes), np.stack(outcomes)
+
+
+def main(
+    folder: Annotated[Path, typer.Option(help="folder for the outcomes of each motion")] = ROOT / "results" / "library",
+    threads: Annotated[int, typer.Option(min=1, help="number of threads")] = 2,
+) -> None:
+    """Simulate the outcomes that are shipped with the package, and write their file."""
+    members: dict[str, NDArray[np.generic]] = {
+        "grid": np.array(outcome_grid()),
+        "motions": np.stack([motion_signature(one) for one in candidate_motions()]),
+    }
+    for aspect in ASPECTS_SHIPPED:
+        sizes, outcomes = compute_outcomes(aspect, folder, threads)
+        members |= {f"sizes {aspect:g}": sizes.astype(np.int8), f"outcomes {aspect:g}": outcomes}
+    np.savez_compressed(LIBRARY_FILE, allow_pickle=False, **members)
+
+
+if __name__ == "__main__":
+    typer.run(main)

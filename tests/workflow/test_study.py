@@ -188,6 +188,8 @@ def test_change_of_a_source_runs_what_depends_on_it(
         ("intensity.nc", {"rotate", "fragility", "record_figures_1", "figures", "findings", *LAST}),
         ("convergence.json", {"convergence", "findings", *LAST}),
         ("fragility/fragility-pga.xml", {"fragility", "findings", *LAST}),
+        ("motion/rinaldi.nc", {"describe", "rotate"} | AFTER_SWEEP),
+        ("members.csv", {"members", "sweep"} | AFTER_SWEEP),
     ],
 )
 def test_a_result_that_was_deleted_is_made_again(

@@ -21,6 +21,7 @@ from overturning.model.stack import Stack
 from overturning.statistics.circular import LEAST_RESULTANT
 from overturning.statistics.elements import count_falls_by_element, element_displacements
 from overturning.statistics.falls import (
+    BLOCK_RULES,
     add_opposite_azimuths,
     count_outcome_changes,
     fall_counts_towards_azimuths,
@@ -30,6 +31,7 @@ from overturning.statistics.falls import (
     overturned_shares_by_record,
     overturned_shares_near_and_far_from_normal,
     overturning_indicator,
+    share_of_directions_with_overturning,
     shares_of_directions_with_fall,
 )
 
@@ -55,6 +57,29 @@ def test_additional_azimuths_share_the_weight_of_their_neighbourhood_in_shares()
     assert overturned_shares_near_and_far_from_normal(cube) == pytest.approx((75 / 110, 0.0))
     regular = cube.isel(azimuth=[0, 3, 4, 5])
     np.testing.assert_array_equal(overturned_shares_by_record(regular), [0.5, 0.5])
+
+
+@pytest.mark.parametrize(
+    ("azimuth", "flags", "share"),
+    [
+        ([0, 45, 90, 135, 180], [1, 0, 0, 0, -1], 1 / 4),  # the plane of 0 and 180° once, not 2 of 5
+        ([0, 45, 90, 135, 270, 315], [1, 0, 0, 0, 0, 0], 1 / 4),
+        ([0, 5, 10, 60, 120], [1, 1, 1, 0, 0], (32.5 + 5 + 27.5) / 180),  # and not 3 of 5
+    ],
+)
+def test_each_plane_counts_once_in_shares_and_in_the_choice_of_blocks(
+    azimuth: list[int], flags: list[float], share: float
+) -> None:
+    """A second block falls in all planes: the first one falls in at most half of them, and is marginal."""
+    second = np.where(np.array(azimuth) < 180, 1.0, -1.0)
+    cube = xr.Dataset(
+        {"overturned": (("azimuth", "b_over_h"), np.stack([flags, second], axis=1))}, coords={"azimuth": azimuth}
+    )
+    assert float(overturned_share(cube)) == pytest.approx((share + 1) / 2)
+    assert overturned_share(cube, "b_over_h").values == pytest.approx([share, 1.0])
+    assert informative_block_mask(cube).values.tolist() == [True, False]
+    of_some = BLOCK_RULES[3].selected_block_mask(share_of_directions_with_overturning(cube))
+    assert of_some.values.tolist() == [True, False], "in some planes, but not in all"
 
 
 @pytest.mark.parametrize(

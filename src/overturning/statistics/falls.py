@@ -98,8 +98,9 @@ def overturning_indicator(cube: xr.Dataset) -> xr.DataArray:
 def overturned_share(cube: xr.Dataset, *kept_dims: str) -> xr.DataArray:
     """Compute the share of cases with a known outcome in which the block overturns; NaN without such cases.
 
-    Dimensions in ``kept_dims`` are kept, all others are averaged over. Azimuths added to a regular grid share the
-    weight of their neighbourhood; on a regular grid all cases count the same.
+    Dimensions in ``kept_dims`` are kept, all others are averaged over. Each plane counts once, also if the cube has
+    the opposite azimuths of some planes only. Azimuths added to a regular grid share the weight of their
+    neighbourhood; on a regular grid all planes count the same.
     """
     falls = overturning_indicator(cube)
     dims = [name for name in falls.dims if name not in kept_dims]
@@ -107,10 +108,10 @@ def overturned_share(cube: xr.Dataset, *kept_dims: str) -> xr.DataArray:
         return falls.mean(dims).compute()
     planes = model_of_cube(cube).distinct_direction_indices(cube)
     weight = circle_share_of_planes(cube["azimuth"].to_numpy()[planes], azimuth_period_of_cube_deg(cube))
-    if np.ptp(weight) <= SAME_WEIGHT:
-        return falls.mean(dims).compute()
-    weights = xr.DataArray(weight, dims="azimuth")
     once = falls.isel(azimuth=planes)
+    if np.ptp(weight) <= SAME_WEIGHT:
+        return once.mean(dims).compute()
+    weights = xr.DataArray(weight, dims="azimuth")
     known = weights.where(once.notnull(), 0.0).sum(dims)
     return ((once * weights).sum(dims) / known.where(known > 0)).compute()
 
@@ -176,7 +177,8 @@ class BlockSelectionRule:
         """Return a mask of the blocks that the rule selects, from the share of azimuths at which each overturns."""
         if self.most > 1.0:
             return xr.ones_like(share_of_directions, dtype=bool)
-        near = (share_of_directions > 0) & (share_of_directions <= self.most) & (share_of_directions < 1.0)
+        share = share_of_directions  # a sum of weights, with rounding errors
+        near = (share > 0) & (share <= self.most + SAME_WEIGHT) & (share < 1.0 - SAME_WEIGHT)
         return near | ~near.any([name for name in near.dims if name != "record"]) if self.otherwise_all else near
 
 
@@ -204,11 +206,10 @@ def block_selection_rule_for_cube(cube: xr.Dataset) -> BlockSelectionRule:
 def share_of_directions_with_overturning(cube: xr.Dataset) -> xr.DataArray:
     """Compute, per record and block, the share of azimuths (3-D: orientations) at which the block overturns.
 
-    Each plane counts once; directions with a missing outcome do not count. The result is in memory.
+    See `overturned_share`, also for the weights of azimuths. The result is in memory.
     """
-    model = model_of_cube(cube)
-    once = {model.direction: model.distinct_direction_indices(cube)}
-    return overturning_indicator(cube).isel(once).mean(model.direction).compute()
+    direction = model_of_cube(cube).direction
+    return overturned_share(cube, *(str(name) for name in cube["overturned"].dims if name != direction))
 
 
 def informative_block_mask(cube: xr.Dataset) -> xr.DataArray:

@@ -1,5 +1,6 @@
 """Findings: each number again from the cube by other means, as JSON, and as lines."""
 
+import hashlib
 import json
 import math
 import shutil
@@ -7,8 +8,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import jsonschema
+import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
@@ -30,8 +33,9 @@ from overturning.motion.soil import RockHalfSpace, SoilLayer
 from overturning.records.site import SoilSite
 from overturning.statistics.logistic import PREDICTORS, LogisticFit
 from overturning.study.cube import CONFIGURATION, study_of_cube
-from overturning.study.load import study_without_absolute_paths
+from overturning.study.load import load_study_from_file_or_json, study_without_absolute_paths
 from overturning.study.sections import Variant
+from overturning.study.sweep import cube_variables_of_study
 from overturning.surveys.population import population_rates_by_record
 from tests.report.tiny_studies import make_results, pulse_record
 
@@ -254,10 +258,34 @@ def test_missing_outcomes_at_other_amplitudes_are_counted(tmp_path: Path) -> Non
     with xr.open_dataset(made / "cube.nc", decode_timedelta=False) as cube:
         lost = cube["overturned"].where((cube["amplitude"] == 1.0) | (cube["b_over_h"] > 0.25))
         cube.assign(overturned=lost).to_netcdf(made / "lost.nc")
-    found = overturning.findings(made / "lost.nc")
+    with pytest.warns(UserWarning, match=r"lost\.nc: its outcomes were changed after the run"):
+        found = overturning.findings(made / "lost.nc")
     assert (found.cases.total, found.cases.scaled_without_outcome) == (flags.size, flags.size / 3)
     assert found.population is not None
     assert found.population.largest_share_without_outcome == 0.0
+
+
+def test_the_hash_of_changed_outcomes_is_theirs(folder: Path, tmp_path: Path, recwarn: Any) -> None:
+    """A cube saved by another program keeps its attributes: unchanged outcomes have their hash, changed ones another."""
+    shutil.copytree(folder, tmp_path / "results")
+    path = tmp_path / "results" / "cube.nc"
+    stated = overturning.findings(folder).numerical_quality.content_sha256
+    with xr.open_dataset(path, decode_timedelta=False) as opened:
+        cube = opened.load()
+    cube.to_netcdf(path)
+    assert overturning.findings(path).numerical_quality.content_sha256 == stated
+    assert not [one for one in recwarn if "changed" in str(one.message)]
+    cube["overturned"][0] = 0
+    cube.to_netcdf(path)
+    with pytest.warns(UserWarning, match=r"cube\.nc: its outcomes were changed after the run"):
+        found = overturning.findings(path)
+    by_hand = hashlib.sha256()
+    with netCDF4.Dataset(path) as file:
+        file.set_auto_maskandscale(False)
+        for variable in cube_variables_of_study(load_study_from_file_or_json(file.study)):
+            by_hand.update(variable.name.encode() + file[variable.name][:].tobytes())
+    assert found.numerical_quality.content_sha256 == by_hand.hexdigest() != stated
+    assert found.records[0].share_overturned == 0.0
 
 
 def test_a_missing_result_is_named(tmp_path: Path) -> None:

@@ -198,6 +198,9 @@ def findings(cube: str | Path, study: Study | None = None) -> Findings:
         study, such as the cube of a variant.
     """
     with open_study_results(Path(cube), study) as results:
+        for name in results.changed_cubes:
+            why = "its outcomes were changed after the run; the findings are of the changed ones and state their hash"
+            warnings.warn(f"{results.folder / name}: {why}", stacklevel=3)
         if study is None and (lacking := settings_missing_without_study_file(results)):
             warnings.warn(lacking, stacklevel=3)  # The caller of `overturning.findings`, a module that can be called.
         return findings_from_results(results)

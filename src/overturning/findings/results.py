@@ -28,6 +28,7 @@ from overturning.stored import read_result
 from overturning.study.convergence import ConvergenceCheckResult, read_convergence_result
 from overturning.study.cube import CONFIGURATION, open_cube_by_record, study_for_presentation, study_of_cube
 from overturning.study.load import load_study
+from overturning.study.recheck import hash_of_outcomes_in_cube
 from overturning.study.scenes import NOMINAL, cube_has_whole_grid, variant_scene
 from overturning.study.schema import Study
 from overturning.surveys.comparison import StoredSurveyComparison, read_survey_comparison
@@ -74,6 +75,8 @@ class StudyResults:
         Motions inferred from the surveys with the key `backwards`.
     folder : Path
         Folder of the results.
+    changed_cubes : tuple of str
+        Names of the cubes whose outcomes were changed after the run.
     """
 
     study: Study
@@ -86,6 +89,7 @@ class StudyResults:
     populations: dict[str, xr.Dataset] = field(default_factory=dict)
     inferred_motions: tuple[SurveyInversionResult, ...] = ()
     folder: Path = Path()
+    changed_cubes: tuple[str, ...] = ()
     scaled_cube: xr.Dataset | None = None
 
     @cached_property
@@ -321,18 +325,23 @@ def open_study_results(results_path: Path, study_override: Study | None = None) 
     """Open the results cubes, intensity measures, surveys and convergence check in the folder of a study.
 
     `results_path` is the folder, or the cube of the study in it. A `ResultError` is raised if a file is missing, or if
-    the file named is not the whole cube of a study.
+    the file named is not the whole cube of a study. If the outcomes in a cube were changed after the run, its attribute
+    ``content_sha256`` is the hash of the outcomes as they are.
 
     The keys `REPORT_KEYS` and the surveys are those of `study_override`; if it is None, those of the
     `study_for_presentation` of the cube.
     """
     cube_path = results_path / "cube.nc" if results_path.is_dir() else results_path
-    folder = cube_path.parent
+    folder, changed = cube_path.parent, list[str]()
 
     def open_variant_cube(name: str) -> xr.Dataset:
         path = cube_path if name == NOMINAL else folder / f"cube.{name}.nc"
+        outcome_hash = hash_of_outcomes_in_cube(path)
         cube = open_cube_by_record(path, element=None, amplitude=None)
         stack.callback(cube.close)
+        if outcome_hash != cube.attrs["content_sha256"]:
+            changed.append(path.name)
+            cube.attrs["content_sha256"] = outcome_hash
         return cube
 
     def select_recorded_amplitude(cube: xr.Dataset) -> xr.Dataset:
@@ -375,6 +384,7 @@ def open_study_results(results_path: Path, study_override: Study | None = None) 
             else {},
             inferred_motions=tuple(read_inversion_result(file.with_suffix(".motion.nc")) for file in asked),
             folder=folder,
+            changed_cubes=tuple(changed),
             scaled_cube=_select_size_reference_element(study, NOMINAL, nominal.sel(amplitude=nominal.amplitude != 1.0))
             if "amplitude" in nominal.dims
             else None,

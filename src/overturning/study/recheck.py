@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from overturning.errors import ArgumentError, ResultError
+from overturning.files import checksum_at_end_matches
 from overturning.model.grid import CaseGrid
 from overturning.model.results import COUNTS
 from overturning.motion.motion import Motion
@@ -46,6 +47,20 @@ class RecheckResult:
     def is_identical(self) -> bool:
         """True if all recomputed values are identical, and if the hash stored in the results cube is correct."""
         return not self.differences and self.content_as_stated
+
+
+def hash_of_outcomes_in_cube(cube_path: Path) -> str:
+    """Return the hash of the outcomes that a cube holds, which differs from the stated one if they were changed.
+
+    A file with the checksum of its run is unchanged, so its stated hash is correct. Another program that saves the cube
+    leaves no checksum and keeps the attribute ``content_sha256`` whatever it changes, so the hash is computed.
+    """
+    with open_cube(cube_path, element=None, amplitude=None) as cube:
+        variables, stated = cube_variables_of_study(study_of_cube(cube)), str(cube.attrs["content_sha256"])
+    if checksum_at_end_matches(cube_path):
+        return stated
+    with open_netcdf_unscaled(cube_path, "opened", "run the study again") as file:
+        return outcome_content_hash(file, [one for one in variables if one.name in file.variables])
 
 
 def recheck(

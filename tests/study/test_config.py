@@ -245,7 +245,7 @@ def test_record_missing_in_its_folder(tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 def test_unreadable_files(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match="cannot be read"):
+    with pytest.raises(ConfigError, match=r"none\.yaml: cannot be read \(.*\); check its name and permissions$"):
         load_study(tmp_path / "none.yaml")
     for text, expected in (("name: [", "line 1"), ("- 1", "a study is a mapping"), ("name: \udcff", "UTF-8")):
         path = tmp_path / "bad.yaml"

@@ -289,6 +289,13 @@ def test_keys_of_the_command_line_replace_those_of_the_default_study(tmp_path: P
     assert '"height": 0.6, "friction": 1.0' in figures, "below the key that is named"
 
 
+def test_a_missing_default_study_is_replaced_by_an_option(tmp_path: Path) -> None:
+    checkout = Checkout(tmp_path / "none")
+    (checkout.folder / "config" / "near-fault.yaml").unlink()
+    with pytest.raises(WorkflowError, match="cannot be read .*; name a study file with --configfile"):
+        checkout.plan(file=None)
+
+
 def test_another_workflow_uses_it_as_a_module(tmp_path: Path) -> None:
     """As snakedeploy has it: a Snakefile of one's own, a whole study in its config."""
     checkout = Checkout(tmp_path / "module", SMALL.replace("name: small", "name: deployed"))

@@ -70,7 +70,8 @@ def load_study_and_records():
         # as a module passes a complete study, not only the keys of --config.
         overrides = workflow.config_settings.config
         whole = given or ({"name", "records"} <= config.keys() and config != overrides)
-        keys = config if whole else read_study_content(DEFAULT_STUDY)
+        remedy = "name a study file with --configfile"
+        keys = config if whole else read_study_content(DEFAULT_STUDY, remedy)
         if not whole:
             update_config(keys, config)
         study = study_from_content(keys, where)

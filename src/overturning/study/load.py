@@ -24,9 +24,12 @@ def load_study(path: Path) -> Study:
     return study_from_content(read_study_content(path), str(path))
 
 
-def read_study_content(path: Path) -> dict[str, Any]:
-    """Read keys and values of a study file without validation; raise a `ConfigError` if it cannot be read."""
-    return read_yaml_mapping(path, "study", "see config/README.md", "name a study file with --configfile")
+def read_study_content(path: Path, remedy: str = "check its name and permissions") -> dict[str, Any]:
+    """Read keys and values of a study file without validation; raise a `ConfigError` if it cannot be read.
+
+    `remedy` is stated in the message if the file is missing or must not be read.
+    """
+    return read_yaml_mapping(path, "study", "see config/README.md", remedy)
 
 
 def study_from_content(content: Mapping[str, Any], study_file: str) -> Study:

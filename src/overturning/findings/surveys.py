@@ -38,9 +38,9 @@ class ComputedFallShare(Finding):
     value: Number
     """Mean over the grid; None if no outcome is known."""
     low: Number
-    """Smallest share of a height and friction; None if the grid has one height and one friction."""
+    """Smallest share of a height and friction; None if the share is the same for all of them."""
     high: Number
-    """Largest share of a height and friction; None if the grid has one height and one friction."""
+    """Largest share of a height and friction; None if the share is the same for all of them."""
 
 
 class CemeteryGroundFinding(Finding):

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
+from overturning.statistics.bootstrap import SAME_VALUE
 from overturning.statistics.circular import (
     StatisticalTestResult,
     chi_square_test,
@@ -62,8 +63,9 @@ class SurveyPredictionComparison:
         Mean of the predicted directions of the fallen stones, degrees, and its length; NaN without falls.
     computed_fall_share, computed_fall_share_low, computed_fall_share_high : float
         Share of the stones of `share_stones` (if 0, of all) that fall in the study: mean, smallest and largest over the
-        heights and frictions of its grid; a single one has no smallest and largest (NaN). See
-        `SiteFallPrediction.fall_probability_by_block` for stones without size or face.
+        heights and frictions of its grid; smallest and largest are NaN if it is the same for all, for instance with one
+        friction for stones of stated height. See `SiteFallPrediction.fall_probability_by_block` for stones without size
+        or face.
     octant_observed, octant_predicted : ndarray, shape (8,)
         Observed and expected number of stones in each compass octant; see `stone_count_by_octant`.
     log_likelihood_ratio : float
@@ -251,7 +253,7 @@ def _computed_fall_share_and_range(
 ) -> tuple[float, float, float]:
     """Return the predicted share of stones that fall: mean, smallest and largest over heights and frictions.
 
-    These three are over heights and frictions of the cube.
+    These three are over heights and frictions of the cube; the last two are NaN if the share is the same for all.
     """
     falls = np.array([predictions.for_stone(stone).fall_probability_by_block(stone) for stone in stones])
     weight = np.isfinite(falls) * np.array([stone.count for stone in stones])[:, None, None]
@@ -259,7 +261,7 @@ def _computed_fall_share_and_range(
     if not known.any():
         return math.nan, math.nan, math.nan
     share = (np.nan_to_num(falls) * weight).sum(axis=0)[known] / weight.sum(axis=0)[known]
-    low, high = (share.min(), share.max()) if share.size > 1 else (math.nan, math.nan)
+    low, high = (share.min(), share.max()) if np.ptp(share) > SAME_VALUE else (math.nan, math.nan)
     return float(share.mean()), float(low), float(high)
 
 

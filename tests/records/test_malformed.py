@@ -177,6 +177,8 @@ def test_a_folder_and_a_missing_file(tmp_path):
         read_record_without_processing(tmp_path)
     with pytest.raises(OverturningError, match="no such file"):
         read_record_without_processing(tmp_path / "none.V2A")
+    with pytest.raises(RecordError, match=r"x\.V2A: cannot be read \(.+\); check its name and permissions"):
+        read_record_without_processing(tmp_path / f"{'x' * 300}.V2A")
 
 
 def test_an_unreadable_file(tmp_path, monkeypatch):

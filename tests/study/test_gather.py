@@ -208,6 +208,8 @@ def test_opening_something_else_is_refused(tmp_path: Path) -> None:
         open_cube(tmp_path)
     with pytest.raises(ResultError, match="no such cube"):
         open_cube(tmp_path / "none.nc")
+    with pytest.raises(ResultError, match=r"x\.nc: cannot be opened \(.+\); check its name and permissions"):
+        open_cube(tmp_path / f"{'x' * 300}.nc")
     write_sweep_part(
         tmp_path / "part.nc", variant_grid(STUDY), outcome(variant_grid(STUDY).shape, 0), {"record_id": "a"}
     )

@@ -292,7 +292,7 @@ def test_keys_of_the_command_line_replace_those_of_the_default_study(tmp_path: P
 def test_a_missing_default_study_is_replaced_by_an_option(tmp_path: Path) -> None:
     checkout = Checkout(tmp_path / "none")
     (checkout.folder / "config" / "near-fault.yaml").unlink()
-    with pytest.raises(WorkflowError, match="cannot be read .*; name a study file with --configfile"):
+    with pytest.raises(WorkflowError, match=r"cannot be read .*; name a study file with --configfile"):
         checkout.plan(file=None)
 
 

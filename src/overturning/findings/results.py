@@ -1,5 +1,6 @@
 """Results of a study, opened once, and the statistics that findings and report share."""
 
+import os
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
@@ -331,7 +332,7 @@ def open_study_results(results_path: Path, study_override: Study | None = None) 
     The keys `REPORT_KEYS` and the surveys are those of `study_override`; if it is None, those of the
     `study_for_presentation` of the cube.
     """
-    cube_path = results_path / "cube.nc" if results_path.is_dir() else results_path
+    cube_path = results_path / "cube.nc" if os.path.isdir(results_path) else results_path
     folder, changed = cube_path.parent, list[str]()
 
     def open_variant_cube(name: str) -> xr.Dataset:

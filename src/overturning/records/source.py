@@ -119,17 +119,20 @@ def read_source_file(path: Path) -> SourceFile:
 
     Raises a MissingDataError if it does not exist, a RecordError if it is a folder, empty, unreadable or above 200 MB.
     """
-    if not path.exists():
-        raise MissingDataError(f"{path}: no such file; check the name, or the data folder in the config")
-    if not path.is_file():
-        raise RecordError(f"{path}: this is a folder or a device; name the files in it")
-    size = path.stat().st_size
-    if size > MAXIMUM_BYTES:
-        raise RecordError(f"{path}: {size} bytes; record files larger than {MAXIMUM_BYTES} bytes are not read: cut it")
     try:
+        if not path.exists():
+            raise MissingDataError(f"{path}: no such file; check the name, or the data folder in the config")
+        if not path.is_file():
+            raise RecordError(f"{path}: this is a folder or a device; name the files in it")
+        if (size := path.stat().st_size) > MAXIMUM_BYTES:
+            raise RecordError(
+                f"{path}: {size} bytes; record files larger than {MAXIMUM_BYTES} bytes are not read: cut it"
+            )
         data = path.read_bytes()
+    except MissingDataError:  # an OSError, too
+        raise
     except OSError as problem:
-        raise RecordError(f"{path}: cannot be read ({problem.strerror}); check its permissions") from problem
+        raise RecordError(f"{path}: cannot be read ({problem.strerror}); check its name and permissions") from problem
     if not data:
         raise RecordError(f"{path}: the file is empty; get it again")
     return SourceFile(path.name, data)

@@ -88,8 +88,12 @@ def open_cube(
     import xarray as xr
 
     path = Path(path)
-    if not path.is_file():
-        why = "a folder; name the cube in it, cube.nc" if path.is_dir() else "no such cube; run the study first"
+    try:
+        is_file, is_folder = path.is_file(), path.is_dir()
+    except OSError as error:  # a name that is too long, or a folder that must not be read
+        raise ResultError(f"{path}: cannot be opened ({error.strerror}); check its name and permissions") from None
+    if not is_file:
+        why = "a folder; name the cube in it, cube.nc" if is_folder else "no such cube; run the study first"
         raise ResultError(f"{path}: {why}")
     if checksum_at_end_matches(path) is False:
         raise ResultError(f"{path}: damaged, its checksum does not match; run the study again to recreate it")

@@ -231,6 +231,26 @@ def test_each_wrong_key_or_value_gives_a_line_with_the_remedy(
     assert not {"^", "constrained"} & set(text.replace("-", " ").split()), "the file has no such key"
 
 
+def test_all_settings_that_do_not_go_together_are_named_at_once() -> None:
+    published = [{"record": "x", "azimuth": 31, "b_over_h": 0.25, "overturns": True}]
+    planes = {
+        "figures": {"height": 0.7}, "primary": {"statistic": "fall_rate", "against": "soft"}, "published": published,
+        "asks": "vertical",
+    }  # fmt: skip
+    space = {"orientation": {"step": 7}, "density": 2000, "contact": {"damping": 9}}
+    for change, keys in (
+        (
+            planes,
+            ["primary.statistic", "primary.against", "figures.height", "published", "published", "published"],
+        ),
+        (SPACE | space, ["density", "orientation", "contact"]),
+    ):
+        with pytest.raises(ConfigError) as caught:
+            study_from_content(SMALL | change, "mine.yaml")
+        lines = str(caught.value).split("\n       ")
+        assert [line.split(": ")[:3] for line in lines] == [["mine.yaml", "the study", key] for key in keys]
+
+
 def test_record_that_is_not_in_the_table() -> None:
     study = study_from_content({"name": "small", "records": {"use": ["rinaldy"]}}, "mine.yaml")
     with pytest.raises(ConfigError, match=r"mine.yaml: records.use: 'rinaldy' is not in .*did you mean rinaldi\?"):

@@ -38,7 +38,9 @@ def study_from_content(content: Mapping[str, Any], study_file: str) -> Study:
         return Study.model_validate(dict(content))
     except ValidationError as error:
         lines = describe_invalid_keys(error, Study, file_description="the study")
-        raise ConfigError("\n       ".join(f"{study_file}: {line}" for line in lines)) from None
+        # Settings that do not go together are one error of pydantic, of several lines.
+        lines = [each for line in lines for each in line.replace(REASON_SEPARATOR, "\nthe study: ").split("\n")]
+        raise ConfigError(REASON_SEPARATOR.join(f"{study_file}: {line}" for line in lines)) from None
 
 
 def record_table_rows(study: Study, study_file: str, root: Path = Path()) -> dict[str, "RecordEntry"]:

@@ -92,7 +92,10 @@ def _body_conflicts(study: Any, body: BodySettings, contacts: dict[str, ContactS
             yield f"{key}: {reason}"
     if study.population is not None and (body.plan != "rectangle" or 1.0 not in body.aspect):
         yield "population: its stones are of square plan; give body {plan: rectangle, aspect: [1]}"
-    study.orientation.orientations_of_body(body)
+    try:
+        study.orientation.orientations_of_body(body)
+    except ValueError as error:
+        yield str(error)
     if study.simulation.scheme not in (None, DEFAULT_SCHEME):
         yield f"simulation.scheme: a 3-D body supports {DEFAULT_SCHEME!r} only; leave the key out"
     for where, contact in contacts.items():
@@ -120,7 +123,10 @@ def _stack_conflicts(study: Any) -> Iterator[str]:
         given = "azimuth" in study.model_fields_set if key == "azimuth" else bool(getattr(study, key))
         if key not in ("scene", "density") and given:
             yield f"{key}: {reason}"
-    study.orientation.orientations_of_stack(study.scene)
+    try:
+        study.orientation.orientations_of_stack(study.scene)
+    except ValueError as error:
+        yield str(error)
     for name, variant in study.variants.items():
         if variant.scene is not None:
             try:
@@ -153,12 +159,14 @@ def _research_question_conflicts(study: Any) -> Iterator[str]:
         yield "asks: reference, which only a 3-D body is free to follow; give `body`, or ask for direction"
     if study.asks not in CONTRASTS:
         return
-    if study.primary.against not in study.variants:
+    if (against := study.primary.against) is not None and against not in study.variants:
+        return  # named by `_primary_statistic_conflicts`
+    if against is None:
         yield f"asks: {study.asks}, compared with which variant? name one in primary.against"
         return
-    other = getattr(study.variants[study.primary.against], study.asks)
+    other = getattr(study.variants[against], study.asks)
     if other is None or other == getattr(study.simulation, study.asks, None):
-        yield f"asks: {study.asks}, but variant {study.primary.against!r} has none of its own; change it there"
+        yield f"asks: {study.asks}, but variant {against!r} has none of its own; change it there"
 
 
 def _scene_conflicts(study: Any, contacts: dict[str, ContactSettings]) -> Iterator[str]:

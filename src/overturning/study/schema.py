@@ -16,6 +16,7 @@ from pydantic import (
     model_validator,
 )
 
+from overturning.errors import REASON_SEPARATOR
 from overturning.model.cases import HIGHEST, LOWEST, checked_stone_height
 from overturning.model.contact import ContactSettings
 from overturning.model.element import Name
@@ -240,9 +241,9 @@ class Study(StrictModel):
 
     @model_validator(mode="after")
     def _check_compatibility(self) -> Self:
-        """Raise a ValueError if settings of the study are incompatible; the message is about the first problem."""
-        if wrong := next(incompatible_setting_messages(self), ""):
-            raise ValueError(wrong)
+        """Raise a ValueError with a line for each incompatible combination of settings."""
+        if wrong := list(dict.fromkeys(incompatible_setting_messages(self))):
+            raise ValueError(REASON_SEPARATOR.join(wrong))
         return self
 
     @property

@@ -3,11 +3,11 @@
 import json
 import re
 from collections.abc import Callable, Mapping, Sequence
-from functools import wraps
+from functools import cache, wraps
 from inspect import Parameter, Signature
 from typing import Any, Final, Literal, TypeVar, get_args, get_origin, get_type_hints
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from overturning.errors import REASON_SEPARATOR, ArgumentError, closest_name_hint
 
@@ -87,11 +87,49 @@ LISTS: Final = ("tuple_type", "list_type", "set_type", "frozen_set_type")
 """Types of error of a value that is not a list."""
 
 
+class TruthValueText(str):
+    """Text of a truth value that was given for a number."""
+
+
 class StrictModel(BaseModel):
-    """Base class of settings read from files: unknown keys are refused, and instances are immutable."""
+    """Base class of settings read from files: unknown keys are refused, and instances are immutable.
+
+    True and false are no numbers; pydantic would read them as 1 and 0.
+    """
 
     # A misspelt key is an error. Immutable instances can be hashed, cached and shared between threads.
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _replace_truth_values_of_numbers(cls, content: Any) -> Any:
+        """Replace true and false by texts, which are refused, for the keys that have numbers."""
+        if not isinstance(content, dict):
+            return content
+        numbers = _number_keys(cls)
+        return {key: _truth_values_as_texts(one) if key in numbers else one for key, one in content.items()}
+
+
+@cache
+def _number_keys(model_class: type[BaseModel]) -> frozenset[str]:
+    """Return the keys of a model whose values are numbers, or lists of them, and never truth values."""
+    types = {name: _value_types(field.annotation) for name, field in model_class.model_fields.items()}
+    return frozenset(name for name, own in types.items() if own & {int, float} and bool not in own)
+
+
+def _value_types(annotation: Any) -> set[type]:
+    """Return the types of a setting's value, or of the values in its list, from its type annotation."""
+    if isinstance(annotation, type) and not get_args(annotation):
+        return {annotation}
+    parts = () if get_origin(annotation) is Literal else get_args(annotation)
+    return {each for part in parts for each in _value_types(part)}
+
+
+def _truth_values_as_texts(value: Any) -> Any:
+    """Return a value with true and false replaced by their texts, also in lists."""
+    if isinstance(value, list | tuple):
+        return type(value)(map(_truth_values_as_texts, value)) if type(value) in (list, tuple) else value
+    return TruthValueText(str(value).lower()) if isinstance(value, bool) else value
 
 
 def format_validation_error(error_entry: Any) -> str:
@@ -296,6 +334,8 @@ def short_text_of_value(value: object) -> str:
         """Return a value of nested lists and dictionaries with long texts and deep levels cut."""
         if isinstance(nested_value, list | tuple):
             return [shorten_nested(one, levels_left - 1) for one in nested_value[:20]] if levels_left else "…"
+        if isinstance(nested_value, TruthValueText):
+            return nested_value == "true"
         if isinstance(nested_value, dict):
             return (
                 {str(key): shorten_nested(one, levels_left - 1) for key, one in nested_value.items()}

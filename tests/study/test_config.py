@@ -84,6 +84,11 @@ IN_PLANES = [
     ({"friction": []}, "mine.yaml: friction: [] – empty list; give at least one value"),
     ({"friction": [-0.1]}, "mine.yaml: friction.0: -0.1 – it should be greater than or equal to 0"),
     ({"friction": [0.5, 0.5]}, "a value stands twice"),
+    # True is 1 in Python: YAML has it for `yes`, and it is no number.
+    ({"friction": [True]}, "mine.yaml: friction.0: true – a number is needed"),
+    ({"b_over_h": {"start": True, "stop": 2, "step": 1}}, "mine.yaml: b_over_h.start: true – a number is needed"),
+    ({"ensemble": {"members": False}}, "mine.yaml: ensemble.members: false – a whole number is needed"),
+    ({"site": SOIL["site"] | {"rock": {"velocity_m_s": True}}}, "site.rock.velocity_m_s: true – a number is needed"),
     ({"height": ["60 kg"]}, "mine.yaml: height.0: \"60 kg\" – unit 'kg' does not fit; use m"),
     ({"contact": {"damping": 3500, "damping_ratio": 1}}, "damping_ratio and damping are both given"),
     ({"azimuth": {"start": 90, "stop": 90}}, "empty range: stop 90 does not lie above start 90"),

@@ -11,11 +11,12 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.units import STANDARD_GRAVITY
+from overturning.validation import StrictModel
 
 MIN_TAIL: Final = 5.0
 """Shortest tail: time after the record in which the soil vibrates, s; doubled until the vibration has decayed."""
@@ -36,7 +37,7 @@ TOLERANCE: Final = 0.01
 """Relative change of modulus and damping per iteration below which an equivalent-linear analysis has converged."""
 
 
-class RockHalfSpace(BaseModel, extra="forbid", frozen=True):
+class RockHalfSpace(StrictModel):
     """Elastic half-space of rock below the soil layers."""
 
     velocity_m_s: float = Field(gt=0, le=1e4, description="Shear-wave velocity, m/s.")
@@ -44,7 +45,7 @@ class RockHalfSpace(BaseModel, extra="forbid", frozen=True):
     damping: float = Field(default=0.01, ge=0, lt=0.5, description="Damping ratio.")
 
 
-class SoilLayer(BaseModel, extra="forbid", frozen=True):
+class SoilLayer(StrictModel):
     """Layer of soil, linear or with a published modulus-reduction curve."""
 
     thickness_m: float = Field(gt=0, le=1e4, description="Thickness, m.")

@@ -4,15 +4,16 @@ from dataclasses import replace
 from typing import Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
 from overturning.motion.soil import RockHalfSpace, SoilLayer, propagate_through_soil
 from overturning.records.record import Record
+from overturning.validation import StrictModel
 
 
-class SoilSite(BaseModel, extra="forbid", frozen=True):
+class SoilSite(StrictModel):
     """Soil layers through which a study propagates the horizontal motion from rock to the surface.
 
     Needs pystrata (group `soil`). Linear, or equivalent-linear if a layer has a curve. The vertical motion is

@@ -35,6 +35,18 @@ def test_no_study_of_the_package_is_doubted(path: Path) -> None:
     assert list(implausible_setting_warnings(load_study(path))) == []
 
 
+def test_variants_with_the_settings_of_others_are_doubted() -> None:
+    """Of five variants the first is the study itself, the third repeats the second, and the last that on soil."""
+    variants = {
+        "same": {"vertical": True}, "flat": {"vertical": False}, "level": {"vertical": False},
+        "clay": {"vertical": False, "site": soil(200)}, "soil": {"vertical": False, "site": soil(200)},
+    }  # fmt: skip
+    assert [line.partition(" are those of ")[::2] for line in doubts(variants=variants)] == [
+        (f"variants.{name}: its settings", f"{whose}, and so are its outcomes; change or leave it out")
+        for name, whose in (("same", "the study"), ("level", "the variant flat"), ("soil", "the variant clay"))
+    ]
+
+
 def test_a_range_that_does_not_reach_its_stop_is_doubted() -> None:
     content = {"name": "mine", "b_over_h": {"start": 0.1, "stop": 0.6, "step": 0.15}, "height": [0.6]}
     assert list(skipped_range_end_warnings(content)) == [

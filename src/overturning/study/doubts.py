@@ -49,6 +49,7 @@ def implausible_setting_warnings(study: Study) -> Iterator[str]:
     """Yield a warning for each implausible value in a study, with key, value, limit and likely cause."""
     yield from _azimuth_warnings(study)
     yield from _contrast_warnings(study)
+    yield from _repeated_variant_warnings(study)
     yield from _block_setting_warnings(study)
     for key, site in soils_of_study(study):
         yield from _soil_layer_warnings(key, site)
@@ -75,6 +76,18 @@ def _contrast_warnings(study: Study) -> Iterator[str]:
             f"primary.against: the variant {variant} differs from the study in {names}; no difference can be credited "
             "to one of them. Let variants differ in one setting each"
         )
+
+
+def _repeated_variant_warnings(study: Study) -> Iterator[str]:
+    """Yield a warning for each variant with the settings of the study or of a variant before it."""
+    names = [NOMINAL, *study.variants]
+    for place, name in enumerate(names[1:], 1):
+        for earlier in names[:place]:
+            if not names_of_differing_settings(study, earlier, name):
+                whose = "the study" if earlier == NOMINAL else f"the variant {earlier}"
+                same = f"its settings are those of {whose}, and so are its outcomes"
+                yield f"variants.{name}: {same}; change or leave it out"
+                break
 
 
 def _azimuth_warnings(study: Study) -> Iterator[str]:

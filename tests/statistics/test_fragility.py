@@ -62,6 +62,9 @@ def test_fit_converges_if_strong_records_overturn_nothing() -> None:
 @pytest.mark.parametrize("share", [[0, 0, 0], [1, 1, 1], [1, 0.5, 0], [0, 0, 1], [0, 0.5, 1]])
 def test_no_curve_where_there_is_none(share: list[float]) -> None:
     assert math.isnan(fit_lognormal_median_and_spread([1.0, 2.0, 4.0], share)[0])
+    # Shares without weight, which alone would allow a curve, change nothing.
+    more = fit_lognormal_median_and_spread([1.0, 2.0, 4.0, 1.1, 3.9], [*share, 0.4, 0.6], [1, 1, 1, 0, 0])
+    assert math.isnan(more[0])
 
 
 def test_invalid_shares_are_refused() -> None:

@@ -1,5 +1,6 @@
 """The logistic fit against a published example, a known answer and identities."""
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -192,6 +193,19 @@ def test_weights_are_repetitions() -> None:
     assert weighted.standard_error == pytest.approx(repeated.standard_error, rel=1e-8)
 
 
+def test_rows_without_weight_are_none() -> None:
+    """They neither count as clusters of the jackknife, nor keep the others from being all alike."""
+    x, y = np.array(TEMPERATURE, np.float64)[:, None], np.array(DISTRESS, np.float64)
+    whole = fit_logistic_model(x, y, np.arange(23))
+    more = fit_logistic_model(
+        np.vstack([x, x[:4]]), np.append(y, 1 - y[:4]), np.arange(27), weight=np.append(np.ones(23), np.zeros(4))
+    )
+    assert (more.rows, more.clusters) == (23, 23)
+    np.testing.assert_array_equal(more.standard_error, whole.standard_error)
+    alike = fit_logistic_model(x[:3], [1, 1, 0], range(3), weight=[1, 1, 0])
+    assert alike.note == "no fit: everything falls"
+
+
 def test_intervals_cover_with_clusters() -> None:
     """With a shift common to each cluster the 95 % interval still holds the slope in most samples."""
     generator, held = np.random.default_rng(2), 0
@@ -232,7 +246,7 @@ def test_a_constant_predictor_has_no_coefficient() -> None:
     assert np.isnan([fit.coefficient[2], fit.standard_error[2]]).all()
 
 
-@pytest.mark.parametrize(("x", "outcome"), [([[1.0]], [1, 0]), ([[1.0], [2.0]], [0, 2])])
+@pytest.mark.parametrize(("x", "outcome"), [([[1.0]], [1, 0]), ([[1.0], [2.0]], [0, 2]), ([[1.0], [math.nan]], [0, 1])])
 def test_bad_shapes(x: list[list[float]], outcome: list[int]) -> None:
     with pytest.raises(ArgumentError):
         fit_logistic_model(x, outcome, range(len(outcome)))

@@ -96,7 +96,8 @@ def fit_lognormal_median_and_spread(
     Parameters
     ----------
     intensity, fall_share, weight : array_like, shape (n,)
-        Positive intensities, share of stones that fell (0 to 1), and weights (default 1).
+        Positive intensities, share of stones that fell (0 to 1), and weights (default 1; entries of weight 0 do not
+        count).
 
     Returns
     -------
@@ -116,6 +117,7 @@ def fit_lognormal_median_and_spread(
         raise ArgumentError(f"fall_share: shape {y.shape}, intensity {x.shape}; one share per intensity")
     if x.size and not (x.min() > 0 and y.min() >= 0 and y.max() <= 1):
         raise ArgumentError("intensities must be positive, and shares lie in 0 to 1")
+    x, y, w = x[w > 0], y[w > 0], w[w > 0]
     if x.size < 2 or y.min() == y.max() or x[y > 0].min() >= x[y < 1].max():
         return math.nan, math.nan
     (median,), (spread,) = _fit_lognormal_medians_and_spreads(np.log(x), y, w[None])

@@ -98,8 +98,9 @@ def fit_logistic_model(
     predictors, names : array_like, shape (n, k), sequence of str
         Predictors without intercept, and their names.
     outcome, weight, cluster : array_like, shape (n,)
-        Outcome 0 or 1, or a share between; weight of each row (default 1); cluster of each row. An `ArgumentError` is
-        raised if shapes do not match or an outcome lies outside 0 to 1.
+        Outcome 0 or 1, or a share between; weight of each row (default 1; rows of weight 0 do not count); cluster of
+        each row. An `ArgumentError` is raised if shapes do not match, a predictor is not finite, or an outcome lies
+        outside 0 to 1.
     intervals : bool
         False: compute the maximum-likelihood estimates only, which are enough for a prediction.
 
@@ -112,7 +113,9 @@ def fit_logistic_model(
     """
     x, y = _checked_predictors_and_outcomes(predictors, outcome)
     w = np.ones_like(y) if weight is None else np.asarray(weight, dtype=np.float64)
-    _, member = np.unique(np.asarray(cluster), return_inverse=True)
+    counts = w > 0  # a cluster without weight is none
+    x, y, w = x[counts], y[counts], w[counts]
+    _, member = np.unique(np.asarray(cluster)[counts], return_inverse=True)
     groups = int(member.max()) + 1 if y.size else 0
     label = ("intercept", *(names or [f"x{i + 1}" for i in range(x.shape[1])]))
     coefficient = error = np.full(len(label), np.nan)
@@ -122,7 +125,7 @@ def fit_logistic_model(
         centre, scale = x.mean(axis=0), x.std(axis=0)
         varies = scale > 1e-12 * np.maximum(1.0, np.abs(centre))
         design = np.column_stack([np.ones_like(y), (x[:, varies] - centre[varies]) / scale[varies]])
-        if np.linalg.matrix_rank(design[w > 0]) < design.shape[1]:
+        if np.linalg.matrix_rank(design) < design.shape[1]:
             note = "no fit: predictors are linearly dependent"
         else:
             beta, note = _fit_with_newton(design, y, w, np.zeros(design.shape[1]))
@@ -158,11 +161,14 @@ def fit_logistic_model(
 def _checked_predictors_and_outcomes(predictors: ArrayLike, outcome: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Return predictors, shape (n, k), and outcomes, shape (n,), as float arrays; raise an error if invalid.
 
-    An ArgumentError is raised if shapes do not match, or an outcome lies outside 0 to 1.
+    An ArgumentError is raised if shapes do not match, a predictor is not finite, or an outcome lies outside 0 to 1.
     """
     x, y = np.asarray(predictors, dtype=np.float64), np.asarray(outcome, dtype=np.float64)
     if x.ndim != 2 or y.shape != x.shape[:1]:
         raise ArgumentError(f"outcome: shape {y.shape}, predictors {x.shape}; one outcome per row of predictors")
+    if not np.isfinite(x).all():
+        count = int((~np.isfinite(x).all(axis=1)).sum())
+        raise ArgumentError(f"predictors: {count} of {len(x)} rows are not finite; leave them out")
     if y.size and not (y.min() >= 0 and y.max() <= 1):
         raise ArgumentError(f"outcome: {y.min()} to {y.max()}; outcomes are shares between 0 and 1")
     return x, y
@@ -217,7 +223,7 @@ def _fit_with_newton(
             step = step / 2
         beta = beta + step
         if may_be_separated and np.abs(design_matrix @ beta).max() > MAX_LINEAR_PREDICTOR:
-            if _plane_separates_outcomes(design_matrix[weight > 0], outcome[weight > 0]):
+            if _plane_separates_outcomes(design_matrix, outcome):
                 return beta, "no fit: predictors separate falls from stands"
             may_be_separated = False
         if np.abs(step).max() < CONVERGED_STEP * max(1.0, np.abs(beta).max()):

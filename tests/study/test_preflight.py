@@ -187,11 +187,17 @@ def test_a_study_too_large_is_refused_with_its_size() -> None:
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        ({"simulation": {"scheme": "euler"}}, "study 'mine': scheme: 'euler'; known: cundall, centred"),
-        ({"simulation": {"time_step": 1.0}}, "study 'mine': time_step: 1 s is not stable; at most"),
-        ({"contact": {"stiffness": 1e20}}, "study 'mine': stiffness: static penetration"),
-        ({"variants": {"stiff": {"contact": {"stiffness": 1e20}}}}, "study 'mine': variant stiff: stiffness: static"),
-        ({"b_over_h": [0.05, 0.4], "ensemble": {"initial_tilt": 0.1}}, "study 'mine': initial_tilt: the block would"),
+        ({"simulation": {"scheme": "euler"}}, "study 'mine': simulation.scheme: 'euler'; known: cundall, centred"),
+        ({"simulation": {"time_step": 1.0}}, "study 'mine': simulation.time_step: 1 s is not stable; at most"),
+        ({"contact": {"stiffness": 1e20}}, "study 'mine': contact.stiffness: static penetration"),
+        (
+            {"variants": {"stiff": {"contact": {"stiffness": 1e20}}}},
+            "study 'mine': variants.stiff.contact.stiffness: static",
+        ),
+        (
+            {"b_over_h": [0.05, 0.4], "ensemble": {"initial_tilt": 0.1}},
+            "study 'mine': ensemble.initial_tilt: the block would",
+        ),
     ],
 )
 def test_cases_that_no_run_would_compute_are_refused_before_it(keys: dict[str, Any], message: str) -> None:

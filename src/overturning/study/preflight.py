@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from overturning.errors import ArgumentError, ConfigError, MissingDataError, OverturningError
+from overturning.errors import REASON_SEPARATOR, ArgumentError, ConfigError, MissingDataError, OverturningError
 from overturning.model.cases import Cases
+from overturning.model.contact import ContactSettings
 from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordEntry, paths_of_record_files
@@ -27,6 +28,7 @@ from overturning.study.scenes import (
     variant_uses_vertical_motion,
 )
 from overturning.study.schema import Study
+from overturning.study.sections import SimulationSettings
 from overturning.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -266,17 +268,31 @@ def _check_cases_at_grid_limits(study: Study, sampling_interval: float) -> None:
     )
     height, b_over_h, friction, aspect = np.array(list(product(*ends))).T
     for variant in variant_names(study):
-        sizes, of = (
-            StudyToSceneSizeConversion.for_variant(study, variant),
-            "" if variant == NOMINAL else f"variant {variant}: ",
-        )
+        sizes = StudyToSceneSizeConversion.for_variant(study, variant)
         try:
             ratio = sizes.to_scene_b_over_h(b_over_h, np.array(study.b_over_h))
             tilt = study.ensemble.initial_tilt if study.ensemble.members else 0.0
             cases = Cases(0.0, sizes.to_scene_heights(height), ratio, friction, initial_tilt=tilt, aspect=aspect)
             plan_simulation(variant_model(study, variant), still, cases, numerics_of_study(study))
         except ArgumentError as error:
-            raise ConfigError(f"study {study.name!r}: {of}{error}") from None
+            lines = [_with_key_of_study(line, variant) for line in str(error).split(REASON_SEPARATOR)]
+            raise ConfigError(f"study {study.name!r}: {REASON_SEPARATOR.join(lines)}") from None
+
+
+def _with_key_of_study(message: str, variant: str) -> str:
+    """Return a message about an argument of the simulation with the key of the study in place of the argument.
+
+    A message about another argument gets the name of the variant, unless it is of the study itself.
+    """
+    name, rest = message.partition(":")[::2]
+    own = "" if variant == NOMINAL else f"variants.{variant}."
+    if name in SimulationSettings.model_fields:
+        return f"simulation.{name}:{rest}"
+    if name in ContactSettings.model_fields:
+        return f"{own}contact.{name}:{rest}"
+    if name == "initial_tilt":
+        return f"ensemble.{name}:{rest}"
+    return f"variant {variant}: {message}" if own else message
 
 
 def _record_moves_no_block(study: Study, record: "Record") -> bool:

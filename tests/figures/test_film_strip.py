@@ -7,9 +7,14 @@ import pytest
 
 from overturning.figures.film import Film, vertex_positions_by_frame
 from overturning.figures.film_case import film_title_facts
-from overturning.figures.film_strip import body_at_frame, film_strip_figure, strip_frame_times_and_captions
+from overturning.figures.film_strip import (
+    body_at_frame,
+    draw_scale_bar,
+    film_strip_figure,
+    strip_frame_times_and_captions,
+)
 from overturning.figures.film_words import STRIP, STRIP_MIXED, STRIP_STANDING, film_title_text, length_with_unit
-from overturning.figures.style import project_style
+from overturning.figures.style import create_figure, project_style
 from overturning.model.body import Body
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import gravestone, load_scene
@@ -52,6 +57,17 @@ def test_strip_draws_each_panel_at_its_times() -> None:
         assert drawn == pytest.approx(vertex_positions_by_frame(body)[0])
     fallen = figure.axes[3].patches[1].get_xy()
     assert np.ptp(fallen[:, 1]) == pytest.approx(0.24), "it lies on its side"
+
+
+@pytest.mark.parametrize(
+    ("width", "text", "length"),
+    [(0.004, "1 mm", 0.001), (0.03, "1 cm", 0.01), (1.5, "50 cm", 0.5), (3.0, "1 m", 1.0), (300.0, "100 m", 100.0)],
+)
+def test_scale_bar_is_the_longest_round_length_up_to_a_third(width: float, text: str, length: float) -> None:
+    axes = create_figure(2.0, 2.0).subplots()
+    draw_scale_bar(axes, (-width / 2, width / 2, 0.0, width))
+    assert axes.texts[0].get_text() == text
+    assert np.ptp(axes.lines[0].get_xdata()) == pytest.approx(length)
 
 
 def test_lengths_have_units() -> None:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from overturning.dem.trajectory import trajectory
 from overturning.figures.drawn_case import read_cases_with_figures
 from overturning.figures.film import Film
 from overturning.figures.film_of_trajectory import film_of_trajectories
@@ -73,6 +74,29 @@ pictures.push(canvas.toDataURL());
 press(film, "End");
 return {different: new Set(pictures).size, outcome: document.querySelector(".film-outcome").textContent};
 """
+THROWN = """
+const film = document.querySelector(".film"), canvas = document.querySelector("canvas"), found = [];
+const slider = film.querySelector("input[type=range]");
+await until(() => film.dataset.ready === "true");
+const bar = Number(film.dataset.bar);
+// The stone's faces, whose red, green and blue are as 201, 196 and 186: number of pixels, and of those on the edge.
+const stone = () => {
+  const w = canvas.width, h = canvas.height, d = canvas.getContext("2d").getImageData(0, 0, w, h).data;
+  let all = 0, edge = 0;
+  for (let i = 0; i < d.length; i += 4) if (d[i] > 90 && [[196, 1], [186, 2]].every(([part, k]) =>
+    Math.abs(d[i + k] - d[i] * part / 201) < 1.2)) {
+    const x = i / 4 % w, y = Math.floor(i / 4 / w);
+    all++;
+    if (x < 2 || y < 2 || x >= w - 2 || y >= h - 2) edge++; }
+  return [all, edge]; };
+for (const tick of [false, true]) {
+  const box = film.querySelector("input[type=checkbox]");
+  if (box.checked !== tick) box.click();
+  for (let k = 0; k <= 20; k++) {
+    set(slider, Number(slider.min) + k / 20 * (slider.max - slider.min), "input");
+    found.push(stone()); } }
+return {found, bar};
+"""
 REPORT = """
 const table = [...document.querySelectorAll("table.sortable")].find((one) => one.querySelector("a"));
 const order = () => [...table.tBodies[0].rows].map((row) => row.cells[0].textContent);
@@ -106,11 +130,22 @@ def said(request: pytest.FixtureRequest, rendered: tuple[str, bytes], tmp_path_f
     time = np.arange(0, 1.2, 0.01)
     motion = Motion(7.0 * np.sin(2 * np.pi * time), 3.0 * np.sin(2 * np.pi * time), sampling_interval=0.01)
     path = falling_body(motion)
+    vertical = 45.0 * np.sin(4 * np.pi * time) * (time < 0.5)
+    jump = Motion(0.02 * vertical, np.zeros(time.size), vertical, sampling_interval=0.01)
+    rest = Motion(*2 * [0.9 * np.sin(2 * np.pi * time)], sampling_interval=0.01)
+    films = {
+        "thrown": trajectory(jump, "rectangle", height=0.6, b_over_h=0.5, orientation_deg=0.0),
+        "slender": trajectory(rest, "rectangle", height=0.01, b_over_h=0.1, orientation_deg=0.0),
+    }
     pages = {
         "film": (film_page_html(two_panels(duration=0.4, title=NAME)), FILM),
         "fall": (film_page_html(two_panels(forces=False)), FALL),
         "three": (film_page_html(Film("three", 0.0, 0.02, (*film.panels, film.panels[0]))), THREE),
         "space": (film_page_html(film_of_trajectories([path], motion, "title")), SPACE),
+        **{
+            name: (film_page_html(film_of_trajectories([path], {"thrown": jump, "slender": rest}[name], name)), THROWN)
+            for name, path in films.items()
+        },
         "report": (rendered[0], REPORT),
     }
     profile: Path = tmp_path_factory.mktemp("browser") / "profile"
@@ -158,6 +193,24 @@ def test_three_panels_side_by_side_on_a_phone(said: dict[str, Any]) -> None:
 def test_dragging_and_keys_turn_a_body_in_space(said: dict[str, Any]) -> None:
     assert said["space"]["different"] == 3
     assert said["space"]["outcome"].startswith("falls towards")
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize(
+    ("name", "bars"),
+    [
+        pytest.param("thrown", [0.5, 1.0], id="a stone thrown up by the ground"),
+        pytest.param("slender", [0.002], id="a slender stone of 1 cm that stays"),
+    ],
+)
+def test_the_picture_holds_the_whole_stone(said: dict[str, Any], name: str, bars: list[float]) -> None:
+    """In every frame, seen from the ground and from the earth; the scale bar takes at most a quarter of the width.
+
+    The slender stone and its floor, which is as wide as the stone is high, fill a picture 1.7 stones wide.
+    """
+    assert [edge for _, edge in said[name]["found"]] == 42 * [0]
+    assert min(count for count, _ in said[name]["found"][:21]) > 200
+    assert said[name]["bar"] in [pytest.approx(bar) for bar in bars]
 
 
 @pytest.mark.browser

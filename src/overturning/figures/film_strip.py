@@ -7,16 +7,13 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.figures.film import Film, FilmBody, FilmPanel, extent_of_free_bodies, vertex_positions_by_frame
 from overturning.figures.film_words import STRIP, STRIP_MIXED, STRIP_STANDING
-from overturning.figures.style import INK, PAGE_WIDTH, add_title_and_legend, create_panel_grid
+from overturning.figures.style import INK, PAGE_WIDTH, add_title_and_legend, create_panel_grid, largest_round_number
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 UPLIFT_ANGLE: Final = 0.05
 """Rotation at which an uplift is visible in a small picture, rad."""
-
-SCALE_BARS: Final = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
-"""Lengths of a scale bar, m; the longest that takes at most a quarter of the width is drawn."""
 
 STONE: Final = "#c9c4ba"
 GROUND: Final = "#8a8a86"
@@ -123,11 +120,11 @@ def body_at_frame(body: FilmBody, frame_position: float) -> FilmBody:
 def draw_scale_bar(axes: Any, view_edges: tuple[float, float, float, float]) -> None:
     """Draw a scale bar of a round length in the lower left corner; `view_edges`: left, right, bottom, top, m."""
     left, right, bottom, top = view_edges
-    most = 0.35 * (right - left)
-    length = max((one for one in SCALE_BARS if one <= most), default=SCALE_BARS[0])
+    length = largest_round_number(0.35 * (right - left))
     x, y = left + 0.04 * (right - left), bottom + 0.11 * (top - bottom)
-    text = f"{100 * length:.0f} cm" if length < 1.0 else f"{length:.0f} m"
+    unit, name = (1e-3, "mm") if length < 0.009 else (1e-2, "cm") if length < 0.9 else (1.0, "m")
     box = {"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.85}
+    text = f"{length / unit:.0f} {name}"
     axes.text(x, y - 0.03 * (top - bottom), text, fontsize=7, ha="left", va="top", bbox=box, zorder=5)
     axes.plot([x, x + length], [y, y], color=INK, linewidth=1.6, solid_capstyle="butt", zorder=6)
 

@@ -21,6 +21,7 @@ from overturning.figures.style import (
     add_title_and_legend,
     create_figure,
     is_drawing_for_phone,
+    largest_round_number,
 )
 from overturning.records.fault_trace import Trace, parse_fault_trace
 from overturning.statistics.circular import LEAST_RESULTANT
@@ -318,9 +319,7 @@ def _name_placement_cost(
 
 def _draw_map_scale_bar(axes: Any, half_width_km: float, centre_km: float, height_share: float) -> None:
     """Draw a scale bar and a north arrow below a map, at `height_share` of the panel's height."""
-    target = half_width_km / 2
-    power = 10.0 ** math.floor(math.log10(target))
-    length = max(step * power for step in (1, 2, 5) if step * power <= target)
+    length = largest_round_number(half_width_km / 2)
     below, left = axes.get_xaxis_transform(), centre_km - half_width_km
     look = {"color": INK, "linewidth": 2.2, "solid_capstyle": "butt", "clip_on": False}
     axes.plot([left, left + length], [height_share, height_share], transform=below, label="scale", **look)

@@ -106,6 +106,12 @@ def minimum_and_maximum_by_group(samples: FloatArray, group_size: int) -> tuple[
     return places, padded.ravel()[places]
 
 
+def largest_round_number(limit: float) -> float:
+    """Return the largest of 1, 2 and 5 times a power of ten that is not above a positive limit."""
+    power = 10.0 ** np.floor(np.log10(limit) + 1e-10)
+    return float(max(digit * power for digit in (1.0, 2.0, 5.0) if digit * power <= limit * (1.0 + 1e-9)))
+
+
 def format_three_digits(value: float) -> str:
     """Format a number with three significant digits; from 100 on without decimals."""
     return f"{value:.0f}" if abs(value) >= 100 else f"{value:z.3g}"

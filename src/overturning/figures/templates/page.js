@@ -11,6 +11,11 @@ function words(text, signed) {
   const view = new DataView(bytes(text)), made = new (signed ? Int16Array : Uint16Array)(view.byteLength / 2);
   return made.map((_, i) => signed ? view.getInt16(2 * i, true) : view.getUint16(2 * i, true));
 }
+// Largest of 1, 2 and 5 times a power of ten that is not above `most`; the same as largest_round_number in style.py.
+function roundNumber(most) {
+  const power = 10 ** Math.floor(Math.log10(most) + 1e-10);
+  return power * [5, 2, 1].find(digit => digit * power <= most * (1 + 1e-9));
+}
 // Empties a canvas and sets its size in screen pixels: the width of its parent, and `ratio` times this as height.
 function surface(canvas, ratio) {
   const density = window.devicePixelRatio || 1, width = canvas.clientWidth || 300, height = Math.round(width * ratio);

@@ -3,7 +3,7 @@
 "use strict";
 (function () {
   const INK = "#222222", STONE = "#c9c4ba", EDGE = "#222222", BASE = "#8a8a86", FORCE = "#c44a00", LINE = "#0072b2";
-  const SECOND = "#009e73", MARK = "#6d6d69", EARTH = "#dcdcd8", BARS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10];
+  const SECOND = "#009e73", MARK = "#6d6d69", EARTH = "#dcdcd8";
   let films = 0;
 
   function unpack(packed) { return Float64Array.from(words(packed.data, true), value => value * packed.scale); }
@@ -13,7 +13,7 @@
   function Film(root) {
     const film = JSON.parse(root.querySelector("script").textContent), say = film.words, number = ++films;
     const end = film.start + (film.frames - 1) * film.interval;
-    const view = { azimuth: 2.7, elevation: 0.42 };
+    const view = { azimuth: 2.7, elevation: spaceView.elevation };
     const state = { time: film.start, playing: false, rate: 1, forces: false, earth: false, last: null, view: view };
     const rates = film.speeds.map(pair => pair[0]);
     const panels = film.panels.map(prepare);
@@ -91,8 +91,9 @@
 
     // A bar of a round length, at most a quarter of the width, with its length below it.
     function drawScaleBar(context, width, height, scale) {
-      const most = 0.25 * width / scale, length = BARS.filter(one => one <= most).pop() || BARS[0];
-      const x = 8, y = height - 18, text = length < 1 ? Math.round(100 * length) + " cm" : length + " m";
+      const length = roundNumber(0.25 * width / scale), x = 8, y = height - 18;
+      const [unit, name] = length < 0.009 ? [1e-3, " mm"] : length < 0.9 ? [1e-2, " cm"] : [1, " m"];
+      const text = Math.round(length / unit) + name;
       context.fillStyle = "rgba(255, 255, 255, 0.85)";
       context.fillRect(x - 4, y - 7, Math.max(length * scale, context.measureText(text).width) + 8, 23);
       context.strokeStyle = context.fillStyle = INK;
@@ -125,7 +126,7 @@
       function x(s) { return width / 2 + (s + moved[0] - centre) * scale; }
       function y(z) { return height - (z + moved[1] - bottom) * scale; }
       // Lines fixed to the earth, and marks on the ground: one of them moves.
-      const gap = BARS.find(one => one * scale >= 28) || 1;
+      const gap = roundNumber(70 / scale);  // 28 to 70 pixels
       if (state.earth) {
         context.strokeStyle = EARTH;
         context.lineWidth = 1;

@@ -3,6 +3,7 @@ const spaceView = (function () {
   "use strict";
   const STONE = [201, 196, 186], EDGE = "#222222", FLOOR = "#e9e9e6", LINE = "#c4c4c0", INK = "#222222";
   const NORTH = "#0072b2", SHADOW = "#b9b9b4", TRAIL = "#c44a00", LIGHT = [0.35, -0.5, 0.79];
+  const ELEVATION = 0.42, LETTERS = 1.1;  // of the camera at first, rad; distance of the letters / half of the floor
 
   // Rows of the view matrix: right, up, and towards the viewer at an azimuth (clockwise from north) and elevation.
   function camera(view) {
@@ -32,34 +33,39 @@ const spaceView = (function () {
     return [at.place[0] + r[0], at.place[1] + r[1], at.place[2] + r[2]];
   }
 
-  // Half-widths of the view that contains the bodies in every frame, standing or lying: from the ground, and from the
-  // earth, past which the ground moves by (east, north, up).
+  // Half-width of the floor, height of the middle of the view, and half of the height of the view from the ground and
+  // from the earth, past which the ground moves by (east, north, up). The view contains all corners in every frame from
+  // every direction, and the letters at the floor from the first elevation.
   function reach(bodies, ground) {
-    let far = 0, size = 0, moves = 0, top = 0;
-    for (let i = 0; ground && i < ground.length; i += 3) moves = Math.max(moves, Math.hypot(ground[i], ground[i + 1]));
-    const middle = bodies[0].position;
-    bodies.forEach(body => body.vertices.forEach(v => { top = Math.max(top, body.position[2] + v[2]); }));
+    const begin = [bodies[0].position[0], bodies[0].position[1]], found = [];
     bodies.forEach(body => {
-      body.vertices.forEach(v => {
-        const p = [0, 1, 2].map(k => body.position[k] + v[k] - (k < 2 ? middle[k] : top / 2));
-        size = Math.max(size, Math.hypot(p[0], p[1], p[2]));
-      });
-      for (let i = 0; i < body.position.length; i += 3) {
-        far = Math.max(far, Math.hypot(body.position[i] - body.position[0], body.position[i + 1] - body.position[1]));
+      for (let i = 0; 3 * i < body.position.length; i++) {
+        const now = pose(body, i, (values, width, offset, at) => values[width * at + offset]);
+        body.vertices.forEach(v => {
+          const p = corner(now, v);
+          found.push([Math.hypot(p[0] - begin[0], p[1] - begin[1]), p[2]]);
+        });
       }
     });
-    return { size: size, extent: far + 1.25 * size, earthExtent: far + 1.25 * size + moves };
+    const most = values => values.reduce((one, other) => Math.max(one, other), 0);
+    const top = most(found.map(p => p[1])), middle = top / 2, floor = Math.max(most(found.map(p => p[0])), middle);
+    const letters = LETTERS * floor * Math.sin(ELEVATION) + middle * Math.cos(ELEVATION);
+    const extent = 1.03 * Math.max(most(found.map(p => Math.hypot(p[0], p[1] - middle))), letters);
+    let moves = 0;
+    for (let i = 0; ground && i < ground.length; i += 3) {
+      moves = Math.max(moves, Math.hypot(ground[i], ground[i + 1], ground[i + 2]));
+    }
+    return { middle: middle, floor: floor, extent: extent, earthExtent: extent + moves };
   }
 
   // Draws a frame, with the ground displaced by `moved`; returns the scale, pixels per m.
   function draw(context, width, height, bodies, at, pick, view, moved, earth) {
-    const far = bodies.reach, rows = camera(view), size = far.size, half = 1.05 * far.extent;
-    const extent = earth ? far.earthExtent : far.extent;
-    const scale = Math.min(width / 2.25, height / 1.75) / extent, begin = pose(bodies[0], 0, pick).place;
-    const centre = [begin[0], begin[1], 0.6 * size];
+    const far = bodies.reach, rows = camera(view), half = far.floor, begin = pose(bodies[0], 0, pick).place;
+    const scale = Math.min(width, height) / 2 / (earth ? far.earthExtent : far.extent);
+    const centre = [begin[0], begin[1], far.middle];
     function screen(p, fixed) {
       const d = [0, 1, 2].map(k => p[k] - centre[k] + (fixed ? 0 : moved[k]));
-      return [width / 2 + scale * dot(rows[0], d), 0.54 * height - scale * dot(rows[1], d)];
+      return [width / 2 + scale * dot(rows[0], d), height / 2 - scale * dot(rows[1], d)];
     }
     function path(points, fixed) {
       context.beginPath();
@@ -92,7 +98,7 @@ const spaceView = (function () {
     context.fillStyle = INK;
     context.textAlign = "center";
     context.textBaseline = "middle";
-    [["N", 0, 1.1], ["E", 1.1, 0], ["S", 0, -1.1], ["W", -1.1, 0]].forEach(mark => {
+    [["N", 0, LETTERS], ["E", LETTERS, 0], ["S", 0, -LETTERS], ["W", -LETTERS, 0]].forEach(mark => {
       const [x, y] = screen(level(mark[1] * half, mark[2] * half));
       context.fillText(mark[0], x, y);
     });
@@ -147,5 +153,5 @@ const spaceView = (function () {
     view.elevation = Math.min(Math.max(view.elevation + down, 0.03), 1.55);
   }
 
-  return { draw: draw, listen: listen, turn: turn, reach: reach };
+  return { draw: draw, listen: listen, turn: turn, reach: reach, elevation: ELEVATION };
 })();

@@ -1,14 +1,11 @@
 """`overturning figure`, `recheck` and `cube`: figures, checks and tables of a cube."""
 
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated
 
 import typer
 
 from overturning.plot import KINDS, MOTION_KINDS
-
-REPORT_ALONE: Final = ("contrast", "references", "fall-rate", "surveys")
-"""Figures that need all results of a study, and are drawn for its report only."""
 
 Cube = Annotated[Path, typer.Argument(help="cube of a study (NetCDF)")]
 
@@ -53,9 +50,11 @@ def draw_figure(
     from overturning.translation.texts import ENGLISH, check_language_is_known, translate_visible_texts_to
 
     if kind not in KINDS:
-        if kind in REPORT_ALONE:
+        from overturning.report.drawings import REPORT_FIGURES
+
+        if kind in REPORT_FIGURES:
             raise ArgumentError(f"{kind}: only the report of a study has this figure; see report.html next to {cube}")
-        known = f"known are {', '.join(KINDS)}; only in the report: {', '.join(REPORT_ALONE)}"
+        known = f"known are {', '.join(KINDS)}; only in the report: {', '.join(REPORT_FIGURES)}"
         raise ArgumentError(f"{kind}: no such figure; {closest_name_hint(kind, KINDS, known)}")
     check_output_path(output, "--output", ".svg", ".png", ".pdf")
     inches = parse_figure_width_inches(width)

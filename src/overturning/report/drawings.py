@@ -79,24 +79,35 @@ def chapters(figures: dict[str, Path], records: list[str]) -> dict[str, tuple[st
     return {record: tuple(name for name in names if name in figures) for record, names in named.items()}
 
 
+REPORT_FIGURES: "Final[dict[str, Callable[[StudyResults, Findings], Sequence[Callable[[], Figure]]]]]" = {
+    "references": lambda _, found: [partial(_references, found)] if found.reference_alignments else [],
+    "contrast": lambda _, found: [
+        partial(_contrast, one, settings_of(found, one)) for one in found.contrasts if one.primary
+    ][-1:],
+    "maps": lambda results, found: (
+        [partial(_maps, results, found)] if found.maps.records and results.model.one_component else []
+    ),
+    "scene": lambda results, found: (
+        [partial(scenes_figure, [variant_scene(results.study, name) for name in results.cubes])]
+        if found.element_outcomes
+        else []
+    ),
+    "fall-rate": lambda results, found: [partial(_fall_rate, results)] if found.population is not None else [],
+    "surveys": lambda _, found: [partial(_surveys, found.surveys)] if found.surveys else [],
+    "backwards": lambda results, _: [partial(posterior, inferred) for inferred in results.inferred_motions],
+}
+"""Functions that return the functions drawing a figure of the report alone, by its name; [] if a study has none.
+
+Of ``backwards`` there is one for each inferred motion, named ``backwards-1`` and so on.
+"""
+
+
 def draw_report_figures(results: StudyResults, found: Findings, folder: Path) -> dict[str, Path]:
     """Draw the figures that belong to the report alone into a folder; return them by name."""
     draw: dict[str, Callable[[], Figure]] = {}
-    if found.reference_alignments:
-        draw["references"] = partial(_references, found)
-    for one in found.contrasts:
-        if one.primary:
-            draw["contrast"] = partial(_contrast, one, settings_of(found, one))
-    if found.maps.records and results.model.one_component:
-        draw["maps"] = partial(_maps, results, found)
-    if found.element_outcomes:
-        draw["scene"] = partial(scenes_figure, [variant_scene(results.study, name) for name in results.cubes])
-    if found.population is not None:
-        draw["fall-rate"] = partial(_fall_rate, results)
-    if found.surveys:
-        draw["surveys"] = partial(_surveys, found.surveys)
-    for number, inferred in enumerate(results.inferred_motions, 1):
-        draw[f"backwards-{number}"] = partial(posterior, inferred)
+    for kind, functions in REPORT_FIGURES.items():
+        for number, function in enumerate(functions(results, found), 1):
+            draw[f"{kind}-{number}" if kind == "backwards" else kind] = function
     paths = {name: folder / f"{name}.svg" for name in draw}
     narrow = {}
     with project_style():

@@ -4,6 +4,7 @@ import base64
 import json
 import os
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,9 @@ from PIL import Image
 from overturning.errors import ArgumentError, MissingDataError
 from overturning.figures.film import Film, FilmPanel, extent_of_free_bodies, vertex_positions_by_frame
 from overturning.figures.film_movie import write_film_as_gif_or_mp4
+from overturning.figures.film_strip import film_strip_figure
 from overturning.figures.page import film_page_html, write_film_html_page
+from overturning.figures.style import project_style
 from tests.figures.films import BASE, block, two_panels
 
 
@@ -85,6 +88,34 @@ def test_gif_has_the_frames_of_the_film(tmp_path: Path) -> None:
         picture.seek(picture.n_frames - 1)
         assert picture.convert("L").tobytes() != first
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.gif", "b.gif"]
+
+
+FALLS = "2 of 3 fall: shaft falls towards N32°E at 2.22 s; upper-base falls towards S32°W at 3.14 s"
+
+
+def film_with_long_outcome(duration: float) -> Film:
+    """Return two panels; the outcome of the second is longer than a panel is wide."""
+    film = two_panels(duration=duration)
+    return replace(film, panels=(film.panels[0], replace(film.panels[1], outcome=FALLS)))
+
+
+def test_a_long_outcome_is_broken_into_lines_in_a_movie(tmp_path: Path) -> None:
+    """No letter reaches the right edge; the outcome of a panel without a fall appears with the last frame."""
+    write_film_as_gif_or_mp4(film_with_long_outcome(0.04), tmp_path / "a.gif")
+    with Image.open(tmp_path / "a.gif") as picture:
+        picture.seek(picture.n_frames - 1)
+        grey = np.asarray(picture.convert("L"), dtype=np.float64)
+    assert grey[int(0.55 * len(grey)) : int(0.75 * len(grey)), -4:].min() > 200
+
+
+def test_a_long_outcome_is_broken_into_lines_in_a_strip() -> None:
+    with project_style():
+        figure = film_strip_figure(film_with_long_outcome(0.4))
+        figure.draw_without_rendering()
+        captions = [text for axes in figure.axes for text in axes.texts if "fall" in text.get_text()]
+        boxes = [text.get_window_extent() for text in captions]
+    assert all(figure.bbox.contains(*corner) for box in boxes for corner in (box.min, box.max))
+    assert " ".join(captions[-1].get_text().split()).endswith(FALLS)
 
 
 def test_mp4_is_written_or_ffmpeg_is_asked_for(tmp_path: Path) -> None:

@@ -22,6 +22,8 @@ from overturning.figures.film_of_trajectory import (
 from overturning.figures.page import film_page_html
 from overturning.figures.response import body_axis_figure
 from overturning.figures.style import project_style
+from overturning.figures.svg_translation import translate_svg
+from overturning.figures.write import has_cut_or_overlapping_text, save_figure_files
 from overturning.model.scene import check_scene, load_scene
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
@@ -299,6 +301,36 @@ def test_film_of_a_3d_body_must_be_a_page(bodies: list, pulse: Motion, tmp_path:
     with pytest.raises(ArgumentError, match=r"use the extension \.html"):
         write_film_as_gif_or_mp4(film, tmp_path / "film.gif")
     assert not list(tmp_path.iterdir())
+
+
+def test_axis_figure_of_a_standing_body_has_a_short_title(tmp_path: Path) -> None:
+    """The tilt and no more: the twist and the slip would not fit, and covered the title beside it."""
+    time = np.arange(0, 2, 0.01)
+    weak = Motion(2.5 * np.sin(2 * np.pi * time), 0 * time, sampling_interval=0.01)
+    path = falling_body(weak, 0.5)
+    with project_style():
+        figure = body_axis_figure(path, weak, "title")
+        save_figure_files(figure, tmp_path / "axis.svg")
+    assert figure.axes[0].get_title().split("\n")[1] == f"stands; largest tilt {float(path['peak_tilt']):.1f}°"
+    assert not has_cut_or_overlapping_text(figure)
+    assert "転倒せず、最大傾斜" in translate_svg((tmp_path / "axis.svg").read_text(encoding="utf-8"), "ja")
+
+
+def test_axis_figure_of_a_stack_has_name_and_critical_angle_of_the_stone() -> None:
+    """A shaft 0.2 m wide, 0.1 m deep and 0.6 m high balances at arctan(1/6), whatever is the B/H of the stack."""
+    elements = [
+        {"name": "ground", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]},
+        {"name": "base", "width": 0.5, "height": 0.2, "depth": 0.5, "stands_on": "ground"},
+        {"name": "shaft", "width": 0.2, "height": 0.6, "depth": 0.1, "stands_on": "base"},
+    ]
+    stack = check_scene({"name": "narrow", "reference": "shaft", "elements": elements})
+    time = np.arange(0, 0.5, 0.01)
+    weak = Motion(0.1 * np.sin(2 * np.pi * time), 0 * time, sampling_interval=0.01)
+    path = trajectory(weak, stack, orientation_deg=0.0).sel(element="shaft")
+    axes = body_axis_figure(path, weak, "title").axes[0]
+    assert axes.get_title().startswith("tilt of the axis of the shaft, degrees\nstands")
+    circle = next(line for line in axes.lines if line.get_label() == "least critical angle")
+    assert np.hypot(*circle.get_xydata().T) == pytest.approx(np.degrees(np.arctan(1 / 6)))
 
 
 def test_axis_figure_shows_tilt_and_outcome(bodies: list, pulse: Motion) -> None:

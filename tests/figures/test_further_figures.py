@@ -105,6 +105,15 @@ def responses() -> Figure:
     return rotation_slip_and_uplift_figure(paths(), "A block")
 
 
+def test_a_block_at_rest_has_no_scale_of_rounding_errors() -> None:
+    """Regression: the scale of a rotation of 1e-17° was drawn."""
+    weak = Motion(0.1 * motion().north, 0 * motion().north, sampling_interval=0.01)
+    figure = rotation_slip_and_uplift_figure([trajectory(weak, azimuth_deg=0, height=0.6, b_over_h=0.5)], "A block")
+    assert [axes.get_ylim() for axes in figure.axes[1:]] == 3 * [(-1.0, 1.0)]
+    moves = rotation_slip_and_uplift_figure(paths()[:1], "A block")
+    assert moves.axes[1].get_ylim()[1] > 10.0
+
+
 def test_missing_outcome_is_not_labelled_as_standing() -> None:
     one = paths()[0].copy()
     one["status"], one["overturned"] = 0 * one["status"] + int(CaseStatus.UNDECIDED), np.nan * one["overturned"]

@@ -23,7 +23,7 @@ from overturning.figures.style import (
     label_axes,
     project_style,
 )
-from overturning.figures.svg_translation import break_lines_at_width
+from overturning.figures.svg_translation import break_text_at_width, pad_to_equal_line_count
 from overturning.files import atomic_write, check_output_path
 from overturning.translation.texts import ENGLISH, FONTS, current_language, language_of_font_for, translate
 from overturning.units import GAL
@@ -36,6 +36,9 @@ SPEED = next(iter(SPEEDS))
 0.1 s, a multiple of the unit of a GIF."""
 
 KINDS = (".gif", ".mp4")
+
+_PANEL_WIDTH: Final = 3.6
+"""Width of a panel of a movie, inches."""
 
 _CJK_FILE: Final = re.compile(r"cjk|ipa", re.IGNORECASE)
 """Part of the path of a font that may have Japanese characters."""
@@ -113,7 +116,7 @@ def _wrapped_movie_title(film: Film, width_inches: float) -> str:
     title = movie_title_with_speed(film.title, SPEEDS[SPEED])
     if current_language() == ENGLISH:
         return title
-    return "\n".join(break_lines_at_width([translate(title)], 72.0 * width_inches / 10.5, 20))
+    return break_text_at_width(translate(title), width_inches, 10.5)
 
 
 def _create_movie_figure_and_updater(film: Film) -> "tuple[Figure, Callable[[int], None]]":
@@ -121,12 +124,16 @@ def _create_movie_figure_and_updater(film: Film) -> "tuple[Figure, Callable[[int
     from matplotlib.patches import Polygon
 
     columns = len(film.panels)
-    figure, panels = create_panel_grid(2, columns, 3.6 * columns, 4.4, height_ratios=(3.4, 1))
+    outcomes, most_lines = pad_to_equal_line_count(
+        [break_text_at_width(panel.outcome, 0.9 * _PANEL_WIDTH, 8.0) for panel in film.panels]
+    )
+    tall = 4.4 + 0.15 * (most_lines - 1)
+    figure, panels = create_panel_grid(2, columns, _PANEL_WIDTH * columns, tall, height_ratios=(3.4, 1))
     add_title_and_legend(figure, _wrapped_movie_title(film, figure.get_figwidth()))
     left, right, bottom, top = extent_of_free_bodies(film)
     largest = max(float(np.abs(panel.acceleration).max(initial=0.0)) for panel in film.panels) / GAL or 1.0
     rows: list[tuple[Any, ...]] = []
-    for panel, scene, trace in zip(film.panels, *panels, strict=True):
+    for panel, outcome, scene, trace in zip(film.panels, outcomes, *panels, strict=True):
         scene.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xticks=[], yticks=[])
         scene.spines[:].set_visible(False)
         scene.set_title("{}\n← {}        {} →".format(panel.title, *panel.sides), fontsize=8)
@@ -147,15 +154,15 @@ def _create_movie_figure_and_updater(film: Film) -> "tuple[Figure, Callable[[int
         label_axes(trace, translate("time, s"), "Gal")
         mark = trace.axvline(film.start, color=FALLS, linewidth=1.2)
         draw_scale_bar(scene, (left, right, bottom, top))
-        rows.append((panel, shapes, mark, scene.set_xlabel(" ", fontsize=8)))
+        rows.append((panel, outcome, shapes, mark, scene.set_xlabel("", fontsize=8)))
 
     def move_artists_to_frame(frame_index: int) -> None:
         time = film.start + frame_index * film.frame_interval
-        for panel, shapes, mark, text in rows:
+        for panel, outcome, shapes, mark, text in rows:
             for places, shape in shapes:
                 shape.set_xy(places[min(frame_index, len(places) - 1)])
             mark.set_xdata([time, time])
             due = film.last_frame_time - 1e-9 if np.isnan(panel.outcome_time) else panel.outcome_time
-            text.set_text(panel.outcome if time >= due else " ")
+            text.set_text(outcome if time >= due else "\n".join(most_lines * " "))
 
     return figure, move_artists_to_frame

@@ -8,6 +8,7 @@ from overturning.arrays import FloatArray
 from overturning.figures.film import Film, FilmBody, FilmPanel, extent_of_free_bodies, vertex_positions_by_frame
 from overturning.figures.film_words import STRIP, STRIP_MIXED, STRIP_STANDING
 from overturning.figures.style import INK, PAGE_WIDTH, add_title_and_legend, create_panel_grid, largest_round_number
+from overturning.figures.svg_translation import break_text_at_width, pad_to_equal_line_count
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -58,10 +59,14 @@ def film_strip_figure(film: Film, *, titled: bool = True) -> "Figure":
     edges = _axis_limits_of_body_view(film) if film.panels[0].shows_3d_body else extent_of_free_bodies(film)
     left, right, bottom, top = edges
     tall = PAGE_WIDTH / len(names) * min((top - bottom) / (right - left), 1.3)
-    figure, panels = create_panel_grid(rows, len(names), PAGE_WIDTH, rows * (tall + 0.2) + 0.25 + 0.35 * titled)
+    captions, lines = pad_to_equal_line_count(
+        [break_text_at_width(_caption_below_frame_row(panel, rows), 0.97 * PAGE_WIDTH, 8.0) for panel in film.panels]
+    )
+    high = rows * (tall + 0.2 + 0.15 * (lines - 1)) + 0.25 + 0.35 * titled
+    figure, panels = create_panel_grid(rows, len(names), PAGE_WIDTH, high)
     if titled:
         add_title_and_legend(figure, film.title)
-    for row, (panel, axes_row) in enumerate(zip(film.panels, panels, strict=True)):
+    for row, (panel, caption, axes_row) in enumerate(zip(film.panels, captions, panels, strict=True)):
         for column, (axes, time, name) in enumerate(zip(axes_row, times, names, strict=True)):
             axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xticks=[], yticks=[])
             axes.spines[:].set_visible(False)
@@ -71,9 +76,9 @@ def film_strip_figure(film: Film, *, titled: bool = True) -> "Figure":
             if column == 0:
                 draw_scale_bar(axes, edges)
         # A long line must not widen the first column: leave it out of the layout, but keep its height.
-        axes_row[0].set_xlabel(" ", fontsize=8)
+        axes_row[0].set_xlabel("\n".join(lines * " "), fontsize=8)
         below = {"transform": axes_row[0].transAxes, "fontsize": 8, "va": "top"}
-        axes_row[0].text(0.0, -0.03, _caption_below_frame_row(panel, rows), **below).set_in_layout(False)
+        axes_row[0].text(0.0, -0.03, caption, **below).set_in_layout(False)
     return figure
 
 

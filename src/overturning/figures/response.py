@@ -20,6 +20,9 @@ ROWS = ("base acceleration, Gal", "rotation, °", "slip of the base, cm", "uplif
 ROWS_SEVERAL_ELEMENTS = (*ROWS[:2], "slip over ground, cm", "uplift over ground, cm")
 """Labels for several elements: their motion is relative to the ground, since an element moves with those below it."""
 
+_STILL = 1e-6
+"""Largest rotation, degrees, and displacement, cm, that are rounding errors of a stone at rest."""
+
 LIMIT_FACTOR = 3.0
 """The critical angle is drawn if it is at most this multiple of the largest rotation; otherwise the scale would
 hide the rotations."""
@@ -81,6 +84,9 @@ def rotation_slip_and_uplift_figure(trajectories: Sequence[xr.Dataset], title: s
             fontsize=9,
             parse_math=False,
         )
+    for row in rows[1:]:  # at rest nothing but rounding errors would be drawn, on a scale of 1e-17
+        if max(float(np.abs(line.get_ydata()).max()) for axes in row for line in axes.lines) < _STILL:
+            row[0].set_ylim(-1.0, 1.0)
     # End the time axis with the longest trajectory.
     last = min(end + 1.5, max(float(trajectory["time"][-1]) for trajectory in trajectories))
     start = max(0.0, start - 1.5)
@@ -105,6 +111,28 @@ def _outcome_label(trajectory: xr.Dataset) -> str:
     return "falls" if free.sizes["element"] == 1 else f"{', '.join(fell)} {'falls' if len(fell) == 1 else 'fall'}"
 
 
+def _least_critical_angle_deg(trajectory: xr.Dataset) -> float:
+    """Return the least angle, degrees, at which a 3-D body or a stone of a stack balances on an edge of its base."""
+    if "element" in trajectory.coords:  # B/H of a stack is that of another stone, or not that of the narrower side
+        from scipy.spatial import ConvexHull
+
+        corners = trajectory["outline"].to_numpy()
+        corners = corners[np.isfinite(corners).all(axis=1)]
+        low = corners[:, 2].min()
+        base = corners[corners[:, 2] <= low + 1e-6 * np.ptp(corners[:, 2]), :2]
+        return float(np.degrees(np.arctan(ConvexHull(base).equations[:, 2].max() / low)))
+    across = float(trajectory.attrs.get("aspect", 1.0))  # D is the smaller side if D < B
+    return float(np.degrees(np.arctan(float(trajectory.attrs["b_over_h"]) * min(1.0, across))))
+
+
+def _body_outcome_label(trajectory: xr.Dataset) -> str:
+    """Return the outcome of a 3-D body as a short text: no outcome, the azimuth of its fall, or its largest tilt."""
+    if not has_outcome(trajectory):
+        return "no outcome"
+    # The first two parts of "stands; largest tilt 1.2°; turned …", or "falls towards N60°E" of "… at 2.18 s".
+    return ";".join(outcome_sentence(trajectory).split(" at ")[0].split(";")[:2])
+
+
 def body_axis_figure(trajectory: xr.Dataset, motion: Motion, title: str) -> Figure:
     """Draw the tilt of a 3-D body's axis seen from above, and hodographs of ground velocity and displacement."""
     figure, panels = style.create_panel_grid(1, 3, 9.2, 3.9)
@@ -115,8 +143,7 @@ def body_axis_figure(trajectory: xr.Dataset, motion: Motion, title: str) -> Figu
     length = np.hypot(east, north)
     scale = np.where(length > 0, angle / np.where(length > 0, length, 1.0), 0.0)
     x, y = east * scale, north * scale
-    across = float(trajectory.attrs.get("aspect", 1.0))  # D is the smaller side if D < B
-    critical = np.degrees(np.arctan(float(trajectory.attrs["b_over_h"]) * min(1.0, across)))
+    critical = _least_critical_angle_deg(trajectory)
     largest = 1.12 * max(float(angle.max(initial=0.0)), critical)
     for radius, dash, name in ((critical, "--", "least critical angle"), (90.0, ":", "lying")):
         if radius < largest:
@@ -125,8 +152,8 @@ def body_axis_figure(trajectory: xr.Dataset, motion: Motion, title: str) -> Figu
     axes.plot(x, y, color=style.SERIES[0], linewidth=0.8, label="axis of the body")
     axes.plot(x[-1], y[-1], "o", color=style.FALLS, markersize=4, label="end")
     axes.set(xlim=(-largest, largest), ylim=(-largest, largest), aspect="equal")
-    outcome = outcome_sentence(trajectory).split("(")[0].split(" at ")[0].strip()
-    axes.set_title(f"tilt of the axis, degrees\n{outcome}", fontsize=9)
+    stone = f" of the {trajectory['element'].item()}" if "element" in trajectory.coords else ""
+    axes.set_title(f"tilt of the axis{stone}, degrees\n{_body_outcome_label(trajectory)}", fontsize=9, parse_math=False)
     style.label_axes(axes, "east", "north")
     draw_hodographs(panels[0, 1:], motion.scaled_by(float(trajectory.attrs["amplitude"])))
     style.add_title_and_legend(figure, title, axes, 4)

@@ -135,6 +135,17 @@ def break_lines_at_width(lines: list[str], width_in_letters: float, most_lines: 
     return broken if len(broken) <= most_lines else break_lines_at_width(lines, 1.1 * width_in_letters, most_lines)
 
 
+def break_text_at_width(text: str, width_inches: float, font_size: float) -> str:
+    """Return a text broken into lines of at most a width, inches, for a font of a size, pt."""
+    return "\n".join(break_lines_at_width([text], 72.0 * width_inches / font_size, 100))
+
+
+def pad_to_equal_line_count(texts: list[str]) -> tuple[list[str], int]:
+    """Return texts with as many lines as the longest, by blank lines at their end, and this number of lines."""
+    most = 1 + max(text.count("\n") for text in texts)
+    return [text + (most - 1 - text.count("\n")) * "\n " for text in texts], most
+
+
 def _break_line_at_width(line: str, width_in_letters: float) -> list[str]:
     """Break a line into parts no wider than a width (in font sizes), before a word or a Japanese character."""
     parts, current, used = list[str](), "", 0.0

@@ -301,7 +301,9 @@ def test_channels_of_one_file_may_have_different_lengths_with_a_processing_entry
     path = tmp_path / "x.v1"
     path.write_text(csmip_text({"90 Deg": (90, A / 1000), "360 Deg": (360, B[:90] / 1000)}, 20))
     assert run("records", "check", path) == 0
-    assert "cut to the common 90 samples (chan 1: 90: 200, chan 2: 360: 90), 5.5 s left out" in capsys.readouterr().out
+    assert (
+        "cut to the common 90 samples (chan 1 (90) = 200, chan 2 (360) = 90), 5.5 s left out" in capsys.readouterr().out
+    )
 
 
 def test_one_accepts_the_declarations_of_check_and_a_pulse(tmp_path, capsys):

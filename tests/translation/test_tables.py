@@ -88,6 +88,10 @@ NOISE = "3 times the noise of the first 3.5 s"
                 (2, "outcrop", {"chosen": "north converged, strain 0.12 %; east converged, strain 1e-05 %"}),
             )
         ),
+        *(
+            {"step": "common_window", "samples": samples, "kept": 90, "left_out_s": 1.1}
+            for samples in ({"N-S": 200, "E-W": 90}, {"90": 200, "360": 90, "180: 0": 100})
+        ),
     ],
 )  # fmt: skip
 def test_processing_steps_and_their_reasons_are_translated(step: dict[str, object]) -> None:

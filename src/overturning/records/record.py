@@ -119,7 +119,9 @@ def processing_entry_text(entry: Mapping[str, Any]) -> str:
     """Return a short text on a processing step of a record, such as ``high-pass 0.1 Hz, order 2``."""
     match entry["step"]:
         case "common_window":
-            sizes = ", ".join(f"{axis}: {count}" for axis, count in entry["samples"].items())
+            # An axis such as "chan 1: 90" has a colon of its own.
+            names = {axis: axis.replace(": ", " (") + ")" * (": " in axis) for axis in entry["samples"]}
+            sizes = ", ".join(f"{names[axis]} = {count}" for axis, count in entry["samples"].items())
             return f"cut to the common {entry['kept']} samples ({sizes}), {entry['left_out_s']:g} s left out"
         case "highpass" | "lowpass" as kind:
             reason = f" ({entry['chosen']})" if "chosen" in entry else ""

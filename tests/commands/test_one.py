@@ -7,9 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import cumulative_trapezoid
 
+from overturning import read
 from overturning.figures.film import Film
 from overturning.figures.style import format_three_digits
+from overturning.records.record import start_offset_from_file_start_s
 from overturning.report.filters import number
 from tests.expect import said
 from tests.model.solids import rotated, statue, write_mesh
@@ -165,6 +168,14 @@ def test_times_are_counted_from_the_start_of_the_file(
         trace = np.hypot(*panel.acceleration) if panel.acceleration.ndim > 1 else np.abs(panel.acceleration)
         assert 4.0 < int(trace.argmax()) * panel.sampling_interval < 6.0, "the trace has the clock of the bodies"
         assert 2.0 < film.start < 5.0
+        record = read(
+            tmp_path / "x.csv", columns="north:gal east:gal", sampling_interval_s=0.01, processed=kind == "--processed"
+        )
+        clock = start_offset_from_file_start_s(record) + 0.01 * np.arange(record.north.size)
+        moved = cumulative_trapezoid(cumulative_trapezoid(record.north, dx=0.01, initial=0), dx=0.01, initial=0)
+        there = np.interp(film.frame_times, clock, moved)
+        ground = panel.ground[:, 1] if panel.shows_3d_body else panel.ground[:, 0]
+        assert ground == pytest.approx(there - there[0], abs=2e-3), "the ground moved before the file, too"
         times[kind] = float(re.search(r" falls towards \S+ at ([\d.]+) s", text)[1])  # type: ignore[index]
         assert panel.outcome_time == pytest.approx(times[kind], abs=0.006)
         assert ("times count from the first sample of the file; the motion that was simulated" in text) == (

@@ -92,7 +92,7 @@ def simulate_one_stone(
             amplitude=motion_options.amplitude,
             level=motion.up is None and record.up is not None,
         )
-        film = film_of_trajectories(found.trajectories, _motion_in_file_time(motion, shift), film_title_text(facts))
+        film = film_of_trajectories(found.trajectories, motion, film_title_text(facts), first_sample_time=shift)
         write = write_film_html_page if output_options.animate.suffix.lower() == ".html" else write_film_as_gif_or_mp4
         with translate_visible_texts_to(output_options.language):
             write(film, output_options.animate)
@@ -129,17 +129,6 @@ def _trajectory_in_file_time(trajectory: "xr.Dataset", file_time_shift: float) -
     return trajectory.assign(overturning_time=trajectory["overturning_time"] + file_time_shift).assign_coords(
         time=trajectory["time"] + file_time_shift
     )
-
-
-def _motion_in_file_time(motion: "Motion", file_time_shift: float) -> "Motion":
-    """Return the motion from the first sample of the file on, without the zeros that filter padding put before it."""
-    import numpy as np
-
-    from overturning.motion.motion import Motion
-
-    before = round(-file_time_shift / motion.sampling_interval)
-    parts = [np.pad(samples, (max(0, -before), 0))[max(0, before) :] for samples in motion.components]
-    return Motion(*parts, sampling_interval=motion.sampling_interval, trust_data=True)
 
 
 @dataclass(frozen=True)

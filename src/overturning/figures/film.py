@@ -263,6 +263,16 @@ def ground_displacement_at_times(
     return np.stack(columns, axis=1)
 
 
+def samples_from_time_zero(samples: FloatArray, sampling_interval: float, first_sample_time: float) -> FloatArray:
+    """Return the samples from time 0 on, shape (…, n), of an acceleration whose first sample is at a time, s.
+
+    Samples before time 0 are left out; zeros stand for those between time 0 and a first sample after it.
+    """
+    before = round(-first_sample_time / sampling_interval)
+    zeros = [*(samples.ndim - 1) * [(0, 0)], (max(0, -before), 0)]
+    return np.pad(samples, zeros)[..., max(0, before) :]
+
+
 def _as_scaled_base64_integers(values: ArrayLike) -> dict[str, Any]:
     """Return an array as 16-bit integers in base64 text, with ``scale``, the value of one unit."""
     array = np.asarray(values, dtype=np.float64).ravel()

@@ -5,7 +5,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.figures.film import FilmBody, FilmPanel, ground_displacement_at_times, interpolate_to_frame_times
+from overturning.figures.film import (
+    FilmBody,
+    FilmPanel,
+    ground_displacement_at_times,
+    interpolate_to_frame_times,
+    samples_from_time_zero,
+)
 from overturning.figures.film_words import fall_sentence, join_fall_sentences, standing_body_sentence
 from overturning.motion.motion import Motion
 
@@ -78,15 +84,25 @@ def body_poses_by_time(trajectory: "xr.Dataset") -> FloatArray:
 
 
 def body_film_panel(
-    trajectory: "xr.Dataset", motion: Motion, frame_times: FloatArray, heading_and_outcome: tuple[str, str]
+    trajectory: "xr.Dataset",
+    motion: Motion,
+    frame_times: FloatArray,
+    heading_and_outcome: tuple[str, str],
+    first_sample_time: float = 0.0,
 ) -> FilmPanel:
-    """Return the film panel of a 3-D body or stack, with its poses at the times `frame_times`, s."""
+    """Return the film panel of a 3-D body or stack, with its poses at the times `frame_times`, s.
+
+    `first_sample_time` is that of the motion, s.
+    """
     bodies = tuple(
         _film_body(one, frame_times, str(one["element"].item())) for one in _trajectory_of_each_stone(trajectory)
     )
     amplitude, interval = float(trajectory.attrs["amplitude"]), motion.sampling_interval
     level, up = amplitude * motion.horizontal_components, None if motion.up is None else amplitude * motion.up
-    ground = ground_displacement_at_times((level[1], level[0], up), interval, frame_times)  # east, north, up
+    east_north_up = (level[1], level[0], up)
+    ground = ground_displacement_at_times(east_north_up, interval, frame_times - first_sample_time)
+    level = samples_from_time_zero(level, interval, first_sample_time)
+    up = None if up is None else samples_from_time_zero(up, interval, first_sample_time)
     times = np.ravel(trajectory["overturning_time"].to_numpy())
     when = float(min(times[np.isfinite(times)], default=np.nan))
     return FilmPanel(*heading_and_outcome, when, bodies, level, interval, vertical=up, ground=ground)

@@ -5,7 +5,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.figures.film import FilmBody, FilmPanel, ground_displacement_at_times, interpolate_to_frame_times
+from overturning.figures.film import (
+    FilmBody,
+    FilmPanel,
+    ground_displacement_at_times,
+    interpolate_to_frame_times,
+    samples_from_time_zero,
+)
 from overturning.figures.film_words import fall_sentence, join_fall_sentences, standing_elements_sentence
 from overturning.figures.style import compass_bearing
 from overturning.motion.motion import Motion
@@ -144,23 +150,31 @@ def _fill_missing_with_last_known(values_by_time: FloatArray) -> FloatArray:
 
 
 def scene_film_panel(
-    trajectory: "xr.Dataset", motion: Motion, frame_times: FloatArray, heading_and_outcome: tuple[str, str]
+    trajectory: "xr.Dataset",
+    motion: Motion,
+    frame_times: FloatArray,
+    heading_and_outcome: tuple[str, str],
+    first_sample_time: float = 0.0,
 ) -> FilmPanel:
-    """Return the film panel of a 2-D scene, with its elements at the times `frame_times`, s."""
+    """Return the film panel of a 2-D scene, with its elements at the times `frame_times`, s.
+
+    `first_sample_time` is that of the motion, s.
+    """
     azimuth, times = float(trajectory.attrs["azimuth_deg"]), trajectory["overturning_time"].to_numpy()
     amplitude = float(trajectory.attrs["amplitude"])
     along, up = amplitude * motion.along(azimuth), None if motion.up is None else amplitude * motion.up
-    ground = ground_displacement_at_times((along, up), motion.sampling_interval, frame_times)
+    interval = motion.sampling_interval
+    ground = ground_displacement_at_times((along, up), interval, frame_times - first_sample_time)
     point, force = _contact_points_and_forces(trajectory, frame_times)
     return FilmPanel(
         *heading_and_outcome,
         float(min(times[np.isfinite(times)], default=np.nan)),
         _film_bodies_of_scene(trajectory, frame_times, ground),
-        along,
-        motion.sampling_interval,
+        samples_from_time_zero(along, interval, first_sample_time),
+        interval,
         sides=(compass_bearing(azimuth + 180.0), compass_bearing(azimuth)),
         force_point=point,
         force=force,
-        vertical=up,
+        vertical=None if up is None else samples_from_time_zero(up, interval, first_sample_time),
         ground=ground,
     )

@@ -109,6 +109,7 @@ def film_of_trajectories(
     *,
     headings: Sequence[str] = (),
     note: str = FRAME_NOTE,
+    first_sample_time: float = 0.0,
 ) -> Film:
     """Return a film with one panel per simulation, from shortly before the first movement to after the last.
 
@@ -125,6 +126,9 @@ def film_of_trajectories(
         Headings of the panels; by default the direction of each.
     note : str
         Line below the film; a hint on how to turn the view of a 3-D body is appended.
+    first_sample_time : float
+        Time of the first sample of the motions on the clock of the trajectories, s. It is negative if a filter needs
+        time before the record; the ground moves from there on, but the film begins at time 0 or later.
 
     Raises
     ------
@@ -141,7 +145,9 @@ def film_of_trajectories(
         )
     time = frame_times_between(*film_start_and_end_times(trajectories))
     panels = tuple(
-        _film_functions_for_trajectory(trajectory).panel(trajectory, motion, time, (name, outcome_sentence(trajectory)))
+        _film_functions_for_trajectory(trajectory).panel(
+            trajectory, motion, time, (name, outcome_sentence(trajectory)), first_sample_time
+        )
         for trajectory, motion, name in zip(trajectories, each, names, strict=True)
     )
     return Film(
@@ -159,7 +165,8 @@ class _TrajectoryFilmFunctions(NamedTuple):
     direction: str  # name of the attribute with the direction, degrees
     outcome: Callable[["xr.Dataset"], str]  # sentence for the outcome of a valid simulation
     poses: Callable[["xr.Dataset"], FloatArray]  # poses that show whether anything moves, shape (time, n)
-    panel: Callable[["xr.Dataset", Motion, FloatArray, tuple[str, str]], FilmPanel]  # panel at the times of the frames
+    # Panel at the times of the frames; the last argument is the time of the first sample of the motion.
+    panel: Callable[["xr.Dataset", Motion, FloatArray, tuple[str, str], float], FilmPanel]
     note: str  # hint below the film
 
 

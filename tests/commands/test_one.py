@@ -121,7 +121,8 @@ IN_SPACE = (*AT_RINALDI, "--body")
         ((*AT_RINALDI, "--mesh", "a.obj", "--azimuth", "3"), "--body, --mesh: accept --orientation"),
         ((*IN_SPACE, "--relief", "0.001"), "--mesh-unit, --relief: only for a mesh; add --mesh"),
         ((*IN_SPACE, "--density", "2000"), "density without --mesh"),
-        ((*IN_PLANE, "--plan", "circle"), "only for a 3-D body; add --body"),
+        ((*IN_PLANE, "--plan", "circle"), "error: --plan: only for a 3-D body; add --body"),
+        ((*IN_PLANE, "--relief", "0.001", "--mesh-unit", "mm"), "error: --mesh-unit, --relief: only for a 3-D body"),
         (
             (*IN_SPACE, "--orientation=1", "--orientation=2", "--response", "a.svg"),
             "one orientation at a time",
@@ -291,6 +292,7 @@ def test_a_stack_that_slides_as_a_whole_has_the_slip_of_its_lowest_stone() -> No
         (("--azimuth", "0", "--damping-ratio", "1e9"), "less than or equal to 1000000"),
         (("--body", "--orientation", "nan"), "orientation_deg: nan; it must be finite"),
         (("--azimuth", "inf"), "azimuth_deg: inf; it must be finite"),
+        (("--azimuth", "0", "--language", "ja"), "--language: only films and figures have one; add --animate or"),
         (("--body", "--orientation", "0", "--aspect", "0"), "aspect: 0; it must be above 0"),
     ],
 )

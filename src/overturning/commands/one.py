@@ -54,12 +54,8 @@ def simulate_one_stone(
     is_stack = planar_model_options.scene is not None and body_options.orientation is not None
     if is_stack:
         _check_stack_options(planar_model_options, body_options)
-    elif not body_options.body and body_options != BodyOptions():
-        raise ArgumentError(
-            "--orientation, --plan, --mesh, --aspect: only for a 3-D body; add --body, or --scene with --orientation"
-        )
-    elif not body_options.body and not planar_model_options.azimuth:
-        raise ArgumentError("--azimuth: not given; give it, or in 3-D --orientation with --body or --scene")
+    elif not body_options.body:
+        _check_planar_options(planar_model_options, body_options)
     shift = start_offset_from_file_start_s(record)
     if body_options.body:
         found = _simulate_body(
@@ -162,6 +158,19 @@ def _check_stack_options(planar_model_options: PlanarModelOptions, body_options:
         raise ArgumentError(
             "--scene with --orientation simulates a stack in 3-D; leave out azimuth, body, plan, aspect, mesh options"
         )
+
+
+def _check_planar_options(planar_model_options: PlanarModelOptions, body_options: BodyOptions) -> None:
+    """Raise an error if options for a 3-D body are given for a 2-D simulation, or no azimuth."""
+    from overturning.errors import ArgumentError
+
+    default = vars(BodyOptions())
+    if wrong := [f"--{name.replace('_', '-')}" for name, value in vars(body_options).items() if value != default[name]]:
+        raise ArgumentError(
+            f"{', '.join(wrong)}: only for a 3-D body; add --body or --mesh, or --scene with --orientation"
+        )
+    if not planar_model_options.azimuth:
+        raise ArgumentError("--azimuth: not given; give it, or in 3-D --orientation with --body or --scene")
 
 
 def _simulate_stack(
@@ -309,6 +318,8 @@ def _check_output_files(output_options: OutputOptions, body_options: BodyOptions
 
     language = output_options.language or ENGLISH
     check_language_is_known(language)
+    if output_options.language is not None and output_options.animate is None and output_options.response is None:
+        raise ArgumentError("--language: only films and figures have one; add --animate or --response, or leave it out")
     for path in (output_options.animate, output_options.response):
         if path is not None and path.suffix.lower() not in (".html", ".svg"):
             check_font_is_installed(language, path.name)

@@ -5,6 +5,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -14,8 +16,8 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from overturning.dem.trajectory import trajectory
-from overturning.figures.alignment import fall_alignment_by_earthquake_figure
-from overturning.figures.answer import PlottedEstimate
+from overturning.figures.alignment import fall_alignment_by_b_over_h_figure, fall_alignment_by_earthquake_figure
+from overturning.figures.answer import PlottedEstimate, sorted_fall_alignment_figure
 from overturning.figures.boundary import overturning_boundary_figure
 from overturning.figures.film_of_trajectory import outcome_sentence
 from overturning.figures.ground import fourier_and_response_spectra_figure, hodograph_figure, pga_and_pgv_figure
@@ -23,7 +25,7 @@ from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_ratio_fi
 from overturning.figures.observed_rose import ObservedRose, observed_roses_figure
 from overturning.figures.polar_map import azimuth_map_figure
 from overturning.figures.response import rotation_slip_and_uplift_figure
-from overturning.figures.rose import fall_roses_by_group_figure
+from overturning.figures.rose import fall_roses_by_earthquake_figure, fall_roses_by_group_figure
 from overturning.figures.scene import scenes_figure
 from overturning.figures.site_map import EarthquakeOnMap, StationOnMap, earthquake_map_figure
 from overturning.figures.style import FALLS, PAGE_WIDTH, project_style
@@ -32,6 +34,7 @@ from overturning.figures.write import has_cut_or_overlapping_text, save_figure_f
 from overturning.model.scene import load_scene
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
+from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.boundary import overturning_boundary_by_azimuth
 from overturning.statistics.earthquakes import fall_axes_by_earthquake, summarise_fall_axes
 from overturning.statistics.logistic import PREDICTORS, LogisticFit, fit_logistic_overturning_model
@@ -405,3 +408,52 @@ def test_a_long_title_of_a_scene_is_not_cut_off(tmp_path: Path) -> None:
         figure = scenes_figure([titled])
         save_figure_files(figure, tmp_path / "scene.svg")
     assert not has_cut_or_overlapping_text(figure)
+
+
+LONG = "The Great Earthquake of the Northern Coastal Province and Its Many Aftershocks 1999"
+JAPANESE = "輪島市門前町走出総合支所強震観測点地表面加速度計観測小屋、令和六年能登半島地震本震および余震群の記録"
+
+
+def _boundary_of_one_height(name: str) -> Figure:
+    found = overturning_boundary_by_azimuth(cube().isel(record=0, height=[0], friction=[0]))
+    return overturning_boundary_figure(found.assign(falls_beyond=found["falls_beyond"] * 0 + 1), 0.4, 30.0, name)
+
+
+def _alignments(name: str) -> Figure:
+    values = {f"{name} {number}": 0.5 - 0.2 * number for number in range(3)}
+    return sorted_fall_alignment_figure({"all records": values}, {"all records": PlottedEstimate(0.3, 0.1, 0.5, 3)})
+
+
+@pytest.mark.parametrize("name", ["A", LONG, JAPANESE], ids=["short", "long", "Japanese"])
+@pytest.mark.parametrize(
+    "draw",
+    [
+        pytest.param(_boundary_of_one_height, id="boundary with three marks in the legend"),
+        pytest.param(lambda name: hodograph_figure(motion(), 30.0, name), id="hodograph"),
+        pytest.param(_alignments, id="alignments by earthquake"),
+        pytest.param(
+            lambda name: fall_roses_by_earthquake_figure(
+                cube().assign_coords(event=("record", [f"{name} {number}" for number in (0, 0, 1, 1, 2)]))
+            ),
+            id="roses by earthquake",
+        ),
+    ],
+)
+def test_names_of_any_length_are_not_cut_off(
+    name: str, draw: Callable[[str], Figure], tmp_path: Path, recwarn: pytest.WarningsRecorder
+) -> None:
+    with project_style():
+        figure = draw(name)
+        save_figure_files(figure, tmp_path / "a.svg")
+    assert not [one for one in recwarn if "constrained_layout" in str(one.message)]
+    assert not has_cut_or_overlapping_text(figure)
+
+
+def test_legend_of_alignment_by_b_over_h_has_only_known_references() -> None:
+    """The fault normal of no record is known: nothing is drawn of it, and the legend does not have it."""
+    mean, unknown = MeanOverEarthquakes(5, 0.5, 0.2, 0.8), MeanOverEarthquakes(0, np.nan, np.nan, np.nan)
+    means = {("peak velocity", True): [mean, mean], ("fault normal", True): [unknown, unknown]}
+    with project_style():
+        groups: Any = {"all records": SimpleNamespace(means=means)}
+        figure = fall_alignment_by_b_over_h_figure(groups, np.array([0.2, 0.3]))
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["peak velocity"]

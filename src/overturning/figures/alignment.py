@@ -42,6 +42,12 @@ def fall_alignment_by_b_over_h_figure(
     """
     figure, panels = create_panel_grid(2, len(alignment_by_group), max(3.4 * len(alignment_by_group), 4.4), 5.4)
     names = list(dict.fromkeys(name for group in alignment_by_group.values() for name, _ in group.means))
+    known = {
+        name
+        for group in alignment_by_group.values()
+        for (name, _), means in group.means.items()
+        if any(np.isfinite(mean.value) for mean in means)
+    }
     apart = 0.12 * float(np.diff(b_over_h).min(initial=0.05))
     for column, (group, of_group) in enumerate(alignment_by_group.items()):
         means = of_group.means
@@ -49,7 +55,7 @@ def fall_alignment_by_b_over_h_figure(
             axes = panels[row, column]
             axes.axhline(0.0, color="#c8c8c8", linewidth=0.8)
             for place, name in enumerate(names):
-                if (name, axial) not in means:
+                if (name, axial) not in means or name not in known:  # the legend has no reference without a mean
                     continue
                 value, low, high = np.array([(mean.value, mean.low, mean.high) for mean in means[name, axial]]).T
                 x, colour = b_over_h + (place - 0.5 * (len(names) - 1)) * apart, SERIES[place % len(SERIES)]

@@ -78,7 +78,7 @@ def overturning_boundary_figure(
     beyond = marks if bool((loaded["falls_beyond"] == 1).any()) else []
     spread = bool((loaded["boundary_high"] > loaded["boundary_low"]).any())
     band = "\nband: between the two halves of the ensemble" if spread else ""
-    add_title_and_legend(
-        figure, f"{title}\nlargest B/H that falls, by azimuth of the motion{band}", panels[0, 0], 3, last_marks=beyond
-    )
+    legend_columns = 3 if figure.get_figwidth() > 5.0 or not (marked and beyond) else 1
+    whole = f"{title}\nlargest B/H that falls, by azimuth of the motion{band}"
+    add_title_and_legend(figure, whole, panels[0, 0], legend_columns, last_marks=beyond)
     return figure

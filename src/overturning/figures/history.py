@@ -1,6 +1,5 @@
 """Figure of a record before and after its processing: time histories, spectra and the removed acceleration."""
 
-import textwrap
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
@@ -18,6 +17,7 @@ from overturning.figures.style import (
     label_axes,
     label_decades,
     minimum_and_maximum_by_group,
+    wrap_name,
     write_note_in_empty_panel,
 )
 from overturning.motion.fourier import rms_fourier_amplitude_in_bands
@@ -101,7 +101,7 @@ def _add_title_and_legend(
         "; ".join([processing_label(unprocessed_record), *agency, ahead]),
         *(["here: " + steps[0], *steps[1:]] if steps else ["nothing done here"]),
     ]
-    wrapped = [part for line in lines for part in textwrap.wrap(line, 50 * panels.shape[1])]
+    wrapped = [part for line in lines for part in wrap_name(line, 50 * panels.shape[1])]
     figure.suptitle("\n".join(wrapped), fontsize=8, parse_math=False, y=0.995)
     from matplotlib.lines import Line2D
 

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
-from textwrap import wrap
 from typing import Any, Final
 
 import numpy as np
@@ -150,7 +149,7 @@ def _panel_title(names: Sequence[str], most_letters: int) -> str:
     if len(title) <= most_letters:
         return title
     quantities = [name for name in names if "=" in name]
-    record = [line for name in names if "=" not in name for line in wrap(name, most_letters)]
+    record = [line for name in names if "=" not in name for line in style.wrap_name(name, most_letters)]
     return "\n".join(filter(None, [*record, ", ".join(quantities)]))
 
 

@@ -18,6 +18,7 @@ from overturning.figures.style import (
     mark_fault_normal,
     set_radius_ticks,
     turn_axes_into_compass,
+    wrap_name,
 )
 from overturning.motion.direction import azimuth_difference
 from overturning.statistics.circular import SECTORS
@@ -173,16 +174,19 @@ def fall_roses_by_earthquake_figure(cube: xr.Dataset) -> Figure:
     shown = {name: found for name, found in roses.items() if found[0].falls}
     columns = min(ROSES_IN_A_ROW, max(1, len(shown)))
     rows = max(1, -(-len(shown) // columns))
-    figure, panels = create_panel_grid(
-        rows, columns, max(PAGE_WIDTH / 4 * columns, 4.2), 2.0 * rows + 0.2, len(shown), polar=True
-    )
+    wide = max(PAGE_WIDTH / 4 * columns, 4.2)
+    # A letter of a title is about 4.7 pt wide.
+    titles = [wrap_name(name, int(72.0 * wide / columns / 4.7)) for name in shown]
+    high = (2.0 + 0.12 * (max(map(len, titles), default=1) - 1)) * rows + 0.2
+    figure, panels = create_panel_grid(rows, columns, wide, high, len(shown), polar=True)
     top = common_rose_radius(*(rose for rose, _ in shown.values()))
-    for axes, (name, (rose, members)) in zip(panels.flat, shown.items(), strict=False):
+    for axes, title, (rose, members) in zip(panels.flat, titles, shown.values(), strict=False):
         draw_fall_rose(axes, rose, top)
         axes.tick_params(axis="both", labelsize=7)
         axes.set_xticklabels(["N", "", "E", "", "S", "", "W", ""])
         for normal in cube["fault_normal"].to_numpy()[members]:
             mark_fault_normal(axes, float(normal), label=None)
         count = int(members.sum())
-        axes.set_title(f"{name}\n{count} record{'s' * (count != 1)}", fontsize=8, pad=3, parse_math=False)
+        lines = [*title, f"{count} record{'s' * (count != 1)}"]
+        axes.set_title("\n".join(lines), fontsize=8, pad=3, parse_math=False)
     return figure

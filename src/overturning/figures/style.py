@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
+from overturning.figures.svg_translation import break_lines_at_width
 from overturning.model.planes import azimuth_gaps_and_step
 
 if TYPE_CHECKING:
@@ -38,6 +39,9 @@ PAGE_WIDTH: Final = 6.69
 
 NARROW_WIDTH: Final = 3.35
 """Width of a figure for a phone, inches: at 366 CSS pixels a letter of 7.5 pt is 11 pixels high."""
+
+_FIRST_WIDE: Final = 0x2E80
+"""Number of the first Chinese or Japanese character."""
 
 _NARROW: Final = ContextVar("narrow", default=False)
 
@@ -191,6 +195,16 @@ def add_panel_grid(
     return panels
 
 
+def wrap_name(text: str, most_letters: int) -> list[str]:
+    """Break a text, such as the name of a place, into lines of at most so many Latin letters.
+
+    Chinese and Japanese characters, between which there are no spaces, are about twice as wide.
+    """
+    if all(ord(character) < _FIRST_WIDE for character in text):
+        return wrap(text, most_letters) or [""]
+    return break_lines_at_width([text], 0.45 * most_letters, most_lines=len(text))
+
+
 def add_title_and_legend(
     figure: "Figure",
     title: str,
@@ -213,7 +227,7 @@ def add_title_and_legend(
         figure.legend(handles=marks, loc="outside lower center", ncols=columns, fontsize=8)
     if title:
         # About 13 characters of this size fit in an inch.
-        lines = [part for line in title.splitlines() for part in wrap(line, int(13 * figure.get_figwidth())) or [""]]
+        lines = [part for line in title.splitlines() for part in wrap_name(line, int(13 * figure.get_figwidth()))]
         figure.suptitle("\n".join(lines), fontsize=10, parse_math=False)
 
 

@@ -135,9 +135,10 @@ def recheck_cells(
     if len(result.differences) > 10:
         print(f"… and {len(result.differences) - 10} more")
     with_ensemble = f", {result.ensemble_cells} of them with their ensemble" if result.ensemble_cells else ""
+    different = "1 value differs" if len(result.differences) == 1 else f"{len(result.differences)} values differ"
     print(
-        f"{result.cells} of {result.of} cells computed again{with_ensemble}: "
-        + ("all identical, bit for bit" if not result.differences else f"{len(result.differences)} values differ")
+        f"{result.cells} of {result.of} cell{'' if result.of == 1 else 's'} computed again{with_ensemble}: "
+        + (different if result.differences else "all identical, bit for bit")
     )
     if not result.is_identical:
         raise typer.Exit(1)
@@ -156,4 +157,5 @@ def write_case_table(
 
     check_output_path(output, "output", ".parquet", ".csv")
     with open_cube(cube, chunks={"record": 1}, element=None, amplitude=None) as data:
-        print(", ".join([f"{output}: {write_table_of_cases(data, output)} cases", *variant_label_as_list(data)]))
+        count = write_table_of_cases(data, output)
+        print(", ".join([f"{output}: {count} case{'' if count == 1 else 's'}", *variant_label_as_list(data)]))

@@ -78,12 +78,12 @@ def _format_value(field_value: Any) -> str:
 
 def _format_estimate(estimate: Estimate) -> str:
     """Format an estimate for printing: its value, its interval and its number of earthquakes."""
+    count = f"{estimate.earthquakes} earthquake{'' if estimate.earthquakes == 1 else 's'}"
     if estimate.value is None:
-        return f"not defined; {estimate.earthquakes} earthquakes"
+        return f"not defined; {count}"
     interval = (
         f" ({estimate.low:.3g} to {estimate.high:.3g})"
         if estimate.low is not None and estimate.high is not None
         else ""
     )
-    count = f"{estimate.earthquakes} earthquake{'' if estimate.earthquakes == 1 else 's'}"
     return f"{estimate.value:.3g}{interval}; {count}{'' if interval else ', too few for an interval'}"

@@ -1,0 +1,92 @@
+"""English sentences of the report about a single stone, case or record have their noun and verb in the singular."""
+
+import json
+import re
+from typing import Any
+
+import pytest
+from pydantic import BaseModel
+
+from overturning.findings.collect import Findings
+from overturning.findings.lines import finding_lines
+from overturning.findings.standing import SurvivalFindings
+from overturning.findings.survey_commands import SurveyCommandResults
+from overturning.findings.values import Estimate
+from tests.report.by_hand import MOTION, OBSERVED, STUDIES, SURVEY, SURVEY_DISPLACEMENTS, findings_by_hand
+from tests.report.test_templates import text_of
+
+NEVER_ONE = ("first_batch_runs", "fewest_runs_per_cell", "most_runs_per_cell")
+"""Counts of findings that are at least 2: runs of an ensemble."""
+
+NOUNS = "stone|case|cell|record|range|interval|earthquake|motion|fall|block|stack|orientation|height|azimuth"
+
+PLURAL_AFTER_ONE = re.compile(
+    rf"(?<![\d.,−])1 (?:(?:of 1 )?(?:{NOUNS})s\b"  # 1 records; 1 of 1 cases
+    rf"|(?:of [12] )?(?:(?:{NOUNS})s? )?(?:without (?:a height|B/H) )?"
+    r"(?:are|were|have|stand|do|exclude)\b"
+    r"|[^.;|\n]* and are\b)"
+)
+"""The number 1 with a noun or a verb in the plural."""
+
+
+def all_counts_one(part: Any, key: str = "") -> Any:
+    """Return findings in which every whole number is 1, but for the keys in `NEVER_ONE`."""
+    if isinstance(part, dict):
+        return {name: all_counts_one(value, name) for name, value in part.items()}
+    if isinstance(part, list):
+        return [all_counts_one(value) for value in part]
+    return 1 if isinstance(part, int) and not isinstance(part, bool) and key not in NEVER_ONE else part
+
+
+ONE_STONE_STANDS = {
+    "years": 800.0, "without_curve": [], "classes": [], "doubts": [],
+    "survey": {"stood": 1, "fell": 0, "total": 1, "rate_bound_per_year": 0.0037, "bound_probability": 0.95,
+               "share": 1.0, "low": 0.05, "high": 1.0},
+}  # fmt: skip
+ONE_OF_TWO_STANDS = ONE_STONE_STANDS | {
+    "survey": ONE_STONE_STANDS["survey"] | {"fell": 1, "total": 2, "rate_bound_per_year": None, "share": 0.5}  # type: ignore[operator]
+}
+
+
+def findings_about_one() -> list[tuple[str, str, BaseModel]]:
+    """Return (name, template, findings) of each kind of study and of each command, with counts of 1."""
+    studies = [
+        (name, "report", Findings.model_validate(all_counts_one(json.loads(findings_by_hand(name).model_dump_json()))))
+        for name in STUDIES
+    ]
+    commands = {
+        "survey": {"surveys": [SURVEY]},
+        "survey_summary": {"observed": [OBSERVED]},
+        "displacements": {"survey_displacements": [SURVEY_DISPLACEMENTS]},
+        "motions": {"inferred_motions": [MOTION]},
+    }
+    return [
+        *studies,
+        *((name, name, SurveyCommandResults.model_validate(all_counts_one(part))) for name, part in commands.items()),
+        *(("stood", "stood", SurvivalFindings.model_validate(one)) for one in (ONE_STONE_STANDS, ONE_OF_TWO_STANDS)),
+    ]
+
+
+@pytest.mark.parametrize(("template", "found"), [pytest.param(*one[1:], id=one[0]) for one in findings_about_one()])
+def test_a_single_thing_is_told_in_the_singular(template: str, found: BaseModel) -> None:
+    text = text_of(found, "en", template)
+    assert re.search(r"\b1 ", text)
+    assert [match.group() for match in PLURAL_AFTER_ONE.finditer(text)] == []
+    assert "their rate" not in text
+    assert "share their earthquakes" not in text
+
+
+class OneEstimate(BaseModel):
+    """Part of findings with a single estimate."""
+
+    alignment: Estimate
+
+
+@pytest.mark.parametrize(
+    ("value", "earthquakes", "shown"),
+    [(None, 1, "not defined; 1 earthquake"), (None, 2, "not defined; 2 earthquakes"), (0.5, 1, "0.5; 1 earthquake,")],
+)
+def test_the_printed_findings_count_one_earthquake(value: float | None, earthquakes: int, shown: str) -> None:
+    estimate = Estimate(statistic="by hand", value=value, low=None, high=None, earthquakes=earthquakes)
+    (line,) = finding_lines(OneEstimate(alignment=estimate))
+    assert f"{line},".startswith(f"alignment: {shown}")

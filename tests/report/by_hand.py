@@ -50,7 +50,8 @@ def contrast(**changes: Any) -> dict[str, Any]:
         "both_overturn": estimate(0.109, 0.037, 0.247), "same_direction": estimate(0.86, 0.74, 0.92),
         "first_in_study": estimate(0.81, 0.7, 0.9),
         "opposite_share": 0.14,
-        "earlier_in_study": estimate(0.57, 0.48, 0.69), "by_b_over_h": [], "rate_here": None, "rate_there": None,
+        "earlier_in_study": estimate(0.57, 0.48, 0.69), "same_time_in_both": estimate(0.0, 0.0, 0.22),
+        "by_b_over_h": [], "rate_here": None, "rate_there": None,
         "primary_difference": estimate(0.268, 0.137, 0.391),
     }  # fmt: skip
     return parts | changes

@@ -114,6 +114,21 @@ def test_two_settings_without_falls_are_not_compared(language: str) -> None:
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize(("elements", "same_time"), [(1, 0.0), (3, 0.0), (1, 1.0)])
+def test_falls_at_the_same_time_and_the_order_within_a_scene_are_told_where_they_exist(
+    elements: int, same_time: float, language: str
+) -> None:
+    data = json.loads(findings_by_hand("scene").model_dump_json())
+    data["extent"]["elements"] = elements
+    data["element_outcomes"][0] |= {"variant": "nominal", "element": data["extent"]["element"], "share_first": 0.97}
+    data["contrasts"][0]["same_time_in_both"] = estimate(same_time)
+    text = text_of(Findings.model_validate(data), language)
+    assert ({"en": "counts half", "ja": "半分と数える"}[language] in text) is (same_time > 0)
+    order = {"en": "Within it the shaft falls before", "ja": "ではほかの石より先に"}[language]
+    assert (order in text) is (elements > 1)
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize(
     ("settings", "named"),
     [

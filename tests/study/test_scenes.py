@@ -175,12 +175,22 @@ def test_comparisons_count_what_they_say() -> None:
     other = cube([2.5, 2.0, nan, nan, 1.0, 3.0], overturned=[1, 1, 0, 0, 1, 1])
     found = count_falls_of_two_stones(this, other)
     names = ("cases", "both", "only_this", "only_other", "same_way", "earlier")
+    assert found["same_time"].to_numpy().tolist() == [0, 0]
     assert [found[name].to_numpy().tolist() for name in names] == [[3, 2], [2, 1], [0, 1], [0, 0], [1, 1], [1, 0]]
     both = mean_fall_contrast(found, np.array(["one", "other"]))
     assert (both.both.value, both.only_this.value) == (pytest.approx((2 / 3 + 1 / 2) / 2), 1 / 4)
     assert (both.same_way.value, both.earlier.value, both.earlier.n) == (pytest.approx(3 / 4), 1 / 4, 2)
     # Of three and two cases with a fall in either, the first stone falls first or alone in 1 of 2 and 1 of 2.
     assert both.first.value == pytest.approx((1 / 2 + 1 / 2) / 2)
+    # Falls at the same time are first in neither: half of them counts here, half there.
+    ties = count_falls_of_two_stones(this, this), count_falls_of_two_stones(other, other)
+    assert [mean_fall_contrast(one, np.array(["one", "other"])).first.value for one in ties] == [0.5, 0.5]
+    late = cube([2.0, 4.0, 1.0, 1.0, nan, 3.0], overturned=[1, 1, 1, 0, 1, 1])
+    firsts = [
+        mean_fall_contrast(count_falls_of_two_stones(*pair), np.array(["one", "other"])).first.value
+        for pair in ((this, late), (late, this))
+    ]  # here: together, first, not at all; alone, unknown, later
+    assert firsts == [pytest.approx(((0.5 + 1 + 0) / 3 + (1 + 0) / 2) / 2), pytest.approx(1 - firsts[0])]
     # In space a fall has an azimuth of its own.
     towards = {"overturned": [1, 1, 0, 1, 1, 1], "fall_azimuth": [350.0, 10, nan, 90, 90, 0]}
     across = {"overturned": [1, 1, 0, 0, 1, 1], "fall_azimuth": [30.0, 60, nan, nan, 46, 200]}

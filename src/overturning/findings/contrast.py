@@ -56,8 +56,11 @@ class VariantContrast(Finding):
     """Share of the falls in both that go more than 45° apart; None without such falls."""
     earlier_in_study: Estimate
     """Share of the falls in both that are earlier in the study."""
+    same_time_in_both: Estimate
+    """Share of the falls in both that are at the same time."""
     first_in_study: Estimate
-    """Share, of the cases with a fall in either, in which the stone of the study falls first or alone."""
+    """Share, of the cases with a fall in either, in which the stone of the study falls first or alone; a case with
+    falls at the same time counts half."""
     by_b_over_h: list["OverturnedSharesAtBOverH"]
     """Shares of the cases that overturn, for each B/H."""
     rate_here: Estimate | None
@@ -217,6 +220,7 @@ def _contrast_study_with_variant(
         ),
         opposite_share=1.0 - found.same_way.value if found.same_way.n else float("nan"),
         earlier_in_study=estimate_from_mean(found.earlier, "share of the falls in both that are earlier in the study"),
+        same_time_in_both=estimate_from_mean(found.same_time, "share of the falls in both that are at the same time"),
         first_in_study=estimate_from_mean(
             found.first, "share of the cases with a fall in either in which the stone of the study falls first or alone"
         ),

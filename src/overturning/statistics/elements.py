@@ -54,12 +54,11 @@ class ElementDisplacements:
 class TwoStoneFallContrast:
     """Comparison of the falls of two stones under the same motions; all values are means over earthquakes.
 
-    All values are means over earthquakes.
-
     ``only_this``, ``only_other`` and ``both`` are shares of the cases known in both cubes in which the stone falls in
-    this cube only, in the other only, or in both. ``same_way`` and ``earlier`` are shares of the last: falls within
-    45° of each other, and falls that are earlier in this cube. ``first`` is the share, of the cases in which at least
-    one stone falls, in which the stone of this cube falls before the other or alone.
+    this cube only, in the other only, or in both. ``same_way``, ``earlier`` and ``same_time`` are shares of the last:
+    falls within 45° of each other, falls that are earlier in this cube, and falls at the same time. ``first`` is the
+    share, of the cases in which at least one stone falls, in which the stone of this cube falls before the other or
+    alone; a case with falls at the same time counts half, so the shares of the two stones add up to 1.
     """
 
     only_this: MeanOverEarthquakes
@@ -67,6 +66,7 @@ class TwoStoneFallContrast:
     both: MeanOverEarthquakes
     same_way: MeanOverEarthquakes
     earlier: MeanOverEarthquakes
+    same_time: MeanOverEarthquakes
     first: MeanOverEarthquakes
 
 
@@ -176,7 +176,8 @@ def count_falls_of_two_stones(cube: xr.Dataset, other_cube: xr.Dataset) -> xr.Da
     Dataset
         Numbers of cases over ``record``: ``cases`` with a known outcome in both cubes; of these, ``both``,
         ``only_this`` and ``only_other``, in which the stone falls; of ``both``, ``same_way`` with falls within 45° of
-        each other, and ``earlier``, in which the first stone falls before the other.
+        each other, ``earlier``, in which the first stone falls before the other, and ``same_time``, in which both fall
+        at the same time.
     """
     rows = []
     for one, another in zip(iterate_record_cubes(cube, _FALL), iterate_record_cubes(other_cube, _FALL), strict=True):
@@ -186,9 +187,10 @@ def count_falls_of_two_stones(cube: xr.Dataset, other_cube: xr.Dataset) -> xr.Da
         both, (way, other_way) = fell & other_fell, (_fall_azimuths_deg(c) for c in (one, another))
         same = both & (azimuth_difference(way, other_way) <= 45.0)
         when, other_when = (c["overturning_time"].to_numpy().ravel() for c in (one, another))
-        counted = (known, both, fell & ~other_fell, other_fell & ~fell, same, both & (when < other_when))
+        earlier, same_time = both & (when < other_when), both & (when == other_when)
+        counted = (known, both, fell & ~other_fell, other_fell & ~fell, same, earlier, same_time)
         rows.append([int(cells.sum()) for cells in counted])
-    names = ("cases", "both", "only_this", "only_other", "same_way", "earlier")
+    names = ("cases", "both", "only_this", "only_other", "same_way", "earlier", "same_time")
     return xr.Dataset({name: ("record", of) for name, of in zip(names, np.array(rows).T, strict=True)})
 
 
@@ -208,7 +210,8 @@ def mean_fall_contrast(fall_counts: xr.Dataset, record_events: NDArray[np.str_])
     `record_events` are the names of the earthquakes of the records, shape (records,).
     """
     with_fall = fall_counts["both"] + fall_counts["only_this"] + fall_counts["only_other"]
-    fall_counts = fall_counts.assign(first=fall_counts["only_this"] + fall_counts["earlier"], with_fall=with_fall)
+    first = fall_counts["only_this"] + fall_counts["earlier"] + 0.5 * fall_counts["same_time"]
+    fall_counts = fall_counts.assign(first=first, with_fall=with_fall)
 
     def mean_share_of_counts(part_name: str, whole_name: str) -> MeanOverEarthquakes:
         total = fall_counts[whole_name].to_numpy().astype(np.float64)
@@ -224,5 +227,6 @@ def mean_fall_contrast(fall_counts: xr.Dataset, record_events: NDArray[np.str_])
         both,
         mean_share_of_counts("same_way", "both"),
         mean_share_of_counts("earlier", "both"),
+        mean_share_of_counts("same_time", "both"),
         mean_share_of_counts("first", "with_fall"),
     )

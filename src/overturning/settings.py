@@ -49,7 +49,7 @@ class EnsembleSettings(StrictModel):
     where: Literal["boundary", "everywhere"] = Field(
         default="boundary",
         description="`boundary`: cases within two B/H steps of a change of outcome (in 3-D also of a change of fall "
-        "azimuth by 30°); `everywhere`: all cases",
+        "azimuth by 30°), with a single B/H all cases; `everywhere`: all cases",
     )
     amplitude: float = Field(default=0.02, ge=0, lt=1, description="half-width of the motion's amplitude, share")
     b_over_h: float = Field(default=0.01, ge=0, lt=1, description="half-width of B/H, share")
@@ -73,6 +73,13 @@ class EnsembleSettings(StrictModel):
         content: dict[str, Any] = handler(self)
         unused = [name for name in ("relief", "orientation") if not content.get(name)]
         return {name: value for name, value in content.items() if name not in unused}
+
+    def repeats_every_cell(self, b_over_h_count: int) -> bool:
+        """Return True if the ensemble is run for all cells, False if only for those near a change of outcome along B/H.
+
+        `b_over_h_count` is the number of values of B/H of the study; with one value there is no change along B/H.
+        """
+        return self.where == "everywhere" or b_over_h_count == 1
 
     @field_validator("relief")
     @classmethod

@@ -58,8 +58,8 @@ def test_relief_findings() -> None:
 def test_the_report_states_the_part_of_the_relief(language: str) -> None:
     relief = ReliefFindings(middle_mm=3.0, share_falling_low=0.61, share_falling_high=0.17, share_of_spread=0.43)
     ensemble = EnsembleFindings(
-        share_of_cells_repeated=0.5, fewest_runs_per_cell=8, most_runs_per_cell=24, mean_runs_per_cell=12,
-        first_batch_runs=8, share_disagreeing=0.4, share_falling_both_ways=0.1, relief=relief,
+        share_of_cells_repeated=0.5, repeats_every_cell=False, fewest_runs_per_cell=8, most_runs_per_cell=24,
+        mean_runs_per_cell=12, first_batch_runs=8, share_disagreeing=0.4, share_falling_both_ways=0.1, relief=relief,
     )  # fmt: skip
     plain = ensemble.model_copy(update={"relief": None})
     with_relief, without = (

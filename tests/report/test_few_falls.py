@@ -154,6 +154,28 @@ def test_every_setting_that_differs_is_named_and_soil_only_where_it_differs(
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize(
+    ("every", "share", "said"),
+    [
+        (
+            False,
+            0.47,
+            {"en": "near a change of outcome (47 % of all) was", "ja": "境界付近のケース(全体の 47 %)は"},
+        ),
+        (True, 1.0, {"en": "Each case was run", "ja": "すべてのケースは、"}),
+        (False, 1.0, {"en": "Each case near a change of outcome was", "ja": "境界付近のケースは、"}),
+    ],
+)
+def test_cases_are_near_a_change_of_outcome_only_if_they_were_chosen_so(
+    every: bool, share: float, said: dict[str, str], language: str
+) -> None:
+    data = json.loads(findings_by_hand("direction").model_dump_json())
+    data["ensemble"] |= {"repeats_every_cell": every, "share_of_cells_repeated": share}
+    text = text_of(Findings.model_validate(data), language).replace("\N{NO-BREAK SPACE}", " ")
+    assert said[language] in text
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("study", ["direction", "reference"])
 def test_runs_that_disagree_are_those_of_the_first_batch(study: str, language: str) -> None:
     """The share is an estimate for 8 runs, while a case has 8 to 24; in space the second share is of other cases."""

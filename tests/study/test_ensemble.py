@@ -111,6 +111,8 @@ def test_cells_near_a_change() -> None:
     side = np.array([1, -1, -1, -1, -1, -1], np.int8)[None, None, :, None]
     assert select_ensemble_cells(side, run_all_cells=False)[0, 0, :, 0].nonzero()[0].tolist() == [0, 1, 2]
     assert select_ensemble_cells(np.zeros((3, 1, 1, 2), np.int8), run_all_cells=False).all()
+    assert [EnsembleSettings().repeats_every_cell(count) for count in (1, 2)] == [True, False]
+    assert EnsembleSettings(where="everywhere").repeats_every_cell(2)
 
 
 def test_cells_near_a_change_of_fall_azimuth() -> None:

@@ -37,7 +37,9 @@ class EnsembleFindings(Finding):
     """Shares of cases whose ensemble runs, with slightly changed parameters, disagree about the fall."""
 
     share_of_cells_repeated: Number
-    """Share of all cells that lie near a change of outcome and were run again, several times."""
+    """Share of all cells that were run again, several times."""
+    repeats_every_cell: bool
+    """True if the study repeats all cells, False if it repeats those near a change of outcome along B/H."""
     fewest_runs_per_cell: Number
     """Smallest number of runs of a repeated cell."""
     most_runs_per_cell: Number
@@ -154,6 +156,7 @@ def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
 
     return EnsembleFindings(
         share_of_cells_repeated=ratio_of_sums("run", "cells"),
+        repeats_every_cell=settings.repeats_every_cell(cube.sizes["b_over_h"]),
         fewest_runs_per_cell=float(found["fewest"].min()),
         most_runs_per_cell=float(found["most"].max()),
         mean_runs_per_cell=ratio_of_sums("members", "with_members"),

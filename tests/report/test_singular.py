@@ -1,4 +1,4 @@
-"""English sentences of the report about a single stone, case or record have their noun and verb in the singular."""
+"""Sentences of the report about a single stone, case or record, or about few of them."""
 
 import json
 import re
@@ -12,6 +12,7 @@ from overturning.findings.lines import finding_lines
 from overturning.findings.standing import SurvivalFindings
 from overturning.findings.survey_commands import SurveyCommandResults
 from overturning.findings.values import Estimate
+from overturning.report.render import LANGUAGES
 from tests.report.by_hand import MOTION, OBSERVED, STUDIES, SURVEY, SURVEY_DISPLACEMENTS, findings_by_hand
 from tests.report.test_templates import text_of
 
@@ -74,6 +75,44 @@ def test_a_single_thing_is_told_in_the_singular(template: str, found: BaseModel)
     assert [match.group() for match in PLURAL_AFTER_ONE.finditer(text)] == []
     assert "their rate" not in text
     assert "share their earthquakes" not in text
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize(
+    ("study", "part", "few", "many", "words"),
+    [  # a number of each list belongs to one sentence or the other
+        ("direction", "extent", {"records": 1}, {"records": 2},
+         {"en": ["Under the record as it is, the fall rate is", "the median fall rate is"],
+          "ja": ["、転倒率は ", "、転倒率の中央値は"]}),
+        ("reference", "final_twist", {"stones": 9}, {"stones": 10},
+         {"en": ["The largest turn about the vertical is 88.0°", "nine tenths by at most 6.2°"],
+          "ja": ["最大で 88.0°", "九割が 6.2° 以下"]}),
+        ("reference", "study", {"directions": 1}, {"directions": 18},
+         {"en": [", in 1 orientation", ", each in 18 orientations"], "ja": ["1 通りの向き", "18 通りの向き"]}),
+        ("scene", "extent", {"elements": 1}, {"elements": 3},
+         {"en": ["the azimuth that the scene faces", "the azimuth that the stack faces"],
+          "ja": ["シーンの正面", "積石の正面"]}),
+    ],
+)  # fmt: skip
+def test_few_things_are_told_otherwise_than_many(
+    study: str, part: str, few: dict[str, int], many: dict[str, int], words: dict[str, list[str]], language: str
+) -> None:
+    for place, values in enumerate((few, many)):
+        data = json.loads(findings_by_hand(study).model_dump_json())
+        data[part] |= values
+        text = text_of(Findings.model_validate(data), language).replace("\N{NO-BREAK SPACE}", " ")
+        assert [one in text for one in words[language]] == [place == 0, place == 1]
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_twist_of_nine_tenths_of_the_cases_may_be_zero(language: str) -> None:
+    """No case turns by more than 0°; and where all stones slide off, none of them tips."""
+    data = json.loads(findings_by_hand("stack in 3-D").model_dump_json())
+    for one in data["element_displacements"]:
+        one |= {"percentile_90_twist_deg": 0.0, "share_slid_off": 1.0}
+    text = text_of(Findings.model_validate(data), language)
+    assert {"en": "by at most 0.0° in nine tenths", "ja": "九割のケースで 0.0° 以下"}[language] in text
+    assert {"en": "otherwise it tips", "ja": "残りは傾いて"}[language] not in text
 
 
 class OneEstimate(BaseModel):

@@ -149,13 +149,32 @@ def test_a_pair_on_paper_shows_the_figures_drawn_for_a_phone(tmp_path: Path) -> 
     assert report_paper(alone, "T", "en", figures) != report_paper(alone, "T", "en", {"a": phone})
 
 
+def streams_of(pdf: bytes) -> list[bytes]:
+    """Return the contents of a PDF file, among them one for each page."""
+    found = re.findall(rb"/FlateDecode.*?stream\r?\n(.*?)\r?\nendstream", pdf, re.S)
+    return [zlib.decompress(one) for one in found]
+
+
+def test_the_caption_of_a_table_is_on_the_page_of_the_table() -> None:
+    """Caption in letters of 8.5 pt, table in letters of 8 pt; the text above leaves less and less of the first page."""
+    pages = []
+    for lines in range(33, 49):
+        text = "\n\n".join(["# T", *["Line."] * lines])
+        table = "::: table Caption.\n| a | b |\n|---|---|\n| 1 | 2 |\n:::\n"
+        pdf = report_paper(parse_markdown(f"{text}\n\n{table}"), "T", "en", {})
+        (page,) = (one for one in streams_of(pdf) if b" 8.5 Tf" in one)
+        assert b" 8 Tf" in page, lines
+        pages.append(b" 17 Tf" in page)
+    assert pages[0]
+    assert not pages[-1]
+
+
 def test_on_the_first_page_of_paper_no_figure_is_above_the_title(tmp_path: Path) -> None:
     """Heights on the page, pt, of the title (17 pt letters) and of the upper edge of the figure."""
     (tmp_path / "a.svg").write_text(SVG, encoding="utf-8")
     tree = parse_markdown('# Title\n\nShort.\n\n![alt](a "A")\n\n## Next\n\nMore.\n')
     pdf = report_paper(tree, "T", "en", {"a": tmp_path / "a.svg"})
-    streams = [zlib.decompress(one) for one in re.findall(rb"/FlateDecode.*?stream\r?\n(.*?)\r?\nendstream", pdf, re.S)]
-    (content,) = (one for one in streams if b" 17 Tf" in one)
+    (content,) = (one for one in streams_of(pdf) if b" 17 Tf" in one)
     title = re.search(rb"([\d.]+) cm[^Q]*? 17 Tf", content)
     figure = re.search(rb"/Alt\(alt\)>>BDC\s+q [\d.]+ ([\d.]+) m", content)
     assert title

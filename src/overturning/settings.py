@@ -128,7 +128,8 @@ class StonePopulation(StrictModel):
         description="rotation about the vertical from which a standing stone counts as rotated, degrees",
     )
     period: tuple[Annotated[Second, Field(ge=0.01, le=10)], ...] = Field(
-        default=(), description="periods of Sa(T), s, for fragility curves in addition to those for PGA and PGV"
+        default=(),
+        description="periods of Sa(T), s, for fragility curves in addition to those for PGA, PGV and PGV/PGA",
     )
     stones: int = Field(default=256, ge=16, le=65536, description="stones drawn, the same under every record")
     seed: int = Field(default=1, ge=0, description="seed of the draw")

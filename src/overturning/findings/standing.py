@@ -6,7 +6,7 @@ from typing import Final
 
 from overturning.errors import ResultError
 from overturning.findings.values import Finding, Number
-from overturning.study.ensemble import wilson_interval
+from overturning.statistics.bootstrap import exact_share_interval
 from overturning.surveys.standing import (
     BOUND_PROBABILITY,
     LARGEST_SHARE_BEYOND,
@@ -65,7 +65,7 @@ class StandingStones(Finding):
     """Upper bound of the rate of falls if none fell; otherwise None."""
     bound_probability: float
     share: Number
-    """Share that stands, with its 95 % interval (Wilson)."""
+    """Share that stands, with its exact binomial 95 % interval."""
     low: Number
     high: Number
 
@@ -147,7 +147,7 @@ def _survival_of_class(survival: SurvivalByClass, class_index: int, fall_rate_bo
 
 
 def _standing_stones_of_survey(standing_count: int, fallen_count: int, fall_rate_bound: float) -> StandingStones:
-    low, high = map(float, wilson_interval(standing_count, standing_count + fallen_count))
+    low, high = exact_share_interval(standing_count, standing_count + fallen_count)
     return StandingStones(
         stood=standing_count,
         fell=fallen_count,

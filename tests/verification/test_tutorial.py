@@ -2,6 +2,8 @@
 
 import pytest
 
+from overturning.study.load import study_from_content
+from overturning.study.preflight import estimate_study_size
 from verification import tutorial
 from verification.tables import RESULTS, read_figures
 
@@ -13,6 +15,12 @@ def test_the_tutorial_gives_the_stored_survey_and_study() -> None:
     assert "b_over_h: {start: 0.1, stop: 0.6, step: 0.1}\n    height: [0.6]\n    friction: [0.58, 1.0]\n" in page
     assert "azimuth: {step: 10}" in page
     assert '"orientation": {"step": 5}, "b_over_h": {"start": 0.1, "stop": 0.6, "step": 0.05}' in page
+
+
+def test_the_tutorial_shows_the_size_of_its_study() -> None:
+    page = (tutorial.ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
+    study = study_from_content({"name": "mine", "records": {"use": ["wtmc"]}, **tutorial.STUDY}, "mine.yaml")
+    assert f"    config/mine.yaml: study 'mine', {estimate_study_size(study)}\n" in page
 
 
 @pytest.mark.long

@@ -233,5 +233,5 @@ def record_of_pulse(pulse: Pulse, record_id: str = "pulse") -> Record:
         event=f"{pulse.shape} pulse",
         component_azimuths_deg=(pulse.azimuth_deg % 360.0, (pulse.azimuth_deg + 90.0) % 360.0),
         # Skip the amplitude check: a pulse states its unit and may have any size.
-        extra={"format": "synthetic", "processed": True, "processed_by": "closed form", "trusted_data": True},
+        extra={"format": "synthetic", "processed": True, "trusted_data": True},
     )

@@ -150,9 +150,11 @@ def processing_entry_text(entry: Mapping[str, Any]) -> str:
 
 
 def processing_label(record: Record) -> str:
-    """Return a text on the processing of a record: "raw", "processed by AGENCY", "as given" (from Python) etc."""
+    """Return a text on the processing of a record: "raw", "processed by AGENCY", "synthetic", "as given" etc."""
     if record.extra.get("given"):
         return "as given"
+    if record.extra.get("format") == "synthetic":
+        return "synthetic"
     if not record.extra.get("processed"):
         return "raw" + (", response of a velocity sensor removed" if record.extra.get("removed") == "response" else "")
     by = record.extra.get("processed_by")

@@ -238,8 +238,12 @@ def test_few_earthquakes_give_no_interval(earthquakes: int) -> None:
     assert ("no interval: fewer than 8 earthquakes" in fit.note) == (earthquakes < 8)
 
 
-def test_a_constant_predictor_has_no_coefficient() -> None:
-    x = np.column_stack([TEMPERATURE, np.full(23, 0.6)])
+@pytest.mark.parametrize("constant", [0.6, -1.14, 1e4])
+@pytest.mark.parametrize("rounding", [0.0, 1e-9, 1e-7])
+def test_a_constant_predictor_has_no_coefficient(constant: float, rounding: float) -> None:
+    """Also one that varies by rounding only, such as ln PGV/PGA of a pulse: its coefficient was −10¹²."""
+    near = constant * (1.0 + rounding * np.cos(np.arange(23.0)))
+    x = np.column_stack([TEMPERATURE, near])
     fit, without = (fit_logistic_model(one, DISTRESS, np.arange(23)) for one in (x, x[:, :1]))
     assert fit.coefficient[:2] == pytest.approx(without.coefficient)
     assert fit.standard_error[:2] == pytest.approx(without.standard_error)

@@ -25,6 +25,12 @@ LEVEL = 0.95
 LEAST_PGA = 1e-6
 """PGA, m/s², below which a motion is only rounding error (motions are rounded to 1e-9 m/s²)."""
 
+CONSTANT = 1e-6
+"""Largest standard deviation of a predictor that is constant but for rounding, relative to its size if that exceeds 1.
+
+Peaks of a motion in one direction have the same PGV/PGA along all azimuths but for the rounding of the samples.
+"""
+
 MAX_ITERATIONS = 200
 MAX_LINEAR_PREDICTOR = 30.0
 """Linear predictor above which a fit is checked for separated data; the probability is 0 or 1 to 13 digits there."""
@@ -123,7 +129,7 @@ def fit_logistic_model(
     if not note:
         # Centre and scale the predictors, so that the information matrix is well conditioned.
         centre, scale = x.mean(axis=0), x.std(axis=0)
-        varies = scale > 1e-12 * np.maximum(1.0, np.abs(centre))
+        varies = scale > CONSTANT * np.maximum(1.0, np.abs(centre))
         design = np.column_stack([np.ones_like(y), (x[:, varies] - centre[varies]) / scale[varies]])
         if np.linalg.matrix_rank(design) < design.shape[1]:
             note = "no fit: predictors are linearly dependent"

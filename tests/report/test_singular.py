@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from pydantic import BaseModel
 
+from overturning.findings.causes import LogisticCoefficient
 from overturning.findings.collect import Findings
 from overturning.findings.lines import finding_lines
 from overturning.findings.standing import SurvivalFindings
@@ -113,6 +114,17 @@ def test_the_twist_of_nine_tenths_of_the_cases_may_be_zero(language: str) -> Non
     text = text_of(Findings.model_validate(data), language)
     assert {"en": "by at most 0.0° in nine tenths", "ja": "九割のケースで 0.0° 以下"}[language] in text
     assert {"en": "otherwise it tips", "ja": "残りは傾いて"}[language] not in text
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("slope", [1.2, None])
+def test_the_fit_is_in_the_caption_if_it_is_in_the_figure(slope: float | None, language: str) -> None:
+    """With one ratio PGV/PGA, such as that of a pulse, the fit has no coefficient of it and no line in the figure."""
+    data = json.loads(findings_by_hand("direction").model_dump_json())
+    row = dict.fromkeys(LogisticCoefficient.model_fields) | {"predictor": "ln PGV/PGA", "value": slope}
+    data["logistic_fit"]["coefficients"] = [row, row | {"predictor": "ln B/H", "value": 1.0}]
+    text = text_of(Findings.model_validate(data), language)
+    assert ({"en": "and the fit to this study", "ja": "本計算への回帰"}[language] in text) is (slope is not None)
 
 
 class OneEstimate(BaseModel):

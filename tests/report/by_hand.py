@@ -132,7 +132,10 @@ DIRECTION: dict[str, Any] = {
     "criteria_scores": {
         "scores": [{"criterion": "West", "rule": "PGA above a limit", "hit_rate": 0.99, "false_alarm_rate": 0.56,
                     "skill": estimate(0.43, 0.29, 0.58), "skill_within_block_shape": estimate(0.23, 0.08, 0.34),
-                    "skill_within_pulse_range": 0.31}],
+                    "skill_within_pulse_range": 0.31},
+                   {"criterion": "B/H alone", "rule": "B/H below 0.33", "hit_rate": 0.74, "false_alarm_rate": 0.19,
+                    "skill": estimate(0.55, 0.41, 0.66), "skill_within_block_shape": estimate(0.0),
+                    "skill_within_pulse_range": 0.0}],
         "best_criterion": "", "largest_skill_criterion": "West",
         "skill_lead": {"Ishiyama": estimate(0.101, -0.03, 0.19)},
         "not_shown_to_differ": [{"first": "West", "second": "Ishiyama",

@@ -283,7 +283,7 @@ CURVE = ("population", "fragility_curves", 0)
         ),
         (
             "direction",
-            {("criteria_scores", "scores", 0, "skill"): NONE},
+            {("criteria_scores", "scores", 1, "skill"): NONE},
             {"en": "already scores", "ja": "スキルは –"},
             {"en": "Among blocks of one size", "ja": "同じ寸法のブロック"},
         ),

@@ -14,6 +14,7 @@ from overturning.findings.standing import SurvivalFindings
 from overturning.findings.survey_commands import SurveyCommandResults
 from overturning.findings.values import Estimate
 from overturning.report.render import LANGUAGES
+from overturning.statistics.criteria import SLENDERNESS_ONLY
 from tests.report.by_hand import MOTION, OBSERVED, STUDIES, SURVEY, SURVEY_DISPLACEMENTS, findings_by_hand
 from tests.report.test_templates import text_of
 
@@ -125,6 +126,19 @@ def test_the_fit_is_in_the_caption_if_it_is_in_the_figure(slope: float | None, l
     data["logistic_fit"]["coefficients"] = [row, row | {"predictor": "ln B/H", "value": 1.0}]
     text = text_of(Findings.model_validate(data), language)
     assert ({"en": "and the fit to this study", "ja": "本計算への回帰"}[language] in text) is (slope is not None)
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("several", [True, False])
+def test_with_one_b_over_h_no_criterion_is_called_slenderness_alone(several: bool, language: str) -> None:
+    """Then no B/H divides falls from stands, and the last criterion of the list is another one."""
+    data = json.loads(findings_by_hand("direction").model_dump_json())
+    scores = data["criteria_scores"]["scores"]
+    names = [one["criterion"] for one in scores]
+    assert names[-1] == SLENDERNESS_ONLY
+    data["criteria_scores"]["scores"] = scores if several else scores[:-1]
+    text = text_of(Findings.model_validate(data), language)
+    assert ({"en": "Guessing by slenderness alone", "ja": "幅高さ比だけによる判定"}[language] in text) is several
 
 
 class OneEstimate(BaseModel):

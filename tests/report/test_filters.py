@@ -31,7 +31,13 @@ def test_a_number_has_a_true_minus_and_no_minus_before_zero(value: float | None,
     assert filters.number(value, digits) == shown
 
 
-@pytest.mark.parametrize(("value", "full", "shown"), [(359.6, 360, "0°"), (179.7, 180, "0°"), (-16.2, 0, "−16°")])
+@pytest.mark.parametrize(("value", "full", "shown"), [
+        (359.6, 360, "0°"), (179.7, 180, "0°"), (-16.2, 0, "−16°"),
+        # Half an octant, as the bootstrap of directions and that of axes give it.
+        (22.5, 0, "23°"), (22.5 - 1e-12, 0, "23°"), (22.5 + 1e-12, 0, "23°"), (-22.5, 0, "−23°"), (22.4, 0, "22°"),
+        (0.5, 0, "1°"), (359.5, 360, "0°"), (-0.4, 360, "0°"),
+    ],
+)  # fmt: skip
 def test_degrees_stay_in_their_range(value: float, full: int, shown: str) -> None:
     assert filters.degrees(value, full) == shown
 

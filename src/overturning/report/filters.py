@@ -8,7 +8,7 @@ from urllib.parse import quote
 from overturning.findings.values import Estimate
 
 ROUNDING: Final = 1e-9
-"""Distance from 0 or 1 up to which a share counts as 0 or 1: the rounding of a sum."""
+"""Distance from 0 or 1 up to which a share counts as 0 or 1, and an angle from half a degree: the rounding of a sum."""
 
 NO_VALUE: Final = "–"
 """Text for a number that is not known."""
@@ -63,10 +63,14 @@ def three_digits(value: float | None) -> str:
 
 
 def degrees(value: float | None, full: int = 0) -> str:
-    """Return whole degrees; with `full` (180 or 360) in the range from 0 to below `full`."""
+    """Return whole degrees; with `full` (180 or 360) in the range from 0 to below `full`.
+
+    Half a degree is rounded away from 0, so that 22.5°, half an octant, is 23° whatever its last binary digit is.
+    """
     if _unknown(value) or value is None:
         return NO_VALUE
-    return f"{number(round(value) % full if full else round(value), 0)}°"
+    whole = int(math.copysign(math.floor(abs(value) + 0.5 + ROUNDING), value))
+    return f"{number(whole % full if full else whole, 0)}°"
 
 
 def has_interval(one: Estimate) -> bool:

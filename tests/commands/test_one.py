@@ -47,7 +47,7 @@ def test_a_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     given = ("--record", "rinaldi", "--azimuth", "32", "--azimuth", "122", "--scene", "three-tier")
     text = run(*given, "--animate", page, "--response", figure)
     assert "A shaft on two bases" in text
-    assert "motion along N32°E: 1 of 3 fall: shaft falls towards S32°W" in text
+    assert "motion along N32°E: 1 of 3 falls: shaft falls towards S32°W" in text
     assert "motion along S58°E: everything stands" in text
     film = page.read_text(encoding="utf-8")
     assert all(name in film for name in ("lower-base", "upper-base", "shaft"))

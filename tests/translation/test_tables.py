@@ -145,6 +145,7 @@ def test_texts_of_films_and_players_are_translated() -> None:
         ("falls towards N60°E at 2.10 s", "2.10 s に N60°E へ転倒"),
         ("2 of 3 fall: shaft falls towards N at 1.00 s; cross falls towards S at 2.00 s",
          "3 個中 2 個が転倒：1.00 s に棹石が N へ転倒；2.00 s に石の十字架が S へ転倒"),
+        ("1 of 3 falls: shaft falls towards N at 1.00 s", "3 個中 1 個が転倒：1.00 s に棹石が N へ転倒"),
         ("N30°E: falls", "N30°E：転倒"),
         ("Rinaldi, Northridge 1994", "Rinaldi, Northridge 1994"),
         ("A stone, Quake\nradius: slenderness B/H", "A stone, Quake\n半径：幅高さ比 B/H"),

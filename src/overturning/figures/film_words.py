@@ -166,7 +166,7 @@ def fall_sentence(fall_azimuth_deg: float, fall_time: float, stone_name: str = "
 
 
 def join_fall_sentences(fall_sentences: list[str], stone_count: int) -> str:
-    """Join the sentences on the falls in a scene; for several stones the text begins with "2 of 3 fall", or "1 of 3 falls"."""
+    """Join the sentences on the falls in a scene; for several stones the text begins with "2 of 3 fall"."""
     fall = "falls" if len(fall_sentences) == 1 else "fall"
     counts = f"{len(fall_sentences)} of {stone_count} {fall}: " if stone_count > 1 else ""
     return counts + "; ".join(fall_sentences)

@@ -220,7 +220,7 @@ def test_no_effect_is_stated_without_an_interval_that_excludes_none(
 
 PREDICTED = {
     "en": ("two dimensions are enough", "of the borderline cases", "set up to test the fault normal",
-           "with the fault normal it", "closest reference was not predicted", "it is –"),
+           "with the fault normal it", "largest alignment was not predicted", "it is –"),
     "ja": ("二次元モデルは転倒の有無には十分", "転倒の境界付近では", "事前に定めた問い", "断層直交方向との一致度は",
            "事後に見いだした", "一致度は –"),
 }  # fmt: skip

@@ -143,9 +143,8 @@ def fit_logistic_model(
         if intervals and groups >= FEWEST_EARTHQUAKES:
             without, note = _fit_without_each_cluster(design, y, w, beta, member)
             if not note:
-                coefficient, error = (
-                    one + given for one in _jackknife_estimate_and_error(coefficient, without @ back.T)
-                )
+                estimates = _jackknife_estimate_and_error(coefficient, without @ back.T)
+                coefficient, error = (one + given for one in estimates)
         elif intervals:
             note = f"no interval: fewer than {FEWEST_EARTHQUAKES} earthquakes"
     half = float(scipy.special.stdtrit(groups - 1, (1 + LEVEL) / 2)) * error

@@ -26,7 +26,7 @@ from verification.tables import ROOT
 HEIGHTS_SHIPPED: Final = slice(1, 5)
 """Heights of `HEIGHTS` whose outcomes are shipped: those of gravestones, 0.45 to 1.52 m."""
 
-ASPECTS_SHIPPED: Final = (0.0, 1.0, 1.4)
+ASPECTS_SHIPPED: Final = (0.0, 1.0, 1.4, 2.0)
 """D/B of stones whose outcomes are shipped; 0 stands for round stones."""
 
 

@@ -13,7 +13,7 @@ from overturning.surveys.stone_outcomes import shipped_outcomes, simulate_outcom
 
 
 @pytest.mark.parametrize("count", [3, pytest.param(60, marks=pytest.mark.long)])
-@pytest.mark.parametrize("aspect", [0.0, 1.0, 1.4])
+@pytest.mark.parametrize("aspect", [0.0, 1.0, 1.4, 2.0])
 def test_shipped_outcomes_are_those_of_the_kernel(aspect: float, count: int) -> None:
     """Of random motions and sizes, all frictions, peak velocities and face azimuths are simulated again."""
     motions, dice = candidate_motions(), np.random.default_rng([count, int(10 * aspect)])
@@ -30,7 +30,7 @@ def test_a_survey_of_gravestones_needs_no_simulation() -> None:
         StoneKind(height, ratio, aspect)
         for height in (0.46, 0.9, 1.5)
         for ratio in (0.1, 0.37, 0.8)
-        for aspect in (0.0, 1.0, 1.4)
+        for aspect in (0.0, 1.0, 1.4, 2.0)
     ]
     assert case_count_and_time(candidate_motions(), kinds) == (0, 0.0)
     every, seconds = case_count_and_time(candidate_motions(), kinds, with_known=True)

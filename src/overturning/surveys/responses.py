@@ -24,9 +24,9 @@ from overturning.surveys.stone_outcomes import (
     LEVELS,
     SHAPES,
     UNKNOWN,
-    load_or_compute_outcomes,
     names_of_known_sizes,
     orientations_of_aspect,
+    outcomes_of_needed_sizes,
     response_cache_folder,
 )
 from overturning.surveys.stones import Stone
@@ -165,7 +165,7 @@ class StoneOutcomeProbabilities:
             if progress:
                 progress(done, len(motions))
             for aspect, nodes in needed.items():
-                self._ways[aspect].append(load_or_compute_outcomes(one, aspect, nodes, folder, threads))
+                self._ways[aspect].append(outcomes_of_needed_sizes(one, aspect, nodes, folder, threads))
         if progress:
             progress(len(motions), len(motions))
         self.table = lru_cache(64)(self._outcome_probability_table)
@@ -245,7 +245,7 @@ def _outcome_probabilities(
 
     The shape is (levels, orientations, bins + 1).
 
-    The outcomes under one motion (see `load_or_compute_outcomes`) are averaged over stones, with weights of
+    The outcomes under one motion (see `outcomes_of_needed_sizes`) are averaged over stones, with weights of
     `StoneKind.size_grid_weights`, and over the peak velocities at the site.
     """
     nodes = np.argwhere(size_grid_weights > 0).tolist()

@@ -124,7 +124,7 @@ def _response_cache_path(candidate_motion: CandidateMotion, aspect: float, folde
     return folder / f"{key}.npz"
 
 
-def load_or_compute_outcomes(
+def outcomes_of_needed_sizes(
     candidate_motion: CandidateMotion, aspect: float, needed_sizes_mask: NDArray[np.bool_], folder: Path, threads: int
 ) -> dict[str, NDArray[np.int8]]:
     """Return the outcomes of stones with one D/B under a motion: shipped with the package, stored, or simulated.
@@ -144,7 +144,7 @@ def load_or_simulate_outcomes(
     folder: Path,
     threads: int,
 ) -> dict[str, NDArray[np.int8]]:
-    """Return the outcomes of stones with one D/B under a motion, as `load_or_compute_outcomes`, without shipped ones.
+    """Return the outcomes of stones with one D/B under a motion, as `outcomes_of_needed_sizes`, without shipped ones.
 
     Simulated outcomes are stored in the cache folder.
     """

@@ -264,18 +264,19 @@ def stop_of_a_sliding_plate(corners: np.ndarray, gyration: float, friction: floa
 
 
 @pytest.mark.parametrize("friction", [0.005, 0.02])
-@pytest.mark.parametrize(("speed", "spin"), [(2.0, 0.5), (1.0, 3.0)])
+@pytest.mark.parametrize(("speed", "spin", "aspect"), [(2.0, 0.5, 1.0), (1.0, 3.0, 1.0), (0.1, 1.5, 20.0)])
 def test_a_body_that_slides_and_spins_for_long_is_simulated_to_its_stop(
-    friction: float, speed: float, spin: float
+    friction: float, speed: float, spin: float, aspect: float
 ) -> None:
     """It slides and spins for 5 s to 40 s, beyond 20/p after the record; the load of its corners is the same to 2 %."""
     start = InitialState((0.0, 0.0, 0.05), (1.0, 0.0, 0.0, 0.0), (speed, 0.0, 0.0), (0.0, 0.0, spin))
     found = simulate(
         level(0.1), Body("rectangle", start=start), orientation_deg=[0.0], height=[0.1], b_over_h=[5.0],
-        friction=[friction], leave_out=False,
+        friction=[friction], aspect=[aspect], leave_out=False,
     )  # fmt: skip
-    corners = 0.25 * np.array([[1.0, 1.0], [1.0, -1.0], [-1.0, -1.0], [-1.0, 1.0]])
-    along, left, turned = stop_of_a_sliding_plate(corners, 0.5 / np.sqrt(6.0), friction, np.array([speed, 0.0, spin]))
+    corners = 0.25 * np.array([[1.0, aspect], [1.0, -aspect], [-1.0, -aspect], [-1.0, aspect]])
+    gyration = 0.5 * np.sqrt((1.0 + aspect**2) / 12.0)
+    along, left, turned = stop_of_a_sliding_plate(corners, gyration, friction, np.array([speed, 0.0, spin]))
     assert found.overturned.item() == 0
     assert found.residual_slip_north.item() == pytest.approx(along, rel=0.01)
     assert found.residual_slip_east.item() == pytest.approx(-left, abs=0.01 * along)

@@ -201,7 +201,9 @@ def case_status(
     # A body that slides upright is simulated until friction has stopped it.
     if late_tilt < UPRIGHT and body_will_slide_noticeably(body, s, limits.reach):
         if state[SLIDE_END + lane] == 0.0:
-            time = np.sqrt(squared_base_speed(body, s, limits.reach)) / (GRAVITY * body.friction)
+            # A spin lasts as long as a slide with the speed of a point at the radius of gyration, or less.
+            gyration = max(limits.reach, 1.0 / np.sqrt(body.inverse.zz))
+            time = np.sqrt(squared_base_speed(body, s, gyration)) / (GRAVITY * body.friction)
             state[SLIDE_END + lane] = sample_when_slide_has_ended(sample, time, body.step * ticks_per_sample)
         if sample < state[SLIDE_END + lane]:
             return GOES_ON

@@ -40,7 +40,7 @@ from overturning.dem.kernel.ending import (
     LateTilt,
     SlideEnd,
     body_is_still,
-    sample_when_slide_has_ended,
+    case_waits_for_slides_to_stop,
     updated_late_tilt,
 )
 from overturning.dem.kernel.ground import base_acceleration_at_tick
@@ -200,12 +200,10 @@ def case_status(
         return CaseStatus.UNDECIDED
     # A body that slides upright is simulated until friction has stopped it.
     if late_tilt < UPRIGHT and body_will_slide_noticeably(body, s, limits.reach):
-        if state[SLIDE_END + lane] == 0.0:
-            # A spin lasts as long as a slide with the speed of a point at the radius of gyration, or less.
-            gyration = max(limits.reach, 1.0 / np.sqrt(body.inverse.zz))
-            time = np.sqrt(squared_base_speed(body, s, gyration)) / (GRAVITY * body.friction)
-            state[SLIDE_END + lane] = sample_when_slide_has_ended(sample, time, body.step * ticks_per_sample)
-        if sample < state[SLIDE_END + lane]:
+        # A spin lasts as long as a slide with the speed of a point at the radius of gyration, or less.
+        gyration = max(limits.reach, 1.0 / np.sqrt(body.inverse.zz))
+        time = np.sqrt(squared_base_speed(body, s, gyration)) / (GRAVITY * body.friction)
+        if case_waits_for_slides_to_stop(state, SLIDE_END + lane, sample, time, body.step * ticks_per_sample):
             return GOES_ON
     return CaseStatus.SIMULATED
 

@@ -1,10 +1,10 @@
 """Progress of a case and termination tests of the block and body kernels (docs/method.md, "How a case ends")."""
 
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.lanes import INLINE
+from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 GOES_ON: Final = -1
@@ -142,11 +142,17 @@ def updated_late_tilt(
     return max(late_tilt, 1.0 if GRAVITY * rise >= case_progress.barrier else tilt_ratio)
 
 
-@njit(**INLINE)
-def sample_when_slide_has_ended(sample: float, sliding_time: float, sampling_interval: float) -> float:
-    """Return a sample after the one at which friction has stopped all slides and spins of a case.
+@njit(**INNER)
+def case_waits_for_slides_to_stop(
+    state: Any, slide_end_row: int, sample: float, sliding_time: float, sampling_interval: float
+) -> bool:
+    """True if a case is simulated further because of slides or spins at its end.
 
-    `sliding_time` (s) is the time in which friction would stop the fastest of them if there were no other: a slide and
-    a spin of one body slow each other down less than alone, and end together.
+    At the first call, the sample at which friction has stopped them is stored in `state[slide_end_row]`, which is 0
+    before. `sliding_time` (s) is the time in which friction would stop the fastest slide or spin if there were no
+    other, or 0. A slide and a spin of one body slow each other down less than alone, and end together.
     """
-    return sample + 3.0 * sliding_time / sampling_interval
+    # The sample is not computed again: a cylinder that rolls on its rim without loss would be simulated for ever.
+    if state[slide_end_row] == 0.0:
+        state[slide_end_row] = sample + 3.0 * sliding_time / sampling_interval
+    return bool(sample < state[slide_end_row])

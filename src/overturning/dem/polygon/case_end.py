@@ -5,7 +5,7 @@ from typing import Any, Final
 import numpy as np
 from numba import njit
 
-from overturning.dem.kernel.ending import GOES_ON, sample_when_slide_has_ended
+from overturning.dem.kernel.ending import GOES_ON, case_waits_for_slides_to_stop
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
@@ -78,14 +78,12 @@ def case_status(
     if case.sample < case.after:
         return GOES_ON
     # Upright elements that slide are simulated until friction has stopped them.
-    if (
-        state[rows.SLIDE_END + lane] == 0.0
-        and all_elements_upright(state, lane, element_rules)
-        and all_elements_in_place(state, lane, scene, element_rules, gap)
+    sliding_time = 0.0
+    if all_elements_upright(state, lane, element_rules) and all_elements_in_place(
+        state, lane, scene, element_rules, gap
     ):
         sliding_time = longest_sliding_time(state, lane, scene)
-        state[rows.SLIDE_END + lane] = sample_when_slide_has_ended(case.sample, sliding_time, sampling_interval)
-    if case.sample < state[rows.SLIDE_END + lane]:
+    if case_waits_for_slides_to_stop(state, rows.SLIDE_END + lane, case.sample, sliding_time, sampling_interval):
         return GOES_ON
     still = moving < 1e-4 * limits.least_scale or not any_element_can_fall_without_base_motion(
         state, lane, element_rules, scene.gravity

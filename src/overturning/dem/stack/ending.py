@@ -17,7 +17,7 @@ from overturning.dem.body.vectors import (
     rotation_matrix,
     transpose,
 )
-from overturning.dem.kernel.ending import GOES_ON, CaseProgress, SlideEnd, sample_when_slide_has_ended
+from overturning.dem.kernel.ending import GOES_ON, CaseProgress, SlideEnd, case_waits_for_slides_to_stop
 from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.dem.quiet import REST_THRESHOLD_FACTOR, SAFE_SHARE
@@ -259,10 +259,8 @@ def stack_status(
     if sample < course.after or sample < last_sample:
         return GOES_ON
     # An upright stack that slides is simulated until friction has stopped it.
-    if state[SLIDE_END + lane] == 0.0:
-        sliding_time = sliding_time_of_upright_stack(state, lane, stone_count, corner_limit)
-        state[SLIDE_END + lane] = sample_when_slide_has_ended(sample, sliding_time, case.step * ticks_per_sample)
-    if sample < state[SLIDE_END + lane]:
+    sliding_time = sliding_time_of_upright_stack(state, lane, stone_count, corner_limit)
+    if case_waits_for_slides_to_stop(state, SLIDE_END + lane, sample, sliding_time, case.step * ticks_per_sample):
         return GOES_ON
     stands = stack_cannot_fall(state, lane, corner_limit, stones_at_rest)
     return CaseStatus.SIMULATED if stands else CaseStatus.UNDECIDED

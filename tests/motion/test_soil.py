@@ -19,6 +19,7 @@ from overturning.motion.soil import (
     TAIL_END,
     RockHalfSpace,
     SoilLayer,
+    check_soil_layer_curves,
     propagate_through_soil,
 )
 from overturning.records.processing import process_record
@@ -132,6 +133,19 @@ def test_invalid_profiles_are_refused(noise: np.ndarray) -> None:
         SoilSite(layers=[], rock=ROCK)
     with pytest.raises(ArgumentError, match="curve 'none'; known are"):
         propagate_through_soil(noise, INTERVAL, [LAYER.model_copy(update={"curve": "none"})], ROCK)
+
+
+@pytest.mark.parametrize(
+    ("curve", "part"),
+    [("Iwasaki, 0.25 atm", "damping"), ("Seed & Idriss, Sand Lower", "modulus reduction")],
+)
+def test_curves_with_one_part_only_are_refused(curve: str, part: str) -> None:
+    """Both publications give one of the two; pystrata keeps what there is."""
+    layer = LAYER.model_copy(update={"curve": curve})
+    for refusal in (check_soil_layer_curves, lambda layers: propagate_through_soil(PULSE.north, 0.01, layers, ROCK)):
+        with refused(ArgumentError, f"site: curve {curve!r}: pystrata has no {part} of this curve; choose a curve"):
+            refusal([layer])
+    check_soil_layer_curves([LAYER, LAYER.model_copy(update={"curve": "Seed & Idriss, Sand Mean"})])
 
 
 def test_site_of_a_study_changes_the_motion() -> None:

@@ -85,10 +85,11 @@ def import_pystrata() -> Any:
 
 
 def check_soil_layer_curves(soil_layers: Sequence[SoilLayer]) -> None:
-    """Raise an `ArgumentError` if pystrata is missing or lacks the modulus-reduction curve of a soil layer."""
+    """Raise an `ArgumentError` if pystrata is missing, or lacks the curve of a soil layer or a part of this curve."""
     package = import_pystrata()
     for layer in soil_layers:
-        _check_soil_curve(package, layer)
+        if layer.curve is not None:
+            _published_soil_type(package, 1.0, layer.curve)
 
 
 def propagate_through_soil(
@@ -201,14 +202,22 @@ def _pystrata_soil_type(pystrata_package: Any, soil_layer: SoilLayer | RockHalfS
     weight = soil_layer.density_kg_m3 * STANDARD_GRAVITY / 1e3  # kN/m³
     if isinstance(soil_layer, RockHalfSpace) or soil_layer.curve is None:
         return pystrata_package.site.SoilType("", weight, None, soil_layer.damping)
-    _check_soil_curve(pystrata_package, soil_layer)
-    return pystrata_package.site.SoilType.from_published("", weight, soil_layer.curve)
+    return _published_soil_type(pystrata_package, weight, soil_layer.curve)
 
 
-def _check_soil_curve(pystrata_package: Any, soil_layer: SoilLayer) -> None:
-    """Raise an ArgumentError if pystrata does not know the modulus-reduction curve of a soil layer."""
-    known = pystrata_package.site.known_published_curves() if soil_layer.curve is not None else [None]
-    if soil_layer.curve not in known:
+def _published_soil_type(pystrata_package: Any, weight: float, curve: str) -> Any:
+    """Return a `SoilType` with a published curve; raise an ArgumentError if pystrata lacks the curve or a part of it.
+
+    Some publications give only a modulus reduction, or only a damping.
+    """
+    known = pystrata_package.site.known_published_curves()
+    if curve not in known:
+        raise ArgumentError(f"site: curve {curve!r}; known are {', '.join(sorted(known)[:6])} … ({len(known)} in all)")
+    try:
+        return pystrata_package.site.SoilType.from_published("", weight, curve)
+    except KeyError as missing:
+        part = "modulus reduction" if missing.args == ("mod_reduc",) else "damping"
         raise ArgumentError(
-            f"site: curve {soil_layer.curve!r}; known are {', '.join(sorted(known)[:6])} … ({len(known)} in all)"
-        )
+            f"site: curve {curve!r}: pystrata has no {part} of this curve; choose a curve with modulus reduction and "
+            "damping, such as 'Vucetic & Dobry (91), PI=30'"
+        ) from None

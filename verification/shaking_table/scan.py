@@ -127,7 +127,7 @@ def fall_shares(fell: NDArray[np.bool_]) -> FloatArray:
     single relief are added, so that all likelihoods are finite.
     """
     count = len(fell)
-    falls = sum(weight * np.roll(fell, -step, axis=2).sum(axis=0) for step, weight in WEIGHTS.items())
+    falls = np.sum([weight * np.roll(fell, -step, axis=2).sum(axis=0) for step, weight in WEIGHTS.items()], axis=0)
     return np.asarray((falls.T + 0.5) / (count + 1.0))
 
 

@@ -270,8 +270,8 @@ def posterior(found: SurveyInversionResult) -> "Figure":
     one, curves = found.posterior, {}
     for name, values in found.pgv_and_pga_by_motion_and_level.items():
         order = np.argsort(values.ravel(), kind="stable")
-        below = [each.sum(axis=2).ravel()[order].cumsum() for each in (one.probability, one.prior)]
-        curves[name] = (values.ravel()[order], *below, one.credible_interval(values))
+        posterior_mass, prior_mass = (each.sum(axis=2).ravel()[order].cumsum() for each in (one.probability, one.prior))
+        curves[name] = (values.ravel()[order], posterior_mass, prior_mass, one.credible_interval(values))
     shares = dict(zip(one.sources, one.motion_probabilities().tolist(), strict=True))
     return motion_posterior_figure(
         found.name, one.velocity_axis_probabilities(), found.credible_axis_arc_deg, shares, curves

@@ -13,6 +13,7 @@ import pytest
 import xarray as xr
 
 from overturning.errors import ConfigError, MissingDataError, OverturningError
+from overturning.motion.soil import import_pystrata
 from overturning.records.catalogue import RecordEntry
 from overturning.statistics.by_record import record_masks_by_group
 from overturning.study.load import load_study, study_from_content
@@ -137,6 +138,18 @@ def test_study_check_finds_that_the_package_for_soil_is_missing(
     (line,) = said("study", "check", tmp_path / "mine.yaml", status=1).splitlines()
     assert line.startswith(f"error: {tmp_path / 'mine.yaml'}: {key}: soil layers need pystrata")
     assert "python -m pip install 'overturning[soil]'" in line
+
+
+def test_the_import_of_the_package_for_soil_prints_no_warnings(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, recwarn: pytest.WarningsRecorder
+) -> None:
+    """From Python 3.12, pystrata's source gives syntax warnings, until its compiled form is stored."""
+    (tmp_path / "pystrata.py").write_text("doubtful = 1 is 1\n", encoding="utf-8")
+    monkeypatch.setitem(sys.modules, "pystrata", None)
+    del sys.modules["pystrata"]
+    monkeypatch.syspath_prepend(tmp_path)
+    assert import_pystrata().doubtful
+    assert recwarn.list == []
 
 
 def test_study_check_finds_an_unknown_soil_curve(monkeypatch: pytest.MonkeyPatch) -> None:

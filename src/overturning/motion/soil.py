@@ -5,6 +5,7 @@ The complex shear modulus is that of pystrata, G (√(1 − 4ξ²) + 2iξ); with
 up to 2 %.
 """
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
@@ -75,7 +76,9 @@ class SurfaceComponentResult:
 def import_pystrata() -> Any:
     """Return the package pystrata; raise an ArgumentError with the installation command if it is missing."""
     try:
-        import pystrata as package  # takes some seconds
+        with warnings.catch_warnings():  # on escapes in pystrata's docstrings, printed while it is compiled
+            warnings.simplefilter("ignore", SyntaxWarning)
+            import pystrata as package  # takes some seconds
     except ImportError as error:
         raise ArgumentError(
             f"site: soil layers need pystrata, which cannot be imported ({error}); python -m pip install "

@@ -14,7 +14,7 @@ from logging import WARNING, LogRecord
 from pathlib import Path
 from typing import Any, Final
 
-from snakemake.common import NOTHING_TO_BE_DONE_MSG
+from snakemake.common import NOTHING_TO_BE_DONE_MSG, get_appdirs
 from snakemake.logging import ColorizingTextHandler, DefaultFilter, DefaultFormatter
 from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
@@ -189,6 +189,14 @@ def _strip_positions(text: str) -> str:
         if lines[0].startswith("FileNotFoundError") and lines[0].endswith(".yaml'"):
             there = ", ".join(sorted(map(str, Path("config").glob("*.yaml")))) or "none"
             return f"no study {lines[0].split(chr(39))[-2]}; existing studies: {there}"
+        if unwritable := re.search(r"Error: \[Errno \d+\] (.*): '(/[^']*)'$", lines[0]):
+            reason, path = unwritable.groups()
+            cache = Path(get_appdirs().user_cache_dir)  # Snakemake makes it before it reads the workflow
+            if cache.is_relative_to(path) or Path(path).is_relative_to(cache):
+                return (
+                    f"{path}: {reason}; Snakemake needs the cache folder {cache}: set HOME or XDG_CACHE_HOME to a "
+                    "folder that can be written"
+                )
     first = re.sub(r"^\w+(?: in file .*, line \d+)?:\s*", "", lines[0]) if lines else ""
     return "\n".join(([first] if first else []) + lines[1:])
 

@@ -129,6 +129,21 @@ def test_errors_of_steps_are_printed_unchanged(
             "Traceback (most recent call last):\nFileNotFoundError: [Errno 2] No such file: 'config/gone.yaml'",
             "error: no study config/gone.yaml; existing studies: config/mine.yaml\n",
         ),
+        *(
+            (
+                f"Traceback (most recent call last):\n{kind}: [Errno 13] {reason}: '{path}'",
+                f"error: {path}: {reason}; Snakemake needs the cache folder /.cache/snakemake: set HOME or "
+                "XDG_CACHE_HOME to a folder that can be written\n",
+            )
+            for kind, reason, path in (
+                ("PermissionError", "Permission denied", "/.cache"),
+                ("OSError", "Read-only file system", "/.cache/snakemake/snakemake/source-cache"),
+            )
+        ),
+        (
+            "Traceback (most recent call last):\nPermissionError: [Errno 13] Permission denied: '/.cached'",
+            "error: [Errno 13] Permission denied: '/.cached'\n",
+        ),
     ],
 )
 def test_errors_found_before_a_run(
@@ -142,6 +157,7 @@ def test_errors_found_before_a_run(
     (tmp_path / "config").mkdir()
     (tmp_path / "config" / "mine.yaml").touch()
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_CACHE_HOME", "/.cache")  # as HOME=/ in a container
     event(handler, text, logging.ERROR, event=LogEvent.ERROR)
     handler.close()
     assert capsys.readouterr().err == said

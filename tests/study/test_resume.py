@@ -213,6 +213,25 @@ def test_a_step_of_a_killed_run_is_waited_for(
     assert capsys.readouterr().err == f"A step of a killed run is still at work (process {step.pid}); waiting for it.\n"
 
 
+def test_a_command_that_reads_results_is_not_waited_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "overturning").write_text("import time\nprint(1, flush=True)\ntime.sleep(60)\n", encoding="utf-8")
+    reads = subprocess.Popen(
+        [sys.executable, str(tmp_path / "overturning"), "survey", "a.csv", "--cube", "results/a/cube.nc"],
+        stdout=subprocess.PIPE,
+    )
+    assert reads.stdout is not None
+    assert reads.stdout.readline() == b"1\n"
+    waited_for: list[int] = []
+    monkeypatch.setattr("psutil.Process.wait", lambda process: waited_for.append(process.pid))
+    descriptor = lock_folder(tmp_path / "run.lock")
+    assert descriptor is not None
+    os.close(descriptor)
+    reads.kill()
+    reads.communicate()
+    assert waited_for == []
+
+
 def test_only_netcdf_is_sealed_by_itself(tmp_path: Path) -> None:
     with atomic_write(tmp_path / "a.csv") as part:
         part.write_text("a\n", encoding="utf-8")

@@ -12,6 +12,7 @@ import sys
 import time
 from collections.abc import Callable, Collection, Iterator
 from contextlib import suppress
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
@@ -56,6 +57,9 @@ _RECORD_FILES: Final = (
 )
 """Patterns of the files that a run writes for one record."""
 
+OPTIONS_OF_STEPS: Final = ("--output", "--results")
+"""Options with which the steps of the workflow name the results that they write."""
+
 _AHEAD: Final = 2.0  # s by which the clocks of a file system and of the processor may differ
 
 
@@ -93,7 +97,11 @@ def _wait_for_running_steps(project_folder: Path) -> None:
         with suppress(psutil.Error, OSError):
             words = process.cmdline()
             program = any(Path(word).name == "overturning" for word in words[:2])
-            if program and any(word.startswith("results/") for word in words) and Path(process.cwd()) == project_folder:
+            # A command that only reads results, such as `overturning survey --cube`, is no step of a run.
+            writes = any(
+                option in OPTIONS_OF_STEPS and value.startswith("results/") for option, value in pairwise(words)
+            )
+            if program and writes and Path(process.cwd()) == project_folder:
                 print(
                     f"A step of a killed run is still at work (process {process.pid}); waiting for it.", file=sys.stderr
                 )

@@ -13,7 +13,12 @@ from overturning.settings import StonePopulation
 from overturning.statistics.bootstrap import exact_share_interval
 from overturning.surveys.comparison import StoredSurveyComparison, compare_survey_with_prediction, stone_count_by_octant
 from overturning.surveys.population import population_rates_by_record
-from overturning.surveys.prediction import SIDES, SiteFallPrediction, observed_side_index
+from overturning.surveys.prediction import (
+    SIDES,
+    SiteFallPrediction,
+    note_on_b_over_h_outside_study,
+    observed_side_index,
+)
 from overturning.surveys.stones import OCTANTS, Stone
 
 
@@ -106,6 +111,46 @@ def test_stones_outside_the_grid_of_b_over_h_are_counted(make_cube, sector) -> N
     assert found.beyond == 3
     assert compare_survey_with_prediction(outside[1:], cube).beyond == 1
     assert compare_survey_with_prediction(inside, cube).beyond == 0
+
+
+@pytest.mark.parametrize(
+    ("shape", "predicted"),
+    [((0.2, 0.2), True), ((0.2, 0.49), True), ((0.2, 0.6), False), ((0.15, 0.3), False), ((0.6, 0.6), False)],
+)
+def test_stones_far_outside_the_grid_of_b_over_h_are_not_predicted(make_cube, shape, predicted) -> None:
+    """A thin headstone whose broad side is far stouter than all blocks took their fall over its narrow edge."""
+    cube = make_cube(lambda azimuth, *_: np.isfinite(azimuth), azimuth=range(0, 360, 2), b_over_h=(0.2, 0.3, 0.4))
+    stone = fallen(0, face_azimuth_deg=0.0, b_over_h=shape[0], b_over_h_side=shape[1], count=2)
+    found = compare_survey_with_prediction([stone], cube)
+    assert found.unpredicted == (0 if predicted else 2)
+    assert np.isfinite(found.computed_fall_share) == predicted
+    assert (found.confusion is not None) == predicted
+    if not predicted:
+        assert found.log_likelihood_ratio == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("shapes", "count", "theirs"),
+    [
+        ([(0.2, 0.6), (0.3, 0.7)], 4, "0.6 to 0.7"),
+        ([(0.1, 0.3)], 2, "0.1"),
+        ([(0.17, 0.49), (math.nan, math.nan)], 0, ""),
+    ],
+)
+def test_study_check_names_stones_far_outside_the_grid(shapes, count, theirs) -> None:
+    stones = [fallen(0, b_over_h=front, b_over_h_side=side, count=2) for front, side in shapes]
+    notes = note_on_b_over_h_outside_study(stones, (0.2, 0.3, 0.4), "a.csv")
+    start = (
+        f"a.csv: {count} stones with b_over_h or b_over_h_side {theirs}, far outside the study's b_over_h, 0.2 to 0.4:"
+    )
+    assert [note.startswith(start) for note in notes] == [True] * bool(count)
+
+
+def test_a_stone_stouter_than_blocks_that_stand_also_stands(make_cube) -> None:
+    cube = make_cube(lambda azimuth, *_: np.isnan(azimuth), azimuth=range(0, 360, 2), b_over_h=(0.2, 0.3, 0.4))
+    stone = Stone(False, math.nan, octant=False, face_azimuth_deg=0.0, b_over_h=0.3, b_over_h_side=0.9)
+    found = compare_survey_with_prediction([stone], cube)
+    assert (found.unpredicted, found.computed_fall_share) == (0, 0.0)
 
 
 @pytest.mark.parametrize(("front", "side"), [(0.2, 0.2), (0.2, 0.35), (0.5, 0.5)])

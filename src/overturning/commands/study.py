@@ -65,6 +65,7 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
         read_and_check_records,
     )
     from overturning.study.sections import read_scan_of_body
+    from overturning.surveys.prediction import note_on_b_over_h_outside_study
     from overturning.surveys.responses import kinds_of_survey_stones
     from overturning.surveys.stones import read_stones_with_notes
 
@@ -80,6 +81,8 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
         stones, notes, doubts = read_stones_with_notes(Path(survey.stones))
         check_names_of_cemeteries(study, number, {stone.site for stone in stones}, str(path))
         searched += kinds_of_survey_stones(stones, survey.stones) if survey.backwards else []
+        if study.orientation is None:
+            notes = [*notes, *note_on_b_over_h_outside_study(stones, study.b_over_h, survey.stones)]
         print(*notes, *doubts, sep="\n", end="\n" * bool(notes or doubts))
     for note in (*read_and_check_records(study, entries), *note_on_primary_statistic(study, entries)):
         print(note)

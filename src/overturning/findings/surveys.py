@@ -158,6 +158,10 @@ class SurveyFindings(Finding):
     """Number of stones whose B/H is not known."""
     stones_beyond_grid: int
     """Number of stones with a B/H outside the grid, which take its nearest value."""
+    stones_without_prediction: int = 0
+    """Number of stones without a prediction, because a B/H lies more than a quarter outside the grid."""
+    no_stone_is_predicted: bool = False
+    """True if no stone of the survey has a prediction."""
     stones_beyond_heights: int
     """Number of stones with a height outside the grid; their `computed_fall_share` is that of its nearest height."""
     share_in_random_direction: float
@@ -223,7 +227,9 @@ def survey_findings(survey_result: StoredSurveyComparison) -> SurveyFindings:
         never=found.never,
         stones_without_face=found.without_face,
         stones_without_b_over_h=found.without_b_over_h,
-        stones_beyond_grid=found.beyond,
+        stones_beyond_grid=found.beyond - found.unpredicted,
+        stones_without_prediction=found.unpredicted,
+        no_stone_is_predicted=found.unpredicted == found.fallen + found.stood,
         stones_beyond_heights=found.beyond_heights,
         share_in_random_direction=found.background,
         sites=[_survey_site_findings(site, one) for site, one in survey_result.sites],

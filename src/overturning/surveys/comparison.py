@@ -89,7 +89,9 @@ class SurveyPredictionComparison:
     without_direction : int
         Fallen stones with unknown direction; they count in `fallen`, but in no statistic of directions.
     beyond : int
-        Stones with a B/H outside the grid of the study, whose nearest value is used.
+        Stones with a B/H outside the grid of the study; the nearest value is used, or they are not predicted.
+    unpredicted : int
+        Stones of `beyond` that are not predicted, because their B/H lies far outside the grid.
     beyond_heights : int
         Stones with a height outside the grid of the study; their `computed_fall_share` is that of the nearest height.
     background : float
@@ -127,6 +129,7 @@ class SurveyPredictionComparison:
     beyond_heights: int
     background: float
     never: int = 0
+    unpredicted: int = 0
 
     @property
     def fallen_count_in_known_direction(self) -> int:
@@ -286,6 +289,7 @@ def _stone_counts_of_comparison(predictions: SurveyFallPrediction, stones: Seque
         ),
         "without_direction": count_stones_with(lambda stone: stone.fell and not stone.fell_in_known_direction),
         "beyond": count_stones_with(predictions.default.has_b_over_h_outside_grid),
+        "unpredicted": count_stones_with(lambda stone: predictions.for_stone(stone).lacks_blocks_like(stone)),
         "beyond_heights": count_stones_with(predictions.default.has_height_outside_grid),
         "never": count_stones_with(
             lambda stone: stone.fell_in_known_direction and predictions.for_stone(stone).stone_never_falls(stone)
@@ -296,12 +300,15 @@ def _stone_counts_of_comparison(predictions: SurveyFallPrediction, stones: Seque
 def _confusion_matrix_of_sides(predictions: SurveyFallPrediction, stones: Sequence[Stone]) -> NDArray[np.int64] | None:
     """Count the stones by observed outcome (rows) and most probable outcome (columns): stands or side of fall.
 
-    The shape is (5, 5); sides are in the order of `SIDES`. None if face and B/H of no stone are known.
+    The shape is (5, 5); sides are in the order of `SIDES`. None if face and B/H of no stone are known. Stones without
+    a prediction are left out.
     """
     known = [
         stone
         for stone in stones
-        if has_known_face_and_slenderness(stone) and (stone.fell_in_known_direction or not stone.fell)
+        if has_known_face_and_slenderness(stone)
+        and (stone.fell_in_known_direction or not stone.fell)
+        and not predictions.for_stone(stone).lacks_blocks_like(stone)
     ]
     confusion = np.zeros((len(SIDES), len(SIDES)), dtype=np.int64)
     for stone in known:

@@ -1,7 +1,8 @@
 """Predict the falls of the stones of a survey from the cube of its site."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Final
 
 import numpy as np
 import xarray as xr
@@ -17,6 +18,9 @@ from overturning.surveys.stones import BACKGROUND, Stone
 
 SIDES = ("stood", "forwards", "to its right", "backwards", "to its left")
 """Outcomes of a stone with known face: falls towards the azimuth of the face, then clockwise in steps of 90°."""
+
+LARGEST_B_OVER_H_FACTOR: Final = 1.25
+"""Largest factor by which a B/H may lie outside the simulated range to take the outcomes of the nearest B/H."""
 
 
 class SiteFallPrediction:
@@ -76,7 +80,8 @@ class SiteFallPrediction:
     ) -> tuple[FloatArray, FloatArray]:
         """Interpolate the probabilities of falls towards and away from n azimuths; return them and the fall times.
 
-        Shapes are (2, blocks, n) and (blocks, n). A time is that of the nearest azimuth and B/H.
+        Shapes are (2, blocks, n) and (blocks, n). A time is that of the nearest azimuth and B/H. Far outside the
+        simulated range of B/H the probabilities are NaN, unless the stone is stouter than a block that never falls.
         """
         place = np.interp(b_over_h, self.b_over_h, np.arange(self.b_over_h.size))
         low = int(place)
@@ -84,15 +89,24 @@ class SiteFallPrediction:
         by_azimuth = self.blocks[:, low] + (place - low) * (self.blocks[:, high] - self.blocks[:, low])
         lines = by_azimuth.reshape(self.plane.size, -1).T
         p = np.array([np.interp(azimuth_deg, self.plane, line, period=360) for line in lines])
+        p = p.reshape(*by_azimuth.shape[1:], -1)
+        if b_over_h > LARGEST_B_OVER_H_FACTOR * self.b_over_h[-1]:
+            p = np.where(p.sum(axis=0) == 0, p, math.nan)
+        elif LARGEST_B_OVER_H_FACTOR * b_over_h < self.b_over_h[0]:
+            p = np.full(p.shape, math.nan)
         cell = nearest_computed_cells(self.plane, azimuth_deg, FULL_TURN).cell
-        return p.reshape(*by_azimuth.shape[1:], -1), self.times[cell, round(float(place))].T
+        return p, self.times[cell, round(float(place))].T
 
     def has_b_over_h_outside_grid(self, stone: Stone) -> bool:
-        """True if a B/H of a stone lies outside the simulated range; the nearest simulated B/H is then used."""
+        """True if a B/H of a stone lies outside the simulated range."""
         least, most = self.b_over_h[[0, -1]].tolist()
         return (
             min(stone.slenderness_in_both_planes) < least - 1e-9 or max(stone.slenderness_in_both_planes) > most + 1e-9
         )
+
+    def lacks_blocks_like(self, stone: Stone) -> bool:
+        """True if the fall of a stone is not predicted because its B/H lies far outside the simulated range."""
+        return self.has_b_over_h_outside_grid(stone) and bool(np.isnan(self.fall_probability_by_block(stone)).all())
 
     def nearest_azimuth_index(self, azimuth_deg: float) -> int:
         """Return the index of the simulated azimuth that is nearest to `azimuth_deg`."""
@@ -306,6 +320,28 @@ def _mean_of_known_values(
     weights = known if weight is None else known * weight
     with np.errstate(invalid="ignore"):
         return np.asarray((np.where(known, values, 0.0) * weights).sum(axis=axis) / weights.sum(axis=axis))
+
+
+def note_on_b_over_h_outside_study(
+    stones: Sequence[Stone], study_b_over_h: Sequence[float], survey_name: str
+) -> tuple[str, ...]:
+    """Return a note if stones of a survey have a B/H far outside those of a 2-D study; () if none has."""
+    least, most = min(study_b_over_h), max(study_b_over_h)
+    low, high = least / LARGEST_B_OVER_H_FACTOR, LARGEST_B_OVER_H_FACTOR * most
+    far = [
+        (stone.count, values)
+        for stone in stones
+        if (values := [one for one in stone.slenderness_in_both_planes if one < low or one > high])
+    ]
+    if not far:
+        return ()
+    count, values = sum(count for count, _ in far), [one for _, several in far for one in several]
+    theirs = f"{min(values):g}" + (f" to {max(values):g}" if max(values) > min(values) else "")
+    grid = f"{least:g}" + (f" to {most:g}" if most > least else "")
+    return (
+        f"{survey_name}: {count} stone{'s' * (count != 1)} with b_over_h or b_over_h_side {theirs}, far outside the "
+        f"study's b_over_h, {grid}: without prediction if the nearest blocks fall; add such values to b_over_h",
+    )
 
 
 def has_known_face_and_slenderness(stone: Stone) -> bool:

@@ -326,7 +326,7 @@ def test_axis_figure_of_a_stack_has_name_and_critical_angle_of_the_stone() -> No
     stack = check_scene({"name": "narrow", "reference": "shaft", "elements": elements})
     time = np.arange(0, 0.5, 0.01)
     weak = Motion(0.1 * np.sin(2 * np.pi * time), 0 * time, sampling_interval=0.01)
-    path = trajectory(weak, stack, orientation_deg=0.0).sel(element="shaft")
+    path = trajectory(weak, stack, orientation_deg=0.0)
     axes = body_axis_figure(path, weak, "title").axes[0]
     assert axes.get_title().startswith("tilt of the axis of the shaft, degrees\nstands")
     circle = next(line for line in axes.lines if line.get_label() == "least critical angle")

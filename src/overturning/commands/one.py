@@ -100,7 +100,7 @@ def simulate_one_stone(
 
         with project_style(), translate_visible_texts_to(output_options.language):
             figure = (
-                body_axis_figure(found.trajectory_of_shown_stone, motion, title)
+                body_axis_figure(found.trajectories[0], motion, title)
                 if body_options.body or is_stack
                 else rotation_slip_and_uplift_figure(found.trajectories, title)
             )
@@ -142,12 +142,6 @@ class _SimulatedTrajectories:
         """Azimuth or orientation, degrees, of the simulated case; None if there are several."""
         name = f"{self.model.direction}_deg"
         return float(self.trajectories[0].attrs[name]) if len(self.trajectories) == 1 else None
-
-    @property
-    def trajectory_of_shown_stone(self) -> "xr.Dataset":
-        """Motion over time of the first simulated case; of a 3-D stack, only that of the reference element."""
-        first = self.trajectories[0]
-        return first.sel(element=first.attrs["reference"]) if "element" in first.dims else first
 
 
 def _check_stack_options(planar_model_options: PlanarModelOptions, body_options: BodyOptions) -> None:

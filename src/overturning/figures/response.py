@@ -134,7 +134,12 @@ def _body_outcome_label(trajectory: xr.Dataset) -> str:
 
 
 def body_axis_figure(trajectory: xr.Dataset, motion: Motion, title: str) -> Figure:
-    """Draw the tilt of a 3-D body's axis seen from above, and hodographs of ground velocity and displacement."""
+    """Draw the tilt of a 3-D body's axis seen from above, and hodographs of ground velocity and displacement.
+
+    Of a stack, the axis is that of the reference element.
+    """
+    if "element" in trajectory.dims:
+        trajectory = trajectory.sel(element=trajectory.attrs["reference"])
     figure, panels = style.create_panel_grid(1, 3, 9.2, 3.9)
     axes = panels[0, 0]
     east, north = trajectory["tilt_east"].to_numpy(), trajectory["tilt_north"].to_numpy()

@@ -8,6 +8,9 @@ from overturning.model.cases import check_stone_heights
 from overturning.quantities import Degree, Metre, Radian, Second
 from overturning.validation import StrictModel
 
+GRID_TOLERANCE: Final = 0.02
+"""Share of a height, B/H or friction by which a stone may lie outside the simulated values: rounding, 1/3 as 0.33."""
+
 MAX_RELIEF: Final = 0.03
 """Largest relief of a scanned stone, m; see `overturning.model.scan`."""
 

@@ -18,6 +18,8 @@ CONFIG = Path(__file__).parents[2] / "config"
 PULSE = {"use": [], "pulses": {"p1": "sine amplitude_gal=300 period_s=1 azimuth_deg=60"}}
 GRID = {"b_over_h": [0.3, 0.7], "height": [0.6, 0.9], "friction": [0.5, 0.9]}
 """The sizes of the default population."""
+ONE_SIZE = {"width": {"low": 0.25, "high": 0.25}, "height": {"low": 0.75, "high": 0.75}}
+"""Sizes of a population of equal stones with B/H = 1/3."""
 
 
 def soil(velocity: float, rock: float = 760.0, **more: float) -> dict[str, Any]:
@@ -131,6 +133,11 @@ def test_a_friction_is_no_size_in_centimetres() -> None:
             GRID | {"friction": [1.0], "population": {}},
             GRID | {"population": {}},
             "population.friction: 0.504 to 0.896, of which 100 % outside the study's friction, 1",
+        ),
+        (  # 1/3 is 0.33, but not 0.32
+            GRID | {"b_over_h": [0.32], "population": ONE_SIZE},
+            GRID | {"b_over_h": [0.33], "population": ONE_SIZE},
+            "population.width over height: 0.333 to 0.333, of which 100 % outside the study's b_over_h, 0.32",
         ),
     ],
 )

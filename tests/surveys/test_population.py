@@ -22,6 +22,7 @@ from overturning.surveys.population import (
     population_rates_by_record,
     random_neighbour_grid_indices,
     sample_stones,
+    share_of_stones_outside_grid,
 )
 from overturning.units import STANDARD_GRAVITY
 
@@ -174,6 +175,12 @@ def test_rotated_in_space_by_hand(fixed: float) -> None:
             share = found[rate][0]  # Wilson: the ends p hold (p - share)² = z² p (1 - p) / n
             for end in found[interval][0]:
                 assert (end - share) ** 2 == pytest.approx(norm.ppf(0.975) ** 2 * end * (1 - end) / 4)
+
+
+@pytest.mark.parametrize(("b_over_h", "outside"), [(0.33, 0.0), (0.3333, 0.0), (0.34, 0.0), (0.32, 1.0), (0.35, 1.0)])
+def test_a_rounded_size_is_not_outside_the_grid(b_over_h: float, outside: float) -> None:
+    grid = xr.Dataset(coords={"height": [0.75], "b_over_h": [b_over_h], "friction": [0.7]})
+    assert share_of_stones_outside_grid(grid, stones_of(0.75, 0.25 / 0.75, 0.7, 0.0, count=4)) == outside
 
 
 def test_rates_over_amplitudes_of_a_cube() -> None:

@@ -16,7 +16,7 @@ from overturning.model.stack_stones import stack_stones
 from overturning.model.symmetry import PLANE_PERIOD
 from overturning.motion.soil import RockHalfSpace, SoilLayer
 from overturning.records.site import SoilSite
-from overturning.settings import StonePopulation, UniformRange
+from overturning.settings import GRID_TOLERANCE, StonePopulation, UniformRange
 from overturning.study.grounds import soils_of_study
 from overturning.study.scenes import NOMINAL, names_of_differing_settings
 from overturning.study.schema import Study
@@ -230,7 +230,8 @@ def _population_range_warnings(study: Study, population: StonePopulation) -> Ite
         ("friction", "population.friction", values_at_quantiles(population.friction), study.friction),
     )
     for key, of, drawn, grid in sizes:
-        outside = float(np.mean((drawn < min(grid) - 1e-9) | (drawn > max(grid) + 1e-9)))
+        low, high = (1 - GRID_TOLERANCE) * min(grid), (1 + GRID_TOLERANCE) * max(grid)
+        outside = float(np.mean((drawn < low) | (drawn > high)))
         if outside > LARGEST_SHARE_OUTSIDE:
             ends = f"{min(grid):g}" if min(grid) == max(grid) else f"{min(grid):g} to {max(grid):g}"
             yield (

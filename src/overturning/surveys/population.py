@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.model.falls import model_of_cube
 from overturning.model.model import StoneOutcomes
-from overturning.settings import StonePopulation, UniformRange
+from overturning.settings import GRID_TOLERANCE, StonePopulation, UniformRange
 from overturning.statistics.by_record import load_records_of_cube
 from overturning.statistics.circular import mean_angle_and_resultant, sector_index
 from overturning.statistics.fragility import FittedFragilityCurve, fit_fragility_curve
@@ -111,11 +111,11 @@ def random_neighbour_grid_indices(
 
 
 def share_of_stones_outside_grid(cube: xr.Dataset, stones: SampledStones) -> float:
-    """Return the share of stones with height, B/H or friction outside the range of the simulated values."""
+    """Return the share of stones with height, B/H or friction outside the simulated range by more than rounding."""
     beyond = np.zeros(stones.height.size, np.bool_)
     for name in _SIZES:
         grid, values = cube[name].to_numpy(), getattr(stones, name)
-        beyond |= (values < grid.min() - 1e-9) | (values > grid.max() + 1e-9)
+        beyond |= (values < (1 - GRID_TOLERANCE) * grid.min()) | (values > (1 + GRID_TOLERANCE) * grid.max())
     return float(beyond.mean())
 
 

@@ -11,7 +11,7 @@ import pytest
 from overturning.motion.motion import Motion
 from overturning.surveys import stone_outcomes
 from overturning.surveys.library import CandidateMotion, candidate_motions
-from overturning.surveys.responses import StoneKind, case_count_and_time
+from overturning.surveys.responses import StoneKind, case_count_and_time, note_on_broad_stones
 from overturning.surveys.stone_outcomes import shipped_outcomes, simulate_outcomes_of_sizes
 from overturning.surveys.stones import Stone
 
@@ -33,6 +33,19 @@ def stone(height: float, aspect: float, b_over_h: float = 0.3) -> Stone:
     """Return a standing stone with a D/B; 0 stands for a column."""
     side = b_over_h * aspect if aspect else math.nan
     return Stone(False, math.nan, False, b_over_h=b_over_h, b_over_h_side=side, height=height, round=aspect == 0.0)
+
+
+@pytest.mark.parametrize(
+    ("aspects", "note"),
+    [
+        ((6.7, 8.0), "2 stones are simulated with D/B 4, the largest; D/B in the survey: up to 8"),
+        ((0.125, 1.0), "1 stone is simulated with D/B 4, the largest; D/B in the survey: up to 8"),
+        ((0.0, 1.0, 4.9), None),
+    ],
+)
+def test_stones_broader_than_the_largest_aspect_are_named(aspects: tuple[float, ...], note: str | None) -> None:
+    unknown = Stone(True, math.nan, False)
+    assert note_on_broad_stones([unknown, *(stone(0.9, one, 0.1) for one in aspects)]) == ((note,) if note else ())
 
 
 def test_the_stones_that_the_docs_name_need_no_simulation_and_others_do() -> None:

@@ -285,6 +285,7 @@ def infer_motion_from_survey(
         StoneOutcomeProbabilities,
         case_count_and_time,
         kinds_of_survey_stones,
+        note_on_broad_stones,
     )
     from overturning.surveys.stones import read_stones_with_notes
 
@@ -292,15 +293,15 @@ def infer_motion_from_survey(
     check_output_path(output, "--output", ".nc")
     check_outputs_are_separate_files({"--figure": figure, "--output": output}, [stones, *(motion_files or ())])
     rows, notes, doubts = read_stones_with_notes(stones)
-    for note in (*notes, *doubts):
-        print(note)
     kinds = kinds_of_survey_stones(rows, str(stones))
+    for note in (*notes, *doubts, *note_on_broad_stones(rows)):
+        print(note)
     library = candidate_motions(read_motions_with_unique_ids(motion_files or ()), only_user_records=only_given_motions)
     cases, seconds = case_count_and_time(library, kinds)
     if cases:
         under, expected = counted(len(library), "motion"), format_duration(seconds / threads)
         print(
-            f"{cases:,} cases under {under} to compute, about {expected} on {threads} threads",
+            f"{cases:,} cases under {under} to compute, about {expected} on {counted(threads, 'thread')}",
             file=sys.stderr,
             flush=True,
         )

@@ -123,6 +123,17 @@ def kinds_of_survey_stones(stones: Sequence[Stone], file_name: str) -> list[Ston
     return kinds
 
 
+def note_on_broad_stones(stones: Sequence[Stone]) -> tuple[str, ...]:
+    """Return a note if stones of a survey are broader than the largest D/B that is simulated; () if none is."""
+    shapes = [(stone.count, stone.slenderness_in_both_planes) for stone in stones if not stone.round]
+    broad = [(count, max(both) / min(both)) for count, both in shapes if max(both) > 1.25 * ASPECTS[-1] * min(both)]
+    if not broad:
+        return ()
+    count, largest = sum(count for count, _ in broad), max(aspect for _, aspect in broad)
+    stones_are = "1 stone is" if count == 1 else f"{count} stones are"
+    return (f"{stones_are} simulated with D/B {ASPECTS[-1]:g}, the largest; D/B in the survey: up to {largest:.3g}",)
+
+
 class StoneOutcomeProbabilities:
     """Probabilities of outcomes of stones under candidate motions scaled to several peak velocities.
 

@@ -153,7 +153,8 @@ def test_own_record_and_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     assert "primary: {statistic: share}" in text, "without a fault there is no alignment with its normal"
     assert "no answer" not in said("study", "check", "config/no-fault.yaml")
     Path("config/asked.yaml").write_text(text.replace("{statistic: share}", "{statistic: alignment}"), encoding="utf-8")
-    assert "primary.statistic: alignment has no answer" in said("study", "check", "config/asked.yaml")
+    asked = said("study", "check", "config/asked.yaml")
+    assert "alignment has no answer: config/records.tsv has no fault_strike_deg for the records of the study" in asked
     refused = said("study", "new", "--name", "other", "--records", "gone", status=1)
     assert "'gone' is not in config/records.tsv" in refused
     coarse = ("--records", "rinaldi", "--title", "Here: 2020", "--step", "7")

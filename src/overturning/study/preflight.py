@@ -250,8 +250,8 @@ def note_on_primary_statistic(study: Study, record_rows: dict[str, RecordEntry])
     if study.primary.statistic != "alignment" or can_compute_fault_alignment(record_rows.values()):
         return ()
     return (
-        "primary.statistic: alignment has no answer: no record that it is of has a fault_strike_deg in "
-        f"{study.records.table}; enter it there, or choose another statistic, such as share",
+        f"primary.statistic: alignment has no answer: {study.records.table} has no fault_strike_deg for the records of "
+        "the study (those with a pulse, if some have none); enter it there, or choose another statistic, such as share",
     )
 
 

@@ -22,6 +22,7 @@ from overturning.figures.polar_map import (
 )
 from overturning.figures.style import MISSING, PAGE_WIDTH, project_style
 from overturning.statistics.boundary import overturning_boundary_by_azimuth
+from tests.figures.test_explore import cube as explorer_cube
 from tests.figures.test_further_figures import cube as falls_towards_40
 
 STEP = 30
@@ -224,6 +225,20 @@ def test_compared_records_share_radius_colour_bar_and_heading() -> None:
     heading = figure.get_suptitle()
     plt.close(figure)
     assert heading.count("H = 0.6 m") == heading.count("µ = 0.5") == 1
+
+
+def test_records_without_a_station_are_named_by_their_ids() -> None:
+    """Maps and explorer name two pulses of one shape, which have no station, by their ids."""
+    one, text = block_cube(*mirrored((0, 2, 0.9, 0.0))), {"station": "", "event": "sine pulse"}
+    pulses = [one.assign_coords(text | {"record_id": name}) for name in ("short", "long")]
+    figure = drawn(lambda: azimuth_map_figure(pulses, "Two pulses"))
+    titles = [axes.get_title() for axes in figure.axes if axes.name == "polar"]
+    plt.close(figure)
+    names = ["short, sine pulse", "long, sine pulse"]
+    assert titles == names
+    both = explorer_cube(records=2).assign_coords(record_id=("record", ["short", "long"]))
+    both = both.assign_coords({name: ("record", 2 * [value]) for name, value in text.items()})
+    assert [record["name"] for record in explorer_page_data(both)["records"]] == names
 
 
 def test_what_differs_between_blocks_stands_above_their_maps() -> None:

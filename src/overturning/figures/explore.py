@@ -27,6 +27,7 @@ from overturning.figures.explore_cells import (
     ensemble_fall_probabilities,
     fall_probabilities_to_show,
 )
+from overturning.figures.film_words import record_and_event_text
 from overturning.figures.maps import COLOURS
 from overturning.figures.page import json_for_script, read_template_text, render_page_template
 from overturning.figures.style import FAULT, HATCH_COLOUR, MISSING, PROBABILITY, STANDS
@@ -138,11 +139,10 @@ def _explorer_translations(cube: "xr.Dataset") -> dict[str, dict[str, str]]:
 
 def _record_metadata(record_cube: "xr.Dataset") -> dict[str, Any]:
     """Return id, name, fault normal (degrees), and first and last time of a fall (s) of one record in the results."""
-    key, station, event = (str(record_cube[name].item()) for name in ("record_id", "station", "event"))
     normal, times = float(record_cube["fault_normal"][0]), record_cube["overturning_time"].to_numpy().astype(np.float64)
     return {
-        "id": key,
-        "name": ", ".join(text for text in (station, event) if text) or key,
+        "id": str(record_cube["record_id"].item()),
+        "name": record_and_event_text(record_cube),
         "normal": None if np.isnan(normal) else round(normal, 6),
         "times": _rounded_json_list(np.array([np.nanmin(times), np.nanmax(times)]))
         if np.isfinite(times).any()

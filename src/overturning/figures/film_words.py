@@ -4,10 +4,13 @@ The functions compose the texts from numbers; they take lengths in m and angles 
 """
 
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from overturning.figures.style import compass_bearing
 from overturning.model.status import CaseStatus
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 PLAYER: Final = {
     "play": "Play",
@@ -98,6 +101,18 @@ def length_with_unit(length_m: float) -> str:
 def station_and_event_text(station: str, event: str) -> str:
     """Return the station (or record id) and the earthquake as one text: "station, event"."""
     return f"{station}, {event}" if event else station
+
+
+def record_and_event_text(record_cube: "xr.Dataset") -> str:
+    """Return station and earthquake of the one record of a cube, as far as given; the id stands for a nameless station.
+
+    Synthetic records have no station, so that without their ids several pulses would have one name.
+    """
+    record_id, station, event = (
+        str(record_cube[name].item()) if name in record_cube.variables else ""
+        for name in ("record_id", "station", "event")
+    )
+    return station_and_event_text(station or record_id, event) if station or record_id else event
 
 
 def film_title_text(title_facts: FilmTitleFacts) -> str:

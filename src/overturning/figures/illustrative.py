@@ -12,7 +12,7 @@ from overturning.figures.drawn_case import IllustrativeCaseWithFigures, write_ca
 from overturning.figures.film_case import film_title_facts
 from overturning.figures.film_of_trajectory import AFTERMATH, film_of_trajectories
 from overturning.figures.film_strip import film_strip_figure
-from overturning.figures.film_words import film_title_text, panel_heading_of_setting, station_and_event_text
+from overturning.figures.film_words import film_title_text, panel_heading_of_setting, record_and_event_text
 from overturning.figures.ground import fourier_and_response_spectra_figure, hodograph_figure
 from overturning.figures.response import body_axis_figure, rotation_slip_and_uplift_figure
 from overturning.figures.style import project_style
@@ -102,7 +102,7 @@ def _draw_illustrative_case(
         panel_heading_of_variant(study, *pair) for pair in zip(case.settings, reversed(case.settings), strict=True)
     ]
     film = film_of_trajectories(paths, every, _film_title(study, one, case, paths), headings=headings)
-    place = ", ".join(text for text in (str(one["station"].item()), str(one["event"].item())) if text)
+    place = record_and_event_text(one)
     title = f"{place}: {block_label(study, case.block)}"
     drawn = [("strip", film_strip_figure(film, titled=False), "four frames of the film", dict[str, float]())]
     if model_of_cube(one).one_component:
@@ -146,9 +146,9 @@ def _film_title(
     study: Study, record_cube: "xr.Dataset", case: IllustrativeCase, trajectories: Sequence["xr.Dataset"]
 ) -> str:
     """Return the title of the film of an illustrative case: stone, friction, azimuth and record."""
-    record, single = str(record_cube["record_id"].item()), len(set(case.direction_deg)) == 1
+    single = len(set(case.direction_deg)) == 1
     sizes = {name: float(trajectories[0].attrs[name]) for name in ("height", "b_over_h", "friction")}
-    place = station_and_event_text(str(record_cube["station"].item()) or record, str(record_cube["event"].item()))
+    place = record_and_event_text(record_cube)
     direction = case.direction_deg[0] if single else None
     aspect = {"aspect": case.block["aspect"]} if "aspect" in case.block else {}
     return film_title_text(film_title_facts(variant_model(study), sizes | aspect, place, direction=direction))

@@ -25,6 +25,7 @@ from overturning.figures.cells import (
     simulated_azimuths_deg,
 )
 from overturning.figures.compass import COLOUR_BAR, create_compass_grid, slenderness_ring_labels
+from overturning.figures.film_words import record_and_event_text
 from overturning.labels import friction_label
 from overturning.model.planes import fall_probability_to_either_side
 from overturning.motion.direction import azimuth_difference
@@ -175,7 +176,7 @@ def _create_polar_map_panels(
             float(cube["fault_normal"]) if "fault_normal" in cube.variables else np.nan,
             float(azimuth_away_from_epicentre(cube)),
         )
-        record = ", ".join(str(cube[name].item()) for name in ("station", "event") if name in cube.coords)
+        record = record_and_event_text(cube)
         labels = [friction_label(cube, friction) for friction in one["friction"].to_numpy().tolist()]
         for height, friction in product(range(one.sizes["height"]), range(one.sizes["friction"])):
             cells = shown.isel(height=height, friction=friction).transpose("b_over_h", "azimuth")

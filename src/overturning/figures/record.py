@@ -49,7 +49,7 @@ def draw_record_figures(
             name, station = (str(one[key].item()) for key in ("record_id", "station"))
             around = intensity.isel(record=everyone.index(name))
             event = str(around["event"].item())  # event names depend on all records; this cube may hold one only
-            title = station_and_event_text(station, event)
+            title = station_and_event_text(station or name, event)
             with project_style():
                 write_figure_files(
                     fall_map_figure(one.sel(first_shown_height_and_friction(one)), f"{title}{stone}", around["pgv"]),

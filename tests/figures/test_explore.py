@@ -112,8 +112,9 @@ def test_map_of_a_3d_body_ends_at_the_first_ring_without_falls() -> None:
     data = explorer_page_data(whole)
     shape = whole["overturned"].shape
     np.testing.assert_array_equal(decoded(data, "flag", "i1", shape), whole["overturned"])
-    np.testing.assert_allclose(decoded(data, "azimuth", "<u2", shape) * 0.01, whole["fall_azimuth"], atol=0.00501)
-    np.testing.assert_allclose(decoded(data, "rotation", "<u2", shape) * 0.01, whole["peak_tilt"], atol=0.00501)
+    for name, variable in (("azimuth", "fall_azimuth"), ("rotation", "peak_tilt")):
+        found = decoded(data, name, "<u2", shape) * data["steps"][name]
+        np.testing.assert_allclose(found, whole[variable], atol=0.00501)
     assert data["rings"] == 3
     whole["overturned"][1, 2, 0, 3, 1, 0] = np.nan  # and farther where it may fall, on one scale for all records
     assert explorer_page_data(whole)["rings"] == 5
@@ -130,6 +131,22 @@ def test_rotations_without_a_critical_angle_are_in_degrees() -> None:
     assert data["degrees"] == [True]
     found = decoded(data, "rotation", "<u2", tuple(both.sizes[name] for name in DIMENSIONS)) * data["steps"]["rotation"]
     np.testing.assert_allclose(found, both["peak_rotation"][..., 1], atol=0.00501)  # 65.5° were the largest
+
+
+@pytest.mark.parametrize(
+    ("name", "variable", "unit"),
+    [("rotation", "peak_tilt", 0.1), ("azimuth", "fall_azimuth", 1.0), ("rotation", "peak_rotation", 0.01)],
+    ids=["tenth of a degree", "degree", "percent of the toppling angle"],
+)
+def test_page_shows_the_rounded_number_of_the_cube(name: str, variable: str, unit: float) -> None:
+    """Also just below the middle between two shown numbers, which the page's own data must not round up first."""
+    whole = cube(records=1) if variable == "peak_rotation" else space_cube().isel(record=[0])
+    spread = unit * np.linspace(0.0, 40.0, whole[variable].size)
+    spread[::2] = unit * (np.floor(spread[::2] / unit) + 0.4999)
+    whole[variable] = whole[variable].dims, spread.reshape(whole[variable].shape)
+    data = explorer_page_data(whole)
+    found = decoded(data, name, "<u2", whole[variable].shape) * data["steps"][name]
+    np.testing.assert_array_equal(np.floor(found / unit + 0.5), np.floor(whole[variable] / unit + 0.5))
 
 
 def test_page_opens_on_a_fall_in_every_run_among_falls_in_every_run() -> None:

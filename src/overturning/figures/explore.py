@@ -86,7 +86,7 @@ def explorer_page_data(
     one = one if "aspect" in one.dims else one.expand_dims(aspect=[1.0])
     model, study = model_of_cube(cube), study_for_presentation(cube, study)
     degrees = _has_rotation_in_degrees(cube, one.sizes["element"])
-    turn_step = DEGREE_STEP if any(degrees) else ALPHA_STEP
+    turn_steps = [DEGREE_STEP if one_in_degrees else ALPHA_STEP for one_in_degrees in degrees]
     first, options = _initial_block_and_element_indices(one, study), film_command_options(cube)
     records, rings, clear = [], 1, []
     for index in range(one.sizes["record"]):
@@ -96,7 +96,10 @@ def explorer_page_data(
         shown = trim_outer_rings_without_falls(part, chance["towards"] + chance["away"], abs(part["overturned"]))
         rings = max(rings, shown.sizes["b_over_h"])
         clear.append(choose_initial_explorer_case(part.isel({"record": 0, "aspect": 0, **first}), model.one_component))
-        about, cells = {**_record_metadata(part), "clear": clear[-1].cell}, encode_record_cells(part, chance, turn_step)
+        about, cells = (
+            {**_record_metadata(part), "clear": clear[-1].cell},
+            encode_record_cells(part, chance, turn_steps),
+        )
         if store_record_cells is None:
             about["cells"] = cells
         else:
@@ -118,7 +121,7 @@ def explorer_page_data(
         "degrees": degrees,
         "directionEdges": _rounded_json_list(_direction_cell_edges(direction, model.one_component)),
         "radiusEdges": _rounded_json_list(b_over_h_cell_edges(part["b_over_h"].to_numpy().astype(np.float64))),
-        "steps": {"rotation": turn_step, "azimuth": AZIMUTH_STEP, "chance": 1 / PROBABILITY_STEPS},
+        "steps": {"rotation": turn_steps, "azimuth": AZIMUTH_STEP, "chance": 1 / PROBABILITY_STEPS},
         "ensemble": ensemble_fall_probabilities(one) is not None,
         "film": options | {"missing": translate(options["missing"])},
         "colours": {

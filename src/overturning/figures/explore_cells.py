@@ -1,6 +1,7 @@
 """Cells of a record for the explorer page: outcomes as base64-encoded integers, and a clear case to open with."""
 
 import base64
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
@@ -23,23 +24,27 @@ becomes 1.
 _TIME_STEP: Final = 1e-2
 """Smallest step of times, s."""
 
-AZIMUTH_STEP: Final = 1e-2
-"""Step of azimuths, degrees."""
+AZIMUTH_STEP: Final = 1 / 101
+"""Step of azimuths, degrees.
+
+The page rounds to whole degrees, tenths of a degree and percent. Steps are an odd fraction of these units, so that no
+multiple of a step is half-way between two shown numbers: rounded twice, 1.3496° would become 1.35° and then 1.4°.
+"""
 
 _ROTATION: Final = {"azimuth": "peak_rotation", "orientation": "peak_tilt"}
 """Name of the rotation variable, by the direction of the model."""
 
-ALPHA_STEP: Final = 1e-3
-"""Step of rotations in units of the critical angle α."""
+ALPHA_STEP: Final = 0.01 / 11
+"""Step of rotations in units of the critical angle α; see `AZIMUTH_STEP`."""
 
-DEGREE_STEP: Final = 1e-2
-"""Step of rotations in degrees."""
+DEGREE_STEP: Final = 0.1 / 11
+"""Step of rotations in degrees; see `AZIMUTH_STEP`."""
 
 
 def encode_record_cells(
-    record_cube: "xr.Dataset", fall_probabilities: "xr.Dataset", rotation_step: float
+    record_cube: "xr.Dataset", fall_probabilities: "xr.Dataset", rotation_steps: Sequence[float]
 ) -> dict[str, Any]:
-    """Return outcomes of all cases under one record as base64 text; rotations in multiples of `rotation_step`."""
+    """Return outcomes of all cases under one record as base64 text; rotations in multiples of each element's step."""
     model = model_of_cube(record_cube)
     order = (model.direction, "height", "b_over_h", "aspect", "friction", "element")
 
@@ -56,7 +61,7 @@ def encode_record_cells(
             np.nan_to_num(flatten_in_page_order(record_cube["overturned"]), nan=2.0).astype("i1")
         ),
         "rotation": _encode_as_base64_integers(
-            flatten_in_page_order(record_cube[_ROTATION[model.direction]]), rotation_step, "<u2"
+            flatten_in_page_order(record_cube[_ROTATION[model.direction]]), np.asarray(rotation_steps), "<u2"
         ),
         "time": _encode_as_base64_integers(time, time_step, "<u2"),
         "timeStep": time_step,
@@ -79,7 +84,7 @@ def _encode_array_as_base64(values: NDArray[Any]) -> str:
     return base64.b64encode(np.ascontiguousarray(values).tobytes()).decode("ascii")
 
 
-def _encode_as_base64_integers(values: FloatArray, step: float, integer_type: str) -> str:
+def _encode_as_base64_integers(values: FloatArray, step: float | FloatArray, integer_type: str) -> str:
     """Return an array as unsigned integers in base64 text; the integers are multiples of `step`.
 
     The largest integer stands for missing; larger values are clipped to the second largest.

@@ -38,7 +38,7 @@ function cell(a, b) {
   return {
     flag: flag, towards: towards, away: away, ran: ran, computed: cube.computed[a],
     either: towards === null ? null : towards + (cube.space ? 0 : away),
-    rotation: number("rotation", S.rotation, 65535), time: number("time", held.data.timeStep, 65535),
+    rotation: number("rotation", S.rotation[at.element], 65535), time: number("time", held.data.timeStep, 65535),
     to: !falls ? null : cube.space ? number("azimuth", S.azimuth, 65535)
       : (cube.direction[a] + (flag < 0 ? 180 : 0)) % 360,
   };

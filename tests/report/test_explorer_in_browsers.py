@@ -16,7 +16,7 @@ from overturning.figures import explore, style
 from overturning.figures.explore import explorer_page_data, explorer_page_html
 from overturning.study.cube import open_cube
 from tests.expect import lacking
-from tests.figures.test_explore import cube, space_cube
+from tests.figures.test_explore import BAD, cube, space_cube
 from tests.report.browsers import PROGRAMS, answers
 
 HELPERS = """
@@ -143,7 +143,10 @@ for (let k = 0; k < 3; k++) { press(canvas, "ArrowRight"); seen.push(answer()); 
 choose("colour", "time");
 const share = 0.35 / 0.725;
 slide("a", 9); slide("b", 0);
-return {late: pixels(90, share), early: pixels(240, share), stands: pixels(180, share), seen,
+return {choices: [...document.querySelectorAll(".choices label")].filter((one) => one.clientWidth).map(
+          (one) => one.innerText.split("\\n")),
+        printed: getComputedStyle(document.querySelector(".legend i")).printColorAdjust,
+        late: pixels(90, share), early: pixels(240, share), stands: pixels(180, share), seen,
         note: text("#keys"), legend: text(".legend")};
 """
 IN_SPACE = """
@@ -339,6 +342,8 @@ def test_times_of_falls_are_scaled_by_record(seen: dict[str, Any]) -> None:
     assert np.ptp(last) > 60, "a colour, not the grey of what stands"
     assert last.sum() > early.sum() + 200
     assert [float(one) for one in re.findall(r"([\d.]+) s", page["legend"])] == [2.0, 20.0]
+    assert page["choices"][:3] == [["record", f"{BAD}, E 0"], ["height", "0.6 m"], ["friction µ", "0.3"]]
+    assert page["printed"] == "exact", "browsers print no background colours otherwise"
     *some, not_run = page["seen"]
     assert not_run.endswith("20.00 s."), "no probability where the ensemble was not run"
     for text, words in zip(some, ("less than 1 %", "more than 99 %"), strict=True):

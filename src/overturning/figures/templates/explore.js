@@ -16,7 +16,8 @@ function load() {
 
 // Selection of record, block and colours.
 const choices = element("div", { class: "choices" }, root), selects = {};
-function choice(name, label, options) {
+// A single option is shown as text; it is left out if `single` is false, as nothing would be learnt from it.
+function choice(name, label, options, single) {
   const box = element("label", { class: name }, choices, label);
   const select = selects[name] = element("select", { "data-name": name }, box);
   options.forEach(pair => { element("option", { value: pair[0] }, select, pair[1]); });
@@ -27,15 +28,17 @@ function choice(name, label, options) {
     writeAddress();
     draw();
   });
-  if (options.length === 1) box.hidden = true;
+  if (options.length > 1) return;
+  if (single) element("span", { class: "single" }, box, options[0][1]);
+  (single ? select : box).hidden = true;
 }
 const numbered = (values, text) => { return values.map((value, index) => [index, text(value)]); };
-choice("record", say("record"), numbered(cube.records, r => r.name));
-choice("height", say("height"), numbered(cube.height, h => h + " m"));
-choice("aspect", say("depth over breadth"), numbered(cube.aspect, String));
-choice("friction", say("friction µ"), numbered(cube.friction, String));
-choice("element", say("element"), numbered(cube.element, name => say(name)));
-choice("colour", say("colour"), offered.map(mode => [mode, MODES[mode][0]]));
+choice("record", say("record"), numbered(cube.records, r => r.name), true);
+choice("height", say("height"), numbered(cube.height, h => h + " m"), true);
+choice("aspect", say("depth over breadth"), numbered(cube.aspect, String), cube.aspect[0] !== 1);
+choice("friction", say("friction µ"), numbered(cube.friction, String), cube.film.friction);
+choice("element", say("element"), numbered(cube.element, name => say(name)), false);
+choice("colour", say("colour"), offered.map(mode => [mode, MODES[mode][0]]), false);
 const doubts = element("p", { class: "note doubts", role: "status" }, root);
 
 // Map, sliders and text.
@@ -172,7 +175,7 @@ function outline(context, width, a, b, dashed) {
 }
 function drawStrip() {
   const { context, width, height } = surface(strip, cube.space ? 0.24 : 0.36), count = rings(), wide = width / count;
-  const middle = cube.space ? height - 4 : height / 2, tall = middle - 14;
+  const middle = cube.space ? height - 4 : height / 2, tall = middle - 18;
   for (let b = 0; b < count; b++) {
     const c = cell(at.a, b);
     if (c.towards === null) {

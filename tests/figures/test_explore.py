@@ -13,6 +13,7 @@ import xarray as xr
 from overturning.figures import explore
 from overturning.figures.explore import explorer_page_data, write_explorer
 from overturning.study.load import study_from_content
+from overturning.translation.texts import translate_visible_texts_to
 
 DIMENSIONS = ("record", "azimuth", "height", "b_over_h", "friction")
 BAD = "</script><script>window.hurt = 1</script>"
@@ -193,6 +194,12 @@ def test_title_question_and_report_are_those_of_the_study(tmp_path: Path) -> Non
         assert "<h1>Named</h1>" in text
         assert "Where to?" in text
         assert re.findall(r'href="([^"]*)"', text) == [report] * bool(report)
+
+
+def test_the_film_of_a_cell_has_the_language_of_the_page() -> None:
+    for language, option in (("en", []), ("ja", ["--language", "ja"])):
+        with translate_visible_texts_to(language):
+            assert explorer_page_data(cube())["film"]["options"] == option
 
 
 def test_page_of_the_default_study_is_small_and_reproducible(tmp_path: Path) -> None:

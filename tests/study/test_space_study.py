@@ -23,6 +23,7 @@ from overturning.study.answers import (
 from overturning.study.convergence_check import check_convergence
 from overturning.study.cube import open_cube, study_of_cube
 from overturning.study.ensemble import sample_member_changes
+from overturning.study.film_options import film_command_options
 from overturning.study.gather import merge_sweep_parts
 from overturning.study.load import load_study, load_study_from_file_or_json, study_from_content
 from overturning.study.recheck import recheck
@@ -269,6 +270,9 @@ def test_a_scan_becomes_part_of_the_study(tmp_path: Path) -> None:
     assert study.b_over_h == pytest.approx(((0.1 - centre[0]) / centre[2],), abs=1e-5)
     path.unlink()
     assert load_study_from_file_or_json(study.model_dump_json()) == study
+    sizes, attributes = {"height": [0.8], "b_over_h": [0.3]}, {"study": study.model_dump_json(), "variant": "nominal"}
+    film = film_command_options(xr.Dataset(coords=sizes, attrs=attributes))
+    assert "overturning one --mesh FILE" in film["missing"], "the explorer names the command for a scan"
     with pytest.raises(ConfigError, match="only a mesh"):
         study_from_content(
             {"name": "b", "records": {"use": ["a"]}, "body": {"vertices": BOULDER, "relief": 0.001}}, "b"

@@ -123,13 +123,20 @@ def explorer_page_data(
         "radiusEdges": _rounded_json_list(b_over_h_cell_edges(part["b_over_h"].to_numpy().astype(np.float64))),
         "steps": {"rotation": turn_steps, "azimuth": AZIMUTH_STEP, "chance": 1 / PROBABILITY_STEPS},
         "ensemble": ensemble_fall_probabilities(one) is not None,
-        "film": options | {"missing": translate(options["missing"])},
+        "film": options | {
+            "missing": translate(options["missing"]), "options": options["options"] + _film_language_options(),
+        },
         "colours": {
             "probability": PROBABILITY, "stands": STANDS, "hatch": HATCH_COLOUR, "missing": MISSING, "fault": FAULT,
             "azimuths": [to_hex(COLOURS((place + 0.5) / _HUES)) for place in range(_HUES)],
         },
         **_explorer_translations(one),
     }  # fmt: skip
+
+
+def _film_language_options() -> list[str]:
+    """Return the option of `overturning one` that makes a film in the language of the page; [] for English."""
+    return [] if current_language() == ENGLISH else ["--language", current_language()]
 
 
 def _explorer_translations(cube: "xr.Dataset") -> dict[str, dict[str, str]]:

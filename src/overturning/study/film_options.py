@@ -78,7 +78,9 @@ def _unsupported_model_reasons_and_options(study: Study, variant: str) -> tuple[
     missing = [] if contact.stiffness_ratio == 1.0 else ["the contact has a stiffness ratio of its own"]
     options = [] if ratio in (None, DAMPING_RATIO) else ["--damping-ratio", f"{ratio:g}"]
     if study.body is not None:
-        if study.body.vertices is not None:
+        if study.body.scan is not None:
+            missing.append("the results do not contain the file of the scan, which overturning one --mesh FILE needs")
+        elif study.body.vertices is not None:
             missing.append("the body is given by its vertices")
         plan = study.body.plan
         return missing, [*options, "--body", *([] if plan == "rectangle" else ["--plan", str(plan)])]

@@ -111,6 +111,24 @@ def test_frames_show_the_trajectory_and_the_ground_at_their_times(motion: Motion
     assert left < seen.min() < seen.max() < right
 
 
+@pytest.mark.parametrize("height", [0.3, 6.0])
+def test_ground_reaches_below_and_beside_the_picture(height: float) -> None:
+    """Also if the ground rises by 1 m, or the stone is higher than the ground of the scene is thick."""
+    time = np.arange(0, 3, 0.01)
+    wave = 0.6 * (2 * np.pi) ** 2 * np.cos(2 * np.pi * time) * (time < 2)
+    motion = Motion(0.1 * wave, 0 * wave, wave, sampling_interval=0.01)
+    film = film_of_trajectories([trajectory(motion, azimuth_deg=0, **BLOCK | {"height": height})], motion, "thrown")
+    ground = vertex_positions_by_frame(film.panels[0].bodies[0])
+    shift = film.panels[0].ground
+    assert np.ptp(shift[:, 1]) > 1.0
+    for moving in (False, True):
+        left, right, bottom, _ = extent_of_free_bodies(film, moving=moving)
+        places = ground + (shift[:, None] if moving else 0.0)
+        assert (places[..., 1].min(axis=1) < bottom).all()
+        assert (places[..., 0].min(axis=1) < left).all()
+        assert (places[..., 0].max(axis=1) > right).all()
+
+
 def test_film_of_a_stack_ends_when_its_stones_lie() -> None:
     """At the last frame all stones are slower than 1 cm/s; at the end of the case the shaft is in mid-air."""
     motion = Motion.sine(7.0, 0.8)

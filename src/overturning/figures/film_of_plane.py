@@ -19,8 +19,12 @@ from overturning.motion.motion import Motion
 if TYPE_CHECKING:
     import xarray as xr
 
-GROUND_WIDTH_FACTOR = 3.0
-"""Half-width to which a very wide ground is cut, as a multiple of the scene's height."""
+WIDE_GROUND_FACTOR = 3.0
+"""Half-width from which an element is drawn as endless ground, as a multiple of the scene's height."""
+
+GROUND_SIZE_FACTOR = 20.0
+"""Half-width and depth with which endless ground is drawn, as a multiple of the scene's height: beyond the edges of the
+picture, also if the ground sinks, or stones of another panel slide far or are thrown up."""
 
 MAX_EXTENSION = 0.5
 """Longest time, s, by which a trajectory that ends just before a stone lies down is extended."""
@@ -96,12 +100,12 @@ def _extend_poses_until_lying(trajectory: "xr.Dataset", element_index: int) -> t
 def _film_bodies_of_scene(
     trajectory: "xr.Dataset", frame_times: FloatArray, ground_shift: FloatArray
 ) -> tuple[FilmBody, ...]:
-    """Return the bodies of a 2-D scene at the times `frame_times`, with the ground cut to the picture's width."""
+    """Return the bodies of a 2-D scene at the times `frame_times`; very wide ground has no edge in the picture."""
     vertices, x = trajectory["vertices"].to_numpy(), trajectory["x"].to_numpy()
     free = np.flatnonzero(trajectory["kind"].to_numpy() == "free")
     levels = vertices[free, :, 1] + trajectory["z"].to_numpy()[0, free, None]
     tall = float(np.nanmax(levels) - np.nanmin(levels))
-    reach = GROUND_WIDTH_FACTOR * tall + float(np.abs(x[:, free]).max()) + float(np.abs(ground_shift).max())
+    reach = WIDE_GROUND_FACTOR * tall + float(np.abs(x[:, free]).max()) + float(np.abs(ground_shift).max())
     bodies = []
     for index, name in enumerate(trajectory["element"].to_numpy()):
         shape, is_free = vertices[index][np.isfinite(vertices[index, :, 0])], index in free
@@ -113,11 +117,16 @@ def _film_bodies_of_scene(
         frames = interpolate_to_frame_times(frame_times, clock, poses)
         if not is_free:
             frames = frames if np.ptp(frames, axis=0).any() else frames[:1]  # held elements move relative to the base
-            if np.ptp(shape[:, 0]) > 2 * reach:  # cut the ground to the picture
-                shape = np.column_stack([np.clip(shape[:, 0], -reach, reach), shape[:, 1]])
-                shape[:, 1] = np.maximum(shape[:, 1], shape[:, 1].max() - 0.4 * tall)
+            if np.ptp(shape[:, 0]) > 2 * reach:
+                shape = _endless_ground(shape, reach + GROUND_SIZE_FACTOR * tall)
         bodies.append(FilmBody(str(name), shape, frames[:, :2], frames[:, 2], free=is_free))
     return tuple(bodies)
+
+
+def _endless_ground(vertices: FloatArray, size: float) -> FloatArray:
+    """Return the vertices of a ground, m, with its sides at ± `size` at most and its lower side at this depth."""
+    s, z = np.clip(vertices[:, 0], -size, size), vertices[:, 1]
+    return np.column_stack([s, np.where(z == z.min(), z.max() - size, z)])
 
 
 def _contact_points_and_forces(

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from PIL import Image
 
 from overturning.errors import ArgumentError, MissingDataError
@@ -106,6 +107,19 @@ def test_a_long_outcome_is_broken_into_lines_in_a_movie(tmp_path: Path) -> None:
         picture.seek(picture.n_frames - 1)
         grey = np.asarray(picture.convert("L"), dtype=np.float64)
     assert grey[int(0.55 * len(grey)) : int(0.75 * len(grey)), -4:].min() > 200
+
+
+def test_a_movie_shows_the_vertical_motion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The lowest curve is that of the vertical motion; the flat line of no motion along the azimuth is above it."""
+    monkeypatch.setattr(ConstrainedLayoutEngine, "execute", lambda *_: None)  # slow, and places matter little here
+    panel = two_panels(duration=0.0).panels[0]
+    up = np.array([0.0, 3.0, -3.0, 3.0, 0.0])
+    shaken = replace(panel, acceleration=0.0 * up, vertical=up, sampling_interval=2e-4)
+    write_film_as_gif_or_mp4(Film("f", 0.0, 0.02, (shaken,)), tmp_path / "a.gif")
+    with Image.open(tmp_path / "a.gif") as picture:
+        red, _, blue = np.moveaxis(np.asarray(picture.convert("RGB"), dtype=np.int64), -1, 0)
+    curve = np.flatnonzero((blue - red > 90).any(axis=1))
+    assert np.ptp(curve[curve > curve.max() - 60]) > 20
 
 
 def test_a_long_outcome_is_broken_into_lines_in_a_strip() -> None:

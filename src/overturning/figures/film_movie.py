@@ -1,7 +1,7 @@
 """Films as GIF or MP4 files."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from shutil import which
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from overturning.errors import ArgumentError, MissingDataError
-from overturning.figures.film import Film, extent_of_free_bodies, vertex_positions_by_frame
+from overturning.figures.film import Film, FilmPanel, extent_of_free_bodies, vertex_positions_by_frame
 from overturning.figures.film_strip import GROUND, STONE, draw_scale_bar
 from overturning.figures.film_words import SPEEDS, movie_title_with_speed
 from overturning.figures.style import (
@@ -127,13 +127,15 @@ def _create_movie_figure_and_updater(film: Film) -> "tuple[Figure, Callable[[int
     outcomes, most_lines = pad_to_equal_line_count(
         [break_text_at_width(panel.outcome, 0.9 * _PANEL_WIDTH, 8.0) for panel in film.panels]
     )
-    tall = 4.4 + 0.15 * (most_lines - 1)
-    figure, panels = create_panel_grid(2, columns, _PANEL_WIDTH * columns, tall, height_ratios=(3.4, 1))
+    traces = len(film.panels[0].labelled_motion_traces(film.has_vertical_motion))
+    tall = 3.4 + 1.0 * traces + 0.15 * (most_lines - 1)
+    figure, panels = create_panel_grid(
+        1 + traces, columns, _PANEL_WIDTH * columns, tall, height_ratios=(3.4, *traces * [1])
+    )
     add_title_and_legend(figure, _wrapped_movie_title(film, figure.get_figwidth()))
     left, right, bottom, top = extent_of_free_bodies(film)
-    largest = max(float(np.abs(panel.acceleration).max(initial=0.0)) for panel in film.panels) / GAL or 1.0
     rows: list[tuple[Any, ...]] = []
-    for panel, outcome, scene, trace in zip(film.panels, outcomes, *panels, strict=True):
+    for panel, outcome, scene, *trace_axes in zip(film.panels, outcomes, *panels, strict=True):
         scene.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xticks=[], yticks=[])
         scene.spines[:].set_visible(False)
         scene.set_title("{}\n← {}        {} →".format(panel.title, *panel.sides), fontsize=8)
@@ -146,23 +148,40 @@ def _create_movie_figure_and_updater(film: Film) -> "tuple[Figure, Callable[[int
                     scene.add_patch(Polygon(vertex_positions_by_frame(body)[0], closed=True, linewidth=0.8, **look)),
                 )
             )
-        time = np.arange(panel.acceleration.size) * panel.sampling_interval
-        trace.plot(time, panel.acceleration / GAL, color=SERIES[0], linewidth=0.6)
-        trace.set(
-            xlim=(film.start, max(film.last_frame_time, film.start + 1e-3)), ylim=(-1.05 * largest, 1.05 * largest)
-        )
-        label_axes(trace, translate("time, s"), "Gal")
-        mark = trace.axvline(film.start, color=FALLS, linewidth=1.2)
+        marks = _draw_motion_traces(trace_axes, film, panel)
         draw_scale_bar(scene, (left, right, bottom, top))
-        rows.append((panel, outcome, shapes, mark, scene.set_xlabel("", fontsize=8)))
+        rows.append((panel, outcome, shapes, marks, scene.set_xlabel("", fontsize=8)))
 
     def move_artists_to_frame(frame_index: int) -> None:
         time = film.start + frame_index * film.frame_interval
-        for panel, outcome, shapes, mark, text in rows:
+        for panel, outcome, shapes, marks, text in rows:
             for places, shape in shapes:
                 shape.set_xy(places[min(frame_index, len(places) - 1)])
-            mark.set_xdata([time, time])
+            for mark in marks:
+                mark.set_xdata([time, time])
             due = film.last_frame_time - 1e-9 if np.isnan(panel.outcome_time) else panel.outcome_time
             text.set_text(outcome if time >= due else "\n".join(most_lines * " "))
 
     return figure, move_artists_to_frame
+
+
+def _draw_motion_traces(trace_axes: Sequence[Any], film: Film, panel: FilmPanel) -> list[Any]:
+    """Draw the motion along the azimuth and the vertical motion of a panel; return the lines that mark the time.
+
+    All traces of a film have one scale. They are named only if there are two.
+    """
+    largest, marks = film.peak_acceleration / GAL or 1.0, []
+    for axes, (label, components) in zip(
+        trace_axes, panel.labelled_motion_traces(film.has_vertical_motion), strict=True
+    ):
+        for component in components:
+            time = np.arange(component.size) * panel.sampling_interval
+            axes.plot(time, component / GAL, color=SERIES[0], linewidth=0.6)
+        axes.set(
+            xlim=(film.start, max(film.last_frame_time, film.start + 1e-3)), ylim=(-1.05 * largest, 1.05 * largest)
+        )
+        if len(trace_axes) > 1:
+            axes.set_title(translate(label), fontsize=8)
+        label_axes(axes, translate("time, s") if axes is trace_axes[-1] else "", "Gal")
+        marks.append(axes.axvline(film.start, color=FALLS, linewidth=1.2))
+    return marks

@@ -6,6 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.quiver import Quiver
 
 from overturning import open_cube, plot
 from overturning.errors import ArgumentError
@@ -139,6 +140,24 @@ def test_only_wide_gaps_of_azimuths_are_unknown() -> None:
         np.testing.assert_allclose(np.sort(azimuths_inside_unsimulated_gaps(np.array(azimuth))), ends)
     full = np.sort([*range(0, 360, 5), 152.0])
     assert azimuths_inside_unsimulated_gaps(full).size == azimuths_inside_unsimulated_gaps(full.repeat(2)).size == 0
+
+
+@pytest.mark.parametrize(("step", "ratios"), [(45, 2), (15, 3), (5, 8)])
+def test_arrows_of_a_map_by_orientation_fill_their_cells(step: int, ratios: int) -> None:
+    """They are as long as a fifth to one smaller side of a cell, also where the map has few cells."""
+    orientation, ratio = np.arange(0, 90, step), np.linspace(0.1, 0.4, ratios)
+    shape = (orientation.size, 1, ratios, 1)
+    names = ("orientation", "height", "b_over_h", "friction")
+    falls = {"overturned": (names, np.ones(shape)), "fall_azimuth": (names, np.full(shape, 45.0))}
+    sizes = {"orientation": orientation, "height": [0.6], "b_over_h": ratio, "friction": [0.7]}
+    record = {"fault_normal": np.nan, "event": "E"}
+    with project_style():
+        figure = orientation_map_figure(xr.Dataset(falls, coords=sizes | record), "A")
+    axes = figure.axes[0]
+    arrows = next(one for one in axes.collections if isinstance(one, Quiver))
+    cell = min(axes.bbox.width / orientation.size, axes.bbox.height / ratios)
+    plt.close(figure)
+    assert 0.2 <= axes.bbox.width / arrows.scale / cell <= 1.0
 
 
 def test_rose_next_to_3d_maps_is_labelled_with_their_falls() -> None:

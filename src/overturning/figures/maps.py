@@ -8,6 +8,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
+from overturning.arrays import FloatArray
 from overturning.figures import style
 from overturning.figures.cells import b_over_h_cell_edges, cell_edges, trim_outer_rings_without_falls
 from overturning.figures.polar_map import azimuth_map_figure
@@ -27,6 +28,9 @@ They can be distinguished with red-green colour blindness; arrows show the same 
 
 MOST_ARROWS: Final = 36
 """Largest number of arrows along each axis of a map."""
+
+_ARROW_LENGTHS: Final = (1 / 30, 1 / 10)
+"""Least and largest length of an arrow, as a share of the width of its map."""
 
 
 def orientation_map_figure(cube: xr.Dataset, title: str) -> Figure:
@@ -90,11 +94,18 @@ def _draw_falls_by_orientation(axes: Any, block_cells: xr.Dataset) -> None:
     fell[thin] = np.isfinite(azimuth)[thin]
     shown = azimuth[fell]
     axes.quiver(
-        across[fell], up[fell], np.sin(shown), np.cos(shown), pivot="mid", angles="uv", scale=30, width=0.006,
-        headwidth=4, headlength=4, headaxislength=3.5, color=np.where(np.cos(shown) > -0.3, style.INK, "white"),
+        across[fell], up[fell], np.sin(shown), np.cos(shown), pivot="mid", angles="uv",
+        scale=1.0 / _arrow_length(*edges), width=0.006, headwidth=4, headlength=4, headaxislength=3.5,
+        color=np.where(np.cos(shown) > -0.3, style.INK, "white"),
     )  # fmt: skip
     axes.set(xlim=(edges[0][0], edges[0][-1]), ylim=(edges[1][0], edges[1][-1]))
     axes.xaxis.set_major_locator(MultipleLocator(30 if np.ptp(x) <= 100 else 60 if np.ptp(x) <= 200 else 90))
+
+
+def _arrow_length(orientation_edges: FloatArray, b_over_h_edges: FloatArray) -> float:
+    """Return the length of the arrows of a map, as a share of its width, so that they nearly fill coarse cells."""
+    across, up = (float(np.diff(edges).min() / np.ptp(edges)) for edges in (orientation_edges, b_over_h_edges))
+    return float(np.clip(min(0.6 * across, 0.45 * up), *_ARROW_LENGTHS))  # a map is about 3/4 as high as wide
 
 
 def fall_map_figure(cube: xr.Dataset, title: str, peak_velocity_by_azimuth: xr.DataArray | None = None) -> Figure:

@@ -103,6 +103,23 @@ def test_the_headline_of_a_comparison_follows_from_its_interval(
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("study", ["nothing falls", "vertical"])
+def test_no_stone_falls_only_in_the_cases_with_an_outcome(study: str, language: str) -> None:
+    """The headline does not speak for the cases without an outcome, which may be most of the study."""
+    none = estimate(0.0, 0.0, 0.26)
+    data = json.loads(findings_by_hand(study).model_dump_json())
+    for contrast in data["contrasts"]:
+        contrast |= {"share_overturned_study": none, "share_overturned_variant": none}
+    for missing in ({}, {"unstable": 7}):
+        data["cases"]["without_outcome"] = missing
+        headline = text_of(Findings.model_validate(data), language).splitlines()[2]
+        assert {"en": "No stone falls", "ja": "墓石は一つも転倒しない"}[language] in headline
+        assert ({"en": "the cases with an outcome", "ja": "結果の得られたケース"}[language] in headline) is bool(
+            missing
+        )
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
 def test_two_settings_without_falls_are_not_compared(language: str) -> None:
     none = estimate(0.0, 0.0, 0.26)
     shares = dict.fromkeys(("share_overturned_study", "share_overturned_variant", "both_overturn"), none)

@@ -169,6 +169,25 @@ def test_composed_texts_are_translated_by_their_parts(english: str, japanese: st
     assert translate(english) == english
 
 
+@pytest.mark.parametrize(
+    "sentence",
+    [
+        "← W    E →      motion along E: " + film_words.standing_elements_sentence(0.62, None, several=False),
+        film_words.standing_elements_sentence(0.12, None, several=True),
+        film_words.standing_body_sentence(1.2, 3.1, 0.012, still_moves=False),
+        film_words.join_fall_sentences([film_words.fall_sentence(32.0, 2.2, "shaft"), "falls towards N at 3.14 s"], 3),
+        "A stone 42 cm wide and 1.2 m high, friction 0.8, under the record of Karakyr, Gazli 1976, turned to N30°E",
+    ],
+)
+def test_a_sentence_is_translated_wherever_it_is_broken(sentence: str) -> None:
+    """A caption is broken to fit before it is translated; only names may be left in English."""
+    names = english_words(translate(sentence, "ja"))
+    for place, letter in enumerate(sentence):
+        if letter == " " != sentence[place - 1]:
+            broken = f"{sentence[:place]}\n{sentence[place:].lstrip()}"
+            assert english_words(translate(broken, "ja")) == names, broken
+
+
 def test_packed_data_and_numbers_are_not_translated() -> None:
     data = {"title": "stands", "rows": [{"data": "stands", "scale": 1.5}], "free": True}
     assert translate_strings(data, "ja") == data | {"title": "非転倒"}

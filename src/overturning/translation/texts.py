@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cache, lru_cache
 from importlib import resources
+from itertools import combinations
 from typing import Any, Final, NamedTuple, get_args
 
 from overturning.errors import ArgumentError, MissingDataError
@@ -32,6 +33,7 @@ _FIRST_CJK: Final = "\N{CJK RADICAL REPEAT}"
 """First character of the Unicode blocks of Chinese, Japanese and Korean."""
 
 _FIELD: Final = re.compile(r"\{(\w*)\}")
+_LATIN_WORD: Final = re.compile("[A-Za-z]{2,}")
 _NUMBER: Final = r"[+−–-]?\d[\d,]*(?:\.\d+)?(?:e[+−-]?\d+)?"
 
 _language: ContextVar[str] = ContextVar("language", default=ENGLISH)
@@ -98,11 +100,9 @@ def translate(text: str, language: str | None = None) -> str:
     Lines of a text that have an entry only together, since a sentence was broken, are translated together.
     """
     language = language or current_language()
-    return (
-        text
-        if language == ENGLISH
-        else _translate_text_lines(text, tuple(_label_and_figure_translations(language).items()))
-    )
+    if language == ENGLISH:
+        return text
+    return _translate_broken_text(text, tuple(_label_and_figure_translations(language).items()))
 
 
 def translate_strings(data: Any, language: str | None = None) -> Any:
@@ -176,6 +176,24 @@ def _entry_translation(text: str, table_entries: tuple[tuple[str, str], ...]) ->
             named = {name: _translate_text_lines(one, table_entries) for name, one in match.groupdict().items()}
             return entry.translation.format(*numbers, **named)
     return None
+
+
+def _translate_broken_text(text: str, table_entries: tuple[tuple[str, str], ...]) -> str:
+    """Translate a text of several lines; lines are joined if this leaves fewer English words.
+
+    A sentence that was broken to fit has no entry by its lines, and may be one part of a list: "stands; leans to 62 %
+    of the angle at which it would topple at" with the next line "rest".
+    """
+    lines, best = text.split("\n"), _translate_text_lines(text, table_entries)
+    for start, end in combinations(range(len(lines) + 1), 2):
+        if not _LATIN_WORD.search(best):
+            break
+        if end - start > 1 and all(line.strip() for line in lines[start:end]):
+            joined = [*lines[:start], " ".join(lines[start:end]), *lines[end:]]
+            found = _translate_text_lines("\n".join(joined), table_entries)
+            if len(_LATIN_WORD.findall(found)) < len(_LATIN_WORD.findall(best)):
+                best = found
+    return best
 
 
 def _translate_text_lines(text: str, table_entries: tuple[tuple[str, str], ...]) -> str:

@@ -19,6 +19,7 @@ from overturning.figures.film_of_trajectory import (
     first_and_last_movement_times,
     outcome_sentence,
 )
+from overturning.figures.film_strip import strip_frame_times_and_captions
 from overturning.figures.page import film_page_html
 from overturning.figures.response import body_axis_figure
 from overturning.figures.style import project_style
@@ -139,6 +140,21 @@ def test_film_of_a_stack_ends_when_its_stones_lie() -> None:
     assert float(speed.interp(time=float(cut["time"][-1]))) > 0.1
     assert float(speed.interp(time=film.last_frame_time)) < 0.01
     assert film.last_frame_time < float(path["time"][-1]), "it stops when nothing moves"
+
+
+def test_outcome_of_several_falls_is_shown_after_the_last_one() -> None:
+    """A stone 12 cm wide falls before one 30 cm wide; the sentence names both, a printed film shows the first fall."""
+    elements = [{"name": "ground", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]}]
+    for name, width, place in (("slim", 0.12, -2.0), ("stout", 0.3, 2.0)):
+        elements.append({"name": name, "width": width, "height": 0.9, "stands_on": "ground", "at": [place, 0]})
+    scene, motion = check_scene({"name": "two", "reference": "slim", "elements": elements}), Motion.sine(8.0, 1.0)
+    film = film_of_trajectories([trajectory(motion, scene, azimuth_deg=0.0, aftermath=AFTERMATH)], motion, "two")
+    panel = film.panels[0]
+    times = [float(time) for time in re.findall(r"at ([\d.]+) s", panel.outcome)]
+    assert panel.outcome.startswith("2 of 2 fall: slim falls")
+    assert times[0] + 0.1 < times[1]
+    assert [panel.strip_fall_time, panel.outcome_time] == pytest.approx(times, abs=0.006)
+    assert strip_frame_times_and_captions(film)[0][2] == panel.strip_fall_time
 
 
 def test_two_settings_share_one_clock() -> None:

@@ -5,9 +5,10 @@ ground; with the ground's displacement the player also shows them from the earth
 """
 
 import base64
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +19,9 @@ from overturning.figures.film_words import COMPONENTS, PLAYER, SPEEDS
 from overturning.figures.style import minimum_and_maximum_by_group
 from overturning.motion.integration import integrate
 from overturning.units import GAL
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 FRAME_INTERVAL = 0.02
 """Time between frames, s. A block of 0.5 m rocks in seconds; between frames the player interpolates."""
@@ -64,7 +68,7 @@ class FilmPanel:
 
     title: str  # heading, for instance the azimuth
     outcome: str  # sentence shown from `outcome_time` on
-    outcome_time: float  # s; NaN: shown at the end of the film
+    outcome_time: float  # time of the last fall, s; NaN: the outcome is shown at the end of the film
     bodies: tuple[FilmBody, ...]  # in drawing order
     acceleration: FloatArray  # of the base, m/s²: towards +s, shape (n,), or towards north and east, shape (2, n)
     sampling_interval: float  # of the acceleration, s; its first sample is at time 0
@@ -73,6 +77,12 @@ class FilmPanel:
     force: FloatArray | None = None  # on the free bodies at these points, in units of the weight; 0 without contact
     vertical: FloatArray | None = None  # upward acceleration of the base, m/s², shape (n,); None: none is applied
     ground: FloatArray | None = None  # displacement of the base since the first frame, m, shape (frames, 2 | 3)
+    first_fall_time: float = math.nan  # s; NaN: `outcome_time`
+
+    @property
+    def strip_fall_time(self) -> float:
+        """Time of the first fall, s, near which a printed film has a frame; NaN if nothing falls."""
+        return self.outcome_time if math.isnan(self.first_fall_time) else self.first_fall_time
 
     @property
     def shows_3d_body(self) -> bool:
@@ -200,6 +210,12 @@ def interpolate_to_frame_times(
 ) -> FloatArray:
     """Interpolate columns of sampled values linearly to the times of film frames, shape (frames, columns)."""
     return np.stack([np.interp(frame_times, sample_times, column) for column in sample_columns.T], axis=1)
+
+
+def known_fall_times(trajectory: "xr.Dataset") -> list[float]:
+    """Return the times, s, at which the stones of a simulation fall, as far as they do."""
+    times = np.ravel(trajectory["overturning_time"].to_numpy())
+    return [float(time) for time in times[np.isfinite(times)]]
 
 
 def vertex_positions_by_frame(body: FilmBody) -> FloatArray:

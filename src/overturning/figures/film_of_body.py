@@ -1,5 +1,6 @@
 """Panels of films made from trajectories of a 3-D body or stack."""
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +11,7 @@ from overturning.figures.film import (
     FilmPanel,
     ground_displacement_at_times,
     interpolate_to_frame_times,
+    known_fall_times,
     samples_from_time_zero,
 )
 from overturning.figures.film_words import fall_sentence, join_fall_sentences, standing_body_sentence
@@ -103,9 +105,17 @@ def body_film_panel(
     ground = ground_displacement_at_times(east_north_up, interval, frame_times - first_sample_time)
     level = samples_from_time_zero(level, interval, first_sample_time)
     up = None if up is None else samples_from_time_zero(up, interval, first_sample_time)
-    times = np.ravel(trajectory["overturning_time"].to_numpy())
-    when = float(min(times[np.isfinite(times)], default=np.nan))
-    return FilmPanel(*heading_and_outcome, when, bodies, level, interval, vertical=up, ground=ground)
+    falls = known_fall_times(trajectory)
+    return FilmPanel(
+        *heading_and_outcome,
+        max(falls, default=math.nan),
+        bodies,
+        level,
+        interval,
+        vertical=up,
+        ground=ground,
+        first_fall_time=min(falls, default=math.nan),
+    )
 
 
 def _film_body(trajectory: "xr.Dataset", frame_times: FloatArray, name: str) -> FilmBody:

@@ -1,5 +1,6 @@
 """Panels of films made from trajectories of the elements of a 2-D scene."""
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +11,7 @@ from overturning.figures.film import (
     FilmPanel,
     ground_displacement_at_times,
     interpolate_to_frame_times,
+    known_fall_times,
     samples_from_time_zero,
 )
 from overturning.figures.film_words import fall_sentence, join_fall_sentences, standing_elements_sentence
@@ -169,7 +171,7 @@ def scene_film_panel(
 
     `first_sample_time` is that of the motion, s.
     """
-    azimuth, times = float(trajectory.attrs["azimuth_deg"]), trajectory["overturning_time"].to_numpy()
+    azimuth, falls = float(trajectory.attrs["azimuth_deg"]), known_fall_times(trajectory)
     amplitude = float(trajectory.attrs["amplitude"])
     along, up = amplitude * motion.along(azimuth), None if motion.up is None else amplitude * motion.up
     interval = motion.sampling_interval
@@ -177,7 +179,7 @@ def scene_film_panel(
     point, force = _contact_points_and_forces(trajectory, frame_times)
     return FilmPanel(
         *heading_and_outcome,
-        float(min(times[np.isfinite(times)], default=np.nan)),
+        max(falls, default=math.nan),
         _film_bodies_of_scene(trajectory, frame_times, ground),
         samples_from_time_zero(along, interval, first_sample_time),
         interval,
@@ -186,4 +188,5 @@ def scene_film_panel(
         force=force,
         vertical=None if up is None else samples_from_time_zero(up, interval, first_sample_time),
         ground=ground,
+        first_fall_time=min(falls, default=math.nan),
     )

@@ -31,7 +31,7 @@ def strip_frame_times_and_captions(film: Film) -> tuple[FloatArray, tuple[str, .
         [rotation_angle_by_frame(body, film.frames) for panel in film.panels for body in panel.bodies if body.free],
         axis=0,
     )
-    falls = [panel.outcome_time for panel in film.panels if np.isfinite(panel.outcome_time)]
+    falls = [panel.strip_fall_time for panel in film.panels if np.isfinite(panel.strip_fall_time)]
     if falls:
         near, names = min(falls), STRIP if len(falls) == len(film.panels) else STRIP_MIXED
     else:

@@ -1,10 +1,14 @@
 """Figures for a phone: panels below each other, letters as large as on a page."""
 
+from itertools import pairwise
+
 import pytest
 
 from overturning.figures.answer import PlottedEstimate, overturned_share_contrast_figure
+from overturning.figures.polar_map import azimuth_map_figure
 from overturning.figures.site_map import EarthquakeOnMap, StationOnMap, earthquake_map_figure
 from overturning.figures.style import NARROW_WIDTH, figures_for_phone, project_style
+from tests.figures.test_explore import cube as explorer_cube
 
 
 @pytest.mark.parametrize("narrow", [False, True])
@@ -43,6 +47,18 @@ def test_a_phone_shows_two_maps_of_stations_in_a_row_as_large_as_on_a_page() -> 
     widths = [figure.axes[0].get_position().width * figure.get_figwidth() for figure in (page, phone)]
     assert widths[1] == pytest.approx(widths[0], rel=0.1)
     assert [one.get_title() for one in phone.axes if one.get_visible()] == [one.name for one in earthquakes]
+
+
+def test_polar_maps_on_a_phone_follow_each_other_without_gaps() -> None:
+    """Each has the width of the phone; the room for colour bar and legend is there once, not below each map."""
+    cube = explorer_cube(records=3, step=90, heights=1, frictions=1, ratios=2).drop_vars("station")
+    with project_style(), figures_for_phone():
+        figure = azimuth_map_figure([cube.isel(record=number) for number in range(3)], "Three maps")
+        figure.get_layout_engine().execute(figure)
+    boxes = [axes.get_window_extent() for axes in figure.axes if axes.name == "polar"]
+    assert all(box.width > 0.75 * figure.bbox.width for box in boxes)
+    gaps = [(upper.y0 - lower.y1) / upper.height for upper, lower in pairwise(boxes)]
+    assert all(0.2 < gap < 0.5 for gap in gaps)
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 5])

@@ -43,6 +43,9 @@ NARROW_WIDTH: Final = 3.35
 _FIRST_WIDE: Final = 0x2E80
 """Number of the first Chinese or Japanese character."""
 
+_NARROW_COMPASS_HEIGHT: Final = 1.15 * NARROW_WIDTH
+"""Height of a compass with its title on a phone, inches."""
+
 _NARROW: Final = ContextVar("narrow", default=False)
 
 # Leave out the date and the program's version: with them, files would not be reproducible.
@@ -171,7 +174,11 @@ def create_panel_grid(
     if _NARROW.get():
         count = row_count * column_count if visible_count is None else visible_count
         panel_height = height_inches / row_count * (NARROW_WIDTH * column_count / width_inches if polar else 1.0)
-        figure = create_figure(NARROW_WIDTH, panel_height * count + 0.3, layout)
+        height = panel_height * count
+        if polar:  # title, colour bar and legend of a figure of several maps are there only once
+            besides = max(0.0, height_inches - row_count * width_inches / column_count)
+            height = min(height, _NARROW_COMPASS_HEIGHT * count + besides)
+        figure = create_figure(NARROW_WIDTH, height + 0.3, layout)
         more = {name: value for name, value in more.items() if name != "width_ratios"}
         column = figure.subplots(count, 1, subplot_kw=kind, squeeze=False, **more).ravel()
         panels = np.full(row_count * column_count, None)

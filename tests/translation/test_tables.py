@@ -162,6 +162,13 @@ def test_texts_of_films_and_players_are_translated() -> None:
         ("pulse, sine pulse: B/H = 0.4, H = 0.6 m, µ = 1", "正弦波パルス：B/H = 0.4, H = 0.6 m, µ = 1"),
         ("pulse, ricker pulse, motion × 2: B/H = 0.4, H = 0.6 m", "リッカーパルス、地震動 × 2：B/H = 0.4, H = 0.6 m"),
         ("paper, sine pulse", "paper、正弦波パルス"),
+        ("variant tall (H and B/H are those of the study's shaft; the cross has 1.85 times that height)",
+         "設定 tall(H と B/H は本解析の棹石の値。石の十字架は高さがその 1.85 倍)"),
+        ("variant tall (H and B/H are those of the study's shaft; the cross has a B/H of 0.463 whatever the shaft has)",
+         "設定 tall(H と B/H は本解析の棹石の値。石の十字架の B/H は棹石によらず 0.463)"),
+        ("variant tall (H and B/H are those of the study's shaft; the cross has 1.85 times that height and a B/H of "
+         "0.463 whatever the shaft has)",
+         "設定 tall(H と B/H は本解析の棹石の値。石の十字架は高さがその 1.85 倍、B/H は棹石によらず 0.463)"),
     ],
 )  # fmt: skip
 def test_composed_texts_are_translated_by_their_parts(english: str, japanese: str) -> None:

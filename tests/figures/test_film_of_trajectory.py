@@ -376,6 +376,9 @@ def test_axis_figure_shows_tilt_and_outcome(bodies: list, pulse: Motion) -> None
     end = np.array([line.get_xdata()[-1], line.get_ydata()[-1]])
     assert np.degrees(np.arctan2(*end)) % 360 == pytest.approx(float(bodies[0]["fall_azimuth"]), abs=3)
     assert np.hypot(*end) > 80, "nearly lying"
+    looks = {one.get_label(): (one.get_marker(), one.get_color()) for one in figure.legends[0].get_lines()}
+    dots = [axes.lines[1] for axes in figure.axes[1:]]
+    assert [(dot.get_marker(), dot.get_color()) for dot in dots] == 2 * [looks["peak"]] != 2 * [looks["end"]]
     deep = body_axis_figure(bodies[0].assign_attrs(aspect=0.5), pulse, "title").axes[0].lines[0]
     least = np.degrees(np.arctan(0.5 * bodies[0].attrs["b_over_h"]))  # over the edges of its narrower sides
     assert np.hypot(*deep.get_xydata().T) == pytest.approx(least)

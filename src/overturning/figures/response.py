@@ -155,11 +155,12 @@ def body_axis_figure(trajectory: xr.Dataset, motion: Motion, title: str) -> Figu
             turn = np.linspace(0.0, 2.0 * np.pi, 181)
             axes.plot(radius * np.cos(turn), radius * np.sin(turn), dash, color=style.INK, linewidth=0.8, label=name)
     axes.plot(x, y, color=style.SERIES[0], linewidth=0.8, label="axis of the body")
-    axes.plot(x[-1], y[-1], "o", color=style.FALLS, markersize=4, label="end")
+    axes.plot(x[-1], y[-1], "s", color=style.INK, markersize=4, label="end")  # unlike the peaks of the hodographs
     axes.set(xlim=(-largest, largest), ylim=(-largest, largest), aspect="equal")
     stone = f" of the {trajectory['element'].item()}" if "element" in trajectory.coords else ""
     axes.set_title(f"tilt of the axis{stone}, degrees\n{_body_outcome_label(trajectory)}", fontsize=9, parse_math=False)
     style.label_axes(axes, "east", "north")
     draw_hodographs(panels[0, 1:], motion.scaled_by(float(trajectory.attrs["amplitude"])))
-    style.add_title_and_legend(figure, title, axes, 4)
+    peaks = panels[0, 1].get_legend_handles_labels()[0]
+    style.add_title_and_legend(figure, title, axes, 5, last_marks=peaks)
     return figure

@@ -454,6 +454,14 @@ def test_a_survey_without_falls(make_cube) -> None:
     assert math.isnan(standing.log_likelihood_ratio)
 
 
+@pytest.mark.parametrize(("b_over_h", "share"), [(0.2, 1.0), (0.3, 0.0), (0.1 + 0.2, 0.0), (0.35, math.nan)])
+def test_a_shape_of_the_grid_has_an_outcome_next_to_one_without(make_cube, b_over_h: float, share: float) -> None:
+    site = make_cube(lambda *of: np.where(of[2] > 0.35, np.nan, np.where(of[2] < 0.25, 1, 0)))
+    stone = Stone(False, math.nan, False, b_over_h=b_over_h, face_azimuth_deg=60.0)
+    found = compare_survey_with_prediction([stone], site, background=0.0)
+    assert found.computed_fall_share == pytest.approx(share, nan_ok=True)
+
+
 @pytest.mark.parametrize("background", [0.0, 0.05])
 def test_stones_that_never_fall_in_the_study_are_counted(make_cube, background: float) -> None:
     """All blocks fall up to B/H 0.3; for larger B/H the prediction is an extrapolation."""

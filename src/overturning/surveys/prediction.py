@@ -83,9 +83,9 @@ class SiteFallPrediction:
         Shapes are (2, blocks, n) and (blocks, n). A time is that of the nearest azimuth and B/H. Far outside the
         simulated range of B/H the probabilities are NaN, unless the stone is stouter than a block that never falls.
         """
-        place = np.interp(b_over_h, self.b_over_h, np.arange(self.b_over_h.size))
-        low = int(place)
-        high = min(low + 1, self.b_over_h.size - 1)
+        place = float(np.interp(b_over_h, self.b_over_h, np.arange(self.b_over_h.size)))
+        # A B/H of the grid has its own outcomes, also next to a B/H without outcomes.
+        low, high = math.floor(round(place, 9)), math.ceil(round(place, 9))
         by_azimuth = self.blocks[:, low] + (place - low) * (self.blocks[:, high] - self.blocks[:, low])
         lines = by_azimuth.reshape(self.plane.size, -1).T
         p = np.array([np.interp(azimuth_deg, self.plane, line, period=360) for line in lines])
@@ -95,7 +95,7 @@ class SiteFallPrediction:
         elif LARGEST_B_OVER_H_FACTOR * b_over_h < self.b_over_h[0]:
             p = np.full(p.shape, math.nan)
         cell = nearest_computed_cells(self.plane, azimuth_deg, FULL_TURN).cell
-        return p, self.times[cell, round(float(place))].T
+        return p, self.times[cell, round(place)].T
 
     def has_b_over_h_outside_grid(self, stone: Stone) -> bool:
         """True if a B/H of a stone lies outside the simulated range."""

@@ -20,7 +20,7 @@ def test_a_survey_without_predicted_falls_is_not_called_worse_than_random(langua
     ]
     text = text_by_hand("survey", language)
     assert all(words in text for words in fits)
-    data["surveys"][0]["never"] = data["surveys"][0]["octant_falls"]
+    data["surveys"][0]["falls_with_predicted_direction"] = 0
     text = text_of(Findings.model_validate(data), language)
     assert {"en": "predicts no direction", "ja": "方向は予測されない"}[language] in text
     assert not any(words in text for words in fits)

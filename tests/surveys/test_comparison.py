@@ -462,6 +462,23 @@ def test_a_shape_of_the_grid_has_an_outcome_next_to_one_without(make_cube, b_ove
     assert found.computed_fall_share == pytest.approx(share, nan_ok=True)
 
 
+def test_stones_without_a_computed_outcome_are_counted_and_not_predicted_to_stand(make_cube) -> None:
+    """Slender blocks fall in every plane, to both azimuths equally; stout ones have no outcome, at any height."""
+    site = make_cube(lambda *of: np.where(of[2] > 0.35, np.nan, np.where(of[0] < 180, 1, -1)))
+    site["overturned"].loc[{"height": 1.2}] = np.nan
+    slender = Stone(False, math.nan, False, count=2, height=1.0, b_over_h=0.2, face_azimuth_deg=60.0)
+    stout = Stone(False, math.nan, False, count=3, b_over_h=0.4, face_azimuth_deg=60.0)
+    fell = fallen(60, count=5, b_over_h=0.5, face_azimuth_deg=60.0)
+    found = compare_survey_with_prediction([slender, stout, fell, fallen(10, b_over_h=0.4)], site)
+    assert (found.without_outcome, found.falls_without_outcome) == (9, 6)
+    assert found.computed_fall_share == 1.0
+    assert found.confusion[0, 1:].sum() == found.confusion.sum() == 2
+    np.testing.assert_allclose(found.octant_predicted, 6 / 8, atol=1e-9)
+    of_study = survey_findings(StoredSurveyComparison("stones.csv", "0" * 64, "vale", found))
+    assert (of_study.checked_predictions, of_study.falls_with_predicted_direction) == (2, 0)
+    assert compare_survey_with_prediction([stout], site).confusion is None
+
+
 @pytest.mark.parametrize("background", [0.0, 0.05])
 def test_stones_that_never_fall_in_the_study_are_counted(make_cube, background: float) -> None:
     """All blocks fall up to B/H 0.3; for larger B/H the prediction is an extrapolation."""

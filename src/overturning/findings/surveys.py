@@ -143,7 +143,7 @@ class SurveyFindings(Finding):
     correct_predictions: int | None
     """Number of `checked_predictions` in which the stone did what was most probable."""
     checked_predictions: int | None
-    """Number of stones of known face and B/H; None if there are none."""
+    """Number of stones of known face and B/H with a computed outcome; None if there are none."""
     sides: dict[str, list[int]]
     """Stones of known face by the side to which they fell: their most probable sides, in the same order."""
     faces_known: bool
@@ -152,6 +152,17 @@ class SurveyFindings(Finding):
     """Falls without face azimuth or B/H, for which all orientations are assumed."""
     never: int
     """Falls of stones like which none falls in the study; their predicted direction is random."""
+    without_outcome: int
+    """Stones without a computed outcome, although no B/H of theirs lies more than a quarter outside the grid.
+
+    They do not count in `computed_fall_share` and `checked_predictions`.
+    """
+    falls_without_outcome: int
+    """Number of `without_outcome` that fell in a known direction; their predicted direction is random."""
+    falls_without_prediction: int
+    """Number of stones of `without_outcome` and `stones_without_prediction` that fell in a known direction."""
+    falls_with_predicted_direction: int
+    """Number of `octant_falls` whose predicted direction is not random: neither `never` nor without a prediction."""
     stones_without_face: int
     """Number of stones whose face azimuth is not known."""
     stones_without_b_over_h: int
@@ -225,6 +236,12 @@ def survey_findings(survey_result: StoredSurveyComparison) -> SurveyFindings:
         faces_known=found.turned_every_way < found.fallen_count_in_known_direction,
         turned_every_way=found.turned_every_way,
         never=found.never,
+        without_outcome=found.without_outcome,
+        falls_without_outcome=found.falls_without_outcome,
+        falls_without_prediction=found.falls_without_prediction,
+        falls_with_predicted_direction=found.fallen_count_in_known_direction
+        - found.never
+        - found.falls_without_prediction,
         stones_without_face=found.without_face,
         stones_without_b_over_h=found.without_b_over_h,
         stones_beyond_grid=found.beyond - found.unpredicted,

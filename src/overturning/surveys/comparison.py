@@ -81,7 +81,8 @@ class SurveyPredictionComparison:
     uniform_octants : StatisticalTestResult
         Grouped Watson U² of the octants against uniformity.
     confusion : ndarray, shape (5, 5), or None
-        Stones with known face and B/H: observed (rows) and most probable (columns) sides, in the order of `SIDES`.
+        Stones with known face and B/H and a computed outcome: observed (rows) and most probable (columns) sides, in the
+        order of `SIDES`.
     turned_every_way : int
         Stones that fell in a known direction without face or B/H; all orientations are assumed for them.
     without_face, without_b_over_h : int
@@ -99,6 +100,13 @@ class SurveyPredictionComparison:
     never : int
         Stones that fell in a known direction although no such stone falls in the study; their predicted direction is
         uniform.
+    without_outcome : int
+        Stones without a computed outcome, although their B/H is not far outside the grid: no block of this B/H has one.
+        Like those of `unpredicted`, they do not count in `computed_fall_share` and `confusion`.
+    falls_without_outcome : int
+        Those of `without_outcome` that fell in a known direction; their predicted direction is uniform.
+    falls_without_prediction : int
+        Stones of `without_outcome` and `unpredicted` that fell in a known direction.
     """
 
     fallen: int
@@ -130,6 +138,9 @@ class SurveyPredictionComparison:
     background: float
     never: int = 0
     unpredicted: int = 0
+    without_outcome: int = 0
+    falls_without_outcome: int = 0
+    falls_without_prediction: int = 0
 
     @property
     def fallen_count_in_known_direction(self) -> int:
@@ -275,6 +286,11 @@ def _stone_counts_of_comparison(predictions: SurveyFallPrediction, stones: Seque
         """Return the number of stones for which `condition` is True."""
         return sum(stone.count for stone in stones if condition(stone))
 
+    def lacks_outcome(stone: Stone) -> bool:
+        """Return True if a stone has no computed outcome, although its B/H is not far outside the grid."""
+        prediction = predictions.for_stone(stone)
+        return not prediction.has_outcome(stone) and not prediction.lacks_blocks_like(stone)
+
     return {
         "fallen": count_stones_with(lambda stone: stone.fell),
         "stood": count_stones_with(lambda stone: not stone.fell),
@@ -294,21 +310,28 @@ def _stone_counts_of_comparison(predictions: SurveyFallPrediction, stones: Seque
         "never": count_stones_with(
             lambda stone: stone.fell_in_known_direction and predictions.for_stone(stone).stone_never_falls(stone)
         ),
+        "without_outcome": count_stones_with(lacks_outcome),
+        "falls_without_outcome": count_stones_with(
+            lambda stone: stone.fell_in_known_direction and lacks_outcome(stone)
+        ),
+        "falls_without_prediction": count_stones_with(
+            lambda stone: stone.fell_in_known_direction and not predictions.for_stone(stone).has_outcome(stone)
+        ),
     }
 
 
 def _confusion_matrix_of_sides(predictions: SurveyFallPrediction, stones: Sequence[Stone]) -> NDArray[np.int64] | None:
     """Count the stones by observed outcome (rows) and most probable outcome (columns): stands or side of fall.
 
-    The shape is (5, 5); sides are in the order of `SIDES`. None if face and B/H of no stone are known. Stones without
-    a prediction are left out.
+    The shape is (5, 5); sides are in the order of `SIDES`. None if no stone of known face and B/H has a computed
+    outcome.
     """
     known = [
         stone
         for stone in stones
         if has_known_face_and_slenderness(stone)
         and (stone.fell_in_known_direction or not stone.fell)
-        and not predictions.for_stone(stone).lacks_blocks_like(stone)
+        and predictions.for_stone(stone).has_outcome(stone)
     ]
     confusion = np.zeros((len(SIDES), len(SIDES)), dtype=np.int64)
     for stone in known:

@@ -222,7 +222,8 @@ class SiteFallPrediction:
 
         Random falls, the share `background`, are not included.
 
-        A stone of known height has the probability interpolated to it (outside the grid: that of the nearest height).
+        A stone of known height has the probability interpolated to it between the heights with an outcome (outside of
+        them: that of the nearest height).
         A stone without face has the mean over all face azimuths. A stone without B/H has the mean over all B/H of the
         grid, with a square footprint.
 
@@ -244,8 +245,15 @@ class SiteFallPrediction:
         found = self._fall_probabilities[key]
         if math.isnan(stone.height):
             return found
-        at_height = np.array([np.interp(stone.height, self.height, column) for column in found.T])
+        at_height = np.full(found.shape[1], math.nan)
+        for place, column in enumerate(found.T):
+            if (known := np.isfinite(column)).any():
+                at_height[place] = np.interp(stone.height, self.height[known], column[known])
         return np.asarray(np.broadcast_to(at_height, found.shape))
+
+    def has_outcome(self, stone: Stone) -> bool:
+        """True if some simulated block with the B/H of the stone (and its face azimuth, if known) has an outcome."""
+        return bool(np.isfinite(self.fall_probability_by_block(stone)).any())
 
     def has_height_outside_grid(self, stone: Stone) -> bool:
         """True if the height of a stone is known and lies outside the simulated range."""

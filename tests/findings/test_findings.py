@@ -21,7 +21,7 @@ import overturning
 from overturning.cli import main
 from overturning.findings.causes import logistic_fit_findings
 from overturning.findings.collect import Findings, findings_schema
-from overturning.findings.contrast import population_fall_rates_by_soil
+from overturning.findings.contrast import contrast_study_with_variants, population_fall_rates_by_soil
 from overturning.findings.direction import fall_direction_findings
 from overturning.findings.extent import choose_report_maps, study_extent
 from overturning.findings.lines import finding_lines
@@ -413,3 +413,27 @@ def test_soil_turns_no_axis_that_the_planes_impose(
     (soft,) = (one for one in found if one.variant == "soft")
     assert soft.axis_turned_deg == angle
     assert (soft.axes_compared > 0) is (angle is not None)
+
+
+def test_a_variant_is_compared_over_the_cases_with_an_outcome_in_both(folder: Path) -> None:
+    """The same outcomes, but the study lacks those at B/H 0.3 that stand, and the variant those at 0.4 that fall."""
+    with open_study_results(folder) as opened:
+        whole = opened.cube.load()
+        flags, shape = whole["overturned"], whole["b_over_h"]
+        lost = [(flags == 0) & (shape == 0.3), (flags != 0) & (shape == 0.4)]
+        cubes = {
+            name: whole.assign(overturned=flags.where(~one))
+            for name, one in zip(("nominal", "flat"), lost, strict=True)
+        }
+        study = opened.study.model_copy(update={"variants": {"flat": Variant(vertical=False)}})
+        # Without vertical motion in the records, a variant in the vertical motion has no record to compare.
+        cubes["nominal"] = cubes["nominal"].assign_coords(vertical=("record", [1, 1, 1]))
+        results = replace(opened, study=study, cube=cubes["nominal"], cubes=cubes, populations={})
+        (found,) = contrast_study_with_variants(results)
+    assert all(one.any() for one in lost)
+    fell = (flags != 0).where(~(lost[0] | lost[1]))
+    share = fell.mean([name for name in flags.dims if name != "record"]).mean()  # each record is an earthquake
+    for estimate in (found.share_overturned_study, found.share_overturned_variant):
+        assert estimate.value == pytest.approx(float(share))
+    assert [one.share_difference.value for one in (found, *found.by_b_over_h)] == [0.0] * 4
+    assert found.primary_difference.value == 0.0

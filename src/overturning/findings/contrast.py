@@ -8,6 +8,7 @@ from overturning.arrays import FloatArray
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Estimate, Finding, Number, estimate_from_mean
 from overturning.model.scene import Scene
+from overturning.model.variables import outcome_is_known
 from overturning.records.site import SoilSite
 from overturning.statistics.bootstrap import mean_over_earthquakes, mean_share_over_earthquakes
 from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis_difference
@@ -173,8 +174,9 @@ def _contrast_study_with_variant(
     cubes = [results.cube_of_size_reference_element(name).isel(record=record_indices) for name in (NOMINAL, variant)]
     events = results.record_events[record_indices]
     found = mean_fall_contrast(count_falls_of_two_stones(*cubes), events)
-    here, there = (overturned_shares_by_record(cube).to_numpy() for cube in cubes)
-    shapes = [overturned_shares_by_record(cube, "b_over_h").to_numpy() for cube in cubes]
+    paired = _keep_outcomes_known_in_both(*cubes)
+    here, there = (overturned_shares_by_record(cube).to_numpy() for cube in paired)
+    shapes = [overturned_shares_by_record(cube, "b_over_h").to_numpy() for cube in paired]
 
     by_shape = [
         OverturnedSharesAtBOverH(
@@ -233,6 +235,19 @@ def _contrast_study_with_variant(
             else estimate_from_mean(rate_difference, f"difference of the {FALL_RATE}")
         ),
     )
+
+
+def _keep_outcomes_known_in_both(cube: xr.Dataset, other_cube: xr.Dataset) -> tuple[xr.Dataset, xr.Dataset]:
+    """Return two cubes with the same cases in the same order; an outcome that is missing in one is missing in both.
+
+    Shares of cases that are known in one cube only would differ although no case has another outcome.
+    """
+    flags = [one["overturned"] for one in (cube, other_cube)]
+    # A stack has no dimension of aspects, a body has one of length 1.
+    known = [outcome_is_known(flag).data for flag in flags]
+    both = [flag.copy(data=one.reshape(flag.shape)) for flag, one in zip(flags, reversed(known), strict=True)]
+    masked = [flag.where(one) for flag, one in zip(flags, both, strict=True)]
+    return cube.assign(overturned=masked[0]), other_cube.assign(overturned=masked[1])
 
 
 def _population_fall_rates(results: StudyResults, variant: str, record_indices: NDArray[np.intp]) -> FloatArray:

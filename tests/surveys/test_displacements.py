@@ -126,6 +126,14 @@ def test_stones_that_stand_where_none_stands_are_counted(tmp_path: Path) -> None
     assert np.isnan(by_name(nowhere)["shifted"].computed)
 
 
+def test_stones_without_a_computed_outcome_are_counted_and_not_said_to_fall_always(tmp_path: Path) -> None:
+    unknown = np.array([np.nan, 0.0, 1.0])[:, None]
+    stones = table(tmp_path, "A,stands,0,0.5,0.3,2\nA,fell,0,0.5,0.3,3\nA,stands,0,0.5,0.4,1\nA,stands,0,0.5,0.5,4\n")
+    found = compare_displacements(stones, cube_of(overturned=unknown))
+    assert (found.without_outcome, found.never_stand, found.cells) == (5, 4, 4)
+    assert by_name(found)["fell"].computed == pytest.approx(4 / 5), "of the stones with an outcome"
+
+
 def test_each_site_has_its_own_cube(tmp_path: Path) -> None:
     stones = table(tmp_path, "A,stands,0,0.5,0.3,1\nB,stands,0,0.5,0.3,1\n")
     still, moved = cube_of(), cube_of(residual_slip_north=0.05)

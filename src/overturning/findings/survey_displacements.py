@@ -63,6 +63,8 @@ class SurveyDisplacementsOfSite(Finding):
     """Number of different computed cases that resemble the stones."""
     never_stand: int
     """Standing stones like which none stands in the study; they are compared in no displacement."""
+    without_outcome: int
+    """Stones like which no computed case has an outcome; they are compared in no computed value."""
     measures: list[DisplacementMeasureFinding]
 
 
@@ -136,5 +138,6 @@ def _displacements_of_site(site: str, found: DisplacementComparison) -> SurveyDi
         stood=found.stood,
         cells=found.cells,
         never_stand=found.never_stand,
+        without_outcome=found.without_outcome,
         measures=measures,
     )

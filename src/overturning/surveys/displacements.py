@@ -72,6 +72,8 @@ class DisplacementComparison:
         Number of different computed cases that resemble the stones.
     never_stand : int
         Standing stones like which none stands in the study; they are compared in no displacement.
+    without_outcome : int
+        Stones like which no computed case has an outcome; they are compared in no computed value.
     measures : tuple of DisplacementMeasure
         Measures in a fixed order.
     """
@@ -81,6 +83,7 @@ class DisplacementComparison:
     cells: int
     never_stand: int
     measures: tuple[DisplacementMeasure, ...]
+    without_outcome: int = 0
 
 
 @dataclass(frozen=True)
@@ -166,14 +169,16 @@ def compare_displacements(
         raise ArgumentError("stones: none counts as fallen or standing; a comparison needs at least one")
     arrays = {id(one): _CellArrays.from_cube(one) for one in (cube, *(site_cubes or {}).values())}
     used = {key: np.zeros(one.flags.shape, np.bool_) for key, one in arrays.items()}
-    standing, never_stand = list[_ComputedStones](), 0
+    standing, never_stand, without_outcome = list[_ComputedStones](), 0, 0
     fall_shares = list[tuple[int, FloatArray]]()
     for one in observed:
         own = (site_cubes or {}).get(one.stone.site, cube)
         chosen = _grid_indices_like_stone(own, one.stone)
         flags, cells = _cells_like_stone(arrays[id(own)], chosen, used[id(own)])
         fall_shares.append((one.stone.count, _mean_by_friction(flags)))
-        if not one.stone.fell and (cells is None or not cells.weight.size):
+        if not np.isfinite(flags).any():
+            without_outcome += one.stone.count
+        elif not one.stone.fell and (cells is None or not cells.weight.size):
             never_stand += one.stone.count
         elif not one.stone.fell and cells is not None:
             standing.append(cells._replace(weight=one.stone.count * cells.weight))
@@ -184,6 +189,7 @@ def compare_displacements(
         cells=sum(int(mask.sum()) for mask in used.values()),
         never_stand=never_stand,
         measures=(_fall_measure(observed, fall_shares), *_displacement_measures(observed, computed)),
+        without_outcome=without_outcome,
     )
 
 

@@ -131,6 +131,26 @@ def test_two_settings_without_falls_are_not_compared(language: str) -> None:
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("primary", [True, False])
+def test_settings_without_an_outcome_in_both_are_not_compared(primary: bool, language: str) -> None:
+    none = estimate(0.0, n=0) | {"value": None}
+    data = json.loads(findings_by_hand("vertical").model_dump_json())
+    other = {name: none for name, value in data["contrasts"][0].items() if isinstance(value, dict)}
+    data["contrasts"].append(data["contrasts"][0] | other | {"opposite_share": None, "primary": False})
+    if primary:
+        data["contrasts"] = [data["contrasts"][1] | {"primary": True}]
+    text = text_of(Findings.model_validate(data), language)
+    headline = {"en": "No case has an outcome in both settings", "ja": "両方の条件で結果が得られたケースがない"}[
+        language
+    ]
+    assert (headline in text) is primary
+    assert (
+        {"en": "no case has an outcome in both.", "ja": "両方で結果が得られたケースはない。"}[language] in text
+    ) is not primary
+    assert {"en": "– of the cases", "ja": "全ケースの –"}[language] not in text
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize(("elements", "same_time"), [(1, 0.0), (3, 0.0), (1, 1.0)])
 def test_falls_at_the_same_time_and_the_order_within_a_scene_are_told_where_they_exist(
     elements: int, same_time: float, language: str

@@ -431,6 +431,7 @@ def test_a_variant_is_compared_over_the_cases_with_an_outcome_in_both(folder: Pa
         results = replace(opened, study=study, cube=cubes["nominal"], cubes=cubes, populations={})
         (found,) = contrast_study_with_variants(results)
     assert all(one.any() for one in lost)
+    assert found.cases_not_compared == int((lost[0] | lost[1]).sum())
     fell = (flags != 0).where(~(lost[0] | lost[1]))
     share = fell.mean([name for name in flags.dims if name != "record"]).mean()  # each record is an earthquake
     for estimate in (found.share_overturned_study, found.share_overturned_variant):

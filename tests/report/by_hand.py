@@ -44,7 +44,7 @@ def contrast(**changes: Any) -> dict[str, Any]:
     parts = {
         "variant": "other", "primary": True, "scene_here": "stack", "scene_there": "monolith", "differs_in": ["scene"],
         "soil_thickness_m": None,
-        "records": 14, "share_overturned_study": estimate(0.384, 0.203, 0.557),
+        "records": 14, "cases_not_compared": 23, "share_overturned_study": estimate(0.384, 0.203, 0.557),
         "share_overturned_variant": estimate(0.116, 0.042, 0.263), "share_difference": estimate(0.268, 0.137, 0.391),
         "only_study_overturns": estimate(0.271, 0.142, 0.401), "only_variant_overturns": estimate(0.013, 0.004, 0.029),
         "both_overturn": estimate(0.109, 0.037, 0.247), "same_direction": estimate(0.86, 0.74, 0.92),

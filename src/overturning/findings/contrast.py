@@ -39,6 +39,8 @@ class VariantContrast(Finding):
     """Thickness of the soil of the variant above the rock, m; None without soil."""
     records: int
     """Number of compared records; if only vertical motion differs, those with a vertical component."""
+    cases_not_compared: int
+    """Number of cases under these records without an outcome in the study or in the variant."""
     share_overturned_study: Estimate
     """Share of the cases that overturn in the study."""
     share_overturned_variant: Estimate
@@ -173,7 +175,8 @@ def _contrast_study_with_variant(
     """Compare the outcomes of the study and of one variant under the records with the given indices."""
     cubes = [results.cube_of_size_reference_element(name).isel(record=record_indices) for name in (NOMINAL, variant)]
     events = results.record_events[record_indices]
-    found = mean_fall_contrast(count_falls_of_two_stones(*cubes), events)
+    counts = count_falls_of_two_stones(*cubes)
+    found = mean_fall_contrast(counts, events)
     paired = _keep_outcomes_known_in_both(*cubes)
     here, there = (overturned_shares_by_record(cube).to_numpy() for cube in paired)
     shapes = [overturned_shares_by_record(cube, "b_over_h").to_numpy() for cube in paired]
@@ -209,6 +212,7 @@ def _contrast_study_with_variant(
         differs_in=names_of_differing_settings(results.study, NOMINAL, variant),
         soil_thickness_m=sum(layer.thickness_m for layer in site.layers) if site is not None else None,
         records=int(record_indices.size),
+        cases_not_compared=cubes[0]["overturned"].size - int(counts["cases"].sum()),
         share_overturned_study=estimate_from_mean(mean_share_over_earthquakes(here, events), SHARE_OVERTURNED),
         share_overturned_variant=estimate_from_mean(mean_share_over_earthquakes(there, events), SHARE_OVERTURNED),
         share_difference=difference,

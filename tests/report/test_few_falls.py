@@ -200,6 +200,14 @@ def test_every_setting_that_differs_is_named_and_soil_only_where_it_differs(
             {"en": "near a change of outcome (47 % of all) was", "ja": "境界付近のケース(全体の 47 %)は"},
         ),
         (True, 1.0, {"en": "Each case was run", "ja": "すべてのケースは、"}),
+        (
+            True,
+            0.75,
+            {
+                "en": "Each case whose runs have an outcome (75 % of all) was",
+                "ja": "計算結果のあるすべてのケース(全体の 75 %)は",
+            },
+        ),
         (False, 1.0, {"en": "Each case near a change of outcome was", "ja": "境界付近のケースは、"}),
     ],
 )

@@ -438,3 +438,26 @@ def test_sentences_of_small_studies_promise_no_number_that_they_lack(
     text = (text_of(found, language) + render_markdown(found, language)).replace("\N{NO-BREAK SPACE}", " ")
     assert gone[language] not in text
     assert shown[language] in text
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize(("cases", "angle"), [(0, None), (120, None), (120, 14.0)])
+def test_fall_axes_in_space_and_in_planes_are_compared_only_where_stones_fall_in_both(
+    cases: int, angle: float | None, language: str
+) -> None:
+    data = json.loads(findings_by_hand("reference").model_dump_json())
+    data["planar_model_agreement"] |= {"cases": cases, "angle_between_axes_deg": angle, "only_3d_overturns": 0.0}
+    text = text_of(Findings.model_validate(data), language)
+    alone, apart = {"en": ("in a plane alone", "apart on average"), "ja": ("は二次元でのみ", "転倒軸の差は平均")}[
+        language
+    ]
+    assert [alone in text, apart in text] == [cases > 0, angle is not None]
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_a_study_of_a_survey_without_outcomes_says_so_in_its_headline(language: str) -> None:
+    data = json.loads(findings_by_hand("survey").model_dump_json())
+    data["surveys"], data["published_agreement"] = [], []
+    data["cases"]["share_overturned"] = None
+    text = text_of(Findings.model_validate(data), language)
+    assert text.splitlines()[2] == {"en": "No outcome was found", "ja": "結果が得られなかった"}[language]

@@ -418,7 +418,7 @@ def test_soil_turns_no_axis_that_the_planes_impose(
 def test_a_variant_is_compared_over_the_cases_with_an_outcome_in_both(folder: Path) -> None:
     """The same outcomes, but the study lacks those at B/H 0.3 that stand, and the variant those at 0.4 that fall."""
     with open_study_results(folder) as opened:
-        whole = opened.cube.load()
+        whole = opened.cube.isel(record=[0, 1], azimuth=slice(None, None, 4)).load()
         flags, shape = whole["overturned"], whole["b_over_h"]
         lost = [(flags == 0) & (shape == 0.3), (flags != 0) & (shape == 0.4)]
         cubes = {
@@ -427,9 +427,8 @@ def test_a_variant_is_compared_over_the_cases_with_an_outcome_in_both(folder: Pa
         }
         study = opened.study.model_copy(update={"variants": {"flat": Variant(vertical=False)}})
         # Without vertical motion in the records, a variant in the vertical motion has no record to compare.
-        cubes["nominal"] = cubes["nominal"].assign_coords(vertical=("record", [1, 1, 1]))
-        results = replace(opened, study=study, cube=cubes["nominal"], cubes=cubes, populations={})
-        (found,) = contrast_study_with_variants(results)
+        cubes["nominal"] = cubes["nominal"].assign_coords(vertical=("record", [1, 1]))
+        (found,) = contrast_study_with_variants(replace(opened, study=study, cube=cubes["nominal"], cubes=cubes))
     assert all(one.any() for one in lost)
     assert found.cases_not_compared == int((lost[0] | lost[1]).sum())
     fell = (flags != 0).where(~(lost[0] | lost[1]))
@@ -438,3 +437,5 @@ def test_a_variant_is_compared_over_the_cases_with_an_outcome_in_both(folder: Pa
         assert estimate.value == pytest.approx(float(share))
     assert [one.share_difference.value for one in (found, *found.by_b_over_h)] == [0.0] * 4
     assert found.primary_difference.value == 0.0
+    assert found.rate_here is not None
+    assert found.rate_here == found.rate_there

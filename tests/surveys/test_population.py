@@ -16,6 +16,7 @@ from overturning.motion.motion import Motion
 from overturning.settings import LengthRange, StonePopulation
 from overturning.surveys.population import (
     SampledStones,
+    fall_rates_of_stones_known_in_both,
     fit_population_fragility_curves,
     outcome_rates_by_amplitude,
     outcomes_of_stones,
@@ -149,6 +150,23 @@ def test_stones_without_an_answer_have_no_rate() -> None:
     np.testing.assert_array_equal(found["fall_rate"], [np.nan, 0.0])
     np.testing.assert_array_equal(found["fall_octant"], [[np.nan] * 8, [0.0] * 8])
     assert found["unknown"].tolist() == [1.0, 0.5]
+
+
+@pytest.mark.parametrize("fixed", [0.0, 0.3])
+def test_rates_of_two_cubes_are_of_the_stones_with_an_outcome_in_both(fixed: float) -> None:
+    """Low stones fall, tall ones stand, in both cubes; one cube lacks the outcomes of the low ones."""
+    heights = np.tile([1.0, 0.0], (2, 1)).reshape(2, 2, 1, 1)
+    low, high = (cells(np.where(heights == lost, np.nan, heights), height=[0.6, 0.9]) for lost in (1.0, 2.0))
+    names = {"record_id": ("record", ["a"]), "event": ("record", ["e"])}
+    lacking, whole = (one.expand_dims("record").assign_coords(names) for one in (low, high))
+    population = StonePopulation(stones=64, fixed=fixed)
+    alone = population_rates_by_record(whole, population)["fall_rate"].sel(amplitude=1.0).to_numpy()
+    assert alone == pytest.approx([0.5 * (1 - fixed)], abs=0.1)
+    assert fall_rates_of_stones_known_in_both(whole, lacking, population) == ([0.0], [0.0])
+    for same in fall_rates_of_stones_known_in_both(whole, whole, population):
+        np.testing.assert_array_equal(same, alone)
+    nothing = lacking.assign(overturned=lacking["overturned"] * np.nan)
+    assert np.isnan(fall_rates_of_stones_known_in_both(whole, nothing, population)).all()
 
 
 @pytest.mark.parametrize("fixed", [0.0, 0.3])

@@ -21,6 +21,7 @@ from overturning.study.scenes import (
     variant_scene,
     variant_settings,
 )
+from overturning.surveys.population import fall_rates_of_stones_known_in_both
 
 
 class VariantContrast(Finding):
@@ -67,7 +68,8 @@ class VariantContrast(Finding):
     by_b_over_h: list["OverturnedSharesAtBOverH"]
     """Shares of the cases that overturn, for each B/H."""
     rate_here: Estimate | None
-    """Fall rate of the population in the study under the records as they are; None without a population."""
+    """Fall rate of the population in the study under the records as they are, over the stones with an outcome in both;
+    None without a population."""
     rate_there: Estimate | None
     primary_difference: Estimate
     """Difference of the primary statistic: of the fall rates if that is the fall rate, otherwise of the shares."""
@@ -195,13 +197,10 @@ def _contrast_study_with_variant(
     difference = estimate_from_mean(
         mean_over_earthquakes(here - there, events), f"difference of the {SHARE_OVERTURNED}"
     )
-    rates = (
-        [_population_fall_rates(results, name, record_indices) for name in (NOMINAL, variant)]
-        if results.populations
-        else []
-    )
-    with_rate = results.study.primary.statistic == "fall_rate" and bool(rates)
-    rate_difference = mean_over_earthquakes(rates[0] - rates[1], events) if with_rate else None
+    stones = results.study.population
+    rates = None if stones is None else fall_rates_of_stones_known_in_both(cubes[0], cubes[1], stones)
+    with_rate = results.study.primary.statistic == "fall_rate"
+    rate_difference = mean_over_earthquakes(rates[0] - rates[1], events) if rates and with_rate else None
     scenes = [variant_scene(results.study, name) for name in (NOMINAL, variant)]
     site = variant_settings(results.study, variant).site
     return VariantContrast(
@@ -252,15 +251,6 @@ def _keep_outcomes_known_in_both(cube: xr.Dataset, other_cube: xr.Dataset) -> tu
     both = [flag.copy(data=one.reshape(flag.shape)) for flag, one in zip(flags, reversed(known), strict=True)]
     masked = [flag.where(one) for flag, one in zip(flags, both, strict=True)]
     return cube.assign(overturned=masked[0]), other_cube.assign(overturned=masked[1])
-
-
-def _population_fall_rates(results: StudyResults, variant: str, record_indices: NDArray[np.intp]) -> FloatArray:
-    """Return the share of a variant's stone population that falls under each record, shape (records,).
-
-    Records are those of `record_indices`.
-    """
-    rates = results.populations[variant]["fall_rate"].sel(amplitude=1.0).to_numpy()
-    return np.asarray(rates[record_indices], np.float64)
 
 
 def element_fall_findings(results: StudyResults) -> list[ElementFallOutcomes]:

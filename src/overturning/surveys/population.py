@@ -247,6 +247,25 @@ def population_rates_by_record(cube: xr.Dataset, population: StonePopulation) ->
     return xr.Dataset(data, coordinates, about)
 
 
+def fall_rates_of_stones_known_in_both(
+    cube: xr.Dataset, other_cube: xr.Dataset, population: StonePopulation
+) -> tuple[FloatArray, FloatArray]:
+    """Compute the shares of a stone population that fall under each record in two cubes, each of shape (records,).
+
+    Only stones with an outcome in both cubes count; NaN if there are none. The cubes have the same records at one
+    amplitude, of models of one kind (2-D or 3-D). Without missing outcomes the shares are those of
+    `population_rates_by_record`.
+    """
+    stones, reads, rates = sample_stones(population), model_of_cube(cube).reads_outcomes, []
+    for record in range(cube.sizes["record"]):
+        outcomes = [outcomes_of_stones(load_records_of_cube(one, record, reads), stones) for one in (cube, other_cube)]
+        known = outcomes[0].known & outcomes[1].known
+        fallen = np.array([(1.0 - population.fixed) * (one.fell & known).sum() for one in outcomes])
+        rates.append(fallen / (known.sum() or np.nan))
+    here, there = np.array(rates).reshape(-1, 2).T
+    return here, there
+
+
 def intensities_by_measure(fall_rates: xr.Dataset, intensity_table: xr.Dataset) -> dict[str, FloatArray]:
     """Return PGA, PGV, PGV/PGA and SA(T) of each record and amplitude factor, shape (records, amplitudes).
 

@@ -458,6 +458,21 @@ def test_figures_of_what_is_no_part_of_a_study() -> None:
         overturning.plot.time_histories(cube)
 
 
+@pytest.mark.parametrize(
+    ("figure", "message"),
+    [
+        ("time_histories", "motion/RECORD.nc: a cube in memory has no such file"),
+        ("hodograph", "motion/RECORD.nc: a cube in memory has no such file"),
+        ("pga_and_pgv_by_azimuth", "intensity.nc: a cube in memory has no such file"),
+        ("rotation_slip_and_uplift", "outcomes without a time axis; give datasets of overturning.trajectory"),
+    ],
+)
+def test_figures_of_a_motion_or_path_are_refused_for_simulated_outcomes(figure: str, message: str) -> None:
+    outcome = overturning.simulate(Motion.sine(6.0, 0.8), azimuth_deg=[0, 30], height=[0.6], b_over_h=[0.2, 0.3])
+    with pytest.raises((ArgumentError, MissingDataError), match=message):
+        getattr(overturning.plot, figure)(outcome)
+
+
 def test_a_map_of_a_simulated_scene_needs_one_of_its_elements() -> None:
     outcome = overturning.simulate(
         overturning.Motion.sine(5.0, 0.8), overturning.load_scene("three-tier"), azimuth_deg=range(0, 360, 60),

@@ -279,13 +279,11 @@ def rotation_slip_and_uplift(trajectories: "xr.Dataset | Sequence[xr.Dataset]", 
     """Draw rotation, slip and uplift over time of 2-D simulations from `overturning.trajectory`, a column each."""
     import xarray as xr
 
+    from overturning.figures.content import check_are_trajectories_in_2d
     from overturning.figures.response import rotation_slip_and_uplift_figure
 
     several = [trajectories] if isinstance(trajectories, xr.Dataset) else trajectories
-    if any("kind" not in one for one in several):
-        raise ArgumentError(
-            "rotation_slip_and_uplift: a 3-D trajectory; overturning one --body --response draws its axis"
-        )
+    check_are_trajectories_in_2d(several)
     return rotation_slip_and_uplift_figure(several, title)
 
 
@@ -356,7 +354,8 @@ def _path_in_folder_of_cube(cube: "xr.Dataset", file_name: str) -> Path:
 
 def _motion_file_path(cube: "xr.Dataset") -> Path:
     """Return the path of the motion file of the one record in a results cube."""
-    return _path_in_folder_of_cube(cube, f"{_motion_folder(cube)}/{cube['record_id'].item()}.nc")
+    record = cube["record_id"].item() if "record_id" in cube else "RECORD"  # of a cube that belongs to no study
+    return _path_in_folder_of_cube(cube, f"{_motion_folder(cube)}/{record}.nc")
 
 
 def _motion_folder(cube: "xr.Dataset") -> Path:

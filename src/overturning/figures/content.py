@@ -1,5 +1,7 @@
 """Checks that a figure has something to show; each error names the missing data and a remedy."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
 
@@ -62,6 +64,18 @@ def check_has_outcomes_and_motion(cube: xr.Dataset, intensity_measures: xr.Datas
     """Raise an ArgumentError if no case in a results cube has an outcome, or if all its motions are zero."""
     check_has_outcomes(cube, "plane")
     check_ground_moves(float(intensity_measures["pga"].max()), "plane")
+
+
+def check_are_trajectories_in_2d(trajectories: Sequence[xr.Dataset]) -> None:
+    """Raise an ArgumentError unless all datasets are from `overturning.trajectory` of a 2-D model."""
+    for one in trajectories:
+        if not (isinstance(one, xr.Dataset) and "time" in one.dims):
+            what = "outcomes without a time axis" if isinstance(one, xr.Dataset) else f"a {type(one).__name__}"
+            raise ArgumentError(f"rotation_slip_and_uplift: {what}; give datasets of overturning.trajectory")
+        if "kind" not in one:
+            raise ArgumentError(
+                "rotation_slip_and_uplift: a 3-D trajectory; overturning one --body --response draws its axis"
+            )
 
 
 def check_ground_moves(peak_acceleration: float, figure_kind: str) -> None:

@@ -1,12 +1,15 @@
-"""Share of the ensemble's spread that the relief explains, against simulated runs with known shares."""
+"""Spread of ensembles, and the share of it that the relief explains, against runs with known shares."""
+
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import xarray as xr
 
 from overturning.findings.collect import Findings
-from overturning.findings.exactness import EnsembleFindings
+from overturning.findings.exactness import EnsembleFindings, ensemble_findings
 from overturning.findings.relief import ReliefFindings, relief_findings, variance_between_halves
+from overturning.model.planes import PlanarModel
 from overturning.report.render import LANGUAGES, render_markdown
 from overturning.settings import EnsembleSettings
 from tests.report.by_hand import STUDIES
@@ -86,3 +89,19 @@ def test_the_report_states_volume_tilt_and_relief_of_a_scan(language: str) -> No
     setup, method = new
     assert ("scanned stone" if language == "en" else "スキャンした石") in setup
     assert all(number in method and number not in plain for number in ("0.532", "7.4°", "8.35"))
+
+
+def test_cells_with_an_outcome_of_fewer_runs_than_the_first_batch_tell_nothing_of_disagreement() -> None:
+    """All 4 runs fall, half of them fall to either side, half of them fall to one side; of the last, one is unknown."""
+    towards, away = np.array([[1.0, 0.5, 0.5, 1 / 3], [0.0, 0.5, 0.0, 1 / 3]])
+    dims = ("record", "azimuth", "height", "b_over_h", "friction")
+    values = {"probability_towards": towards, "probability_away": away, "members": np.array([4, 4, 4, 3])}
+    cube = xr.Dataset(
+        {name: (dims, one.reshape(1, 1, 1, 4, 1)) for name, one in values.items()},
+        {"azimuth": [30.0], "b_over_h": [0.2, 0.3, 0.4, 0.5]},
+    ).assign(overturned=(dims, np.ones((1, 1, 1, 4, 1))))
+    study = SimpleNamespace(ensemble=EnsembleSettings(members=4))
+    found = ensemble_findings(SimpleNamespace(cube=cube, model=PlanarModel(), study=study))  # type: ignore[arg-type]
+    assert found is not None
+    assert (found.first_batch_runs, found.fewest_runs_per_cell, found.share_of_cells_repeated) == (4, 3, 1.0)
+    assert (found.share_disagreeing, found.share_falling_both_ways) == pytest.approx((1 / 3, 1 / 3))

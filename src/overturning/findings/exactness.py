@@ -49,7 +49,10 @@ class EnsembleFindings(Finding):
     first_batch_runs: int
     """Number of runs per cell to which `share_disagreeing` and (2-D) `share_falling_both_ways` refer."""
     share_disagreeing: Number
-    """Estimated share of the repeated cells in which, of `first_batch_runs` runs, some fall and others stand."""
+    """Estimated share of the repeated cells in which, of `first_batch_runs` runs, some fall and others stand.
+
+    Cells with an outcome of fewer runs are left out.
+    """
     share_falling_both_ways: Number
     """Estimated share of the repeated cells in which most of `first_batch_runs` runs fall, but not all to one side; in
     3-D the share, of the repeated cells in which all runs fall, whose directions are far apart."""
@@ -161,7 +164,7 @@ def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
         most_runs_per_cell=float(found["most"].max()),
         mean_runs_per_cell=ratio_of_sums("members", "with_members"),
         first_batch_runs=min(BATCH, settings.members),
-        share_disagreeing=ratio_of_sums("divided", "run"),
+        share_disagreeing=ratio_of_sums("divided", "with_first_batch"),
         share_falling_both_ways=ratio_of_sums("apart", "agree"),
         relief=relief_findings(results),
     )
@@ -170,7 +173,8 @@ def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
 def count_ensemble_cells(model: Model, ensemble_settings: EnsembleSettings, cube: xr.Dataset) -> xr.Dataset:
     """Count cases by record: all, with ensemble runs, with disagreeing runs, and with falls to both sides.
 
-    The runs of repeated cells are counted, too.
+    The runs of repeated cells are counted, too. The estimates of disagreement are of the cells ``with_first_batch``,
+    in which at least as many runs as those of the first batch have an outcome.
     """
     found, half = (
         model.member_fall_shares_by_cell(cube),
@@ -179,17 +183,20 @@ def count_ensemble_cells(model: Model, ensemble_settings: EnsembleSettings, cube
     run, members = found["towards"].notnull(), half["members"].where(half["members"] > 0)
 
     def estimated_cell_statistic(run_statistic: Statistic) -> xr.DataArray:
-        said = unbiased_first_batch_statistic(
-            run_statistic, found["towards"], found["away"], members.fillna(0), ensemble_settings
+        return run.copy(
+            data=unbiased_first_batch_statistic(
+                run_statistic, found["towards"], found["away"], members.fillna(0), ensemble_settings
+            )
         )
-        return run.copy(data=np.nan_to_num(said))
 
     over = [name for name in run.dims if name != "record"]
+    divided = estimated_cell_statistic(runs_disagree_on_fall)
     counts = xr.Dataset({
         "cells": xr.ones_like(run),
         "run": run,
-        "divided": estimated_cell_statistic(runs_disagree_on_fall),
-        "agree": found.get("agree", run),
+        "with_first_batch": divided.notnull(),
+        "divided": divided,
+        "agree": found.get("agree", divided.notnull()),
         "apart": found["apart"] if "apart" in found else estimated_cell_statistic(runs_fall_to_both_sides),
         "members": members,
         "with_members": members.notnull(),

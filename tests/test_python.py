@@ -401,12 +401,10 @@ def test_a_font_is_a_size_a_family_or_both(font: str, expected: tuple[str | None
     ("words", "message"),
     [
         (("polr",), "polr: no such figure; did you mean polar?"),
-        (("contrast",), "contrast: only the report of a study has this figure"),
-        (("maps",), "maps: only the report of a study has this figure"),
-        (("scene",), "scene: only the report of a study has this figure"),
-        (("backwards",), "backwards: only the report of a study has this figure"),
+        (("contrast",), "convergence.json: no result of the convergence check"),
+        (("fragility", "--height", "0.6"), "--height, --friction: fragility shows the whole study"),
         (("zzz",), "zzz: no such figure; known are polar, "),
-        (("zzz",), "; only in the report: references, contrast, maps, scene, fall-rate, surveys, backwards"),
+        (("zzz",), "references, contrast, maps, scene, fall-rate, surveys, backwards, fragility"),
         (("rose", "--record", "b"), "--record: rose shows all records"),
         (
             ("intensity", "--record", "b", "--height", "0.6"),

@@ -14,7 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from overturning.figures.backwards import motion_posterior_figure
-from overturning.figures.fall_rate import overturned_fraction_figure
+from overturning.figures.fall_rate import fragility_curves_figure, overturned_fraction_figure
 from overturning.figures.film_movie import write_film_as_gif_or_mp4
 from overturning.figures.film_strip import film_strip_figure
 from overturning.figures.history import record_history_figure
@@ -75,6 +75,12 @@ def rates() -> Figure:
     return overturned_fraction_figure(level / 100, level, curve, 4.6 + level / 50)
 
 
+def fragility() -> Figure:
+    curve = FittedFragilityCurve("all stones", "SA(0.5)", "g", 0.5, 0.5, (0.4, 0.6), 0.1, 1.0)
+    level = np.geomspace(0.1, 1, 12).reshape(4, 3)
+    return fragility_curves_figure(level, {"SA(0.5)": level}, [curve])
+
+
 DRAWN: dict[str, Callable[[], Figure]] = FIGURES | {
     "alignments": answers.alignments,
     "references": answers.references,
@@ -86,6 +92,7 @@ DRAWN: dict[str, Callable[[], Figure]] = FIGURES | {
     "map in space": in_space,
     "axis": lambda: body_axis_figure(falling_body(motion()), motion(), "Station"),
     "strip": lambda: film_strip_figure(two_panels()),
+    "fragility": fragility,
     "scenes": lambda: scenes_figure([gravestone()]),
     "posterior": posterior,
 }

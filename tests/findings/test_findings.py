@@ -5,6 +5,7 @@ import json
 import math
 import shutil
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -19,6 +20,9 @@ import yaml
 
 import overturning
 from overturning.cli import main
+from overturning.commands.cube import STUDY_KINDS
+from overturning.errors import ArgumentError
+from overturning.figures.fall_rate import fragility_curves_figure
 from overturning.findings.causes import logistic_fit_findings
 from overturning.findings.collect import Findings, findings_schema
 from overturning.findings.contrast import contrast_study_with_variants, population_fall_rates_by_soil
@@ -31,6 +35,8 @@ from overturning.findings.study import record_facts
 from overturning.findings.values import Estimate
 from overturning.motion.soil import RockHalfSpace, SoilLayer
 from overturning.records.site import SoilSite
+from overturning.report.drawings import STUDY_FIGURES, draw_study_figure
+from overturning.statistics.fragility import FittedFragilityCurve
 from overturning.statistics.logistic import PREDICTORS, LogisticFit
 from overturning.study.cube import CONFIGURATION, study_of_cube
 from overturning.study.load import load_study_from_file_or_json, study_without_absolute_paths
@@ -439,3 +445,29 @@ def test_a_variant_is_compared_over_the_cases_with_an_outcome_in_both(folder: Pa
     assert found.primary_difference.value == 0.0
     assert found.rate_here is not None
     assert found.rate_here == found.rate_there
+
+
+def test_figures_of_a_study_that_no_cube_alone_has(found: Findings, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert tuple(STUDY_FIGURES) == STUDY_KINDS
+    opened: Any = SimpleNamespace(study=SimpleNamespace(name="tiny"))
+    assert [len(STUDY_FIGURES[kind](opened, found)) for kind in ("fragility", "fall-rate", "surveys")] == [1, 1, 0]
+    monkeypatch.setattr("overturning.report.drawings.open_study_results", lambda _: nullcontext(opened))
+    monkeypatch.setattr("overturning.report.drawings.findings_from_results", lambda _: found)
+    with pytest.raises(ArgumentError, match="surveys: the study tiny has no such figure; it needs a 2-D study with"):
+        draw_study_figure("surveys", Path("cube.nc"))
+
+
+def test_a_fragility_figure_has_a_panel_for_each_curve() -> None:
+    """The curve is a lognormal distribution: 50 % at the median, 84 % one spread above it."""
+    curves = [
+        FittedFragilityCurve("all stones", "PGA", "g", 0.4, 0.5, (0.3, 0.5), 0.1, 1.6),
+        FittedFragilityCurve("all stones", "PGV", "cm/s", 50.0, 0.25, (40.0, 60.0), 10.0, 100.0),
+    ]
+    rates, levels = np.array([[0.1, np.nan], [0.7, 1.0]]), np.array([[0.2, 0.3], [0.6, 0.9]])
+    figure = fragility_curves_figure(rates, {"PGV": 100 * levels, "PGA": levels}, curves)
+    for axes, curve, factor in zip(figure.axes, curves, (1, 100), strict=True):
+        points, line = axes.lines
+        np.testing.assert_allclose(points.get_xydata(), np.c_[factor * levels.ravel(), 100 * rates.ravel()])
+        for sigma, share in ((0, 50.0), (1, 84.134)):
+            x = curve.median * math.exp(sigma * curve.spread)
+            assert np.interp(x, *line.get_data()) == pytest.approx(share, abs=0.1)

@@ -1,11 +1,14 @@
 """`overturning figure`, `recheck` and `cube`: figures, checks and tables of a cube."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 import typer
 
 from overturning.plot import KINDS, MOTION_KINDS
+
+STUDY_KINDS: Final = ("references", "contrast", "maps", "scene", "fall-rate", "surveys", "backwards", "fragility")
+"""Kinds of figures that are drawn from all results of a study: those of `overturning.report.drawings.STUDY_FIGURES`."""
 
 Cube = Annotated[Path, typer.Argument(help="cube of a study (NetCDF)")]
 
@@ -13,7 +16,7 @@ app = typer.Typer(no_args_is_help=True, help="Write a cube in another form.")
 
 
 def draw_figure(
-    kind: Annotated[str, typer.Argument(help=", ".join(KINDS))],
+    kind: Annotated[str, typer.Argument(help=", ".join((*KINDS, *STUDY_KINDS)))],
     cube: Cube,
     output: Annotated[Path, typer.Option("--output", "-o", help="figure to draw: .svg, .png or .pdf")],
     record: Annotated[str | None, typer.Option(help="id of the record; optional if the cube has only one")] = None,
@@ -49,19 +52,17 @@ def draw_figure(
     from overturning.study.cube import open_cube, select_heights_and_frictions, study_for_presentation
     from overturning.translation.texts import ENGLISH, check_language_is_known, translate_visible_texts_to
 
-    if kind not in KINDS:
-        from overturning.report.drawings import REPORT_FIGURES
-
-        if kind in REPORT_FIGURES:
-            raise ArgumentError(f"{kind}: only the report of a study has this figure; see report.html next to {cube}")
-        known = f"known are {', '.join(KINDS)}; only in the report: {', '.join(REPORT_FIGURES)}"
-        raise ArgumentError(f"{kind}: no such figure; {closest_name_hint(kind, KINDS, known)}")
+    if kind not in (*KINDS, *STUDY_KINDS):
+        known = f"known are {', '.join((*KINDS, *STUDY_KINDS))}"
+        raise ArgumentError(f"{kind}: no such figure; {closest_name_hint(kind, (*KINDS, *STUDY_KINDS), known)}")
     check_output_path(output, "--output", ".svg", ".png", ".pdf")
     inches = parse_figure_width_inches(width)
-    draw = KINDS[kind]
-    of_one = "record" in inspect.signature(draw).parameters
+    draw = KINDS.get(kind)
+    of_one = draw is not None and "record" in inspect.signature(draw).parameters
     if record is not None and not of_one:
         raise ArgumentError(f"--record: {kind} shows all records; leave it out")
+    if draw is None and (height or friction):
+        raise ArgumentError(f"--height, --friction: {kind} shows the whole study; leave them out")
     if kind in MOTION_KINDS and (height or friction):
         raise ArgumentError(f"--height, --friction: {kind} shows the ground motion; leave them out")
     if kind == "polar" and (height or friction):
@@ -70,9 +71,14 @@ def draw_figure(
     if font:  # a font that cannot be used is refused before drawing, which takes seconds
         parse_font_family_and_size(font)
     with open_cube(cube, chunks={"record": 1}, amplitude=None) as data:
-        chosen = select_heights_and_frictions(data, cube, height, friction, single=kind == "polar")
-        drawn = draw(chosen, record) if of_one else draw(chosen)
         study = study_for_presentation(data)
+        if draw is not None:
+            chosen = select_heights_and_frictions(data, cube, height, friction, single=kind == "polar")
+            drawn = draw(chosen, record) if of_one else draw(chosen)
+    if draw is None:
+        from overturning.report.drawings import draw_study_figure
+
+        drawn = draw_study_figure(kind, cube)
     set_figure_title(drawn, title)
     with translate_visible_texts_to(language or (study.language if study else None)):
         warning = save_figure_with_checks(drawn, output, dpi=dpi, width=inches, font=font)

@@ -1,6 +1,7 @@
 """Figure of the share of a cemetery's stones that fall, by peak velocity and by JMA intensity."""
 
 import math
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -56,6 +57,35 @@ def overturned_fraction_figure(
         panel.set_ylim(-2, 102)
         panel.grid(True)
     panels.flat[0].set_ylabel("stones that fall, %", fontsize=8)
+    return figure
+
+
+def fragility_curves_figure(
+    fall_rates: FloatArray,
+    levels_by_measure: Mapping[str, FloatArray],
+    fragility_curves: Sequence[FittedFragilityCurve],
+) -> Figure:
+    """Draw the fraction overturned against each intensity measure that has a fragility curve, with the curve.
+
+    Parameters
+    ----------
+    fall_rates : array, shape (record, a)
+        Fractions overturned under each record and factor, NaN if unknown.
+    levels_by_measure : mapping of str to array, shape (record, a)
+        Values of each measure, in the unit of its curve, NaN if unknown.
+    fragility_curves : sequence of FittedFragilityCurve
+        Fragility curves of the same stones, one for each panel; see `overturned_fraction_figure`.
+    """
+    count = len(fragility_curves)
+    # One below the other: a curve for PGA and one for PGV fit a column of a journal.
+    figure, panels = create_panel_grid(count, 1, 3.5, 2.2 * count + 0.4)
+    for panel, curve in zip(panels.flat, fragility_curves, strict=False):
+        _draw_fragility_curve(panel, levels_by_measure[curve.measure], fall_rates, curve)
+        panel.get_legend().remove()
+        panel.set_ylim(-2, 102)
+        panel.grid(True)
+        panel.set_ylabel("stones that fall, %", fontsize=8)
+    add_title_and_legend(figure, "", panels.flat[0], 2)
     return figure
 
 

@@ -31,7 +31,7 @@ LOOKS: Final = (
     (INK, (0, (1, 1.2))),
     (SERIES[3], "solid"),
     (SERIES[5], (0, (5, 1.2, 1, 1.2))),
-    (SERIES[4], "solid"),
+    (SERIES[4], (0, (9, 2))),
 )
 """Colour and line style of each of `criteria.CRITERIA`."""
 

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from overturning.arrays import FloatArray
+from overturning.errors import ArgumentError
 from overturning.figures.answer import (
     PlottedEstimate,
     alignment_with_references_figure,
     overturned_share_contrast_figure,
 )
-from overturning.figures.fall_rate import overturned_fraction_figure
+from overturning.figures.fall_rate import fragility_curves_figure, overturned_fraction_figure
 from overturning.figures.film_words import station_and_event_text
 from overturning.figures.maps import fall_map_figure
 from overturning.figures.observed_rose import ObservedRose, observed_roses_figure
@@ -28,10 +29,10 @@ from overturning.figures.survey import SurveyFigureData, survey_falls_figure
 from overturning.figures.svg_translation import translate_svg
 from overturning.figures.write import save_figure_files
 from overturning.files import write_text
-from overturning.findings.collect import Findings
+from overturning.findings.collect import Findings, findings_from_results
 from overturning.findings.contrast import VariantContrast
 from overturning.findings.observed import ObservedFallsFinding
-from overturning.findings.results import StudyResults
+from overturning.findings.results import StudyResults, open_study_results
 from overturning.findings.surveys import SurveyFindings
 from overturning.findings.values import Estimate
 from overturning.statistics.circular import LEAST_RESULTANT
@@ -100,6 +101,35 @@ REPORT_FIGURES: "Final[dict[str, Callable[[StudyResults, Findings], Sequence[Cal
 
 Of ``backwards`` there is one for each inferred motion, named ``backwards-1`` and so on.
 """
+
+STUDY_FIGURES: "Final[dict[str, Callable[[StudyResults, Findings], Sequence[Callable[[], Figure]]]]]" = (
+    REPORT_FIGURES
+    | {"fragility": lambda results, found: [partial(_fragility, results)] if found.population is not None else []}
+)
+"""`REPORT_FIGURES`, and figures that need all results of a study but are not in its report."""
+
+
+def draw_study_figure(kind: str, results_path: Path) -> "Figure":
+    """Draw the figure `kind` of `STUDY_FIGURES` from the results of a study; an `ArgumentError` if it has none."""
+    with open_study_results(results_path) as results:
+        draw = STUDY_FIGURES[kind](results, findings_from_results(results))
+        if not draw:
+            raise ArgumentError(f"{kind}: the study {results.study.name} has no such figure; {_NEEDED_KEYS[kind]}")
+        with project_style():
+            return draw[0]()
+
+
+_NEEDED_KEYS: Final = {
+    "references": "it needs a 3-D study of a `body`",
+    "contrast": "it needs a study with `variants`",
+    "maps": "it needs a 2-D study in which stones fall",
+    "scene": "it needs a study of a `scene`",
+    "fall-rate": "it needs the key `population`",
+    "fragility": "it needs the key `population`",
+    "surveys": "it needs a 2-D study with `surveys`",
+    "backwards": "it needs `surveys` without `backwards: false`",
+}
+"""Settings of a study without which it lacks a figure of `STUDY_FIGURES`."""
 
 
 def draw_report_figures(results: StudyResults, found: Findings, folder: Path) -> dict[str, Path]:
@@ -261,6 +291,14 @@ def _fall_rate(results: StudyResults) -> "Figure":
     curve = next(one for one in results.fragility_curves if one.name == "all stones" and one.measure == MEASURE)
     rates, jma = found["free_fall_rate"].to_numpy(), jma_intensities_of_motions(found, results.intensity)
     return overturned_fraction_figure(rates, intensities_by_measure(found, results.intensity)[MEASURE], curve, jma)
+
+
+def _fragility(results: StudyResults) -> "Figure":
+    """Draw the fragility curves of the study's population by PGA, PGV and SA(T), with the fall rates."""
+    found = results.populations[NOMINAL]
+    curves = [one for one in results.fragility_curves if one.name == "all stones" and one.measure != "PGV/PGA"]
+    levels = intensities_by_measure(found, results.intensity)
+    return fragility_curves_figure(found["free_fall_rate"].to_numpy(), levels, curves)
 
 
 def posterior(found: SurveyInversionResult) -> "Figure":

@@ -21,7 +21,11 @@ from overturning.figures.answer import PlottedEstimate, sorted_fall_alignment_fi
 from overturning.figures.boundary import overturning_boundary_figure
 from overturning.figures.film_of_trajectory import outcome_sentence
 from overturning.figures.ground import fourier_and_response_spectra_figure, hodograph_figure, pga_and_pgv_figure
-from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_ratio_figure, pga_pgv_ratio_and_fall_probability
+from overturning.figures.intensity_plane import (
+    LOOKS,
+    outcomes_by_pga_and_pgv_ratio_figure,
+    pga_pgv_ratio_and_fall_probability,
+)
 from overturning.figures.observed_rose import ObservedRose, observed_roses_figure
 from overturning.figures.polar_map import azimuth_map_figure
 from overturning.figures.response import rotation_slip_and_uplift_figure
@@ -457,3 +461,7 @@ def test_legend_of_alignment_by_b_over_h_has_only_known_references() -> None:
         groups: Any = {"all records": SimpleNamespace(means=means)}
         figure = fall_alignment_by_b_over_h_figure(groups, np.array([0.2, 0.3]))
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["peak velocity"]
+
+
+def test_criteria_differ_in_their_dashes_for_prints_in_grey() -> None:
+    assert len({str(dashes) for _, dashes in LOOKS}) == len(LOOKS)

@@ -251,8 +251,9 @@ def _plane_separates_outcomes(design_matrix: FloatArray, outcome: FloatArray) ->
     """
     from scipy.optimize import linprog  # imported only where a fit fails: importing it takes long
 
-    shared = (outcome > 0) & (outcome < 1)
-    if np.linalg.matrix_rank(design_matrix[shared]) == design_matrix.shape[1]:
+    shared, columns = (outcome > 0) & (outcome < 1), design_matrix.shape[1]
+    # The number of rows first: before NumPy 2.4, a matrix without rows has no rank.
+    if shared.sum() >= columns and np.linalg.matrix_rank(design_matrix[shared]) == columns:
         return False
     beyond = np.where(outcome == 1, 1.0, -1.0)[~shared, None] * design_matrix[~shared]
     found = linprog(

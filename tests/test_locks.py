@@ -63,6 +63,20 @@ def test_the_locks_satisfy_the_requirements(group: str) -> None:
             assert requirement.specifier.contains(str(specifier).removeprefix("==")), requirement
 
 
+@pytest.mark.parametrize(
+    ("package", "version", "oldest"),
+    [
+        ("numpy", "2.0.0", "2.0.1"),  # unique(…, axis=0, return_inverse=True) returns a column
+        ("rocrate", "0.14.2", "0.15.0"),  # no version of a crate
+        ("typst", "0.14.9", "0.15.0"),  # no time stamp of a PDF
+    ],
+)
+def test_versions_that_cannot_run_a_study_are_not_installed(package: str, version: str, oldest: str) -> None:
+    (one,) = (one for one in project()["run"] if one.name == package)
+    assert not one.specifier.contains(version)
+    assert one.specifier.contains(oldest)
+
+
 def test_types_are_checked_for_the_running_python() -> None:
     """The locks install other versions of NumPy for newer versions of Python, and their types hold for those only."""
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))

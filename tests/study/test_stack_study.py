@@ -12,6 +12,7 @@ import xarray as xr
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.errors import ConfigError
 from overturning.model.falls import model_of_cube
+from overturning.model.scene import check_scene
 from overturning.model.stack import Stack
 from overturning.motion.motion import Motion
 from overturning.records.store import read_record_from_motion_file
@@ -61,6 +62,16 @@ def motion(cube_file: Path) -> Motion:
 def cube(cube_file: Path) -> xr.Dataset:
     with open_cube(cube_file, element=None, amplitude=None) as opened:
         return opened.load()
+
+
+@pytest.mark.parametrize(("plan", "times"), [("rectangle", 1.0), (8, 2.0), ("circle", 4.0)])
+def test_the_expected_time_of_a_stack_grows_with_the_corners_of_its_stones(plan: str | int, times: float) -> None:
+    """Columns of two and four equal drums take four to five times as long as columns of square stones, as measured."""
+    ground = {"name": "ground", "kind": "driven", "width": 40, "depth": 40, "height": 1, "at": (0, -1)}
+    drum = {"width": 0.6, "height": 0.5, "plan": plan} | ({"depth": 0.6} if plan == "rectangle" else {})
+    drums = [drum | {"name": f"drum-{k}", "stands_on": f"drum-{k - 1}" if k else "ground"} for k in range(4)]
+    column = check_scene({"name": "column", "reference": "drum-3", "elements": [ground, *drums]})
+    assert Stack(column).case_cost_over_block_cost == times * 4 * 60.0
 
 
 def test_the_cube_has_orientations_and_an_outcome_of_each_stone(cube: xr.Dataset, settings: Study) -> None:

@@ -32,8 +32,8 @@ class StackStone:
     x: float  # position of the centre of mass at rest, m
     foot: float  # height of the centre of mass above the base, m
     top: float  # height of the upper face above the centre of mass, m
-    base: FloatArray  # corners of the base, anticlockwise from above, shape (4, 2), m
-    upper: FloatArray  # corners of the upper face, or of the base if nothing can stand on the stone, shape (4, 2), m
+    base: FloatArray  # corners of the base, anticlockwise from above, shape (corners, 2), m
+    upper: FloatArray  # as `base`, of the upper face, or of the base if nothing can stand on the stone
     outline: FloatArray  # vertices of the element in the plane, shape (n, 2), m: x and z
     depth: float  # m
     drop: float  # drop of the centre of mass at which the stone counts as fallen, m

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from overturning.surveys.library import candidate_motions
 from overturning.surveys.stone_outcomes import (
+    ASPECTS,
     HEIGHTS,
     LIBRARY_FILE,
     SHAPES,
@@ -23,10 +24,10 @@ from overturning.surveys.stone_outcomes import (
 )
 from verification.tables import ROOT
 
-HEIGHTS_SHIPPED: Final = slice(1, 5)
-"""Heights of `HEIGHTS` whose outcomes are shipped: those of gravestones, 0.45 to 1.52 m."""
+HEIGHTS_SHIPPED: Final = slice(0, 6)
+"""Heights of `HEIGHTS` whose outcomes are shipped: those of gravestones, 0.3 to 2.28 m."""
 
-ASPECTS_SHIPPED: Final = (0.0, 1.0, 1.4, 2.0)
+ASPECTS_SHIPPED: Final = (0.0, *ASPECTS)
 """D/B of stones whose outcomes are shipped; 0 stands for round stones."""
 
 

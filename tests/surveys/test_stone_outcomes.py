@@ -16,8 +16,8 @@ from overturning.surveys.stone_outcomes import shipped_outcomes, simulate_outcom
 from overturning.surveys.stones import Stone
 
 
-@pytest.mark.parametrize("count", [3, pytest.param(60, marks=pytest.mark.long)])
-@pytest.mark.parametrize("aspect", [0.0, 1.0, 1.4, 2.0])
+@pytest.mark.parametrize("count", [2, pytest.param(60, marks=pytest.mark.long)])
+@pytest.mark.parametrize("aspect", [0.0, *stone_outcomes.ASPECTS])
 def test_shipped_outcomes_are_those_of_the_kernel(aspect: float, count: int) -> None:
     """Of random motions and sizes, all frictions, peak velocities and face azimuths are simulated again."""
     motions, dice = candidate_motions(), np.random.default_rng([count, int(10 * aspect)])
@@ -50,25 +50,24 @@ def test_stones_broader_than_the_largest_aspect_are_named(aspects: tuple[float, 
 
 def test_the_stones_that_the_docs_name_need_no_simulation_and_others_do() -> None:
     stated = re.search(
-        r"stones between ([\d.]+) m and\s+([\d.]+) m high under the (\d+) motions[^.]+?a D/B up to ([\d.]+\d)",
+        r"outcomes of stones up to ([\d.]+) m high under the (\d+) motions of the library",
         (Path(__file__).parents[2] / "docs" / "surveys.md").read_text(encoding="utf-8"),
     )
     assert stated
-    lowest, highest, count, broadest = map(float, stated.groups())
+    highest, count = map(float, stated.groups())
     motions = candidate_motions()
     assert len(motions) == count
     known = [
         StoneKind.from_stone(stone(height, aspect, ratio))
-        for height in (lowest, 0.9, highest)
+        for height in (0.25, 0.9, highest)
         for ratio in (0.1, 0.37, 0.8)
-        for aspect in (0.0, 1.0, 1.5, broadest)
+        for aspect in (0.0, 1.0, 1.5, 2.3, 3.5, 7.0)
     ]
     assert case_count_and_time(motions, known) == (0, 0.0)
     every, seconds = case_count_and_time(motions, known, with_known=True)
     assert every > 1e6
     assert seconds > 60.0
-    for beyond in (stone(0.95 * lowest, 1.0), stone(1.05 * highest, 1.0), stone(0.9, broadest + 0.1)):
-        assert case_count_and_time(motions, [StoneKind.from_stone(beyond)])[0] > 0
+    assert case_count_and_time(motions, [StoneKind.from_stone(stone(1.05 * highest, 1.0))])[0] > 0
 
 
 def resembling(one: CandidateMotion, **changes: object) -> CandidateMotion:

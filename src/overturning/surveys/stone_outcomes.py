@@ -46,7 +46,7 @@ STOOD: Final = DIRECTION_BINS
 UNKNOWN: Final = DIRECTION_BINS + 1
 
 LIBRARY_FILE: Final = Path(__file__).with_name("library-outcomes.npz")
-"""Outcomes under the motions of the package, for the sizes of most gravestones.
+"""Outcomes under the motions of the package, for stones of the heights of gravestones.
 
 `verification/library_outcomes.py` computes the file. `grid` is the text of `outcome_grid`, `motions` has a row of
 `motion_signature` for each motion. For each D/B, written as ``:g``, ``sizes D/B`` has indices into `HEIGHTS` and

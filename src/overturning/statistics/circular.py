@@ -119,26 +119,15 @@ class StatisticalTestResult:
 
 
 @lru_cache(maxsize=4)
-def _random_angles(vector_count: int) -> FloatArray:
-    """Draw uniformly distributed angles, rad, shape (`ROTATIONS`, `vector_count`)."""
-    return np.random.Generator(np.random.PCG64(1)).uniform(0.0, 2 * math.pi, size=(ROTATIONS, vector_count))
+def _random_rotations(vector_count: int, steps: tuple[float, ...] = ()) -> NDArray[np.complex128]:
+    """Draw uniformly distributed rotations of vectors, shape (`ROTATIONS`, `vector_count`), as unit complex numbers.
 
-
-@lru_cache(maxsize=4)
-def _unit_vectors_of_random_rotations(vector_count: int) -> NDArray[np.complex128]:
-    """Draw uniformly distributed unit vectors as complex numbers, shape (`ROTATIONS`, `vector_count`)."""
-    return np.exp(1j * _random_angles(vector_count))
-
-
-def _rotated_unit_vectors(angle: float, step: float, turns: FloatArray) -> NDArray[np.complex128]:
-    """Rotate a unit vector at an angle by each of several turns, rounded to a step if this is not 0; all rad.
-
-    Turns that are rounded to a step have few values; each value is computed once.
+    Each angle of rotation is rounded to the step of its vector, one of `steps` in rad, unless the step is 0.
     """
-    if step * turns.size < 2 * math.pi:  # there are at least as many steps as turns, or none
-        return np.exp(1j * (angle + (np.round(turns / step) * step if step > 0 else turns)))
-    number = np.round(turns / step).astype(np.intp)
-    return np.exp(1j * (angle + np.arange(number.max() + 1) * step))[number]
+    angles = np.random.Generator(np.random.PCG64(1)).uniform(0.0, 2 * math.pi, size=(ROTATIONS, vector_count))
+    step = np.array(steps or (0.0,))
+    rounded = np.round(angles / np.where(step > 0.0, step, 1.0)) * step
+    return np.exp(1j * np.where(step > 0.0, rounded, angles))
 
 
 def common_axis_test(
@@ -166,13 +155,13 @@ def common_axis_test(
     if n == 0:
         return StatisticalTestResult("randomised Rayleigh", 0)
     statistic = math.hypot(x.mean(), y.mean())
-    rotated, step = _unit_vectors_of_random_rotations(n), np.radians(recorded_step_deg)
-    if np.any(step > 0):
-        angle, steps = np.arctan2(y, x), np.broadcast_to(step, n)
-        rotated = np.stack(
-            [_rotated_unit_vectors(*one) for one in zip(angle, steps, _random_angles(n).T, strict=True)], axis=1
-        )
-    drawn = np.abs((rotated * np.hypot(x, y)).sum(axis=1)) / n
+    steps = np.broadcast_to(np.radians(recorded_step_deg), n)
+    # Without steps only the lengths matter, as a uniform rotation makes the direction uniform.
+    if np.any(steps > 0):
+        rotated_sums = _random_rotations(n, tuple(steps.tolist())) @ (x + 1j * y)
+    else:
+        rotated_sums = _random_rotations(n) @ np.hypot(x, y)
+    drawn = np.abs(rotated_sums) / n
     extreme = int((drawn >= statistic - 1e-12).sum())
     return StatisticalTestResult("randomised Rayleigh", n, statistic, (1 + extreme) / (1 + ROTATIONS))
 

@@ -22,6 +22,7 @@ from overturning.statistics.bootstrap import (
     bootstrap_interval,
     distinct_earthquake_names,
     mean_of_each_bootstrap_sample,
+    mean_vector_of_each_bootstrap_sample,
     mean_over_earthquakes,
     means_by_earthquake,
     statistic_of_bootstrap_samples,
@@ -172,7 +173,7 @@ def summarise_fall_axes(fall_axes: xr.Dataset, *, level: float = 0.95, draws: in
     mean = float(wrap_axis_difference(math.degrees(math.atan2(sine, cosine)) / 2)) if has_axis else math.nan
 
     def axis_distances_from_mean_deg(drawn_vectors: FloatArray) -> FloatArray:
-        drawn_cosine, drawn_sine = drawn_vectors.mean(axis=1).T
+        drawn_cosine, drawn_sine = mean_vector_of_each_bootstrap_sample(drawn_vectors).T
         away = np.abs(wrap_axis_difference(np.degrees(np.arctan2(drawn_sine, drawn_cosine)) / 2 - mean))
         return np.where(np.hypot(drawn_cosine, drawn_sine) < NO_DIRECTION, 90.0, away)
 

@@ -1,7 +1,7 @@
 """Logistic regression of overturning on intensity and shape, with intervals clustered by earthquake."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -211,23 +211,23 @@ def _fit_with_newton(
     The first time that a linear predictor exceeds `MAX_LINEAR_PREDICTOR`, a linear programme decides whether a finite
     maximum exists.
     """
-    beta, may_be_separated = start_coefficients, True
+    negative_log_likelihood = _negative_log_likelihood_function(outcome, weight)
+    beta, linear, may_be_separated = start_coefficients, design_matrix @ start_coefficients, True
+    reached = negative_log_likelihood(linear)
     for _ in range(MAX_ITERATIONS):
-        linear = design_matrix @ beta
         falls, stands = scipy.special.expit(linear), scipy.special.expit(-linear)  # 1 - falls would be rounded to 0
         information = (design_matrix * (weight * falls * stands)[:, None]).T @ design_matrix
         try:
             step = np.linalg.solve(information, design_matrix.T @ (weight * (outcome * stands - (1 - outcome) * falls)))
         except np.linalg.LinAlgError:
             break
-        largest = _negative_log_likelihood(linear, outcome, weight) * (1 + ROUNDING)
-        while (
-            np.abs(step).max() > CONVERGED_STEP
-            and _negative_log_likelihood(design_matrix @ (beta + step), outcome, weight) > largest
-        ):
+        largest = reached * (1 + ROUNDING)
+        reached = negative_log_likelihood(linear := design_matrix @ (beta + step))
+        while np.abs(step).max() > CONVERGED_STEP and reached > largest:
             step = step / 2
+            reached = negative_log_likelihood(linear := design_matrix @ (beta + step))
         beta = beta + step
-        if may_be_separated and np.abs(design_matrix @ beta).max() > MAX_LINEAR_PREDICTOR:
+        if may_be_separated and np.abs(linear).max() > MAX_LINEAR_PREDICTOR:
             if _plane_separates_outcomes(design_matrix, outcome):
                 return beta, "no fit: predictors separate falls from stands"
             may_be_separated = False
@@ -236,10 +236,22 @@ def _fit_with_newton(
     return beta, "no fit: the iteration does not converge"
 
 
-def _negative_log_likelihood(linear_predictor: FloatArray, outcome: FloatArray, weight: FloatArray) -> float:
-    """Return minus the logarithm of the weighted likelihood of outcomes 0 to 1 for given linear predictors."""
-    losses = outcome * np.logaddexp(0, -linear_predictor) + (1 - outcome) * np.logaddexp(0, linear_predictor)
-    return float(weight @ losses)
+def _negative_log_likelihood_function(outcome: FloatArray, weight: FloatArray) -> Callable[[FloatArray], float]:
+    """Return a function that computes minus the logarithm of the weighted likelihood from linear predictors.
+
+    Outcomes are 0 to 1; only those between 0 and 1 have both a term of the fall and a term of the standing stone.
+    """
+    sign = np.where(outcome == 1, -1.0, 1.0)
+    shared = np.flatnonzero((outcome > 0) & (outcome < 1))
+    share = outcome[shared]
+
+    def negative_log_likelihood(linear_predictor: FloatArray) -> float:
+        losses = np.logaddexp(0, sign * linear_predictor)
+        between = linear_predictor[shared]
+        losses[shared] = share * np.logaddexp(0, -between) + (1 - share) * np.logaddexp(0, between)
+        return float(weight @ losses)
+
+    return negative_log_likelihood
 
 
 def _plane_separates_outcomes(design_matrix: FloatArray, outcome: FloatArray) -> bool:
@@ -279,22 +291,16 @@ def _fit_without_each_cluster(
 
     If one fit fails, the array is empty and the note gives the reason; otherwise the note is empty.
     """
-    estimates = []
+    estimates, none = [], np.empty((0, start_coefficients.size))
     for one in range(int(cluster.max()) + 1):
         kept = cluster != one
         if outcome[kept].min() == outcome[kept].max():
-            return np.empty(
-                (0, start_coefficients.size)
-            ), "no interval: all falls, or all stands, are of one earthquake"
+            return none, "no interval: all falls, or all stands, are of one earthquake"
         if np.linalg.matrix_rank(design_matrix[kept]) < start_coefficients.size:
-            return np.empty(
-                (0, start_coefficients.size)
-            ), "no interval: without one earthquake predictors are linearly dependent"
+            return none, "no interval: without one earthquake predictors are linearly dependent"
         found, note = _fit_with_newton(design_matrix[kept], outcome[kept], weight[kept], start_coefficients)
         if note:
-            return np.empty(
-                (0, start_coefficients.size)
-            ), f"no interval: without one earthquake {note.removeprefix('no fit: ')}"
+            return none, f"no interval: without one earthquake {note.removeprefix('no fit: ')}"
         estimates.append(found)
     return np.array(estimates), ""
 

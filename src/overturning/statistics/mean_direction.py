@@ -9,7 +9,11 @@ import scipy
 from numpy.typing import ArrayLike
 
 from overturning.arrays import FloatArray
-from overturning.statistics.bootstrap import statistic_of_bootstrap_samples, tail_share_of_expanded_interval
+from overturning.statistics.bootstrap import (
+    mean_vector_of_each_bootstrap_sample,
+    statistic_of_bootstrap_samples,
+    tail_share_of_expanded_interval,
+)
 from overturning.statistics.circular import (
     LEAST_RESULTANT,
     NO_DIRECTION,
@@ -140,7 +144,7 @@ def _half_width_of_mean_deg(vectors: FloatArray, mean_deg: float, resultant: flo
         return math.degrees(math.asin(min(error, 1.0)))
 
     def distances_from_mean_deg(samples: FloatArray) -> FloatArray:
-        cosine, sine = samples.mean(axis=1).T
+        cosine, sine = mean_vector_of_each_bootstrap_sample(samples).T
         away = np.degrees(np.arctan2(sine * middle[0] - cosine * middle[1], cosine * middle[0] + sine * middle[1]))
         return np.where(np.hypot(cosine, sine) < NO_DIRECTION, 180.0, np.abs(away))
 

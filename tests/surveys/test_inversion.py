@@ -379,8 +379,8 @@ def test_each_site_is_inverted_by_itself_and_all_together(tmp_path: Path, invers
     assert [one.site for one in inferred_motion_findings(back).sites] == ["A", "B"]
 
 
-def test_the_library_has_each_motion_once() -> None:
-    every = candidate_motions()
+def test_the_library_has_each_motion_once(library_motions: tuple[CandidateMotion, ...]) -> None:
+    every = library_motions
     assert len(every) == 61
     assert len({one.event for one in every}) == 20
     assert sum(one.event == "Imperial Valley" for one in every) == 6

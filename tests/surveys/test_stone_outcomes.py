@@ -10,7 +10,7 @@ import pytest
 
 from overturning.motion.motion import Motion
 from overturning.surveys import stone_outcomes
-from overturning.surveys.library import CandidateMotion, candidate_motions
+from overturning.surveys.library import CandidateMotion
 from overturning.surveys.responses import StoneKind, case_count_and_time, note_on_broad_stones
 from overturning.surveys.stone_outcomes import shipped_outcomes, simulate_outcomes_of_sizes
 from overturning.surveys.stones import Stone
@@ -18,9 +18,11 @@ from overturning.surveys.stones import Stone
 
 @pytest.mark.parametrize("count", [2, pytest.param(60, marks=pytest.mark.long)])
 @pytest.mark.parametrize("aspect", [0.0, *stone_outcomes.ASPECTS])
-def test_shipped_outcomes_are_those_of_the_kernel(aspect: float, count: int) -> None:
+def test_shipped_outcomes_are_those_of_the_kernel(
+    library_motions: tuple[CandidateMotion, ...], aspect: float, count: int
+) -> None:
     """Of random motions and sizes, all frictions, peak velocities and face azimuths are simulated again."""
-    motions, dice = candidate_motions(), np.random.default_rng([count, int(10 * aspect)])
+    motions, dice = library_motions, np.random.default_rng([count, int(10 * aspect)])
     for one in dice.choice(len(motions), count):
         shipped = shipped_outcomes(motions[one], aspect)
         name = sorted(shipped)[dice.integers(len(shipped))]
@@ -48,14 +50,16 @@ def test_stones_broader_than_the_largest_aspect_are_named(aspects: tuple[float, 
     assert note_on_broad_stones([unknown, *(stone(0.9, one, 0.1) for one in aspects)]) == ((note,) if note else ())
 
 
-def test_the_stones_that_the_docs_name_need_no_simulation_and_others_do() -> None:
+def test_the_stones_that_the_docs_name_need_no_simulation_and_others_do(
+    library_motions: tuple[CandidateMotion, ...],
+) -> None:
     stated = re.search(
         r"outcomes of stones up to ([\d.]+) m high under the (\d+) motions of the library",
         (Path(__file__).parents[2] / "docs" / "surveys.md").read_text(encoding="utf-8"),
     )
     assert stated
     highest, count = map(float, stated.groups())
-    motions = candidate_motions()
+    motions = library_motions
     assert len(motions) == count
     known = [
         StoneKind.from_stone(stone(height, aspect, ratio))
@@ -76,8 +80,10 @@ def resembling(one: CandidateMotion, **changes: object) -> CandidateMotion:
     return replace(one, motion=Motion(**parts, sampling_interval=motion.sampling_interval))
 
 
-def test_a_motion_that_only_resembles_one_of_the_library_has_no_shipped_outcomes() -> None:
-    motions = {one.name: one for one in candidate_motions()}
+def test_a_motion_that_only_resembles_one_of_the_library_has_no_shipped_outcomes(
+    library_motions: tuple[CandidateMotion, ...],
+) -> None:
+    motions = {one.name: one for one in library_motions}
     kaikoura, sine = motions["Kaikoura, WTMC"], motions["sine 0.8 s"]
     assert shipped_outcomes(kaikoura, 1.0)
     assert shipped_outcomes(resembling(sine, up=0.0 * sine.motion.north), 1.0)
@@ -92,8 +98,10 @@ def test_a_motion_that_only_resembles_one_of_the_library_has_no_shipped_outcomes
         assert shipped_outcomes(other, 1.0) == {}
 
 
-def test_outcomes_of_another_grid_are_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
-    one = candidate_motions()[0]
+def test_outcomes_of_another_grid_are_not_used(
+    library_motions: tuple[CandidateMotion, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one = library_motions[0]
     assert shipped_outcomes(one, 1.0)
     for read in (stone_outcomes._library_aspects, stone_outcomes._library_member):
         read.cache_clear()

@@ -247,6 +247,19 @@ def chi_square_test(sector_counts: FloatArray, sector_probabilities: FloatArray)
     return _test_with_simulated_p_value("chi-square", _chi_square_statistic, sector_counts, sector_probabilities)
 
 
+@lru_cache(maxsize=2)
+def _random_sector_counts(count: int, sector_probabilities: tuple[float, ...]) -> FloatArray:
+    """Draw multinomial counts in sectors of a circle, shape (`SIMULATIONS`, sectors).
+
+    The last results are cached, since a survey is tested twice against the same probabilities.
+    """
+    probabilities = np.array(sector_probabilities)
+    draws = np.random.Generator(np.random.PCG64(1)).multinomial(
+        count, probabilities / probabilities.sum(), size=SIMULATIONS
+    )
+    return draws.astype(np.float64)
+
+
 def _test_with_simulated_p_value(
     test_name: str,
     statistic_function: Callable[[FloatArray, FloatArray], FloatArray],
@@ -263,8 +276,6 @@ def _test_with_simulated_p_value(
     if n == 0:
         return StatisticalTestResult(test_name, 0)
     statistic = float(statistic_function(sector_counts, sector_probabilities))
-    draws = np.random.Generator(np.random.PCG64(1)).multinomial(
-        n, sector_probabilities / sector_probabilities.sum(), size=SIMULATIONS
-    )
-    extreme = int((statistic_function(draws.astype(np.float64), sector_probabilities) >= statistic * (1 - 1e-12)).sum())
+    draws = _random_sector_counts(n, tuple(sector_probabilities.tolist()))
+    extreme = int((statistic_function(draws, sector_probabilities) >= statistic * (1 - 1e-12)).sum())
     return StatisticalTestResult(test_name, n, statistic, (1 + extreme) / (1 + SIMULATIONS))

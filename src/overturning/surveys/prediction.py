@@ -2,10 +2,12 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import Final
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
@@ -21,6 +23,9 @@ SIDES = ("stood", "forwards", "to its right", "backwards", "to its left")
 
 LARGEST_B_OVER_H_FACTOR: Final = 1.25
 """Largest factor by which a B/H may lie outside the simulated range to take the outcomes of the nearest B/H."""
+
+_PARTS_OF_SECTOR: Final = 64
+"""Number of equal parts of an azimuth sector, each of which is in one octant."""
 
 
 class SiteFallPrediction:
@@ -60,11 +65,17 @@ class SiteFallPrediction:
         self._densities: dict[str, FloatArray] = {}
         self._never: set[str] = set()
         self._fall_probabilities: dict[str, FloatArray] = {}
+        self._side_probabilities: dict[tuple[bytes, tuple[float, float]], FloatArray] = {}
         # Probability of falling towards and away from the azimuth of each plane, and time of the fall, for each block
         # (height and friction); NaN if unknown.
         site = add_opposite_azimuths(site)
         p = fall_probability_to_either_side(site).transpose(*dims)
         self.plane: FloatArray = p["azimuth"].values.astype(np.float64)
+        # For interpolation round the circle: planes in ascending order between the last one and the first one.
+        ascending = np.argsort(self.plane % 360.0)
+        self._plane_order = np.concatenate([ascending[-1:], ascending, ascending[:1]])
+        self._plane_ends = self.plane[self._plane_order] % 360.0
+        self._plane_ends[[0, -1]] += -360.0, 360.0
         times = site["overturning_time"].transpose(*dims) if "overturning_time" in site else p["towards"] * math.nan
         blocks = [
             one.values.reshape(self.plane.size, self.b_over_h.size, -1) for one in (p["towards"], p["away"], times)
@@ -87,8 +98,8 @@ class SiteFallPrediction:
         # A B/H of the grid has its own outcomes, also next to a B/H without outcomes.
         low, high = math.floor(round(place, 9)), math.ceil(round(place, 9))
         by_azimuth = self.blocks[:, low] + (place - low) * (self.blocks[:, high] - self.blocks[:, low])
-        lines = by_azimuth.reshape(self.plane.size, -1).T
-        p = np.array([np.interp(azimuth_deg, self.plane, line, period=360) for line in lines])
+        lines = by_azimuth.reshape(self.plane.size, -1).T[:, self._plane_order]
+        p = np.array([np.interp(azimuth_deg % 360.0, self._plane_ends, line) for line in lines])
         p = p.reshape(*by_azimuth.shape[1:], -1)
         if b_over_h > LARGEST_B_OVER_H_FACTOR * self.b_over_h[-1]:
             p = np.where(p.sum(axis=0) == 0, p, math.nan)
@@ -200,8 +211,18 @@ class SiteFallPrediction:
     ) -> FloatArray:
         """Return the probabilities of `SIDES` for n face azimuths and each height and friction, shape (5, blocks, n).
 
-        A block is a height and friction of the cube. A probability is NaN if unknown.
+        A block is a height and friction of the cube. A probability is NaN if unknown. The result is stored, since
+        several numbers of a comparison need it for the same stone.
         """
+        key = (face_azimuth_deg.tobytes(), slenderness)
+        if key not in self._side_probabilities:
+            self._side_probabilities[key] = self._compute_fall_side_probabilities(face_azimuth_deg, slenderness)
+        return self._side_probabilities[key]
+
+    def _compute_fall_side_probabilities(
+        self, face_azimuth_deg: FloatArray, slenderness: tuple[float, float]
+    ) -> FloatArray:
+        """Compute what `_fall_side_probabilities_by_block` returns and stores."""
         planes = [
             self._interpolate_fall_probabilities_and_times(face_azimuth_deg + 90.0 * i, shape)
             for i, shape in enumerate(slenderness)
@@ -264,10 +285,15 @@ class SiteFallPrediction:
 
         The shape is (8,).
         """
-        fine = np.zeros(8)
-        for begin, wide, mass in zip(self.borders[:-1], np.diff(self.borders), sector_probabilities, strict=True):
-            np.add.at(fine, sector_index(begin + wide * (np.arange(64) + 0.5) / 64, 8), mass / 64)
+        mass = np.repeat(sector_probabilities / _PARTS_OF_SECTOR, _PARTS_OF_SECTOR)
+        fine = np.bincount(self._octant_of_sector_parts, mass, 8)
         return np.asarray(fine / fine.sum())
+
+    @cached_property
+    def _octant_of_sector_parts(self) -> NDArray[np.intp]:
+        """Octant of each of the equal parts of the azimuth sectors, shape (sectors × `_PARTS_OF_SECTOR`,)."""
+        within = (np.arange(_PARTS_OF_SECTOR) + 0.5) / _PARTS_OF_SECTOR
+        return sector_index(self.borders[:-1, None] + np.diff(self.borders)[:, None] * within, 8).ravel()
 
 
 class SurveyFallPrediction:

@@ -39,8 +39,12 @@ def add_coordinate(
     variable = file.createVariable(name, dtype, (dimension,), fill_value=fill_value)
     variable.setncatts(attributes)
     variable.set_auto_maskandscale(False)
-    for index, value in enumerate(values):
-        variable[index] = fill_value if value is None else value
+    stored = [fill_value if value is None else value for value in values]
+    if dtype is not str and stored:
+        variable[:] = np.array(stored, dtype)
+        return
+    for index, text in enumerate(stored):  # one by one, as an array of texts would change the bytes of the file
+        variable[index] = text
 
 
 def add_grid_dimensions(file: Any, grid: CaseGrid) -> None:

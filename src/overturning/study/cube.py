@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -225,11 +226,16 @@ def index_of_record(cube: "xr.Dataset", record_id: str | None) -> int:
 
 def parse_json_attribute(cube: "xr.Dataset", attribute_name: str, expected_type: type) -> Any:
     """Return the content of a JSON attribute of a results cube; a ResultError if missing or of another type."""
+    return _parse_json(cube.attrs.get(attribute_name), attribute_name, expected_type)
+
+
+def _parse_json(text: Any, attribute_name: str, expected_type: type) -> Any:
+    """Return the content of the text of a JSON attribute; a ResultError if there is none, or of another type."""
     try:
-        found = json.loads(cube.attrs[attribute_name])
+        found = json.loads(text)
         if not isinstance(found, expected_type):
             raise ValueError(attribute_name)
-    except (KeyError, TypeError, ValueError, RecursionError):
+    except (TypeError, ValueError, RecursionError):
         raise ResultError(
             f"cube: its attribute {attribute_name!r} is missing or damaged; run the study again"
         ) from None
@@ -238,7 +244,14 @@ def parse_json_attribute(cube: "xr.Dataset", attribute_name: str, expected_type:
 
 def study_of_cube(cube: "xr.Dataset") -> Study:
     """Return the study whose settings a results cube stores; a ResultError or ConfigError if missing or invalid."""
-    return study_from_content(parse_json_attribute(cube, "study", dict), "study in the cube")
+    text = cube.attrs.get("study")
+    return _study_from_json(text if isinstance(text, str) else "")
+
+
+@lru_cache(maxsize=16)
+def _study_from_json(text: str) -> Study:
+    """Return the study of a cube's attribute; a figure needs it several times, and its validation takes 10 ms."""
+    return study_from_content(_parse_json(text, "study", dict), "study in the cube")
 
 
 def study_for_presentation(cube: "xr.Dataset", study: Study | None = None) -> Study | None:

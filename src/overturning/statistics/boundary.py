@@ -65,23 +65,25 @@ def overturning_boundary_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
     if "b_over_h" not in cube.dims:
         raise ArgumentError("cube: no dimension b_over_h; the boundary is computed along it")
 
-    def boundary_along_b_over_h(fall_probabilities: xr.DataArray) -> tuple[xr.DataArray, xr.DataArray]:
+    def boundary_along_b_over_h(fall_probabilities: xr.Variable) -> tuple[xr.Variable, xr.Variable]:
         lazy = (
             fall_probabilities.chunk({"b_over_h": -1}) if fall_probabilities.chunks is not None else fall_probabilities
         )
-        found: tuple[xr.DataArray, xr.DataArray] = xr.apply_ufunc(
-            largest_b_over_h_at_half_probability, lazy, fall_probabilities["b_over_h"],
+        found: tuple[xr.Variable, xr.Variable] = xr.apply_ufunc(
+            largest_b_over_h_at_half_probability, lazy, slenderness,
             input_core_dims=[["b_over_h"]] * 2,
             output_core_dims=[[], []], vectorize=True, dask="parallelized", output_dtypes=[np.float64, np.bool_],
         )  # fmt: skip
         return found
 
-    p = fall_probability_to_either_side(cube)
-    falls = p["towards"] + p["away"]
+    # Variables have no coordinates, which need not be compared at each operation.
+    p, slenderness = fall_probability_to_either_side(cube), cube["b_over_h"].variable
+    falls = p["towards"].variable + p["away"].variable
     middle, beyond = boundary_along_b_over_h(falls)
     low = high = middle
     if "scramble_difference_towards" in cube:
-        gap = (cube["scramble_difference_towards"] + cube["scramble_difference_away"]).fillna(0.0)
+        towards, away = (cube[f"scramble_difference_{side}"].variable for side in ("towards", "away"))
+        gap = (towards + away).fillna(0.0)
         ends = [boundary_along_b_over_h(falls + half)[0] for half in (gap / 2, -gap / 2)]
         low, high = (xr.apply_ufunc(of, *ends, dask="allowed") for of in (np.fmin, np.fmax))
     named = {
@@ -89,10 +91,13 @@ def overturning_boundary_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
         "boundary_low": (low, "overturning boundary, lower of two scrambles"),
         "boundary_high": (high, "overturning boundary, upper of two scrambles"),
     }
-    made = {name: one.where(~beyond).assign_attrs(long_name=text, units="1") for name, (one, text) in named.items()}
+    made = {name: one.where(~beyond) for name, (one, _) in named.items()}
+    for name, (_, text) in named.items():
+        made[name].attrs |= {"long_name": text, "units": "1"}
     stands = (falls.fillna(0.0) < HALF).all("b_over_h") & falls.notnull().any("b_over_h")
-    largest = cube["b_over_h"].where(falls.notnull()).max("b_over_h")
-    return xr.Dataset({**made, "falls_beyond": beyond, "largest_known": largest, "stands_throughout": stands})
+    largest = slenderness.to_base_variable().where(falls.notnull()).max("b_over_h")
+    made |= {"falls_beyond": beyond, "largest_known": largest, "stands_throughout": stands}
+    return xr.Dataset(made, p.drop_dims("b_over_h").coords)
 
 
 def easiest_overturning_axis(azimuth_boundaries: xr.Dataset, grid_b_over_h: ArrayLike) -> xr.Dataset:

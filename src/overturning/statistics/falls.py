@@ -46,11 +46,11 @@ def add_opposite_azimuths(cube: xr.Dataset) -> xr.Dataset:
     if azimuth_period_of_cube_deg(cube) != PLANE_PERIOD:
         return cube.reindex(azimuth=everywhere[np.isin(everywhere, azimuth) | ~sources.known])
     turned = cube.isel(azimuth=sources.cell).assign_coords(azimuth=("azimuth", everywhere, cube["azimuth"].attrs))
-    behind = xr.DataArray(sources.mirrored, dims="azimuth")
+    behind = xr.Variable("azimuth", sources.mirrored)  # variables have no coordinates, which need not be compared
     changed = {}
     for variable in (*VARIABLES, *PLANE_ENSEMBLE_VARIABLES):
         if variable.name in cube and (variable.odd or variable.exchanged):
-            values, seen = turned[variable.name], turned[variable.exchanged or variable.name]
+            values, seen = (turned[name].variable for name in (variable.name, variable.exchanged or variable.name))
             changed[variable.name] = xr.where(behind, -seen if variable.odd else seen, values).transpose(*values.dims)
             changed[variable.name].attrs = values.attrs
     return turned.assign(changed)
@@ -90,9 +90,10 @@ def fall_counts_towards_azimuths(cube: xr.Dataset, *, ensemble: bool = False) ->
 def overturning_indicator(cube: xr.Dataset) -> xr.DataArray:
     """Return, for each simulated case, 1 if the block falls to any side, 0 if it stands, NaN without an outcome."""
     overturned = cube["overturned"]
-    return xr.where(outcome_is_known(overturned), (overturned != 0).astype("float32"), np.nan).assign_attrs(
-        long_name="block overturns to either side", units="1"
-    )
+    flag = overturned.variable
+    falls = xr.where(outcome_is_known(flag), (flag != 0).astype("float32"), np.nan)
+    falls.attrs |= {"long_name": "block overturns to either side", "units": "1"}
+    return xr.DataArray(falls, overturned.coords, name="overturned")
 
 
 def overturned_share(cube: xr.Dataset, *kept_dims: str) -> xr.DataArray:
@@ -177,9 +178,11 @@ class BlockSelectionRule:
         """Return a mask of the blocks that the rule selects, from the share of azimuths at which each overturns."""
         if self.most > 1.0:
             return xr.ones_like(share_of_directions, dtype=bool)
-        share = share_of_directions  # a sum of weights, with rounding errors
+        share = share_of_directions.variable  # a sum of weights, with rounding errors
         near = (share > 0) & (share <= self.most + SAME_WEIGHT) & (share < 1.0 - SAME_WEIGHT)
-        return near | ~near.any([name for name in near.dims if name != "record"]) if self.otherwise_all else near
+        if self.otherwise_all:
+            near = near | ~near.any([name for name in near.dims if name != "record"])
+        return xr.DataArray(near, share_of_directions.coords, name=share_of_directions.name)
 
 
 MARGINAL: Final = BlockSelectionRule("in at most half of the {}s, or all blocks of a record without such", 0.5, True)
@@ -237,9 +240,11 @@ def shares_of_directions_with_fall(cube: xr.Dataset, *, summed_dims: Sequence[st
     """
     model = model_of_cube(cube)
     falls, dims = model.fall_probability_and_direction_by_cell(cube), (model.direction, *summed_dims)
-    weight = falls["weight"].where(falls["falls"].notnull(), 0.0).sum(dims)
-    share = (falls["falls"] * falls["weight"]).sum(dims) / weight.where(weight > 0)
-    return share.assign_attrs(long_name=f"share of {model.direction}s in which the block falls", units="1")
+    fell, of_direction = falls["falls"].variable, falls["weight"].variable
+    weight = of_direction.where(fell.notnull(), 0.0).sum(dims)
+    share = (fell * of_direction).sum(dims) / weight.where(weight > 0)
+    share.attrs |= {"long_name": f"share of {model.direction}s in which the block falls", "units": "1"}
+    return xr.DataArray(share, falls.drop_dims(dims).coords)
 
 
 def sum_fall_vectors(
@@ -254,9 +259,14 @@ def sum_fall_vectors(
     """
     model = model_of_cube(cube)
     falls, dims = model.fall_probability_and_direction_by_cell(cube), (model.direction, *summed_dims)
-    weighted = falls.drop_vars("weight") * falls["weight"]
-    sums = (weighted.where(informative_block_mask(cube)) if informative_only else weighted).sum(dims)
-    return sums.assign(all_falls=weighted["falls"].sum(dims))
+    weight = falls["weight"].variable
+    weighted = {str(name): values.variable * weight for name, values in falls.data_vars.items() if name != "weight"}
+    all_falls = weighted["falls"].sum(dims)
+    if informative_only:
+        mask = informative_block_mask(cube).variable
+        weighted = {name: values.where(mask) for name, values in weighted.items()}
+    sums = {name: values.sum(dims) for name, values in weighted.items()}
+    return xr.Dataset({**sums, "all_falls": all_falls}, falls.drop_dims(dims).coords)
 
 
 def mean_fall_directions(
@@ -275,17 +285,18 @@ def mean_fall_directions(
         resultant lengths, 0 to 1, the latter of doubled angles; missing without falls).
     """
     sums = sum_fall_vectors(cube, summed_dims=summed_dims, informative_only=informative_only)
-    means = dict[str, xr.DataArray]()
-    total = sums["falls"].where(sums["falls"] > 0)
+    means = dict[str, xr.Variable]()
+    falls = sums["falls"].variable
+    total = falls.where(falls > 0)
     for kind, full, of in (("direction", 360.0, "fall directions"), ("axis", 180.0, "doubled fall axes")):
-        cosine, sine = sums[f"{kind}_cosine"], sums[f"{kind}_sine"]
+        cosine, sine = sums[f"{kind}_cosine"].variable, sums[f"{kind}_sine"].variable
         length = (xr.apply_ufunc(np.hypot, cosine, sine, dask="allowed") / total).clip(0, 1)
         turned = xr.apply_ufunc(np.arctan2, sine, cosine, dask="allowed")
         angle = (turned * (full / (2 * np.pi)) % full).where(length > NO_DIRECTION)
         angle.attrs = {"long_name": f"mean fall {kind}", "units": "degree"}
         length.attrs = {"long_name": f"mean resultant length of {of}", "units": "1"}
         means |= {f"mean_{kind}": angle, f"{kind}_resultant": length}
-    return xr.Dataset(means)
+    return xr.Dataset(means, sums.coords)
 
 
 def mean_cosine_and_sine_to_reference(
@@ -312,9 +323,8 @@ def mean_cosine_and_sine_to_reference(
         reference.
     """
     kind, times = ("axis", 2) if axial else ("direction", 1)
-    cosine, sine = fall_sums[f"{kind}_cosine"], fall_sums[f"{kind}_sine"]
-    total, turn = fall_sums["falls"].where(fall_sums["falls"] > 0), times * np.radians(reference_deg.astype("float64"))
-    return xr.Dataset({
-        "cosine": (cosine * np.cos(turn) + sine * np.sin(turn)) / total,
-        "sine": (sine * np.cos(turn) - cosine * np.sin(turn)) / total,
-    })  # fmt: skip
+    cosine, sine = fall_sums[f"{kind}_cosine"].variable, fall_sums[f"{kind}_sine"].variable
+    falls, turn = fall_sums["falls"].variable, times * np.radians(reference_deg.variable.astype("float64"))
+    along, across, total = np.cos(turn), np.sin(turn), falls.where(falls > 0)
+    means = {"cosine": (cosine * along + sine * across) / total, "sine": (sine * along - cosine * across) / total}
+    return xr.Dataset(means, fall_sums.coords.merge(reference_deg.coords).coords)

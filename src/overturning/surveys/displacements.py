@@ -121,9 +121,13 @@ class _ComputedStones(NamedTuple):
 
 
 class _CellArrays(NamedTuple):
-    """Values of the cases of a cube, as arrays whose first axis is friction: flags, slip (m) and twist (degrees)."""
+    """Values of the cases of a cube, as arrays whose first axis is friction: flags, slip (m) and twist (degrees).
+
+    `grid` has the coordinates of the dimensions by which a stone is compared with the cases.
+    """
 
     dimension_names: tuple[str, ...]
+    grid: dict[str, FloatArray]
     flags: NDArray[np.floating]
     north: NDArray[np.floating]
     east: NDArray[np.floating]
@@ -135,8 +139,9 @@ class _CellArrays(NamedTuple):
         names = ("overturned", "residual_slip_north", "residual_slip_east", "residual_twist")
         ordered = [cube[name].transpose("friction", ..., missing_dims="ignore") for name in names]
         arrays = (one.to_numpy() if "friction" in one.dims else one.to_numpy()[None] for one in ordered)
-        others = (str(name) for name in cube["overturned"].dims if name != "friction")
-        return cls(("friction", *others), *arrays)
+        dimensions = ("friction", *(str(name) for name in cube["overturned"].dims if name != "friction"))
+        compared = [name for name in ("height", "b_over_h", "aspect", "orientation") if name in dimensions]
+        return cls(dimensions, {name: cube[name].to_numpy() for name in compared}, *arrays)
 
 
 def compare_displacements(
@@ -172,9 +177,9 @@ def compare_displacements(
     standing, never_stand, without_outcome = list[_ComputedStones](), 0, 0
     fall_shares = list[tuple[int, FloatArray]]()
     for one in observed:
-        own = (site_cubes or {}).get(one.stone.site, cube)
-        chosen = _grid_indices_like_stone(own, one.stone)
-        flags, cells = _cells_like_stone(arrays[id(own)], chosen, used[id(own)])
+        own = id((site_cubes or {}).get(one.stone.site, cube))
+        chosen = _grid_indices_like_stone(arrays[own].grid, one.stone)
+        flags, cells = _cells_like_stone(arrays[own], chosen, used[own])
         fall_shares.append((one.stone.count, _mean_by_friction(flags)))
         if not np.isfinite(flags).any():
             without_outcome += one.stone.count
@@ -227,22 +232,22 @@ def _cells_like_stone(
     return flags, _ComputedStones(weight[rows], friction[rows].astype(np.intp), shift, np.nan_to_num(twist))
 
 
-def _grid_indices_like_stone(cube: xr.Dataset, stone: Stone) -> dict[str, NDArray[np.intp]]:
-    """Return, by dimension, the grid indices of the simulated cases that are closest to a stone.
+def _grid_indices_like_stone(grid: Mapping[str, FloatArray], stone: Stone) -> dict[str, NDArray[np.intp]]:
+    """Return, by dimension, the indices in the grid of a cube of the simulated cases that are closest to a stone.
 
     A dimension whose value is not known of the stone is left out.
     """
     front, side = stone.slenderness_in_both_planes
     wanted = {"height": stone.height, "b_over_h": front, "aspect": side / front if front else math.nan}
     found = {
-        name: np.array([int(np.abs(np.log(cube[name].to_numpy() / value)).argmin())])
+        name: np.array([int(np.abs(np.log(grid[name] / value)).argmin())])
         for name, value in wanted.items()
-        if name in cube["overturned"].dims and math.isfinite(value)
+        if name in grid and math.isfinite(value)
     }
-    if "orientation" in cube["overturned"].dims and math.isfinite(stone.face_azimuth_deg):
-        grid = cube["orientation"].to_numpy().astype(np.float64)
-        period = grid.size * (grid[1] - grid[0]) if grid.size > 1 else FULL_TURN
-        apart = (grid - stone.face_azimuth_deg + period / 2) % period - period / 2
+    if "orientation" in grid and math.isfinite(stone.face_azimuth_deg):
+        orientation = grid["orientation"].astype(np.float64)
+        period = orientation.size * (orientation[1] - orientation[0]) if orientation.size > 1 else FULL_TURN
+        apart = (orientation - stone.face_azimuth_deg + period / 2) % period - period / 2
         found["orientation"] = np.array([int(np.abs(apart).argmin())])
     return found
 

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -88,6 +89,7 @@ def test_choice_has_the_wanted_size_no_mirrored_cell_and_none_twice() -> None:
     assert not np.array_equal(other[1], cells)
 
 
+@cache
 def short(number: int, name: str = "a") -> Record:
     """The strong part of a record."""
     motion = strong_part(number, 4.0, 8.0)

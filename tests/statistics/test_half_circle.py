@@ -33,6 +33,12 @@ BLOCK = ["height", "b_over_h", "friction"]
 
 
 def whole() -> xr.Dataset:
+    """A copy of the cube that is compared with its halves."""
+    return made_whole().copy(deep=True)
+
+
+@cache
+def made_whole() -> xr.Dataset:
     """Two records with an ensemble, drawn at random in planes below 180°, the others their mirror images by hand."""
     generator = np.random.default_rng(3)
     shape = (2, FIRST.size, 2, 4, 2)

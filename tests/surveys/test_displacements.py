@@ -103,15 +103,14 @@ def test_a_synthetic_survey_is_recovered(tmp_path: Path) -> None:
         size = f"{GRID['orientation'][at[1]]:g},{GRID['height'][at[2]]:g},{GRID['b_over_h'][at[3]]:g},1"
         outcome = f'"shifted {1000 * slips[at]:.2f} mm, twisted {twists[at]:.2f}"'
         rows.append(f"A,{'fell' if falls[at] else outcome},{size}\n")
-    found = compare_displacements(table(tmp_path, "".join(rows)), cube)
+    stones = table(tmp_path, "".join(rows))
+    found = compare_displacements(stones, cube)
     measures = by_name(found)
     assert found.cells == cube["overturned"].size
     for name, one in measures.items():
         assert one.observed_low <= one.computed <= one.observed_high, name
     # A truth whose twists are all reversed is rejected.
-    other = by_name(
-        compare_displacements(table(tmp_path, "".join(rows)), cube.assign(residual_twist=-cube["residual_twist"]))
-    )
+    other = by_name(compare_displacements(stones, cube.assign(residual_twist=-cube["residual_twist"])))
     assert other["clockwise"].computed < other["clockwise"].observed_low
     assert other["twisted"].computed == measures["twisted"].computed
 

@@ -262,7 +262,7 @@ def test_results_that_the_settings_no_longer_make_are_removed(finished: Checkout
     file = checkout.folder / checkout.file
     text = file.read_text(encoding="utf-8").partition("population")[0]
     file.write_text(f"{text}verification: none\n", encoding="utf-8")
-    done = checkout.run("--until", "findings", file="")
+    done = checkout.run("--until", "gather", file="")
     assert done.returncode == 0, done.stderr
     assert {line for line in done.stderr.splitlines() if line.endswith("of the study: removed")} == {
         f"results/small/{name} is not made with the present settings of the study: removed" for name in gone

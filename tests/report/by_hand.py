@@ -3,6 +3,7 @@
 from typing import Any
 
 from overturning.findings.collect import Findings
+from overturning.surveys.stones import OCTANTS
 
 SHARE = {"count": 3, "compared": 400, "value": 0.0075, "low": 0.0025, "high": 0.0218}
 
@@ -233,6 +234,13 @@ _DISPLACED: dict[str, Any] = {
         _measure("shift_m", 9, [2.4, 1.3, 5.6], [1.9, None, None]),
         _measure("twist_deg", 6, [8.3, None, None], [None, None, None]),
     ],
+    "directions": {
+        "octant_falls": 17, "mean_direction_deg": 133.0, "resultant": 0.54, "predicted_mean_direction_deg": 148.0,
+        "predicted_resultant": 0.29, "observed_by_octant": dict.fromkeys(OCTANTS, 2.5),
+        "predicted_by_octant": dict.fromkeys(OCTANTS, 2.3), "log_likelihood_ratio": 1.9,
+        "log_likelihood_ratio_p_value": 0.026, "never": 3, "falls_without_prediction": 6,
+        "falls_with_predicted_direction": 8, "no_stone_is_predicted": False, "share_in_random_direction": 0.05,
+    },
 }  # fmt: skip
 SURVEY_DISPLACEMENTS: dict[str, Any] = {
     "stones": "plots", "sha256": "abc", "record": "vale", "doubts": ["angles may be in gon"], "remarks": [],

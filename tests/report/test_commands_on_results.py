@@ -120,7 +120,7 @@ def test_survey_of_a_3_d_study(tmp_path: Path, capsys: pytest.CaptureFixture[str
     write_findings(found, folder / "findings.json")
     write_report(folder, folder / "report.html", None, study)
     page = (folder / "report.html").read_text(encoding="utf-8")
-    assert "Observed and computed twist and slip" in page
+    assert "Observed and computed falls, twist and slip" in page
     assert "of the standing: shifted by 1" in page
 
 

@@ -30,7 +30,13 @@ GRID: dict[str, Any] = {
 def cube_of(**values: Any) -> xr.Dataset:
     """Return a 3-D cube whose variables are given as arrays that broadcast to the grid."""
     shape = tuple(len(one) for one in GRID.values())
-    nothing = {"overturned": 0.0, "residual_slip_north": 0.0, "residual_slip_east": 0.0, "residual_twist": 0.0}
+    nothing = {
+        "overturned": 0.0,
+        "fall_azimuth": np.nan,
+        "residual_slip_north": 0.0,
+        "residual_slip_east": 0.0,
+        "residual_twist": 0.0,
+    }
     return xr.Dataset(
         {name: (tuple(GRID), np.broadcast_to(np.asarray(one, np.float64), shape).copy())
          for name, one in (nothing | values).items()},

@@ -158,7 +158,7 @@ def _compare_survey_with_cube(
     on_soil = {site: one for site, one in grounds.items() if one is not None}
     print(f"{path.name} against {', '.join([name, *variant_label_as_list(default)])}")
     if "residual_twist" in default:
-        _compare_displacements(path, table, (default, cubes), (name, on_soil), figure, output)
+        _compare_displacements(path, table, (default, cubes), (name, on_soil), background, figure, output)
         return
     comparison = compare_survey_with_prediction(table.stones, default, site_cubes=cubes, background=background)
     parts = {one: table.select_site(one).stones for one in table.sites if len(table.sites) > 1}
@@ -187,10 +187,11 @@ def _compare_displacements(
     table: "SurveyTable",
     cubes: "tuple[Dataset, dict[str, Dataset]]",
     record_and_grounds: "tuple[str, dict[str, CemeteryGround]]",
+    background: float,
     figure: Path | None,
     output: Path | None,
 ) -> None:
-    """Compare a survey's shifts and twists with those of a 3-D study; print and store, and draw the observed falls.
+    """Compare falls, shifts and twists of a survey with those of a 3-D study; print, store, draw the observed falls.
 
     `cubes` are the cube for all sites that are not named, and those of single sites.
     """
@@ -211,11 +212,11 @@ def _compare_displacements(
         stones=path.name,
         sha256=sha256,
         record=record,
-        together=compare_displacements(table, default, by_site),
+        together=compare_displacements(table, default, by_site, background=background),
         doubts=table.warnings,
         remarks=remarks,
         sites=tuple(
-            (site, compare_displacements(part, by_site.get(site, default)))
+            (site, compare_displacements(part, by_site.get(site, default), background=background))
             for site, part in parts.items()
             if part.stones
         ),

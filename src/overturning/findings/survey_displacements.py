@@ -1,10 +1,14 @@
 """Shifts and twists of the standing stones of surveys, next to those of the standing stones of a 3-D study."""
 
+import math
+
 from pydantic import Field
 
 from overturning.findings.results import StudyResults
 from overturning.findings.surveys import CemeteryGroundFinding, cemetery_ground_findings
 from overturning.findings.values import Finding, Number
+from overturning.statistics.circular import LEAST_RESULTANT
+from overturning.surveys.directions_in_space import SpaceDirectionComparison
 from overturning.surveys.displacements import (
     SHIFTED_M,
     TWISTED_DEG,
@@ -12,6 +16,7 @@ from overturning.surveys.displacements import (
     MeasureName,
     StoredDisplacementComparison,
 )
+from overturning.surveys.stones import OCTANTS
 from overturning.units import CM
 
 
@@ -50,6 +55,39 @@ class DisplacementMeasureFinding(Finding):
     computed: ComputedMeasure
 
 
+class SurveyDirectionsInSpace(Finding):
+    """Observed fall directions of stones, and those in which similar stones of a 3-D study fall."""
+
+    octant_falls: int
+    """Number of stones that fell in a known direction."""
+    mean_direction_deg: Number
+    """Mean fall direction; None if the falls show no common direction (p > 0.05)."""
+    resultant: Number
+    """Length of the mean of the fall directions as unit vectors, 0 to 1."""
+    predicted_mean_direction_deg: Number
+    """Mean of the predicted directions of these stones; None if they have no common direction."""
+    predicted_resultant: Number
+    """Length of the mean of the predicted directions as unit vectors, 0 to 1."""
+    observed_by_octant: dict[str, Number]
+    """Number of fallen stones in each octant of fall direction; one of 16 winds between two octants counts in both."""
+    predicted_by_octant: dict[str, Number]
+    """Predicted number of fallen stones in each octant."""
+    log_likelihood_ratio: Number
+    """Sum over these stones of ln(predicted/uniform); above 0 if the prediction is better than a guess."""
+    log_likelihood_ratio_p_value: Number
+    """Share of surveys of stones that fall in random directions with a ratio at least as large."""
+    never: int
+    """Falls of stones like which none falls in the study; their predicted direction is random."""
+    falls_without_prediction: int
+    """Falls of stones like which no computed case has an outcome; their predicted direction is random."""
+    falls_with_predicted_direction: int
+    """Number of `octant_falls` whose predicted direction is not random."""
+    no_stone_is_predicted: bool
+    """True if no stone of the survey has a computed outcome."""
+    share_in_random_direction: float
+    """Assumed share of the stones that fall in a random direction."""
+
+
 class SurveyDisplacementsOfSite(Finding):
     """Observed and computed falls, shifts and twists of the stones at one survey site, or at all together."""
 
@@ -66,10 +104,12 @@ class SurveyDisplacementsOfSite(Finding):
     without_outcome: int
     """Stones like which no computed case has an outcome; they are compared in no computed value."""
     measures: list[DisplacementMeasureFinding]
+    directions: SurveyDirectionsInSpace | None = None
+    """Fall directions; None if no stone fell in a known direction."""
 
 
 class SurveyDisplacements(Finding):
-    """Comparison of a survey with a 3-D study: falls, shifts and twists of the stones."""
+    """Comparison of a survey with a 3-D study: falls and their directions, shifts and twists of the stones."""
 
     stones: str
     """Name of the survey file."""
@@ -140,4 +180,29 @@ def _displacements_of_site(site: str, found: DisplacementComparison) -> SurveyDi
         never_stand=found.never_stand,
         without_outcome=found.without_outcome,
         measures=measures,
+        directions=None if found.directions is None else _directions_in_space(found, found.directions),
+    )
+
+
+def _directions_in_space(
+    found: DisplacementComparison, directions: SpaceDirectionComparison
+) -> SurveyDirectionsInSpace:
+    """Return the report's numbers on the fall directions of the stones of a comparison with a 3-D study."""
+    has_mean = directions.predicted_resultant >= LEAST_RESULTANT
+    observed, predicted = directions.octant_observed.round(2).tolist(), directions.octant_predicted.tolist()
+    return SurveyDirectionsInSpace(
+        octant_falls=directions.fallen,
+        mean_direction_deg=directions.mean_direction_deg,
+        resultant=directions.resultant,
+        predicted_mean_direction_deg=directions.predicted_mean_direction_deg if has_mean else math.nan,
+        predicted_resultant=directions.predicted_resultant,
+        observed_by_octant=dict(zip(OCTANTS, observed, strict=True)),
+        predicted_by_octant=dict(zip(OCTANTS, predicted, strict=True)),
+        log_likelihood_ratio=directions.log_likelihood_ratio,
+        log_likelihood_ratio_p_value=directions.likelihood_ratio_p,
+        never=directions.never,
+        falls_without_prediction=directions.without_outcome,
+        falls_with_predicted_direction=directions.fallen - directions.never - directions.without_outcome,
+        no_stone_is_predicted=found.without_outcome == found.fell + found.stood,
+        share_in_random_direction=directions.background,
     )

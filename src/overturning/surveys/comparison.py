@@ -19,7 +19,6 @@ from overturning.statistics.circular import (
     chi_square_test,
     grouped_watson_test,
     mean_angle_and_resultant,
-    sector_index,
     watson_u2_test,
 )
 from overturning.statistics.mean_direction import clear_mean_direction
@@ -28,6 +27,7 @@ from overturning.surveys.fall_directions import (
     FallenStone,
     fall_probability_of_arc,
     log_likelihood_ratio_and_p_value,
+    stone_count_by_octant,
 )
 from overturning.surveys.field_table import read_field_table
 from overturning.surveys.ground import CemeteryGround
@@ -231,21 +231,6 @@ def compare_survey_with_prediction(
         confusion=_confusion_matrix_of_sides(predictions, stones),
         background=background,
     )
-
-
-def stone_count_by_octant(stone: Stone) -> FloatArray:
-    """Return the share of a fallen stone that counts in each compass octant: 1 in one, or ½ in each of two.
-
-    The shape is (8,). One of 16 winds between two octants (NNE) counts half in each: it is known to ±11.25°.
-    """
-    half = stone.direction_half_width_deg if stone.wind_16 else 0.0
-    # Just inside the ends: an octant that the range only touches has no part of it.
-    ends = sector_index(stone.azimuth_deg + np.array([-0.999, 0.999]) * half, 8)
-    if ends[0] == ends[1]:
-        return np.eye(8)[ends[0]]
-    border = 45.0 * ends[1] - 22.5
-    below = ((border - stone.azimuth_deg + 180.0) % 360.0 - 180.0 + half) / (2 * half)
-    return np.asarray(below * np.eye(8)[ends[0]] + (1 - below) * np.eye(8)[ends[1]])
 
 
 def _stones_with_fall_direction(predictions: SurveyFallPrediction, stones: Sequence[Stone]) -> list[FallenStone]:

@@ -1,4 +1,4 @@
-"""Shifts and twists of the standing stones of a survey, next to those computed with the 3-D model."""
+"""Shifts and twists of the standing stones of a survey, and fall directions, next to those of the 3-D model."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -15,9 +15,16 @@ from overturning.model.symmetry import FULL_TURN
 from overturning.settings import StonePopulation
 from overturning.statistics.bootstrap import exact_median_interval, exact_share_interval
 from overturning.stored import StoredFloat
+from overturning.surveys.directions_in_space import SpaceDirectionComparison, compare_fall_directions
 from overturning.surveys.ground import CemeteryGround
 from overturning.surveys.row import SurveyRow
-from overturning.surveys.stones import Stone, SurveyTable, fallen_and_all_stone_counts, stones_of_sites_with_standing
+from overturning.surveys.stones import (
+    BACKGROUND,
+    Stone,
+    SurveyTable,
+    fallen_and_all_stone_counts,
+    stones_of_sites_with_standing,
+)
 
 SHIFTED_M: Final = StonePopulation().shifted
 """Shift from which a standing stone counts as shifted, m; people rarely note smaller ones."""
@@ -76,6 +83,8 @@ class DisplacementComparison:
         Stones like which no computed case has an outcome; they are compared in no computed value.
     measures : tuple of DisplacementMeasure
         Measures in a fixed order.
+    directions : SpaceDirectionComparison or None
+        Observed and computed fall directions; None if no stone fell in a known direction.
     """
 
     fell: int
@@ -84,6 +93,7 @@ class DisplacementComparison:
     never_stand: int
     measures: tuple[DisplacementMeasure, ...]
     without_outcome: int = 0
+    directions: SpaceDirectionComparison | None = None
 
 
 @dataclass(frozen=True)
@@ -121,14 +131,16 @@ class _ComputedStones(NamedTuple):
 
 
 class _CellArrays(NamedTuple):
-    """Values of the cases of a cube, as arrays whose first axis is friction: flags, slip (m) and twist (degrees).
+    """Values of the cases of a cube, as arrays whose first axis is friction.
 
-    `grid` has the coordinates of the dimensions by which a stone is compared with the cases.
+    Flags, azimuths towards which cases fall (degrees), slip (m) and twist (degrees); `grid` has the coordinates of the
+    dimensions by which a stone is compared with the cases.
     """
 
     dimension_names: tuple[str, ...]
     grid: dict[str, FloatArray]
     flags: NDArray[np.floating]
+    fall_azimuth: NDArray[np.floating]
     north: NDArray[np.floating]
     east: NDArray[np.floating]
     twist: NDArray[np.floating]
@@ -136,7 +148,7 @@ class _CellArrays(NamedTuple):
     @classmethod
     def from_cube(cls, cube: xr.Dataset) -> "_CellArrays":
         """Return the arrays of a cube; a cube without friction has one row."""
-        names = ("overturned", "residual_slip_north", "residual_slip_east", "residual_twist")
+        names = ("overturned", "fall_azimuth", "residual_slip_north", "residual_slip_east", "residual_twist")
         ordered = [cube[name].transpose("friction", ..., missing_dims="ignore") for name in names]
         arrays = (one.to_numpy() if "friction" in one.dims else one.to_numpy()[None] for one in ordered)
         dimensions = ("friction", *(str(name) for name in cube["overturned"].dims if name != "friction"))
@@ -145,9 +157,13 @@ class _CellArrays(NamedTuple):
 
 
 def compare_displacements(
-    table: SurveyTable, cube: xr.Dataset, site_cubes: Mapping[str, xr.Dataset] | None = None
+    table: SurveyTable,
+    cube: xr.Dataset,
+    site_cubes: Mapping[str, xr.Dataset] | None = None,
+    *,
+    background: float = BACKGROUND,
 ) -> DisplacementComparison:
-    """Compare the shifts and twists of standing stones with those of similar standing stones in a 3-D study.
+    """Compare the falls, shifts and twists of stones with those of similar stones in a 3-D study.
 
     Each stone is compared with the cases of the nearest orientation, height, B/H and D/B; all values of the grid have
     equal weight where the survey does not give the value, and so have all frictions. A stone that stands without a
@@ -161,6 +177,8 @@ def compare_displacements(
         Cube of one record of a 3-D body, or of one element of a 3-D scene.
     site_cubes : mapping of str to Dataset, optional
         Cubes for the stones of single sites, by name of the site.
+    background : float
+        Share of stones that fall in a random direction, 0 to below 1.
 
     Raises
     ------
@@ -175,12 +193,13 @@ def compare_displacements(
     arrays = {id(one): _CellArrays.from_cube(one) for one in (cube, *(site_cubes or {}).values())}
     used = {key: np.zeros(one.flags.shape, np.bool_) for key, one in arrays.items()}
     standing, never_stand, without_outcome = list[_ComputedStones](), 0, 0
-    fall_shares = list[tuple[int, FloatArray]]()
+    fall_shares, fall_azimuths = list[tuple[int, FloatArray]](), list[FloatArray | None]()
     for one in observed:
         own = id((site_cubes or {}).get(one.stone.site, cube))
         chosen = _grid_indices_like_stone(arrays[own].grid, one.stone)
-        flags, cells = _cells_like_stone(arrays[own], chosen, used[own])
+        flags, azimuths, cells = _cells_like_stone(arrays[own], chosen, used[own])
         fall_shares.append((one.stone.count, _mean_by_friction(flags)))
+        fall_azimuths.append(azimuths if np.isfinite(flags).any() else None)
         if not np.isfinite(flags).any():
             without_outcome += one.stone.count
         elif not one.stone.fell and (cells is None or not cells.weight.size):
@@ -195,6 +214,7 @@ def compare_displacements(
         never_stand=never_stand,
         measures=(_fall_measure(observed, fall_shares), *_displacement_measures(observed, computed)),
         without_outcome=without_outcome,
+        directions=compare_fall_directions([one.stone for one in observed], fall_azimuths, background=background),
     )
 
 
@@ -207,19 +227,22 @@ def _observed_stone(table: SurveyTable, line: int, row: SurveyRow) -> _ObservedS
 
 def _cells_like_stone(
     cells: _CellArrays, chosen_indices: Mapping[str, NDArray[np.intp]], used: NDArray[np.bool_]
-) -> tuple[NDArray[np.floating], _ComputedStones | None]:
-    """Return the flags of the simulated cases that resemble a stone, and those cases that stand; mark them in `used`.
+) -> tuple[NDArray[np.floating], FloatArray, _ComputedStones | None]:
+    """Return flags and fall azimuths of the simulated cases that resemble a stone, and those cases that stand.
 
-    `chosen_indices` are those of `_grid_indices_like_stone`. The weights of the standing cases sum to 1.
+    The cases are marked in `used`. `chosen_indices` are those of `_grid_indices_like_stone`. The azimuths, degrees, are
+    those of the cases that fall in a known direction. The weights of the standing cases sum to 1.
     """
     sizes = zip(cells.dimension_names, cells.flags.shape, strict=True)
     at = np.ix_(*(chosen_indices.get(name, np.arange(size)) for name, size in sizes))
     flags = cells.flags[at]
     used[at] |= np.isfinite(flags)
+    azimuths = np.asarray(cells.fall_azimuth[at], np.float64)[flags == 1]
+    azimuths = azimuths[np.isfinite(azimuths)]
     frictions = flags.shape[0]
     rows = (flags == 0).reshape(frictions, -1)
     if not rows.any():
-        return flags, None
+        return flags, azimuths, None
     north, east, twist = (
         np.asarray(values[at], np.float64).reshape(rows.shape)[rows]
         for values in (cells.north, cells.east, cells.twist)
@@ -229,7 +252,7 @@ def _cells_like_stone(
     friction = np.broadcast_to(np.arange(frictions)[:, None], rows.shape)
     # Cases that were not simulated, because the motion is too weak, have no displacement.
     shift = np.hypot(np.nan_to_num(north), np.nan_to_num(east))
-    return flags, _ComputedStones(weight[rows], friction[rows].astype(np.intp), shift, np.nan_to_num(twist))
+    return flags, azimuths, _ComputedStones(weight[rows], friction[rows].astype(np.intp), shift, np.nan_to_num(twist))
 
 
 def _grid_indices_like_stone(grid: Mapping[str, FloatArray], stone: Stone) -> dict[str, NDArray[np.intp]]:

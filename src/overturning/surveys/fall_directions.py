@@ -8,7 +8,7 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.statistics.circular import sector_index
-from overturning.surveys.prediction import SiteFallPrediction
+from overturning.surveys.sectors import FallSectors
 from overturning.surveys.stones import Stone
 
 FallenStone = tuple[Stone, FloatArray, FloatArray]
@@ -18,8 +18,23 @@ WIND_DEG: Final = 22.5
 """Width of one of 16 winds, degrees."""
 
 
+def stone_count_by_octant(stone: Stone) -> FloatArray:
+    """Return the share of a fallen stone that counts in each compass octant: 1 in one, or ½ in each of two.
+
+    The shape is (8,). One of 16 winds between two octants (NNE) counts half in each: it is known to ±11.25°.
+    """
+    half = stone.direction_half_width_deg if stone.wind_16 else 0.0
+    # Just inside the ends: an octant that the range only touches has no part of it.
+    ends = sector_index(stone.azimuth_deg + np.array([-0.999, 0.999]) * half, 8)
+    if ends[0] == ends[1]:
+        return np.eye(8)[ends[0]]
+    border = 45.0 * ends[1] - 22.5
+    below = ((border - stone.azimuth_deg + 180.0) % 360.0 - 180.0 + half) / (2 * half)
+    return np.asarray(below * np.eye(8)[ends[0]] + (1 - below) * np.eye(8)[ends[1]])
+
+
 def fall_probability_of_arc(
-    site_prediction: SiteFallPrediction, sector_probabilities: FloatArray, begin_deg: float, end_deg: float
+    sectors: FallSectors, sector_probabilities: FloatArray, begin_deg: float, end_deg: float
 ) -> float:
     """Return the probability that a stone falls between two azimuths, clockwise from the first to the second.
 
@@ -27,45 +42,41 @@ def fall_probability_of_arc(
     (sectors,), sum to 1. An arc from an azimuth to itself has the probability 0.
     """
     below = np.concatenate([[0.0], np.cumsum(np.tile(sector_probabilities, 2))])
-    start = site_prediction.borders[0]
-    borders = np.append(site_prediction.borders[:-1], site_prediction.borders + 360.0) - start
+    start = sectors.borders[0]
+    borders = np.append(sectors.borders[:-1], sectors.borders + 360.0) - start
     begin = (begin_deg - start) % 360.0
     at = np.interp([begin, begin + (end_deg - begin_deg) % 360.0], borders, below)
     return float(min(max(at[1] - at[0], 0.0), 1.0))
 
 
-def _probabilities_of_winds(
-    site_prediction: SiteFallPrediction, sector_probabilities: FloatArray, offset_deg: float
-) -> FloatArray:
+def _probabilities_of_winds(sectors: FallSectors, sector_probabilities: FloatArray, offset_deg: float) -> FloatArray:
     """Return the probabilities of 16 arcs of `WIND_DEG`, the first centred at `offset_deg`, shape (16,)."""
     middles = offset_deg + WIND_DEG * np.arange(16)
     return np.array([
-        fall_probability_of_arc(site_prediction, sector_probabilities, middle - WIND_DEG / 2, middle + WIND_DEG / 2)
+        fall_probability_of_arc(sectors, sector_probabilities, middle - WIND_DEG / 2, middle + WIND_DEG / 2)
         for middle in middles.tolist()
     ])  # fmt: skip
 
 
-def _direction_classes(
-    site_prediction: SiteFallPrediction, fallen_stone: FallenStone
-) -> tuple[FloatArray, FloatArray, int]:
+def _direction_classes(sectors: FallSectors, fallen_stone: FallenStone) -> tuple[FloatArray, FloatArray, int]:
     """Return predicted and uniform probabilities of the directions that a stone's record can name, and its own index.
 
     These are the 8 octants or 16 winds, turned by the declination, or the sectors of the study for degrees.
     """
     stone, density, octants = fallen_stone
-    uniform = site_prediction.share
+    uniform = sectors.share
     if stone.octant:
-        even = site_prediction.octant_from_sector_probabilities(uniform)
+        even = sectors.octant_from_sector_probabilities(uniform)
         return octants, even, int(sector_index(stone.azimuth_deg, 8))
     if stone.wind_16:
         offset = stone.azimuth_deg % WIND_DEG
-        predicted, even = (_probabilities_of_winds(site_prediction, of, offset) for of in (density, uniform))
+        predicted, even = (_probabilities_of_winds(sectors, of, offset) for of in (density, uniform))
         return predicted, even, round((stone.azimuth_deg - offset) / WIND_DEG) % 16
-    return density, uniform, site_prediction.nearest_azimuth_index(stone.azimuth_deg)
+    return density, uniform, sectors.nearest_azimuth_index(stone.azimuth_deg)
 
 
 def log_likelihood_ratio_and_p_value(
-    site_prediction: SiteFallPrediction, fallen_stones: Sequence[FallenStone], random_survey_count: int, seed: int
+    sectors: FallSectors, fallen_stones: Sequence[FallenStone], random_survey_count: int, seed: int
 ) -> tuple[float, float]:
     """Return the log-likelihood ratio of predicted to uniform fall directions over fallen stones, and its p-value.
 
@@ -77,7 +88,7 @@ def log_likelihood_ratio_and_p_value(
     generator = np.random.Generator(np.random.PCG64(seed))
     ratios, simulated = [], np.zeros(random_survey_count)
     for fallen_stone in fallen_stones:
-        predicted, chance, place = _direction_classes(site_prediction, fallen_stone)
+        predicted, chance, place = _direction_classes(sectors, fallen_stone)
         with np.errstate(divide="ignore"):  # a density of 0 is possible without background
             logs = np.log(predicted / chance)
         ratios.append(logs[place])

@@ -2,20 +2,19 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from functools import cached_property
 from typing import Final
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.edges import fall_probability_over_each_edge
-from overturning.model.planes import circle_share_of_planes, fall_probability_to_either_side
+from overturning.model.planes import fall_probability_to_either_side
 from overturning.model.symmetry import FULL_TURN, nearest_computed_cells
 from overturning.statistics.circular import sector_index
 from overturning.statistics.falls import add_opposite_azimuths, fall_counts_towards_azimuths
+from overturning.surveys.sectors import FallSectors
 from overturning.surveys.stones import BACKGROUND, Stone
 
 SIDES = ("stood", "forwards", "to its right", "backwards", "to its left")
@@ -24,11 +23,8 @@ SIDES = ("stood", "forwards", "to its right", "backwards", "to its left")
 LARGEST_B_OVER_H_FACTOR: Final = 1.25
 """Largest factor by which a B/H may lie outside the simulated range to take the outcomes of the nearest B/H."""
 
-_PARTS_OF_SECTOR: Final = 64
-"""Number of equal parts of an azimuth sector, each of which is in one octant."""
 
-
-class SiteFallPrediction:
+class SiteFallPrediction(FallSectors):
     """Prediction of whether and in which directions stones at a site fall, from simulations with its record.
 
     Parameters
@@ -60,8 +56,7 @@ class SiteFallPrediction:
         self.background = background
         self.b_over_h: FloatArray = site["b_over_h"].values.astype(np.float64)
         self.height: FloatArray = site["height"].values.astype(np.float64)
-        self.azimuth: FloatArray = fall_counts_towards_azimuths(site)["azimuth"].values.astype(np.float64)
-        self.share: FloatArray = circle_share_of_planes(self.azimuth, FULL_TURN, divide_gaps=True)
+        super().__init__(fall_counts_towards_azimuths(site)["azimuth"].values.astype(np.float64))
         self._densities: dict[str, FloatArray] = {}
         self._never: set[str] = set()
         self._fall_probabilities: dict[str, FloatArray] = {}
@@ -82,9 +77,6 @@ class SiteFallPrediction:
         ]
         self.blocks: FloatArray = np.stack(blocks[:2], axis=-2).astype(np.float64)
         self.times: FloatArray = blocks[2].astype(np.float64)
-        # The sector of an azimuth reaches half way to its neighbours; the last border is the first one + 360°.
-        start = (self.azimuth[0] + self.azimuth[-1] - 360) / 2
-        self.borders: FloatArray = start + 360 * np.concatenate([[0.0], np.cumsum(self.share)])
 
     def _interpolate_fall_probabilities_and_times(
         self, azimuth_deg: FloatArray, b_over_h: float
@@ -118,10 +110,6 @@ class SiteFallPrediction:
     def lacks_blocks_like(self, stone: Stone) -> bool:
         """True if the fall of a stone is not predicted because its B/H lies far outside the simulated range."""
         return self.has_b_over_h_outside_grid(stone) and bool(np.isnan(self.fall_probability_by_block(stone)).all())
-
-    def nearest_azimuth_index(self, azimuth_deg: float) -> int:
-        """Return the index of the simulated azimuth that is nearest to `azimuth_deg`."""
-        return int(nearest_computed_cells(self.azimuth, [azimuth_deg], FULL_TURN).cell[0])
 
     def fall_sector_probabilities(self, b_over_h: float = math.nan, b_over_h_side: float = math.nan) -> FloatArray:
         """Return the probabilities that a stone of unknown orientation falls into each azimuth sector.
@@ -279,21 +267,6 @@ class SiteFallPrediction:
     def has_height_outside_grid(self, stone: Stone) -> bool:
         """True if the height of a stone is known and lies outside the simulated range."""
         return bool(stone.height < self.height[0] - 1e-9 or stone.height > self.height[-1] + 1e-9)
-
-    def octant_from_sector_probabilities(self, sector_probabilities: FloatArray) -> FloatArray:
-        """Convert probabilities of azimuth sectors to probabilities of the 8 compass octants.
-
-        The shape is (8,).
-        """
-        mass = np.repeat(sector_probabilities / _PARTS_OF_SECTOR, _PARTS_OF_SECTOR)
-        fine = np.bincount(self._octant_of_sector_parts, mass, 8)
-        return np.asarray(fine / fine.sum())
-
-    @cached_property
-    def _octant_of_sector_parts(self) -> NDArray[np.intp]:
-        """Octant of each of the equal parts of the azimuth sectors, shape (sectors × `_PARTS_OF_SECTOR`,)."""
-        within = (np.arange(_PARTS_OF_SECTOR) + 0.5) / _PARTS_OF_SECTOR
-        return sector_index(self.borders[:-1, None] + np.diff(self.borders)[:, None] * within, 8).ravel()
 
 
 class SurveyFallPrediction:

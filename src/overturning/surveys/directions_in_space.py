@@ -1,0 +1,147 @@
+"""Observed fall directions of the stones of a survey against those of similar stones of a 3-D study."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from overturning.arrays import FloatArray
+from overturning.statistics.circular import mean_angle_and_resultant
+from overturning.statistics.mean_direction import clear_mean_direction
+from overturning.stored import StoredFloat, StoredFloats
+from overturning.surveys.fall_directions import (
+    FallenStone,
+    log_likelihood_ratio_and_p_value,
+    stone_count_by_octant,
+)
+from overturning.surveys.sectors import FallSectors
+from overturning.surveys.stones import BACKGROUND, Stone
+
+SPREAD_DEG: Final = 22.5
+"""Half width of the sector of azimuth to which a computed fall is spread, degrees: that of an octant.
+
+Only a few computed cases resemble a stone of known face and size, and tiny differences of the motion turn their falls
+by some degrees.
+"""
+
+SECTORS: Final = FallSectors(np.arange(0.0, 360.0, 5.0))
+"""Sectors of azimuth in which directions are predicted."""
+
+RANDOM_SURVEYS: Final = 2000
+"""Number of surveys with random fall directions for a p-value."""
+
+
+@dataclass(frozen=True)
+class SpaceDirectionComparison:
+    """Comparison of the observed fall directions of stones with those of the falls of a 3-D study.
+
+    Attributes
+    ----------
+    fallen : int
+        Number of stones that fell in a known direction.
+    never, without_outcome : int
+        Number of these stones like which no computed stone falls, and like which none has an outcome; the prediction
+        assumes a random direction.
+    mean_direction_deg, resultant : float
+        Mean direction of the observed falls, degrees (NaN if random directions are not rejected), and length of the
+        mean unit vector.
+    predicted_mean_direction_deg, predicted_resultant : float
+        Mean of the predicted directions of these stones, degrees, and its length.
+    octant_observed, octant_predicted : ndarray, shape (8,)
+        Observed and expected number of stones in each compass octant; see
+        `overturning.surveys.fall_directions.stone_count_by_octant`.
+    log_likelihood_ratio, likelihood_ratio_p : float
+        Sum over the stones of ln(predicted/uniform), above 0 if the prediction is better than random directions; and
+        share of surveys with random directions that have a sum at least as large.
+    background : float
+        Assumed share of stones that fall in a random direction.
+    """
+
+    fallen: int
+    never: int
+    without_outcome: int
+    mean_direction_deg: StoredFloat
+    resultant: StoredFloat
+    predicted_mean_direction_deg: StoredFloat
+    predicted_resultant: StoredFloat
+    octant_observed: StoredFloats
+    octant_predicted: StoredFloats
+    log_likelihood_ratio: StoredFloat
+    likelihood_ratio_p: StoredFloat
+    background: float
+
+
+def spread_fall_azimuths(fall_azimuth_deg: FloatArray) -> FloatArray:
+    """Return the share of falls in each sector of `SECTORS`, each fall spread evenly over ± `SPREAD_DEG`.
+
+    `fall_azimuth_deg`, shape (falls,), are azimuths towards which stones fall, degrees; at least one. The shape of the
+    result is (sectors,), and the sum is 1.
+    """
+    turns = np.array([-360.0, 0.0, 360.0])[:, None, None]
+    start = np.asarray(fall_azimuth_deg % 360.0)[:, None] - SPREAD_DEG + turns
+    below = np.clip((SECTORS.borders - start) / (2 * SPREAD_DEG), 0.0, 1.0).sum(axis=0)
+    return np.asarray(np.diff(below, axis=1).mean(axis=0))
+
+
+def compare_fall_directions(
+    stones: Sequence[Stone],
+    fall_azimuths_deg: Sequence[FloatArray | None],
+    *,
+    background: float = BACKGROUND,
+    seed: int = 1,
+) -> SpaceDirectionComparison | None:
+    """Compare the directions in which stones fell with those in which similar stones of a 3-D study fall.
+
+    Parameters
+    ----------
+    stones : sequence of Stone
+        Stones of the survey; those that stand, or fell in an unknown direction, are left out.
+    fall_azimuths_deg : sequence of ndarray or None
+        For each stone, the azimuths towards which the similar computed stones fall, degrees, shape (falls,); None if no
+        similar stone has an outcome.
+    background : float
+        Share of stones that fall in a random direction, 0 to below 1.
+    seed : int
+        Seed of the surveys with random directions (parametric bootstrap; see
+        `overturning.surveys.fall_directions.log_likelihood_ratio_and_p_value`).
+
+    Returns
+    -------
+    SpaceDirectionComparison or None
+        None if no stone fell in a known direction.
+    """
+    fallen, never, without_outcome = list[FallenStone](), 0, 0
+    for stone, computed in zip(stones, fall_azimuths_deg, strict=True):
+        if not stone.fell_in_known_direction:
+            continue
+        density = SECTORS.share
+        if computed is None:
+            without_outcome += stone.count
+        elif not computed.size:
+            never += stone.count
+        else:
+            density = (1 - background) * spread_fall_azimuths(computed) + background * SECTORS.share
+        fallen += stone.count * [(stone, density, SECTORS.octant_from_sector_probabilities(density))]
+    if not fallen:
+        return None
+    azimuth, step = zip(*((stone.azimuth_deg, stone.recorded_step_deg) for stone, *_ in fallen), strict=True)
+    mean, length, _ = clear_mean_direction(azimuth, step)
+    predicted_mean, predicted_length = mean_angle_and_resultant(
+        SECTORS.azimuth, np.sum([density for _, density, _ in fallen], axis=0)
+    )
+    ratio, p_value = log_likelihood_ratio_and_p_value(SECTORS, fallen, RANDOM_SURVEYS, seed)
+    return SpaceDirectionComparison(
+        fallen=len(fallen),
+        never=never,
+        without_outcome=without_outcome,
+        mean_direction_deg=mean,
+        resultant=length,
+        predicted_mean_direction_deg=predicted_mean,
+        predicted_resultant=predicted_length,
+        octant_observed=np.sum([stone_count_by_octant(stone) for stone, *_ in fallen], axis=0),
+        octant_predicted=np.sum([octants for *_, octants in fallen], axis=0),
+        log_likelihood_ratio=ratio,
+        likelihood_ratio_p=p_value,
+        background=background,
+    )

@@ -1,0 +1,59 @@
+"""Sectors of azimuth in which the fall directions of stones are predicted."""
+
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.arrays import FloatArray
+from overturning.model.planes import circle_share_of_planes
+from overturning.model.symmetry import FULL_TURN, nearest_computed_cells
+from overturning.statistics.circular import sector_index
+
+_PARTS_OF_SECTOR: Final = 64
+"""Number of equal parts of an azimuth sector, each of which is in one octant."""
+
+
+class FallSectors:
+    """Division of the circle into sectors of azimuth, each of which reaches half way to the neighbouring azimuths.
+
+    Parameters
+    ----------
+    azimuth : ndarray, shape (sectors,)
+        Azimuths of the sectors, degrees clockwise from north, ascending.
+
+    Attributes
+    ----------
+    azimuth : ndarray, shape (sectors,)
+        As given.
+    share : ndarray, shape (sectors,)
+        Share of the circle that each sector covers; the sum is 1.
+    borders : ndarray, shape (sectors + 1,)
+        Borders of the sectors, degrees, ascending; the last one is the first one + 360°.
+    """
+
+    def __init__(self, azimuth: FloatArray) -> None:
+        self.azimuth: FloatArray = azimuth
+        self.share: FloatArray = circle_share_of_planes(azimuth, FULL_TURN, divide_gaps=True)
+        start = (azimuth[0] + azimuth[-1] - 360) / 2
+        self.borders: FloatArray = start + 360 * np.concatenate([[0.0], np.cumsum(self.share)])
+
+    def nearest_azimuth_index(self, azimuth_deg: float) -> int:
+        """Return the index of the sector whose azimuth is nearest to `azimuth_deg`."""
+        return int(nearest_computed_cells(self.azimuth, [azimuth_deg], FULL_TURN).cell[0])
+
+    def octant_from_sector_probabilities(self, sector_probabilities: FloatArray) -> FloatArray:
+        """Convert probabilities of azimuth sectors to probabilities of the 8 compass octants.
+
+        The shape is (8,).
+        """
+        mass = np.repeat(sector_probabilities / _PARTS_OF_SECTOR, _PARTS_OF_SECTOR)
+        fine = np.bincount(self._octant_of_sector_parts, mass, 8)
+        return np.asarray(fine / fine.sum())
+
+    @cached_property
+    def _octant_of_sector_parts(self) -> NDArray[np.intp]:
+        """Octant of each of the equal parts of the azimuth sectors, shape (sectors × `_PARTS_OF_SECTOR`,)."""
+        within = (np.arange(_PARTS_OF_SECTOR) + 0.5) / _PARTS_OF_SECTOR
+        return sector_index(self.borders[:-1, None] + np.diff(self.borders)[:, None] * within, 8).ravel()

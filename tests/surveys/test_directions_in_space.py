@@ -1,0 +1,95 @@
+"""Observed fall directions next to those of 3-D cubes: closed forms, and a truth that the tests invent."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from overturning.surveys.directions_in_space import SECTORS, SpaceDirectionComparison, spread_fall_azimuths
+from overturning.surveys.displacements import compare_displacements
+from overturning.surveys.stones import OCTANTS, read_survey_table
+from tests.surveys.test_displacements import GRID, cube_of
+
+
+def directions(
+    folder: Path, rows: str, cube: xr.Dataset, background: float = 0.05, sites: dict[str, xr.Dataset] | None = None
+) -> SpaceDirectionComparison:
+    path = folder / "stones.csv"
+    path.write_text(f"site,outcome,face_azimuth_deg,height_m,b_over_h,count\n{rows}", encoding="utf-8")
+    found = compare_displacements(read_survey_table(path), cube, sites, background=background).directions
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize(
+    ("azimuth", "octants"),
+    [(0.0, {"N": 1.0}), (382.5, {"N": 0.5, "NE": 0.5}), (280.0, {"W": 1 - 10 / 45, "NW": 10 / 45})],
+)
+def test_a_computed_fall_covers_an_octant_about_its_azimuth(azimuth: float, octants: dict[str, float]) -> None:
+    shares = SECTORS.octant_from_sector_probabilities(spread_fall_azimuths(np.array([azimuth])))
+    assert shares.sum() == pytest.approx(1.0)
+    assert dict(zip(OCTANTS, shares, strict=True)) == pytest.approx(dict.fromkeys(OCTANTS, 0.0) | octants, abs=2e-3)
+
+
+def test_numbers_by_hand(tmp_path: Path) -> None:
+    """All stones of the study fall northwards: a fall to N is 8 (1 − b) + b times as probable as by chance."""
+    rows = "A,fell N,0,0.5,0.3,3\nA,fell S,0,0.5,0.3,1\nA,fell,0,0.5,0.3,2\nA,stands,0,0.5,0.3,5\n"
+    found = directions(tmp_path, rows, cube_of(overturned=1.0, fall_azimuth=0.0), background=0.2)
+    assert (found.fallen, found.never, found.without_outcome) == (4, 0, 0)
+    assert found.log_likelihood_ratio == pytest.approx(3 * np.log(8 * 0.8 + 0.2) + np.log(0.2))
+    # As large by chance: three or four of four stones in one octant of eight.
+    chance = (4 * 7 + 1) / 8**4
+    assert found.likelihood_ratio_p == pytest.approx(chance, abs=5 * (chance / 2000) ** 0.5)
+    assert found.octant_observed.tolist() == [3.0, 0, 0, 0, 1.0, 0, 0, 0]
+    assert found.octant_predicted == pytest.approx([4 * (0.8 + 0.2 / 8), *[4 * 0.2 / 8] * 7])
+    assert (found.resultant, found.predicted_mean_direction_deg) == pytest.approx((0.5, 0.0), abs=1e-9)
+
+
+def test_each_stone_is_compared_with_falls_of_its_own_face_and_site(tmp_path: Path) -> None:
+    """The study's stones fall towards their first face; a square that faces 90° is one that faces 0°."""
+    orientation = np.asarray(GRID["orientation"])[:, None, None, None]
+    cube = cube_of(overturned=1.0, fall_azimuth=orientation)
+    assert directions(tmp_path, "A,fell 45,45,0.5,0.3,1\n", cube).predicted_mean_direction_deg == pytest.approx(45.0)
+    assert directions(tmp_path, "A,fell 45,90,0.5,0.3,1\n", cube).predicted_mean_direction_deg % 360 == pytest.approx(
+        0.0
+    )
+    other = {"B": cube_of(overturned=1.0, fall_azimuth=270.0)}
+    found = directions(tmp_path, "B,fell W,45,0.5,0.3,1\n", cube, sites=other)
+    assert found.predicted_mean_direction_deg == pytest.approx(270.0)
+
+
+def test_stones_like_which_none_falls_or_has_an_outcome_are_predicted_to_fall_at_random(tmp_path: Path) -> None:
+    flags = np.array([0.0, np.nan, 1.0])[:, None]
+    rows = "A,fell N,0,0.5,0.3,2\nA,fell E,0,0.5,0.4,3\nA,fell S,0,0.5,0.5,1\n"
+    found = directions(tmp_path, rows, cube_of(overturned=flags, fall_azimuth=180.0))
+    assert (found.fallen, found.never, found.without_outcome) == (6, 2, 3)
+    assert found.log_likelihood_ratio == pytest.approx(np.log(8 * 0.95 + 0.05)), "of the last stone alone"
+
+
+def test_a_survey_of_stones_that_stand_has_no_directions(tmp_path: Path) -> None:
+    path = tmp_path / "stones.csv"
+    path.write_text("outcome\nstands\nfell direction unknown\n", encoding="utf-8")
+    assert compare_displacements(read_survey_table(path), cube_of(overturned=1.0)).directions is None
+
+
+def test_directions_drawn_from_the_study_fit_and_opposite_ones_do_not(tmp_path: Path) -> None:
+    """Invariant: survey and cube turned together have the same likelihood."""
+    generator = np.random.default_rng(11)
+    shape = tuple(len(one) for one in GRID.values())
+    azimuth = (60.0 + generator.normal(0.0, 30.0, shape)) % 360.0
+    cube = cube_of(overturned=1.0, fall_azimuth=azimuth)
+    falls = [azimuth[tuple(int(generator.integers(size)) for size in shape)] for _ in range(25)]
+
+    def of(turn: float, together: float = 0.0) -> SpaceDirectionComparison:
+        rows = "".join(f"A,fell {(one + turn + together) % 360:.1f},,,,1\n" for one in falls)
+        return directions(tmp_path, rows, cube.assign(fall_azimuth=(cube["fall_azimuth"] + together) % 360.0))
+
+    right, wrong, turned = of(0.0), of(180.0), of(0.0, together=45.0)
+    assert right.log_likelihood_ratio > 10
+    assert right.likelihood_ratio_p < 0.001
+    assert wrong.log_likelihood_ratio < -10
+    assert wrong.likelihood_ratio_p > 0.9
+    assert turned.log_likelihood_ratio == pytest.approx(right.log_likelihood_ratio, abs=1e-9)
+    assert right.mean_direction_deg == pytest.approx(60.0, abs=15.0)
+    assert right.predicted_mean_direction_deg == pytest.approx(60.0, abs=5.0)

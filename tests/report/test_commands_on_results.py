@@ -107,7 +107,7 @@ def test_survey_of_a_3_d_study(tmp_path: Path, capsys: pytest.CaptureFixture[str
             for at in range(2)
         ]
         assert all(bool(up.all()) for up in stands), "otherwise the sum above needs weights"
-    content = {"name": "tiny", "records": {"use": ["one"]}, "b_over_h": [0.4, 0.5], **body}
+    content = {"name": "tiny", "asks": "survey", "records": {"use": ["one"]}, "b_over_h": [0.4, 0.5], **body}
     survey = {"stones": str(stones), "backwards": False}
     study = study_from_content(content | {"verification": "none", "surveys": [survey]}, "tiny.yaml")
     found = findings(folder, study)
@@ -122,6 +122,11 @@ def test_survey_of_a_3_d_study(tmp_path: Path, capsys: pytest.CaptureFixture[str
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert "Observed and computed falls, twist and slip" in page
     assert "of the standing: shifted by 1" in page
+    # The stone like the one that fell to the north stands in this study.
+    directions = survey_found.together.directions
+    assert directions is not None
+    assert (directions.octant_falls, directions.never, directions.log_likelihood_ratio) == (1, 1, 0.0)
+    assert "<h1>No stone like the fallen ones falls in the study</h1>" in page
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ _PARTS_OF_SECTOR: Final = 64
 
 
 class FallSectors:
-    """Division of the circle into sectors of azimuth, each of which reaches half way to the neighbouring azimuths.
+    """Division of the circle into sectors of azimuth; a sector reaches half way to the neighbouring azimuths.
 
     Parameters
     ----------

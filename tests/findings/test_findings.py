@@ -33,6 +33,7 @@ from overturning.findings.processing import DRIFT, TRUSTED
 from overturning.findings.results import StudyResults, open_study_results
 from overturning.findings.study import record_facts
 from overturning.findings.values import Estimate
+from overturning.model.variables import INT8_MISSING
 from overturning.motion.soil import RockHalfSpace, SoilLayer
 from overturning.records.site import SoilSite
 from overturning.report.drawings import STUDY_FIGURES, draw_study_figure
@@ -308,8 +309,13 @@ def test_blocks_that_fall_in_every_direction_or_in_none_have_no_axis(folder: Pat
         changed = cube.drop_vars([one for one in ("probability_towards", "probability_away") if one in cube])
         values = {name: getattr(results, name) for name in results.__dataclass_fields__}
         direction = fall_direction_findings(StudyResults(**values | {"cube": changed.assign(overturned=towards)}))
+        half = changed.assign(overturned=towards.where((cube["azimuth"] % 180) < 90, INT8_MISSING))
+        found = StudyResults(**values | {"cube": half})
+        missing, extent = fall_direction_findings(found), study_extent(found)
     assert direction.no_axis_because == "every direction or none"
     assert not direction.has_comparable_axis
+    assert missing.no_axis_because == "unknown outcomes"  # the axis would be that of the planes with outcomes, 45°
+    assert extent.records_with_imposed_axis == cube["record_id"].to_numpy().tolist()
 
 
 def test_records_that_no_block_falls_under_have_no_direction(folder: Path) -> None:

@@ -108,7 +108,7 @@ DIRECTION: dict[str, Any] = {
         "records": 28, "earthquakes": 14, "earthquakes_in_several_groups": 6,
         "heights": 4, "slendernesses": 11, "frictions": 6, "blocks": 264,
         "direction_step_deg": 5.0, "first_direction_deg": 0.0, "last_direction_deg": 355.0,
-        "azimuth_gaps": [(90.0, 120.0)], "mirrored": True, "elements": 1,
+        "azimuth_gaps": [(90.0, 120.0)], "records_with_imposed_axis": [], "mirrored": True, "elements": 1,
         "element": "stone", "square": False, "records_with_vertical": 0, "vertical_left_out": 0,
         "pulse_not_stated": [], "notes_on_earthquakes": [], "other_amplitudes": 0,
     },
@@ -387,6 +387,7 @@ STUDIES: dict[str, dict[str, Any]] = {
                            "alignment": None}]},
     ),
     "everything falls": no_axis("falls in every plane", cases={"share_overturned": 1.0}),
+    "unknown outcomes": no_axis("unknown outcomes", extent={"records_with_imposed_axis": ["vale", "ford"]}),
     "no fault normal": no_axis("no fault normal", extent={"records": 3}),
 }  # fmt: skip
 

@@ -414,6 +414,15 @@ CURVE = ("population", "fragility_curves", 0)
             {"en": "in steps of 20° from 60° to 100°;", "ja": "60° から 100° まで 20° 刻み"},
         ),
         (
+            "unknown outcomes",
+            {},
+            {"en": "no fault normal is known", "ja": "断層直交方向は不明"},
+            {
+                "en": "Under vale, ford the unknown outcomes lie on one side",
+                "ja": "vale、ford では結果の得られなかったケースの方位が偏って",
+            },
+        ),
+        (
             "no fault normal",
             {("extent",): {"direction_step_deg": None, "first_direction_deg": 32.0}, ("study",): {"directions": 1}},
             {"en": "1 azimuth", "ja": "1 通りの方位"},

@@ -11,6 +11,7 @@ from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import (
     fall_axes_by_earthquake,
     first_minus_second_alignment,
+    mean_fall_directions_by_record,
     summarise_fall_axes,
 )
 from overturning.statistics.falls import BLOCK_RULES, EVERY_BLOCK, MARGINAL
@@ -269,3 +270,33 @@ def test_pulse_against_control(axes) -> None:
     )
     few = axes([0, 5, 10, 15, 20, 25, 30])
     assert np.isnan([first_minus_second_alignment(few, few).low, summarise_fall_axes(few).alignment.low]).all()
+
+
+@pytest.mark.parametrize(
+    ("unknown_planes", "half_width", "imposed"),
+    [
+        (range(0, 90, 5), 90, True),  # falls in all other planes: their mean axis, 132.5°, is that of these planes
+        (range(0, 45, 5), 30, True),  # as many unknown as fallen
+        (range(0, 180, 10), 30, False),  # spread over the half circle: they impose nothing
+        ([0, 5], 30, False),  # few against the twelve falls
+        ([], 30, False),
+    ],
+)
+def test_unknown_outcomes_on_one_side_of_the_circle_impose_the_axis(
+    make_cube, sector, unknown_planes, half_width: float, imposed: bool
+) -> None:
+    """Planes of 5°; under the first record the outcomes of both blocks are unknown in some planes."""
+    whole = make_cube(
+        [sector(120, half_width), sector(120, 30)],
+        azimuth=range(0, 360, 5), b_over_h=(0.1, 0.2), events="AB", fault_normal=[120.0, 120.0],
+    )  # fmt: skip
+    unknown = whole["azimuth"].isin([*unknown_planes, *(one + 180 for one in unknown_planes)]) & (whole["record"] == 0)
+    cube = whole.assign(overturned=whole["overturned"].where(~unknown))
+    means = mean_fall_directions_by_record(cube)
+    assert means["is_imposed"].values.tolist() == [imposed, False]
+    assert np.isnan(means["mean_axis"].values).tolist() == [imposed, False]
+    assert means["mean_axis"].values[1] == pytest.approx(120.0)
+    axes = fall_axes_by_earthquake(cube)
+    assert np.isnan(axes["cosine"].values).tolist() == [imposed, False]
+    rules = fault_normal_alignment_by_block_selection(cube, [EVERY_BLOCK])["all records"]
+    assert rules[0].records == 2 - imposed

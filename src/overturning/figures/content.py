@@ -7,7 +7,7 @@ import xarray as xr
 
 from overturning.errors import ArgumentError
 from overturning.model.planes import cube_planes_impose_axis
-from overturning.statistics.earthquakes import FallAlignmentWithReferences
+from overturning.statistics.earthquakes import FallAlignmentWithReferences, mean_fall_directions_by_record
 from overturning.statistics.falls import overturning_indicator
 from overturning.statistics.logistic import LEAST_PGA
 from overturning.units import GAL
@@ -43,6 +43,11 @@ def check_has_falls_and_fault_normal(cube: xr.Dataset, fall_axes_by_group: dict[
         raise ArgumentError(
             "axes: nothing to draw: the planes are one, or a sector of the circle, so their axis is that of the falls; "
             "give azimuths of a range of 180°, or draw the figure rose"
+        )
+    if bool(mean_fall_directions_by_record(cube)["is_imposed"].any()):
+        raise ArgumentError(
+            "axes: nothing to draw: the unknown outcomes lie on one side of the circle, so the axis of the falls is "
+            "that of the other azimuths; `status` in the cube gives the cause of each"
         )
     why = "no record with a known fault strike has falls"
     raise ArgumentError(f"axes: nothing to draw: {why}; use more records, or draw the figure rose")

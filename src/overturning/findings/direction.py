@@ -87,8 +87,8 @@ class FallDirection(Finding):
     has_comparable_axis: bool
     """False if the falls have no axis that can be compared with a fault."""
     no_axis_because: str
-    """Reason why not: "no outcome", "no falls", "one plane", "uneven planes", "falls in every plane", "every
-    direction or none" or "no fault normal"; empty if they have one."""
+    """Reason why not: "no outcome", "no falls", "one plane", "uneven planes", "falls in every plane", "unknown
+    outcomes", "every direction or none" or "no fault normal"; empty if they have one."""
     groups: list[GroupFallDirection]
     """Direction of the falls of each group of records."""
     alignment_difference: Estimate | None
@@ -187,9 +187,12 @@ def _reason_for_no_fall_axis(results: StudyResults) -> str:
         return "uneven planes" if np.unique(_planes_deg(results)).size > 1 else "one plane"
     if results.every_case_overturns:
         return "falls in every plane"
+    imposed = bool(results.records_with_imposed_axis)
     if not results.falls_have_axis:
-        return "every direction or none"
-    return "" if results.has_known_fault_normal else "no fault normal"
+        return "unknown outcomes" if imposed else "every direction or none"
+    if results.has_known_fault_normal:
+        return ""
+    return "unknown outcomes" if imposed and results.fault_normal_is_stated else "no fault normal"
 
 
 def _planes_deg(results: StudyResults) -> FloatArray:

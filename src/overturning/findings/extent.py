@@ -37,6 +37,8 @@ class StudyCounts(Finding):
     """Largest azimuth of the motion, or orientation of the body, degrees clockwise from north."""
     azimuth_gaps: list[tuple[float, float]]
     """Ranges of azimuths, degrees, in which no plane was computed."""
+    records_with_imposed_axis: list[str]
+    """Records whose outcomes are known at azimuths spread so unevenly that they impose the axis of the falls."""
     mirrored: bool
     """True if a fall in one plane to one side is the mirror image of a fall to the other side."""
     elements: int
@@ -117,6 +119,7 @@ def study_extent(results: StudyResults) -> StudyCounts:
         first_direction_deg=directions.min(),
         last_direction_deg=directions.max(),
         azimuth_gaps=unsimulated_azimuth_ranges(cube),
+        records_with_imposed_axis=results.records_with_imposed_axis,
         mirrored=mirrored,
         elements=len(variant_scene(study).free_element_names),
         element=element_name_of_cube(cube),

@@ -176,7 +176,8 @@ class StudyResults:
     def mean_fall_directions_by_record(self) -> xr.Dataset:
         """Mean direction and mean axis of the falls under each record, with their resultant lengths.
 
-        Only informative blocks count. All are missing if the planes of the study impose the axis.
+        Only informative blocks count. All are missing if the planes of the study impose the axis, or the unknown
+        outcomes of the record (``is_imposed``).
         """
         return earthquakes.mean_fall_directions_by_record(self.cube)
 
@@ -249,6 +250,11 @@ class StudyResults:
         return any(summary.alignment.n > 0 for summary in self.fall_axis_summaries.values())
 
     @property
+    def fault_normal_is_stated(self) -> bool:
+        """True if the study knows the fault normal of at least one record, with or without falls."""
+        return bool(np.isfinite(self.cube["fault_normal"].to_numpy().astype(np.float64)).any())
+
+    @property
     def every_case_overturns(self) -> bool:
         """True if every case of a 2-D model with known outcome overturns, so that falls show no axis."""
         return self.model.one_component and self.share_overturned >= 1
@@ -260,6 +266,12 @@ class StudyResults:
         The falls have none if each block falls in every direction or in none.
         """
         return bool((self.mean_fall_directions_by_record["axis_resultant"].to_numpy() >= LEAST_RESULTANT).any())
+
+    @property
+    def records_with_imposed_axis(self) -> list[str]:
+        """Names of the records under which the azimuths of the known outcomes impose the axis of the falls."""
+        imposed = self.mean_fall_directions_by_record["is_imposed"].to_numpy()
+        return [name.id for name, one in zip(self.record_names, imposed, strict=True) if one]
 
     @property
     def has_fall_axis_and_fault_normal(self) -> bool:

@@ -30,7 +30,12 @@ from overturning.statistics.bootstrap import (
 )
 from overturning.statistics.by_record import apply_to_record_batches, record_masks_by_group
 from overturning.statistics.circular import LEAST_RESULTANT, NO_DIRECTION, common_axis_test, wrap_axis_difference
-from overturning.statistics.falls import mean_cosine_and_sine_to_reference, mean_fall_directions, sum_fall_vectors
+from overturning.statistics.falls import (
+    mean_cosine_and_sine_to_reference,
+    mean_directions_of_sums,
+    sum_fall_vectors,
+    unknown_outcomes_impose_axis,
+)
 from overturning.units import EARTH_RADIUS_KM
 
 BOUNDS_OF_COSINE_DIFFERENCE = (-2.0, 2.0)
@@ -53,12 +58,16 @@ def fall_vector_sums_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
 def mean_fall_directions_by_record(cube: xr.Dataset) -> xr.Dataset:
     """Compute mean direction and mean axis of the falls under each record, over the blocks that show a direction.
 
-    The variables are those of `mean_fall_directions`. All are missing if the planes of the cube impose the axis
-    (`planes_impose_axis`). The cube is read in batches of records.
+    The variables are those of `mean_fall_directions`, and ``is_imposed``: True for a record whose unknown outcomes
+    impose the axis (`unknown_outcomes_impose_axis`). All others are missing there, and if the planes of the cube
+    impose the axis (`planes_impose_axis`). The cube is read in batches of records.
     """
     model = model_of_cube(cube)
-    means = partial(mean_fall_directions, summed_dims=model.case_dims, informative_only=True)
-    return apply_to_record_batches(means, cube, model.reads).where(not cube_planes_impose_axis(cube))
+    of_batch = partial(sum_fall_vectors, summed_dims=model.case_dims, informative_only=True)
+    sums = apply_to_record_batches(of_batch, cube, model.reads)
+    imposed = unknown_outcomes_impose_axis(sums)
+    means = mean_directions_of_sums(sums).where(~imposed & (not cube_planes_impose_axis(cube)))
+    return means.assign(is_imposed=imposed)
 
 
 def fall_axes_by_earthquake(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
@@ -84,12 +93,15 @@ def fall_axes_by_earthquake(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
         this vector; ``largest``, the mean over records of the resultant of the falls of each record, an upper bound of
         the mean of cos 2Δ; ``axis``, the axis of the vector (degrees in (−90, 90], 0 is the fault normal);
         ``falls``, True if any block falls; and ``records``, the number of records. The first four are missing if no
-        block falls, no fault normal is known, or the planes of the cube impose the axis (`planes_impose_axis`); the
-        axis also if the resultant is below `LEAST_RESULTANT`.
+        block falls, no fault normal is known, or the planes of the cube impose the axis (`planes_impose_axis`). Records
+        whose unknown outcomes impose the axis do not count (`unknown_outcomes_impose_axis`). The axis is also missing
+        if the resultant is below `LEAST_RESULTANT`.
     """
     sums = fall_vector_sums_by_record(cube, *kept_dims)
     vectors, events = (
-        mean_cosine_and_sine_to_reference(sums, cube["fault_normal"]).where(not cube_planes_impose_axis(cube)),
+        mean_cosine_and_sine_to_reference(sums, cube["fault_normal"]).where(
+            ~unknown_outcomes_impose_axis(sums) & (not cube_planes_impose_axis(cube))
+        ),
         np.atleast_1d(cube["event"].values).astype(str),
     )
     cosine, sine = (means_by_earthquake(vectors[name].values, events) for name in ("cosine", "sine"))

@@ -16,6 +16,7 @@ import xarray as xr
 from overturning.model.falls import model_of_cube
 from overturning.model.planes import (
     FALLS,
+    LARGEST_RESULTANT_OF_PLANES,
     azimuth_period_of_cube_deg,
     circle_share_of_planes,
     fall_probability_to_either_side,
@@ -23,6 +24,12 @@ from overturning.model.planes import (
 from overturning.model.symmetry import PLANE_PERIOD, nearest_computed_planes
 from overturning.model.variables import PLANE_ENSEMBLE_VARIABLES, VARIABLES, outcome_is_known
 from overturning.statistics.circular import NO_DIRECTION
+
+LARGEST_UNKNOWN_SHARE: Final = 0.5
+"""Largest length of the sum of doubled axes of unknown outcomes, as a share of that of the falls, that is ignored.
+
+It turns the mean axis by at most 15°: half of arcsin 0.5.
+"""
 
 SAME_WEIGHT: Final = 1e-9
 """Largest difference between weights of planes that are equal but for rounding."""
@@ -247,6 +254,49 @@ def shares_of_directions_with_fall(cube: xr.Dataset, *, summed_dims: Sequence[st
     return xr.DataArray(share, falls.drop_dims(dims).coords)
 
 
+def weighted_fall_vectors_by_cell(cube: xr.Dataset) -> xr.Dataset:
+    """Return, for each case, its weight times the fall and the cosine and sine of the (doubled) fall azimuth.
+
+    In 2-D ``known`` is the weight of a case with a known outcome; ``unknown_cosine`` and ``unknown_sine`` are the
+    weight of a case with an unknown outcome times the cosine and sine of twice its azimuth. A 3-D model moves along
+    both components of the record in each orientation, so that missing orientations impose no axis; it lacks the three.
+    """
+    falls = model_of_cube(cube).fall_probability_and_direction_by_cell(cube)
+    weight = falls["weight"].variable
+    weighted = {str(name): values.variable * weight for name, values in falls.data_vars.items() if name != "weight"}
+    if "azimuth" in falls["falls"].dims:
+        doubled = np.radians(2.0 * falls["azimuth"].variable.to_base_variable().astype(np.float64))
+        known = falls["falls"].variable.notnull()
+        unknown = weight * ~known
+        weighted |= {
+            "known": weight * known,
+            "unknown_cosine": unknown * np.cos(doubled),
+            "unknown_sine": unknown * np.sin(doubled),
+        }
+    return xr.Dataset(weighted, falls.coords)
+
+
+def unknown_outcomes_impose_axis(fall_sums: xr.Dataset) -> xr.DataArray:
+    """Return True where the mean axis of falls may be that of the azimuths at which the outcomes are known.
+
+    The vector that the unknown outcomes would add if all of them were falls has to be longer than
+    `LARGEST_RESULTANT_OF_PLANES` times the number of known outcomes: falls in all known cases alike would show an axis,
+    as those of `planes_impose_axis`. It also has to be longer than `LARGEST_UNKNOWN_SHARE` of the sum of the falls.
+    So a few unknown outcomes change nothing, and neither do unknown outcomes at evenly spread azimuths.
+
+    Parameters
+    ----------
+    fall_sums : Dataset
+        Result of `sum_fall_vectors`, or further sums of it. False everywhere for a 3-D model.
+    """
+    length = xr.apply_ufunc(np.hypot, fall_sums["axis_cosine"], fall_sums["axis_sine"], dask="allowed")
+    if "known" not in fall_sums:
+        return xr.zeros_like(length, dtype=bool)
+    added = xr.apply_ufunc(np.hypot, fall_sums["unknown_cosine"], fall_sums["unknown_sine"], dask="allowed")
+    uneven = added > LARGEST_RESULTANT_OF_PLANES * fall_sums["known"] + SAME_WEIGHT
+    return uneven & (added > LARGEST_UNKNOWN_SHARE * length) & (fall_sums["falls"] > 0)
+
+
 def sum_fall_vectors(
     cube: xr.Dataset, *, summed_dims: Sequence[str] = (), informative_only: bool = False
 ) -> xr.Dataset:
@@ -255,18 +305,17 @@ def sum_fall_vectors(
     The sums are also over ``summed_dims``.
 
     The sums can be added further before an angle is computed. With ``informative_only`` they cover the
-    `informative_block_mask` only; ``all_falls`` always counts the falls of all blocks.
+    `informative_block_mask` only; ``all_falls`` always counts the falls of all blocks. For sums over cases with unknown
+    outcomes see `weighted_fall_vectors_by_cell`.
     """
-    model = model_of_cube(cube)
-    falls, dims = model.fall_probability_and_direction_by_cell(cube), (model.direction, *summed_dims)
-    weight = falls["weight"].variable
-    weighted = {str(name): values.variable * weight for name, values in falls.data_vars.items() if name != "weight"}
-    all_falls = weighted["falls"].sum(dims)
+    weighted, dims = weighted_fall_vectors_by_cell(cube), (model_of_cube(cube).direction, *summed_dims)
+    vectors = {str(name): values.variable for name, values in weighted.data_vars.items()}
+    all_falls = vectors["falls"].sum(dims)
     if informative_only:
         mask = informative_block_mask(cube).variable
-        weighted = {name: values.where(mask) for name, values in weighted.items()}
-    sums = {name: values.sum(dims) for name, values in weighted.items()}
-    return xr.Dataset({**sums, "all_falls": all_falls}, falls.drop_dims(dims).coords)
+        vectors = {name: values.where(mask) for name, values in vectors.items()}
+    sums = {name: values.sum(dims) for name, values in vectors.items()}
+    return xr.Dataset({**sums, "all_falls": all_falls}, weighted.drop_dims(dims).coords)
 
 
 def mean_fall_directions(
@@ -284,7 +333,11 @@ def mean_fall_directions(
         missing without falls, or if all planes overturn equally), ``direction_resultant`` and ``axis_resultant`` (mean
         resultant lengths, 0 to 1, the latter of doubled angles; missing without falls).
     """
-    sums = sum_fall_vectors(cube, summed_dims=summed_dims, informative_only=informative_only)
+    return mean_directions_of_sums(sum_fall_vectors(cube, summed_dims=summed_dims, informative_only=informative_only))
+
+
+def mean_directions_of_sums(sums: xr.Dataset) -> xr.Dataset:
+    """Compute the variables of `mean_fall_directions` from sums of `sum_fall_vectors`."""
     means = dict[str, xr.Variable]()
     falls = sums["falls"].variable
     total = falls.where(falls > 0)

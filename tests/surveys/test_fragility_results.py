@@ -29,6 +29,8 @@ def fitted_to(monkeypatch: pytest.MonkeyPatch) -> tuple[xr.Dataset, xr.Dataset]:
         {
             "free_fall_rate": (("record", "amplitude"), [[0.2], [math.nan]]),
             "class_rate": (("record", "amplitude", "stones"), np.full((2, 1, 1), 0.3)),
+            "unknown": (("record", "amplitude"), [[0.0], [1.0]]),
+            "class_unknown": (("record", "amplitude", "stones"), np.zeros((2, 1, 1))),
             "members": ("stones", [64]),
         },
         {"stones": ["B/H up to 0.4"], "event": ("record", ["a 1995", "b 1999"]), "amplitude": [1.0]},

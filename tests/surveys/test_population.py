@@ -235,6 +235,8 @@ def test_curves_over_spectral_acceleration_and_their_spreads() -> None:
         {
             "free_fall_rate": (("record", "amplitude"), rate),
             "class_rate": (("record", "amplitude", "stones"), rate[..., None]),
+            "unknown": (("record", "amplitude"), np.zeros_like(rate)),
+            "class_unknown": (("record", "amplitude", "stones"), np.zeros_like(rate[..., None])),
         },
         {
             "event": ("record", [f"E{i}" for i in range(30)]),
@@ -259,3 +261,9 @@ def test_curves_over_spectral_acceleration_and_their_spreads() -> None:
     other = curves["PGA", "all stones"]
     assert other.record_and_stone_spread[0] > 0.4
     assert np.hypot(*other.record_and_stone_spread) == pytest.approx(other.spread)
+    # With the outcomes of five stones per record, shares differ by chance, not from record to record.
+    fell = generator.binomial(5, rate) / 5
+    few = found.assign(free_fall_rate=found["free_fall_rate"].copy(data=fell), unknown=found["unknown"] + 195 / 200)
+    few = few.assign(class_rate=few["class_rate"].copy(data=fell[..., None]), class_unknown=few["class_unknown"] + 0.95)
+    for one in fit_population_fragility_curves(few, intensity):
+        assert one.measure != "SA(0.5)" or one.of_records < 0.1

@@ -191,7 +191,7 @@ def variance_share_between_records(
     intensity: FloatArray,
     fall_share: FloatArray,
     record: NDArray[np.generic],
-    stone_count: int,
+    stone_count: ArrayLike,
 ) -> float:
     """Estimate the share of a fragility curve's variance (spread²) that is due to differences between records.
 
@@ -208,8 +208,8 @@ def variance_share_between_records(
         Median and spread from `fit_lognormal_median_and_spread`.
     intensity, fall_share, record : ndarray, shape (n,)
         Intensities, share of stones that fell, and the record of each share.
-    stone_count : int
-        Number of stones of each share.
+    stone_count : array_like, shape (n,) or ()
+        Number of stones of each share: those with a known outcome.
 
     Returns
     -------
@@ -219,14 +219,16 @@ def variance_share_between_records(
     if not math.isfinite(median_and_spread[0]):
         return math.nan
     z = np.log(intensity / median_and_spread[0]) / median_and_spread[1]
-    records = [(z[own, None], fall_share[own, None]) for own in (record == one for one in np.unique(record))]
+    count = np.broadcast_to(np.asarray(stone_count, dtype=np.float64), z.shape)
+    by_record = (record == one for one in np.unique(record))
+    records = [(z[own, None], fall_share[own, None], count[own, None]) for own in by_record]
     density = -0.5 * NODES**2
 
     def negative_log_likelihood(record_variance_share: float) -> float:
         log_likelihoods = []
-        for level, fell in records:
+        for level, fell, stones in records:
             at = (level + math.sqrt(record_variance_share) * NODES) / math.sqrt(1 - record_variance_share)
-            each = stone_count * (fell * scipy.special.log_ndtr(at) + (1 - fell) * scipy.special.log_ndtr(-at))
+            each = stones * (fell * scipy.special.log_ndtr(at) + (1 - fell) * scipy.special.log_ndtr(-at))
             log_likelihoods.append(each.sum(axis=0) + density)
         return -float(scipy.special.logsumexp(log_likelihoods, axis=1).sum())
 
@@ -244,20 +246,22 @@ def fit_fragility_curve(
     event: NDArray[np.str_],
     *,
     record: NDArray[np.generic] | None = None,
-    stone_count: int = 0,
+    stone_count: ArrayLike = 0,
 ) -> FittedFragilityCurve:
     """Fit the fragility curve of a class of stones, with a bootstrap interval of its median.
 
     `intensity`, `fall_share`, `event` and `record` have one entry for each motion, shape (n,).
 
-    With ``record`` and ``stone_count``, the number of stones of each share, the spread between records is separated.
+    With ``record`` and ``stone_count``, the number of stones with a known outcome of each share, the spread between
+    records is separated.
     """
     known = np.isfinite(fall_share) & (intensity > 0)
     intensity, fall_share, event = intensity[known], fall_share[known], event[known]
     median, spread = fit_lognormal_median_and_spread(intensity, fall_share)
     between = math.nan
     if record is not None:
-        between = variance_share_between_records((median, spread), intensity, fall_share, record[known], stone_count)
+        stones = np.broadcast_to(stone_count, known.shape)[known]
+        between = variance_share_between_records((median, spread), intensity, fall_share, record[known], stones)
     names, member = np.unique(event, return_inverse=True)
 
     def medians_of_samples(drawn_earthquakes: NDArray[np.intp]) -> FloatArray:

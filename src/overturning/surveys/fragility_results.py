@@ -29,7 +29,7 @@ class StoredFragilityCurves(BaseModel):
 def _digest_of_fit_input(fall_rates: xr.Dataset, intensity_table: xr.Dataset) -> str:
     """Return a hash of the data to which fragility curves are fitted, and of the program's source files."""
     digest = hashlib.sha256(package_source_hash("statistics", "surveys").encode())
-    for name in ("free_fall_rate", "class_rate", "members", "stones", "event", "amplitude"):
+    for name in ("free_fall_rate", "class_rate", "unknown", "class_unknown", "members", "stones", "event", "amplitude"):
         digest.update(f"{name} {fall_rates[name].to_numpy().tolist()}\n".encode())
     for name in ("pga_rotd", "pgv_rotd", "psa_rotd"):
         digest.update(f"{name} {intensity_table[name].to_numpy().tolist()}\n".encode())

@@ -36,6 +36,7 @@ _RATES: Final = {
     "fall_axis": ((), "axis of the falls, degrees"),
     "fall_resultant": ((), "mean resultant length of that axis"),
     "class_rate": (("stones",), "share of the stones of a class that are not fixed to their base and fell"),
+    "class_unknown": (("stones",), "share of the stones of a class without an answer"),
 }
 """Variables of `population_rates_by_record`: dimensions in addition to record and amplitude, and long name."""
 
@@ -207,23 +208,21 @@ def population_rates_by_record(cube: xr.Dataset, population: StonePopulation) ->
     Returns
     -------
     Dataset
-        Results of `outcome_rates_by_amplitude` over ``record`` and ``amplitude``, and ``class_rate(…, stones)`` for
-        `SampledStones.stone_class_masks`. The attribute ``outside`` is the share of stones outside the grid, which take
-        its nearest value; ``members`` are
-        numbers of stones.
+        Results of `outcome_rates_by_amplitude` over ``record`` and ``amplitude``, and ``class_rate(…, stones)`` and
+        ``class_unknown(…, stones)`` for `SampledStones.stone_class_masks`. The attribute ``outside`` is the share of
+        stones outside the grid, which take its nearest value; ``members`` are numbers of stones.
     """
     stones = sample_stones(population)
     classes, reads = stones.stone_class_masks(), model_of_cube(cube).reads_outcomes
     found: dict[str, list[FloatArray]] = {name: [] for name in _RATES}
     for record in range(cube.sizes["record"]):
         outcomes = outcomes_of_stones(load_records_of_cube(cube, record, reads), stones)
-        of_class = [
-            outcome_rates_by_amplitude(outcomes.select_stones(own), population)["free_fall_rate"]
-            for own in classes.values()
-        ]
-        for name, values in (
-            outcome_rates_by_amplitude(outcomes, population) | {"class_rate": np.stack(of_class, axis=1)}
-        ).items():
+        of_class = [outcome_rates_by_amplitude(outcomes.select_stones(own), population) for own in classes.values()]
+        by_class = {
+            name: np.stack([one[of] for one in of_class], axis=1)
+            for name, of in (("class_rate", "free_fall_rate"), ("class_unknown", "unknown"))
+        }
+        for name, values in (outcome_rates_by_amplitude(outcomes, population) | by_class).items():
             found[name].append(values)
     data = {
         name: (("record", "amplitude", *dims), np.stack(found[name]), {"long_name": text})
@@ -306,9 +305,12 @@ def fit_population_fragility_curves(fall_rates: xr.Dataset, intensity_table: xr.
     `fall_rates` is a result of `population_rates_by_record`. Measures are `MEASURES` and SA(T). Curves are of the
     stones that are not fixed to their base, since a lognormal curve ends at 1.
     """
-    shares = {"all stones": (fall_rates["free_fall_rate"].to_numpy(), int(fall_rates.attrs["members"]))}
+    known = int(fall_rates.attrs["members"]) * (1.0 - fall_rates["unknown"].to_numpy())
+    shares = {"all stones": (fall_rates["free_fall_rate"].to_numpy(), np.rint(known))}
     for name, members in zip(fall_rates["stones"].to_numpy(), fall_rates["members"].to_numpy(), strict=True):
-        shares[str(name)] = fall_rates["class_rate"].sel(stones=name).to_numpy(), int(members)
+        own = fall_rates.sel(stones=name)
+        known = int(members) * (1.0 - own["class_unknown"].to_numpy())
+        shares[str(name)] = own["class_rate"].to_numpy(), np.rint(known)
     events, record = (
         np.repeat(one, fall_rates.sizes["amplitude"])
         for one in (fall_rates["event"].to_numpy().astype(str), np.arange(fall_rates.sizes["record"]))
@@ -322,7 +324,7 @@ def fit_population_fragility_curves(fall_rates: xr.Dataset, intensity_table: xr.
             share.ravel(),
             events,
             record=record,
-            stone_count=stones,
+            stone_count=stones.ravel(),
         )
         for measure, level in intensities_by_measure(fall_rates, intensity_table).items()
         for name, (share, stones) in shares.items()

@@ -63,6 +63,7 @@ def _register_cube_figure(kind: str, draw_figure: DrawFunction) -> DrawFunction:
 def fall_map(cube: "xr.Dataset", record: str | Sequence[str] | None = None, title: str | None = None) -> "Figure":
     """Draw the falls of one block under one record, by azimuth and B/H (2-D) or orientation and B/H (3-D).
 
+    The sectors of a single plane (one azimuth, or two opposite ones), which has no step of azimuths, are 5° wide.
     The block is the one that the study shows first. If the cube holds only a part of the heights or frictions, or comes
     from `overturning.simulate`, all its blocks are shown. Several records, as a list, are drawn on one radial scale
     (2-D only).

@@ -361,7 +361,7 @@ def test_part_of_a_circle_is_drawn_only_where_it_was_simulated() -> None:
             .axes[0]
             .lines[-1]
         )
-        assert (alone.get_marker(), np.degrees(alone.get_xdata()).tolist()) == (".", [20.0])
+        assert (alone.get_marker(), np.degrees(alone.get_xdata()).tolist()) == (".", [20.0, 200.0])
         plt.close("all")
 
 

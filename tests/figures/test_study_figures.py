@@ -10,7 +10,13 @@ from matplotlib.quiver import Quiver
 
 from overturning import open_cube, plot
 from overturning.errors import ArgumentError
-from overturning.figures.cells import azimuth_cell_edges_rad, cell_edges, panel_row_and_column_counts
+from overturning.figures.cells import (
+    azimuth_cell_edges_rad,
+    cell_edges,
+    extend_cells_to_full_circle,
+    panel_row_and_column_counts,
+    simulated_azimuths_deg,
+)
 from overturning.figures.explore import explorer_page_data
 from overturning.figures.illustrative import block_label, simulate_block_trajectories
 from overturning.figures.maps import COLOURS, orientation_map_figure
@@ -140,6 +146,19 @@ def test_only_wide_gaps_of_azimuths_are_unknown() -> None:
         np.testing.assert_allclose(np.sort(azimuths_inside_unsimulated_gaps(np.array(azimuth))), ends)
     full = np.sort([*range(0, 360, 5), 152.0])
     assert azimuths_inside_unsimulated_gaps(full).size == azimuths_inside_unsimulated_gaps(full.repeat(2)).size == 0
+
+
+@pytest.mark.parametrize("azimuth", [[40], [220], [40, 220]])
+def test_a_single_plane_has_a_sector_on_either_side(azimuth: list[int]) -> None:
+    """The step of such a grid is unknown; the sectors were one of 5°, or two half circles."""
+    flags = np.where(np.array(azimuth) < 180, 1.0, -1.0)  # towards 40°
+    whole = extend_cells_to_full_circle(xr.Dataset({"overturned": ("azimuth", flags)}, {"azimuth": azimuth}))
+    angles = whole["azimuth"].to_numpy().astype(float)
+    edges = np.degrees(azimuth_cell_edges_rad(angles))
+    shown = [(edges[k], edges[k + 1]) for k in np.flatnonzero(whole["overturned"].notnull())]
+    np.testing.assert_allclose(shown, [(37.5, 42.5), (217.5, 222.5)])
+    assert whole["overturned"].sel(azimuth=[40, 220]).to_numpy().tolist() == [1.0, -1.0]
+    np.testing.assert_array_equal(simulated_azimuths_deg(whole.sel(azimuth=azimuth)), [40.0, 220.0])
 
 
 @pytest.mark.parametrize(("step", "ratios"), [(45, 2), (15, 3), (5, 8)])

@@ -16,12 +16,12 @@ MAX_COLUMNS: Final = 3
 
 
 def extend_cells_to_full_circle(cube: xr.Dataset) -> xr.Dataset:
-    """Return a results cube with azimuths repeated to a full circle; one with a single azimuth is unchanged.
+    """Return a results cube with azimuths repeated to a full circle.
 
     The outcomes of opposite azimuths follow from each other. Gaps between azimuths that were not simulated are filled
     with missing values; see `simulated_azimuths_deg`.
     """
-    whole = add_opposite_azimuths(cube) if cube["azimuth"].size > 1 else cube
+    whole = add_opposite_azimuths(cube)
     unknown = azimuths_inside_unsimulated_gaps(whole["azimuth"].to_numpy())
     return whole.reindex(azimuth=np.union1d(whole["azimuth"], unknown)) if unknown.size else whole
 
@@ -29,7 +29,7 @@ def extend_cells_to_full_circle(cube: xr.Dataset) -> xr.Dataset:
 def simulated_azimuths_deg(cube: xr.Dataset) -> FloatArray:
     """Return the azimuths, degrees, at which cases were simulated, after extension to the full circle."""
     azimuth = cube["azimuth"].to_numpy().astype(np.float64)
-    if azimuth.size == 1 or azimuth_period_of_cube_deg(cube) != PLANE_PERIOD:
+    if azimuth_period_of_cube_deg(cube) != PLANE_PERIOD:
         return azimuth
     return np.union1d(azimuth, np.round((azimuth + 180.0) % 360.0, 10))
 
@@ -84,8 +84,6 @@ def b_over_h_cell_edges(b_over_h: FloatArray) -> FloatArray:
 
 def azimuth_cell_edges_rad(azimuth_deg: FloatArray) -> FloatArray:
     """Return the m + 1 ascending edges, radians, of the cells around m azimuths (degrees) of a full circle."""
-    if azimuth_deg.size == 1:
-        return np.radians(azimuth_deg[0] + np.array([-2.5, 2.5]))
     next_one = np.append(azimuth_deg[1:], azimuth_deg[0] + 360.0)
     after = (azimuth_deg + next_one) / 2
     return np.radians(np.append(after[-1] - 360.0, after))

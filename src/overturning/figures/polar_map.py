@@ -93,7 +93,9 @@ def azimuth_map_figure(
 
     A cell is grey and hatched if none of its runs falls; otherwise it is white to dark by the probability of falling
     towards its azimuth. A black line encloses the cells of which half of the runs fall, to whichever side. Nothing is
-    drawn where nothing was simulated. What all panels share, of height and friction, stands once above them.
+    drawn where nothing was simulated: a sector is as wide as the grid's step, or 5° wide for a single plane (one
+    azimuth, or two opposite ones), which has no step. What all panels share, of height and friction, stands once above
+    them.
 
     Parameters
     ----------

@@ -126,6 +126,19 @@ def test_equivalent_linear_response_of_weak_motion_is_linear(noise: np.ndarray) 
     assert ratio < 0.8
 
 
+def test_strain_beyond_the_curve_is_named(noise: np.ndarray) -> None:
+    """At the end of a curve modulus and damping stay the same, so that the iteration converges at any strain."""
+    soft = LAYER.model_copy(update={"curve": "Vucetic & Dobry (91), PI=15"})  # ends at a strain of 1 %
+    within, beyond = (propagate_through_soil(scale * noise, INTERVAL, [soft], ROCK) for scale in (10.0, 30.0))
+    assert (within.converged, within.beyond_curve) == (True, None)
+    assert within.largest_strain < 0.01
+    assert beyond.beyond_curve == pytest.approx((0.65 * beyond.largest_strain, 0.01))
+    assert beyond.largest_strain > 0.02
+    site = SoilSite.model_validate(SITE | {"layers": [soft.model_dump()]})
+    _, text = site.propagate_record_to_surface(replace(PULSE, north=100.0 * PULSE.north))
+    assert "% beyond the curve (which ends at 1 %); east converged, strain 0 %" in text
+
+
 def test_invalid_profiles_are_refused(noise: np.ndarray) -> None:
     with pytest.raises(ValidationError, match="thickness_m"):
         SoilLayer(thickness_m=0, velocity_m_s=200)

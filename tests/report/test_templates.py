@@ -198,14 +198,16 @@ def test_a_survey_is_called_small_only_if_it_has_few_falls(language: str) -> Non
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_the_soil_below_cemeteries_is_named_with_its_effect(language: str) -> None:
     data = json.loads(findings_by_hand("survey").model_dump_json())
-    ground = {"thickness_m": 12.5, "velocity_m_s": 183.4, "equivalent_linear": True, "rock_pga_g": 0.31}
-    upper = ground | {"site": "upper", "converged": False, "surface_pga_g": 0.47}
+    ground = {"thickness_m": 12.5, "velocity_m_s": 183.4, "equivalent_linear": True, "rock_pga_g": 0.31,
+              "beyond_curve": False}  # fmt: skip
+    upper = ground | {"site": "upper", "converged": False, "beyond_curve": True, "surface_pga_g": 0.47}
     data["surveys"][0]["grounds"] = [ground | {"site": "", "converged": True, "surface_pga_g": 0.52}, upper]
     text = text_of(Findings.model_validate(data), language)
     assert text.count("12.5\u00a0m" if "12.5\u00a0m" in text else "12.5 m") == 2
     for words in ("183", "0.52", "0.47", {"en": "The other sites", "ja": "その他の墓地"}[language]):
         assert words in text
     assert text.count({"en": "did not converge", "ja": "収束しなかった"}[language]) == 1
+    assert text.count({"en": "exceeds the curve of a layer", "ja": "曲線の範囲を超え"}[language]) == 1
     assert {"en": "at the surface of the soil of each cemetery", "ja": "地盤の層を与えた墓地では地表"}[language] in text
     data["surveys"][0]["grounds"] = [ground | {"site": "", "converged": True, "surface_pga_g": 0.52}]
     assert {"en": "The stones: motion", "ja": "墓石：厚さ"}[language] in text_of(

@@ -23,6 +23,7 @@ from overturning.findings.contrast import (
     contrast_study_with_variants,
     element_fall_findings,
     population_fall_rates_by_soil,
+    soil_analyses_beyond_curves,
     unconverged_soil_analyses,
 )
 from overturning.findings.direction import (
@@ -103,6 +104,8 @@ class Findings(Finding):
     """Falls of the population on each soil."""
     not_converged: list[str]
     """Soil computations that did not converge."""
+    beyond_curves: list[str]
+    """Soil computations whose effective strain exceeds the largest strain of the curve of a layer."""
     surveys: list[SurveyFindings]
     """Comparison of each survey of fallen stones with the prediction."""
     survey_displacements: list[SurveyDisplacements] = Field(default_factory=list)
@@ -153,6 +156,7 @@ def findings_from_results(results: StudyResults) -> Findings:
         element_displacements=element_displacement_findings(results),
         site_fall_rates=population_fall_rates_by_soil(results),
         not_converged=unconverged_soil_analyses(results),
+        beyond_curves=soil_analyses_beyond_curves(results),
         surveys=all_survey_findings(results),
         survey_displacements=all_survey_displacements(results),
         inferred_motions=all_inferred_motion_findings(results),

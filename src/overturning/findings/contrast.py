@@ -9,7 +9,7 @@ from overturning.findings.results import StudyResults
 from overturning.findings.values import Estimate, Finding, Number, estimate_from_mean
 from overturning.model.scene import Scene
 from overturning.model.variables import outcome_is_known
-from overturning.records.site import SoilSite
+from overturning.records.site import BEYOND_CURVE, SoilSite
 from overturning.statistics.bootstrap import mean_over_earthquakes, mean_share_over_earthquakes
 from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis_difference
 from overturning.statistics.elements import ElementFallCounts, count_falls_of_two_stones, mean_fall_contrast
@@ -350,12 +350,22 @@ def angles_between_fall_axes_deg(soil_rates: xr.Dataset, rock_rates: xr.Dataset)
 
 def unconverged_soil_analyses(results: StudyResults) -> list[str]:
     """Return variant, record and components of each soil-response analysis that did not converge."""
+    return _soil_analyses_with_note(results, "not converged")
+
+
+def soil_analyses_beyond_curves(results: StudyResults) -> list[str]:
+    """Return variant, record and components of each soil-response analysis whose strain exceeds a curve."""
+    return _soil_analyses_with_note(results, BEYOND_CURVE)
+
+
+def _soil_analyses_with_note(results: StudyResults, note: str) -> list[str]:
+    """Return variant, record and components of each soil-response analysis whose account contains a note."""
     found = []
     for variant in results.study.variants:
         if variant_settings(results.study, variant).site is None:
             continue
         for record, account in record_provenance(results.cubes[variant]).items():
             text = (account["steps"] or [{}])[-1].get("chosen", "")
-            parts = [part for part in text.split("; ") if "not converged" in part]
+            parts = [part for part in text.split("; ") if note in part]
             found += [f"{variant}, {record}: {'; '.join(parts)}"] if parts else []
     return found

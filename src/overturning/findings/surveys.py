@@ -56,6 +56,8 @@ class CemeteryGroundFinding(Finding):
     """True if a layer softens with strain."""
     converged: bool
     """False if the equivalent-linear computation did not converge."""
+    beyond_curve: bool
+    """True if the effective strain of a layer exceeds the largest strain of its curve."""
     rock_pga_g: Number
     """Peak acceleration of the larger horizontal component of the record, g."""
     surface_pga_g: Number
@@ -266,6 +268,7 @@ def cemetery_ground_findings(grounds: Sequence[tuple[str, CemeteryGround]]) -> l
             velocity_m_s=ground.velocity_m_s,
             equivalent_linear=ground.equivalent_linear,
             converged=ground.converged,
+            beyond_curve=ground.beyond_curve,
             rock_pga_g=ground.rock_pga / STANDARD_GRAVITY,
             surface_pga_g=ground.surface_pga / STANDARD_GRAVITY,
         )

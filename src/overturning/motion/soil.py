@@ -71,6 +71,7 @@ class SurfaceComponentResult:
     converged: bool  # True if the last iteration changed modulus and damping by less than `TOLERANCE`
     change: float  # relative change in the last iteration; 0 for a linear analysis, which has no iterations
     largest_strain: float  # largest shear strain of any layer; NaN for a linear analysis
+    beyond_curve: tuple[float, float] | None = None  # effective strain, and the smaller end of the curve; None within
 
 
 def import_pystrata() -> Any:
@@ -197,7 +198,25 @@ def _propagate_with_zero_padding(
         )
     change = float(max(profile.max_error)) if nonlinear else 0.0
     strain = max(float(np.max(layer.strain_max)) for layer in profile[:-1]) if nonlinear else float("nan")
-    return SurfaceComponentResult(surface, change < TOLERANCE, change, strain)
+    return SurfaceComponentResult(
+        surface, change < TOLERANCE, change, strain, _strain_beyond_curve(profile[:-1], layers)
+    )
+
+
+def _strain_beyond_curve(profile_layers: Sequence[Any], layers: Sequence[SoilLayer]) -> tuple[float, float] | None:
+    """Return effective strain and largest strain of the curve of the layer that exceeds its curve most; None if none.
+
+    Beyond the curve pystrata keeps modulus and damping of its end, so that an iteration converges at any strain.
+    """
+    beyond = None
+    for one, layer in zip(profile_layers, layers, strict=True):
+        if layer.curve is None:
+            continue
+        strain = float(np.max(one.strain))
+        end = min(float(part.strains[-1]) for part in (one.soil_type.mod_reduc, one.soil_type.damping))
+        if strain > end * (1 + 1e-9) and (beyond is None or strain / end > beyond[0] / beyond[1]):
+            beyond = strain, end
+    return beyond
 
 
 def _pystrata_soil_type(pystrata_package: Any, soil_layer: SoilLayer | RockHalfSpace) -> Any:

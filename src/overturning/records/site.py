@@ -1,7 +1,7 @@
 """Site of a study: soil layers over rock that carry the records to the surface."""
 
 from dataclasses import replace
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Final, Literal
 
 import numpy as np
 from pydantic import Field
@@ -11,6 +11,9 @@ from overturning.errors import RecordError
 from overturning.motion.soil import RockHalfSpace, SoilLayer, propagate_through_soil
 from overturning.records.record import Record
 from overturning.validation import StrictModel
+
+BEYOND_CURVE: Final = "beyond the curve"
+"""Part of the account of a soil-response analysis whose effective strain exceeds the curve of a layer."""
 
 
 class SoilSite(StrictModel):
@@ -46,7 +49,11 @@ class SoilSite(StrictModel):
         for axis, samples in (("north", record.north), ("east", record.east)):
             passed = propagate_through_soil(samples, record.sampling_interval, self.layers, self.rock, outcrop=outcrop)
             state = "converged" if passed.converged else f"not converged (last change {100 * passed.change:.1f} %)"
-            notes.append(f"{axis} {state}, strain {100 * passed.largest_strain:.2g} %")
+            note = f"{axis} {state}, strain {100 * passed.largest_strain:.2g} %"
+            if passed.beyond_curve is not None:
+                strain, end = (100 * one for one in passed.beyond_curve)
+                note += f", effective strain {strain:.2g} % {BEYOND_CURVE} (which ends at {end:.2g} %)"
+            notes.append(note)
             surface[axis] = passed.samples
         # The tails of the components differ: the samples that are left out are below a small share of the peak.
         count = max(samples.size for samples in surface.values())

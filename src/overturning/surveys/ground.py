@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from overturning.records.site import SoilSite
+from overturning.records.site import BEYOND_CURVE, SoilSite
 from overturning.study.cube import index_of_record, record_provenance, study_of_cube
 from overturning.study.scenes import variant_settings
 
@@ -24,6 +24,8 @@ class CemeteryGround:
         True if a layer softens with strain.
     converged : bool
         False if the equivalent-linear computation did not converge.
+    beyond_curve : bool
+        True if the effective strain of a layer exceeds the largest strain of its curve.
     rock_pga, surface_pga : float
         Peak acceleration of the larger horizontal component in the rock and at the surface, m/s².
     """
@@ -32,6 +34,7 @@ class CemeteryGround:
     velocity_m_s: float
     equivalent_linear: bool
     converged: bool
+    beyond_curve: bool
     rock_pga: float
     surface_pga: float
 
@@ -55,6 +58,7 @@ def ground_of_cube(cube: xr.Dataset, record_id: str | None) -> CemeteryGround | 
         velocity_m_s=thickness / sum(layer.thickness_m / layer.velocity_m_s for layer in soil.layers),
         equivalent_linear=any(layer.curve is not None for layer in soil.layers),
         converged="not converged" not in step.get("chosen", ""),
+        beyond_curve=BEYOND_CURVE in step.get("chosen", ""),
         rock_pga=float(before),
         surface_pga=float(after),
     )

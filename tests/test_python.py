@@ -88,7 +88,13 @@ def test_every_public_name_is_in_the_reference() -> None:
         (lambda: overturning.trajectory(WAVE, azimuth_deg=[0, 1]), "trajectory: 2 cases; give one value each"),
         (lambda: overturning.run_study("wtmc"), "give a list of them, run_study([record], …)"),
         (lambda: overturning.run_study(WAVE), "give a list of them, run_study([record], …)"),
+        (lambda: overturning.run_study(None), "records: a NoneType; give a list of them"),
+        (lambda: overturning.run_study({"one": WAVE}), "records: a dict; give a list of them"),
+        (lambda: overturning.run_study(one for one in [WAVE, 3]), "records: a int; give a record"),
         (lambda: overturning.read([]), "paths: none; name the files"),
+        (lambda: overturning.plot.fall_map(WAVE), "fall_map: a Motion; give a cube of overturning.open_cube"),
+        (lambda: overturning.plot.fall_rose({}), "fall_rose: a dict; give a cube of overturning.open_cube"),
+        (lambda: overturning.plot.hodograph(cube=WAVE), "time_histories and spectra draw a motion"),
     ],
 )
 def test_wrong_argument_types_give_plain_errors(call: Callable[[], Any], message: str) -> None:
@@ -451,7 +457,9 @@ def test_figures_of_what_is_no_part_of_a_study() -> None:
     assert (
         len(overturning.plot.rotation_slip_and_uplift(overturning.trajectory(motion, azimuth_deg=0, **stone)).axes) == 4
     )
-    cube = overturning.run_study([motion], azimuth={"step": 90}, b_over_h=[0.2], ensemble={"members": 0})
+    cube = overturning.run_study(
+        (one for one in [motion]), azimuth={"step": 90}, b_over_h=[0.2], ensemble={"members": 0}
+    )
     with pytest.raises(MissingDataError, match=r"motion/motion-1.nc: a cube in memory has no such file"):
         overturning.plot.time_histories(cube)
 

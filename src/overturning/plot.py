@@ -39,14 +39,17 @@ def __dir__() -> list[str]:
     return sorted(__all__)
 
 
-def _with_project_style(draw_figure: DrawFunction) -> DrawFunction:
-    """Decorate a drawing function, so that it uses the project's Matplotlib settings."""
+def _with_project_style(draw_figure: DrawFunction, takes_cube: bool = False) -> DrawFunction:
+    """Decorate a drawing function, so that it uses the project's Matplotlib settings and refuses what is no cube."""
 
     @suggest_closest_keyword()
     @wraps(draw_figure)
     def draw_with_project_style(*arguments: Any, **keywords: Any) -> Any:
+        from overturning.figures.content import check_is_cube
         from overturning.figures.style import project_style
 
+        if takes_cube and (arguments or "cube" in keywords):
+            check_is_cube(arguments[0] if arguments else keywords["cube"], draw_figure.__name__)
         with project_style():
             return draw_figure(*arguments, **keywords)
 
@@ -55,7 +58,7 @@ def _with_project_style(draw_figure: DrawFunction) -> DrawFunction:
 
 def _register_cube_figure(kind: str, draw_figure: DrawFunction) -> DrawFunction:
     """Register a function as the one that draws a kind of figure from a results cube; return it with the style."""
-    KINDS[kind] = styled = _with_project_style(draw_figure)
+    KINDS[kind] = styled = _with_project_style(draw_figure, takes_cube=kind != "history")
     return styled
 
 
@@ -296,11 +299,8 @@ def _figure_of_all_records(cube: "xr.Dataset", draw_figure: Callable[["xr.Datase
     if "record" not in cube.dims:
         raise ArgumentError("cube: no dimension record; keep it (cube.sel(record=['rinaldi'])), or draw fall_map")
     sorted_cube = sort_cube_for_figures(cube.assign_coords(record=range(cube.sizes["record"])))
-    figure = draw_figure(sorted_cube)
-    add_title_and_legend(
-        figure,
-        f"{_record_title(sorted_cube, ())}{_scene_and_element_line(sorted_cube)}\n{figure.get_suptitle()}".strip(),
-    )
+    figure, heading = draw_figure(sorted_cube), _record_title(sorted_cube, ()) + _scene_and_element_line(sorted_cube)
+    add_title_and_legend(figure, f"{heading}\n{figure.get_suptitle()}".strip())
     return figure
 
 

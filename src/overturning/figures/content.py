@@ -7,10 +7,22 @@ import xarray as xr
 
 from overturning.errors import ArgumentError
 from overturning.model.planes import cube_planes_impose_axis
+from overturning.motion.motion import Accelerogram
 from overturning.statistics.earthquakes import FallAlignmentWithReferences, mean_fall_directions_by_record
 from overturning.statistics.falls import overturning_indicator
 from overturning.statistics.logistic import LEAST_PGA
 from overturning.units import GAL
+
+
+def check_is_cube(cube: object, function_name: str) -> None:
+    """Raise an ArgumentError unless an argument is a dataset with outcomes, which the figure of a cube needs."""
+    if isinstance(cube, xr.Dataset) and "overturned" in cube:
+        return
+    what = "a dataset without outcomes" if isinstance(cube, xr.Dataset) else f"a {type(cube).__name__}"
+    motion = "; time_histories and spectra draw a motion" if isinstance(cube, Accelerogram) else ""
+    raise ArgumentError(
+        f"{function_name}: {what}; give a cube of overturning.open_cube or run_study, or outcomes of simulate{motion}"
+    )
 
 
 def check_has_outcomes(cube: xr.Dataset, figure_kind: str) -> None:

@@ -1,7 +1,7 @@
 """Run small studies from Python, without the workflow, and convert cubes to tables."""
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -78,13 +78,13 @@ def write_table_of_cases(cube: "xr.Dataset", path: Path) -> int:
 
 
 def run_study(
-    records: Sequence[Record | Motion | str], threads: int = 1, client: Any = None, **keys: Any
+    records: Iterable[Record | Motion | str], threads: int = 1, client: Any = None, **keys: Any
 ) -> "xr.Dataset":
     """Run a study of a few records, with its ensemble, without a workflow, and return the results cube.
 
     Parameters
     ----------
-    records : sequence of Record, Motion or str
+    records : iterable of Record, Motion or str
         Records as `overturning.read` returns them, processed, or ids of the record table; the second of them is
         called ``motion-2`` where it is a motion.
     threads : int
@@ -129,13 +129,16 @@ def run_study(
             return cube.load()
 
 
-def _checked_records_and_ids(records: Sequence[Record | Motion | str]) -> list[Record | str]:
+def _checked_records_and_ids(records: Iterable[Record | Motion | str]) -> list[Record | str]:
     """Return records and record ids from a list; each motion in it gets an id and becomes a record.
 
     An ArgumentError is raised if `records` is not such a list.
     """
     if isinstance(records, str | Accelerogram):
         raise ArgumentError("records: one that is no list; give a list of them, run_study([record], …)")
+    if not isinstance(records, Iterable) or isinstance(records, Mapping):
+        raise ArgumentError(f"records: a {type(records).__name__}; give a list of them, run_study([record], …)")
+    records = list(records)  # a generator can be read only once
     others = [type(one).__name__ for one in records if not isinstance(one, str | Accelerogram)]
     if others:
         raise ArgumentError(f"records: a {others[0]}; give a record of overturning.read, a Motion, or an id")

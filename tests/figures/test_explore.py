@@ -12,6 +12,7 @@ import xarray as xr
 
 from overturning.figures import explore
 from overturning.figures.explore import explorer_page_data, write_explorer
+from overturning.model.status import CaseStatus
 from overturning.study.load import study_from_content
 from overturning.translation.texts import translate_visible_texts_to
 
@@ -94,6 +95,19 @@ def test_page_data_match_the_cube() -> None:
     time, towards = decoded(data, "time", "<u2", shape), decoded(data, "towards", "u1", shape)
     np.testing.assert_allclose(time * 0.01, whole["overturning_time"], atol=0.00501)
     np.testing.assert_allclose(towards * data["steps"]["chance"], whole["probability_towards"], rtol=1e-6)
+
+
+def test_the_flag_of_a_cell_without_an_outcome_tells_the_reason() -> None:
+    whole = cube(records=1, heights=1, frictions=1)
+    status = xr.full_like(whole["overturned"], CaseStatus.SIMULATED, dtype=np.int8)
+    for place, reason in enumerate((CaseStatus.UNDECIDED, CaseStatus.UNSTABLE, CaseStatus.OVER_BUDGET, 0)):
+        whole["overturned"][0, place] = np.nan
+        status[0, place] = reason
+    shape = tuple(whole.sizes[name] for name in DIMENSIONS)
+    found = decoded(explorer_page_data(whole.assign(status=status)), "flag", "i1", shape)
+    assert found[0, :3, 0, 0, 0].tolist() == [12, 13, 15]
+    assert np.isnan(found[0, 3]).all()
+    np.testing.assert_array_equal(found[0, 4:], whole["overturned"][0, 4:])
 
 
 def test_late_fall_in_a_long_record_keeps_its_time() -> None:

@@ -14,6 +14,7 @@ from matplotlib.colors import to_rgb
 
 from overturning.figures import explore, style
 from overturning.figures.explore import explorer_page_data, explorer_page_html
+from overturning.model.status import CaseStatus
 from overturning.study.cube import open_cube
 from tests.expect import lacking
 from tests.figures.test_explore import BAD, cube, space_cube
@@ -157,6 +158,13 @@ for (const colour of ["azimuth", "rotation", "time"]) { choose("colour", colour)
 const {wide, seen: again} = await onPhone((page) => text(".sentence", page), () => {}, location.hash);
 return {seen, wide, again, different: new Set(pictures).size, hash: location.hash};
 """
+FULL_TURN = """
+slide("a", 0); slide("b", 0);
+const unknown = answer();
+press(canvas, "ArrowLeft");
+const columns = [...document.querySelectorAll(".more th[scope=col]")].map((one) => one.textContent);
+return {unknown, last: answer(), columns};
+"""
 COMMAND = """
 const found = [];
 for (const key of ["ArrowRight", "ArrowUp", "ArrowRight"]) {
@@ -197,6 +205,15 @@ def painted() -> xr.Dataset:
     return whole
 
 
+def full_turn() -> xr.Dataset:
+    """Return a 3-D cube of the full circle of orientations, whose first cells are unstable."""
+    whole = space_cube().assign_coords(orientation=np.arange(0, 360, 60))
+    whole["overturned"][:, 0] = np.nan
+    status = xr.full_like(whole["overturned"], CaseStatus.SIMULATED, dtype=np.int8)
+    status[:, 0] = CaseStatus.UNSTABLE
+    return whole.assign(status=status)
+
+
 @pytest.fixture(scope="module", params=["chromium", pytest.param("firefox", marks=pytest.mark.long)])
 def seen(request: pytest.FixtureRequest, hostile: Path, tmp_path_factory: Any) -> dict[str, Any]:
     """Results of the scripts in each browser, by name."""
@@ -213,6 +230,7 @@ def seen(request: pytest.FixtureRequest, hostile: Path, tmp_path_factory: Any) -
         "late": (explorer_page_html(explorer_page_data(late())), LATE),
         "in space": (explorer_page_html(explorer_page_data(space_cube())), IN_SPACE),
         "stack": (explorer_page_html(explorer_page_data(space_cube().expand_dims(element=["shaft"]))), IN_SPACE),
+        "full turn": (explorer_page_html(explorer_page_data(full_turn())), FULL_TURN),
         "command": (command, COMMAND),
     }
     profile: Path = tmp_path_factory.mktemp("browser") / "profile"
@@ -371,6 +389,14 @@ def test_the_explorer_in_space_matches_the_cube(seen: dict[str, Any]) -> None:
     assert seen["stack"]["seen"] == [text.replace("the body", "the shaft") for text in around["seen"]]
     assert around["again"] == around["seen"][-1]
     assert "orientation=15&b_over_h=0.4&aspect=1&friction=1" in around["hash"]
+
+
+@pytest.mark.browser
+def test_orientations_of_a_full_circle_have_no_end_and_a_missing_outcome_its_reason(seen: dict[str, Any]) -> None:
+    found = seen["full turn"]
+    assert found["unknown"] == "Facing N, B/H = 0.1: no outcome was found: the computation is unstable."
+    assert found["last"].startswith("Facing N60°W, B/H = 0.1: ")
+    assert found["columns"] == ["B/H", "240°", "300°", "0°"]
 
 
 @pytest.mark.browser

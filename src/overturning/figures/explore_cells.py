@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.model.falls import model_of_cube
 from overturning.model.planes import fall_probability_to_either_side
+from overturning.model.status import CaseStatus
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,6 +52,7 @@ def encode_record_cells(
     def flatten_in_page_order(record_variable: "xr.DataArray") -> FloatArray:
         return np.asarray(record_variable.isel(record=0).transpose(*order).to_numpy(), dtype=np.float64)
 
+    flag = flatten_in_page_order(record_cube["overturned"])
     ensemble = ensemble_fall_probabilities(record_cube)
     # The probability is missing where the ensemble was not run: the map then shows the flag of the cell itself.
     known = fall_probabilities if ensemble is None else fall_probabilities.where(ensemble.notnull())
@@ -58,7 +60,7 @@ def encode_record_cells(
     time_step = max(_TIME_STEP, float(np.nanmax(time, initial=0.0)) / (np.iinfo("<u2").max - 1))  # 16 bits must hold it
     cells = {
         "flag": _encode_array_as_base64(
-            np.nan_to_num(flatten_in_page_order(record_cube["overturned"]), nan=2.0).astype("i1")
+            np.where(np.isnan(flag), flatten_in_page_order(_flag_without_outcome(record_cube)), flag).astype("i1")
         ),
         "rotation": _encode_as_base64_integers(
             flatten_in_page_order(record_cube[_ROTATION[model.direction]]), np.asarray(rotation_steps), "<u2"
@@ -77,6 +79,18 @@ def encode_record_cells(
             flatten_in_page_order(record_cube["fall_azimuth"]), AZIMUTH_STEP, "<u2"
         )
     return cells
+
+
+def _flag_without_outcome(record_cube: "xr.Dataset") -> "xr.DataArray":
+    """Return the flag that the page shows for a case without an outcome: 10 + status, or 2 if no status tells why."""
+    import xarray as xr
+
+    unknown = xr.full_like(record_cube["overturned"], 2.0, dtype=np.float64)
+    if "status" not in record_cube:
+        return unknown
+    reasons = [float(status) for status in CaseStatus if not status.has_outcome]
+    status = record_cube["status"].astype(np.float64)
+    return xr.where(status.isin(reasons), 10.0 + status, unknown)
 
 
 def _encode_array_as_base64(values: NDArray[Any]) -> str:

@@ -197,11 +197,14 @@ function drawStrip() {
   context.textBaseline = "bottom";
   if (!cube.space) context.fillText(say("falls towards {0}", bearing(cube.direction[at.a] + 180)), 4, height - 2);
 }
+// The last direction is next to the first one: on the full circle, whose last step is no longer than the others.
+const CLOSED = !cube.space || cube.direction[0] + 360 - cube.direction[A - 1]
+  <= 1.001 * Math.max(...cube.direction.map((turn, a) => a ? turn - cube.direction[a - 1] : 0));
 function shortOutcome(c) { return c.computed && c.to !== null ? "→ " + bearing(c.to) : outcome(c); }
 function drawNear() {
   near.textContent = "";
-  const closed = !cube.space, head = element("tr", {}, near);
-  const about = [-1, 0, 1].map(k => closed ? (at.a + k + A) % A : at.a + k).filter(a => a >= 0 && a < A);
+  const head = element("tr", {}, near);
+  const about = [-1, 0, 1].map(k => CLOSED ? (at.a + k + A) % A : at.a + k).filter(a => a >= 0 && a < A);
   const columns = about.filter((a, k) => about.indexOf(a) === k);
   element("th", { scope: "col" }, head, "B/H");
   columns.forEach(a => { element("th", { scope: "col" }, head, cube.direction[a] + "°"); });
@@ -276,7 +279,7 @@ map.addEventListener("keydown", event => {
   const steps = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1], Enter: [0, 0] };
   const step = steps[event.key];
   if (!step || !held.data || event.altKey || event.ctrlKey || event.metaKey) return;
-  at.a = cube.space ? Math.min(Math.max(at.a + step[0], 0), A - 1) : (at.a + step[0] + A) % A;
+  at.a = CLOSED ? (at.a + step[0] + A) % A : Math.min(Math.max(at.a + step[0], 0), A - 1);
   at.b = Math.min(Math.max(at.b + step[1], 0), B - 1);
   pin();
   event.preventDefault();

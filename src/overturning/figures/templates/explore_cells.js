@@ -2,6 +2,11 @@
 const root = document.getElementById("explorer"), cube = JSON.parse(root.querySelector("script").textContent);
 const A = cube.direction.length, B = cube.b_over_h.length, C = cube.colours, S = cube.steps;
 const INK = "#222222", TURN = 2 * Math.PI, TURNS = cube.space ? "orientation" : "azimuth";
+// Flags of cells without an outcome: from MISSED on, with the reason for those whose status tells it.
+const MISSED = 2, REASONS = {
+  12: "it still moves long after the record and may fall", 13: "the computation is unstable",
+  14: "the computation ended with an error", 15: "it needs more steps than the budget of a case",
+};
 // Words of the page's language for an English text; {0}, {1} … stand for values.
 function say(text, ...values) {
   return ((cube.words || {})[text] || text).replace(/\{(\d)\}/g, (_, place) => values[place]);
@@ -33,7 +38,7 @@ function cell(a, b) {
   const number = (name, step, missing) => held.data[name][place] === missing ? null : held.data[name][place] * step;
   const flag = held.data.flag[place], falls = flag === 1 || flag === -1, ran = held.data.towards[place] !== 255;
   // If the ensemble of a cell was not run, use the flag of the cell itself.
-  const chance = (name, side) => ran ? number(name, S.chance, 255) : flag === 2 ? null : Number(flag === side);
+  const chance = (name, side) => ran ? number(name, S.chance, 255) : flag >= MISSED ? null : Number(flag === side);
   const towards = chance("towards", 1), away = chance("away", -1);
   return {
     flag: flag, towards: towards, away: away, ran: ran, computed: cube.computed[a],
@@ -60,7 +65,7 @@ function percent(p) {
     : Math.round(100 * p) + " %";
 }
 function outcome(c) {
-  return !c.computed ? say("not simulated") : c.flag === 2 ? say("no outcome") : c.to === null ? say("stands")
+  return !c.computed ? say("not simulated") : c.flag >= MISSED ? say("no outcome") : c.to === null ? say("stands")
     : say("falls towards {0}", bearing(c.to));
 }
 // Rotations are in units of the critical angle α, or in degrees for elements without one.
@@ -75,8 +80,10 @@ function sentence(a, b) {
   const stone = cube.space && !name ? say("the body") : say("the {0}", say(name || "block"));
   const where = say(cube.space ? "Facing {0}, B/H = {1}: " : "Motion along {0}, B/H = {1}: ", bearing(phi), ratio(b));
   if (!c.computed) return where + say("this azimuth was not simulated.");
-  if (c.flag === 2) return where + say("no outcome was found.");
-  let text = where + say("{0} {1}", stone, outcome(c));
+  if (c.flag in REASONS) return where + say("no outcome was found: {0}.", say(REASONS[c.flag]));
+  if (c.flag >= MISSED) return where + say("no outcome was found.");
+  let text = where + (c.to === null ? say("{0} {1}", stone, outcome(c))
+    : say("{0} falls towards {1}", stone, bearing(c.to)));
   if (c.time !== null) text += say(", past the point of no return at {0} s", c.time.toFixed(2));
   if (c.rotation !== null && c.flag === 0) text += leaning(c);
   text += say(".");

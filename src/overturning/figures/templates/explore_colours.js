@@ -42,14 +42,14 @@ function early(time) {
   return 1 - (1 - LATE) * (time - first) / (last - first || 1);
 }
 const MODES = {
-  azimuth: [say("azimuth of the fall"), c => c.flag === 2 ? MISSING.fill : c.to === null ? STANDS.fill : hue(c.to)],
+  azimuth: [say("azimuth of the fall"), c => c.flag >= MISSED ? MISSING.fill : c.to === null ? STANDS.fill : hue(c.to)],
   probability: [say("probability"), c => c.towards === null ? MISSING.fill
     : c.either === 0 && c.to === null ? STANDS.fill : ramp(C.probability, c.towards)],
-  outcome: [say("outcome of the case itself"), c => c.flag === 2 ? MISSING.fill : c.to === null ? STANDS.fill
+  outcome: [say("outcome of the case itself"), c => c.flag >= MISSED ? MISSING.fill : c.to === null ? STANDS.fill
     : ramp(C.probability, c.flag === 1 ? 1 : 0)],
   rotation: [say(cube.space ? "largest tilt" : "largest rotation"),
     c => c.rotation === null ? MISSING.fill : ramp(BLUES, c.rotation / (inDegrees() ? 30 : 1))],
-  time: [say("time of the fall"), c => c.flag === 2 ? MISSING.fill : c.to === null || c.time === null ? STANDS.fill
+  time: [say("time of the fall"), c => c.flag >= MISSED ? MISSING.fill : c.to === null || c.time === null ? STANDS.fill
     : ramp(C.probability, early(c.time))],
 };
 const offered = Object.keys(MODES).filter(
@@ -101,7 +101,7 @@ function drawLegend() {
   LEGENDS[at.colour]();
   const here = [];
   for (let a = 0; a < A; a++) for (let b = 0; b < rings(); b++) here.push(cell(a, b));
-  if (here.some(c => c.computed && c.flag === 2)) swatch(MISSING.css, say("no outcome"));
+  if (here.some(c => c.computed && c.flag >= MISSED)) swatch(MISSING.css, say("no outcome"));
   if (here.some(c => !c.computed)) swatch("none", say("not simulated"));
   if (kind === compass && cube.radiusEdges[0] > 0) {
     swatch("none", say("not simulated: B/H below {0}", Number(cube.radiusEdges[0].toPrecision(3))));

@@ -138,7 +138,7 @@ function freeSector(normal) {
     const middle = 22.5 + 45 * k;
     let count = normal !== null && Math.abs((middle - normal + 450) % 180 - 90) < 20 ? 1e6 : k === 2 ? -0.5 : 0;
     for (let a = 0; a < A; a++) if (Math.abs((cube.direction[a] - middle + 540) % 360 - 180) <= 12) {
-      for (let b = 0; b < rings(); b++) count += Math.abs(cell(a, b).flag);
+      for (let b = 0; b < rings(); b++) count += Math.min(Math.abs(cell(a, b).flag), MISSED);
     }
     if (count < least) { least = count; best = middle; }
   }

@@ -122,6 +122,9 @@ def _time_origin_notes(file_time_shift: float) -> list[str]:
 
 def _trajectory_in_file_time(trajectory: "xr.Dataset", file_time_shift: float) -> "xr.Dataset":
     """Shift the times of a simulated motion, so that they count from the first sample of the record file."""
+    from overturning.arrays import skip_dask_import
+
+    skip_dask_import()
     return trajectory.assign(overturning_time=trajectory["overturning_time"] + file_time_shift).assign_coords(
         time=trajectory["time"] + file_time_shift
     )

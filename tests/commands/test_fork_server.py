@@ -8,7 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import psutil
@@ -46,10 +46,24 @@ def measurements(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def server(measurements: Path) -> Iterator[psutil.Process]:
-    """A server for all tests of this file that do not end it."""
-    with running_server(measurements) as process:
-        yield process
+def servers(measurements: Path) -> Iterator[Callable[[], psutil.Process]]:
+    """Return the server of this file, or a new one after a test that killed it."""
+    started: list[psutil.Process] = []
+    with ExitStack() as stack:
+
+        def current() -> psutil.Process:
+            if not started or not started[-1].is_running() or started[-1].status() == psutil.STATUS_ZOMBIE:
+                stack.close()
+                started.append(stack.enter_context(running_server(measurements)))
+            return started[-1]
+
+        yield current
+
+
+@pytest.fixture
+def server(servers: Callable[[], psutil.Process]) -> psutil.Process:
+    """A server, which takes a second to start: one for all tests of this file as long as none kills it."""
+    return servers()
 
 
 def step(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
@@ -164,31 +178,25 @@ def test_a_step_ends_with_its_client(server: psutil.Process, tmp_path: Path) -> 
     assert step(*READ, "--output", str(tmp_path / "other.nc")).returncode == 0, "the server goes on"
 
 
-LATE_STEP = """
+LATE_STEPS = """
 import os, signal, sys
 from overturning.commands import fork_server
-server = int(sys.argv[1]) or os.getppid()
-request = {"environment": dict(os.environ), "folder": os.getcwd(), "arguments": ["init", "mine"]}
-fork_server._run_step_and_exit(request, [1, 2], signal.SIG_DFL, server)
+for server in (os.getpid(), 1):
+    if not (step := os.fork()):
+        request = {"environment": dict(os.environ), "folder": os.getcwd(), "arguments": ["init", f"of-{server > 1}"]}
+        fork_server._run_step_and_exit(request, [1, 2], signal.SIG_DFL, server)
+    print(os.waitstatus_to_exitcode(os.waitpid(step, 0)[1]), flush=True)
 """
-"""Program that runs a step as a forked copy of the process with the given number; 0: its parent."""
+"""Program that runs a step as a forked copy of its parent, and one as that of another process; prints their status."""
 
 
-@pytest.mark.parametrize("server", [0, 1])
-def test_a_step_whose_server_ended_before_it_began_does_not_run(server: int, tmp_path: Path) -> None:
+def test_a_step_whose_server_ended_before_it_began_does_not_run(tmp_path: Path) -> None:
     environment = os.environ | {SERVER_VARIABLE: "of the server"}
-    done = subprocess.run([sys.executable, "-c", LATE_STEP, str(server)], cwd=tmp_path, env=environment, check=False)
-    assert (done.returncode, (tmp_path / "mine").exists()) == ((1, False) if server else (0, True))
-
-
-def test_steps_end_with_a_killed_server(tmp_path: Path) -> None:
-    with running_server(tmp_path / "steps.tsv") as server, endless_step(server, tmp_path) as (client, process):
-        server.kill()
-        assert "error: the fork server of the run has ended; run again" in client.communicate(timeout=60.0)[1]
-        assert client.returncode == 1
-        wait_until(lambda: not process.is_running() or process.status() == psutil.STATUS_ZOMBIE)
-        done = step("--version")
-        assert (done.returncode, done.stderr) == (0, ""), "a step without a server runs in a process of its own"
+    command = [sys.executable, "-c", LATE_STEPS]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
+    lines = done.stdout.splitlines()
+    assert ([line for line in lines if line.isdecimal()], lines[-1]) == (["0", "1"], "1")
+    assert [path.name for path in tmp_path.iterdir()] == ["of-True"], "made by the step whose server is there"
 
 
 def test_a_server_ends_after_its_killed_workflow_and_the_steps_that_run(tmp_path: Path) -> None:
@@ -277,3 +285,14 @@ def test_kernels_are_loaded_once_for_each_variant(tmp_path: Path, monkeypatch: p
             assert theirs.recv(9) == b"0"
             theirs.close()
     assert loaded == ["nominal", "soft"]
+
+
+def test_steps_end_with_a_killed_server(server: psutil.Process, tmp_path: Path) -> None:
+    """The last test of the file: others would start a server again."""
+    with endless_step(server, tmp_path) as (client, process):
+        server.kill()
+        assert "error: the fork server of the run has ended; run again" in client.communicate(timeout=60.0)[1]
+        assert client.returncode == 1
+        wait_until(lambda: not process.is_running() or process.status() == psutil.STATUS_ZOMBIE)
+        done = step("--version")
+        assert (done.returncode, done.stderr) == (0, ""), "a step without a server runs in a process of its own"

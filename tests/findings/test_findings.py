@@ -30,8 +30,8 @@ from overturning.findings.direction import fall_direction_findings
 from overturning.findings.extent import choose_report_maps, study_extent
 from overturning.findings.lines import finding_lines
 from overturning.findings.processing import DRIFT, TRUSTED
-from overturning.findings.results import StudyResults, open_study_results
-from overturning.findings.study import record_facts
+from overturning.findings.results import StudyResults, open_study_results, settings_missing_without_study_file
+from overturning.findings.study import count_cases, numerical_quality, record_facts
 from overturning.findings.values import Estimate
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.soil import RockHalfSpace, SoilLayer
@@ -145,11 +145,9 @@ def test_the_median_rate_is_that_of_the_records(found: Findings) -> None:
 
 
 def test_json_follows_the_schema_and_holds_no_nan(found: Findings) -> None:
-    text = found.model_dump_json()
-    jsonschema.validate(json.loads(text, parse_constant=pytest.fail), json.loads(findings_schema()))
-    assert (DOCS / "findings.schema.json").read_text(encoding="utf-8") == findings_schema(), (
-        "run: overturning study document"
-    )
+    text, schema = found.model_dump_json(), findings_schema()
+    jsonschema.validate(json.loads(text, parse_constant=pytest.fail), json.loads(schema))
+    assert (DOCS / "findings.schema.json").read_text(encoding="utf-8") == schema, "run: overturning study document"
 
 
 def test_a_changed_number_shows_in_the_lines(found: Findings) -> None:
@@ -178,15 +176,13 @@ def main_status(*arguments: str) -> int:
     return int(stop.value.code or 0)
 
 
-def test_the_command_prints_and_writes(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_prints_all_findings(folder: Path, found: Findings, capsys: pytest.CaptureFixture[str]) -> None:
     assert main_status("findings", str(folder / "cube.nc"), "--json") == 0
-    printed = json.loads(capsys.readouterr().out)
-    assert main_status("findings", str(folder), "--output", str(tmp_path / "findings.json")) == 0
-    assert json.loads((tmp_path / "findings.json").read_text(encoding="utf-8")) == printed
+    assert json.loads(capsys.readouterr().out) == json.loads(found.model_dump_json())
 
 
-def test_the_command_prints_the_numbers_of_the_study_file_next_to_the_cube(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_the_command_writes_the_numbers_of_the_study_file_next_to_the_cube(
+    folder: Path, found: Findings, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The cube of a run stores no question, primary statistic and population: study.yaml next to it has them."""
     for name in ("cube.nc", "intensity.nc"):
@@ -196,21 +192,22 @@ def test_the_command_prints_the_numbers_of_the_study_file_next_to_the_cube(
     changed = {"question": "Where to?", "primary": {"statistic": "fall_rate"}, "population": {"stones": 128}}
     settings = study_without_absolute_paths(stored) | changed
     (tmp_path / CONFIGURATION).write_text(yaml.safe_dump(settings), encoding="utf-8")
-    assert main_status("findings", str(tmp_path / "cube.nc"), "--json") == 0
-    read = capsys.readouterr()
-    printed = json.loads(read.out)
-    assert (printed["study"]["question"], printed["study"]["primary_statistic"]) == ("Where to?", "fall_rate")
-    assert (printed["population"]["stones"], read.err) == (128, "")
+    output = tmp_path / "findings.json"
+    assert main_status("findings", str(tmp_path / "cube.nc"), "--output", str(output)) == 0
+    assert capsys.readouterr() == (f"{output}\n", "")
+    written = json.loads(output.read_text(encoding="utf-8"))
+    assert (written["study"]["question"], written["study"]["primary_statistic"]) == ("Where to?", "fall_rate")
+    assert written["population"]["stones"] == 128
+    assert written.keys() == json.loads(found.model_dump_json()).keys()
     (tmp_path / CONFIGURATION).write_text(yaml.safe_dump(settings | {"name": "other"}), encoding="utf-8")
-    assert main_status("findings", str(tmp_path), "--json") == 0
-    read = capsys.readouterr()
-    assert json.loads(read.out)["population"]["stones"] == 64, "that in the cube"
-    assert "study.yaml is not of the study 'tiny': the findings are without the primary statistic, surveys;" in read.err
+    assert main_status("findings", str(tmp_path), "--output", str(output)) == 0
+    warned = capsys.readouterr().err
+    assert json.loads(output.read_text(encoding="utf-8"))["population"]["stones"] == 64, "that in the cube"
+    assert "study.yaml is not of the study 'tiny': the findings are without the primary statistic, surveys;" in warned
     (tmp_path / CONFIGURATION).unlink()
-    with pytest.warns(
-        UserWarning, match=r"study\.yaml is missing: the findings are without the primary statistic, sur"
-    ):
-        overturning.findings(tmp_path)
+    with open_study_results(tmp_path) as results:
+        warning = settings_missing_without_study_file(results)  # which `findings` issues, as above
+    assert "study.yaml is missing: the findings are without the primary statistic, sur" in warning
 
 
 NAMED_FILES: dict[str, tuple[Callable[[bytes], bytes], str]] = {
@@ -260,7 +257,8 @@ def test_missing_outcomes_at_other_amplitudes_are_counted(tmp_path: Path) -> Non
     made = make_results(tmp_path, [record], drawn=False, amplitude=[1, 2], population={"stones": 64})
     with overturning.open_cube(made / "cube.nc", amplitude=None) as opened:
         flags = opened["overturned"].sel(amplitude=2.0).to_numpy()
-    cases = overturning.findings(made).cases
+    with open_study_results(made) as results:
+        cases = count_cases(results)
     assert (cases.total, cases.scaled, cases.scaled_without_outcome) == (flags.size, flags.size, np.isnan(flags).sum())
     with xr.open_dataset(made / "cube.nc", decode_timedelta=False) as cube:
         lost = cube["overturned"].where((cube["amplitude"] == 1.0) | (cube["b_over_h"] > 0.25))
@@ -272,27 +270,27 @@ def test_missing_outcomes_at_other_amplitudes_are_counted(tmp_path: Path) -> Non
     assert found.population.largest_share_without_outcome == 0.0
 
 
-def test_the_hash_of_changed_outcomes_is_theirs(folder: Path, tmp_path: Path, recwarn: Any) -> None:
+def test_the_hash_of_changed_outcomes_is_theirs(folder: Path, found: Findings, tmp_path: Path) -> None:
     """A cube saved by another program keeps its attributes, whether or not its outcomes were changed."""
     shutil.copytree(folder, tmp_path / "results")
     path = tmp_path / "results" / "cube.nc"
-    stated = overturning.findings(folder).numerical_quality.content_sha256
+    stated = found.numerical_quality.content_sha256
     with xr.open_dataset(path, decode_timedelta=False) as opened:
         cube = opened.load()
     cube.to_netcdf(path)
-    assert overturning.findings(path).numerical_quality.content_sha256 == stated
-    assert not [one for one in recwarn if "changed" in str(one.message)]
+    with open_study_results(path) as results:
+        assert (numerical_quality(results).content_sha256, results.changed_cubes) == (stated, ())
     cube["overturned"][0] = 0
     cube.to_netcdf(path)
     with pytest.warns(UserWarning, match=r"cube\.nc: its outcomes were changed after the run"):
-        found = overturning.findings(path)
+        changed = overturning.findings(path)
     by_hand = hashlib.sha256()
     with netCDF4.Dataset(path) as file:
         file.set_auto_maskandscale(False)
         for variable in cube_variables_of_study(load_study_from_file_or_json(file.study)):
             by_hand.update(variable.name.encode() + file[variable.name][:].tobytes())
-    assert found.numerical_quality.content_sha256 == by_hand.hexdigest() != stated
-    assert found.records[0].share_overturned == 0.0
+    assert changed.numerical_quality.content_sha256 == by_hand.hexdigest() != stated
+    assert changed.records[0].share_overturned == 0.0
 
 
 def test_a_missing_result_is_named(tmp_path: Path) -> None:

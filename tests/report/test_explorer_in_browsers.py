@@ -16,9 +16,11 @@ from overturning.figures import explore, style
 from overturning.figures.explore import explorer_page_data, explorer_page_html
 from overturning.model.status import CaseStatus
 from overturning.study.cube import open_cube
+from overturning.translation.texts import translate_visible_texts_to
 from tests.expect import lacking
 from tests.figures.test_explore import BAD, cube, space_cube
 from tests.report.browsers import PROGRAMS, answers
+from tests.translation.test_tables import english_words
 
 HELPERS = """
 const root = document.getElementById("explorer"), canvas = document.querySelector(".map canvas");
@@ -171,6 +173,37 @@ for (const key of ["ArrowRight", "ArrowUp", "ArrowRight"]) {
   press(canvas, key); found.push([location.hash, text(".film code")]); }
 return {found, copied: await copyAll()};
 """
+ALL_TEXTS = """
+const shown = (page) => {
+  const parts = [];
+  const walk = (node) => {
+    if (node.nodeType === 3) parts.push(node.data);
+    else if (!["SCRIPT", "STYLE", "CODE"].includes(node.tagName)) {
+      if (node.nodeType === 1) for (const name of ["aria-label", "aria-valuetext", "title", "aria-roledescription"])
+        parts.push(node.getAttribute(name) || "");
+      node.childNodes.forEach(walk); } };
+  walk(page.body);
+  return parts.join(" "); };
+const drawn = [];
+const write = CanvasRenderingContext2D.prototype.fillText;
+CanvasRenderingContext2D.prototype.fillText = function (text, ...more) {
+  drawn.push(text);
+  write.call(this, text, ...more); };
+const seen = [document.title];
+for (const option of document.querySelector("select[data-name=colour]").options) {
+  choose("colour", option.value);
+  seen.push(shown(document)); }
+for (const key of ["ArrowUp", "ArrowUp", "ArrowRight", "ArrowRight"]) {
+  press(canvas, key); seen.push(shown(document)); }
+point("pointermove", 180, 0.5); seen.push(shown(document));
+location.hash = "#record=none&azimuth=x&b_over_h=7";
+await new Promise((done) => setTimeout(done, 200));
+seen.push(shown(document));
+return {texts: seen.join(" "), drawn: drawn.join(" ")};
+"""
+NAMES = {"script", "window", "hurt", "none", "space", "report", "HTML", "html"}
+"""Parts of the hostile names, and of an address, that no table translates."""
+JAPANESE = ("2-D in Japanese", "part in Japanese", "3-D in Japanese")
 
 
 def late() -> xr.Dataset:
@@ -233,6 +266,10 @@ def seen(request: pytest.FixtureRequest, hostile: Path, tmp_path_factory: Any) -
         "full turn": (explorer_page_html(explorer_page_data(full_turn())), FULL_TURN),
         "command": (command, COMMAND),
     }
+    if request.param == "chromium":  # one start of the browser for all
+        with translate_visible_texts_to("ja"):
+            for name, data in zip(JAPANESE, (cube(), painted(), space_cube()), strict=True):
+                pages[name] = (explorer_page_html(explorer_page_data(data), "report.html"), ALL_TEXTS)
     profile: Path = tmp_path_factory.mktemp("browser") / "profile"
     return answers(request.param, {name: (page, HELPERS + own) for name, (page, own) in pages.items()}, profile)
 
@@ -411,6 +448,16 @@ def test_the_command_is_that_of_the_pinned_cell(seen: dict[str, Any]) -> None:
         assert given["animate"] == "fall.html"
         assert float(given["height"]) > 0 < float(given["friction"])
     assert seen["command"]["copied"][-1] == seen["command"]["found"][-1][1]
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize("seen", ["chromium"], indirect=True)
+def test_the_explorer_in_japanese_has_no_english_word(seen: dict[str, Any]) -> None:
+    for name in JAPANESE:
+        found = seen[name]
+        assert not english_words(found["texts"]) - NAMES, name
+        assert not english_words(found["drawn"]) - NAMES, name
+        assert re.search("[ぁ-ん]", found["drawn"]), name
 
 
 @pytest.mark.browser

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from overturning.dem.trajectory import trajectory
 from overturning.figures.drawn_case import read_cases_with_figures
@@ -121,6 +122,16 @@ const sorted = cells().map((one) => one[1].textContent).filter((one) => one);
 const films = document.querySelectorAll(".film[data-ready=true]").length;
 return {orders, opened, sorted, films, wide, tables, title: document.title, hurt: window.hurt};
 """
+LETTERS = """
+const {wide, seen} = await onPhone((page) => {
+  const sizes = [];
+  for (const one of page.querySelectorAll("figure > svg, figure > .narrow > svg")) {
+    if (!one.getBoundingClientRect().width) continue;  // in a fold
+    const scale = one.getBoundingClientRect().width / one.viewBox.baseVal.width;
+    for (const text of one.querySelectorAll("text")) sizes.push(scale * parseFloat(text.style.fontSize)); }
+  return [Math.min(...sizes), sizes.length]; });
+return {wide, least: seen[0], letters: seen[1]};
+"""
 
 
 @pytest.fixture(scope="module", params=["chromium", pytest.param("firefox", marks=pytest.mark.long)])
@@ -139,15 +150,24 @@ def said(request: pytest.FixtureRequest, rendered: tuple[str, bytes], tmp_path_f
     }
     pages = {
         "film": (film_page_html(two_panels(duration=0.4, title=NAME)), FILM),
-        "fall": (film_page_html(two_panels(forces=False)), FALL),
         "three": (film_page_html(Film("three", 0.0, 0.02, (*film.panels, film.panels[0]))), THREE),
-        "space": (film_page_html(film_of_trajectories([path], motion, "title")), SPACE),
-        **{
-            name: (film_page_html(film_of_trajectories([path], {"thrown": jump, "slender": rest}[name], name)), THROWN)
-            for name, path in films.items()
-        },
-        "report": (rendered[0], REPORT),
     }
+    with pytest.MonkeyPatch.context() as patch:  # frames for print, which these scripts do not look at
+        patch.setattr("overturning.figures.film_strip.film_strip_figure", lambda *_, **__: Figure((1.0, 1.0)))
+        pages |= {
+            "fall": (film_page_html(two_panels(forces=False)), FALL),
+            "space": (film_page_html(film_of_trajectories([path], motion, "title")), SPACE),
+            **{
+                name: (
+                    film_page_html(film_of_trajectories([path], {"thrown": jump, "slender": rest}[name], name)),
+                    THROWN,
+                )
+                for name, path in films.items()
+            },
+        }
+    pages["report"] = (rendered[0], REPORT)
+    if request.param == "chromium":  # one start of the browser for all
+        pages["letters"] = (rendered[0], LETTERS)
     profile: Path = tmp_path_factory.mktemp("browser") / "profile"
     return answers(request.param, pages, profile)
 
@@ -226,3 +246,12 @@ def test_the_report_sorts_opens_chapters_plays_and_fits(said: dict[str, Any], ho
     assert page["wide"] <= 390
     assert len(page["tables"]) >= 1
     assert all(letters >= 11 and beyond <= 0 for letters, beyond in page["tables"])
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize("said", ["chromium"], indirect=True)
+def test_letters_of_figures_are_legible_on_a_phone(said: dict[str, Any]) -> None:
+    found = said["letters"]
+    assert found["letters"] > 20
+    assert found["least"] >= 9.0
+    assert found["wide"] <= 390

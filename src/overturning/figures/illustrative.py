@@ -1,6 +1,8 @@
 """Films and figures of a study's illustrative cases."""
 
-from collections.abc import Sequence
+import shutil
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -74,21 +76,34 @@ def draw_illustrative_cases(
                 other = other_cube.isel(record=chosen)
                 answer = case_with_differing_outcomes(cube, other, (NOMINAL, str(other.attrs["variant"])))
             cases = cases if answer is None else [answer, *cases]
+        drawn_files = dict[tuple[str, ...], Path]()
         rows = [
-            _draw_illustrative_case(cube, case, motion_folder, output_folder, number)
+            _draw_illustrative_case(cube, case, motion_folder, output_folder / str(number), drawn_files)
             for number, case in enumerate(cases, 1)
         ]
         write_cases_with_figures(rows, output_folder)
 
 
-CaseFigure = tuple[str, "Figure", str, dict[str, float]]
-"""A figure that accompanies a film: suffix of the file name, figure, alternative text, options for the report."""
+CaseFigure = tuple[str, "Callable[[], Figure]", str, dict[str, float]]
+"""A figure that accompanies a film: suffix of the file name, function that draws it, alternative text, options for the
+report."""
+
+FIGURES_OF_RECORD = ("boundary", "hodograph")
+"""Figures that are the same for all cases of a 2-D study under one motion."""
 
 
 def _draw_illustrative_case(
-    cube: "xr.Dataset", case: IllustrativeCase, motion_folder: Path, output_folder: Path, case_number: int
+    cube: "xr.Dataset",
+    case: IllustrativeCase,
+    motion_folder: Path,
+    output_stem: Path,
+    drawn_files: dict[tuple[str, ...], Path],
 ) -> IllustrativeCaseWithFigures:
-    """Simulate one illustrative case again, and draw its film and figures."""
+    """Simulate one illustrative case again, and draw its film and figures.
+
+    `output_stem` is the path of the figures without ``-strip.svg`` and so on. `drawn_files` has the files of
+    `FIGURES_OF_RECORD` by name of the figure, record and variant; those that are there are copied.
+    """
     study, one = study_of_cube(cube), cube.isel(record=case.record).load()
     record = str(one["record_id"].item())
     settings = case.settings or (NOMINAL,) * len(case.direction_deg)
@@ -104,21 +119,27 @@ def _draw_illustrative_case(
     film = film_of_trajectories(paths, every, _film_title(study, one, case, paths), headings=headings)
     place = record_and_event_text(one)
     title = f"{place}: {block_label(study, case.block)}"
-    drawn = [("strip", film_strip_figure(film, titled=False), "four frames of the film", dict[str, float]())]
+    strip_figure = partial(film_strip_figure, film, titled=False)
+    drawn: list[CaseFigure] = [("strip", strip_figure, "four frames of the film", {})]
     if model_of_cube(one).one_component:
         drawn += _figures_for_planar_film(one, paths, motion, (title, place))
     else:
         about = "tilt of the axis towards north and east, and hodographs of the ground"
         several = enumerate(zip(paths, every, strict=True), 1)
         drawn += [
-            ("axis" if n == 1 else f"axis-{n}", body_axis_figure(path, own, title), about, {})
+            ("axis" if n == 1 else f"axis-{n}", partial(body_axis_figure, path, own, title), about, {})
             for n, (path, own) in several
         ]
     figures = {}
-    for name, figure, alt, options in drawn:
-        save_figure_files(figure, output_folder / f"{case_number}-{name}.svg")
-        figures[f"{case_number}-{name}.svg"] = {"alt": alt, **options}
-    strip = f"{case_number}-strip.svg"
+    for name, draw, alt, options in drawn:
+        path = output_stem.with_name(f"{output_stem.name}-{name}.svg")
+        same = drawn_files.setdefault((name, record, settings[0]), path) if name in FIGURES_OF_RECORD else path
+        if same == path:
+            save_figure_files(draw(), path)
+        else:
+            shutil.copyfile(same, path)
+        figures[path.name] = {"alt": alt, **options}
+    strip = f"{output_stem.name}-strip.svg"
     return IllustrativeCaseWithFigures(
         title=case.title,
         rule=case.rule,
@@ -184,23 +205,27 @@ def _figures_for_planar_film(
     azimuths = list(dict.fromkeys(float(path.attrs["azimuth_deg"]) for path in trajectories))
     if len(azimuths) == 1:
         azimuths.append((azimuths[0] + 90.0) % 360.0)
-    edge = overturning_boundary_figure(
-        overturning_boundary_by_azimuth(record_cube).assign_attrs(record_cube.attrs),
-        float(record_cube["b_over_h"].max()),
-        normal,
-        place,
-    )
+
+    def draw_boundary() -> "Figure":
+        edge = overturning_boundary_by_azimuth(record_cube).assign_attrs(record_cube.attrs)
+        return overturning_boundary_figure(edge, float(record_cube["b_over_h"].max()), normal, place)
+
     seen = "acceleration, velocity and displacement seen from above"
     return [
         (
             "response",
-            rotation_slip_and_uplift_figure(trajectories, title),
+            partial(rotation_slip_and_uplift_figure, trajectories, title),
             "rotation, slip and uplift against time",
             {"most_height": 14},
         ),
-        ("boundary", edge, "largest B/H that falls, by azimuth", {"most_height": 11}),
-        ("spectra", fourier_and_response_spectra_figure(motion, azimuths, place), "Fourier and response spectra", {}),
-        ("hodograph", hodograph_figure(motion, normal, place), seen, {}),
+        ("boundary", draw_boundary, "largest B/H that falls, by azimuth", {"most_height": 11}),
+        (
+            "spectra",
+            partial(fourier_and_response_spectra_figure, motion, azimuths, place),
+            "Fourier and response spectra",
+            {},
+        ),
+        ("hodograph", partial(hodograph_figure, motion, normal, place), seen, {}),
     ]
 
 

@@ -105,6 +105,8 @@ def earthquakes_on_map(cube: xr.Dataset) -> list[EarthquakeOnMap]:
     """
     ids, events = (np.atleast_1d(cube[name].to_numpy()).astype(str) for name in ("record_id", "event"))
     stations, epicentres = _coordinates_of_records(cube, "station"), _coordinates_of_records(cube, "epicentre")
+    if not any(map(_are_coordinates_known, stations)):
+        return []
     said = {row["id"]: row for row in record_sources(cube)}
     about = [said.get(name, {}) for name in ids.tolist()]
     means = mean_fall_directions_by_record(cube)

@@ -182,8 +182,10 @@ def longest_standstill_of_axis(
     ends = np.concatenate([[-1], np.flatnonzero(np.diff(samples)), [samples.size - 1]])
     longest = int(np.diff(ends).argmax())
     first, last = int(ends[longest]) + 1, int(ends[longest + 1])
+    if last + 1 - first < SHORTEST_PAUSE:
+        return None
     peak = float(np.abs(samples - np.median(samples)).max())
-    if last + 1 - first < SHORTEST_PAUSE or not peak:
+    if not peak:
         return None
     for other in (one for one in samples_of_other_axes if one.size == samples.size):
         moving = np.abs(other - np.median(other))
@@ -212,17 +214,17 @@ def clipped_sample_count_and_level(samples: FloatArray) -> tuple[int, float]:
     farthest = float(np.abs(away).max())
     if not farthest:
         return 0, 0.0
-    resolution = _value_resolution(samples, farthest)
     count, rail = 0, 0.0
     for sign in (1.0, -1.0):
         extreme = float((sign * away).max())
         if extreme < 0.5 * farthest:
             continue
         at = np.flatnonzero(sign * away >= extreme - 1e-9 * farthest)
+        if at.size < SHORTEST_RAIL:
+            continue
+        min_drop = 20.0 * _value_resolution(samples, farthest)
         for run in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1):
-            if run.size >= SHORTEST_RAIL and _is_clipped_sample_range(
-                sign * away, int(run[0]), int(run[-1]), 20.0 * resolution
-            ):
+            if run.size >= SHORTEST_RAIL and _is_clipped_sample_range(sign * away, int(run[0]), int(run[-1]), min_drop):
                 count += run.size
                 rail = max(rail, abs(float(samples[run[0]])))
     return count, rail

@@ -158,9 +158,9 @@ def _read_number_rows(
     name, first = lines.source.name, first_number_line_index(lines.lines)
     trusting = declared_properties.trust_data
     texts = {
-        i: line if field_width else line.strip()
+        i: line if field_width else text
         for i, line in enumerate(lines.lines[first:], first)
-        if line.strip() and not line.strip().startswith("#")
+        if (text := line.strip()) and text[0] != "#"
     }
     separator = next((mark for mark in ";\t," if mark in next(iter(texts.values()), "")), None)
     headings = read_heading_cells(lines.lines[:first], separator, len(declared_columns))
@@ -173,7 +173,9 @@ def _read_number_rows(
     if values_per_line:
         values = _read_values_of_wrapped_axis(lines, texts, separator, values_per_line, field_width)
     else:
-        cells = {i: [cell.strip() for cell in text.split(separator)] for i, text in texts.items()}
+        cells = {i: text.split(separator) for i, text in texts.items()}
+        if separator is not None:
+            cells = {i: [cell.strip() for cell in row] for i, row in cells.items()}
         for index, row in cells.items():
             if wrong := _separator_or_decimal_mark_error(texts[index], row, separator, len(declared_columns)):
                 raise lines.line_error(index, wrong)

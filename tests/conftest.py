@@ -16,6 +16,9 @@ KERNELS = (
 """Files whose tests compile the kernels of scenes and stacks. They run in one process, in this order: two processes
 would compile the same kernel at the same time, and a second variant of a kernel takes a quarter of the first."""
 
+SOURCES = ("test_layers.py", "test_locks.py")
+"""Files whose tests search the same Python sources for imports: in one process, so that each is parsed once."""
+
 FIRST = (
     *KERNELS, "test_body_closed_forms.py", "test_rocking.py", "test_study.py", "test_messages.py",
     "test_in_browsers.py", "test_explorer_in_browsers.py", "test_commands_on_results.py", "test_japanese_figures.py",
@@ -25,11 +28,12 @@ FIRST = (
 
 
 class KernelScheduling(LoadFileScheduling):
-    """Tests of a file run in one process, and those of all files in `KERNELS` in one."""
+    """Tests of a file run in one process, those of all files in `KERNELS` in one, and those of `SOURCES` too."""
 
     def _split_scope(self, nodeid: str) -> str:
         file = super()._split_scope(nodeid)
-        return "kernels" if file.rpartition("/")[2] in KERNELS else file
+        name = file.rpartition("/")[2]
+        return "kernels" if name in KERNELS else "sources" if name in SOURCES else file
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -1,12 +1,13 @@
 """Imports run one way: down the package's layers, from checks and tests into the package, never in a circle."""
 
 import ast
-from collections.abc import Iterator
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
+
+from tests.sources import import_statements
 
 LAYERS = [
     "units",
@@ -53,20 +54,11 @@ def modules() -> dict[str, Path]:
     return found
 
 
-def statements(tree: ast.AST) -> Iterator[ast.AST]:
-    """Yield all statements of a module, also those inside others; they are a tenth of what `ast.walk` yields."""
-    for part in ("body", "orelse", "handlers", "finalbody", "cases"):
-        for one in getattr(tree, part, ()):
-            yield one
-            yield from statements(one)
-
-
 @cache
 def imports(module: str) -> frozenset[str]:
     """Modules of ours that a module imports, also inside functions."""
     names, text = set(), modules()[module].read_text(encoding="utf-8")
-    tree = ast.parse(text)
-    for node in ast.walk(tree) if "import_module" in text else statements(tree):
+    for node in ast.walk(ast.parse(text)) if "import_module" in text else import_statements(text):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):

@@ -115,7 +115,7 @@ def test_extra_files_do_not_make_an_archive_unreadable(tmp_path, pack):
     assert [note for note in record.notes if "left out" in note] == []
 
 
-def test_a_folder_skips_spectra_and_velocities_next_to_accelerations(tmp_path, capsys):
+def test_a_folder_skips_spectra_and_velocities_next_to_accelerations(tmp_path, capsys, monkeypatch):
     """Regression: CESMD's V3 was reported as refused next to the V2 that was read, with exit status 1."""
     steps = np.random.default_rng(3).integers(-999, 999, (3, 210))
     (second,) = FORMS["csmip2"].files(*steps).values()
@@ -132,7 +132,11 @@ def test_a_folder_skips_spectra_and_velocities_next_to_accelerations(tmp_path, c
     assert "_SearchResults.csv\n  skipped: it holds no acceleration\n" in out
     assert "1 read, 0 refused" in out
     assert "CE1.V2\n  csmip" in out
+    pages = []
+    save = "overturning.figures.write.save_figure_files"
+    monkeypatch.setattr(save, lambda _figure, path: pages.append(path.name))  # only the exit status is examined
     assert run("records", "plot", folder, "-o", tmp_path / "pages") == 0
+    assert pages == ["CE1.V2.svg"]
     (folder / "CE1.V2").write_text(second[:-2000])
     assert run("records", "check", folder) == 1
     assert "0 read, 1 refused" in capsys.readouterr().out

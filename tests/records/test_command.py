@@ -108,13 +108,21 @@ def test_impossible_declarations_are_named(tmp_path):
 WAVE = 300 * np.sin(np.arange(4000) * 0.05) * np.exp(-(((np.arange(4000) - 2000) / 600) ** 2))
 
 
+@pytest.fixture
+def undrawn_pages(monkeypatch):
+    """Files to which figures would be drawn; nothing is: for tests of what a command prints."""
+    pages = []
+    monkeypatch.setattr("overturning.figures.write.save_figure_files", lambda _figure, path: pages.append(path))
+    return pages
+
+
 def columns_file(path, scale=1.0, offset=0.0):
     rows = zip(np.arange(WAVE.size) * 0.01, scale * WAVE + offset, -scale * WAVE + offset, strict=True)
     path.write_text("".join(f"{t:.2f},{n:.6f},{e:.6f}\n" for t, n, e in rows))
     return path
 
 
-def test_omitted_parts_of_a_file_are_noted_by_every_command(tmp_path, capsys):
+def test_omitted_parts_of_a_file_are_noted_by_every_command(tmp_path, capsys, undrawn_pages):
     path = tmp_path / "x.asa"
     path.write_text(unam_text({"N00E": A, "N90E": B, "V": A}))
     word = "vertical axis 'V' left out: x.asa does not say whether up or down"
@@ -126,12 +134,13 @@ def test_omitted_parts_of_a_file_are_noted_by_every_command(tmp_path, capsys):
     place = ("--table", table, "--folder", tmp_path / "data")
     for command in (
         ("records", "check", path),
-        ("records", "plot", path, "--output", tmp_path / "x.svg"),
+        ("records", "plot", path, "--output", tmp_path / "x.png"),
         ("records", "add", path, *place),
         ("one", "--record", path, "--azimuth", 0),
     ):
         assert run(*command) == 0
         assert word in capsys.readouterr().out, command
+    assert undrawn_pages == [tmp_path / "x.png"]
 
 
 def test_check_and_add_take_the_other_files_of_the_record(tmp_path, capsys):
@@ -276,25 +285,26 @@ def test_plot_draws_a_page_and_prints_the_corner_and_its_reason(tmp_path, capsys
     out = capsys.readouterr().out
     assert "high-pass 0.1 Hz, order 2 (no noise of 2 s before the onset" in out
     assert (tmp_path / "x.pdf").read_bytes().startswith(b"%PDF")
-    (tmp_path / "other.V2A").write_text(geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02))
-    assert run("records", "plot", tmp_path / "good.V1A", tmp_path / "other.V2A", "--output", tmp_path / "x.png") == 1
+    # A folder with a file of the same name, processed by its agency, and one that is no record.
+    again = tmp_path / "again"
+    again.mkdir()
+    (again / "good.V1A").write_text(geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02))
+    (again / "note.json").write_text("{}")
+    assert run("records", "plot", path, again, "--output", tmp_path / "x.png") == 1
     assert "there are 2 records" in capsys.readouterr().err
-    for name, no_effect in (("good.V1A", False), ("other.V2A", True)):  # raw, and processed by the agency
-        assert run("records", "plot", tmp_path / name, "--corner", 0.2, "--output", tmp_path / "x.png") == 0
-        out = capsys.readouterr().out
+    assert run("records", "plot", path, again, "--corner", 0.2, "--output", tmp_path / "both") == 0
+    raw, of_agency = capsys.readouterr().out.split(f"{tmp_path / 'both' / 'good.V1A-2.svg'}: ")
+    assert raw.startswith(f"{tmp_path / 'both' / 'good.V1A.svg'}: ")
+    for out, no_effect in ((raw, False), (of_agency, True)):
         assert ("--corner has no effect" in out, "high-pass 0.2 Hz" in out) == (no_effect, not no_effect)
+    pages = sorted((tmp_path / "both").iterdir())
+    assert [page.name for page in pages] == ["good.V1A-2.svg", "good.V1A.svg"]
+    assert all(page.read_text().startswith("<?xml") for page in pages)
     assert run("records", "plot", path, "--corner", "low") == 1
     assert "--corner: 'low'" in capsys.readouterr().err
     for corner in ("nan", "0", "-1", "inf"):
         assert run("records", "plot", path, f"--corner={corner}") == 1
         assert f"--corner: '{corner}'" in capsys.readouterr().err
-    (tmp_path / "again").mkdir()
-    (tmp_path / "again" / "good.V1A").write_text(path.read_text())
-    (tmp_path / "again" / "note.json").write_text("{}")
-    assert run("records", "plot", path, tmp_path / "again", "--output", tmp_path / "both") == 0
-    pages = sorted((tmp_path / "both").iterdir())
-    assert [page.name for page in pages] == ["good.V1A-2.svg", "good.V1A.svg"]
-    assert all(page.read_text().startswith("<?xml") for page in pages)
 
 
 def test_channels_of_one_file_may_have_different_lengths_with_a_processing_entry(tmp_path, capsys):

@@ -6,18 +6,21 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+STATM = Path("/proc/self/statm")
+IS_BOUNDED = hasattr(signal, "setitimer") and STATM.exists()
+
+
+def ring(_signal: int, _frame: object) -> None:
+    raise AssertionError("ten seconds for one file")
+
 
 @contextmanager
 def bounded(seconds: float = 10.0) -> Iterator[None]:
     """Not more than 10 s of processor time or 1 GB: by a timer and a limit on the address space where they exist."""
-    if not hasattr(signal, "setitimer") or not Path("/proc/self/statm").exists():
+    if not IS_BOUNDED:
         yield
         return
-
-    def ring(_signal: int, _frame: object) -> None:
-        raise AssertionError("ten seconds for one file")
-
-    now = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    now = int(STATM.read_text().split()[0]) * resource.getpagesize()
     soft, hard = resource.getrlimit(resource.RLIMIT_AS)
     before = signal.signal(signal.SIGPROF, ring)
     signal.setitimer(signal.ITIMER_PROF, seconds)

@@ -56,10 +56,9 @@ def write_knet_set(folder: Path, stem: str, north, east, up=None, *, kik: int | 
 
 def fixed(values, width: int, decimals: int, per_line: int, form: str = "f") -> str:
     """FORTRAN columns of fixed width, without the leading zero where it does not fit."""
-    words = []
-    for value in values:
-        word = f"{value:{width}.{decimals}{form}}"
-        words.append(word if len(word) <= width else word.replace("0.", ".", 1).strip().rjust(width))
+    form = f"{width}.{decimals}{form}"
+    words = [format(value, form) for value in (values.tolist() if isinstance(values, np.ndarray) else values)]
+    words = [word if len(word) <= width else word.replace("0.", ".", 1).strip().rjust(width) for word in words]
     assert all(len(w) == width for w in words), max(words, key=len)
     return "".join("".join(words[i : i + per_line]) + "\n" for i in range(0, len(words), per_line))
 

@@ -29,6 +29,9 @@ OPTIONS = DeclaredFileProperties(unit="gal")
 CORPUS = {form: dict(corpus(form)) for form in WHOLE}
 
 
+HARMLESS = ("BOM", "CRLF", "CR CRLF", "CR", "UTF-16", "DOS end of file", "zeros behind", "blank lines behind")
+
+
 def test_the_corpus_is_large_enough():
     assert sum(map(len, CORPUS.values())) >= 2126
     assert len(BYTES) >= 19
@@ -80,16 +83,17 @@ def objection(paths: list[Path], good: Record, newlines: int = 1) -> str:
 def test_text_is_refused_by_name_or_read_right(tmp_path, form):
     paths = write(tmp_path, form)
     good, whole = read_record_without_processing(paths, OPTIONS), WHOLE[form][0][paths[0].name]
-    objections = {}
+    objections: dict[str, str] = {}
+    read: dict[bytes, str] = {}  # Mutations may make the same file, as of the digits in a line without digits.
     for name, change in CORPUS[form].items():
-        if name in UNCOUNTED.get(form, ()):
+        if name in UNCOUNTED.get(form, ()) or name in HARMLESS:  # The latter are all read right: see below.
             continue
-        replace(paths[0], change(whole))
-        objections[name] = objection(paths, good)
+        content = change(whole)
+        if content not in read:
+            replace(paths[0], content)
+            read[content] = objection(paths, good)
+        objections[name] = read[content]
     assert {name: what for name, what in objections.items() if what} == {}
-
-
-HARMLESS = ("BOM", "CRLF", "CR CRLF", "CR", "UTF-16", "DOS end of file", "zeros behind", "blank lines behind")
 
 
 @pytest.mark.parametrize("form", WHOLE)
@@ -98,7 +102,9 @@ def test_marks_of_other_systems_do_no_harm(tmp_path, form):
     good, whole = read_record_without_processing(paths, OPTIONS), WHOLE[form][0][paths[0].name]
     for name in HARMLESS:
         replace(paths[0], CORPUS[form][name](whole))
-        assert same_motion(read_record_without_processing(paths, OPTIONS), good), name
+        with bounded():
+            record = read_record_without_processing(paths, OPTIONS)
+        assert same_motion(record, good), name
 
 
 @pytest.mark.parametrize("form", WHOLE)

@@ -3,14 +3,17 @@
 import os
 import signal
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from distributed import Client, LocalCluster
 
 import overturning
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.errors import ArgumentError
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 pytestmark = pytest.mark.long
 
@@ -18,7 +21,9 @@ MOTION = overturning.Motion.sine(amplitude=5.0, period=0.8, azimuth_deg=60)
 
 
 @pytest.fixture(scope="module")
-def client() -> Iterator[Client]:
+def client() -> Iterator["Client"]:
+    from distributed import Client, LocalCluster  # half a second that collection need not wait
+
     with (
         LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as cluster,
         Client(cluster) as client,
@@ -31,7 +36,7 @@ def cases() -> overturning.Cases:
     return overturning.Cases(azimuth, 0.6, ratio, 0.7)
 
 
-def test_a_sweep_on_a_cluster_has_the_bits_of_one_process(client: Client) -> None:
+def test_a_sweep_on_a_cluster_has_the_bits_of_one_process(client: "Client") -> None:
     grid = {"azimuth_deg": range(0, 360, 2), "height": [0.6, 1.0], "b_over_h": [0.2, 0.3, 0.4], "friction": [0.5, 1.0]}
     alone, spread = (overturning.simulate(MOTION, **grid, client=each) for each in (None, client))
     assert spread.identical(alone)
@@ -41,7 +46,7 @@ def test_a_sweep_on_a_cluster_has_the_bits_of_one_process(client: Client) -> Non
         np.testing.assert_array_equal(two[name], values)
 
 
-def test_a_killed_worker_loses_no_result(client: Client) -> None:
+def test_a_killed_worker_loses_no_result(client: "Client") -> None:
     killed = []
 
     def kill_one(done: int, total: int) -> None:
@@ -57,7 +62,7 @@ def test_a_killed_worker_loses_no_result(client: Client) -> None:
         np.testing.assert_array_equal(getattr(spread, name), values)
 
 
-def test_an_error_on_a_worker_is_raised_locally(client: Client) -> None:
+def test_an_error_on_a_worker_is_raised_locally(client: "Client") -> None:
     with pytest.raises(ArgumentError, match="time_step"):
         overturning.run_cases(MOTION, cases(), client=client, time_step=-1.0)
     with pytest.raises(ArgumentError, match=r"client: str; give a dask.distributed.Client\(\)"):

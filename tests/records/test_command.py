@@ -89,6 +89,7 @@ def test_file_of_another_sensor_than_declared_is_not_skipped(capsys, tmp_path):
 
 
 def test_impossible_declarations_are_named(tmp_path):
+    path = columns_file(tmp_path / "x.csv")
     for name, value, known in (
         ("format", "geonett", "known are"),
         ("unit", "feet", "it should be 'm/s2', "),
@@ -102,7 +103,7 @@ def test_impossible_declarations_are_named(tmp_path):
         ("x", 1, "known are"),
     ):
         with refused(ArgumentError, name, known):
-            overturning.read(columns_file(tmp_path / "x.csv"), **{name: value})
+            overturning.read(path, **{name: value})
 
 
 WAVE = 300 * np.sin(np.arange(4000) * 0.05) * np.exp(-(((np.arange(4000) - 2000) / 600) ** 2))

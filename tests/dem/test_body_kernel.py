@@ -1,10 +1,12 @@
 """The 3-D kernel: agreement with the 2-D kernel, symmetry, bits, stable step, energy balance, end of a case."""
 
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.integrate import solve_ivp
 
 from overturning.dem import run as run_module
@@ -226,15 +228,24 @@ def test_a_cylinder_that_wobbles_on_its_rim_stands(peak: float, height: float, b
     assert peaks[0] > 0.03  # it does not come to rest
 
 
+PULSE = 5.0 * np.sin(0.5 * np.pi * 0.005 * np.arange(401))
+"""Acceleration of the base that makes a body slide for long, m/s²; a sample every 0.005 s."""
+
+
+@cache
+def sliding_bodies(shape: str | int) -> xr.Dataset:
+    """Return the outcomes of a body with each friction under `PULSE`, computed side by side."""
+    motion = Motion(0.6 * PULSE, 0.8 * PULSE, sampling_interval=0.005)
+    axes = {"height": [0.6], "b_over_h": [0.3], "friction": [0.002, 0.01, 0.02]}
+    return simulate(motion, shape, orientation_deg=[20.0], **axes)
+
+
 @pytest.mark.parametrize("shape", ["rectangle", "circle", 6])
 @pytest.mark.parametrize("friction", [0.002, 0.01, 0.02])
 def test_a_body_that_slides_for_long_is_simulated_to_its_stop(friction: float, shape: str | int) -> None:
     """It slides for 10 s to 3 min, far beyond 20/p after the record, with up to 300 times the energy of a fall."""
-    time = np.arange(401) * 0.005
-    pulse = 5.0 * np.sin(0.5 * np.pi * time)
-    motion = Motion(0.6 * pulse, 0.8 * pulse, sampling_interval=0.005)
-    found = simulate(motion, shape, orientation_deg=[20.0], height=[0.6], b_over_h=[0.3], friction=[friction])
-    peak, residual = sliding_displacement(pulse, 0.005, friction)
+    found = sliding_bodies(shape).sel(friction=friction)
+    peak, residual = sliding_displacement(PULSE, 0.005, friction)
     assert found.overturned.item() == 0
     assert found.peak_slip.item() == pytest.approx(peak, rel=5e-3)
     assert found.residual_slip_north.item() == pytest.approx(0.6 * residual, rel=5e-3)
@@ -263,17 +274,23 @@ def stop_of_a_sliding_plate(corners: np.ndarray, gyration: float, friction: floa
     return np.asarray(found.y[:3, -1])
 
 
+@cache
+def sliding_and_spinning_bodies(speed: float, spin: float, aspect: float) -> xr.Dataset:
+    """Return the outcomes of a plate with each friction that starts with a velocity and a rotation."""
+    start = InitialState((0.0, 0.0, 0.05), (1.0, 0.0, 0.0, 0.0), (speed, 0.0, 0.0), (0.0, 0.0, spin))
+    return simulate(
+        level(0.1), Body("rectangle", start=start), orientation_deg=[0.0], height=[0.1], b_over_h=[5.0],
+        friction=[0.005, 0.02], aspect=[aspect], leave_out=False,
+    )  # fmt: skip
+
+
 @pytest.mark.parametrize("friction", [0.005, 0.02])
 @pytest.mark.parametrize(("speed", "spin", "aspect"), [(2.0, 0.5, 1.0), (1.0, 3.0, 1.0), (0.1, 1.5, 20.0)])
 def test_a_body_that_slides_and_spins_for_long_is_simulated_to_its_stop(
     friction: float, speed: float, spin: float, aspect: float
 ) -> None:
     """It slides and spins for 5 s to 40 s, beyond 20/p after the record; the load of its corners is the same to 2 %."""
-    start = InitialState((0.0, 0.0, 0.05), (1.0, 0.0, 0.0, 0.0), (speed, 0.0, 0.0), (0.0, 0.0, spin))
-    found = simulate(
-        level(0.1), Body("rectangle", start=start), orientation_deg=[0.0], height=[0.1], b_over_h=[5.0],
-        friction=[friction], aspect=[aspect], leave_out=False,
-    )  # fmt: skip
+    found = sliding_and_spinning_bodies(speed, spin, aspect).sel(friction=friction)
     corners = 0.25 * np.array([[1.0, aspect], [1.0, -aspect], [-1.0, -aspect], [-1.0, aspect]])
     gyration = 0.5 * np.sqrt((1.0 + aspect**2) / 12.0)
     along, left, turned = stop_of_a_sliding_plate(corners, gyration, friction, np.array([speed, 0.0, spin]))

@@ -48,12 +48,16 @@ def waves(seed: int, components: int = 2) -> np.ndarray[Any, Any]:
     return rows / np.abs(rows).max()
 
 
+def level_motion(rows: np.ndarray[Any, Any]) -> Motion:
+    """Return the motion with the (north, west) accelerations `rows`, m/s²."""
+    return Motion(rows[0], -rows[1], sampling_interval=INTERVAL, trust_data=True)
+
+
 def run(
     scene: Scene, rows: np.ndarray[Any, Any], orientation: list[float], friction: float, **options: Any
 ) -> xr.Dataset:
     """Simulate a stack under (north, west) accelerations, m/s²; x of an orientation of 0° is north, y is west."""
-    motion = Motion(rows[0], -rows[1], sampling_interval=INTERVAL, trust_data=True)
-    return simulate(motion, scene, orientation_deg=orientation, friction=[friction], threads=1, **options)
+    return simulate(level_motion(rows), scene, orientation_deg=orientation, friction=[friction], threads=1, **options)
 
 
 def plateau(level: float, angle: float) -> np.ndarray[Any, Any]:

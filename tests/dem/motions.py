@@ -1,0 +1,45 @@
+"""Simulation of the same cases of a 3-D model under several motions, side by side in the lanes of the kernel."""
+
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+
+from overturning.dem.body.plan import SimulationPlan3D
+from overturning.dem.numerics import NumericalOptions
+from overturning.dem.run import plan_simulation, split_into_queues
+from overturning.model.body import Body
+from overturning.model.cases import Cases
+from overturning.model.results import CaseResults
+from overturning.model.stack import Stack
+from overturning.motion.motion import Motion
+
+OF_EACH_CASE = ("steps", "first", "stays_at_rest", "too_soft", "table", "cosines")
+
+
+def simulate_under_each(model: Body | Stack, motions: list[Motion], cases: Cases, **options: Any) -> CaseResults:
+    """Simulate n cases under each of several level motions with the same times; return arrays of shape (motions, n, …).
+
+    A lane that is not used costs as much as one that is, and a case has the same bits in any lane: see
+    `test_stack.test_cases_do_not_depend_on_their_neighbours`.
+    """
+    assert len({(motion.sample_count, motion.sampling_interval) for motion in motions}) == 1
+    assert all(motion.up is None for motion in motions)
+    plans = [plan_simulation(model, motion, cases, NumericalOptions(**options)) for motion in motions]
+    columns = (*OF_EACH_CASE, "friction") if isinstance(model, Stack) else OF_EACH_CASE
+    plan = replace(
+        plans[0],
+        cases=Cases(*(np.tile(getattr(cases, item.name), len(plans)) for item in fields(cases))),
+        ground=np.concatenate([one.ground for one in plans]),
+        row=np.concatenate([one.row + number * len(one.ground) for number, one in enumerate(plans)]),
+        **{name: np.concatenate([getattr(one, name) for one in plans]) for name in columns},
+    )
+    assert isinstance(plan, SimulationPlan3D)
+    found = plan.initial_results()
+    moving = np.flatnonzero(~plan.stays_at_rest & ~plan.too_soft)
+    order = moving[np.argsort(plan.queue_number_by_case[moving], kind="stable")]
+    for queue in split_into_queues(order, plan.queue_number_by_case, split_long_groups=False):
+        found.store_outcomes(queue, plan.compute_cases(queue, np.zeros(1, np.int64))[0])
+    return CaseResults(
+        **{name: values.reshape(len(plans), -1, *values.shape[1:]) for name, values in vars(found).items()}
+    )

@@ -1,6 +1,7 @@
 """The kernels against closed forms: signs, thresholds, free rocking, sliding, bouncing, flat landings."""
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -285,37 +286,58 @@ def test_a_block_stays_flat_in_noise_that_throws_it_up(seed: int, general: bool,
     np.testing.assert_allclose(found.residual_slip, slip_in_hops(along, up, 0.026, 0.2), rtol=0.03)
 
 
-@cache
-def thrown_up(friction: float, lift: float, push: float, amplitudes: tuple[float, ...]) -> tuple[Motion, list[float]]:
-    """Return a motion that throws a sliding block up, and its slip (m) without rotation at some amplitudes."""
+NEAR = tuple(np.round(np.linspace(0.95, 1.05, 21), 4).tolist())
+LANDINGS = [
+    (0.3, 0.2, 1.5, 0.5),
+    (0.3, 0.25, 1.3, 0.5),
+    (0.4, 0.3, 1.5, 0.6),
+    (0.5, 0.3, 2.0, 0.8),
+    (0.5, 0.4, 2.0, 0.8),
+    (0.3, 0.2, 1.2, 0.3),
+]
+"""B/H and friction of sliding blocks, upward and horizontal acceleration (g) of the base that throws them up."""
+NEARBY_LANDINGS = [(0.3, 0.25, 1.3, 0.5), (0.3, 0.29, 1.3, 0.5), (0.5, 0.3, 2.0, 0.8)]
+"""As `LANDINGS`, for blocks that land at each of the amplitudes `NEAR`."""
+
+
+def base_that_throws_up(lift: float, push: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the acceleration of the base along s and up, m/s²; a sample every 0.01 s."""
     along, up = np.zeros(200), np.zeros(200)
     along[5:40], up[10:40] = push * STANDARD_GRAVITY, -lift * STANDARD_GRAVITY
+    return along, up
+
+
+@cache
+def thrown_up(b_over_h: float, lift: float, push: float, general: bool, scheme: str) -> dict[Any, tuple[int, Any, Any]]:
+    """Return flag, peak rotation and residual slip of all blocks with B/H `b_over_h` under a motion, side by side.
+
+    The keys are friction, azimuth (degrees) and amplitude.
+    """
+    along, up = base_that_throws_up(lift, push)
     motion = Motion(along, 0 * along, up, sampling_interval=0.01, trust_data=True)
-    return motion, [slip_in_hops(along, up, 0.01, friction, amplitude) for amplitude in amplitudes]
+    cells = {(mu, turn, 1.0) for b, mu, *base in LANDINGS if (b, *base) == (b_over_h, lift, push) for turn in (0, 180)}
+    cells |= {(mu, 0, a) for b, mu, *base in NEARBY_LANDINGS if (b, *base) == (b_over_h, lift, push) for a in NEAR}
+    keys = sorted(cells)
+    friction, azimuth, amplitude = np.array(keys).T
+    cases = Cases(azimuth, 0.6, b_over_h, friction, amplitude=amplitude)
+    found = run_cases(motion, cases, general=general, scheme=scheme)
+    return dict(zip(keys, zip(found.overturned, found.peak_rotation, found.residual_slip, strict=True), strict=True))
 
 
 @pytest.mark.parametrize("scheme", ["centred", "cundall"])
 @pytest.mark.parametrize("general", [False, True])
-@pytest.mark.parametrize(
-    ("b_over_h", "friction", "lift", "push"),
-    [
-        (0.3, 0.2, 1.5, 0.5),
-        (0.3, 0.25, 1.3, 0.5),
-        (0.4, 0.3, 1.5, 0.6),
-        (0.5, 0.3, 2.0, 0.8),
-        (0.5, 0.4, 2.0, 0.8),
-        (0.3, 0.2, 1.2, 0.3),
-    ],
-)
+@pytest.mark.parametrize(("b_over_h", "friction", "lift", "push"), LANDINGS)
 def test_a_block_that_lands_flat_while_it_slides_stays_flat(
     b_over_h: float, friction: float, lift: float, push: float, general: bool, scheme: str
 ) -> None:
     """The block is thrown up and lands with µ < B/H: the impulse acts within its base, so that no end lifts."""
-    motion, (slip,) = thrown_up(friction, lift, push, (1.0,))
-    found = run_cases(motion, Cases([0.0, 180.0], 0.6, b_over_h, friction), general=general, scheme=scheme)
-    assert found.overturned.tolist() == [0, 0]
-    assert found.peak_rotation.max() < 0.01
-    np.testing.assert_allclose(found.residual_slip, [slip, -slip], rtol=0.03)
+    found = thrown_up(b_over_h, lift, push, general, scheme)
+    slip = slip_in_hops(*base_that_throws_up(lift, push), 0.01, friction)
+    for turn, expected in ((0, slip), (180, -slip)):
+        overturned, rotation, residual = found[friction, turn, 1.0]
+        assert overturned == 0
+        assert rotation < 0.01
+        assert residual == pytest.approx(expected, rel=0.03)
 
 
 @pytest.mark.parametrize("scheme", ["centred", "cundall"])
@@ -342,20 +364,21 @@ def test_a_block_that_sticks_when_it_lands_flat_slips_in_flight_only(
     np.testing.assert_allclose(found.residual_slip, [slip, -slip], rtol=0.01)
 
 
-NEAR = tuple(np.round(np.linspace(0.95, 1.05, 21), 4).tolist())
+@cache
+def slips_near(friction: float, lift: float, push: float) -> list[float]:
+    """Return the slip (m) of a block that does not rotate, at each of the amplitudes `NEAR`."""
+    return [slip_in_hops(*base_that_throws_up(lift, push), 0.01, friction, amplitude) for amplitude in NEAR]
 
 
 @pytest.mark.parametrize("scheme", ["centred", "cundall"])
 @pytest.mark.parametrize("general", [False, True])
-@pytest.mark.parametrize(
-    ("b_over_h", "friction", "lift", "push"), [(0.3, 0.25, 1.3, 0.5), (0.3, 0.29, 1.3, 0.5), (0.5, 0.3, 2.0, 0.8)]
-)
+@pytest.mark.parametrize(("b_over_h", "friction", "lift", "push"), NEARBY_LANDINGS)
 def test_a_flat_landing_does_not_depend_on_the_last_bits_of_a_flight(
     b_over_h: float, friction: float, lift: float, push: float, general: bool, scheme: str
 ) -> None:
     """The base leaves the ground with a rotation below 0.001 rad/s, so that one end touches microseconds earlier."""
-    motion, slips = thrown_up(friction, lift, push, NEAR)
-    found = run_cases(motion, Cases(0.0, 0.6, b_over_h, friction, amplitude=NEAR), general=general, scheme=scheme)
-    assert not found.overturned.any()
-    assert found.peak_rotation.max() < 0.01
-    np.testing.assert_allclose(found.residual_slip, slips, rtol=0.03)
+    found = thrown_up(b_over_h, lift, push, general, scheme)
+    overturned, rotation, residual = zip(*(found[friction, 0, amplitude] for amplitude in NEAR), strict=True)
+    assert not any(overturned)
+    assert max(rotation) < 0.01
+    np.testing.assert_allclose(residual, slips_near(friction, lift, push), rtol=0.03)

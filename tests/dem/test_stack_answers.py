@@ -10,28 +10,32 @@ from overturning.dem.simulate import simulate
 from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
 from overturning.figures.film_of_trajectory import film_of_trajectories, outcome_sentence
+from overturning.model.cases import Cases
 from overturning.model.element import Element
+from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.scene import Scene, load_scene
 from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
+from tests.dem.motions import simulate_under_each
 from tests.dem.polygon_scenes import ROOT
 from tests.dem.reference.particles import slip_in_hops
-from tests.dem.test_stack import INTERVAL, THREE, boxes, plateau, run, waves
+from tests.dem.test_stack import INTERVAL, THREE, boxes, level_motion, plateau, run, waves
 
 
 def test_a_shaft_on_a_broad_base_rocks_as_on_the_ground() -> None:
     """The base is so broad and heavy that only the shaft moves; peak tilts are those of Housner's block on rock."""
-    for seed in (0, 1, 2):
-        rows = 4.2 * waves(seed, components=1)
-        alone, above = (
-            run(boxes((0.2, 0.2, 0.6)), rows, [0.0], 3.0),
-            run(boxes((2.0, 2.0, 0.3), (0.2, 0.2, 0.6)), rows, [0.0], 3.0),
-        )
-        tilt = float(alone.peak_tilt.item())
-        assert 0.5 < tilt < 15.0
-        assert float(above.peak_tilt.to_numpy().ravel()[0]) < 1e-2
-        assert float(above.peak_tilt.to_numpy().ravel()[1]) == pytest.approx(tilt, rel=5e-3)
+    motions, shaft = [level_motion(4.2 * waves(seed, components=1)) for seed in (0, 1, 2)], (0.2, 0.2, 0.6)
+    cases = Cases(0.0, 0.6, 0.2 / 0.6, 3.0)
+    alone, above = (
+        simulate_under_each(Stack(scene), motions, cases).peak_tilt[:, 0]
+        for scene in (boxes(shaft), boxes((2.0, 2.0, 0.3), shaft))
+    )
+    assert alone.shape == (3,)
+    assert alone.min() > 0.5
+    assert alone.max() < 15.0
+    assert above[:, 0].max() < 1e-2
+    np.testing.assert_allclose(above[:, 1], alone, rtol=5e-3)
 
 
 @pytest.mark.parametrize("push", [1.5, 2.0])
@@ -122,17 +126,14 @@ def test_the_mirror_image_of_a_case_has_the_mirrored_outcome() -> None:
 
     All samples are simulated: `tests/dem/test_leave_out.py` is about the effect of skipping some.
     """
-    away = []
-    for seed in range(6):
-        rows = 7.0 * waves(seed)
-        first, second = (
-            run(THREE, rows * np.array([[1.0], [side]]), [0.0], 0.6, leave_out=False) for side in (1.0, -1.0)
-        )
-        assert first.overturned.to_numpy().ravel().tolist() == [0.0, 0.0, 1.0]
-        np.testing.assert_array_equal(first.overturned, second.overturned)
-        one, other = (found.fall_azimuth.to_numpy().ravel()[2] for found in (first, second))
-        away.append(abs((one + other + 180.0) % 360.0 - 180.0))
-    assert max(away) < 10.0
+    sides = np.array([[[1.0], [1.0]], [[1.0], [-1.0]]])
+    motions = [level_motion(7.0 * waves(seed) * side) for side in sides for seed in range(6)]
+    cases = Cases(0.0, *size_reference_height_and_b_over_h(THREE), 0.6)
+    found = simulate_under_each(Stack(THREE), motions, cases, leave_out=False)
+    assert found.overturned[:, 0].tolist() == [[0, 0, 1]] * 12
+    one, other = found.fall_azimuth[:6, 0, 2], found.fall_azimuth[6:, 0, 2]
+    away = np.abs((one + other + 180.0) % 360.0 - 180.0)
+    assert away.max() < 10.0
     assert np.median(away) < 0.1
 
 

@@ -69,11 +69,11 @@ def vertex_unloading_acceleration_and_least_load(body: RigidSolid) -> tuple[floa
     x, y = body.points[: body.base, :2].T
     rows = np.stack([np.ones(body.base), x, y])
     matrix = np.array([[math.fsum(a * b) for b in rows] for a in rows])
-    planes = [solve_positive_definite_system(matrix, unit) for unit in np.eye(3)]
-    if any(plane is None for plane in planes):
+    planes = solve_positive_definite_system(matrix, np.eye(3))
+    if planes is None:
         return 0.0, 0.0
     # Force at each vertex over the weight: from gravity, and from the moments of accelerations along x and y.
-    own, ahead, aside = (np.sum(plane[:, None] * rows, axis=0) for plane in planes if plane is not None)
+    own, ahead, aside = (np.sum(plane[:, None] * rows, axis=0) for plane in planes.T)
     change = body.centre_height * np.sqrt(ahead**2 + aside**2)
     least = float(np.min(own))
     return (float(np.min(own / change)), least * body.base) if least > 0.0 else (0.0, 0.0)

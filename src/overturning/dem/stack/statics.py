@@ -142,8 +142,11 @@ def _corner_motion_matrix(stones: list[StackStone], joint: int, corner: FloatArr
         if index >= 0:
             stone = stones[index]
             x, y, z = corner[0] - stone.x, corner[1], (-stone.foot if index == joint else stone.top)
-            turn = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
-            matrix[:, 6 * index : 6 * index + 6] += sign * np.concatenate([np.eye(3), turn], axis=1)
+            matrix[:, 6 * index : 6 * index + 6] += [
+                [sign, 0.0, 0.0, 0.0, sign * z, -sign * y],
+                [0.0, sign, 0.0, -sign * z, 0.0, sign * x],
+                [0.0, 0.0, sign, sign * y, -sign * x, 0.0],
+            ]
     return matrix
 
 

@@ -100,10 +100,20 @@ def film_with_long_outcome(duration: float) -> Film:
     return replace(film, panels=(film.panels[0], replace(film.panels[1], outcome=FALLS)))
 
 
-def test_a_long_outcome_is_broken_into_lines_in_a_movie(tmp_path: Path) -> None:
-    """No letter reaches the right edge; the outcome of a panel without a fall appears with the last frame."""
+def test_a_long_outcome_is_broken_into_lines_in_a_movie(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No letter reaches the right edge; the outcome of a panel without a fall appears with the last frame.
+
+    The layout is computed for the first frame and for the last one, in which a text is new; not for the second one.
+    """
+    layouts: list[object] = []
+    execute = ConstrainedLayoutEngine.execute
+    monkeypatch.setattr(
+        ConstrainedLayoutEngine, "execute", lambda self, figure: layouts.append(figure) or execute(self, figure)
+    )
     write_film_as_gif_or_mp4(film_with_long_outcome(0.04), tmp_path / "a.gif")
+    assert len(layouts) == 2
     with Image.open(tmp_path / "a.gif") as picture:
+        assert picture.n_frames == 3
         picture.seek(picture.n_frames - 1)
         grey = np.asarray(picture.convert("L"), dtype=np.float64)
     assert grey[int(0.55 * len(grey)) : int(0.75 * len(grey)), -4:].min() > 200

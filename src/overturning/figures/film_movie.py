@@ -24,6 +24,7 @@ from overturning.figures.style import (
     project_style,
 )
 from overturning.figures.svg_translation import break_text_at_width, pad_to_equal_line_count
+from overturning.figures.write import compute_layout_only_once
 from overturning.files import atomic_write, check_output_path
 from overturning.translation.texts import ENGLISH, FONTS, current_language, language_of_font_for, translate
 from overturning.units import GAL
@@ -63,6 +64,8 @@ def write_film_as_gif_or_mp4(film: Film, path: Path) -> None:
     import matplotlib as mpl
     from matplotlib import animation
 
+    from overturning.figures.ticks import create_only_inner_ticks
+
     kind = path.suffix.lower()
     check_film_can_be_written(path, in_space=film.panels[0].shows_3d_body)
     check_output_path(path, "film", *KINDS)
@@ -76,6 +79,8 @@ def write_film_as_gif_or_mp4(film: Film, path: Path) -> None:
         if (language := language_of_font_for(names)) != ENGLISH:
             mpl.rcParams["font.family"] = [SETTINGS["font.family"][0], matplotlib_font_of_language(language, path.name)]
         figure, move_artists_to_frame = _create_movie_figure_and_updater(film)
+        create_only_inner_ticks(figure)
+        compute_layout_again = compute_layout_only_once(figure)  # the layout takes longer than the drawing
         writer: Any = animation.PillowWriter(fps=rate)
         if kind == ".mp4":
             writer = animation.FFMpegWriter(fps=rate, codec="libx264", extra_args=exact)
@@ -83,7 +88,8 @@ def write_film_as_gif_or_mp4(film: Film, path: Path) -> None:
         try:
             with writer.saving(figure, str(named), dpi=90):
                 for frame in range(film.frames):
-                    move_artists_to_frame(frame)
+                    if move_artists_to_frame(frame):
+                        compute_layout_again()
                     writer.grab_frame()
             named.replace(part)
         finally:
@@ -119,8 +125,11 @@ def _wrapped_movie_title(film: Film, width_inches: float) -> str:
     return break_text_at_width(translate(title), width_inches, 10.5)
 
 
-def _create_movie_figure_and_updater(film: Film) -> "tuple[Figure, Callable[[int], None]]":
-    """Return the figure of a film, and a function that draws the frame with a given index into it."""
+def _create_movie_figure_and_updater(film: Film) -> "tuple[Figure, Callable[[int], bool]]":
+    """Return the figure of a film, and a function that draws the frame with a given index into it.
+
+    The function returns True if a text has changed.
+    """
     from matplotlib.patches import Polygon
 
     columns = len(film.panels)
@@ -152,7 +161,8 @@ def _create_movie_figure_and_updater(film: Film) -> "tuple[Figure, Callable[[int
         draw_scale_bar(scene, (left, right, bottom, top))
         rows.append((panel, outcome, shapes, marks, scene.set_xlabel("", fontsize=8)))
 
-    def move_artists_to_frame(frame_index: int) -> None:
+    def move_artists_to_frame(frame_index: int) -> bool:
+        text_changed = False
         time = film.start + frame_index * film.frame_interval
         for panel, outcome, shapes, marks, text in rows:
             for places, shape in shapes:
@@ -160,7 +170,10 @@ def _create_movie_figure_and_updater(film: Film) -> "tuple[Figure, Callable[[int
             for mark in marks:
                 mark.set_xdata([time, time])
             due = film.last_frame_time - 1e-9 if np.isnan(panel.outcome_time) else panel.outcome_time
-            text.set_text(outcome if time >= due else "\n".join(most_lines * " "))
+            shown = outcome if time >= due else "\n".join(most_lines * " ")
+            text_changed |= text.get_text() != shown
+            text.set_text(shown)
+        return text_changed
 
     return figure, move_artists_to_frame
 

@@ -55,7 +55,7 @@ def save_figure_files(
     scale = font / own if font else (width or figure.get_figwidth()) / figure.get_figwidth()
     if (wide := (width or figure.get_figwidth()) / scale) != figure.get_figwidth():
         figure.set_size_inches(wide, wide * figure.get_figheight() / figure.get_figwidth())
-    _compute_layout_only_once(figure)
+    compute_layout_only_once(figure)
     create_only_inner_ticks(figure)
     for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
         if not axis.get_label_text():  # else Matplotlib would measure all ticks to place an empty label
@@ -283,18 +283,25 @@ def empty_folder_then_list_new_files(folder: Path) -> Iterator[None]:
     write_text(folder.with_suffix(".txt"), "".join(f"{name}\n" for name in names))
 
 
-def _compute_layout_only_once(figure: "Figure") -> None:
-    """Make a figure compute its layout only once, at its first drawing, to save time."""
+def compute_layout_only_once(figure: "Figure") -> Callable[[], None]:
+    """Make a figure compute its layout only at its first drawing, to save time.
+
+    Returns a function that makes the figure compute its layout again at the next drawing.
+    """
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    draw, waiting = figure.draw, [True]
+    draw, due = figure.draw, [True]
 
     def compute_layout_on_first_draw(renderer: Any) -> None:
         engine = figure.get_layout_engine()
         if not isinstance(engine, ConstrainedLayoutEngine):  # Matplotlib has removed it: the final drawing
             draw(renderer)
-        elif waiting:  # only once for all files of a figure
-            waiting.clear()
+        elif due[0]:  # only once for all files of a figure
+            due[0] = False
             engine.execute(figure)
 
+    def compute_layout_again() -> None:
+        due[0] = True
+
     figure.draw = compute_layout_on_first_draw  # type: ignore[method-assign]
+    return compute_layout_again

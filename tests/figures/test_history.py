@@ -2,9 +2,11 @@
 
 import re
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from overturning.figures.history import (
     BINS,
@@ -19,6 +21,7 @@ from overturning.records.record import Record
 from overturning.records.steps import Cut, Highpass, RemoveMean
 
 TIME = np.arange(0, 60, 0.01)
+SHORT = np.arange(0, 15, 0.01)
 
 
 def raw(up: bool = True) -> Record:
@@ -28,16 +31,27 @@ def raw(up: bool = True) -> Record:
     return Record("r", north, east, vertical if up else None, 0.01, station="Here", event="$Then$")
 
 
-@pytest.mark.parametrize("up", [True, False])
-def test_page_states_the_processing_and_is_reproducible(tmp_path, up):
-    before = raw(up)
+@pytest.fixture(scope="module", params=[True, False])
+def page(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[bool, str, Figure]:
+    """Return the page of a record with an offset of −3 m/s²: if it has a vertical component, SVG, and drawn figure."""
+    before = raw(request.param).with_changed_components(lambda samples: samples - 3.0)
     after = process_record(before, [RemoveMean(), Highpass(corner_hz=0.2)])
-    pages = [tmp_path / "a.svg", tmp_path / "b.svg"][: 1 + up]
-    for page in pages:
+    folder = tmp_path_factory.mktemp("history")
+    paths = [folder / "a.svg", folder / "b.svg"][: 1 + request.param]
+    for path in paths:
         with project_style():
-            save_figure_files(record_history_figure(before, after), page)
-    text = pages[0].read_text(encoding="utf-8")
-    assert text == pages[-1].read_text(encoding="utf-8")
+            figure = record_history_figure(before, after)
+            save_figure_files(figure, path)
+    text = paths[0].read_text(encoding="utf-8")
+    assert text == paths[-1].read_text(encoding="utf-8"), "reproducible"
+    with project_style():
+        figure.draw_without_rendering()
+    return request.param, text, figure
+
+
+def test_page_states_the_processing_and_is_reproducible(page: tuple[bool, str, Figure]) -> None:
+    """The fixture compares two files."""
+    up, text, _ = page
     words = re.sub(r"<[^>]+>", " ", text)
     for word in (
         "Here",
@@ -58,27 +72,39 @@ def test_page_states_the_processing_and_is_reproducible(tmp_path, up):
     assert len(text) < 400_000
 
 
-@pytest.mark.parametrize("kind", ["svg", "png"])
-def test_labels_that_do_not_overlap_give_no_warning(tmp_path, kind):
-    """A file has another resolution than the figure: the places of labels in pixels differ."""
-    assert (
-        save_figure_with_checks(record_history_figure(raw(), raw()), tmp_path / f"a.{kind}", dpi=200, width=None) == ""
-    )
+def test_the_scales_of_an_offset_do_not_cover_the_next_panel(page: tuple[bool, str, Figure]) -> None:
+    """An offset of 3 m/s² gives a displacement of 5.4 km in a minute: numbers of six digits on the right."""
+    up, _, figure = page
+    right = [axes for axes in figure.axes if axes.yaxis.get_ticks_position() == "right"]
+    assert len(right) == 3 * (2 + up)
+    numbers = [label.get_window_extent() for axes in right for label in axes.get_yticklabels() if label.get_text()]
+    names = [axes.yaxis.label.get_window_extent() for axes in figure.axes if axes.get_ylabel()]
+    assert not [number for number in numbers if any(number.overlaps(name) for name in names)]
+    assert max(number.x1 for number in numbers) < figure.bbox.x1
 
 
-def test_unprocessed_record_shows_one_line_and_no_removed_part(tmp_path):
+@pytest.fixture(scope="module")
+def page_as_read() -> Figure:
+    """Return the page of a record that is not processed."""
+    record = raw()
     with project_style():
-        alone = raw()
-        save_figure_files(record_history_figure(alone, alone), tmp_path / "a.svg")
-    words = re.sub(r"<[^>]+>", " ", (tmp_path / "a.svg").read_text(encoding="utf-8"))
-    assert "nothing done here" in words
-    assert "before processing" not in words
+        return record_history_figure(record, record)
+
+
+@pytest.mark.parametrize("kind", ["svg", "png"])
+def test_labels_that_do_not_overlap_give_no_warning(tmp_path: Path, kind: str, page_as_read: Figure) -> None:
+    """A file has another resolution than the figure: the places of labels in pixels differ."""
+    assert save_figure_with_checks(page_as_read, tmp_path / f"a.{kind}", dpi=200, width=None) == ""
+    if kind == "svg":
+        words = re.sub(r"<[^>]+>", " ", (tmp_path / "a.svg").read_text(encoding="utf-8"))
+        assert "nothing done here" in words, "one line, and no removed part"
+        assert "before processing" not in words
 
 
 @pytest.mark.parametrize("up", [True, False])
 def test_response_spectra_over_all_azimuths_of_a_motion_along_one(up):
     """Along N30E alone RotD100 is that spectrum, RotD50 its share cos 45°, and RotD00 nothing: by its own rotd."""
-    pulse = np.sin(2 * np.pi * TIME) * (TIME < 1)
+    pulse = np.sin(2 * np.pi * SHORT) * (SHORT < 1)
     along = [pulse * np.cos(np.radians(30)), pulse * np.sin(np.radians(30)), pulse if up else None]
     one = Record("r", *along, 0.01)
     with project_style():
@@ -96,7 +122,7 @@ def panel_notes(before: Record, after: Record) -> dict[str, list[str]]:
     """Return the notes in the empty panels of a record's page, by the label of the vertical axis."""
     with project_style(), warnings.catch_warnings(action="error"):
         figure = record_history_figure(before, after)
-        figure.canvas.draw()
+        figure.draw_without_rendering()
     notes: dict[str, list[str]] = {}
     for axes in figure.axes:
         found = [text.get_text() for text in axes.texts if text.get_fontsize() == 8.0]
@@ -107,7 +133,7 @@ def panel_notes(before: Record, after: Record) -> dict[str, list[str]]:
 @pytest.mark.parametrize("moving", ["", "up", "north"])
 def test_components_without_motion_have_notes_instead_of_spectra(moving: str) -> None:
     """No line at an invented amplitude, and no warning of an empty logarithmic axis."""
-    wave = np.sin(2 * np.pi * TIME) * np.sin(np.pi * TIME / TIME[-1]) ** 2
+    wave = np.sin(2 * np.pi * SHORT) * np.sin(np.pi * SHORT / SHORT[-1]) ** 2
     components = {name: wave * (name == moving) for name in ("north", "east", "up")}
     record = Record("r", **components, sampling_interval=0.01)
     notes = panel_notes(record, process_record(record, [Highpass(corner_hz=0.1)]))
@@ -120,22 +146,6 @@ def test_components_without_motion_have_notes_instead_of_spectra(moving: str) ->
 def test_a_few_samples_have_no_fourier_spectrum(count: int) -> None:
     few = Record("r", *np.eye(2, count), None, 0.01, extra={"processed": True})
     assert panel_notes(few, few)["Fourier amplitude, Gal·s"] == ["too short for a spectrum"] * 2
-
-
-@pytest.mark.parametrize("up", [True, False])
-def test_the_scales_of_an_offset_do_not_cover_the_next_panel(up: bool) -> None:
-    """An offset of 3 m/s² gives a displacement of 5.4 km in a minute: numbers of six digits on the right."""
-    before = raw(up)
-    before = before.with_changed_components(lambda samples: samples - 3.0)
-    with project_style():
-        figure = record_history_figure(before, process_record(before, [RemoveMean(), Highpass(corner_hz=0.2)]))
-        figure.canvas.draw()
-    right = [axes for axes in figure.axes if axes.yaxis.get_ticks_position() == "right"]
-    assert len(right) == 3 * (2 + up)
-    numbers = [label.get_window_extent() for axes in right for label in axes.get_yticklabels() if label.get_text()]
-    names = [axes.yaxis.label.get_window_extent() for axes in figure.axes if axes.get_ylabel()]
-    assert not [number for number in numbers if any(number.overlaps(name) for name in names)]
-    assert max(number.x1 for number in numbers) < figure.bbox.x1
 
 
 def test_a_cut_removes_nothing_inside() -> None:
@@ -169,7 +179,7 @@ def test_decades_are_numbers_or_powers_of_ten() -> None:
         axes.set(xscale="log", yscale="log", xlim=(2e-3, 2e3), ylim=(2e-2, 2e7))
         for axis in (axes.xaxis, axes.yaxis):
             label_decades(axis)
-        figure.canvas.draw()
+        figure.draw_without_rendering()
     assert {"0.01", "1", "100"} <= {text.get_text() for text in axes.get_xticklabels()}
     powers = [text.get_text() for text in axes.get_yticklabels()]
     assert powers == [rf"$\mathdefault{{10^{{{np.log10(value):.0f}}}}}$" for value in axes.get_yticks()]

@@ -46,7 +46,7 @@ def trim_outer_rings_without_falls(cube: xr.Dataset, *falls: xr.DataArray) -> xr
 def count_b_over_h_with_possible_falls(*falls: xr.DataArray) -> int:
     """Return the number of B/H values to draw: all up to the largest with a possible fall, and the next one."""
 
-    def has_possible_fall_by_ring(fall_values: xr.DataArray) -> xr.DataArray:
+    def has_possible_fall_by_ring(fall_values: xr.Variable) -> xr.Variable:
         computed = fall_values.notnull().any(
             [name for name in fall_values.dims if name not in {"azimuth", "orientation"}]
         )
@@ -55,7 +55,8 @@ def count_b_over_h_with_possible_falls(*falls: xr.DataArray) -> int:
         )
 
     rings = falls[0].sizes["b_over_h"]
-    last = np.flatnonzero(sum(map(has_possible_fall_by_ring, falls)))
+    # Variables have no coordinates, which need not be compared at each operation.
+    last = np.flatnonzero(sum(has_possible_fall_by_ring(one.variable) for one in falls))
     return min(int(last[-1]) + 2, rings) if last.size else rings
 
 

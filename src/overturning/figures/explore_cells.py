@@ -50,7 +50,7 @@ def encode_record_cells(
     order = (model.direction, "height", "b_over_h", "aspect", "friction", "element")
 
     def flatten_in_page_order(record_variable: "xr.DataArray") -> FloatArray:
-        return np.asarray(record_variable.isel(record=0).transpose(*order).to_numpy(), dtype=np.float64)
+        return np.asarray(record_variable.variable.isel(record=0).transpose(*order).to_numpy(), dtype=np.float64)
 
     flag = flatten_in_page_order(record_cube["overturned"])
     ensemble = ensemble_fall_probabilities(record_cube)

@@ -219,10 +219,11 @@ def test_the_film_of_a_cell_has_the_language_of_the_page() -> None:
 def test_page_of_the_default_study_is_small_and_reproducible(tmp_path: Path) -> None:
     large = cube(records=28, step=5, ratios=11, frictions=3)
     assert large["overturned"].size == 133_056
+    write_explorer(large, tmp_path / "large.html")
+    page = (tmp_path / "large.html").read_bytes()
     for name in ("a.html", "b.html"):
-        write_explorer(large, tmp_path / name)
-    page = (tmp_path / "a.html").read_bytes()
-    assert page == (tmp_path / "b.html").read_bytes()
+        write_explorer(cube(), tmp_path / name)
+    assert (tmp_path / "a.html").read_bytes() == (tmp_path / "b.html").read_bytes()
     assert len(page) < 5_000_000
     assert b"http" not in page
     assert b"src=" not in page

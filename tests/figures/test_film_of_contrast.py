@@ -5,12 +5,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
+from overturning.figures import illustrative
 from overturning.figures.drawn_case import IllustrativeCaseWithFigures, read_cases_with_figures
-from overturning.figures.illustrative import draw_illustrative_cases
+from overturning.figures.write import save_figure_files
 from overturning.study.cube import open_cube
 from tests.figures.test_film import unpack
 from tests.study.small_study import cube_of, pulse, study
+
+
+def save_strip_files(figure: Figure, path: Path) -> None:
+    """Write a figure to a file if it is a strip; the other figures of a case are not examined here."""
+    if path.stem.endswith("-strip"):
+        save_figure_files(figure, path)
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +36,9 @@ def drawn(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Illustra
     )
     record = replace(level, up=np.round(shaken, 9))
     cube, other = (cube_of(settings, [record], folder, name) for name in ("nominal", "level"))
-    draw_illustrative_cases(cube, folder / "motion", folder / "cases", other)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(illustrative, "save_figure_files", save_strip_files)
+        illustrative.draw_illustrative_cases(cube, folder / "motion", folder / "cases", other)
     return folder, read_cases_with_figures(folder / "cases")
 
 

@@ -2,7 +2,6 @@
 
 import json
 import math
-from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -32,7 +31,7 @@ EPICENTRE = (35.0, 133.0)
 def drawn(*sites: EarthquakeOnMap) -> Figure:
     with project_style():
         figure = earthquake_map_figure(sites)
-        figure.canvas.draw()
+        figure.draw_without_rendering()
         plt.close(figure)
     return figure
 
@@ -158,8 +157,8 @@ def test_many_earthquakes_are_on_several_figures() -> None:
     assert list(earthquake_map_figures([])) == []
 
 
-@pytest.fixture
-def cube(tmp_path: Path) -> xr.Dataset:
+@pytest.fixture(scope="module")
+def cube(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
     """Three stations of an earthquake whose stones fall along the pulse's 30°, and one of another earthquake."""
     # Two records of the same samples would be one.
     records = [
@@ -168,7 +167,7 @@ def cube(tmp_path: Path) -> xr.Dataset:
     ]
     use = {"use": [record.record_id for record in records]}
     settings = study(records=use, azimuth={"step": 10}, b_over_h=[0.1, 0.2, 0.3], friction=[1.0])
-    found = open_cube(cube_of(settings, records, tmp_path)).load()
+    found = open_cube(cube_of(settings, records, tmp_path_factory.mktemp("sites"))).load()
     nan = math.nan
     columns = {
         "event": ["A", "A", "A", "B"],

@@ -19,6 +19,7 @@ from overturning.figures.film_movie import write_film_as_gif_or_mp4
 from overturning.figures.film_strip import film_strip_figure
 from overturning.figures.history import record_history_figure
 from overturning.figures.maps import fall_map_figure
+from overturning.figures.observed_rose import observed_roses_figure
 from overturning.figures.page import film_page_html
 from overturning.figures.response import body_axis_figure
 from overturning.figures.rose import fall_roses_by_group_figure
@@ -27,7 +28,7 @@ from overturning.figures.style import project_style
 from overturning.figures.svg_translation import break_lines_at_width, translate_svg
 from overturning.figures.write import has_cut_or_overlapping_text, save_figure_files
 from overturning.model.scene import gravestone
-from overturning.records.processing import Highpass, RemoveMean, process_record
+from overturning.records.processing import process_record
 from overturning.records.record import Record
 from overturning.statistics.fragility import FittedFragilityCurve
 from overturning.translation import texts
@@ -35,8 +36,8 @@ from overturning.translation.texts import MissingDataError, translate_visible_te
 from tests.figures import test_answer_figures as answers
 from tests.figures.films import falling_body, two_panels
 from tests.figures.test_explore import space_cube
-from tests.figures.test_further_figures import FIGURES, cube, motion
-from tests.figures.test_history import raw
+from tests.figures.test_further_figures import FIGURES, OBSERVED_ROSE, cube, motion, survey
+from tests.figures.test_history import Made, raw, write_history_page
 from tests.figures.test_roses import summary
 from tests.translation.test_tables import english_words
 
@@ -46,11 +47,6 @@ NAMES = {
     *("The", "moves", "the", "base", "normal", "Quake"),
 }
 """Names of the tests' stations, earthquakes, surveys and films, which no table translates."""
-
-
-def processed() -> Figure:
-    before = raw()
-    return record_history_figure(before, process_record(before, [RemoveMean(), Highpass(corner_hz=0.2)]))
 
 
 def noise() -> Record:
@@ -85,9 +81,8 @@ DRAWN: dict[str, Callable[[], Figure]] = FIGURES | {
     "alignments": answers.alignments,
     "references": answers.references,
     "contrast": answers.contrast,
-    "history": processed,
     "history of noise": lambda: record_history_figure(noise(), process_record(noise(), None)),
-    "history as read": lambda: record_history_figure(raw(), raw()),
+    "history as read": lambda: record_history_figure(raw(up=False), raw(up=False)),
     "mean axis": lambda: fall_roses_by_group_figure(cube(), {"all records": summary(20.0, 10.0)}),
     "map in space": in_space,
     "axis": lambda: body_axis_figure(falling_body(motion()), motion(), "Station"),
@@ -95,6 +90,10 @@ DRAWN: dict[str, Callable[[], Figure]] = FIGURES | {
     "fragility": fragility,
     "scenes": lambda: scenes_figure([gravestone()]),
     "posterior": posterior,
+    "surveys": lambda: survey(2),
+    "observed roses": lambda: observed_roses_figure(
+        [replace(OBSERVED_ROSE, name=name) for name in ("all sites", "S$1")]
+    ),
 }
 
 
@@ -103,11 +102,15 @@ def svg_texts(svg: str) -> str:
     return " ".join(unescape(one) for one in re.findall(r"<text [^>]*>([^<]*)</text>", svg))
 
 
-@pytest.mark.parametrize("name", DRAWN)
-def test_no_english_word_is_left(name: str, tmp_path: Path) -> None:
-    with project_style():
-        save_figure_files(DRAWN[name](), tmp_path / "en.svg")
-    english = (tmp_path / "en.svg").read_text(encoding="utf-8")
+@pytest.mark.parametrize("name", [*DRAWN, "history"])
+def test_no_english_word_is_left(name: str, tmp_path: Path, made_once: Made) -> None:
+    if name == "history":
+        path = made_once("history-page", write_history_page) / "page.svg"
+    else:
+        path = tmp_path / "en.svg"
+        with project_style():
+            save_figure_files(DRAWN[name](), path)
+    english = path.read_text(encoding="utf-8")
     japanese = translate_svg(english, "ja")
     assert not english_words(svg_texts(japanese)) - NAMES
     assert re.search("[ぁ-んァ-ン一-龥]", svg_texts(japanese))
@@ -226,13 +229,13 @@ def test_a_film_page_is_japanese(tmp_path: Path) -> None:
 def test_a_movie_has_a_japanese_font(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if texts.installed_fonts_of_language("ja"):
         with translate_visible_texts_to("ja"):
-            write_film_as_gif_or_mp4(two_panels(0.2), tmp_path / "a.gif")
+            write_film_as_gif_or_mp4(two_panels(0.0), tmp_path / "a.gif")
         assert (tmp_path / "a.gif").read_bytes().startswith(b"GIF")
     monkeypatch.setitem(texts.FONTS, "ja", ("fonts-noto-cjk", ("No such font",)))
     with translate_visible_texts_to("ja"), pytest.raises(MissingDataError, match="fonts-noto-cjk"):
-        write_film_as_gif_or_mp4(two_panels(0.2), tmp_path / "b.gif")
+        write_film_as_gif_or_mp4(two_panels(0.0), tmp_path / "b.gif")
     with pytest.raises(MissingDataError, match=r"^c\.gif: .*fonts-noto-cjk"):
-        write_film_as_gif_or_mp4(replace(two_panels(0.2), title="上野, 熊本地震"), tmp_path / "c.gif")
+        write_film_as_gif_or_mp4(replace(two_panels(0.0), title="上野, 熊本地震"), tmp_path / "c.gif")
 
 
 def test_japanese_names_in_an_english_movie_are_legible(tmp_path: Path) -> None:
@@ -240,7 +243,7 @@ def test_japanese_names_in_an_english_movie_are_legible(tmp_path: Path) -> None:
         pytest.skip("no Japanese font")
     with warnings.catch_warnings(action="error"):
         for name in ("一", "川"):
-            write_film_as_gif_or_mp4(replace(two_panels(0.1), title=name), tmp_path / f"{name}.gif")
+            write_film_as_gif_or_mp4(replace(two_panels(0.0), title=name), tmp_path / f"{name}.gif")
     assert (tmp_path / "一.gif").read_bytes() != (tmp_path / "川.gif").read_bytes()
 
 

@@ -69,7 +69,7 @@ def test_titles_of_station_maps_on_a_phone_are_whole_and_below_the_scale_of_the_
     earthquakes = [EarthquakeOnMap(f"Event {number}", stations, (34.3, -118.5), trace) for number in range(count)]
     with project_style(), figures_for_phone():
         figure = earthquake_map_figure(earthquakes)
-        figure.canvas.draw()
+        figure.draw_without_rendering()
     (legend,) = figure.legends
     assert len(legend.get_texts()) == 5
     panels = [axes for axes in figure.axes if axes.get_visible()]

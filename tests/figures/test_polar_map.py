@@ -63,11 +63,26 @@ def cell_pixels(figure: Figure, azimuth: float, ratio: float) -> np.ndarray:
 
 
 def drawn(made: Callable[[], Figure]) -> Figure:
+    """Return a figure with its pixels."""
     with project_style():
         figure = made()
         figure.set_dpi(200)
         figure.canvas.draw()
     return figure
+
+
+def laid_out(made: Callable[[], Figure]) -> Figure:
+    """Return a figure with the places of its texts and panels, but without pixels."""
+    with project_style():
+        figure = made()
+        figure.draw_without_rendering()
+    return figure
+
+
+def in_style(made: Callable[[], Figure]) -> Figure:
+    """Return a figure whose lines and words are examined, not where they stand."""
+    with project_style():
+        return made()
 
 
 def luminance(pixels: np.ndarray) -> np.ndarray:
@@ -76,16 +91,19 @@ def luminance(pixels: np.ndarray) -> np.ndarray:
 
 
 def test_a_cell_that_falls_to_the_other_side_does_not_look_like_one_that_stands() -> None:
-    """20 to 50 % of the runs at 60° fall towards 240°, none towards 60°: white, where a standing cell is hatched."""
-    for share in (0.2, 0.35, 0.4, 0.5):
-        figure = drawn(lambda share=share: azimuth_map_figure(block_cube(*mirrored((60, 1, 0.0, share))), "A"))
-        white, stands = cell_pixels(figure, 60, 0.4), cell_pixels(figure, 120, 0.4)
-        opposite = cell_pixels(figure, 240, 0.4)
-        plt.close(figure)
-        assert luminance(white).min() > 0.99, "probability 0 is white"
-        assert luminance(stands).max() < 0.95, "no part of a standing cell is white"
-        assert np.ptp(luminance(stands)) > 0.15, "but it is hatched"
+    """20 to 50 % of the runs at 60° to 150° fall to the other side: white, where a standing cell is hatched."""
+    shares = {60: 0.2, 90: 0.35, 120: 0.4, 150: 0.5}
+    cells = mirrored(*((azimuth, 1, 0.0, share) for azimuth, share in shares.items()))
+    figure = drawn(lambda: azimuth_map_figure(block_cube(*cells), "A"))
+    for azimuth, share in shares.items():
+        assert luminance(cell_pixels(figure, azimuth, 0.4)).min() > 0.99, "probability 0 is white"
+        opposite = cell_pixels(figure, azimuth + 180, 0.4)
         np.testing.assert_allclose(opposite.mean(axis=0), PROBABILITY(share)[:3], atol=0.01)
+    for azimuth in (180, 210):
+        stands = luminance(cell_pixels(figure, azimuth, 0.4))
+        assert stands.max() < 0.95, "no part of a standing cell is white"
+        assert np.ptp(stands) > 0.15, "but it is hatched"
+    plt.close(figure)
 
 
 def test_white_grey_and_pale_differ_in_greyscale_print() -> None:
@@ -170,7 +188,7 @@ def test_line_of_half_encloses_the_cells_of_which_half_of_the_runs_fall() -> Non
 def test_line_of_half_counts_falls_to_both_sides() -> None:
     """30 % one way and 30 % the other way are more than half; 30 and 10 % are not."""
     for away, inside in ((0.3, True), (0.1, False)):
-        figure = drawn(lambda away=away: azimuth_map_figure(block_cube(*mirrored((60, 1, 0.3, away))), "A"))
+        figure = in_style(lambda away=away: azimuth_map_figure(block_cube(*mirrored((60, 1, 0.3, away))), "A"))
         black = [line for line in figure.axes[0].lines if line.get_color() == "black"]
         plt.close(figure)
         assert bool(pieces(black[0].get_data())) == inside
@@ -197,7 +215,7 @@ def test_peak_velocity_is_drawn_at_its_azimuth_on_a_stated_scale() -> None:
     azimuth = np.arange(0.0, 180.0, 30.0)
     peaks = xr.DataArray(0.6 + 0.2 * np.cos(np.radians(2 * (azimuth - 60))), {"azimuth": azimuth}, ["azimuth"])
     cube = block_cube(*mirrored())
-    figure = drawn(lambda: azimuth_map_figure([cube, cube], "A", [peaks, 0.5 * peaks]))
+    figure = in_style(lambda: azimuth_map_figure([cube, cube], "A", [peaks, 0.5 * peaks]))
     for axes, factor in zip(figure.axes[:2], (1.0, 0.5), strict=True):
         (line,) = [one for one in axes.lines if one.get_path_effects()]
         angle, radius = line.get_data()
@@ -216,7 +234,7 @@ def test_compared_records_share_radius_colour_bar_and_heading() -> None:
     """One record falls up to B/H 0.2 and the other up to 0.6; both maps end at the same B/H."""
     small, large = (block_cube(*mirrored((0, ring, 0.9, 0.0))) for ring in (0, 2))
     named = [one.assign_coords(station=name, event="E") for one, name in ((small, "near"), (large, "far"))]
-    figure = drawn(lambda: azimuth_map_figure(named, "Two records"))
+    figure = in_style(lambda: azimuth_map_figure(named, "Two records"))
     maps = [axes for axes in figure.axes if axes.name == "polar"]
     assert [axes.get_title() for axes in maps] == ["near, E", "far, E"]
     assert len({axes.get_ylim() for axes in maps}) == 1
@@ -231,7 +249,7 @@ def test_records_without_a_station_are_named_by_their_ids() -> None:
     """Maps and explorer name two pulses of one shape, which have no station, by their ids."""
     one, text = block_cube(*mirrored((0, 2, 0.9, 0.0))), {"station": "", "event": "sine pulse"}
     pulses = [one.assign_coords(text | {"record_id": name}) for name in ("short", "long")]
-    figure = drawn(lambda: azimuth_map_figure(pulses, "Two pulses"))
+    figure = in_style(lambda: azimuth_map_figure(pulses, "Two pulses"))
     titles = [axes.get_title() for axes in figure.axes if axes.name == "polar"]
     plt.close(figure)
     names = ["short, sine pulse", "long, sine pulse"]
@@ -243,12 +261,12 @@ def test_records_without_a_station_are_named_by_their_ids() -> None:
 
 def test_what_differs_between_blocks_stands_above_their_maps() -> None:
     one = falls_towards_40().isel(record=0)
-    figure = drawn(lambda: azimuth_map_figure(one, "A"))
+    figure = in_style(lambda: azimuth_map_figure(one, "A"))
     titles, heading = [axes.get_title() for axes in figure.axes[:4]], figure.get_suptitle()
     plt.close(figure)
     assert titles == ["µ = 0.5, H = 0.6 m", "µ = 1, H = 0.6 m", "µ = 0.5, H = 1.2 m", "µ = 1, H = 1.2 m"]
     assert "µ" not in heading
-    figure = drawn(lambda: azimuth_map_figure(one.isel(friction=[1]), "A"))
+    figure = in_style(lambda: azimuth_map_figure(one.isel(friction=[1]), "A"))
     titles, heading = [axes.get_title() for axes in figure.axes[:2]], figure.get_suptitle()
     plt.close(figure)
     assert titles == ["H = 0.6 m", "H = 1.2 m"]
@@ -259,7 +277,7 @@ def test_what_differs_between_blocks_stands_above_their_maps() -> None:
 def test_letters_of_a_map_are_7_points_at_the_printed_width(blocks: tuple[int, int]) -> None:
     """A figure wider than the page is printed smaller."""
     one = falls_towards_40().isel(record=0, height=slice(blocks[0]), friction=slice(blocks[1]))
-    figure = drawn(lambda: azimuth_map_figure(one, "Station, earthquake"))
+    figure = laid_out(lambda: azimuth_map_figure(one, "Station, earthquake"))
     sizes = [text.get_fontsize() for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
     shrunk = min(1.0, PAGE_WIDTH / figure.get_figwidth())
     plt.close(figure)
@@ -270,7 +288,7 @@ def test_letters_of_a_map_are_7_points_at_the_printed_width(blocks: tuple[int, i
 def test_arrow_of_the_radius_points_outward(free: float) -> None:
     """The arrow stands outside the rim at the labels of the radius; text on the left ends at the rim."""
     towards = (np.abs((AZIMUTH - free + 180) % 360 - 180) > 20).astype(float)[:, None] * np.ones(3)
-    figure = drawn(lambda: azimuth_map_figure(block_cube(towards, 0 * towards), "A"))
+    figure = laid_out(lambda: azimuth_map_figure(block_cube(towards, 0 * towards), "A"))
     axes = figure.axes[0]
     (arrow,) = [text for text in axes.texts if "stouter" in text.get_text()]
     assert axes.get_rlabel_position() == pytest.approx(free)
@@ -287,7 +305,7 @@ def test_map_marks_the_radial_direction_if_known() -> None:
     placed = {"epicentre_latitude": 35.0, "epicentre_longitude": 135.0, "station_latitude": 34.0}
     for known in (False, True):
         cube = one.assign_coords(placed | {"station_longitude": 135.0} if known else {})
-        figure = drawn(lambda cube=cube: azimuth_map_figure(cube, "A"))
+        figure = in_style(lambda cube=cube: azimuth_map_figure(cube, "A"))
         legend = [text.get_text() for text in figure.legends[0].get_texts()]
         marks = [line for line in figure.axes[0].lines if line.get_label() == "away from the epicentre"]
         assert ("away from the epicentre" in legend, len(marks)) == (known, int(known))
@@ -301,7 +319,7 @@ def test_map_marks_the_radial_direction_if_known() -> None:
 @pytest.mark.parametrize("step", [1, 3])
 def test_cells_are_arcs_and_fill_the_page(step: int) -> None:
     one = block_cube(*mirrored((0, 1, 0.9, 0.0))).isel(azimuth=slice(None, None, step))
-    figure = drawn(lambda: azimuth_map_figure(one, "A"))
+    figure = laid_out(lambda: azimuth_map_figure(one, "A"))
     axes = figure.axes[0]
     corners = axes.collections[0].get_coordinates()[0, :, 0]
     panel, width = axes.get_window_extent(), figure.get_figwidth()

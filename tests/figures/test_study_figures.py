@@ -88,8 +88,8 @@ def test_studies_without_falls_without_faults_and_with_one_azimuth_are_drawn(cub
             "unknown": cube.assign(overturned=cube["overturned"] * np.nan),
             "single": cube.isel(azimuth=[1], b_over_h=[0]),
         }.items():
-            save_figure_files(azimuth_map_figure(odd.isel(record=1), name), tmp_path / f"{name}.png")
-            save_figure_files(fall_roses_by_group_figure(odd), tmp_path / f"rose-{name}.png")
+            save_figure_files(azimuth_map_figure(odd.isel(record=1), name), tmp_path / f"{name}.png", dpi=50)
+            save_figure_files(fall_roses_by_group_figure(odd), tmp_path / f"rose-{name}.png", dpi=50)
     assert len(list(tmp_path.iterdir())) == 6
 
 

@@ -169,7 +169,8 @@ def share_interval(rows: pd.DataFrame, column: str) -> ConfidenceInterval:
     its surveys. There is no interval for fewer than eight earthquakes. If all surveys agree, the bound is exact (pⁿ
     for n of n earthquakes).
     """
-    of_event = rows.groupby("event")[column].agg(["sum", "size"]).to_numpy(np.float64)
+    held_by_event = rows.groupby("event")[column]
+    of_event = np.column_stack([held_by_event.sum(), held_by_event.size()]).astype(np.float64)
     exact = unanimous_share_interval(of_event[:, 0] / of_event[:, 1])
     if exact is not None:
         return exact

@@ -63,8 +63,8 @@ def archive_members(folder: Path) -> dict[str, str]:
                 series = file[f"_timeseries/{row['RecordID']}/{row['ComponentID']}"]
                 columns = {column: np.asarray(values) for column, values in series.items()}
                 row["SamplingInterval"] = _sampling_interval(columns, row, f"{path.name}: {name}")
-                samples = columns["RecordedAcceleration"].tolist()
-                members[f"{record_set}/{name}.txt"] = "".join(f"{sample!r}\n" for sample in samples)
+                samples = map(repr, columns["RecordedAcceleration"].tolist())
+                members[f"{record_set}/{name}.txt"] = "\n".join((*samples, ""))
             members[f"{record_set}/components.csv"] = _csv_text(components)
     return {"sources.csv": _csv_text(sources)} | members
 

@@ -1,5 +1,7 @@
 """The angle of a fall that the map's check works out by itself: what it must let pass, and what it must find."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -23,6 +25,13 @@ from verification.stability.checks import (
 def case(scene: Scene) -> CaseResults:
     """A case that falls: the stone away from its wall, and of the three-tier grave the shaft alone."""
     return simulate_cases(scene, pulse(6.0), Cases([180.0], *size_reference_height_and_b_over_h(scene), 0.7))
+
+
+@cache
+def three_tier_case() -> tuple[PreparedScene, CaseResults]:
+    """The three-tier grave and its case; a test changes a copy."""
+    scene = shipped("three-tier")
+    return prepare_scene(scene), case(scene)
 
 
 def with_row(prepared: PreparedScene, found: CaseResults, turned_deg: list[float], flags: list[int]) -> CaseResults:
@@ -52,8 +61,7 @@ def with_row(prepared: PreparedScene, found: CaseResults, turned_deg: list[float
     ],
 )
 def test_flags_that_do_not_fit_the_rotations_are_found(turned_deg: list[float], flags: list[int], fits: bool) -> None:
-    scene = shipped("three-tier")
-    prepared, found = prepare_scene(scene), case(scene)
+    prepared, found = three_tier_case()
     answer = with_row(prepared, found, turned_deg, flags)
     assert find_scene_contradiction(prepared, 0.7, pulse(6.0), answer) == ("" if fits else "flag and rotation")
 

@@ -5,6 +5,7 @@ verification.stack_peers`, since the tests' environment does not have them; wher
 again.
 """
 
+from functools import cache
 from importlib.util import find_spec
 
 import numpy as np
@@ -14,15 +15,21 @@ import pytest
 from tests.dem.near_field import near_field as installed_near_field
 from tests.expect import lacking
 from verification.stack_agreement import CASE_COLUMNS, PEER_TABLES, has_outcome, program_outcomes, same_fall
-from verification.stack_cases import case_row, draw_cases
+from verification.stack_cases import StackCase, case_row, draw_cases
 from verification.stack_engines import STACK_MODULES
 from verification.stack_peers import peer_row
+
+
+@cache
+def drawn_cases() -> list[StackCase]:
+    """The cases of both solvers."""
+    return draw_cases()
 
 
 @pytest.mark.parametrize("name", PEER_TABLES)
 def test_the_stored_cases_are_those_of_the_seed(name: str) -> None:
     installed_near_field(6)  # skips where the records are not installed
-    kept, cases = pd.read_csv(PEER_TABLES[name]), draw_cases()
+    kept, cases = pd.read_csv(PEER_TABLES[name]), drawn_cases()
     drawn = pd.DataFrame([case_row(number, cases[number]) for number in kept["case"]])
     pd.testing.assert_frame_equal(kept[CASE_COLUMNS], drawn[CASE_COLUMNS], check_dtype=False)
     assert kept["case"].tolist() == list(range(len(cases)))
@@ -41,7 +48,7 @@ def test_at_least_200_cases_are_robust_in_each_solver(name: str) -> None:
 def test_flags_and_azimuths_agree_with_the_solver(name: str, azimuths: float) -> None:
     """The aims are 0.98 of the flags and 0.9 of the azimuths; corners sink in LMGC90, and 0.82 agree there."""
     installed_near_field(6)
-    kept, cases = pd.read_csv(PEER_TABLES[name]), draw_cases()
+    kept, cases = pd.read_csv(PEER_TABLES[name]), drawn_cases()
     some = kept[kept["robust"] == 1]
     found = [program_outcomes(cases[number], [1.0])[0] for number in some["case"]]
     ours = np.array([outcome["fall_azimuth_deg"] for outcome in found])
@@ -58,7 +65,7 @@ def test_flags_and_azimuths_agree_with_the_solver(name: str, azimuths: float) ->
 def test_some_stored_answers_match_the_solver(name: str) -> None:
     if find_spec(STACK_MODULES[name]) is None:
         lacking(f"{name} is not installed (`make peers`); its kept answers are compared with this program")
-    kept, cases = pd.read_csv(PEER_TABLES[name]), draw_cases()
+    kept, cases = pd.read_csv(PEER_TABLES[name]), drawn_cases()
     some = kept[(kept["robust"] == 1) & np.isfinite(kept["fall_azimuth_deg"])].iloc[:5]
     found = [peer_row(name, cases[number])["fall_azimuth_deg"] for number in some["case"]]
     same = [same_fall(*pair) for pair in zip(found, some["fall_azimuth_deg"], strict=True)]

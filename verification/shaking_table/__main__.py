@@ -55,13 +55,13 @@ def measure_scores(
             known = np.isfinite(held[PEAKS])
             samples = bootstrap_samples(tests.motion[known], draws)
             motion_count = np.unique(tests.motion[known]).size
+            outcome, predicted = fell[known], {name: p[known] for name, p in held.items()}
             drawn = {
-                name: np.array([prediction_scores(p[known][s], fell[known][s]) for s in samples])
-                for name, p in held.items()
+                name: np.array([prediction_scores(p[s], outcome[s]) for s in samples]) for name, p in predicted.items()
             }
             for name, p in held.items():
                 probabilities[split, name, specimen] = p
-                found = prediction_scores(p[known], fell[known])
+                found = prediction_scores(predicted[name], outcome)
                 for place, what in enumerate(NAMES):
                     low, high = motion_interval(drawn[name][:, place], motion_count)
                     over = motion_interval(drawn[name][:, place] - drawn[PEAKS][:, place], motion_count)

@@ -9,7 +9,6 @@ from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import rankdata
 
 from overturning.arrays import FloatArray
 from overturning.statistics.bootstrap import (
@@ -38,12 +37,15 @@ class ReliabilityBin(NamedTuple):
 def prediction_scores(probabilities: FloatArray, fell: NDArray[np.bool_]) -> FloatArray:
     """Return F1 at probability ½, area under the ROC curve and Brier score; NaN if all fell or all stood."""
     predicted = probabilities >= 0.5
-    hits, wrong = int((predicted & fell).sum()), int((predicted != fell).sum())
-    falls, stands = int(fell.sum()), int((~fell).sum())
+    hits, wrong = np.count_nonzero(predicted & fell), np.count_nonzero(predicted != fell)
+    falls, stands = np.count_nonzero(fell), np.count_nonzero(~fell)
     if not (falls and stands):
         return np.full(3, np.nan)
-    area = (rankdata(probabilities)[fell].sum() - falls * (falls + 1) / 2) / (falls * stands)
-    return np.array([2 * hits / (2 * hits + wrong), area, float(np.mean((probabilities - fell) ** 2))])
+    below = np.sort(probabilities[~fell])  # a pair of equal probabilities counts as half
+    pairs = sum(below.searchsorted(probabilities[fell], side).sum() for side in ("left", "right"))
+    return np.array(
+        [2 * hits / (2 * hits + wrong), 0.5 * pairs / (falls * stands), float(np.mean((probabilities - fell) ** 2))]
+    )
 
 
 def bootstrap_samples(test_motions: NDArray[np.str_], draws: int = DRAWS, seed: int = 1) -> list[NDArray[np.intp]]:
@@ -56,7 +58,8 @@ def bootstrap_samples(test_motions: NDArray[np.str_], draws: int = DRAWS, seed: 
     if names.size >= FEWEST_EARTHQUAKES:
         draws = max(draws, math.ceil(LEAST_BEYOND / tail_share_of_expanded_interval(names.size)))
     generator = np.random.Generator(np.random.PCG64(seed))
-    return [np.concatenate([own[i] for i in generator.integers(names.size, size=names.size)]) for _ in range(draws)]
+    drawn = generator.integers(names.size, size=(draws, names.size)).tolist()
+    return [np.concatenate([own[i] for i in sample]) for sample in drawn]
 
 
 def motion_interval(sample_values: FloatArray, motion_count: int) -> ConfidenceInterval:

@@ -362,7 +362,7 @@ def test_a_figure_is_as_wide_as_asked_for_and_so_are_its_letters(
 def test_text_that_does_not_fit_gives_a_warning(
     cube_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = ["figure", "boundary", str(cube_file), "--record", "b", "-o", str(tmp_path / "b.pdf"), "--width", "80mm"]
+    words = ["figure", "boundary", str(cube_file), "--record", "b", "-o", str(tmp_path / "b.svg"), "--width", "80mm"]
     for font, told in (("4", False), ("12", True)):
         assert drawn(*words, "--font", font) == 0
         assert ("text is cut off" in capsys.readouterr().out) == told

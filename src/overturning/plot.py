@@ -109,7 +109,7 @@ def _draw_fall_map(kind: str, cube: "xr.Dataset", record: str | Sequence[str] | 
 def _peak_velocity_by_azimuth(cube: "xr.Dataset") -> "xr.DataArray | None":
     """Return PGV by azimuth, m/s, of the record in a results cube; None if it was not computed."""
     try:
-        return _intensity_measures(cube)["pgv"].isel(record=0)
+        return _intensity_measures(cube, "pgv")["pgv"].isel(record=0)
     except MissingDataError:
         return None
 
@@ -375,8 +375,8 @@ def _motion_folder(cube: "xr.Dataset") -> Path:
     )
 
 
-def _intensity_measures(cube: "xr.Dataset") -> "xr.Dataset":
-    """Return the intensity measures of the records in a results cube, in the order of the records."""
+def _intensity_measures(cube: "xr.Dataset", *names: str) -> "xr.Dataset":
+    """Return the intensity measures of the records in a results cube, in the order of the records: `names`, or all."""
     import xarray as xr
 
     path = _path_in_folder_of_cube(cube, "intensity.nc")
@@ -384,9 +384,9 @@ def _intensity_measures(cube: "xr.Dataset") -> "xr.Dataset":
         raise MissingDataError(
             f"{path}: measures of the variant {cube.attrs['variant']} do not exist; use the nominal one"
         )
-    with xr.open_dataset(path) as measures:
-        every = measures["record_id"].to_numpy().tolist()
-        return measures.isel(record=[every.index(name) for name in cube["record_id"].to_numpy().ravel()]).load()
+    with xr.open_dataset(path, engine="netcdf4") as measures:
+        every, used = measures["record_id"].to_numpy().tolist(), measures[list(names)] if names else measures
+        return used.isel(record=[every.index(name) for name in cube["record_id"].to_numpy().ravel()]).load()
 
 
 def _plot_motion(self: Accelerogram) -> "Figure":

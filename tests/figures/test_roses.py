@@ -1,10 +1,13 @@
 """Roses: opposite falls are one axis, areas are shares, the mean axis stands at the rim."""
 
+from functools import cache
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
 
 from overturning.figures.rose import FALLS, axis_interval_arcs_deg, draw_fall_rose, fall_roses_by_group_figure
 from overturning.figures.style import INK, create_panel_grid, project_style
@@ -115,17 +118,32 @@ def test_a_rose_without_a_mean_axis_has_no_mark_of_it() -> None:
     assert any("each sector by itself" in text for text in legend)
 
 
+LARGEST = (0.08, 0.17, 0.25, 0.36, 0.5, 0.7, 0.9)
+"""Shares of the largest sector."""
+
+
+@cache
+def radius_label_boxes(axial: bool) -> dict[float, list[Bbox]]:
+    """Return the boxes of the labels of the radius for each share of `LARGEST`; two roses stand in a figure."""
+    count = SECTORS // 2 if axial else SECTORS
+    unknown, boxes = np.full(count, NAN), dict[float, list[Bbox]]()
+    for pair in (LARGEST[place : place + 2] for place in range(0, len(LARGEST), 2)):
+        with project_style():
+            figure, panels = create_panel_grid(1, 2, 6.6, 2.75 if axial else 4.3, polar=True)
+            for axes, largest in zip(panels[0], pair, strict=False):
+                shares = np.append(largest, np.full(count - 1, (1.0 - largest) / (count - 1)))
+                draw_fall_rose(axes, FallRose(10, shares, unknown, unknown, 3, True))
+            figure.draw_without_rendering()
+        for axes, largest in zip(panels[0], pair, strict=False):
+            labels = [text for text in axes.get_yticklabels() if text.get_text()]
+            boxes[largest] = [text.get_window_extent().padded(2.0) for text in labels]
+    return boxes
+
+
 @pytest.mark.parametrize("axial", [True, False])
-@pytest.mark.parametrize("largest", [0.08, 0.17, 0.25, 0.36, 0.5, 0.7, 0.9])
+@pytest.mark.parametrize("largest", LARGEST)
 def test_labels_of_the_radius_are_apart(largest: float, axial: bool) -> None:
     """In a half circle 10 and 20 per cent touched."""
-    count = SECTORS // 2 if axial else SECTORS
-    shares, unknown = np.full(count, (1.0 - largest) / (count - 1)), np.full(count, NAN)
-    shares[0] = largest
-    with project_style():
-        figure, panels = create_panel_grid(1, 2, 6.6, 2.75 if axial else 4.3, polar=True)
-        draw_fall_rose(panels[0, 0], FallRose(10, shares, unknown, unknown, 3, True))
-        figure.draw_without_rendering()
-    boxes = [text.get_window_extent().padded(2.0) for text in panels[0, 0].get_yticklabels() if text.get_text()]
+    boxes = radius_label_boxes(axial)[largest]
     assert boxes
     assert not any(one.overlaps(other) for place, one in enumerate(boxes) for other in boxes[:place])

@@ -38,7 +38,7 @@ def draw_record_figures(
     record_indices : iterable of int, optional
         Positions of the records to draw; all by default.
     """
-    with open_cube(cube_path) as cube, xr.open_dataset(intensity_path) as intensity:
+    with open_cube(cube_path) as cube, xr.open_dataset(intensity_path, engine="netcdf4") as intensity:
         everyone, study, stone = (
             intensity["record_id"].to_numpy().tolist(),
             study_of_cube(cube),

@@ -32,7 +32,11 @@ def draw_study_figures(cube_path: Path, intensity_path: Path, output_folder: Pat
     The function `write_figure_files` writes a figure in all formats of the study.
     """
     # Each dask chunk is one record, so that only one record is in memory at a time.
-    with open_cube_by_record(cube_path) as cube, xr.open_dataset(intensity_path) as intensity, project_style():
+    with (
+        open_cube_by_record(cube_path) as cube,
+        xr.open_dataset(intensity_path, engine="netcdf4") as intensity,
+        project_style(),
+    ):
         fits = model_of_cube(cube).one_component and not element_size_note(cube)
         fit = fit_logistic_overturning_model(cube, intensity) if fits else None
         for name, draw in study_figure_functions(cube, intensity, fit, fall_axes_by_group(cube)).items():

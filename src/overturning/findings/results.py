@@ -188,18 +188,12 @@ class StudyResults:
 
     @cached_property
     def fall_axis_summaries(self) -> dict[str, earthquakes.FallAxisSummary]:
-        """Mean fall axis over earthquakes and its alignment with fault normals, by name of the group of records.
-
-        Axes are relative to the fault normals.
-        """
+        """Mean fall axis over earthquakes, relative to the fault normals, by name of the group of records."""
         return {name: earthquakes.summarise_fall_axes(axes) for name, axes in self.fall_axes_by_group.items()}
 
     @cached_property
     def first_minus_second_group_alignment(self) -> MeanOverEarthquakes | None:
-        """Alignment of falls with the fault normal in the first group of records minus that in the second.
-
-        The alignment is with the fault normal. None if there is one group.
-        """
+        """Alignment of falls with the fault normal, first minus second group of records; None if there is one group."""
         return (
             earthquakes.first_minus_second_alignment(*self.fall_axes_by_group.values())
             if len(self.fall_axes_by_group) == 2
@@ -210,10 +204,7 @@ class StudyResults:
     def fault_normal_alignment_by_block_selection(
         self,
     ) -> dict[str, list[alignment_by_rule.FallAlignmentOfBlockSelection]]:
-        """Alignment of falls with the fault normal, for each rule that selects blocks, by name of the group of records.
-
-        Each list has an entry for each rule that selects blocks.
-        """
+        """Alignment of falls with the fault normal, for each rule that selects blocks, by name of the group."""
         return alignment_by_rule.fault_normal_alignment_by_block_selection(self.cube)
 
     @cached_property

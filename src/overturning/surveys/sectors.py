@@ -12,7 +12,7 @@ from overturning.model.symmetry import FULL_TURN, nearest_computed_cells
 from overturning.statistics.circular import sector_index
 
 _PARTS_OF_SECTOR: Final = 64
-"""Number of equal parts of an azimuth sector, each of which is in one octant."""
+"""Number of equal parts into which an azimuth sector is divided; each part counts in one octant."""
 
 
 class FallSectors:

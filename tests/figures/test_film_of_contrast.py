@@ -16,9 +16,11 @@ from tests.study.small_study import cube_of, pulse, study
 
 
 def save_strip_files(figure: Figure, path: Path) -> None:
-    """Write a figure to a file if it is a strip; the other figures of a case are not examined here."""
+    """Write a figure to a file if it is a strip; the file of another figure, which is not examined here, is empty."""
     if path.stem.endswith("-strip"):
         save_figure_files(figure, path)
+    else:
+        path.touch()
 
 
 @pytest.fixture(scope="module")

@@ -205,7 +205,7 @@ def test_the_command_writes_the_numbers_of_the_study_file_next_to_the_cube(
     assert json.loads(output.read_text(encoding="utf-8"))["population"]["stones"] == 64, "that in the cube"
     assert "study.yaml is not of the study 'tiny': the findings are without the primary statistic, surveys;" in warned
     (tmp_path / CONFIGURATION).unlink()
-    with pytest.warns(UserWarning, match=r"study\.yaml is missing: the findings are without the primary statistic, sur"):
+    with pytest.warns(UserWarning, match=r"study\.yaml is missing: the findings are without the primary statistic"):
         overturning.findings(tmp_path)
 
 

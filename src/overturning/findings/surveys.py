@@ -171,9 +171,9 @@ class SurveyFindings(Finding):
     """Number of stones whose B/H is not known."""
     stones_beyond_grid: int
     """Number of stones with a B/H outside the grid, which take its nearest value."""
-    stones_without_prediction: int = 0
+    stones_without_prediction: int
     """Number of stones without a prediction, because a B/H lies more than a quarter outside the grid."""
-    no_stone_is_predicted: bool = False
+    no_stone_is_predicted: bool
     """True if no stone of the survey has a prediction."""
     stones_beyond_heights: int
     """Number of stones with a height outside the grid; their `computed_fall_share` is that of its nearest height."""

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Final
 
 import numpy as np
 import xarray as xr
@@ -15,13 +14,10 @@ from overturning.model.symmetry import FULL_TURN, nearest_computed_cells
 from overturning.statistics.circular import sector_index
 from overturning.statistics.falls import add_opposite_azimuths, fall_counts_towards_azimuths
 from overturning.surveys.sectors import FallSectors
-from overturning.surveys.stones import BACKGROUND, Stone
+from overturning.surveys.stones import BACKGROUND, LARGEST_FACTOR_BEYOND_GRID, Stone
 
 SIDES = ("stood", "forwards", "to its right", "backwards", "to its left")
 """Outcomes of a stone with known face: falls towards the azimuth of the face, then clockwise in steps of 90°."""
-
-LARGEST_B_OVER_H_FACTOR: Final = 1.25
-"""Largest factor by which a B/H may lie outside the simulated range to take the outcomes of the nearest B/H."""
 
 
 class SiteFallPrediction(FallSectors):
@@ -93,9 +89,9 @@ class SiteFallPrediction(FallSectors):
         lines = by_azimuth.reshape(self.plane.size, -1).T[:, self._plane_order]
         p = np.array([np.interp(azimuth_deg % 360.0, self._plane_ends, line) for line in lines])
         p = p.reshape(*by_azimuth.shape[1:], -1)
-        if b_over_h > LARGEST_B_OVER_H_FACTOR * self.b_over_h[-1]:
+        if b_over_h > LARGEST_FACTOR_BEYOND_GRID * self.b_over_h[-1]:
             p = np.where(p.sum(axis=0) == 0, p, math.nan)
-        elif LARGEST_B_OVER_H_FACTOR * b_over_h < self.b_over_h[0]:
+        elif LARGEST_FACTOR_BEYOND_GRID * b_over_h < self.b_over_h[0]:
             p = np.full(p.shape, math.nan)
         cell = nearest_computed_cells(self.plane, azimuth_deg, FULL_TURN).cell
         return p, self.times[cell, round(place)].T
@@ -334,7 +330,7 @@ def note_on_b_over_h_outside_study(
 ) -> tuple[str, ...]:
     """Return a note if stones of a survey have a B/H far outside those of a 2-D study; () if none has."""
     least, most = min(study_b_over_h), max(study_b_over_h)
-    low, high = least / LARGEST_B_OVER_H_FACTOR, LARGEST_B_OVER_H_FACTOR * most
+    low, high = least / LARGEST_FACTOR_BEYOND_GRID, LARGEST_FACTOR_BEYOND_GRID * most
     far = [
         (stone.count, values)
         for stone in stones

@@ -29,7 +29,7 @@ from overturning.surveys.stone_outcomes import (
     outcomes_of_needed_sizes,
     response_cache_folder,
 )
-from overturning.surveys.stones import Stone
+from overturning.surveys.stones import LARGEST_FACTOR_BEYOND_GRID, Stone
 
 LN_SHAPE_DEVIATION: Final = 0.15
 """Standard deviation of ln B/H among stones with equal measured sizes (worn edges, footings, restitution)."""
@@ -68,7 +68,10 @@ class StoneKind:
         """Return height and shape of a survey's stone; an `ArgumentError` if outside the simulated range."""
         front, side = stone.slenderness_in_both_planes
         for name, value, grid in (("height_m", stone.height, HEIGHTS), ("b_over_h", min(front, side), SHAPES)):
-            if not (math.isnan(value) or 0.8 * grid[0] <= value <= 1.25 * grid[-1]):
+            if not (
+                math.isnan(value)
+                or grid[0] / LARGEST_FACTOR_BEYOND_GRID <= value <= LARGEST_FACTOR_BEYOND_GRID * grid[-1]
+            ):
                 where = f"line {stone.line}: {name} {value:g}"
                 raise ArgumentError(
                     f"{where}; stones of {grid[0]:g} to {grid[-1]:.3g} are computed: leave out the stone"
@@ -126,7 +129,8 @@ def kinds_of_survey_stones(stones: Sequence[Stone], file_name: str) -> list[Ston
 def note_on_broad_stones(stones: Sequence[Stone]) -> tuple[str, ...]:
     """Return a note if stones of a survey are broader than the largest D/B that is simulated; () if none is."""
     shapes = [(stone.count, stone.slenderness_in_both_planes) for stone in stones if not stone.round]
-    broad = [(count, max(both) / min(both)) for count, both in shapes if max(both) > 1.25 * ASPECTS[-1] * min(both)]
+    most = LARGEST_FACTOR_BEYOND_GRID * ASPECTS[-1]
+    broad = [(count, max(both) / min(both)) for count, both in shapes if max(both) > most * min(both)]
     if not broad:
         return ()
     count, largest = sum(count for count, _ in broad), max(aspect for _, aspect in broad)

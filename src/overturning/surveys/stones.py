@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 from overturning.errors import RecordError
 from overturning.surveys.columns import columns_with_numbers_of_stones, is_true, names_columns, plan_columns
@@ -14,6 +15,9 @@ from overturning.surveys.row import COLUMNS, SurveyRow
 from overturning.tables import cell_error_messages
 
 __all__ = ["BACKGROUND", "COLUMNS", "OCTANTS", "Stone", "SurveyRow"]
+
+LARGEST_FACTOR_BEYOND_GRID: Final = 1.25
+"""Largest factor by which a size or ratio of a stone may lie outside the simulated range to take the nearest value."""
 
 BACKGROUND = 0.05
 """Assumed share of stones with a random outcome (pushed by a neighbour, bad footing). Without it, a single stone in a

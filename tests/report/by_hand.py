@@ -226,7 +226,7 @@ def _measure(name: str, stones: int, observed: list[float | None], computed: lis
 
 
 _DISPLACED: dict[str, Any] = {
-    "site": "", "fell": 21, "stood": 33, "cells": 417, "never_stand": 2, "without_outcome": 4,
+    "site": "", "fell": 21, "stood": 33, "cells": 417, "never_stand": 2, "without_outcome": 4, "far_outside_grid": 3,
     "measures": [
         _measure("fell", 54, [0.389, 0.259, 0.531], [0.44, 0.37, 0.52]),
         _measure("shifted", 32, [0.281, 0.137, 0.467], [0.15, 0.08, 0.23]),

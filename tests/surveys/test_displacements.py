@@ -139,6 +139,23 @@ def test_stones_without_a_computed_outcome_are_counted_and_not_said_to_fall_alwa
     assert by_name(found)["fell"].computed == pytest.approx(4 / 5), "of the stones with an outcome"
 
 
+def test_stones_far_outside_the_grid_are_counted_and_not_compared(tmp_path: Path) -> None:
+    """The grid has B/H 0.3 to 0.5 and D/B 1: a quarter beyond is compared, a thin headstone is not."""
+    path = tmp_path / "stones.csv"
+    path.write_text(
+        "outcome,b_over_h,b_over_h_side,count\n"
+        "stands,0.24,,1\nfell,0.23,,2\nstands,0.62,,4\nstands,0.64,,8\nstands,0.3,0.37,16\nfell,0.3,0.4,32\n",
+        encoding="utf-8",
+    )
+    cube = cube_of(overturned=[[1.0], [0.0], [0.0]]).expand_dims(aspect=[1.0])
+    found = compare_displacements(read_survey_table(path), cube)
+    assert (found.beyond, found.without_outcome, found.never_stand) == (2 + 8 + 32, 0, 1 + 16)
+    assert by_name(found)["fell"].computed == pytest.approx((1 + 16) / (1 + 4 + 16))
+    assert by_name(found)["fell"].observed == pytest.approx(34 / 63), "all stones"
+    findings = survey_displacement_findings(StoredDisplacementComparison("s", "h", "a", found)).together
+    assert findings.far_outside_grid == 42
+
+
 def test_each_site_has_its_own_cube(tmp_path: Path) -> None:
     stones = table(tmp_path, "A,stands,0,0.5,0.3,1\nB,stands,0,0.5,0.3,1\n")
     still, moved = cube_of(), cube_of(residual_slip_north=0.05)

@@ -79,11 +79,11 @@ class SurveyDirectionsInSpace(Finding):
     never: int
     """Falls of stones like which none falls in the study; their predicted direction is random."""
     falls_without_prediction: int
-    """Falls of stones like which no computed case has an outcome; their predicted direction is random."""
+    """Falls without an outcome, or with a B/H or D/B far outside the study; their predicted direction is random."""
     falls_with_predicted_direction: int
     """Number of `octant_falls` whose predicted direction is not random."""
     no_stone_is_predicted: bool
-    """True if no stone of the survey has a computed outcome."""
+    """True if no stone of the survey is like one of the study with a computed outcome."""
     share_in_random_direction: float
     """Assumed share of the stones that fall in a random direction."""
 
@@ -103,6 +103,8 @@ class SurveyDisplacementsOfSite(Finding):
     """Standing stones like which none stands in the study; they are compared in no displacement."""
     without_outcome: int
     """Stones like which no computed case has an outcome; they are compared in no computed value."""
+    far_outside_grid: int
+    """Stones whose B/H or D/B lies more than a quarter outside the study; they are compared in no computed value."""
     measures: list[DisplacementMeasureFinding]
     directions: SurveyDirectionsInSpace | None = None
     """Fall directions; None if no stone fell in a known direction."""
@@ -179,6 +181,7 @@ def _displacements_of_site(site: str, found: DisplacementComparison) -> SurveyDi
         cells=found.cells,
         never_stand=found.never_stand,
         without_outcome=found.without_outcome,
+        far_outside_grid=found.beyond,
         measures=measures,
         directions=None if found.directions is None else _directions_in_space(found, found.directions),
     )
@@ -203,6 +206,6 @@ def _directions_in_space(
         never=directions.never,
         falls_without_prediction=directions.without_outcome,
         falls_with_predicted_direction=directions.fallen - directions.never - directions.without_outcome,
-        no_stone_is_predicted=found.without_outcome == found.fell + found.stood,
+        no_stone_is_predicted=found.without_outcome + found.beyond == found.fell + found.stood,
         share_in_random_direction=directions.background,
     )

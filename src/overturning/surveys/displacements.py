@@ -20,6 +20,7 @@ from overturning.surveys.ground import CemeteryGround
 from overturning.surveys.row import SurveyRow
 from overturning.surveys.stones import (
     BACKGROUND,
+    LARGEST_FACTOR_BEYOND_GRID,
     Stone,
     SurveyTable,
     fallen_and_all_stone_counts,
@@ -81,6 +82,9 @@ class DisplacementComparison:
         Standing stones like which none stands in the study; they are compared in no displacement.
     without_outcome : int
         Stones like which no computed case has an outcome; they are compared in no computed value.
+    beyond : int
+        Stones whose B/H or D/B lies far outside the grid of the study (`LARGEST_FACTOR_BEYOND_GRID`); like those of
+        `without_outcome`, they are compared in no computed value, and do not count among them.
     measures : tuple of DisplacementMeasure
         Measures in a fixed order.
     directions : SpaceDirectionComparison or None
@@ -93,6 +97,7 @@ class DisplacementComparison:
     never_stand: int
     measures: tuple[DisplacementMeasure, ...]
     without_outcome: int = 0
+    beyond: int = 0
     directions: SpaceDirectionComparison | None = None
 
 
@@ -165,9 +170,9 @@ def compare_displacements(
 ) -> DisplacementComparison:
     """Compare the falls, shifts and twists of stones with those of similar stones in a 3-D study.
 
-    Each stone is compared with the cases of the nearest orientation, height, B/H and D/B; all values of the grid have
-    equal weight where the survey does not give the value, and so have all frictions. A stone that stands without a
-    noted shift or twist has none.
+    Each stone is compared with the cases of the nearest orientation, height, B/H and D/B, unless its B/H or D/B lies
+    far outside the grid. All values of the grid have equal weight where the survey does not give the value, and so have
+    all frictions. A stone that stands without a noted shift or twist has none.
 
     Parameters
     ----------
@@ -192,10 +197,15 @@ def compare_displacements(
         raise ArgumentError("stones: none counts as fallen or standing; a comparison needs at least one")
     arrays = {id(one): _CellArrays.from_cube(one) for one in (cube, *(site_cubes or {}).values())}
     used = {key: np.zeros(one.flags.shape, np.bool_) for key, one in arrays.items()}
-    standing, never_stand, without_outcome = list[_ComputedStones](), 0, 0
+    standing, never_stand, without_outcome, beyond = list[_ComputedStones](), 0, 0, 0
     fall_shares, fall_azimuths = list[tuple[int, FloatArray]](), list[FloatArray | None]()
     for one in observed:
         own = id((site_cubes or {}).get(one.stone.site, cube))
+        if _lies_far_outside_grid(arrays[own].grid, one.stone):
+            beyond += one.stone.count
+            fall_shares.append((one.stone.count, np.full(arrays[own].flags.shape[0], math.nan)))
+            fall_azimuths.append(None)
+            continue
         chosen = _grid_indices_like_stone(arrays[own].grid, one.stone)
         flags, azimuths, cells = _cells_like_stone(arrays[own], chosen, used[own])
         fall_shares.append((one.stone.count, _mean_by_friction(flags)))
@@ -214,6 +224,7 @@ def compare_displacements(
         never_stand=never_stand,
         measures=(_fall_measure(observed, fall_shares), *_displacement_measures(observed, computed)),
         without_outcome=without_outcome,
+        beyond=beyond,
         directions=compare_fall_directions([one.stone for one in observed], fall_azimuths, background=background),
     )
 
@@ -253,6 +264,16 @@ def _cells_like_stone(
     # Cases that were not simulated, because the motion is too weak, have no displacement.
     shift = np.hypot(np.nan_to_num(north), np.nan_to_num(east))
     return flags, azimuths, _ComputedStones(weight[rows], friction[rows].astype(np.intp), shift, np.nan_to_num(twist))
+
+
+def _lies_far_outside_grid(grid: Mapping[str, FloatArray], stone: Stone) -> bool:
+    """Return True if B/H or D/B of a stone is known and lies far outside the values of the grid of a cube."""
+    front, side = stone.slenderness_in_both_planes
+    return any(
+        value * LARGEST_FACTOR_BEYOND_GRID < grid[name].min() or value > LARGEST_FACTOR_BEYOND_GRID * grid[name].max()
+        for name, value in (("b_over_h", front), ("aspect", side / front if front else math.nan))
+        if name in grid
+    )
 
 
 def _grid_indices_like_stone(grid: Mapping[str, FloatArray], stone: Stone) -> dict[str, NDArray[np.intp]]:

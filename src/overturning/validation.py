@@ -158,7 +158,8 @@ def _allowed_characters_text(pattern: str) -> str:
     if r"\S" in pattern:
         return f"a word without spaces is needed, of at most {re.findall(r'[0-9]+', pattern)[-1]} characters"
     signs = ", hyphens and underscores" if "_" in pattern else " and hyphens"
-    return f"only small letters, digits{signs} are allowed, a letter or digit first"
+    most = "".join(f", at most {1 + int(number)} in all" for number in re.findall(r"\{0,([0-9]+)\}", pattern))
+    return f"only small letters, digits{signs} are allowed, a letter or digit first{most}"
 
 
 def _without_length_errors(error_entries: Sequence[Any]) -> list[Any]:

@@ -40,7 +40,7 @@ def create_project(folder: Annotated[Path, typer.Argument(help="folder to create
     (folder / "resources" / "records").mkdir(parents=True)
     readme = folder / "config" / "README.md"
     write_text(readme, project_readme(readme.read_text(encoding="utf-8")))
-    name = re.sub("[^a-z0-9]+", "-", folder.resolve().name.lower()).strip("-") or "study"
+    name = re.sub("[^a-z0-9]+", "-", folder.resolve().name.lower())[:100].strip("-") or "study"
     study = f"config/{name}.yaml"
     # Both records have a fault strike, which the alignment needs.
     write_text(folder / study, study_template(name, ["rinaldi", "petrolia"], statistic="alignment"))

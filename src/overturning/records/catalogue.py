@@ -42,7 +42,7 @@ METADATA: Final[dict[str, tuple[str, str, str]]] = {
 class RecordDescription(BaseModel, extra="forbid", frozen=True, use_attribute_docstrings=True):
     """Columns of the table of records that identify a record and describe its earthquake, station and site."""
 
-    id: str = Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")
+    id: str = Field(pattern=r"^[a-z0-9][a-z0-9_-]{0,99}$")
     """Short name in lower case; also used in file names."""
     source: str = Field(min_length=1)
     """Files in the data folder, `set:id`, a pulse, or `example:file`."""

@@ -19,7 +19,6 @@ from pydantic import (
 from overturning.errors import REASON_SEPARATOR
 from overturning.model.cases import HIGHEST, LOWEST, checked_stone_height
 from overturning.model.contact import ContactSettings
-from overturning.model.element import Name
 from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.scene import Scene, gravestone
 from overturning.quantities import Density, Metre
@@ -39,6 +38,7 @@ from overturning.study.misfits import incompatible_setting_messages
 from overturning.study.sections import (
     BodySettings,
     ConvergenceCheckSettings,
+    FileName,
     OrientationRange,
     RecordSettings,
     SceneChoice,
@@ -63,7 +63,9 @@ _ALWAYS_STORED: Final = frozenset({"azimuth", "body", "contact", "crate", "figur
 class Study(StrictModel):
     """Settings of a study, from its YAML file: records, stones, simulation, and evaluation of the outcomes."""
 
-    name: Name = Field(description="name of the study and of its folder under results/: small letters, digits, hyphens")
+    name: FileName = Field(
+        description="name of the study and of its folder under results/: small letters, digits, hyphens"
+    )
     title: str = Field(default="", description="title of the report")
     question: str = Field(default="", description="the question that the report answers")
     asks: Asks = Field(
@@ -133,7 +135,7 @@ class Study(StrictModel):
         # `no`, `off` and nothing are not settings either; they are answered with the word that is needed.
         Discriminator(lambda value: "literal" if isinstance(value, str | bool | None) else "settings of verification"),
     ] = Field(default=ConvergenceCheckSettings(), description="`none`, or settings of the convergence check")
-    variants: dict[Name, Variant] = Field(
+    variants: dict[FileName, Variant] = Field(
         default={},
         description="the study repeated with another contact, scene, site or vertical motion, by name; each variant "
         "has its own cube, and settings that it does not give are those of the study",

@@ -26,7 +26,10 @@ if TYPE_CHECKING:
     from overturning.model.scan import Scan
     from overturning.model.shapes import Shape
 
-PulseName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
+FileName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{0,99}$")]
+"""Name of a study or variant: names of files begin with it, and file systems allow a name of 255 bytes."""
+
+PulseName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]{0,99}$")]
 
 
 class RecordSettings(StrictModel):

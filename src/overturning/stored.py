@@ -14,6 +14,10 @@ from overturning.validation import format_validation_error
 
 StoredFloat = Annotated[float, BeforeValidator(lambda value: math.nan if value is None else value)]
 """A number that may be NaN, which JSON stores as null."""
+StoredFloatOrInfinity = Annotated[
+    StoredFloat, PlainSerializer(lambda value: str(value) if math.isinf(value) else value, when_used="json")
+]
+"""A number that may be NaN or infinite; JSON stores an infinite one as the text "inf" or "-inf"."""
 
 _AS_LIST: Final = PlainSerializer(lambda values: values.tolist())
 StoredFloats = Annotated[NDArray[np.float64], PlainValidator(lambda values: np.array(values, np.float64)), _AS_LIST]

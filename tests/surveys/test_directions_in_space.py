@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from overturning.findings.survey_commands import SurveyCommandResults
+from overturning.findings.survey_displacements import survey_displacement_findings
+from overturning.report.render import render_markdown
+from overturning.stored import read_result, write_result
 from overturning.surveys.directions_in_space import SECTORS, SpaceDirectionComparison, spread_fall_azimuths
-from overturning.surveys.displacements import compare_displacements
+from overturning.surveys.displacements import StoredDisplacementComparison, compare_displacements
 from overturning.surveys.stones import OCTANTS, read_survey_table
 from tests.surveys.test_displacements import GRID, cube_of
 
@@ -44,6 +48,28 @@ def test_numbers_by_hand(tmp_path: Path) -> None:
     assert found.octant_observed.tolist() == [3.0, 0, 0, 0, 1.0, 0, 0, 0]
     assert found.octant_predicted == pytest.approx([4 * (0.8 + 0.2 / 8), *[4 * 0.2 / 8] * 7])
     assert (found.resultant, found.predicted_mean_direction_deg) == pytest.approx((0.5, 0.0), abs=1e-9)
+
+
+@pytest.mark.parametrize(("language", "sentence"), [("en", "worse than random directions"), ("ja", "観測に合わない")])
+def test_a_fall_that_is_impossible_without_background_is_stored_and_reported(
+    tmp_path: Path, language: str, sentence: str
+) -> None:
+    """The ratio is −∞, and each random survey fits at least as well."""
+    path = tmp_path / "stones.csv"
+    path.write_text("outcome,count\nfell N,3\nfell S,1\n", encoding="utf-8")
+    cube = cube_of(overturned=1.0, fall_azimuth=0.0)
+    found = compare_displacements(read_survey_table(path), cube, background=0.0)
+    write_result(StoredDisplacementComparison("s", "x", "a", found), tmp_path / "comparison.json")
+    stored = read_result(StoredDisplacementComparison, tmp_path / "comparison.json", "survey")
+    assert stored.together.directions is not None
+    assert (stored.together.directions.log_likelihood_ratio, stored.together.directions.likelihood_ratio_p) == (
+        -np.inf,
+        1.0,
+    )
+    results = SurveyCommandResults(survey_displacements=[survey_displacement_findings(stored)])
+    text = render_markdown(results, name="displacements", language=language)
+    assert sentence in text
+    assert " −∞" in text
 
 
 def test_each_stone_is_compared_with_falls_of_its_own_face_and_site(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ def number(value: float | None, digits: int = 2) -> str:
     if _unknown(value):
         return NO_VALUE
     text = f"{value:.{digits}f}"
-    return text.replace("-", "−") if float(text) != 0 else text.replace("-", "")
+    return (text.replace("-", "−") if float(text) != 0 else text.replace("-", "")).replace("inf", "∞")
 
 
 def significant(value: float | None, digits: int = 2) -> str:

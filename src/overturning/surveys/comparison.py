@@ -22,7 +22,7 @@ from overturning.statistics.circular import (
     watson_u2_test,
 )
 from overturning.statistics.mean_direction import clear_mean_direction
-from overturning.stored import StoredCounts, StoredFloat, StoredFloats, read_result
+from overturning.stored import StoredCounts, StoredFloat, StoredFloatOrInfinity, StoredFloats, read_result
 from overturning.surveys.fall_directions import (
     FallenStone,
     fall_probability_of_arc,
@@ -122,7 +122,7 @@ class SurveyPredictionComparison:
     computed_fall_share_high: StoredFloat
     octant_observed: StoredFloats
     octant_predicted: StoredFloats
-    log_likelihood_ratio: StoredFloat
+    log_likelihood_ratio: StoredFloatOrInfinity
     likelihood_ratio_p: StoredFloat
     fit_octants: StatisticalTestResult
     fit_octants_watson: StatisticalTestResult

@@ -9,7 +9,7 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.statistics.circular import mean_angle_and_resultant
 from overturning.statistics.mean_direction import clear_mean_direction
-from overturning.stored import StoredFloat, StoredFloats
+from overturning.stored import StoredFloat, StoredFloatOrInfinity, StoredFloats
 from overturning.surveys.fall_directions import (
     FallenStone,
     log_likelihood_ratio_and_p_value,
@@ -67,7 +67,7 @@ class SpaceDirectionComparison:
     predicted_resultant: StoredFloat
     octant_observed: StoredFloats
     octant_predicted: StoredFloats
-    log_likelihood_ratio: StoredFloat
+    log_likelihood_ratio: StoredFloatOrInfinity
     likelihood_ratio_p: StoredFloat
     background: float
 

@@ -119,3 +119,17 @@ def test_directions_drawn_from_the_study_fit_and_opposite_ones_do_not(tmp_path: 
     assert turned.log_likelihood_ratio == pytest.approx(right.log_likelihood_ratio, abs=1e-9)
     assert right.mean_direction_deg == pytest.approx(60.0, abs=15.0)
     assert right.predicted_mean_direction_deg == pytest.approx(60.0, abs=5.0)
+
+
+@pytest.mark.parametrize(
+    ("b_over_h", "sentence"),
+    [(0.3, "No stone like the fallen ones is known to fall in the study"), (0.9, "The study has no stone like those")],
+)
+def test_stones_without_an_outcome_are_told_from_stones_unlike_any(
+    tmp_path: Path, b_over_h: float, sentence: str
+) -> None:
+    path = tmp_path / "stones.csv"
+    path.write_text(f"outcome,b_over_h\nfell N,{b_over_h}\nstands,{b_over_h}\n", encoding="utf-8")
+    found = compare_displacements(read_survey_table(path), cube_of(overturned=np.nan))
+    results = survey_displacement_findings(StoredDisplacementComparison("s", "x", "a", found))
+    assert sentence in render_markdown(SurveyCommandResults(survey_displacements=[results]), name="displacements")

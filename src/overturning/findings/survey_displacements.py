@@ -83,7 +83,7 @@ class SurveyDirectionsInSpace(Finding):
     falls_with_predicted_direction: int
     """Number of `octant_falls` whose predicted direction is not random."""
     no_stone_is_predicted: bool
-    """True if no stone of the survey is like one of the study with a computed outcome."""
+    """True if B/H or D/B of all stones of the survey lies far outside the study."""
     share_in_random_direction: float
     """Assumed share of the stones that fall in a random direction."""
 
@@ -206,6 +206,6 @@ def _directions_in_space(
         never=directions.never,
         falls_without_prediction=directions.without_outcome,
         falls_with_predicted_direction=directions.fallen - directions.never - directions.without_outcome,
-        no_stone_is_predicted=found.without_outcome + found.beyond == found.fell + found.stood,
+        no_stone_is_predicted=found.beyond == found.fell + found.stood,
         share_in_random_direction=directions.background,
     )

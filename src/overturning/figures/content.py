@@ -58,8 +58,8 @@ def check_has_falls_and_fault_normal(cube: xr.Dataset, fall_axes_by_group: dict[
         )
     if bool(mean_fall_directions_by_record(cube)["is_imposed"].any()):
         raise ArgumentError(
-            "axes: nothing to draw: the unknown outcomes lie on one side of the circle, so the axis of the falls is "
-            "that of the other azimuths; `status` in the cube gives the cause of each"
+            "axes: nothing to draw: the unknown outcomes are spread unevenly over the circle, so the axis of the falls "
+            "is that of the other azimuths; `status` in the cube gives the cause of each"
         )
     why = "no record with a known fault strike has falls"
     raise ArgumentError(f"axes: nothing to draw: {why}; use more records, or draw the figure rose")

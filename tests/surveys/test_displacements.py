@@ -173,12 +173,15 @@ def test_a_survey_of_fallen_stones_only_has_no_share_that_fell(tmp_path: Path) -
     assert (fell.stones, fell.observed, fell.computed) == (4, 0.25, 0.0), "without B, which lists fallen stones only"
 
 
-def test_2_d_cubes_and_empty_surveys_are_refused(tmp_path: Path) -> None:
+def test_2_d_cubes_empty_surveys_and_wrong_backgrounds_are_refused(tmp_path: Path) -> None:
     stones = table(tmp_path, "A,stands,0,0.5,0.3,1\n")
     with pytest.raises(ArgumentError, match="cube: of 2-D blocks"):
         compare_displacements(stones, cube_of().drop_vars("residual_twist"))
     with pytest.raises(ArgumentError, match="stones: none counts"):
         compare_displacements(table(tmp_path, "A,broken,0,0.5,0.3,1\n"), cube_of())
+    for share in (1.0, 1.5, -0.1, np.nan):
+        with pytest.raises(ArgumentError, match=r"background: .*; a share from 0 to below 1"):
+            compare_displacements(stones, cube_of(), background=share)
 
 
 def test_findings_are_in_cm(tmp_path: Path) -> None:

@@ -188,8 +188,10 @@ def compare_displacements(
     Raises
     ------
     ArgumentError
-        If the cube is of 2-D blocks, or no stone counts as fallen or standing.
+        If the cube is of 2-D blocks, no stone counts as fallen or standing, or the background is not from 0 to below 1.
     """
+    if not 0 <= background < 1:
+        raise ArgumentError(f"background: {background}; a share from 0 to below 1")
     if "residual_twist" not in cube:
         raise ArgumentError("cube: of 2-D blocks, which neither twist nor slip obliquely; give that of a 3-D study")
     observed = [_observed_stone(table, line, row) for line, row in table.rows if row.counted_as != "not counted"]

@@ -418,7 +418,7 @@ CURVE = ("population", "fragility_curves", 0)
             {},
             {"en": "no fault normal is known", "ja": "断層直交方向は不明"},
             {
-                "en": "Under vale, ford the unknown outcomes lie on one side",
+                "en": "Under vale, ford the unknown outcomes are spread unevenly",
                 "ja": "vale、ford では結果の得られなかったケースの方位が偏って",
             },
         ),

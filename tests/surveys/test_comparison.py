@@ -11,7 +11,8 @@ from overturning.errors import ArgumentError
 from overturning.findings.surveys import survey_findings
 from overturning.settings import StonePopulation
 from overturning.statistics.bootstrap import exact_share_interval
-from overturning.surveys.comparison import StoredSurveyComparison, compare_survey_with_prediction, stone_count_by_octant
+from overturning.surveys.comparison import StoredSurveyComparison, compare_survey_with_prediction
+from overturning.surveys.fall_directions import stone_count_by_octant
 from overturning.surveys.population import population_rates_by_record
 from overturning.surveys.prediction import (
     SIDES,

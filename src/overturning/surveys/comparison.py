@@ -21,13 +21,12 @@ from overturning.statistics.circular import (
     mean_angle_and_resultant,
     watson_u2_test,
 )
-from overturning.statistics.mean_direction import clear_mean_direction
 from overturning.stored import StoredCounts, StoredFloat, StoredFloatOrInfinity, StoredFloats, read_result
 from overturning.surveys.fall_directions import (
+    RANDOM_SURVEYS,
     FallenStone,
+    compare_observed_and_predicted_directions,
     fall_probability_of_arc,
-    log_likelihood_ratio_and_p_value,
-    stone_count_by_octant,
 )
 from overturning.surveys.field_table import read_field_table
 from overturning.surveys.ground import CemeteryGround
@@ -67,7 +66,7 @@ class SurveyPredictionComparison:
         friction for stones of stated height. See `SiteFallPrediction.fall_probability_by_block` for stones without size
         or face.
     octant_observed, octant_predicted : ndarray, shape (8,)
-        Observed and expected number of stones in each compass octant; see `stone_count_by_octant`.
+        Observed and expected number of stones in each compass octant; see `fall_directions.stone_count_by_octant`.
     log_likelihood_ratio : float
         Sum over fallen stones of ln(predicted/uniform); above 0 the prediction is better than uniform directions.
     likelihood_ratio_p : float
@@ -168,7 +167,7 @@ def compare_survey_with_prediction(
     *,
     site_cubes: Mapping[str, xr.Dataset] | None = None,
     background: float = BACKGROUND,
-    random_survey_count: int = 2000,
+    random_survey_count: int = RANDOM_SURVEYS,
     seed: int = 1,
 ) -> SurveyPredictionComparison:
     """Compare the observed falls of stones with those that the results of a study predict for their site.
@@ -194,36 +193,26 @@ def compare_survey_with_prediction(
     site = predictions.default  # sectors and octants are the same at all sites
     fallen = _stones_with_fall_direction(predictions, stones)
     uniform_octant = site.octant_from_sector_probabilities(site.share)
-    azimuth = [stone.azimuth_deg for stone, *_ in fallen]
-    observed = sum((stone_count_by_octant(stone) for stone, *_ in fallen), np.zeros(8))
-    predicted = sum((octants for *_, octants in fallen), np.zeros(8))
+    directions = compare_observed_and_predicted_directions(site, fallen, random_survey_count, seed)
+    observed, predicted = directions["octant_observed"], directions["octant_predicted"]
     share = predicted / predicted.sum() if fallen else uniform_octant
-    mean, length, _ = clear_mean_direction(azimuth, [stone.recorded_step_deg for stone, *_ in fallen])
-    density = sum((of_stone for _, of_stone, _ in fallen), np.zeros(site.azimuth.size))
-    predicted_mean, predicted_length = mean_angle_and_resultant(site.azimuth, density)
     exactly = [(stone.azimuth_deg, of_stone) for stone, of_stone, _ in fallen if stone.direction_half_width_deg == 0]
     # Both means turn with the survey and the cube.
-    begin = predicted_mean if predicted_length > NO_MEAN else mean_angle_and_resultant([one for one, _ in exactly])[0]
+    begin = directions["predicted_mean_direction_deg"]
+    if not directions["predicted_resultant"] > NO_MEAN:
+        begin = mean_angle_and_resultant([one for one, _ in exactly])[0]
     exact = [fall_probability_of_arc(site, of_stone, float(np.nan_to_num(begin)), one) for one, of_stone in exactly]
     of_share = stones_of_sites_with_standing(stones)
     share_fell, share_stones = fallen_and_all_stone_counts(of_share)
     share_mean, share_low, share_high = _computed_fall_share_and_range(predictions, of_share or stones)
-    ratio, p_value = log_likelihood_ratio_and_p_value(site, fallen, random_survey_count, seed)
     return SurveyPredictionComparison(
         **_stone_counts_of_comparison(predictions, stones),
         share_fell=share_fell,
         share_stones=share_stones,
-        mean_direction_deg=mean,
-        resultant=length,
-        predicted_mean_direction_deg=predicted_mean,
-        predicted_resultant=predicted_length,
         computed_fall_share=share_mean,
         computed_fall_share_low=share_low,
         computed_fall_share_high=share_high,
-        octant_observed=observed,
-        octant_predicted=predicted,
-        log_likelihood_ratio=ratio,
-        likelihood_ratio_p=p_value,
+        **directions,
         fit_octants=chi_square_test(observed, share),
         fit_octants_watson=grouped_watson_test(observed, share),
         fit_exact=watson_u2_test(exact),

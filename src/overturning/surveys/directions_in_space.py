@@ -7,13 +7,11 @@ from typing import Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.statistics.circular import mean_angle_and_resultant
-from overturning.statistics.mean_direction import clear_mean_direction
 from overturning.stored import StoredFloat, StoredFloatOrInfinity, StoredFloats
 from overturning.surveys.fall_directions import (
+    RANDOM_SURVEYS,
     FallenStone,
-    log_likelihood_ratio_and_p_value,
-    stone_count_by_octant,
+    compare_observed_and_predicted_directions,
 )
 from overturning.surveys.sectors import FallSectors
 from overturning.surveys.stones import BACKGROUND, Stone
@@ -27,9 +25,6 @@ by some degrees.
 
 SECTORS: Final = FallSectors(np.arange(0.0, 360.0, 5.0))
 """Sectors of azimuth in which directions are predicted."""
-
-RANDOM_SURVEYS: Final = 2000
-"""Number of surveys with random fall directions for a p-value."""
 
 
 @dataclass(frozen=True)
@@ -125,23 +120,10 @@ def compare_fall_directions(
         fallen += stone.count * [(stone, density, SECTORS.octant_from_sector_probabilities(density))]
     if not fallen:
         return None
-    azimuth, step = zip(*((stone.azimuth_deg, stone.recorded_step_deg) for stone, *_ in fallen), strict=True)
-    mean, length, _ = clear_mean_direction(azimuth, step)
-    predicted_mean, predicted_length = mean_angle_and_resultant(
-        SECTORS.azimuth, np.sum([density for _, density, _ in fallen], axis=0)
-    )
-    ratio, p_value = log_likelihood_ratio_and_p_value(SECTORS, fallen, RANDOM_SURVEYS, seed)
     return SpaceDirectionComparison(
         fallen=len(fallen),
         never=never,
         without_outcome=without_outcome,
-        mean_direction_deg=mean,
-        resultant=length,
-        predicted_mean_direction_deg=predicted_mean,
-        predicted_resultant=predicted_length,
-        octant_observed=np.sum([stone_count_by_octant(stone) for stone, *_ in fallen], axis=0),
-        octant_predicted=np.sum([octants for *_, octants in fallen], axis=0),
-        log_likelihood_ratio=ratio,
-        likelihood_ratio_p=p_value,
         background=background,
+        **compare_observed_and_predicted_directions(SECTORS, fallen, RANDOM_SURVEYS, seed),
     )

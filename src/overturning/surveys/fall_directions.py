@@ -2,17 +2,21 @@
 
 import math
 from collections.abc import Sequence
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.statistics.circular import sector_index
+from overturning.statistics.circular import mean_angle_and_resultant, sector_index
+from overturning.statistics.mean_direction import clear_mean_direction
 from overturning.surveys.sectors import FallSectors
 from overturning.surveys.stones import Stone
 
 FallenStone = tuple[Stone, FloatArray, FloatArray]
 """A stone that fell in a known direction, its probabilities of the sectors of a study, and of the 8 octants."""
+
+RANDOM_SURVEYS: Final = 2000
+"""Number of surveys with random fall directions for a p-value."""
 
 WIND_DEG: Final = 22.5
 """Width of one of 16 winds, degrees."""
@@ -95,3 +99,29 @@ def log_likelihood_ratio_and_p_value(
         simulated += logs[generator.choice(chance.size, size=random_survey_count, p=chance / chance.sum())]
     total = float(np.sum(ratios))
     return total, (1 + int((simulated >= total - 1e-12).sum())) / (1 + random_survey_count)
+
+
+def compare_observed_and_predicted_directions(
+    sectors: FallSectors, fallen_stones: Sequence[FallenStone], random_survey_count: int, seed: int
+) -> dict[str, Any]:
+    """Return the numbers on directions that comparisons with 2-D and 3-D studies share, by name of their attribute.
+
+    They are mean directions and resultants, octants, and the likelihood ratio with its p-value; see
+    `overturning.surveys.comparison.SurveyPredictionComparison`.
+    """
+    mean, length, _ = clear_mean_direction(
+        [stone.azimuth_deg for stone, *_ in fallen_stones], [stone.recorded_step_deg for stone, *_ in fallen_stones]
+    )
+    density = sum((of_stone for _, of_stone, _ in fallen_stones), np.zeros(sectors.azimuth.size))
+    predicted_mean, predicted_length = mean_angle_and_resultant(sectors.azimuth, density)
+    ratio, p_value = log_likelihood_ratio_and_p_value(sectors, fallen_stones, random_survey_count, seed)
+    return {
+        "mean_direction_deg": mean,
+        "resultant": length,
+        "predicted_mean_direction_deg": predicted_mean,
+        "predicted_resultant": predicted_length,
+        "octant_observed": sum((stone_count_by_octant(stone) for stone, *_ in fallen_stones), np.zeros(8)),
+        "octant_predicted": sum((octants for *_, octants in fallen_stones), np.zeros(8)),
+        "log_likelihood_ratio": ratio,
+        "likelihood_ratio_p": p_value,
+    }

@@ -176,9 +176,14 @@ def main_status(*arguments: str) -> int:
     return int(stop.value.code or 0)
 
 
-def test_the_command_prints_all_findings(folder: Path, found: Findings, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_prints_and_writes_all_findings(
+    folder: Path, found: Findings, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    everything = json.loads(found.model_dump_json())
     assert main_status("findings", str(folder / "cube.nc"), "--json") == 0
-    assert json.loads(capsys.readouterr().out) == json.loads(found.model_dump_json())
+    assert json.loads(capsys.readouterr().out) == everything
+    assert main_status("findings", str(folder), "--output", str(tmp_path / "findings.json")) == 0
+    assert json.loads((tmp_path / "findings.json").read_text(encoding="utf-8")) == everything
 
 
 def test_the_command_writes_the_numbers_of_the_study_file_next_to_the_cube(
@@ -205,7 +210,8 @@ def test_the_command_writes_the_numbers_of_the_study_file_next_to_the_cube(
     assert json.loads(output.read_text(encoding="utf-8"))["population"]["stones"] == 64, "that in the cube"
     assert "study.yaml is not of the study 'tiny': the findings are without the primary statistic, surveys;" in warned
     (tmp_path / CONFIGURATION).unlink()
-    with pytest.warns(UserWarning, match=r"study\.yaml is missing: the findings are without the primary statistic"):
+    missing = r"study\.yaml is missing: the findings are without the primary statistic, surveys;"
+    with pytest.warns(UserWarning, match=missing):
         overturning.findings(tmp_path)
 
 

@@ -1,7 +1,10 @@
 """Outcomes of stones that are shipped with the package: those of the kernel, for the right motions only."""
 
 import math
+import os
 import re
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -29,6 +32,23 @@ def test_shipped_outcomes_are_those_of_the_kernel(
         h, b = map(int, name.split("-"))
         found = simulate_outcomes_of_sizes(motions[one], aspect, [(h, b)], 1)[0]
         np.testing.assert_array_equal(shipped[name], found, err_msg=f"{motions[one].name}, {name}")
+
+
+@pytest.mark.long
+def test_the_grid_is_that_of_the_shipped_outcomes_on_any_processor() -> None:
+    """NumPy without the code for wide vectors, whose exponentials and logarithms have other last digits."""
+    sets = " ".join(np.show_config(mode="dicts")["SIMD Extensions"].get("found", []))
+    command = [sys.executable, "-c", f"from {stone_outcomes.__name__} import outcome_grid; print(outcome_grid())"]
+    done = subprocess.run(
+        command, env=os.environ | {"NPY_DISABLE_CPU_FEATURES": sets}, capture_output=True, text=True, check=True
+    )
+    with np.load(stone_outcomes.LIBRARY_FILE) as stored:
+        assert done.stdout.strip() == str(stored["grid"])
+
+
+def test_peak_velocities_and_shapes_are_in_equal_ratios() -> None:
+    for grid, ends in ((stone_outcomes.LEVELS, (0.2, 3.2)), (stone_outcomes.SHAPES, (0.08, 0.8))):
+        np.testing.assert_allclose(grid, np.geomspace(*ends, grid.size), rtol=1e-15)
 
 
 def stone(height: float, aspect: float, b_over_h: float = 0.3) -> Stone:

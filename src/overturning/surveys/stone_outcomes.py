@@ -19,14 +19,22 @@ from overturning.model.cases import Cases
 from overturning.study.sources import package_source_hash
 from overturning.surveys.library import CandidateMotion
 
-LEVELS: Final[FloatArray] = np.asarray(np.geomspace(0.2, 3.2, 13), np.float64)
-"""Peak velocities to which motions are scaled, m/s."""
+# Written out: the last digit of NumPy's geomspace differs between processors, and `LIBRARY_FILE` holds exact values.
+LEVELS: Final[FloatArray] = np.array([
+    0.2, 0.25198420997897464, 0.3174802103936399, 0.4, 0.5039684199579493, 0.6349604207872799, 0.8000000000000002,
+    1.0079368399158986, 1.2699208415745598, 1.6, 2.0158736798317975, 2.539841683149119, 3.2,
+])  # fmt: skip
+"""Peak velocities to which motions are scaled, in equal ratios, m/s."""
 
-HEIGHTS: Final[FloatArray] = np.asarray(0.3 * 1.5 ** np.arange(10), np.float64)
+HEIGHTS: Final[FloatArray] = np.array([0.3 * 1.5**step for step in range(10)])
 """Simulated heights, m; outcomes are interpolated between them."""
 
-SHAPES: Final[FloatArray] = np.asarray(np.geomspace(0.08, 0.8, 14), np.float64)
-"""Simulated B/H."""
+SHAPES: Final[FloatArray] = np.array([
+    0.08, 0.09550213133715489, 0.11400821362423984, 0.13610034238820712, 0.16247340967237883, 0.19395696136658624,
+    0.23154128997734005, 0.2764085835673776, 0.3299701106321081, 0.3939106105365391, 0.47024128578199303,
+    0.5613630629363063, 0.6701421120546335, 0.8,
+])  # fmt: skip
+"""Simulated B/H, in equal ratios."""
 
 ASPECTS: Final = (1.0, 1.4, 2.0, 2.8, 4.0)
 """Simulated D/B of rectangular stones, D the broader side; the nearest value is used."""

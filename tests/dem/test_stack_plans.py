@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from overturning.dem.kernel import balance
 from overturning.dem.run import simulate_cases
 from overturning.dem.simulate import simulate
 from overturning.dem.trajectory import trajectory
@@ -152,6 +153,26 @@ def test_energy_balances_as_for_boxes_and_an_offset_polygon_rests(plan: PlanShap
                      friction=[0.6], leave_out=False)  # fmt: skip
     assert rests.overturned.to_numpy().max() == 0.0
     assert rests.peak_tilt.to_numpy().max() < 1e-2
+
+
+@pytest.mark.parametrize("heights", [(0.4, 0.4), (0.1, 0.1, 0.1)])
+def test_stones_of_equal_width_balance_their_energy_at_once(
+    heights: tuple[float, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each slip replaces all points of a patch: corners of both faces and crossings of their sides take turns.
+
+    A point that is new to the patch brings the energy of its spring, and must not open or close in a long step.
+    """
+    monkeypatch.setattr(balance, "MAX_RERUNS", 0)
+    stack, orientations = (
+        Stack(prisms(*(("rectangle", 0.4, height) for height in heights))),
+        np.arange(7.0, 90.0, 11.25),
+    )
+    cases = Cases(orientations, *size_reference_height_and_b_over_h(stack.scene), 0.5)
+    for seed in range(3):
+        found = simulate_cases(stack, level_motion(8.0 * waves(seed)), cases)
+        assert (found.status == CaseStatus.SIMULATED).all(), seed
+        assert found.energy_error.max() < 1e-3, seed
 
 
 @pytest.mark.parametrize("plan", PLANS)

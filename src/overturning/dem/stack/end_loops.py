@@ -87,7 +87,12 @@ from overturning.dem.stack.joint_state import (
     PointForceAndImpulse,
     SumOfForceTimesDistance,
 )
-from overturning.dem.stack.landing import joint_lands_flat, landing_time_of_new_point, point_contact_is_deferred
+from overturning.dem.stack.landing import (
+    NO_POINT,
+    joint_lands_flat,
+    landing_time_of_new_point,
+    point_contact_is_deferred,
+)
 from overturning.dem.stack.solve import (
     shift_wrench_to_centre,
     wrench_minus,
@@ -161,7 +166,7 @@ def compute_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
         end, findings, losses, new = solve_point_contact(
             joint, frame, place, old, (change.force, change.moment),
             (load_time(case_rows, j).half, joint_lands_flat(landing), landing_time_of_new_point(joint, landing),
-             point_contact_is_deferred(joint, landing, place, old, frame.inside)),
+             point_contact_is_deferred(joint, landing, place, old, frame.inside), landing.shortest < NO_POINT),
         )  # fmt: skip
         store_next_point(point, j, new)
         store_point_sum(joint_rows, j, add_end(load_point_sum(joint_rows, j), end))

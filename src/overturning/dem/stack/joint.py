@@ -237,33 +237,37 @@ def joint_equation_terms(
 @njit(**INLINE)
 def solve_point_contact(
     joint: JointConstants, frame: JointRelativeMotion, position: ContactPointPosition, previous: PointHistory,
-    change: tuple[Vector3, Vector3], step: tuple[float, bool, float, bool],
+    change: tuple[Vector3, Vector3], step: tuple[float, bool, float, bool, bool],
 ) -> tuple[PointForceAndImpulse, LargestContactChanges, JointEnergyLosses, PointHistory]:  # fmt: skip
     """Return normal force, contact changes, losses and new state of a contact point from a step's solved equations.
 
     `change` is the change of the relative velocity at the origin and of the relative angular velocity; `step` holds
-    half of the step (s), whether the joint lands flat, the landing time of a point that touches now (s), and whether
-    the point waits.
+    half of the step (s), whether the joint lands flat, the landing time of a point that touches now (s), whether the
+    point waits, and whether the joint has points since the last step, which it has not when a case begins.
     """
-    half_step, lands_flat, new_landing, waits = step
+    half_step, lands_flat, new_landing, waits, joint_has_points = step
     w = position.weight
     counts, had = w > 0.0, previous.weight > 0.0
+    joins = joint_has_points & (not had)
     rise = change[0].z + (change[1].x * position.y - change[1].y * position.x)
     # A point that waits takes up its penetration without force; the offset ends when the point opens.
     deep = -position.z - half_step * rise
     between, waits = waits, waits & (deep > 0.0)
     offset = (deep if deep > previous.offset else previous.offset) if waits else previous.offset
     offset = offset if deep > 0.0 else 0.0
-    rate, before = point_opening_rate(frame, position) + rise, -position.z - offset
+    predicted_rate, before = point_opening_rate(frame, position), -position.z - offset
+    rate = predicted_rate + rise
     depth = before - half_step * rise
     inside, was = (depth > 0.0) & (not waits), previous.depth > 0.0
-    # A point that did not belong to the patch before is as it is now: it neither opens nor closes.
     changed = before if before > depth else depth
     changed = (deep if previous.offset == 0.0 else 0.0) if waits else -depth if was else changed
-    heavy = had & (w > LEAST_WEIGHT)
+    heavy = w > LEAST_WEIGHT
     spring = joint.stiffness * depth if inside else 0.0
     pressure = spring - joint.dashpot * rate
     pressure = pressure if counts & inside & (lands_flat | (pressure > 0.0)) else 0.0
+    # A point that joins the patch has no last state: compare with the one that was assumed.
+    assumed = (before > 0.0) & (lands_flat | (joint.stiffness * before > joint.dashpot * predicted_rate)) & (not waits)
+    changed = changed if had else 1.0 if joins & (assumed != (pressure != 0.0)) else 0.0
     fresh = inside & had & (not was) & counts
     more = depth * (2.0 * half_step / (depth - previous.depth if fresh else 1.0)) - half_step if fresh else 0.0
     landing = (new_landing if fresh | (not had) else previous.landing) - 2.0 * half_step
@@ -272,7 +276,7 @@ def solve_point_contact(
     power = w * (spring - pressure) * rate
     over = depth * previous.depth
     over = math.copysign(over if over < 0.0 else 0.0, depth - previous.depth)
-    both = (depth if inside else 0.0) * (previous.depth if was else 0.0)
+    both = (depth if inside else 0.0) * (previous.depth if was else depth if joins else 0.0)
     let_go = 0.5 * joint.stiffness * ((w * over if inside | was else 0.0) + both * (previous.weight - w))
     let_go = let_go if counts | had else 0.0
     findings = LargestContactChanges(
@@ -328,7 +332,8 @@ def solve_joint_contact(
     hy = -slip.y if drifts else force.y
     ht = -slip.twist if drifts else force.twist
     square = squared_length(TangentialVector(hx, hy, ht))
-    slips = drifts if lands_flat else square > most * most
+    # The equations of a joint assumed to slide contain no dashpot, so its force without a limit would be unstable.
+    slips = drifts | ((friction.slides > 0.0) & (square > most * most)) if lands_flat else square > most * most
     share = most / math.sqrt(square if slips & (square > 0.0) else 1.0) if slips else 1.0
     share = share if loaded else 0.0
     fx, fy, ft = share * hx, share * hy, share * ht

@@ -165,21 +165,25 @@ def test_threads_and_order_do_not_change_a_bit() -> None:
         np.testing.assert_array_equal(one[name], reverse[name].sel(one[name].coords), name)
 
 
+STATUE_SEEDS = (1, 2, 9, 10, 20, 21)
+"""Motions of the first 22 under which time steps 16 times shorter give both the same tilts within 3 %."""
+
+
 @cache
 def statue_and_single_stone() -> list[CaseResults]:
-    """Return the outcomes of a statue on a pedestal, and of one stone of the same size, under three motions."""
-    motions, outcomes = [level_motion(8.0 * waves(seed)) for seed in range(3)], []
+    """Return the outcomes of a statue on a pedestal, and of one stone of the same size, under some motions."""
+    motions, outcomes = [level_motion(8.0 * waves(seed)) for seed in STATUE_SEEDS], []
     for scene in (boxes((0.5, 0.5, 0.1), (0.5, 0.5, 0.9)), boxes((0.5, 0.5, 1.0))):
         cases = Cases([0.0, 30.0], *size_reference_height_and_b_over_h(scene), 3.0)
         outcomes.append(simulate_under_each(Stack(scene), motions, cases))
     return outcomes
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_a_statue_on_its_pedestal_moves_as_one_stone_while_their_joint_stays_closed(seed: int) -> None:
+@pytest.mark.parametrize("number", range(len(STATUE_SEEDS)))
+def test_a_statue_on_its_pedestal_moves_as_one_stone_while_their_joint_stays_closed(number: int) -> None:
     """A thin pedestal below a statue of the same width: the lower joint opens first, and both lean together."""
     both, one = statue_and_single_stone()
-    tilts, alone = both.peak_tilt[seed], one.peak_tilt[seed]
+    tilts, alone = both.peak_tilt[number], one.peak_tilt[number]
     assert alone.max() > 0.5
     np.testing.assert_allclose(tilts[:, 1], alone, rtol=0.1, atol=0.05)
-    np.testing.assert_array_equal(both.overturned[seed][:, 1], one.overturned[seed])
+    np.testing.assert_array_equal(both.overturned[number][:, 1], one.overturned[number])

@@ -155,6 +155,22 @@ def test_energy_balances_as_for_boxes_and_an_offset_polygon_rests(plan: PlanShap
     assert rests.peak_tilt.to_numpy().max() < 1e-2
 
 
+@pytest.mark.parametrize(("ratio", "seed", "friction"), [(0.99, 2, 0.5), (1.3, 0, 1.0), (1.3, 2, 1.0)])
+def test_light_stones_below_a_heavy_one_do_not_vibrate_for_the_rest_of_the_case(
+    ratio: float, seed: int, friction: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The dashpot of a contact is made for all stones above; it stops a light stone in under 1/512 of a whole step."""
+    monkeypatch.setattr(balance, "MAX_RERUNS", 0)
+    stack = Stack(
+        prisms(*(("rectangle", 0.4 * ratio**number, height) for number, height in enumerate((0.2, 0.2, 0.6))))
+    )
+    cases = Cases(np.arange(7.0, 90.0, 22.5), *size_reference_height_and_b_over_h(stack.scene), friction)
+    found = simulate_cases(stack, level_motion(5.0 * waves(seed)), cases)
+    assert (found.status == CaseStatus.SIMULATED).all()
+    assert found.energy_error.max() < 5e-3
+    assert found.block_steps.max() < 1e6
+
+
 @pytest.mark.parametrize("heights", [(0.4, 0.4), (0.1, 0.1, 0.1)])
 def test_stones_of_equal_width_balance_their_energy_at_once(
     heights: tuple[float, ...], monkeypatch: pytest.MonkeyPatch

@@ -21,6 +21,7 @@ from overturning.dem.body.statics import (
 )
 from overturning.dem.body.tables import BODY, CASE, RESULT, ROW, START
 from overturning.dem.kernel.clock import BODY as PACE
+from overturning.dem.kernel.clock import KernelStepControl
 from overturning.dem.limits import MAX_PENETRATION, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
 from overturning.dem.numerics import BODY_STEP, NumericalOptions
 from overturning.dem.plan import SimulationPlan, group_numbers_of_equal_cases
@@ -53,6 +54,8 @@ class SimulationPlan3D(SimulationPlan):
     split_long_queues: ClassVar[bool] = True
     step_cost: ClassVar[int] = BODY_STEP
 
+    ticks_per_step: ClassVar[float] = TICKS
+
     cosines: FloatArray  # shape (n, 2): direction cosines of the orientation, north and east
 
     @property
@@ -77,7 +80,8 @@ class SimulationPlan3D(SimulationPlan):
 
         The time steps are divided by `step_divisor`; `column_count` cases are computed side by side.
         """
-        queued = self.common_kernel_input_fields(case_numbers, result_tables, step_divisor, TICKS, column_count)
+        ticks = self.ticks_per_step
+        queued = self.common_kernel_input_fields(case_numbers, result_tables, step_divisor, ticks, column_count)
         # Test the lanes at the latest after the longest step: the next sample must be loaded by then.
         settings, standing = queued["settings"], float(queued["cases"]["standing"][0])
         queued["settings"] = settings._replace(steps_per_check=int(settings.ticks / standing))
@@ -277,11 +281,12 @@ def steps_per_sample_and_clock_settings(
     damping_rate: FloatArray,
     sampling_interval: float,
     rocking_time_constant: FloatArray,
+    pace: KernelStepControl = PACE,
 ) -> tuple[NDArray[np.int64], dict[str, FloatArray]]:
     """Return, for each of n cases, the number of full steps per sample and the step control, two arrays (n,).
 
     `squared_frequency` is ω² (1/s²), `damping_rate` twice the damping rate (1/s), `rocking_time_constant` 1/p (s),
-    each of shape (n,).
+    each of shape (n,). `pace` holds the step control of the kernel.
 
     Raises
     ------
@@ -289,7 +294,7 @@ def steps_per_sample_and_clock_settings(
         If the time step is longer than the longest allowed one.
     """
     # The scheme is stable with any step; accuracy limits it, expressed as the stable step of an undamped oscillator.
-    whole = PACE.longest * rocking_time_constant
+    whole = pace.longest * rocking_time_constant
     per_sample = partial(
         steps_per_sample, IntegrationScheme.CUNDALL, squared_frequency=(2.0 / whole) ** 2,
         damping_rate=np.zeros(whole.size), sampling_interval=sampling_interval,
@@ -297,9 +302,9 @@ def steps_per_sample_and_clock_settings(
     )  # fmt: skip
     usual = per_sample("1 stable")
     steps = usual if numerics.time_step == "auto" else per_sample(numerics.time_step)
-    tick, contact = sampling_interval / steps / PACE.whole, shortest_contact_time(squared_frequency, damping_rate)
+    tick, contact = sampling_interval / steps / pace.whole, shortest_contact_time(squared_frequency, damping_rate)
     share = np.minimum(sampling_interval / steps / whole, 1.0)
-    finest = np.exp2(np.frexp(np.clip(PACE.finest * share * contact / tick, 1.0, PACE.whole))[1] - 1.0)
+    finest = np.exp2(np.frexp(np.clip(pace.finest * share * contact / tick, 1.0, pace.whole))[1] - 1.0)
     # A refined case has shorter ticks, hence more of them.
     steps = steps * numerics.refinement
     # A contact that is not overdamped would keep oscillating in steps of a sample.
@@ -308,9 +313,9 @@ def steps_per_sample_and_clock_settings(
     )
     return steps, {
         "finest": finest,
-        "standing": PACE.whole * np.where(rigid, np.gcd(usual, steps), 1),
-        "dwell": np.round(PACE.steps_before_length_doubles(squared_frequency, damping_rate) * steps / usual),
-        "settled": np.round(PACE.settled * steps / usual),
+        "standing": pace.whole * np.where(rigid, np.gcd(usual, steps), 1),
+        "dwell": np.round(pace.steps_before_length_doubles(squared_frequency, damping_rate) * steps / usual),
+        "settled": np.round(pace.settled * steps / usual),
     }
 
 

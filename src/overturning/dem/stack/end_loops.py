@@ -21,7 +21,7 @@ from overturning.dem.body.vectors import (
     transpose,
 )
 from overturning.dem.kernel.clock import (
-    BODY,
+    STACK,
     StepContactChanges,
     choose_next_step_attempt,
 )
@@ -115,7 +115,7 @@ add_end, no_end = (
     create_elementwise_tuple_functions(PointForceAndImpulse).plus,
     create_elementwise_tuple_functions(PointForceAndImpulse).zero,
 )
-FINE: Final = BODY.fine
+FINE: Final = STACK.fine
 PRESENT: Final = STONE.row_start(StoneFallState, "present")
 SLID, NEW_SLID = (
     JOINT.row_start(JointAtStepStartAndEnd, "old.slid"),
@@ -244,7 +244,7 @@ def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: fl
             stands=steady & (most.off == 0.0) & (most.loaded > 0.0),
         )  # fmt: skip
         again, sooner, following = choose_next_step_attempt(
-            BODY, load_clock(case_rows, j), attempt, findings, time.tick + attempt.length, ticks_per_sample
+            STACK, load_clock(case_rows, j), attempt, findings, time.tick + attempt.length, ticks_per_sample
         )
         store_attempt(case_rows, j, following)
         store_rejection(case_rows, j, StepRejectionFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0))

@@ -14,6 +14,7 @@ from overturning.dem.body.plan import (
     quiet_windows_in_any_direction,
     steps_per_sample_and_clock_settings,
 )
+from overturning.dem.kernel.clock import STACK
 from overturning.dem.limits import MAX_PENETRATION, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
 from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue
 from overturning.dem.numerics import NumericalOptions
@@ -28,7 +29,7 @@ from overturning.dem.stack.path import (
 )
 from overturning.dem.stack.results import stack_outcomes
 from overturning.dem.stack.rules import StackKernelInput
-from overturning.dem.stack.state import COLUMNS
+from overturning.dem.stack.state import COLUMNS, TICKS
 from overturning.dem.stack.statics import (
     JointTable,
     base_positions_at_rest,
@@ -51,6 +52,9 @@ from overturning.model.stack_stones import StackStone
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
+LONGEST_FINEST_STEP: Final = TICKS / 512.0
+"""Longest finest step, ticks, also where the contacts vibrate slowly: the landing of a stone needs it."""
+
 LONGER_STEP: Final = 2.0
 """Whole step over that of a single 3-D body.
 
@@ -64,6 +68,7 @@ class StackSimulationPlan(SimulationPlan3D):
     result_dtype: ClassVar[Any] = RESULT
     time_column: ClassVar[Any] = (..., 0)
     ground_columns: ClassVar[Any] = ((..., 1), (..., 2), (..., 3))
+    ticks_per_step: ClassVar[float] = TICKS
 
     model: Stack
     stones: NDArray[np.void]  # shape (stacks, stones)
@@ -211,8 +216,11 @@ def plan_stack_simulation(
     interval, samples = motion.sampling_interval, motion.sample_count
     rate = (square * delay)[which] * np.asarray(cases.damping_factor)
     steps, pace = steps_per_sample_and_clock_settings(
-        numerics, square[which], rate, interval, LONGER_STEP * period[which]
+        numerics, square[which], rate, interval, LONGER_STEP * period[which], STACK
     )
+    pace["finest"] = np.minimum(pace["finest"], LONGEST_FINEST_STEP)
+    # When the vibration of a light stone has decayed, that of the heavy stones around it goes on.
+    pace["settled"] = np.where(pace["finest"] < LONGEST_FINEST_STEP, pace["dwell"], pace["settled"])
     rest_share = np.zeros(cases.case_count)
     if numerics.leave_out:
         rest_share = _rest_shares(stacks, joints, which, np.asarray(cases.damping_factor), interval)

@@ -13,9 +13,7 @@ from overturning.dem.body.vectors import (
     rotation_matrix,
     scale_vector,
 )
-from overturning.dem.kernel.clock import (
-    BODY,
-)
+from overturning.dem.kernel.clock import STACK
 from overturning.dem.kernel.ground import base_acceleration_up_to_next_sample as push_at
 from overturning.dem.kernel.lanes import APART, INLINE, create_elementwise_tuple_functions, whole_vectors
 from overturning.dem.stack.access import (
@@ -101,7 +99,7 @@ no_sum, no_wrench = (
     create_elementwise_tuple_functions(StoneContactForceSums).zero,
     create_elementwise_tuple_functions(Wrench).zero,
 )
-FINE: Final = BODY.fine
+FINE: Final = STACK.fine
 
 
 @njit(**INLINE)

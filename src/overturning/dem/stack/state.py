@@ -13,14 +13,14 @@ from typing import Final, NamedTuple
 
 from overturning.dem.body.state import BodyBaseMotion, LoadedSampleNumber, StepRejectionFlags
 from overturning.dem.body.vectors import Matrix3, Quaternion, SymmetricMatrix, Vector3
-from overturning.dem.kernel.clock import BODY, CaseStepControl, StepAttempt
+from overturning.dem.kernel.clock import STACK, CaseStepControl, StepAttempt
 from overturning.dem.kernel.ending import CaseProgress, SlideEnd
 from overturning.dem.kernel.lanes import TupleRowLayout
 
 COLUMNS: Final = 8
 """Number of stacks computed side by side: one widest vector."""
 
-TICKS: Final = BODY.whole
+TICKS: Final = STACK.whole
 """Ticks of a whole step."""
 
 

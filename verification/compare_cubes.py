@@ -73,6 +73,13 @@ def change_label(changes: FloatArray) -> str:
     return f"{np.median(changes):+.2g}, {np.quantile(np.abs(changes), 0.95):.2g}" if changes.size else "–"
 
 
+def slip_of_cells(cube: xr.Dataset) -> FloatArray:
+    """Return the peak slip of each cell of a cube, m; the residual slip for stacks, whose cubes have no peak slip."""
+    if "peak_slip" in cube:
+        return np.asarray(cube.peak_slip, dtype=np.float64)
+    return np.asarray(np.hypot(cube.residual_slip_north, cube.residual_slip_east), dtype=np.float64)
+
+
 def cube_changes(old_cube: xr.Dataset, new_cube: xr.Dataset) -> dict[str, str]:
     """Return the changes from one cube of a study to another, as text by quantity."""
     both = [name for name in old_cube.record_id.values if name in new_cube.record_id.values]
@@ -98,7 +105,7 @@ def cube_changes(old_cube: xr.Dataset, new_cube: xr.Dataset) -> dict[str, str]:
         relative_peak_rotation(new_cube),
         (before == 0) & (after == 0),
     )
-    slid, slid_too = (np.asarray(cube.peak_slip, dtype=np.float64) for cube in (old_cube, new_cube))
+    slid, slid_too = slip_of_cells(old_cube), slip_of_cells(new_cube)
     rocks, slides = stands & (turned > ROCKS) & np.isfinite(turned_too), stands & (slid > SLIDES)
     return {
         "cells": f"{before.size:,}",

@@ -77,3 +77,15 @@ def test_cubes_of_different_studies_are_refused() -> None:
         cube_changes(OLD, OLD.isel(azimuth=slice(2)))
     with pytest.raises(ResultError, match="of one study"):
         cube_changes(OLD, cube([[1, 1]] * 4, record="b"))
+
+
+def test_slips_of_stacks_are_residual() -> None:
+    """Their cubes have no peak slip; 4 mm north and 3 mm west are 5 mm."""
+
+    def of_stack(one: xr.Dataset, share: float) -> xr.Dataset:
+        still = xr.zeros_like(one.peak_slip)
+        north, east = (still + share * value for value in (0.004, -0.003))
+        return one.drop_vars("peak_slip").assign(residual_slip_north=north, residual_slip_east=east)
+
+    changes = cube_changes(of_stack(OLD, 1.0), of_stack(OLD, 1.1))
+    assert changes["peak slip of what stands: change in %, median and 95 %"] == "+10, 10"

@@ -17,6 +17,7 @@ from overturning.surveys.library import CandidateMotion
 from overturning.surveys.responses import StoneKind, case_count_and_time, note_on_broad_stones
 from overturning.surveys.stone_outcomes import shipped_outcomes, simulate_outcomes_of_sizes
 from overturning.surveys.stones import Stone
+from tests.dem.test_same_bits import NUMPY_SETS
 
 
 @pytest.mark.parametrize("count", [2, pytest.param(60, marks=pytest.mark.long)])
@@ -37,10 +38,13 @@ def test_shipped_outcomes_are_those_of_the_kernel(
 @pytest.mark.long
 def test_the_grid_is_that_of_the_shipped_outcomes_on_any_processor() -> None:
     """NumPy without the code for wide vectors, whose exponentials and logarithms have other last digits."""
-    sets = " ".join(np.show_config(mode="dicts")["SIMD Extensions"].get("found", []))
     command = [sys.executable, "-c", f"from {stone_outcomes.__name__} import outcome_grid; print(outcome_grid())"]
     done = subprocess.run(
-        command, env=os.environ | {"NPY_DISABLE_CPU_FEATURES": sets}, capture_output=True, text=True, check=True
+        command,
+        env=os.environ | {"NPY_DISABLE_CPU_FEATURES": " ".join(NUMPY_SETS)},
+        capture_output=True,
+        text=True,
+        check=True,
     )
     with np.load(stone_outcomes.LIBRARY_FILE) as stored:
         assert done.stdout.strip() == str(stored["grid"])

@@ -43,14 +43,9 @@ def test_at_least_200_cases_are_robust_in_each_solver(name: str) -> None:
     assert pd.read_csv(PEER_TABLES[name])["robust"].sum() >= 200
 
 
-@pytest.mark.long
-@pytest.mark.parametrize(("name", "azimuths"), [("MuJoCo", 83), ("LMGC90", 84)])
-def test_flags_and_azimuths_agree_with_the_solver(name: str, azimuths: int) -> None:
-    """The aims are 0.98 of the flags and 0.9 of the azimuths: 84 of 93 in MuJoCo, 94 of 104 in LMGC90.
-
-    One azimuth is missing in MuJoCo, of a case that a change of the amplitude by 1 % lets stand here, and nine in
-    LMGC90, in which corners sink.
-    """
+@cache
+def agreement(name: str) -> tuple[float, int, int]:
+    """Return the share of robust cases with the solver's flag, the falls with its azimuth, and the falls in both."""
     installed_near_field(6)
     kept, cases = pd.read_csv(PEER_TABLES[name]), drawn_cases()
     some = kept[kept["robust"] == 1]
@@ -59,9 +54,29 @@ def test_flags_and_azimuths_agree_with_the_solver(name: str, azimuths: int) -> N
     theirs = some["fall_azimuth_deg"].to_numpy()
     both = np.isfinite(ours) & np.isfinite(theirs)
     same_flag = (np.isfinite(ours) == np.isfinite(theirs)) & [has_outcome(outcome) for outcome in found]
-    assert same_flag.mean() >= 0.98
-    assert both.sum() >= 80
-    assert sum(same_fall(*pair) for pair in zip(ours[both], theirs[both], strict=True)) >= azimuths
+    agree = sum(same_fall(*pair) for pair in zip(ours[both], theirs[both], strict=True))
+    return float(same_flag.mean()), agree, int(both.sum())
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("name", "azimuths"), [("MuJoCo", 83), ("LMGC90", 84)])
+def test_flags_and_azimuths_agree_with_the_solver(name: str, azimuths: int) -> None:
+    """The aim is 0.98 of the flags; the azimuths that agree do not become fewer."""
+    same_flag, agree, both = agreement(name)
+    assert same_flag >= 0.98
+    assert both >= 80
+    assert agree >= azimuths
+
+
+@pytest.mark.long
+@pytest.mark.xfail(
+    strict=True, reason="83 of 93 azimuths agree with MuJoCo, and 85 of 104 with LMGC90, whose corners sink"
+)
+@pytest.mark.parametrize("name", PEER_TABLES)
+def test_nine_azimuths_of_ten_agree_with_the_solver(name: str) -> None:
+    """The aim, which is missed; when it is met, this test fails and the mark goes."""
+    _, agree, both = agreement(name)
+    assert agree >= 0.9 * both
 
 
 @pytest.mark.long

@@ -39,11 +39,7 @@ from overturning.dem.stack.access import (
     store_account,
     store_outcome,
 )
-from overturning.dem.stack.joint import squared_length
-from overturning.dem.stack.joint_state import (
-    JOINT,
-    POINT,
-)
+from overturning.dem.stack.joint_state import JOINT, POINT, squared_length
 from overturning.dem.stack.rest import (
     all_contact_points_carry_load,
     motion_onset_of_present_stack,

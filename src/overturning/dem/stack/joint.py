@@ -25,6 +25,9 @@ from overturning.dem.stack.joint_state import (
     PointForceAndImpulse,
     PointHistory,
     TangentialVector,
+    scale_tangential_vector,
+    squared_length,
+    unit_tangential_vector,
 )
 from overturning.dem.stack.state import ForceVelocityBlocks, JointEnergyLosses, LargestContactChanges, Wrench
 
@@ -78,25 +81,6 @@ def tangential_spring_force(
     return TangentialVector(
         -(k * stretch.x) - h * velocity.x, -(k * stretch.y) - h * velocity.y, -(k * stretch.twist) - h * velocity.twist
     )
-
-
-@njit(**INLINE)
-def squared_length(v: TangentialVector) -> float:
-    """Return the squared length of a tangential vector with components x, y and twist."""
-    return (v.x * v.x + v.y * v.y) + v.twist * v.twist
-
-
-@njit(**INLINE)
-def scale_tangential_vector(factor: float, v: TangentialVector) -> TangentialVector:
-    """Return a tangential vector (components x, y, twist) multiplied by a number."""
-    return TangentialVector(factor * v.x, factor * v.y, factor * v.twist)
-
-
-@njit(**INLINE)
-def unit_tangential_vector(v: TangentialVector) -> TangentialVector:
-    """Return a tangential vector (components x, y, twist) scaled to length 1; zero for a zero vector."""
-    square = squared_length(v)
-    return scale_tangential_vector(1.0 / math.sqrt(square if square > 0.0 else 1.0), v)
 
 
 @njit(**INLINE)
@@ -301,6 +285,37 @@ def solve_point_contact(
 
 
 @njit(**INLINE)
+def changes_of_friction(
+    direction: TangentialVector, force: TangentialVector, velocity: TangentialVector, stretch: TangentialVector,
+    state: tuple[bool, bool, bool], slides: tuple[bool, bool],
+) -> LargestContactChanges:  # fmt: skip
+    """Return where the friction between two stones at a step's end differs from that which its equations assume.
+
+    `direction` is the assumed direction of friction, `stretch` that of its springs at the step's start. `state` holds
+    whether friction has a limit above 0, whether the contact carries a force, and whether the step is not fine;
+    `slides` whether the contact was assumed to slide and whether it slides.
+    """
+    (carries, loaded, coarse), (assumed, slips) = state, slides
+    wrong = carries & (slips != assumed)
+    backwards = (
+        carries & assumed & (((force.x * direction.x + force.y * direction.y) + force.twist * direction.twist) < 0.0)
+    )
+    back = (
+        carries
+        & slips
+        & (
+            ((force.x * stretch.x + force.y * stretch.y) + force.twist * stretch.twist > 0.0)
+            | ((force.x * velocity.x + force.y * velocity.y) + force.twist * velocity.twist > 0.0)
+        )
+    )
+    return LargestContactChanges(
+        changed=0.0, wrong=1.0 if wrong & coarse else 0.0, reversed=1.0 if backwards & coarse else 0.0,
+        holds=1.0 if carries & (not slips) else 0.0, back=1.0 if back & coarse else 0.0, off=0.0, depth=0.0,
+        loaded=1.0 if loaded else 0.0,
+    )  # fmt: skip
+
+
+@njit(**INLINE)
 def solve_joint_contact(
     joint: JointConstants, frame: JointRelativeMotion, friction: JointFriction,
     points: tuple[PointForceAndImpulse, float], change: tuple[Vector3, Vector3], previous: JointHistory,
@@ -352,22 +367,9 @@ def solve_joint_contact(
         s.twist + kept.twist
     ) * (stretch.twist - kept.twist)
     let_go = 0.5 * k * (released if loaded else (squared_length(s) if previous.normal > 0.0 else 0.0))
-    d, carries, coarse = friction.direction, most > 0.0, not step_is_fine
-    assumed = friction.slides > 0.0
-    wrong = carries & (slips != assumed)
-    backwards = carries & assumed & ((fx * d.x + fy * d.y) + ft * d.twist < 0.0)
-    back = (
-        carries
-        & slips
-        & (
-            ((fx * s.x + fy * s.y) + ft * s.twist > 0.0)
-            | ((fx * velocity.x + fy * velocity.y) + ft * velocity.twist > 0.0)
-        )
-    )
-    findings = LargestContactChanges(
-        changed=0.0, wrong=1.0 if wrong & coarse else 0.0, reversed=1.0 if backwards & coarse else 0.0,
-        holds=1.0 if carries & (not slips) else 0.0, back=1.0 if back & coarse else 0.0, off=0.0, depth=0.0,
-        loaded=1.0 if loaded else 0.0,
+    findings = changes_of_friction(
+        friction.direction, TangentialVector(fx, fy, ft), velocity, s,
+        (most > 0.0, loaded, not step_is_fine), (friction.slides > 0.0, slips),
     )  # fmt: skip
     one = 1.0 / (ends.force if loaded else 1.0)
     early = ends.early * one if loaded else 0.0

@@ -4,10 +4,13 @@ A *joint* is the contact of a stone with what it stands on; its quantities are i
 the centre of that face, axes of the lower stone. See `overturning.dem.stack.state`.
 """
 
+import math
 from typing import Final, NamedTuple
 
+from numba import njit
+
 from overturning.dem.body.vectors import Matrix3, Vector3
-from overturning.dem.kernel.lanes import TupleRowLayout
+from overturning.dem.kernel.lanes import INLINE, TupleRowLayout
 from overturning.dem.stack.state import COLUMNS, ForceVelocityBlocks, Wrench
 
 
@@ -43,6 +46,25 @@ class TangentialVector(NamedTuple):
     x: float
     y: float
     twist: float
+
+
+@njit(**INLINE)
+def squared_length(v: TangentialVector) -> float:
+    """Return the squared length of a tangential vector with components x, y and twist."""
+    return (v.x * v.x + v.y * v.y) + v.twist * v.twist
+
+
+@njit(**INLINE)
+def scale_tangential_vector(factor: float, v: TangentialVector) -> TangentialVector:
+    """Return a tangential vector (components x, y, twist) multiplied by a number."""
+    return TangentialVector(factor * v.x, factor * v.y, factor * v.twist)
+
+
+@njit(**INLINE)
+def unit_tangential_vector(v: TangentialVector) -> TangentialVector:
+    """Return a tangential vector (components x, y, twist) scaled to length 1; zero for a zero vector."""
+    square = squared_length(v)
+    return scale_tangential_vector(1.0 / math.sqrt(square if square > 0.0 else 1.0), v)
 
 
 class JointHistory(NamedTuple):

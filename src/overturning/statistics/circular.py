@@ -272,7 +272,8 @@ def _test_with_simulated_p_value(
 
     p = (1 + number of draws at least as extreme)/(1 + `SIMULATIONS`).
     """
-    n = int(sector_counts.sum())
+    # A stone of two sectors counts in parts, whose sum may be a rounding error away from a whole number.
+    n = round(float(sector_counts.sum()))
     if n == 0:
         return StatisticalTestResult(test_name, 0)
     statistic = float(statistic_function(sector_counts, sector_probabilities))

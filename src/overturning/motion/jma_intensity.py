@@ -4,7 +4,7 @@ import math
 from typing import Final
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
@@ -29,9 +29,18 @@ the 2019 Yamagata-oki earthquake, according to the press of 26 July 2019.
 def truncate_to_published_intensity(intensity: ArrayLike) -> FloatArray:
     """Return the intensity as JMA publishes it: rounded to two decimals, then the second decimal is dropped.
 
-    So the published value reaches the lower bound of a degree only if the exact one does: 6.46 becomes 6.4, not 6.5.
+    The degree of the JMA scale follows from the published value: 6.46 becomes 6.4 (6 upper), 6.496 becomes 6.5 (7).
     """
     return np.asarray(np.floor(np.round(100.0 * np.asarray(intensity)) / 10.0) / 10.0)
+
+
+def published_intensity_lies_in(intensity: ArrayLike, low: float, high: float) -> NDArray[np.bool_]:
+    """Return where the published intensity of motions lies from `low` to below `high`, the range of a degree.
+
+    `intensity` is the unrounded instrumental intensity; see `truncate_to_published_intensity`.
+    """
+    published = truncate_to_published_intensity(intensity)
+    return np.asarray((published >= low) & (published < high))
 
 
 def jma_filter_gain(frequency: FloatArray) -> FloatArray:

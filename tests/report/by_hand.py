@@ -44,7 +44,7 @@ def contrast(**changes: Any) -> dict[str, Any]:
     """Return the comparison of a study with its variant."""
     parts = {
         "variant": "other", "primary": True, "scene_here": "stack", "scene_there": "monolith", "differs_in": ["scene"],
-        "soil_thickness_m": None,
+        "element_here": "stone", "element_there": "stone", "soil_thickness_m": None,
         "records": 14, "cases_not_compared": 23, "share_overturned_study": estimate(0.384, 0.203, 0.557),
         "share_overturned_variant": estimate(0.116, 0.042, 0.263), "share_difference": estimate(0.268, 0.137, 0.391),
         "only_study_overturns": estimate(0.271, 0.142, 0.401), "only_variant_overturns": estimate(0.013, 0.004, 0.029),
@@ -353,12 +353,13 @@ STUDIES: dict[str, dict[str, Any]] = {
         population=None,
     ),
     "scene": changed(DIRECTION, study=kind("scene"), extent={"elements": 3, "element": "shaft", "mirrored": False},
-                     contrasts=[contrast()], element_outcomes=[ELEMENT], logistic_fit=None, criteria_scores=None),
+                     contrasts=[contrast(element_here="shaft", element_there="monolith")], element_outcomes=[ELEMENT],
+                     logistic_fit=None, criteria_scores=None),
     "stack in 3-D": changed(
         DIRECTION,
         study=kind("scene", model="space"),
         extent={"elements": 3, "element": "shaft", "mirrored": False},
-        contrasts=[contrast(opposite_share=0.21)],
+        contrasts=[contrast(opposite_share=0.21, element_here="shaft", element_there="shaft")],
         element_outcomes=[ELEMENT],
         element_displacements=[DISPLACEMENT, DISPLACEMENT | {"variant": "other", "share_slid_off": 0.0}],
         final_twist=TWIST,

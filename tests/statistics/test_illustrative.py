@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 
 from overturning.statistics.illustrative import (
+    ANY_ELEMENT_FALLS,
     FALLS_IN_ONE,
     OPPOSITE,
     WHICH_SIDE,
@@ -75,6 +76,18 @@ def test_turns_below_the_printed_resolution_do_not_count(make_cube, turn: float,
     still = cube.rename(azimuth="orientation").expand_dims(aspect=[1.0])
     still = still.assign(residual_twist=still["overturned"] + turn, fall_azimuth=still["overturned"] * np.nan)
     assert [case.title for case in find_illustrative_cases(still)] == titles
+
+
+def test_a_case_in_which_another_stone_falls_illustrates_none_that_stands(make_cube) -> None:
+    """The film shows all stones: with the upper one falling beside it, the lower one that stands is no example."""
+    cube = make_cube(lambda azimuth, *_: 0 * azimuth, azimuth=[0, 45], height=[0.6], b_over_h=[0.3], friction=[1.0])
+    still = cube.rename(azimuth="orientation").expand_dims(aspect=[1.0])
+    turn = still["overturned"] + xr.where(still["orientation"] == 0, 8.0, 3.0)
+    still = still.assign(residual_twist=turn, fall_azimuth=still["overturned"] * np.nan)
+    other_falls = xr.broadcast(still["orientation"] == 0, still["overturned"])[0]
+    (before,) = find_illustrative_cases(still)
+    (after,) = find_illustrative_cases(still.assign({ANY_ELEMENT_FALLS: other_falls}))
+    assert (before.direction_deg, after.direction_deg) == ((0.0,), (45.0,))
 
 
 GRID = {"azimuth": list(range(0, 360, 30)), "height": [0.6], "b_over_h": [0.2, 0.3, 0.4], "friction": [1.0]}

@@ -1,6 +1,7 @@
 """Scenes in a study: defaults, refusals, and a cube with elements from sweep to report tables."""
 
 import dataclasses
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -153,6 +154,12 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
         study=study, cube=cubes["nominal"], cubes=cubes, intensity=cubes["nominal"], convergence=None, surveys=(),
     )  # fmt: skip
     elements, contrasts = element_fall_findings(results), contrast_study_with_variants(results)
+    # A study of the upper base is compared with the variant that has a shaft by the shaft, which is in both scenes.
+    scene = study.scene.model_copy(update={"reference": "upper-base"})
+    of_base = contrast_study_with_variants(replace(results, study=study.model_copy(update={"scene": scene})))
+    compared = [[(one.element_here, one.element_there) for one in each] for each in (contrasts, of_base)]
+    assert compared == [[("shaft", "monolith"), ("shaft", "shaft")], [("upper-base", "monolith"), ("shaft", "shaft")]]
+    assert of_base[1] == contrasts[1]
     for cube in cubes.values():
         cube.close()
     names = ["lower-base", "upper-base", "shaft", "any element", "monolith", "shaft"]

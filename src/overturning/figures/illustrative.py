@@ -25,11 +25,17 @@ from overturning.model.planes import PlanarModel
 from overturning.motion.motion import Motion
 from overturning.records.store import read_record_from_motion_file
 from overturning.statistics.boundary import overturning_boundary_by_azimuth
-from overturning.statistics.illustrative import IllustrativeCase, case_with_differing_outcomes, find_illustrative_cases
-from overturning.study.cube import open_cube_by_record, study_of_cube
+from overturning.statistics.illustrative import (
+    ANY_ELEMENT_FALLS,
+    IllustrativeCase,
+    case_with_differing_outcomes,
+    find_illustrative_cases,
+)
+from overturning.study.cube import element_name_of_cube, open_cube_by_record, study_of_cube
 from overturning.study.scenes import (
     NOMINAL,
     StudyToSceneSizeConversion,
+    compared_elements,
     motion_for_variant,
     numerics_of_study,
     variant_model,
@@ -67,14 +73,21 @@ def draw_illustrative_cases(
     shown_records : sequence of str, optional
         Records among which the cases are chosen, such as those of surveys; not given: all records of the cube.
     """
-    with empty_folder_then_list_new_files(output_folder), open_cube_by_record(cube_path) as cube, project_style():
-        chosen = np.isin(cube["record_id"].to_numpy().astype(str), shown_records) if shown_records else slice(None)
-        cube = cube.isel(record=chosen)
+    with (
+        empty_folder_then_list_new_files(output_folder),
+        open_cube_by_record(cube_path, element=None) as elements,
+        project_style(),
+    ):
+        chosen = np.isin(elements["record_id"].to_numpy().astype(str), shown_records) if shown_records else slice(None)
+        elements = elements.isel(record=chosen)
+        cube = _select_element_with_falls_of_all(elements)
         cases = find_illustrative_cases(cube)
         if compared_cube_path is not None:
-            with open_cube_by_record(compared_cube_path) as other_cube:
-                other = other_cube.isel(record=chosen)
-                answer = case_with_differing_outcomes(cube, other, (NOMINAL, str(other.attrs["variant"])))
+            with open_cube_by_record(compared_cube_path, element=None) as other_cube:
+                variant = str(other_cube.attrs["variant"])
+                answer = case_with_differing_outcomes(
+                    *_select_compared_elements(elements, other_cube.isel(record=chosen)), (NOMINAL, variant)
+                )
             cases = cases if answer is None else [answer, *cases]
         drawn_files = dict[tuple[str, ...], Path]()
         rows = [
@@ -82,6 +95,24 @@ def draw_illustrative_cases(
             for number, case in enumerate(cases, 1)
         ]
         write_cases_with_figures(rows, output_folder)
+
+
+def _select_element_with_falls_of_all(cube: "xr.Dataset") -> "xr.Dataset":
+    """Select the element that is shown by default, and add `ANY_ELEMENT_FALLS`."""
+    if "element" not in cube.dims:
+        return cube
+    falls = (abs(cube["overturned"]) == 1).any("element")
+    return cube.sel(element=element_name_of_cube(cube)).assign({ANY_ELEMENT_FALLS: falls})
+
+
+def _select_compared_elements(cube: "xr.Dataset", other_cube: "xr.Dataset") -> tuple["xr.Dataset", "xr.Dataset"]:
+    """Select, from the cubes of a study and a variant, the elements by which the two are compared."""
+    names = compared_elements(study_of_cube(cube), str(other_cube.attrs["variant"]))
+    first, second = (
+        one.sel(element=name) if "element" in one.dims else one
+        for one, name in zip((cube, other_cube), names, strict=True)
+    )
+    return first, second
 
 
 CaseFigure = tuple[str, "Callable[[], Figure]", str, dict[str, float]]

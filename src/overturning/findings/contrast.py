@@ -17,6 +17,7 @@ from overturning.statistics.falls import overturned_shares_by_record
 from overturning.study.cube import record_provenance
 from overturning.study.scenes import (
     NOMINAL,
+    compared_elements,
     names_of_differing_settings,
     variant_scene,
     variant_settings,
@@ -34,6 +35,9 @@ class VariantContrast(Finding):
     scene_here: str
     """Title of the scene of the study, and of that of the variant."""
     scene_there: str
+    element_here: str
+    """Name of the element that is compared in the study, and of that in the variant."""
+    element_there: str
     differs_in: list[str]
     """Settings that differ: scene, contact, vertical, site."""
     soil_thickness_m: Number
@@ -175,7 +179,11 @@ def _contrast_study_with_variant(
     results: StudyResults, variant: str, record_indices: NDArray[np.intp]
 ) -> VariantContrast:
     """Compare the outcomes of the study and of one variant under the records with the given indices."""
-    cubes = [results.cube_of_size_reference_element(name).isel(record=record_indices) for name in (NOMINAL, variant)]
+    elements = compared_elements(results.study, variant)
+    cubes = [
+        _select_element(results.cubes[name], element).isel(record=record_indices)
+        for name, element in zip((NOMINAL, variant), elements, strict=True)
+    ]
     events = results.record_events[record_indices]
     counts = count_falls_of_two_stones(*cubes)
     found = mean_fall_contrast(counts, events)
@@ -208,6 +216,8 @@ def _contrast_study_with_variant(
         primary=variant == results.study.primary.against,
         scene_here=scenes[0].name,
         scene_there=scenes[1].name,
+        element_here=elements[0],
+        element_there=elements[1],
         differs_in=names_of_differing_settings(results.study, NOMINAL, variant),
         soil_thickness_m=sum(layer.thickness_m for layer in site.layers) if site is not None else None,
         records=int(record_indices.size),
@@ -238,6 +248,11 @@ def _contrast_study_with_variant(
             else estimate_from_mean(rate_difference, f"difference of the {FALL_RATE}")
         ),
     )
+
+
+def _select_element(cube: xr.Dataset, element: str) -> xr.Dataset:
+    """Select the element `element` from a cube; a cube of one element has no such dimension, and is returned."""
+    return cube.sel(element=element) if "element" in cube.dims else cube
 
 
 def _keep_outcomes_known_in_both(cube: xr.Dataset, other_cube: xr.Dataset) -> tuple[xr.Dataset, xr.Dataset]:

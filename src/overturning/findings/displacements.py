@@ -28,7 +28,8 @@ class ElementDisplacementFindings(Finding):
     falls: int
     """Number of cases in which the element falls."""
     share_slid_off: Number
-    """Share of its falls in which it slides over the rim of what it stands on; None without falls."""
+    """Share of its falls in which it slides over the rim of what it stands on; None without falls, and for the lowest
+    stone, since the ground has no rim."""
 
 
 def element_displacement_findings(results: StudyResults) -> list[ElementDisplacementFindings]:
@@ -49,8 +50,8 @@ def element_displacement_findings(results: StudyResults) -> list[ElementDisplace
             median_twist_deg=row.twist[0],
             percentile_90_twist_deg=row.twist[1],
             falls=row.fallen,
-            share_slid_off=row.slid_off / row.fallen if row.slid_off is not None and row.fallen else None,
+            share_slid_off=row.slid_off / row.fallen if place and row.slid_off is not None and row.fallen else None,
         )
         for variant, cube in results.cubes.items()
-        for row in element_displacements(cube)
+        for place, row in enumerate(element_displacements(cube))
     ]

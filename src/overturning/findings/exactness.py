@@ -135,8 +135,11 @@ def _records_with_most_changes(by_record: list[RecordChanges]) -> list[ChangesUn
 
 
 def final_twist_findings(results: StudyResults) -> FinalTwist | None:
-    """Summarise the final rotation about the vertical, degrees, of standing 3-D stones; None for 2-D models."""
-    if not results.model.twists:
+    """Summarise the final rotation about the vertical, degrees, of standing 3-D bodies; None for 2-D models and stacks.
+
+    The findings `element_displacements` have the rotations of the stones of a stack.
+    """
+    if not results.model.twists or results.study.is_stack:
         return None
     found = summarise_twists(np.concatenate(list(standing_stone_twists_deg(results.cube).values())))
     return FinalTwist(

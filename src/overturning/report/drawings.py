@@ -121,7 +121,7 @@ def draw_study_figure(kind: str, results_path: Path) -> "Figure":
 
 _NEEDED_KEYS: Final = {
     "references": "it needs a 3-D study of a `body`",
-    "contrast": "it needs a study with `variants`",
+    "contrast": "it needs a study with `variants`, and `primary` with `against` one of them",
     "maps": "it needs a 2-D study in which stones fall",
     "scene": "it needs a study of a `scene`",
     "fall-rate": "it needs the key `population`",

@@ -16,6 +16,9 @@ from overturning.statistics.circular import wrap_axis_difference
 WHICH_SIDE: Final = "Falls, but to which side?"
 """Title of the case with falls to both sides."""
 
+ANY_ELEMENT_FALLS: Final = "any_element_falls"
+"""Name of a variable that is True where at least one element of the scene falls."""
+
 MIN_VISIBLE_ROTATION: Final = 0.1
 """Largest rotation, in parts of α, above which a standing block rocks visibly."""
 
@@ -86,7 +89,10 @@ def _standing_case_with_largest_value(
     record_cube: xr.Dataset, variable: str, min_value: float
 ) -> BestCaseOfRecord | None:
     size = abs(record_cube[variable])
-    return _case_with_largest_score(record_cube, 0, size, size >= min_value)
+    eligible = size >= min_value
+    if ANY_ELEMENT_FALLS in record_cube:  # the film shows all stones
+        eligible = eligible & ~record_cube[ANY_ELEMENT_FALLS].astype(bool)
+    return _case_with_largest_score(record_cube, 0, size, eligible)
 
 
 def _stoutest_falling_case(record_cube: xr.Dataset, eligible_cells: xr.DataArray) -> BestCaseOfRecord | None:
@@ -178,11 +184,13 @@ RULES: Final = (
 def find_illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
     """Find the cases that illustrate a study: for each rule of `RULES`, the best case of all records.
 
-    A rule without any case is left out. The cube is read in batches of records.
+    A rule without any case is left out. The cube is read in batches of records. Its optional variable
+    `ANY_ELEMENT_FALLS` is True where a stone of the scene falls; such a case illustrates none that stands.
     """
     model, cells = model_of_cube(cube), model_of_cube(cube).distinct_direction_indices(cube)
     rules = [rule for rule in RULES if all(name in cube for name in rule.needs)]
     names = ["overturned", *model.reads, *{name for rule in rules for name in rule.needs}]
+    names += [ANY_ELEMENT_FALLS] * (ANY_ELEMENT_FALLS in cube)
     best: dict[str, tuple[BestCaseOfRecord, int]] = {}
     for places, some in iterate_record_batches(cube, names):
         half = some.isel({model.direction: cells})

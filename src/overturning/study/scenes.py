@@ -60,6 +60,18 @@ def variant_scene(study: Study, variant: str = NOMINAL) -> Scene:
     return gravestone(Contact(**variant_contact(study, variant).model_dump()), study.density)
 
 
+def compared_elements(study: Study, variant: str) -> tuple[str, str]:
+    """Return the names of the elements by which a study and its variant `variant` are compared.
+
+    They are the elements whose outcomes are shown by default. If these have different names, and one of them is in both
+    scenes, this element is compared.
+    """
+    scenes = [variant_scene(study, name) for name in (NOMINAL, variant)]
+    shown = [scene.default_output_element for scene in scenes]
+    in_both = [name for name in shown if all(name in scene.free_element_names for scene in scenes)]
+    return (in_both[0], in_both[0]) if in_both else (shown[0], shown[1])
+
+
 def variant_model(study: Study, variant: str = NOMINAL) -> Model:
     """Return the mechanical model of a variant: 2-D scene, 3-D body or stack.
 

@@ -367,6 +367,29 @@ def test_axis_figure_of_a_stack_has_name_and_critical_angle_of_the_stone() -> No
     assert np.hypot(*circle.get_xydata().T) == pytest.approx(np.degrees(np.arctan(1 / 6)))
 
 
+def test_axis_figure_of_a_stack_is_of_the_reference_element_and_its_contact() -> None:
+    """A foot below a shaft 0.2 m off its middle, below a roof twice as wide: the foot is the reference.
+
+    The shaft balances over the near side of its base, 0.1 m from the rim of the foot: arctan(0.1/0.45). The roof, 0.2 m
+    high, balances over the rim of the shaft: arctan(0.15/0.1). Those are the angles of the same scene in 2-D.
+    """
+    elements = [
+        {"name": "ground", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]},
+        {"name": "foot", "width": 0.6, "height": 0.25, "depth": 0.6, "stands_on": "ground"},
+        {"name": "shaft", "width": 0.3, "height": 0.9, "depth": 0.3, "stands_on": "foot", "at": [0.2, 0.0]},
+        {"name": "roof", "width": 0.7, "height": 0.2, "depth": 0.7, "stands_on": "shaft"},
+    ]
+    stack = check_scene({"name": "lantern", "reference": "foot", "elements": elements})
+    weak = Motion(0.1 * np.sin(2 * np.pi * np.arange(0, 0.5, 0.01)), np.zeros(50), sampling_interval=0.01)
+    in_space, in_plane = trajectory(weak, stack, orientation_deg=0.0), trajectory(weak, stack, azimuth_deg=0.0)
+    np.testing.assert_allclose(in_space["critical_angle"], np.arctan([0.3 / 0.125, 0.1 / 0.45, 0.15 / 0.1]))
+    free = in_plane.sel(element=["foot", "shaft", "roof"])
+    np.testing.assert_allclose(in_space["critical_angle"], free["critical_angle"])
+    assert in_space.attrs["weight"] == pytest.approx(in_plane.attrs["weight"])
+    assert in_space.attrs["reference"] == in_plane.attrs["reference"] == "foot"
+    assert body_axis_figure(in_space, weak, "title").axes[0].get_title().startswith("tilt of the axis of the foot")
+
+
 def test_axis_figure_shows_tilt_and_outcome(bodies: list, pulse: Motion) -> None:
     with project_style():
         figure = body_axis_figure(bodies[0], pulse, "title")

@@ -72,8 +72,8 @@ def trajectory(
           place + quaternion · outline · conjugate;
         - `edges` over `edge` and `end`: the two corners of each edge.
 
-        Stacks have the dimension `element` in all variables of a stone, and `simulated`: 1 until the stone has fallen.
-        With `aftermath`, a fallen stone goes on in free flight until it meets the ground.
+        Stacks have the dimension `element` in all variables of a stone, `simulated` (1 until the stone has fallen), and
+        `critical_angle` (rad). With `aftermath`, a fallen stone goes on in free flight until it meets the ground.
 
         Attributes: those of the model, the arguments of the case, and its block steps; for a scene also the name of the
         reference element and the weight of all free elements (N).

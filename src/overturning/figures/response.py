@@ -112,15 +112,9 @@ def _outcome_label(trajectory: xr.Dataset) -> str:
 
 
 def _least_critical_angle_deg(trajectory: xr.Dataset) -> float:
-    """Return the least angle, degrees, at which a 3-D body or a stone of a stack balances on an edge of its base."""
+    """Return the least angle, degrees, at which a 3-D body or a stone of a stack balances on an edge of its contact."""
     if "element" in trajectory.coords:  # B/H of a stack is that of another stone, or not that of the narrower side
-        from scipy.spatial import ConvexHull
-
-        corners = trajectory["outline"].to_numpy()
-        corners = corners[np.isfinite(corners).all(axis=1)]
-        low = corners[:, 2].min()
-        base = corners[corners[:, 2] <= low + 1e-6 * np.ptp(corners[:, 2]), :2]
-        return float(np.degrees(np.arctan(ConvexHull(base).equations[:, 2].max() / low)))
+        return float(np.degrees(trajectory["critical_angle"]))
     across = float(trajectory.attrs.get("aspect", 1.0))  # D is the smaller side if D < B
     return float(np.degrees(np.arctan(float(trajectory.attrs["b_over_h"]) * min(1.0, across))))
 

@@ -30,6 +30,8 @@ class StackTrajectory:
     rows: FloatArray  # shape (times, GROUND_COLUMNS + STONE_COLUMNS · stones)
     cosines: tuple[float, float]  # direction cosines of the orientation, north and east
     stones: list[StackStone]
+    reference: str  # name of the element that is shown by default
+    critical: FloatArray  # critical angle of each stone, rad, shape (stones,)
 
     def variables_coordinates_and_attributes(
         self, results: CaseResults
@@ -68,6 +70,7 @@ class StackTrajectory:
             "tilt_east": dataset_variable_tuple(
                 "time element", axis[..., 0], "1", "eastward component of the stone's axis"
             ),
+            "critical_angle": dataset_variable_tuple("element", self.critical, "rad", "critical angle"),
             "simulated": dataset_variable_tuple(
                 "time element", present, "1", "1 until the stone has fallen; then it is drawn in free flight"
             ),
@@ -91,7 +94,8 @@ class StackTrajectory:
             "element": ("element", [stone.name for stone in self.stones]),
             "enu": ("enu", ["east", "north", "up"]),
         }
-        return variables, coordinates, {"reference": self.stones[-1].name}
+        weight = STANDARD_GRAVITY * sum(stone.mass for stone in self.stones)
+        return variables, coordinates, {"reference": self.reference, "weight": weight}
 
 
 def trajectory_with_aftermath(

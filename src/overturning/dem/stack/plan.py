@@ -138,7 +138,9 @@ class StackSimulationPlan(SimulationPlan3D):
     def convert_trajectory_rows(self, trajectory_rows: FloatArray) -> StackTrajectory:
         """Convert the kernel's output rows of the plan's only case to a `StackTrajectory`."""
         cosine, sine = self.cosines[0].tolist()
-        return StackTrajectory(trajectory_rows, (cosine, sine), self._stones_of_case)
+        critical = np.arcsin(np.sqrt(self.stones[0]["critical"]))
+        reference = self.model.scene.default_output_element
+        return StackTrajectory(trajectory_rows, (cosine, sine), self._stones_of_case, reference, critical)
 
     @property
     def _stones_of_case(self) -> list[StackStone]:

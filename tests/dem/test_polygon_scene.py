@@ -1,6 +1,7 @@
 """Scene files: shipped scenes, fixed elements, and refusals that name the element and the remedy."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,12 +10,13 @@ from overturning.dem.numerics import NumericalOptions
 from overturning.dem.polygon.arrays import nearest_faces_never_change
 from overturning.dem.polygon.prepare import prepare_scene
 from overturning.dem.run import simulate_cases
-from overturning.dem.simulate import simulate_as_arrays
+from overturning.dem.simulate import simulate, simulate_as_arrays
 from overturning.errors import ConfigError
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
 from overturning.model.geometry import azimuth_period_of_outcome_deg, nearest_faces_and_separation, place_elements
 from overturning.model.scene import Scene, check_scene, load_scene
+from overturning.model.stack_stones import stack_stones
 from overturning.model.status import CaseStatus
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
@@ -67,6 +69,61 @@ def test_height_scales_all_lengths_and_slenderness_only_the_reference_element() 
     assert thin[3].shape.width == pytest.approx(0.2 * 2 * 0.636)
     assert thin[2].shape.width == pytest.approx(2 * base[2].shape.width)
     assert thin[3].vertices_in_scene[:, 1].min() == pytest.approx(2 * base[3].vertices_in_scene[:, 1].min())
+
+
+@pytest.mark.parametrize("plan", ["circle", 8])
+def test_a_plan_has_the_mass_of_its_width_when_b_over_h_is_varied(plan: str | int) -> None:
+    """A scene that is drawn with the width 0.3 m and one that is given it by B/H are the same scene, in 2-D and 3-D."""
+
+    def pillar(width: float) -> Scene:
+        foot = {"name": "foot", "plan": plan, "width": 0.3, "height": 0.9, "stands_on": "ground"}
+        shaft = {"name": "shaft", "plan": plan, "width": width, "height": 0.6, "stands_on": "foot"}
+        return scene(foot, shaft, reference="shaft")
+
+    drawn, given = (place_elements(pillar(width), b_over_h=0.5) for width in (0.3, 0.12))
+    assert given[2].mass == pytest.approx(drawn[2].mass, rel=1e-12)
+    assert given[2].inertia == pytest.approx(drawn[2].inertia, rel=1e-12)
+    in_space = [stack_stones(pillar(width), 0.6, 0.5)[1] for width in (0.3, 0.12)]
+    assert in_space[0].mass == pytest.approx(in_space[1].mass, rel=1e-12)
+    assert in_space[0].mass == pytest.approx(drawn[2].mass, rel=1e-3 if plan == "circle" else 1e-12)
+
+
+@pytest.mark.parametrize("gap", [1.59, 1.61, 2.0])
+def test_a_held_wall_pushes_a_stone_from_any_distance(gap: float) -> None:
+    """The ground moves 4 m below a wall that is fixed in space: the wall stops the stone, and the ground slides on."""
+    t = np.arange(0, 30, 0.01)
+    motion = shaken(0.25 * np.sin(0.4 * np.pi * (t - 1)) * ((t >= 1) & (t < 21)))
+    wall = {"name": "wall", "kind": "held", "width": 0.5, "height": 1.5, "at": [0.3 + gap, 0]}
+    found = simulate(motion, scene(block("stone", 0.1, 0.3), wall), azimuth_deg=[0.0], friction=[0.5])
+    assert found.residual_slip.item() == pytest.approx(gap - motion.displacement[0].max(), abs=1e-5)
+
+
+def test_a_contact_with_a_trace_of_load_is_made_for_more_and_not_refused() -> None:
+    """Two stones that stand flush sink in unequally and press on each other with a ten-thousandth of their weight."""
+    flush = scene(block("one", 0.44, 1.01), block("other", 0.47, 1.13, x=0.455))
+    prepared = prepare_scene(flush)
+    carried = prepared.laws.carried
+    assert 0.0 < carried[carried > 0.0].min() < 1e-3 * carried.max()
+    assert prepared.laws.weight.min() > 0.1 * carried.max()
+    found = simulate(still(0.1), flush, azimuth_deg=[0.0], friction=[0.6])
+    assert found.status.item() in (CaseStatus.SIMULATED, CaseStatus.AT_REST)
+
+
+@pytest.mark.parametrize(
+    ("ground", "stone", "keys"),
+    [
+        ({"width": 6.2}, {}, {}),
+        ({"at": [10.0, -1]}, {"at": [10.0, 0]}, {}),
+        ({}, {"depth": 4.0}, {"contacts": [{"between": ["stone", "stone"], "stiffness": 5e7}]}),
+    ],
+    ids=["a ground that ends", "beside the middle of the ground", "a contact over the depth of the ground"],
+)
+def test_a_block_that_the_block_kernel_would_compute_otherwise_is_a_scene(
+    ground: dict[str, Any], stone: dict[str, Any], keys: dict[str, Any]
+) -> None:
+    """The ground ends 3.1 m from its middle; a block lies 10 m beside it; the ground is 1 m deep, the block 4 m."""
+    assert scene(GROUND, block("stone", 0.2, 0.8)).is_single_block
+    assert not scene({**GROUND, **ground}, {**block("stone", 0.2, 0.8), **stone}, **keys).is_single_block
 
 
 def test_nearest_faces_of_a_turned_block_are_the_most_opposed_ones() -> None:

@@ -2,10 +2,13 @@
 
 import warnings
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
+import obspy
 import pytest
 
+import overturning
 from overturning.errors import ArgumentError, RecordError
 from overturning.motion.direction import cosine_and_sine_of_azimuth
 from overturning.motion.integration import integrate
@@ -215,6 +218,25 @@ def test_counts_are_refused() -> None:
     with pytest.raises(ArgumentError, match=r"HNN: integer samples are counts; remove the response"):
         Motion.from_obspy(found)
     assert Motion.from_obspy(found, unit="mm/s2").north[0] == pytest.approx(0.003)
+
+
+def test_the_scale_factor_of_a_sac_file_is_not_applied(tmp_path: Path) -> None:
+    """As `overturning.read`: obspy stores the header field SCALE in calib."""
+    found = stream("HNN", "HNE")
+    for trace in found:
+        trace.stats.calib = 1.0
+        trace.stats.update({"network": "XX", "station": "T"})
+        trace.write(str(tmp_path / f"{trace.stats.channel}.sac"), format="SAC")
+    read = obspy.Stream([obspy.read(path)[0] for path in sorted(tmp_path.iterdir())])
+    plain = Motion.from_obspy(read)
+    for trace in read:
+        trace.stats.sac["scale"] = 2.0
+        trace.write(str(tmp_path / f"{trace.stats.channel}.sac"), format="SAC")
+    scaled = obspy.Stream([obspy.read(path)[0] for path in sorted(tmp_path.iterdir())])
+    assert {trace.stats.calib for trace in scaled} == {2.0}
+    np.testing.assert_array_equal(Motion.from_obspy(scaled).north, plain.north)
+    record = overturning.read(sorted(tmp_path.iterdir()), unit="m/s2", processed=True, trust_data=True)
+    np.testing.assert_array_equal(record.north, plain.north)
 
 
 def test_drifting_velocity_gives_a_warning() -> None:

@@ -16,14 +16,15 @@ from overturning.model.symmetry import FULL_TURN, PLANE_PERIOD
 CONTACT_GAP: Final = 1e-7
 """Gap, as a share of the smaller element's size, up to which two elements touch at rest."""
 
-MAX_PAIR_DISTANCE: Final = 4.0
-"""Gap above which two elements are never tested for contact, relative to the total size of all free elements."""
-
 FALLEN_DROP: Final = 0.1
 """Default final drop of the centre at which an element counts as fallen, as a share of its height."""
 
 WIDE_GROUND: Final = 20.0
-"""Least width of a ground from which no block can slide off, in widths or heights of the block."""
+"""Least width of a ground, in widths or heights of the largest element that is not the ground."""
+
+ENDLESS_GROUND: Final = 30.0
+"""Least width of a ground from which no block slides off in an earthquake, m: even on smooth ground a block slides no
+farther than the ground moves."""
 
 
 class SceneLayout(Protocol):
@@ -118,7 +119,8 @@ def place_elements(
     """Return the elements of a scene at their positions, for a height (m) and B/H of the reference element.
 
     All lengths scale with `height` (m), the height of the reference element, except that the ground (`ground_name`)
-    never becomes narrower. `b_over_h` changes only the width of the reference element. Both refer to the reference
+    never becomes narrower. `b_over_h` changes only the width of the reference element, and the depth that follows from
+    the width of an element with a `plan`. Both refer to the reference
     element before its rotation, so that a rectangle stays a rectangle. Raises an ArgumentError for an invalid polygon.
     """
     own = next(element for element in scene.elements if element.name == scene.size_reference_element_name)
@@ -132,7 +134,10 @@ def place_elements(
         if b_over_h is not None and element.name == scene.size_reference_element_name:
             middle = 0.5 * (points[:, 0].max() + points[:, 0].min())
             # Rounded once, exactly as the width B/H · H of a single block.
-            points[:, 0] = (points[:, 0] - middle) * (b_over_h * own_height / own_width) + middle
+            wider = b_over_h * own_height / own_width
+            points[:, 0] = (points[:, 0] - middle) * wider + middle
+            if element.plan != "rectangle":
+                element = element.model_copy(update={"depth": element.depth * wider})
         shape = make_polygon(element.name, element.rotate_points(points) * scale)
         shift_x, shift_z = element.at[0] * scale, element.at[1] * scale
         x, z = shape.centre[0] + shift_x, shape.centre[1] + shift_z
@@ -276,12 +281,15 @@ def _gaps_between_elements(placed_elements: list[PlacedElement]) -> Iterator[tup
 
 
 def convex_piece_pairs_that_can_touch(placed_elements: list[PlacedElement]) -> list[ConvexPiecePair]:
-    """Return the pairs of convex pieces close enough to touch, at least one of the two in a free element."""
-    extent = sum(item.shape.width + item.shape.height for item in placed_elements if not item.is_driven_or_held)
+    """Return the pairs of convex pieces of two elements, at least one of which is free.
+
+    Elements of any distance may touch: a stone slides far on smooth ground, and a held wall comes as far as the ground
+    moves.
+    """
     return [
         ConvexPiecePair(i, j, m, n)
-        for i, j, gap in _gaps_between_elements(placed_elements)
-        if gap <= MAX_PAIR_DISTANCE * extent
+        for (j, b), (i, a) in combinations(enumerate(placed_elements), 2)
+        if not (a.is_driven_or_held and b.is_driven_or_held)
         for m, n in product(
             range(len(placed_elements[i].shape.convex_parts)), range(len(placed_elements[j].shape.convex_parts))
         )

@@ -12,7 +12,7 @@ from overturning.errors import ArgumentError, ConfigError
 from overturning.files import find_project_file, read_yaml_mapping
 from overturning.model.contact import Contact
 from overturning.model.element import ContactLaw, Element, Material, Name, Positive
-from overturning.model.geometry import WIDE_GROUND, check_scene_geometry
+from overturning.model.geometry import ENDLESS_GROUND, WIDE_GROUND, check_scene_geometry
 from overturning.units import GRANITE_DENSITY, STANDARD_GRAVITY
 from overturning.validation import StrictModel, describe_invalid_keys, make_constructor_raise_argument_errors
 
@@ -105,10 +105,15 @@ class Scene(StrictModel):
 
     @property
     def is_single_block(self) -> bool:
-        """True if the scene is one upright rectangle on wide driven ground, simulated by the faster block kernel."""
+        """True if the scene is one upright rectangle on wide driven ground, simulated by the faster block kernel.
+
+        A contact given per metre of depth acts over the smaller depth; that kernel takes the depth of the block.
+        """
         if len(self.elements) != 2 or self.gravity != STANDARD_GRAVITY:
             return False
         ground, block = self.elements
+        law = self.contact_law(ground, block)
+        per_depth = law.stiffness != "auto" or law.damping is not None
         return (
             ground.kind == "driven"
             and block.kind == "free"
@@ -117,8 +122,9 @@ class Scene(StrictModel):
             and ground.rotation_deg == block.rotation_deg == 0
             and block.fallen_rotation_deg in (None, 90)
             and block.fallen_drop is None
-            and block.at[0] == ground.at[0]
-            and (ground.width or 0) > WIDE_GROUND * max(block.width or 0, block.height or 0)
+            and block.at[0] == (0.0 if block.stands_on else ground.at[0])
+            and (block.depth <= ground.depth or not per_depth)
+            and ground.width > max(ENDLESS_GROUND, WIDE_GROUND * max(block.width, block.height or 0.0))
         )
 
     def element(self, name: str) -> Element:

@@ -209,7 +209,8 @@ class Motion(Accelerogram):
 
         The direction of a trace comes from its channel code: SEED codes that end in N, E, Z, or NS, EW, UD. A warning
         is given if a SAC header states another direction, if an axis is dead or clipped, or if an offset makes the
-        velocity drift. Samples are multiplied by ``stats.calib``, in which readers of raw counts store m/s² per count.
+        velocity drift. Samples are multiplied by ``stats.calib``, in which readers of raw counts store m/s² per count,
+        except those of SAC files, whose field SCALE obspy stores there.
 
         Parameters
         ----------

@@ -37,9 +37,18 @@ def stream_accelerations_and_interval(stream: Any, unit: str | None, sensor: str
     _check_same_sensor_and_window(traces)
     scale = 1.0 if unit is None else UNITS[unit]
     values: dict[str, Any] = {
-        name: np.ma.getdata(trace.data) * float(trace.stats.calib) * scale for name, trace in traces.items()
+        name: np.ma.getdata(trace.data) * _calibration(trace) * scale for name, trace in traces.items()
     }
     return values, float(traces["north"].stats.delta)
+
+
+def _calibration(trace: Any) -> float:
+    """Return the factor by which the samples of an obspy Trace are multiplied.
+
+    obspy takes the header field SCALE of a SAC file as a calibration; programs fill this field in different ways, so
+    that `overturning.read` does not apply it either.
+    """
+    return 1.0 if "sac" in trace.stats else float(trace.stats.calib)
 
 
 def _check_same_sensor_and_window(traces: dict[str, Any]) -> None:
@@ -66,7 +75,7 @@ def _reason_trace_is_no_acceleration(trace: Any, channel_code: str, unit: str | 
         )
     if unit is not None:
         return ""
-    if np.issubdtype(trace.data.dtype, np.integer) and float(trace.stats.calib) == 1.0:
+    if np.issubdtype(trace.data.dtype, np.integer) and _calibration(trace) == 1.0:
         return "integer samples are counts; remove the response with output='ACC', or give their unit"
     steps = " ".join(trace.stats.get("processing", ()))
     done = re.findall(r"remove_response\([^()]*?output='?(\w+)|\b(integrate|differentiate)\(", steps)

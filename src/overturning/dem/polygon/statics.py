@@ -54,6 +54,7 @@ class PairContactLaws:
     dashpot: FloatArray  # h, N·s/m, in both directions
     friction: FloatArray  # µ; −1 if the pair takes the friction of the case
     carried: FloatArray  # weight at rest, N
+    weight: FloatArray  # weight for which the contact is made, N: that at rest, or of the lighter element
 
 
 def _displacement_slices_of_free_elements(elements: list[PlacedElement]) -> dict[int, slice]:
@@ -212,7 +213,7 @@ def compute_pair_contact_laws(
             apart = np.sqrt((x - u) ** 2 + (z - w) ** 2)  # libm's hypot depends on the processor
             width[together[one.pair]] = max(width[together[one.pair]], apart)
     carried, width = carried[together], width[together]
-    normal, tangential, dashpot, friction = (np.zeros(len(pairs)) for _ in range(4))
+    normal, tangential, dashpot, friction, weights = (np.zeros(len(pairs)) for _ in range(5))
     for index, pair in enumerate(pairs):
         a, b = elements[pair.a], elements[pair.b]
         law = scene.contact_law(a.element, b.element)
@@ -223,6 +224,7 @@ def compute_pair_contact_laws(
         # A contact with hardly any load at rest must still be stiff enough for impacts.
         if weight < 0.01 * lightest.mass * scene.gravity:
             weight = lightest.mass * scene.gravity
+        weights[index] = weight
         stretch = width[index] if width[index] > 0.01 * lightest.smaller_side else lightest.smaller_side
         if law.stiffness == "auto":
             normal[index] = weight / (2.0 * law.static_penetration * stretch)
@@ -235,7 +237,7 @@ def compute_pair_contact_laws(
             ratio = DAMPING_RATIO if law.damping_ratio is None else law.damping_ratio
             dashpot[index] = 2.0 * ratio * np.sqrt(0.5 * normal[index] * (weight / scene.gravity))
         friction[index] = -1.0 if law.friction is None else law.friction
-    return PairContactLaws(normal, tangential, dashpot, friction, carried)
+    return PairContactLaws(normal, tangential, dashpot, friction, carried, weights)
 
 
 def largest_spring_and_dashpot_eigenvalues(

@@ -156,6 +156,27 @@ def test_stones_far_outside_the_grid_are_counted_and_not_compared(tmp_path: Path
     assert findings.far_outside_grid == 42
 
 
+@pytest.mark.parametrize("row", ["fell,30,0.8,0.2,0.4,30", "fell,120,0.8,0.4,0.2,30"])
+def test_a_stone_may_be_described_from_either_face(tmp_path: Path, row: str) -> None:
+    """Its broad face looks to 30°, and its narrow one to 120°; a study has B/H of broad faces, and D/B from 1."""
+    grid = {"record": ["a"], "orientation": np.arange(0.0, 180.0, 15.0), "height": [0.8], "b_over_h": [0.2, 0.4],
+            "aspect": [1.0, 2.0], "friction": [0.7]}  # fmt: skip
+    nothing = np.zeros(tuple(map(len, grid.values())))
+    falls, azimuth = nothing.copy(), np.full(nothing.shape, np.nan)
+    falls[:, 2, :, 0, 1], azimuth[:, 2, :, 0, 1] = 1.0, 30.0  # B/H 0.2, D/B 2, facing 30°
+    values = {"overturned": falls, "fall_azimuth": azimuth, "residual_slip_north": nothing,
+              "residual_slip_east": nothing, "residual_twist": nothing}  # fmt: skip
+    cube = xr.Dataset({name: (tuple(grid), one) for name, one in values.items()}, grid)
+    path = tmp_path / "stones.csv"
+    header = "outcome,face_azimuth_deg,height_m,b_over_h,b_over_h_side,azimuth_deg"
+    path.write_text(f"{header}\n{row}\n", encoding="utf-8")
+    found = compare_displacements(read_survey_table(path), cube)
+    assert (found.beyond, found.cells) == (0, 1)
+    assert by_name(found)["fell"].computed == 1.0
+    assert found.directions is not None
+    assert found.directions.log_likelihood_ratio > 1.5
+
+
 def test_each_site_has_its_own_cube(tmp_path: Path) -> None:
     stones = table(tmp_path, "A,stands,0,0.5,0.3,1\nB,stands,0,0.5,0.3,1\n")
     still, moved = cube_of(), cube_of(residual_slip_north=0.05)

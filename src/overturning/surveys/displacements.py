@@ -11,16 +11,15 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.symmetry import FULL_TURN
 from overturning.settings import StonePopulation
 from overturning.statistics.bootstrap import exact_median_interval, exact_share_interval
 from overturning.stored import StoredFloat
 from overturning.surveys.directions_in_space import SpaceDirectionComparison, compare_fall_directions
 from overturning.surveys.ground import CemeteryGround
 from overturning.surveys.row import SurveyRow
+from overturning.surveys.stone_in_grid import grid_indices_like_stone, lies_far_outside_grid, stone_seen_in_grid
 from overturning.surveys.stones import (
     BACKGROUND,
-    LARGEST_FACTOR_BEYOND_GRID,
     Stone,
     SurveyTable,
     fallen_and_all_stone_counts,
@@ -83,7 +82,7 @@ class DisplacementComparison:
     without_outcome : int
         Stones like which no computed case has an outcome; they are compared in no computed value.
     beyond : int
-        Stones whose B/H or D/B lies far outside the grid of the study (`LARGEST_FACTOR_BEYOND_GRID`); like those of
+        Stones whose B/H or D/B lies far outside the grid of the study (`lies_far_outside_grid`); like those of
         `without_outcome`, they are compared in no computed value, and do not count among them.
     measures : tuple of DisplacementMeasure
         Measures in a fixed order.
@@ -170,7 +169,8 @@ def compare_displacements(
 ) -> DisplacementComparison:
     """Compare the falls, shifts and twists of stones with those of similar stones in a 3-D study.
 
-    Each stone is compared with the cases of the nearest orientation, height, B/H and D/B, unless its B/H or D/B lies
+    Each stone is compared with the cases of the nearest orientation, height, B/H and D/B, seen from the side that is
+    nearer to the grid (`stone_seen_in_grid`), unless its B/H or D/B lies
     far outside the grid. All values of the grid have equal weight where the survey does not give the value, and so have
     all frictions. A stone that stands without a noted shift or twist has none.
 
@@ -203,12 +203,13 @@ def compare_displacements(
     fall_shares, fall_azimuths = list[tuple[int, FloatArray]](), list[FloatArray | None]()
     for one in observed:
         own = id((site_cubes or {}).get(one.stone.site, cube))
-        if _lies_far_outside_grid(arrays[own].grid, one.stone):
+        seen = stone_seen_in_grid(arrays[own].grid, one.stone)
+        if lies_far_outside_grid(arrays[own].grid, seen):
             beyond += one.stone.count
             fall_shares.append((one.stone.count, np.full(arrays[own].flags.shape[0], math.nan)))
             fall_azimuths.append(None)
             continue
-        chosen = _grid_indices_like_stone(arrays[own].grid, one.stone)
+        chosen = grid_indices_like_stone(arrays[own].grid, seen)
         flags, azimuths, cells = _cells_like_stone(arrays[own], chosen, used[own])
         fall_shares.append((one.stone.count, _mean_by_friction(flags)))
         fall_azimuths.append(azimuths if np.isfinite(flags).any() else None)
@@ -243,7 +244,7 @@ def _cells_like_stone(
 ) -> tuple[NDArray[np.floating], FloatArray, _ComputedStones | None]:
     """Return flags and fall azimuths of the simulated cases that resemble a stone, and those cases that stand.
 
-    The cases are marked in `used`. `chosen_indices` are those of `_grid_indices_like_stone`. The azimuths, degrees, are
+    The cases are marked in `used`. `chosen_indices` are those of `grid_indices_like_stone`. The azimuths, degrees, are
     those of the cases that fall in a known direction. The weights of the standing cases sum to 1.
     """
     sizes = zip(cells.dimension_names, cells.flags.shape, strict=True)
@@ -266,36 +267,6 @@ def _cells_like_stone(
     # Cases that were not simulated, because the motion is too weak, have no displacement.
     shift = np.hypot(np.nan_to_num(north), np.nan_to_num(east))
     return flags, azimuths, _ComputedStones(weight[rows], friction[rows].astype(np.intp), shift, np.nan_to_num(twist))
-
-
-def _lies_far_outside_grid(grid: Mapping[str, FloatArray], stone: Stone) -> bool:
-    """Return True if B/H or D/B of a stone is known and lies far outside the values of the grid of a cube."""
-    front, side = stone.slenderness_in_both_planes
-    return any(
-        value * LARGEST_FACTOR_BEYOND_GRID < grid[name].min() or value > LARGEST_FACTOR_BEYOND_GRID * grid[name].max()
-        for name, value in (("b_over_h", front), ("aspect", side / front if front else math.nan))
-        if name in grid
-    )
-
-
-def _grid_indices_like_stone(grid: Mapping[str, FloatArray], stone: Stone) -> dict[str, NDArray[np.intp]]:
-    """Return, by dimension, the indices in the grid of a cube of the simulated cases that are closest to a stone.
-
-    A dimension whose value is not known of the stone is left out.
-    """
-    front, side = stone.slenderness_in_both_planes
-    wanted = {"height": stone.height, "b_over_h": front, "aspect": side / front if front else math.nan}
-    found = {
-        name: np.array([int(np.abs(np.log(grid[name] / value)).argmin())])
-        for name, value in wanted.items()
-        if name in grid and math.isfinite(value)
-    }
-    if "orientation" in grid and math.isfinite(stone.face_azimuth_deg):
-        orientation = grid["orientation"].astype(np.float64)
-        period = orientation.size * (orientation[1] - orientation[0]) if orientation.size > 1 else FULL_TURN
-        apart = (orientation - stone.face_azimuth_deg + period / 2) % period - period / 2
-        found["orientation"] = np.array([int(np.abs(apart).argmin())])
-    return found
 
 
 def _mean_by_friction(flags: NDArray[np.floating]) -> FloatArray:

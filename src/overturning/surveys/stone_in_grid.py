@@ -1,0 +1,63 @@
+"""Cases of a 3-D study that resemble a surveyed stone, by orientation, height, B/H and D/B."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.arrays import FloatArray
+from overturning.model.symmetry import FULL_TURN
+from overturning.surveys.stones import LARGEST_FACTOR_BEYOND_GRID, Stone
+
+
+def stone_seen_in_grid(grid: Mapping[str, FloatArray], stone: Stone) -> dict[str, float]:
+    """Return face azimuth, height, B/H and D/B of a stone, seen from the side whose B/H and D/B are nearer to the grid.
+
+    A stone with B/H 0.4 and D/B 0.5 is the stone with B/H 0.2 and D/B 2 whose face is turned by 90°. Without D/B in the
+    grid the stone is seen as the survey describes it, and so is a stone that is as near from either side.
+    """
+    front, side = stone.slenderness_in_both_planes
+
+    def view(b_over_h: float, across: float, face_azimuth_deg: float) -> dict[str, float]:
+        aspect = across / b_over_h if b_over_h else math.nan
+        return {
+            "height": stone.height, "b_over_h": b_over_h, "aspect": aspect, "face_azimuth_deg": face_azimuth_deg,
+        }  # fmt: skip
+
+    def distance(of: dict[str, float]) -> float:
+        """Return the sum of the distances of B/H and D/B from the grid, as logarithms of ratios, rounded."""
+        apart = (np.abs(np.log(grid[name] / of[name])).min() for name in ("b_over_h", "aspect") if name in grid)
+        return round(float(sum(apart)), 9)
+
+    views = [view(front, side, stone.face_azimuth_deg), view(side, front, stone.face_azimuth_deg + 90.0)]
+    known = "aspect" in grid and math.isfinite(front) and front > 0.0 and side > 0.0
+    return min(views, key=distance) if known else views[0]
+
+
+def lies_far_outside_grid(grid: Mapping[str, FloatArray], seen: Mapping[str, float]) -> bool:
+    """Return True if B/H or D/B of a stone is known and lies far outside the values of the grid of a cube."""
+    return any(
+        seen[name] * LARGEST_FACTOR_BEYOND_GRID < grid[name].min()
+        or seen[name] > LARGEST_FACTOR_BEYOND_GRID * grid[name].max()
+        for name in ("b_over_h", "aspect")
+        if name in grid
+    )
+
+
+def grid_indices_like_stone(grid: Mapping[str, FloatArray], seen: Mapping[str, float]) -> dict[str, NDArray[np.intp]]:
+    """Return, by dimension, the indices in the grid of a cube of the simulated cases that are closest to a stone.
+
+    A dimension whose value is not known of the stone is left out. `seen` is from `stone_seen_in_grid`.
+    """
+    found = {
+        name: np.array([int(np.abs(np.log(grid[name] / seen[name])).argmin())])
+        for name in ("height", "b_over_h", "aspect")
+        if name in grid and math.isfinite(seen[name])
+    }
+    if "orientation" in grid and math.isfinite(seen["face_azimuth_deg"]):
+        orientation = grid["orientation"].astype(np.float64)
+        period = orientation.size * (orientation[1] - orientation[0]) if orientation.size > 1 else FULL_TURN
+        apart = (orientation - seen["face_azimuth_deg"] + period / 2) % period - period / 2
+        found["orientation"] = np.array([int(np.abs(apart).argmin())])
+    return found

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from overturning.surveys.comparison import compare_survey_with_prediction
+from overturning.surveys.prediction import SiteFallPrediction
 from overturning.surveys.stones import Stone
 
 
@@ -65,6 +66,51 @@ def test_the_exact_test_is_calibrated_for_falls_to_both_sides(make_cube) -> None
         p.append(compare_survey_with_prediction(stones, cube, background=0.0, random_survey_count=20).fit_exact.p_value)
     assert np.mean(np.array(p) <= 0.05) < 0.1
     assert np.mean(np.array(p) <= 0.5) == pytest.approx(0.5, abs=0.12)
+
+
+@pytest.mark.parametrize(
+    ("step", "count", "surveys"),
+    [
+        (30, 100, 40),
+        *(pytest.param(*one, 200, marks=pytest.mark.long) for one in ((5, 200), (10, 200), (15, 100), (45, 40))),
+    ],
+)
+def test_a_true_prediction_fits_azimuths_recorded_in_steps(
+    make_cube, sector, step: int, count: int, surveys: int
+) -> None:
+    """Falls are drawn from the prediction and rounded. Tests of continuous angles reject each survey of 30° steps.
+
+    So did the octants that held one or two of the possible azimuths. Azimuths in two octants vary less than whole
+    stones, so that the tests of octants reject a true prediction less often than they say.
+    """
+    site = make_cube(sector(60, 60), azimuth=range(0, 360, 5))
+    predicted, generator = SiteFallPrediction(site), np.random.default_rng(1)
+    share, width = predicted.fall_sector_probabilities(), np.diff(predicted.borders)
+    p = []
+    for _ in range(surveys):
+        place = generator.choice(share.size, count, p=share)
+        azimuth = np.round((predicted.borders[place] + generator.random(count) * width[place]) / step) * step
+        stones = [fallen(float(one), degree_step_deg=float(step)) for one in azimuth]
+        found = compare_survey_with_prediction(stones, site, random_survey_count=200)
+        p.append([found.fit_exact.p_value, found.fit_octants.p_value, found.fit_octants_watson.p_value])
+    rejected = np.mean(np.array(p) <= 0.05, axis=0)
+    assert rejected.max() <= (0.15 if surveys < 100 else 0.1)
+    assert np.mean(np.array(p)[:, 0] <= 0.5) == pytest.approx(0.5, abs=0.2 if surveys < 100 else 0.1)
+
+
+def test_a_wrong_prediction_does_not_fit_azimuths_recorded_in_steps(make_cube, sector) -> None:
+    site = make_cube(sector(60, 60), azimuth=range(0, 360, 5))
+    stones = [fallen(30.0 * number, degree_step_deg=30.0) for number in (5, 6, 6, 7, 7, 7, 8, 8, 9) for _ in range(3)]
+    found = compare_survey_with_prediction(stones, site)
+    assert max(found.fit_exact.p_value, found.fit_octants.p_value, found.fit_octants_watson.p_value) < 0.01
+
+
+def test_the_expected_octants_are_counted_as_the_observed_ones(make_cube, sector) -> None:
+    """All fall within 52.5° to 67.5°, noted as 60° in steps of 30°: a quarter of the step lies in E."""
+    site = make_cube(sector(60, 1), azimuth=range(0, 360, 15))
+    found = compare_survey_with_prediction([fallen(60, degree_step_deg=30.0)], site, background=0.0)
+    np.testing.assert_allclose(found.octant_observed, [0, 0.75, 0.25, 0, 0, 0, 0, 0])
+    np.testing.assert_allclose(found.octant_predicted, found.octant_observed, atol=1e-12)
 
 
 def wind(number: int, **more) -> Stone:

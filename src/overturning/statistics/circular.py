@@ -166,7 +166,15 @@ def common_axis_test(
     return StatisticalTestResult("randomised Rayleigh", n, statistic, (1 + extreme) / (1 + ROTATIONS))
 
 
-def watson_u2_test(cumulative_probabilities: ArrayLike) -> StatisticalTestResult:
+def _watson_u2(cumulative_probabilities: FloatArray) -> FloatArray:
+    """Compute Watson's U² of samples of n values of a distribution function (last axis)."""
+    ordered = np.sort(cumulative_probabilities, axis=-1)
+    n = ordered.shape[-1]
+    rank = (2 * np.arange(1, n + 1) - 1) / (2 * n)
+    return np.asarray(((ordered - ordered.mean(axis=-1, keepdims=True) - rank + 0.5) ** 2).sum(axis=-1) + 1 / (12 * n))
+
+
+def watson_u2_test(cumulative_probabilities: ArrayLike, simulated: FloatArray | None = None) -> StatisticalTestResult:
     """Test with Watson's U² whether angles follow a given distribution on the circle.
 
     U² = Σ (u_i − ū − (2i − 1)/2n + 1/2)² + 1/12n on the ordered u_i (Watson 1961, Biometrika 48); Stephens'
@@ -178,17 +186,22 @@ def watson_u2_test(cumulative_probabilities: ArrayLike) -> StatisticalTestResult
     cumulative_probabilities : array_like, shape (n,)
         Distribution function of the model at each observed angle; for uniformity the angle divided by 360°. An
         `ArgumentError` is raised if a value lies outside 0 to 1.
+    simulated : array, shape (draws, n), optional
+        The same for samples drawn from the model, of angles that are not continuous because they are recorded in steps.
+        The p-value is then (1 + number of draws with at least the observed U²)/(1 + draws).
     """
-    ordered = np.sort(np.asarray(cumulative_probabilities, dtype=np.float64))
-    n = int(ordered.size)
+    values = np.asarray(cumulative_probabilities, dtype=np.float64)
+    n = int(values.size)
     if n == 0:
         return StatisticalTestResult("Watson U²", 0)
-    if not (np.isfinite(ordered).all() and ordered[0] >= 0 and ordered[-1] <= 1):
+    if not (np.isfinite(values).all() and values.min() >= 0 and values.max() <= 1):
         raise ArgumentError(
             "cumulative_probabilities: values must lie in 0 to 1; pass the model's distribution function at the angles"
         )
-    rank = (2 * np.arange(1, n + 1) - 1) / (2 * n)
-    statistic = float(((ordered - ordered.mean() - rank + 0.5) ** 2).sum() + 1 / (12 * n))
+    statistic = float(_watson_u2(values))
+    if simulated is not None:
+        extreme = int((_watson_u2(simulated) >= statistic - 1e-12).sum())
+        return StatisticalTestResult("Watson U²", n, statistic, (1 + extreme) / (1 + len(simulated)))
     modified = (statistic - 0.1 / n + 0.1 / n**2) * (1 + 0.8 / n)
     order = np.arange(1, 51)
     p_value = 2 * float(((-1.0) ** (order - 1) * np.exp(-2 * order**2 * math.pi**2 * max(modified, 0.0))).sum())

@@ -19,14 +19,13 @@ from overturning.statistics.circular import (
     chi_square_test,
     grouped_watson_test,
     mean_angle_and_resultant,
-    watson_u2_test,
 )
 from overturning.stored import StoredCounts, StoredFloat, StoredFloatOrInfinity, StoredFloats, read_result
 from overturning.surveys.fall_directions import (
     RANDOM_SURVEYS,
     FallenStone,
     compare_observed_and_predicted_directions,
-    fall_probability_of_arc,
+    fit_of_azimuths,
 )
 from overturning.surveys.field_table import read_field_table
 from overturning.surveys.ground import CemeteryGround
@@ -74,7 +73,7 @@ class SurveyPredictionComparison:
     fit_octants, fit_octants_watson : StatisticalTestResult
         Chi-square and grouped Watson U² of the octants against the prediction; NaN without falls.
     fit_exact : StatisticalTestResult
-        Watson U² of exact azimuths against the prediction; n = 0 without exact azimuths. The probabilities of all
+        Watson U² of azimuths in degrees against the prediction; n = 0 without such azimuths. The probabilities of all
         stones are counted from the mean of the predicted directions (of the observed ones, if the predicted ones have
         no mean), so that no choice of north matters.
     uniform_octants : StatisticalTestResult
@@ -179,8 +178,9 @@ def compare_survey_with_prediction(
     cube, site_cubes, background
         As in `SurveyFallPrediction`.
     random_survey_count, seed : int
-        Number and seed of random surveys for the p-value of the likelihood ratio (parametric bootstrap with uniform
-        directions: Davison & Hinkley 1997, Bootstrap Methods and their Application, section 4.2).
+        Number and seed of random surveys for the p-values of the likelihood ratio, and of `fit_exact` for azimuths
+        recorded in steps (parametric bootstrap: Davison & Hinkley 1997, Bootstrap Methods and their Application,
+        section 4.2).
 
     Raises
     ------
@@ -196,12 +196,11 @@ def compare_survey_with_prediction(
     directions = compare_observed_and_predicted_directions(site, fallen, random_survey_count, seed)
     observed, predicted = directions["octant_observed"], directions["octant_predicted"]
     share = predicted / predicted.sum() if fallen else uniform_octant
-    exactly = [(stone.azimuth_deg, of_stone) for stone, of_stone, _ in fallen if stone.direction_half_width_deg == 0]
     # Both means turn with the survey and the cube.
-    begin = directions["predicted_mean_direction_deg"]
+    origin = directions["predicted_mean_direction_deg"]
     if not directions["predicted_resultant"] > NO_MEAN:
-        begin = mean_angle_and_resultant([one for one, _ in exactly])[0]
-    exact = [fall_probability_of_arc(site, of_stone, float(np.nan_to_num(begin)), one) for one, of_stone in exactly]
+        exactly = [stone.azimuth_deg for stone, *_ in fallen if stone.direction_half_width_deg == 0]
+        origin = mean_angle_and_resultant(exactly)[0]
     of_share = stones_of_sites_with_standing(stones)
     share_fell, share_stones = fallen_and_all_stone_counts(of_share)
     share_mean, share_low, share_high = _computed_fall_share_and_range(predictions, of_share or stones)
@@ -215,7 +214,7 @@ def compare_survey_with_prediction(
         **directions,
         fit_octants=chi_square_test(observed, share),
         fit_octants_watson=grouped_watson_test(observed, share),
-        fit_exact=watson_u2_test(exact),
+        fit_exact=fit_of_azimuths(site, fallen, float(np.nan_to_num(origin)), random_survey_count, seed),
         uniform_octants=grouped_watson_test(observed, uniform_octant),
         confusion=_confusion_matrix_of_sides(predictions, stones),
         background=background,

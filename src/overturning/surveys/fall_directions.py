@@ -5,9 +5,15 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from overturning.arrays import FloatArray
-from overturning.statistics.circular import mean_angle_and_resultant, sector_index
+from overturning.statistics.circular import (
+    StatisticalTestResult,
+    mean_angle_and_resultant,
+    sector_index,
+    watson_u2_test,
+)
 from overturning.statistics.mean_direction import clear_mean_direction
 from overturning.surveys.sectors import FallSectors
 from overturning.surveys.stones import Stone
@@ -23,43 +29,91 @@ WIND_DEG: Final = 22.5
 
 
 def stone_count_by_octant(stone: Stone) -> FloatArray:
-    """Return the share of a fallen stone that counts in each compass octant: 1 in one, or ½ in each of two.
+    """Return the share of a fallen stone that counts in each compass octant: 1 in one, or parts of 1 in two.
 
-    The shape is (8,). One of 16 winds between two octants (NNE) counts half in each: it is known to ±11.25°.
+    The shape is (8,). One of 16 winds between two octants (NNE) counts half in each: it is known to ±11.25°. So does an
+    azimuth in degrees that is recorded in steps count in the two octants in which its step lies.
     """
-    half = stone.direction_half_width_deg if stone.wind_16 else 0.0
-    # Just inside the ends: an octant that the range only touches has no part of it.
-    ends = sector_index(stone.azimuth_deg + np.array([-0.999, 0.999]) * half, 8)
-    if ends[0] == ends[1]:
-        return np.eye(8)[ends[0]]
-    border = 45.0 * ends[1] - 22.5
-    below = ((border - stone.azimuth_deg + 180.0) % 360.0 - 180.0 + half) / (2 * half)
-    return np.asarray(below * np.eye(8)[ends[0]] + (1 - below) * np.eye(8)[ends[1]])
+    if stone.octant or not stone.recorded_step_deg:
+        return np.eye(8)[sector_index(stone.azimuth_deg, 8)]
+    return _octant_shares_of_arcs(np.array([stone.azimuth_deg]), stone.recorded_step_deg)[0]
 
 
-def fall_probability_of_arc(
-    sectors: FallSectors, sector_probabilities: FloatArray, begin_deg: float, end_deg: float
-) -> float:
-    """Return the probability that a stone falls between two azimuths, clockwise from the first to the second.
+def _octant_shares_of_arcs(middle_deg: FloatArray, width_deg: float) -> FloatArray:
+    """Return the share of each arc of a circle that lies in each compass octant, shape (arcs, 8)."""
+    # Borders of three full circles: an arc that crosses north continues in the next circle.
+    border = 45.0 * np.arange(-8, 17) - 22.5
+    below = np.clip((border - (middle_deg % 360.0)[:, None]) / width_deg + 0.5, 0.0, 1.0)
+    return np.asarray(np.diff(below, axis=1).reshape(-1, 3, 8).sum(axis=1))
+
+
+def fall_probabilities_of_arcs(
+    sectors: FallSectors, sector_probabilities: FloatArray, begin_deg: ArrayLike, end_deg: ArrayLike
+) -> FloatArray:
+    """Return the probabilities that a stone falls between two azimuths, clockwise from the first to the second.
 
     The density of fall directions is constant within each sector of the study; `sector_probabilities`, shape
-    (sectors,), sum to 1. An arc from an azimuth to itself has the probability 0.
+    (sectors,), sum to 1. An arc from an azimuth to itself has the probability 0. The azimuths, degrees, are arrays of
+    one shape, or numbers.
     """
     below = np.concatenate([[0.0], np.cumsum(np.tile(sector_probabilities, 2))])
     start = sectors.borders[0]
     borders = np.append(sectors.borders[:-1], sectors.borders + 360.0) - start
-    begin = (begin_deg - start) % 360.0
-    at = np.interp([begin, begin + (end_deg - begin_deg) % 360.0], borders, below)
-    return float(min(max(at[1] - at[0], 0.0), 1.0))
+    first, last = np.asarray(begin_deg, np.float64), np.asarray(end_deg, np.float64)
+    begin = (first - start) % 360.0
+    return np.clip(
+        np.interp(begin + (last - first) % 360.0, borders, below) - np.interp(begin, borders, below), 0.0, 1.0
+    )
 
 
-def _probabilities_of_winds(sectors: FallSectors, sector_probabilities: FloatArray, offset_deg: float) -> FloatArray:
-    """Return the probabilities of 16 arcs of `WIND_DEG`, the first centred at `offset_deg`, shape (16,)."""
-    middles = offset_deg + WIND_DEG * np.arange(16)
-    return np.array([
-        fall_probability_of_arc(sectors, sector_probabilities, middle - WIND_DEG / 2, middle + WIND_DEG / 2)
-        for middle in middles.tolist()
-    ])  # fmt: skip
+def _recorded_arcs_deg(stone: Stone) -> tuple[FloatArray, FloatArray]:
+    """Return begin and end of the arcs, degrees, that the record of a stone's direction can name, in steps.
+
+    The first arc begins between 0° and the step.
+    """
+    step = stone.recorded_step_deg
+    begin = (stone.azimuth_deg - 0.5 * step) % step + step * np.arange(round(360.0 / step), dtype=np.float64)
+    return begin, begin + step
+
+
+def _expected_octants(sectors: FallSectors, fallen_stone: FallenStone) -> FloatArray:
+    """Return the probabilities of a stone's octants, shape (8,), counted as `stone_count_by_octant` counts a direction.
+
+    A direction recorded in steps may lie in two octants.
+    """
+    stone, density, octants = fallen_stone
+    if stone.octant or not stone.recorded_step_deg:
+        return octants
+    begin, end = _recorded_arcs_deg(stone)
+    shares = _octant_shares_of_arcs(0.5 * (begin + end), stone.recorded_step_deg)
+    return np.asarray(fall_probabilities_of_arcs(sectors, density, begin, end) @ shares)
+
+
+def fit_of_azimuths(
+    sectors: FallSectors, fallen_stones: Sequence[FallenStone], origin_deg: float, random_survey_count: int, seed: int
+) -> StatisticalTestResult:
+    """Test with Watson's U² whether azimuths in degrees follow the predicted probabilities of their stones.
+
+    The distribution function of a stone is counted clockwise from `origin_deg`. Of an azimuth recorded in steps it is
+    that in the middle of its arc (half of the arc's probability), and the p-value is that of random surveys, drawn from
+    the prediction, whose directions are recorded in the same steps. Stones noted by octant or wind are left out.
+    """
+    exact = [one for one in fallen_stones if one[0].direction_half_width_deg == 0.0]
+    drawn = np.random.Generator(np.random.PCG64(seed)).random((random_survey_count, len(exact)))
+    observed = np.zeros(len(exact))
+    for place, (stone, density, _) in enumerate(exact):
+        step = stone.recorded_step_deg
+        first = stone.azimuth_deg - 0.5 * step
+        half = 0.5 * fall_probabilities_of_arcs(sectors, density, first, first + step)
+        observed[place] = (fall_probabilities_of_arcs(sectors, density, origin_deg, first) + half) % 1.0
+        if step:
+            begin, _ = _recorded_arcs_deg(stone)
+            borders = np.sort(fall_probabilities_of_arcs(sectors, density, origin_deg, begin))
+            around = 0.5 * (borders[-1] + borders[0] + 1.0) % 1.0  # of the arc in which the origin lies
+            middles = np.concatenate([[around], 0.5 * (borders[1:] + borders[:-1]), [around]])
+            drawn[:, place] = middles[np.searchsorted(borders, drawn[:, place], side="right")]
+    in_steps = any(stone.recorded_step_deg for stone, *_ in exact)
+    return watson_u2_test(observed, drawn if in_steps else None)
 
 
 def _direction_classes(sectors: FallSectors, fallen_stone: FallenStone) -> tuple[FloatArray, FloatArray, int]:
@@ -73,9 +127,9 @@ def _direction_classes(sectors: FallSectors, fallen_stone: FallenStone) -> tuple
         even = sectors.octant_from_sector_probabilities(uniform)
         return octants, even, int(sector_index(stone.azimuth_deg, 8))
     if stone.wind_16:
-        offset = stone.azimuth_deg % WIND_DEG
-        predicted, even = (_probabilities_of_winds(sectors, of, offset) for of in (density, uniform))
-        return predicted, even, round((stone.azimuth_deg - offset) / WIND_DEG) % 16
+        begin, end = _recorded_arcs_deg(stone)
+        predicted, even = (fall_probabilities_of_arcs(sectors, of, begin, end) for of in (density, uniform))
+        return predicted, even, round((stone.azimuth_deg - 0.5 * WIND_DEG - begin[0]) / WIND_DEG) % 16
     return density, uniform, sectors.nearest_azimuth_index(stone.azimuth_deg)
 
 
@@ -121,7 +175,7 @@ def compare_observed_and_predicted_directions(
         "predicted_mean_direction_deg": predicted_mean,
         "predicted_resultant": predicted_length,
         "octant_observed": sum((stone_count_by_octant(stone) for stone, *_ in fallen_stones), np.zeros(8)),
-        "octant_predicted": sum((octants for *_, octants in fallen_stones), np.zeros(8)),
+        "octant_predicted": sum((_expected_octants(sectors, one) for one in fallen_stones), np.zeros(8)),
         "log_likelihood_ratio": ratio,
         "likelihood_ratio_p": p_value,
     }

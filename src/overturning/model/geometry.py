@@ -281,7 +281,7 @@ def _gaps_between_elements(placed_elements: list[PlacedElement]) -> Iterator[tup
 
 
 def convex_piece_pairs_that_can_touch(placed_elements: list[PlacedElement]) -> list[ConvexPiecePair]:
-    """Return the pairs of convex pieces of two elements, at least one of which is free.
+    """Return all pairs of convex pieces of two elements, except those of two driven or held elements.
 
     Elements of any distance may touch: a stone slides far on smooth ground, and a held wall comes as far as the ground
     moves.

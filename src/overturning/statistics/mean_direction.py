@@ -113,23 +113,48 @@ def mean_direction_with_interval(
     if math.isnan(mean):
         return MeanDirectionWithInterval(angle.size, math.nan, math.nan, resultant, test)
     half = _half_width_of_mean_deg(vectors, fold * mean, resultant, level, draws)
-    half += _largest_rounding_error_deg(resultant, fold * np.broadcast_to(recorded_step_deg, angle.shape))
+    half += _largest_rounding_error_deg(fold * angle, fold * np.broadcast_to(recorded_step_deg, angle.shape))
     return MeanDirectionWithInterval(angle.size, mean, half / fold, resultant, test)
 
 
-def _largest_rounding_error_deg(resultant: float, step_deg: FloatArray) -> float:
+def _largest_rounding_error_deg(angle_deg: FloatArray, step_deg: FloatArray) -> float:
     """Return a bound, degrees, of the common error of a mean direction whose angles are recorded in steps.
 
-    If normally distributed angles of standard deviation σ are rounded to steps w, their mean has an error of at
-    most w/2 · exp(−2π² σ²/w²): the first term of the Fourier series of the error, increased to w/2 for σ = 0.
-    The variance σ² follows from the resultant length R, with Sheppard's correction: −2 ln R − w²/12.
+    Both arrays have the shape (n,). Angles without a step (0) have no error.
     """
-    step = step_deg[step_deg > 0]
-    if not step.size:
+    errors = [
+        float((step_deg == step).sum()) * _largest_error_of_steps_deg(angle_deg[step_deg == step], float(step))
+        for step in np.unique(step_deg[step_deg > 0]).tolist()
+    ]
+    return sum(errors) / max(step_deg.size, 1)
+
+
+def _largest_error_of_steps_deg(angle_deg: FloatArray, step_deg: float) -> float:
+    """Return a bound, degrees, of the error of the mean of angles that are rounded to steps w.
+
+    Normally distributed angles that fall into two neighbouring steps, with the share p in one of them, have their mean
+    at σ z_p from the border of the two (z: quantile of the normal distribution), and the mean of the rounded angles is
+    (p − ½) w from it. The difference is largest for the least standard deviation σ, w/(2 z_(1−q)), with which the share
+    q may lie in the two steps beside these. Angles that are spread evenly over the circle, as many as in the median of
+    the other steps, are left out.
+    """
+    count = round(360.0 / step_deg)
+    index = np.round((angle_deg - angle_deg[0]) / step_deg).astype(np.intp) % count
+    filled = np.bincount(index, minlength=count).astype(np.float64)
+    first = int((filled + np.roll(filled, -1)).argmax())
+    around = np.roll(filled, 1 - first)  # before, the two fullest neighbours, after, all others
+    others = float(np.median(around[4:])) if count > 4 else 0.0
+    two = np.maximum(around[1:3] - others, 0.0)
+    if count < 4 or not two.sum():
+        return 0.5 * step_deg
+    # Less two standard deviations of the number of spread angles there.
+    more = max(float(around[0] + around[3]) - 2.0 * others - 2.0 * math.sqrt(2.0 * others), 0.0)
+    in_one, beside = float(two.max() / two.sum()), more / (float(two.sum()) + more)
+    if beside >= 0.5:
         return 0.0
-    variance = max(-2.0 * math.log(resultant) - float((np.radians(step_deg) ** 2).mean()) / 12.0, 0.0)
-    error = 0.5 * step * np.exp(-2.0 * math.pi**2 * variance / np.radians(step) ** 2)
-    return float(error.sum()) / step_deg.size
+    spread = 0.5 * step_deg / -float(scipy.special.ndtri(beside)) if beside else 0.0
+    nearer = spread * float(scipy.special.ndtri(in_one)) if spread else 0.0
+    return max((in_one - 0.5) * step_deg - nearer, 0.0)
 
 
 def _half_width_of_mean_deg(vectors: FloatArray, mean_deg: float, resultant: float, level: float, draws: int) -> float:
@@ -138,8 +163,7 @@ def _half_width_of_mean_deg(vectors: FloatArray, mean_deg: float, resultant: flo
     middle = np.array([math.cos(math.radians(mean_deg)), math.sin(math.radians(mean_deg))])
     if n > MOST_RESAMPLED:
         along = vectors @ middle
-        dispersion = (1 - float((2 * along**2 - 1).mean())) / (2 * resultant**2)
-
+        dispersion = max(1 - float((2 * along**2 - 1).mean()), 0.0) / (2 * resultant**2)  # 0 of equal angles
         error = float(scipy.special.ndtri((1 + level) / 2)) * math.sqrt(dispersion / n)
         return math.degrees(math.asin(min(error, 1.0)))
 

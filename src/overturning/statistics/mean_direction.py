@@ -133,10 +133,10 @@ def _largest_error_of_steps_deg(angle_deg: FloatArray, step_deg: float) -> float
     """Return a bound, degrees, of the error of the mean of angles that are rounded to steps w.
 
     Normally distributed angles that fall into two neighbouring steps, with the share p in one of them, have their mean
-    at σ z_p from the border of the two (z: quantile of the normal distribution), and the mean of the rounded angles is
-    (p − ½) w from it. The difference is largest for the least standard deviation σ, w/(2 z_(1−q)), with which the share
-    q may lie in the two steps beside these. Angles that are spread evenly over the circle, as many as in the median of
-    the other steps, are left out.
+    at σ z_p from the border of the two (z: quantile of the normal distribution), and the mean of the rounded angles
+    is (p − ½) w from it. The difference is largest for the least standard deviation σ with which the share q may
+    lie in the two steps beside these: w/(2 z_(1−q)). Angles that are spread evenly over the circle, as many in each
+    step as in the median of the other steps, are left out.
     """
     count = round(360.0 / step_deg)
     index = np.round((angle_deg - angle_deg[0]) / step_deg).astype(np.intp) % count

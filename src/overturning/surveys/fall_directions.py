@@ -31,8 +31,8 @@ WIND_DEG: Final = 22.5
 def stone_count_by_octant(stone: Stone) -> FloatArray:
     """Return the share of a fallen stone that counts in each compass octant: 1 in one, or parts of 1 in two.
 
-    The shape is (8,). One of 16 winds between two octants (NNE) counts half in each: it is known to ±11.25°. So does an
-    azimuth in degrees that is recorded in steps count in the two octants in which its step lies.
+    The shape is (8,). One of 16 winds between two octants (NNE) counts half in each, since it is known to 11.25°. An
+    azimuth in degrees that is recorded in steps counts in the two octants in which its step lies.
     """
     if stone.octant or not stone.recorded_step_deg:
         return np.eye(8)[sector_index(stone.azimuth_deg, 8)]

@@ -14,8 +14,8 @@ from overturning.surveys.stones import LARGEST_FACTOR_BEYOND_GRID, Stone
 def stone_seen_in_grid(grid: Mapping[str, FloatArray], stone: Stone) -> dict[str, float]:
     """Return face azimuth, height, B/H and D/B of a stone, seen from the side whose B/H and D/B are nearer to the grid.
 
-    A stone with B/H 0.4 and D/B 0.5 is the stone with B/H 0.2 and D/B 2 whose face is turned by 90°. Without D/B in the
-    grid the stone is seen as the survey describes it, and so is a stone that is as near from either side.
+    A stone with B/H 0.4 and D/B 0.5 is the stone with B/H 0.2 and D/B 2 whose face is turned by 90°. Without D/B in
+    the grid the stone is seen as the survey describes it, and so is a stone that is as near from either side.
     """
     front, side = stone.slenderness_in_both_planes
 

@@ -181,7 +181,8 @@ def test_composed_texts_are_translated_by_their_parts(english: str, japanese: st
     [
         "← W    E →      motion along E: " + film_words.standing_elements_sentence(0.62, None, several=False),
         film_words.standing_elements_sentence(0.12, None, several=True),
-        film_words.standing_body_sentence(1.2, 3.1, 0.012, still_moves=False),
+        film_words.standing_body_sentence((1.2, ""), (3.1, ""), (0.012, ""), still_moves=False),
+        film_words.standing_body_sentence((1.2, "shaft"), (-3.1, "shaft"), (0.012, "upper-base"), still_moves=True),
         film_words.join_fall_sentences([film_words.fall_sentence(32.0, 2.2, "shaft"), "falls towards N at 3.14 s"], 3),
         "A stone 42 cm wide and 1.2 m high, friction 0.8, under the record of Karakyr, Gazli 1976, turned to N30°E",
     ],

@@ -42,21 +42,32 @@ def body_outcome_sentence(trajectory: "xr.Dataset") -> str:
 
 
 def _standing_sentence(stones: list["xr.Dataset"]) -> str:
-    """Return a sentence with the largest tilt, twist and slip of stones that stand, without full stop."""
-    slip = max(float(np.hypot(one["residual_slip_north"], one["residual_slip_east"])) for one in stones)
-    twist = max((float(one["residual_twist"]) for one in stones), key=abs)
+    """Return a sentence with the largest tilt, twist and slip of stones that stand, without full stop.
+
+    Of several stones the sentence names those that tilt, twist and slip most.
+    """
     # A cylinder may roll for minutes: its place of rest is not known at the end of the trajectory.
     last = [one.isel(time=-1) for one in stones]
     tilts_at_end = [float(np.hypot(one["tilt_north"], one["tilt_east"])) for one in last]
     moves = max(*tilts_at_end, *(float(np.abs(one["angular_velocity"]).max()) for one in last)) > STILL
-    tilt = max(float(one["peak_tilt"]) for one in stones)
-    return standing_body_sentence(tilt, twist, slip, still_moves=bool(moves))
+
+    def largest(values: list[float]) -> tuple[float, str]:
+        """Return the value that is largest without its sign, and the name of its stone, if there are several."""
+        place = int(np.argmax(np.abs(values)))
+        return values[place], str(stones[place]["element"].item()) if len(stones) > 1 else ""
+
+    return standing_body_sentence(
+        largest([float(one["peak_tilt"]) for one in stones]),
+        largest([float(one["residual_twist"]) for one in stones]),
+        largest([float(np.hypot(one["residual_slip_north"], one["residual_slip_east"])) for one in stones]),
+        still_moves=bool(moves),
+    )
 
 
 def stack_outcome_sentence(trajectory: "xr.Dataset") -> str:
     """Return a sentence on the outcome of a 3-D stack: names and times of the stones that fall, or how it stands.
 
-    If all stand, the tilt, the twist and the slip are each the largest of any stone.
+    If all stand, the tilt, the twist and the slip are each the largest of any stone, with its name.
 
     The sentence has no full stop.
     """

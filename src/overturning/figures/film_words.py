@@ -216,13 +216,28 @@ def standing_elements_sentence(
 
 
 def standing_body_sentence(
-    peak_tilt_deg: float, final_twist_deg: float, final_slip_m: float, *, still_moves: bool
-) -> str:
-    """Return a sentence that a 3-D body stands, with its largest tilt, final twist and slip."""
-    side = "clockwise" if final_twist_deg >= 0 else "anticlockwise"
+    peak_tilt_deg: tuple[float, str], final_twist_deg: tuple[float, str], final_slip_m: tuple[float, str],
+    *, still_moves: bool,
+) -> str:  # fmt: skip
+    """Return a sentence that a 3-D body or stack stands, with its largest tilt, final twist and slip.
+
+    With each value is the name of its stone in a stack, or "" for a body; of a value that is printed as 0 it is left
+    out.
+    """
+
+    def number_and_name(value: float, name: str) -> tuple[str, str]:
+        """Return a value with one decimal, and the name of its stone in brackets."""
+        number = f"{abs(value):.1f}"
+        return number, f" ({name})" if name and number != "0.0" else ""
+
+    tilt, of_tilt = number_and_name(*peak_tilt_deg)
+    twist, of_twist = number_and_name(*final_twist_deg)
+    slip, of_slip = number_and_name(100.0 * final_slip_m[0], final_slip_m[1])
+    stands = "everything stands" if peak_tilt_deg[1] else "stands"
+    side = "clockwise" if final_twist_deg[0] >= 0 else "anticlockwise"
     still = ", where it still rocks or rolls" if still_moves else ""
-    turned = f"turned {abs(final_twist_deg):.1f}° {side}, slipped {100.0 * final_slip_m:.1f} cm by the end{still}"
-    return f"stands; largest tilt {peak_tilt_deg:.1f}°; {turned}"
+    turned = f"turned {twist}° {side}{of_twist}, slipped {slip} cm by the end{of_slip}{still}"
+    return f"{stands}; largest tilt {tilt}°{of_tilt}; {turned}"
 
 
 NO_OUTCOME: Final = {

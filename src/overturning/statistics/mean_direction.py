@@ -135,7 +135,7 @@ def _largest_error_of_steps_deg(angle_deg: FloatArray, step_deg: float) -> float
     Normally distributed angles that fall into two neighbouring steps, with the share p in one of them, have their mean
     at σ z_p from the border of the two (z: quantile of the normal distribution), and the mean of the rounded angles
     is (p − ½) w from it. The difference is largest for the least standard deviation σ with which the share q may
-    lie in the two steps beside these: w/(2 z_(1−q)). Angles that are spread evenly over the circle, as many in each
+    lie in the two steps next to these: w/(2 z_(1−q)). Angles that are spread evenly over the circle, as many in each
     step as in the median of the other steps, are left out.
     """
     count = round(360.0 / step_deg)
@@ -149,10 +149,10 @@ def _largest_error_of_steps_deg(angle_deg: FloatArray, step_deg: float) -> float
         return 0.5 * step_deg
     # Less two standard deviations of the number of spread angles there.
     more = max(float(around[0] + around[3]) - 2.0 * others - 2.0 * math.sqrt(2.0 * others), 0.0)
-    in_one, beside = float(two.max() / two.sum()), more / (float(two.sum()) + more)
-    if beside >= 0.5:
+    in_one, outer_share = float(two.max() / two.sum()), more / (float(two.sum()) + more)
+    if outer_share >= 0.5:
         return 0.0
-    spread = 0.5 * step_deg / -float(scipy.special.ndtri(beside)) if beside else 0.0
+    spread = 0.5 * step_deg / -float(scipy.special.ndtri(outer_share)) if outer_share else 0.0
     nearer = spread * float(scipy.special.ndtri(in_one)) if spread else 0.0
     return max((in_one - 0.5) * step_deg - nearer, 0.0)
 

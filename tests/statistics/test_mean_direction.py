@@ -101,6 +101,13 @@ def test_intervals_of_many_winds_cover_the_true_direction(
     assert np.mean(covered) >= 0.9
 
 
+def test_steps_much_shorter_than_the_spread_widen_no_interval() -> None:
+    """Twenty falls within about 20°, noted in degrees: two falls with the same degree are no sign of a common error."""
+    falls = np.round(90.0 + 20.0 * np.random.default_rng(3).normal(size=20))
+    noted, exact = (mean_direction_with_interval(falls, step).half_width_deg for step in (1.0, 0.0))
+    assert noted == exact
+
+
 def test_equal_winds_are_known_to_half_their_step() -> None:
     many = mean_direction_with_interval([90.0] * (MOST_RESAMPLED + 1), 45.0)
     assert (many.mean_deg, many.half_width_deg) == (pytest.approx(90.0), pytest.approx(22.5))

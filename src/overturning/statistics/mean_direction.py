@@ -150,7 +150,7 @@ def _largest_error_of_steps_deg(angle_deg: FloatArray, step_deg: float) -> float
     # Less two standard deviations of the number of spread angles there.
     more = max(float(around[0] + around[3]) - 2.0 * others - 2.0 * math.sqrt(2.0 * others), 0.0)
     in_one, outer_share = float(two.max() / two.sum()), more / (float(two.sum()) + more)
-    if outer_share >= 0.5:
+    if outer_share >= 0.5 or two.sum() < 0.5 * angle_deg.size:  # spread over many steps
         return 0.0
     spread = 0.5 * step_deg / -float(scipy.special.ndtri(outer_share)) if outer_share else 0.0
     nearer = spread * float(scipy.special.ndtri(in_one)) if spread else 0.0

@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 
 from overturning.findings.displacements import element_displacement_findings
+from overturning.findings.exactness import final_twist_findings
 from overturning.findings.results import StudyResults
 from overturning.study.load import load_study
 from overturning.study.scenes import NOMINAL
@@ -58,3 +59,13 @@ def test_displacements_are_those_of_the_standing_cases(results: StudyResults) ->
     assert (shaft.median_twist_deg, shaft.percentile_90_twist_deg) == pytest.approx((3.0, 4.6))
     assert (alone.element, alone.standing, alone.falls) == ("shaft", 5, 0)
     assert alone.median_twist_deg == 7.0
+
+
+def test_the_lowest_stone_slides_over_no_rim_and_a_stack_has_no_twist_of_a_body(results: StudyResults) -> None:
+    """The ground of a stack has no rim; the twists of its stones are among the displacements of the elements."""
+    fallen = cube(["base", "shaft"], overturned=[[1] * 5, [1] * 5], slid_off=[[0] * 5, [1, 0, 0, 0, 0]])
+    both = cast(StudyResults, SimpleNamespace(study=results.study, cubes={NOMINAL: fallen}))
+    base, shaft = element_displacement_findings(both)
+    assert (base.falls, base.share_slid_off) == (5, None)
+    assert (shaft.falls, shaft.share_slid_off) == (5, 0.2)
+    assert final_twist_findings(both) is None

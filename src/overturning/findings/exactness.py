@@ -139,7 +139,7 @@ def final_twist_findings(results: StudyResults) -> FinalTwist | None:
 
     The findings `element_displacements` have the rotations of the stones of a stack.
     """
-    if not results.model.twists or results.study.is_stack:
+    if results.study.is_stack or not results.model.twists:
         return None
     found = summarise_twists(np.concatenate(list(standing_stone_twists_deg(results.cube).values())))
     return FinalTwist(

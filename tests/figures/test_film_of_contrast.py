@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from overturning.figures import illustrative
 from overturning.figures.drawn_case import IllustrativeCaseWithFigures, read_cases_with_figures
 from overturning.figures.write import save_figure_files
+from overturning.model.scene import load_scene
 from overturning.study.cube import open_cube
 from tests.figures.test_film import unpack
 from tests.study.small_study import cube_of, pulse, study
@@ -75,3 +76,19 @@ def test_strip_of_each_case_is_a_file(drawn: tuple[Path, list[IllustrativeCaseWi
     folder, cases = drawn
     for case in cases:
         assert (folder / "cases" / case.strip).stat().st_size > 1000
+
+
+def test_two_scenes_are_compared_by_the_stone_that_both_have(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The reference is the upper base, which always stands; the film shows a case in which one of the shafts falls."""
+    monkeypatch.setattr(illustrative, "save_figure_files", save_strip_files)
+    scene = load_scene("three-tier").model_copy(update={"reference": "upper-base"})
+    settings = study(
+        records={"use": ["a"]}, scene=scene, height=[0.27], b_over_h=[1.3, 1.4], friction=[0.4, 0.7],
+        azimuth={"step": 30}, variants={"alone": {"scene": "shaft-alone"}}, asks="scene",
+        primary={"statistic": "share", "against": "alone"},
+    )  # fmt: skip
+    cube, other = (cube_of(settings, [pulse("a", peak=4.5)], tmp_path, name) for name in ("nominal", "alone"))
+    illustrative.draw_illustrative_cases(cube, tmp_path / "motion", tmp_path / "cases", other)
+    first = read_cases_with_figures(tmp_path / "cases")[0]
+    assert first.settings == ("nominal", "alone")
+    assert ["fall" in outcome for outcome in first.outcomes] == [False, True]

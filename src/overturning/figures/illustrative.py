@@ -31,7 +31,7 @@ from overturning.statistics.illustrative import (
     case_with_differing_outcomes,
     find_illustrative_cases,
 )
-from overturning.study.cube import element_name_of_cube, open_cube_by_record, study_of_cube
+from overturning.study.cube import open_cube_by_record, study_of_cube
 from overturning.study.scenes import (
     NOMINAL,
     StudyToSceneSizeConversion,
@@ -102,7 +102,8 @@ def _select_element_with_falls_of_all(cube: "xr.Dataset") -> "xr.Dataset":
     if "element" not in cube.dims:
         return cube
     falls = (abs(cube["overturned"]) == 1).any("element")
-    return cube.sel(element=element_name_of_cube(cube)).assign({ANY_ELEMENT_FALLS: falls})
+    shown = variant_scene(study_of_cube(cube), str(cube.attrs["variant"])).default_output_element
+    return cube.sel(element=shown).assign({ANY_ELEMENT_FALLS: falls})
 
 
 def _select_compared_elements(cube: "xr.Dataset", other_cube: "xr.Dataset") -> tuple["xr.Dataset", "xr.Dataset"]:

@@ -31,13 +31,14 @@ from overturning.statistics.illustrative import (
     case_with_differing_outcomes,
     find_illustrative_cases,
 )
-from overturning.study.cube import open_cube_by_record, study_of_cube
+from overturning.study.cube import element_name_of_cube, open_cube_by_record, study_of_cube
 from overturning.study.scenes import (
     NOMINAL,
     StudyToSceneSizeConversion,
     compared_elements,
     motion_for_variant,
     numerics_of_study,
+    select_element,
     variant_model,
     variant_scene,
     variant_settings,
@@ -85,8 +86,11 @@ def draw_illustrative_cases(
         if compared_cube_path is not None:
             with open_cube_by_record(compared_cube_path, element=None) as other_cube:
                 variant = str(other_cube.attrs["variant"])
+                here, there = compared_elements(study_of_cube(elements), variant)
                 answer = case_with_differing_outcomes(
-                    *_select_compared_elements(elements, other_cube.isel(record=chosen)), (NOMINAL, variant)
+                    select_element(elements, here),
+                    select_element(other_cube.isel(record=chosen), there),
+                    (NOMINAL, variant),
                 )
             cases = cases if answer is None else [answer, *cases]
         drawn_files = dict[tuple[str, ...], Path]()
@@ -102,18 +106,7 @@ def _select_element_with_falls_of_all(cube: "xr.Dataset") -> "xr.Dataset":
     if "element" not in cube.dims:
         return cube
     falls = (abs(cube["overturned"]) == 1).any("element")
-    shown = variant_scene(study_of_cube(cube), str(cube.attrs["variant"])).default_output_element
-    return cube.sel(element=shown).assign({ANY_ELEMENT_FALLS: falls})
-
-
-def _select_compared_elements(cube: "xr.Dataset", other_cube: "xr.Dataset") -> tuple["xr.Dataset", "xr.Dataset"]:
-    """Select, from the cubes of a study and a variant, the elements by which the two are compared."""
-    names = compared_elements(study_of_cube(cube), str(other_cube.attrs["variant"]))
-    first, second = (
-        one.sel(element=name) if "element" in one.dims else one
-        for one, name in zip((cube, other_cube), names, strict=True)
-    )
-    return first, second
+    return select_element(cube, element_name_of_cube(cube)).assign({ANY_ELEMENT_FALLS: falls})
 
 
 CaseFigure = tuple[str, "Callable[[], Figure]", str, dict[str, float]]

@@ -19,6 +19,7 @@ from overturning.study.scenes import (
     NOMINAL,
     compared_elements,
     names_of_differing_settings,
+    select_element,
     variant_scene,
     variant_settings,
 )
@@ -181,7 +182,7 @@ def _contrast_study_with_variant(
     """Compare the outcomes of the study and of one variant under the records with the given indices."""
     elements = compared_elements(results.study, variant)
     cubes = [
-        _select_element(results.cubes[name], element).isel(record=record_indices)
+        select_element(results.cubes[name], element).isel(record=record_indices)
         for name, element in zip((NOMINAL, variant), elements, strict=True)
     ]
     events = results.record_events[record_indices]
@@ -248,11 +249,6 @@ def _contrast_study_with_variant(
             else estimate_from_mean(rate_difference, f"difference of the {FALL_RATE}")
         ),
     )
-
-
-def _select_element(cube: xr.Dataset, element: str) -> xr.Dataset:
-    """Select the element `element` from a cube; a cube of one element has no such dimension, and is returned."""
-    return cube.sel(element=element) if "element" in cube.dims else cube
 
 
 def _keep_outcomes_known_in_both(cube: xr.Dataset, other_cube: xr.Dataset) -> tuple[xr.Dataset, xr.Dataset]:

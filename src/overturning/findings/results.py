@@ -30,7 +30,7 @@ from overturning.study.convergence import ConvergenceCheckResult, read_convergen
 from overturning.study.cube import CONFIGURATION, open_cube_by_record, study_for_presentation, study_of_cube
 from overturning.study.load import load_study
 from overturning.study.recheck import hash_of_outcomes_in_cube
-from overturning.study.scenes import NOMINAL, cube_has_whole_grid, variant_scene
+from overturning.study.scenes import NOMINAL, cube_has_whole_grid, select_element, variant_scene
 from overturning.study.schema import Study
 from overturning.surveys.comparison import StoredSurveyComparison, read_survey_comparison
 from overturning.surveys.displacements import StoredDisplacementComparison
@@ -306,7 +306,7 @@ def settings_missing_without_study_file(results: StudyResults) -> str:
 
 def _select_size_reference_element(study: Study, variant: str, cube: xr.Dataset) -> xr.Dataset:
     """Select, from a variant's results cube, the element of the scene whose outcomes are shown by default."""
-    return cube.sel(element=variant_scene(study, variant).default_output_element) if "element" in cube.dims else cube
+    return select_element(cube, variant_scene(study, variant).default_output_element)
 
 
 def _check_cube_is_whole_study(cube: xr.Dataset, intensity: xr.Dataset, cube_path: Path) -> None:

@@ -23,8 +23,9 @@ WIDE_GROUND: Final = 20.0
 """Least width of a ground, in widths or heights of the largest element that is not the ground."""
 
 ENDLESS_GROUND: Final = 30.0
-"""Least width of a ground from which no block slides off in an earthquake, m: even on smooth ground a block slides no
-farther than the ground moves."""
+"""Least width of a ground on which the kernel of single blocks, which knows no end of the ground, is used, m.
+
+Half of it is more than ground displacements in earthquakes."""
 
 
 class SceneLayout(Protocol):
@@ -119,9 +120,9 @@ def place_elements(
     """Return the elements of a scene at their positions, for a height (m) and B/H of the reference element.
 
     All lengths scale with `height` (m), the height of the reference element, except that the ground (`ground_name`)
-    never becomes narrower. `b_over_h` changes only the width of the reference element, and the depth that follows from
-    the width of an element with a `plan`. Both refer to the reference
-    element before its rotation, so that a rectangle stays a rectangle. Raises an ArgumentError for an invalid polygon.
+    never becomes narrower. `b_over_h` changes only the width of the reference element, and with it the depth of an
+    element with a `plan`. Both refer to the reference element before its rotation, so that a rectangle stays a
+    rectangle. Raises an ArgumentError for an invalid polygon.
     """
     own = next(element for element in scene.elements if element.name == scene.size_reference_element_name)
     own_width, own_height = own.unrotated_width_and_height

@@ -79,12 +79,8 @@ def stack_stones(scene: Scene, height: float | None = None, b_over_h: float | No
     wider = 1.0 if b_over_h is None else b_over_h * own_height / own_width
     stones = []
     for below, item in zip(scene.elements, placed[1:], strict=False):
-        element = item.element
-        depth = (
-            scene.element(element.name).depth
-            * scale
-            * (wider if element.name == scene.size_reference_element_name else 1.0)
-        )
+        element = scene.element(item.element.name)  # with the depth of the scene
+        depth = element.depth * scale * (wider if element.name == scene.size_reference_element_name else 1.0)
         density = _density_of_element(scene, element)
         stones.append(stone_of_element(item, depth, scene.contact_law(below, element), density))
     return stones

@@ -312,7 +312,7 @@ def select_heights_and_frictions(
 
 def element_name_of_cube(cube: "xr.Dataset") -> str:
     """Return the name of the element whose outcomes a results cube shows: the selected or default one."""
-    chosen = "element" in cube.coords
+    chosen = "element" in cube.coords and "element" not in cube.dims
     return (
         str(cube["element"].item())
         if chosen

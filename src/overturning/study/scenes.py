@@ -60,6 +60,11 @@ def variant_scene(study: Study, variant: str = NOMINAL) -> Scene:
     return gravestone(Contact(**variant_contact(study, variant).model_dump()), study.density)
 
 
+def select_element(cube: "xr.Dataset", element: str) -> "xr.Dataset":
+    """Select the element `element` from a results cube; a cube without that dimension is returned as it is."""
+    return cube.sel(element=element) if "element" in cube.dims else cube
+
+
 def compared_elements(study: Study, variant: str) -> tuple[str, str]:
     """Return the names of the elements by which a study and its variant `variant` are compared.
 

@@ -170,9 +170,9 @@ def compare_displacements(
     """Compare the falls, shifts and twists of stones with those of similar stones in a 3-D study.
 
     Each stone is compared with the cases of the nearest orientation, height, B/H and D/B, seen from the side that is
-    nearer to the grid (`stone_seen_in_grid`), unless its B/H or D/B lies
-    far outside the grid. All values of the grid have equal weight where the survey does not give the value, and so have
-    all frictions. A stone that stands without a noted shift or twist has none.
+    nearer to the grid (`stone_seen_in_grid`), unless its B/H or D/B lies far outside the grid. All values of the grid
+    have equal weight where the survey does not give the value, and so have all frictions. A stone that stands without a
+    noted shift or twist has none.
 
     Parameters
     ----------

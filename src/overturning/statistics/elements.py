@@ -92,19 +92,10 @@ def count_falls_by_element(cube: xr.Dataset) -> list[ElementFallCounts]:
     names = [str(name) for name in cube["element"].to_numpy().tolist()] + [ANYTHING] * (elements > 1)
     counts = np.zeros((4, len(names)), np.int64)
     moments: dict[str, list[NDArray[np.float32]]] = {name: [] for name in names}
-    for one in iterate_record_cubes(cube, _OUTCOME):
-        sides, times = (one[name].transpose(..., "element").to_numpy().reshape(-1, elements) for name in _OUTCOME)
-        known = np.isfinite(sides)
-        fell = known & (sides != 0)
-        when = np.where(fell, np.nan_to_num(times, nan=np.inf), np.inf)
-        if elements > 1:
-            known, fell = (np.column_stack([known, known.any(axis=1)]), np.column_stack([fell, fell.any(axis=1)]))
-            when = np.column_stack([when, when.min(axis=1)])
-        first = fell & (when == when.min(axis=1, keepdims=True))
-        alone = fell & (fell[:, :elements].sum(axis=1, keepdims=True) == 1)
-        counts += np.stack([cells.sum(axis=0) for cells in (known, fell, first, alone)])
-        for index, name in enumerate(names):
-            moments[name].append(when[fell[:, index], index])
+    for counts_of_record, times_of_record in map(_falls_of_record, iterate_record_cubes(cube, _OUTCOME)):
+        counts += counts_of_record
+        for name, times in zip(names, times_of_record, strict=True):
+            moments[name].append(times)
     rows = []
     for name, (cases, falls, earliest, alone) in zip(names, counts.T.tolist(), strict=True):
         median = float(np.median(np.concatenate(moments.pop(name)), overwrite_input=True)) if falls else math.nan
@@ -112,6 +103,26 @@ def count_falls_by_element(cube: xr.Dataset) -> list[ElementFallCounts]:
             ElementFallCounts(name, cases, falls, earliest, alone, falls / cases if cases else math.nan, median)
         )
     return rows
+
+
+def _falls_of_record(cube: xr.Dataset) -> tuple[NDArray[np.int64], list[NDArray[np.float32]]]:
+    """Count the falls of each element under one record, and list their times; with several elements, of any, too.
+
+    The counts are known cases, falls, first falls and falls alone, shape (4, elements). A function of its own, so that
+    its arrays of all cases are released before the next record is read.
+    """
+    elements = cube.sizes["element"]
+    sides, when = (cube[name].transpose(..., "element").to_numpy().reshape(-1, elements) for name in _OUTCOME)
+    known = np.isfinite(sides)
+    fell = known & (sides != 0)
+    when = np.where(fell, np.nan_to_num(when, nan=np.inf), np.inf)
+    if elements > 1:
+        known, fell = (np.column_stack([known, known.any(axis=1)]), np.column_stack([fell, fell.any(axis=1)]))
+        when = np.column_stack([when, when.min(axis=1)])
+    first = fell & (when == when.min(axis=1, keepdims=True))
+    alone = fell & (fell[:, :elements].sum(axis=1, keepdims=True) == 1)
+    counts = np.stack([cells.sum(axis=0) for cells in (known, fell, first, alone)])
+    return counts, [when[fell[:, index], index] for index in range(fell.shape[1])]
 
 
 _QUANTILES: Final = (0.5, 0.9)

@@ -1,7 +1,8 @@
 """Illustrative cases for the report, selected by fixed rules."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
+from itertools import chain, starmap
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -57,6 +58,10 @@ class BestCaseOfRecord(NamedTuple):
     """Positions along the dimensions of the block."""
     directions: tuple[int, ...]
     """Position along the direction of each panel."""
+
+
+_FoundCase = tuple[str, BestCaseOfRecord | None, int]
+"""Title of a rule, the best case of one record under the rule, or None, and the index of the record."""
 
 
 class IllustrativeCaseRule(NamedTuple):
@@ -191,27 +196,47 @@ def find_illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
     rules = [rule for rule in RULES if all(name in cube for name in rule.needs)]
     names = ["overturned", *model.reads, *{name for rule in rules for name in rule.needs}]
     names += [ANY_ELEMENT_FALLS] * (ANY_ELEMENT_FALLS in cube)
-    best: dict[str, tuple[BestCaseOfRecord, int]] = {}
-    for places, some in iterate_record_batches(cube, names):
-        half = some.isel({model.direction: cells})
-        nominal = model.fall_probability_and_direction_by_cell(half, use_ensemble=False)[
-            ["direction_cosine", "direction_sine"]
-        ]
-        candidates = half.assign(
-            nominal.assign(sure=model.fall_probability_and_direction_by_cell(half)["falls"] > 0.99)
-        )
-        candidates = candidates.transpose("record", *model.dimension_names, ...)
-        for at, record in enumerate(places):
-            one = candidates.isel(record=at)
-            for rule in rules:
-                found = rule.find(one)
-                if found is not None and (rule.title not in best or found.score > best[rule.title][0].score):
-                    best[rule.title] = found, record
+    batches = starmap(partial(_best_cases_of_batch, model, cells, rules), iterate_record_batches(cube, names))
+    best = _best_case_by_title(chain.from_iterable(batches))
     return [
         _illustrative_case_from_best(cube, rule, *best[rule.title], direction_indices=cells)
         for rule in rules
         if rule.title in best
     ]
+
+
+def _best_cases_of_batch(
+    model: Model,
+    direction_indices: NDArray[np.intp],
+    rules: list[IllustrativeCaseRule],
+    record_indices: list[int],
+    batch: xr.Dataset,
+) -> list[_FoundCase]:
+    """Find the best case of each of a few records under each rule.
+
+    A function of its own, so that its arrays of all cases are released before the next records are read.
+    """
+    half = batch.isel({model.direction: direction_indices})
+    nominal = model.fall_probability_and_direction_by_cell(half, use_ensemble=False)
+    candidates = half.assign(
+        nominal[["direction_cosine", "direction_sine"]].assign(
+            sure=model.fall_probability_and_direction_by_cell(half)["falls"] > 0.99
+        )
+    ).transpose("record", *model.dimension_names, ...)
+    records = [(record, candidates.isel(record=at)) for at, record in enumerate(record_indices)]
+    return [(rule.title, rule.find(one), record) for record, one in records for rule in rules]
+
+
+def _best_case_by_title(found_cases: Iterable[_FoundCase]) -> dict[str, tuple[BestCaseOfRecord, int]]:
+    """Return the case with the largest score under each rule that found any, with the index of its record.
+
+    Of several with the same score, the first.
+    """
+    best: dict[str, tuple[BestCaseOfRecord, int]] = {}
+    for title, found, record in found_cases:
+        if found is not None and (title not in best or found.score > best[title][0].score):
+            best[title] = found, record
+    return best
 
 
 def _illustrative_case_from_best(
@@ -289,7 +314,7 @@ def case_with_differing_outcomes(
     """
     model, cells = model_of_cube(cube), model_of_cube(cube).distinct_direction_indices(cube)
     names = ["overturned", "fall_azimuth", "peak_rotation"]
-    best: dict[str, tuple[BestCaseOfRecord, int]] = {}
+    found_cases: list[_FoundCase] = []
     pairs = partial(zip, strict=True)
     record_pairs = pairs(iterate_record_cubes(cube, names), iterate_record_cubes(second_cube, names))
     counts = [_count_falls_in_one_cube_only(*pair) for pair in record_pairs]
@@ -297,10 +322,8 @@ def case_with_differing_outcomes(
     for record, pair in enumerate(pairs(iterate_record_cubes(cube, names), iterate_record_cubes(second_cube, names))):
         this, that = (each.isel({"record": 0, model.direction: cells}) for each in pair)
         one = _mark_differing_cells(model, this, that, is_fall_in_first=only_this >= only_other)
-        for rule in (FALLS_IN_ONE, OPPOSITE):
-            found = rule.find(one)
-            if found is not None and (rule.title not in best or found.score > best[rule.title][0].score):
-                best[rule.title] = found, record
+        found_cases += [(rule.title, rule.find(one), record) for rule in (FALLS_IN_ONE, OPPOSITE)]
+    best = _best_case_by_title(found_cases)
     for rule in (FALLS_IN_ONE, OPPOSITE):
         if rule.title in best:
             case = _illustrative_case_from_best(cube, rule, *best[rule.title], direction_indices=cells)

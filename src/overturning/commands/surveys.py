@@ -145,14 +145,14 @@ def _compare_survey_with_cube(
     from overturning.stored import write_result
     from overturning.study.cube import index_of_record, open_cube
     from overturning.surveys.comparison import compare_survey_with_prediction, make_stored_survey_comparison
-    from overturning.surveys.ground import ground_of_cube
+    from overturning.surveys.ground import soil_layers_of_cube
 
     paths, record = cubes_and_record
     cubes, grounds = {}, {}
     for site, cube in paths.items():
         with open_cube(cube, chunks={"record": 1}) as data:
             cubes[site] = data.isel(record=[index_of_record(data, record)]).load()
-            grounds[site] = ground_of_cube(data, record)
+            grounds[site] = soil_layers_of_cube(data, record)
     default = cubes.pop("")
     name = str(default["record_id"].item())
     on_soil = {site: one for site, one in grounds.items() if one is not None}

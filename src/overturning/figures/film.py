@@ -104,7 +104,7 @@ class FilmPanel:
         return shown
 
     def player_data(self, film: "Film") -> dict[str, Any]:
-        """Return the panel as a dictionary for the JavaScript film player, with the motion during `film`."""
+        """Return the panel as a dictionary for the JavaScript film player, with the motion while `film` runs."""
         traces = [
             (label, [_thinned_motion_and_interval(one, self.sampling_interval, film) for one in rows])
             for label, rows in self.labelled_motion_traces(film.has_vertical_motion)

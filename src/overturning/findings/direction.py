@@ -143,7 +143,10 @@ class GroupReferenceAlignment(Finding):
 
 
 class PlanarModelAgreement(Finding):
-    """Shares of cases in which the 2-D model, applied in a body's face planes, agrees with the 3-D model."""
+    """Shares of cases in which the 2-D and the 3-D model have the same outcome.
+
+    The 2-D model is computed in the two vertical planes that are normal to the side faces of the body.
+    """
 
     cases: int
     """Number of cases with both outcomes."""

@@ -18,7 +18,7 @@ from overturning.study.schema import Study
 from overturning.units import CM, STANDARD_GRAVITY
 
 
-class ScanFacts(Finding):
+class ScannedStoneFacts(Finding):
     """Volume, pose and relief of a stone that a study simulates from a scan."""
 
     volume_m3: float
@@ -64,7 +64,7 @@ class StudyFacts(Finding):
     """Largest number of runs of a cell near a change of outcome."""
     vertical_motion: bool
     """True if the vertical motion of at least one record is applied."""
-    scan: ScanFacts | None = None
+    scan: ScannedStoneFacts | None = None
     """Scanned stone; None if the study simulates none."""
 
 
@@ -182,12 +182,14 @@ def study_facts(results: StudyResults) -> StudyFacts:
     )
 
 
-def scan_facts(study: Study) -> ScanFacts | None:
+def scan_facts(study: Study) -> ScannedStoneFacts | None:
     """Return volume, tilt and relief of the scanned stone of a study; None if the study simulates none."""
     body = study.body
     if body is None or body.scan is None or body.relief is None:
         return None
-    return ScanFacts(volume_m3=body.scan.volume, tilt_deg=body.scan.tilt, relief_mm=round(1000.0 * body.relief, 6))
+    return ScannedStoneFacts(
+        volume_m3=body.scan.volume, tilt_deg=body.scan.tilt, relief_mm=round(1000.0 * body.relief, 6)
+    )
 
 
 def count_cases(results: StudyResults) -> CaseCounts:

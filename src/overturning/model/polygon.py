@@ -165,10 +165,12 @@ def _polygon_of_vertex_bytes(element_name: str, vertex_bytes: bytes) -> Polygon:
 def _convex_pieces_of_polygon(
     element_name: str, vertices: FloatArray, has_reflex_end: NDArray[np.bool_]
 ) -> tuple[Polygon, ...]:
-    """Return the convex pieces of an outline; `has_reflex_end`, (n,), marks sides that end in a reflex vertex.
+    """Divide an outline into convex pieces.
 
-    A convex vertex belongs to one piece only, that of the adjacent side that faces down more; otherwise a corner that
-    is cut in two would touch twice. At a reflex vertex, both adjacent sides have an end of their own.
+    `has_reflex_end`, shape (n,), is True for each side that ends in a reflex vertex. A cut may pass through a convex
+    vertex. Only one of the two pieces then has a contact point there, since the corner would otherwise count twice: the
+    piece whose side at this vertex has the outward normal that points further down. At a reflex vertex, each of the two
+    adjacent sides has a contact point at its end.
     """
     count, turns_in = len(vertices), np.roll(has_reflex_end, 1)
     try:

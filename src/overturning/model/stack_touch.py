@@ -75,13 +75,13 @@ def _earliest_touch(stone: StackStone, patch: FloatArray, face: LowerFace) -> Ea
     edge = (patch @ ahead).max(axis=0)
     critical = np.arctan2(edge - stone.x * ahead[0], stone.foot)
     # On a plane without end, a vertex touches before all points between vertices.
-    tilt = _touching_tilts_of_points(stone, _surface_points(stone, 1, 1), ahead, edge, face._replace(corners=None))
+    tilt = _contact_tilts_of_points(stone, _surface_points(stone, 1, 1), ahead, edge, face._replace(corners=None))
     early = critical * (1.0 - ROUNDING)
     if face.corners is not None and np.any(tilt < early):
         points = _surface_points(stone, SIDE_PARTS, DEPTH_PARTS)
         tilt = np.minimum(
-            _touching_tilts_of_points(stone, points, ahead, edge, face),
-            _touching_tilts_of_base(stone, ahead, edge, face.corners, face.depth),
+            _contact_tilts_of_points(stone, points, ahead, edge, face),
+            _contact_tilts_of_base(stone, ahead, edge, face.corners, face.depth),
         )
     tilt = np.where(tilt < early, tilt, np.inf)
     direction = int(np.argmin(tilt))
@@ -90,7 +90,7 @@ def _earliest_touch(stone: StackStone, patch: FloatArray, face: LowerFace) -> Ea
     return EarlyTouch(stone.name, face, float(tilt[direction]), float(critical[direction]))
 
 
-def _touching_tilts_of_points(
+def _contact_tilts_of_points(
     stone: StackStone, points: FloatArray, ahead: FloatArray, edge: FloatArray, face: LowerFace
 ) -> FloatArray:
     """Return the least tilt at which one of the points, (n, 3), of a stone meets a face, rad; infinite if none does.
@@ -113,12 +113,12 @@ def _touching_tilts_of_points(
     return np.asarray(tilt.min(axis=0, initial=np.inf))
 
 
-def _touching_tilts_of_base(
+def _contact_tilts_of_base(
     stone: StackStone, ahead: FloatArray, edge: FloatArray, corners: FloatArray, depth: float
 ) -> FloatArray:
     """Return the least tilt at which the base of a stone meets a corner of a face at a depth (m), rad, or infinity.
 
-    Shape and directions are those of `_touching_tilts_of_points`.
+    Shape and directions are those of `_contact_tilts_of_points`.
     """
     beyond = corners @ ahead - edge
     # The point of the base that meets the corner, before the tilt.

@@ -81,8 +81,9 @@ def oscillator_filter_coefficients(
 class OscillatorResponseCalculator:
     """Calculator of the peak responses of linear oscillators of any period to one horizontal motion.
 
-    The motion is given in m/s², shape (2, n). It is padded with zeros for the longest period, because the response may
-    peak after its end; for half of it, in which every free vibration reaches its peak, if that is longer than 10 s.
+    The motion is given in m/s², shape (2, n). The response may peak after the motion has ended, so zeros are appended
+    for the time of one longest period T. A free vibration reaches its peak within T/2, so zeros for 10 s suffice up to
+    T = 20 s, and zeros for T/2 beyond.
     """
 
     def __init__(

@@ -104,9 +104,10 @@ def _remedy_without_pdf(drawn: Iterable[Path]) -> str:
 def _blocks(
     nodes: list[SyntaxTreeNode], figures: Mapping[str, Path], files: dict[str, str], paired: bool = False
 ) -> list[dict[str, Any]]:
-    """Return blocks as data; `files` receives a short name for each figure.
+    """Return paragraphs, tables and figures of the report as dictionaries for the template of the PDF.
 
-    A figure of a pair is half as wide as the text: it is the one that was drawn for a phone, if there is one.
+    A short file name for each figure is added to `files`. Two figures side by side have half the width of the text
+    each; the version of a figure that was drawn for phones is used there, if there is one.
     """
     blocks: list[dict[str, Any]] = []
     for node in nodes:
@@ -147,7 +148,7 @@ def _blocks(
 
 
 def _table(node: SyntaxTreeNode) -> dict[str, Any]:
-    """Return a table as data; the widest columns of text share the width."""
+    """Return a table of the report as a dictionary for the template of the PDF."""
     rows = [[_inline(cell) for cell in row.children] for group in node.children for row in group.children]
     cells = node.children[0].children[0].children
     right = ["right" in str(cell.attrs.get("style", "")) for cell in cells]
@@ -155,7 +156,7 @@ def _table(node: SyntaxTreeNode) -> dict[str, Any]:
 
 
 def _inline(node: SyntaxTreeNode) -> list[dict[str, Any]]:
-    """Return text inside a block as data."""
+    """Return the text of a paragraph, heading or cell as dictionaries of its parts, for the template of the PDF."""
     parts: list[dict[str, Any]] = []
     for one in node.children:
         if one.type in ("strong", "em"):

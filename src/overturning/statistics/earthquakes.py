@@ -218,14 +218,14 @@ def first_minus_second_alignment(first_fall_axes: xr.Dataset, second_fall_axes: 
     values = np.stack([axes["cosine"].reindex(event=names).values for axes in (first_fall_axes, second_fall_axes)])
     n = int(np.isfinite(values).sum(axis=1).min())
 
-    def first_minus_second_mean(drawn_alignments: FloatArray) -> FloatArray:
+    def difference_of_means(drawn_alignments: FloatArray) -> FloatArray:
         counts = np.isfinite(drawn_alignments).sum(axis=1)
         means = np.nansum(drawn_alignments, axis=1) / np.where(counts > 0, counts, np.nan)
         return np.asarray(means[:, 0] - means[:, 1])
 
-    difference = float(first_minus_second_mean(values.T[None])[0])
+    difference = float(difference_of_means(values.T[None])[0])
     ends = bootstrap_interval(
-        first_minus_second_mean, values.T, draws=10_000, earthquake_count=n, bounds=BOUNDS_OF_COSINE_DIFFERENCE
+        difference_of_means, values.T, draws=10_000, earthquake_count=n, bounds=BOUNDS_OF_COSINE_DIFFERENCE
     )
     return MeanOverEarthquakes(n, difference, *ends)
 

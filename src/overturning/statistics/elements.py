@@ -106,10 +106,12 @@ def count_falls_by_element(cube: xr.Dataset) -> list[ElementFallCounts]:
 
 
 def _falls_of_record(cube: xr.Dataset) -> tuple[NDArray[np.int64], list[NDArray[np.float32]]]:
-    """Count the falls of each element under one record, and list their times; with several elements, of any, too.
+    """Count the falls of each element under one record, and list the times of the falls.
 
-    The counts are known cases, falls, first falls and falls alone, shape (4, elements). A function of its own, so that
-    its arrays of all cases are released before the next record is read.
+    The counts have four rows: cases with a known outcome, falls, falls before which no other element falls, and falls
+    in cases in which no other element falls. They have a column for each element; with several elements, a last column
+    counts the cases in which any element falls. This is a function of its own, so that its arrays of all cases are
+    released before the next record is read.
     """
     elements = cube.sizes["element"]
     sides, when = (cube[name].transpose(..., "element").to_numpy().reshape(-1, elements) for name in _OUTCOME)

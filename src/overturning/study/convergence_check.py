@@ -96,8 +96,8 @@ def check_convergence(
         cost=settings.cost,
         finer_by=FINER,
         stiffer_by=STIFFER,
-        finer=runs.count_changes_of_first_cases("finer", count),
-        stiffer=runs.count_changes_of_first_cases("stiffer", count),
+        finer=runs.count_changed_outcomes("finer", count),
+        stiffer=runs.count_changed_outcomes("stiffer", count),
         settling=(settling := runs.confirm_changed_outcomes(count, allowed - done)),
         amplitude=runs.rerun_with_changed_amplitude(count, allowed - done - settling.block_steps),
         rigid=None
@@ -168,7 +168,7 @@ class _CaseReruns:
             list(pool.map(rerun_cases_of_record, np.unique(self.sample.record[case_numbers]).tolist()))
         return answers
 
-    def count_changes_of_first_cases(self, rerun_kind: str, case_count: int) -> RerunResult:
+    def count_changed_outcomes(self, rerun_kind: str, case_count: int) -> RerunResult:
         """Count the changed outcomes among the first `case_count` cases, for one kind of second computation."""
         if rerun_kind in self.refused:
             return RerunResult(block_steps=0, outcomes=[], refused=self.refused[rerun_kind])

@@ -109,7 +109,7 @@ def plan_columns(header: Sequence[str], known_columns: Sequence[str]) -> ColumnP
     """
     plan, unused = ColumnPlan(), list[str]()
     exact = [name.lower() for name in header]
-    found = [_meaning_of_column(name, known_columns) for name in header]
+    found = [_standard_column_name(name, known_columns) for name in header]
     accepted = [meaning for meaning, refusal in found if meaning and not refusal]
     # A row of a stone may have a cell that reads like the name of a column: fell.
     is_row_of_stone = 2 * len(accepted) < len(header) or set(accepted) <= {"fell"}
@@ -182,7 +182,7 @@ def columns_with_numbers_of_stones(
 
 def names_columns(cells: Sequence[str], known_columns: Sequence[str], needed_columns: Collection[str]) -> bool:
     """True if all cells of a line are accepted names of columns, as in a header, and one of them is a needed column."""
-    found = [_meaning_of_column(cell.strip(' "'), known_columns) for cell in cells]
+    found = [_standard_column_name(cell.strip(' "'), known_columns) for cell in cells]
     accepted = all(meaning and not refusal for meaning, refusal in found)
     return len(found) > 1 and accepted and any(meaning in needed_columns for meaning, _ in found)
 
@@ -197,7 +197,7 @@ def is_true(column_name: str) -> bool:
     return re.search(r"\btrue\b", column_name.lower().replace("_", " ")) is not None
 
 
-def _meaning_of_column(name: str, known_columns: Sequence[str]) -> tuple[str, str]:
+def _standard_column_name(name: str, known_columns: Sequence[str]) -> tuple[str, str]:
     """Return the standard name that a column name means ("" if unused), and why it is refused ("" if accepted)."""
     if name.lower() in known_columns:
         return name.lower(), ""

@@ -315,7 +315,7 @@ def _confusion_matrix_of_sides(predictions: SurveyFallPrediction, stones: Sequen
 
 @dataclass(frozen=True)
 class StoredSurveyComparison:
-    """Comparison of a survey with the prediction for its site as stored, with the names of survey and record.
+    """Content of a result file: comparison of a survey with the prediction for its site, and names of their sources.
 
     ``stones`` and ``sha256`` are name and hash of the survey file; ``record`` is the record of the site.
 

@@ -102,9 +102,10 @@ class DisplacementComparison:
 
 @dataclass(frozen=True)
 class StoredDisplacementComparison:
-    """Comparison of a survey with a 3-D study as stored, for all sites together and by site.
+    """Content of a result file: displacements of the stones of a survey compared with those of a 3-D study.
 
-    See `overturning.surveys.comparison.StoredSurveyComparison`.
+    The comparison is made for all sites together (``together``) and for each site (``sites``). The other fields are
+    those of `overturning.surveys.comparison.StoredSurveyComparison`.
     """
 
     stones: str

@@ -41,7 +41,7 @@ class FieldTable:
     comments_like_rows: tuple[int, ...] = ()
 
     @property
-    def rows_in_cells(self) -> tuple[int, ...]:
+    def rows_pasted_into_cells(self) -> tuple[int, ...]:
         """Line numbers of rows in which a cell has a line with as many separators as the header."""
         least = len(self.header.cells) - 1
         lines = [(row.line, line) for row in self.rows for cell in row.cells for line in cell.split("\n")[1:]]

@@ -39,7 +39,7 @@ class CemeteryGround:
     surface_pga: float
 
 
-def ground_of_cube(cube: xr.Dataset, record_id: str | None) -> CemeteryGround | None:
+def soil_layers_of_cube(cube: xr.Dataset, record_id: str | None) -> CemeteryGround | None:
     """Return the soil layers on which the motion of a results cube was computed; None without soil layers.
 
     The layers are those of the variant of the cube, or of its study; peaks are those of the record `record_id`, which

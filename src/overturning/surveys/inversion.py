@@ -146,7 +146,7 @@ class SurveyInversion:
         return replace(together, sites=tuple(sites))
 
     def _result(self, name: str, stones: Sequence[Stone], log_likelihoods: FloatArray) -> SurveyInversionResult:
-        """Return posterior, check of fit and numbers of stones for log-likelihoods of stones."""
+        """Return the posterior of the motions, the p-value of fit, and the numbers of fallen and standing stones."""
         posterior = self.compute_posterior(log_likelihoods)
         fell, stood = (sum(one.count for one in stones if one.fell is kind) for kind in (True, False))
         fit = self.posterior_predictive_p_value(stones, posterior)

@@ -75,9 +75,9 @@ def warnings_on_table(
                 "also has the option --declination"
             )
     yield from _warnings_on_sizes(name, rows)
-    if source.rows_in_cells:
+    if source.rows_pasted_into_cells:
         yield (
-            f"{name}: {line_label(list(source.rows_in_cells))}: a cell in quotation marks contains whole rows "
+            f"{name}: {line_label(list(source.rows_pasted_into_cells))}: a cell in quotation marks contains whole rows "
             "of the table; if a quotation mark is there by mistake, remove it"
         )
     if source.comments_like_rows:

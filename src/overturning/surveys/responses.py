@@ -198,9 +198,9 @@ class StoneOutcomeProbabilities:
 def size_grid_weights_by_kind(
     stone_kinds: Sequence[StoneKind], size_population: StonePopulation | None = None
 ) -> dict[StoneKind, FloatArray]:
-    """Return, for each kind of stone, the weight of each simulated height and B/H, shape (heights, shapes).
+    """Return, for each kind of stone, the share of stones that each simulated height and B/H represents.
 
-    See `StoneKind.size_grid_weights`.
+    The arrays of shares have the shape (heights, shapes); see `StoneKind.size_grid_weights`.
     """
     return {kind: kind.size_grid_weights(size_population or StonePopulation()) for kind in dict.fromkeys(stone_kinds)}
 

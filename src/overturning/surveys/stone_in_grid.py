@@ -46,9 +46,10 @@ def lies_far_outside_grid(grid: Mapping[str, FloatArray], seen: Mapping[str, flo
 
 
 def grid_indices_like_stone(grid: Mapping[str, FloatArray], seen: Mapping[str, float]) -> dict[str, NDArray[np.intp]]:
-    """Return, by dimension, the indices in the grid of a cube of the simulated cases that are closest to a stone.
+    """Return, for each dimension of a cube's grid, the indices of the grid values that are closest to those of a stone.
 
-    A dimension whose value is not known of the stone is left out. `seen` is from `stone_seen_in_grid`.
+    A dimension is left out if the value of the stone is unknown. `seen` has the values of the stone, as returned by
+    `stone_seen_in_grid`.
     """
     found = {
         name: np.array([int(np.abs(np.log(grid[name] / seen[name])).argmin())])

@@ -123,7 +123,7 @@ class KernelLoweringPass(NativeLowering):
     _name = "kernel_lowering"
 
     def run_pass(self, state: Any) -> bool:
-        """Translate a kernel to LLVM, in a library whose functions have no unused arguments."""
+        """Translate a kernel to LLVM code in which functions have no unused arguments."""
         state.library = KernelLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
         state.library.enable_object_caching()
         return bool(super().run_pass(state))
@@ -141,7 +141,7 @@ class InnerFunctionLoweringPass(NativeLowering):
     _name = "inner_lowering"
 
     def run_pass(self, state: Any) -> bool:
-        """Translate a function to LLVM, in a library without machine code of its own."""
+        """Translate a function to LLVM code that is compiled to machine code only inside the functions that call it."""
         state.library = InnerFunctionLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
         state.library.is_inlined = bool(state.flags.forceinline)
         return bool(super().run_pass(state))

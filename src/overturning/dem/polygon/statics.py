@@ -66,7 +66,10 @@ def _displacement_slices_of_free_elements(elements: list[PlacedElement]) -> dict
 def touching_segment_ends_at_rest(
     elements: list[PlacedElement], pairs: list[ConvexPiecePair], max_lean: float = 0.0
 ) -> list[TouchingSegmentEndDerivatives]:
-    """Return the contact points at rest of faces inclined by up to `max_lean` (rad) to each other, with derivatives."""
+    """Return the contact points of the elements at rest, with derivatives of approach and slip by displacements.
+
+    Two faces touch if the angle between them is at most `max_lean`, rad.
+    """
     return _add_displacement_derivatives(elements, pairs, touching_segment_ends(elements, pairs, max_lean))
 
 

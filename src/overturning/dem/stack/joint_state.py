@@ -50,7 +50,7 @@ class TangentialVector(NamedTuple):
 
 @njit(**INLINE)
 def squared_length(v: TangentialVector) -> float:
-    """Return the squared length of a tangential vector with components x, y and twist."""
+    """Return the squared length of a tangential vector: x, y, and twist multiplied by a radius, in the same unit."""
     return (v.x * v.x + v.y * v.y) + v.twist * v.twist
 
 

@@ -129,8 +129,8 @@ def predict_motion_relative_to_stone_below(upper_rows: Any, lower_rows: Any, joi
 
 
 @njit(**INLINE)
-def corner_position_and_weight(frame: JointRelativeMotion, corner: FaceCorner, present: float) -> ContactPointPosition:
-    """Return a base corner's position on the lower face, and its stiffness weight while the whole base rests on it."""
+def corner_position_and_share(frame: JointRelativeMotion, corner: FaceCorner, present: float) -> ContactPointPosition:
+    """Return the position of a base corner on the lower face, and its share of the stiffness if all corners rest."""
     return ContactPointPosition(
         frame.corner.x + (corner.x * frame.along_x.x + corner.y * frame.along_y.x),
         frame.corner.y + (corner.x * frame.along_x.y + corner.y * frame.along_y.y),
@@ -143,7 +143,7 @@ def corner_position_and_weight(frame: JointRelativeMotion, corner: FaceCorner, p
 def predict_base_corner_position(upper_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
     """Compute the predicted position of one corner of a stone's base on its support, for all stacks in parallel."""
     for j in range(whole_vectors(lane_count)):
-        place = corner_position_and_weight(load_frame(joint_rows, j), load_outline(point, j), upper_rows[PRESENT + j])
+        place = corner_position_and_share(load_frame(joint_rows, j), load_outline(point, j), upper_rows[PRESENT + j])
         store_place(point, j, place)
 
 
@@ -332,7 +332,10 @@ def base_point_above_lower_face(frame: JointRelativeMotion, x: float, y: float, 
 def place_lower_points(
     joint_rows: Any, side: Any, next_corner: Any, previous_side: Any, start: Any, end: Any, lane_count: int
 ) -> None:
-    """Store position and stiffness weight of a lower face's corner and of both ends of the clipped side from there."""
+    """Store positions and shares of stiffness of the three possible contact points of one corner of a lower face.
+
+    They are the corner itself and both ends of the side that starts at the corner, after clipping to the upper face.
+    """
     for j in range(whole_vectors(lane_count)):
         frame, c, d = load_frame(joint_rows, j), load_outline(side, j), load_outline(next_corner, j)
         own, previous = load_clip(side, j), load_clip(previous_side, j)

@@ -220,9 +220,9 @@ def stones_are_still(state: Any, lane: int, stone_count: int, rest_limit: float)
 
 @njit(**INNER)
 def sliding_time_of_upright_stack(state: Any, lane: int, stone_count: int, corner_limit: int) -> float:
-    """Return the longest time (s) in which friction stops a joint of an upright stack that slides.
+    """Return the time (s) until friction has stopped all sliding joints of an upright stack.
 
-    The result is 0 if a stone leans, or if no joint slides on by more than `STILL_TO_SLIDE`.
+    The result is 0 if a stone leans, or if no joint would slide farther than `STILL_TO_SLIDE` before it stops.
     """
     longest, first, size = 0.0, CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
     for s in range(stone_count):

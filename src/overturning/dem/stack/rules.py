@@ -138,7 +138,10 @@ def initialise_lane(
     state: Any, lane: int, case: Any, stones_and_joints: tuple[Any, Any], friction: Any, outlines: Any, corners: Any,
     sample: tuple[float, float],
 ) -> None:  # fmt: skip
-    """Load a stack at rest into column `lane` of the state array; `sample` is the sampling interval, s and ticks."""
+    """Load a stack at rest into column `lane` of the state array.
+
+    `sample` is the sampling interval in seconds and in ticks, the unit of time of the steps.
+    """
     (stones, joints), (sampling_interval, ticks_per_sample) = stones_and_joints, sample
     for row in range(state.size // COLUMNS):
         state[row * COLUMNS + lane] = 0.0

@@ -188,7 +188,7 @@ def _read_evenly_spaced_samples(
         raise channel_lines.line_error(data_line_index, f"unit {unit or 'missing'!r}; known are {', '.join(UNITS)}")
     form, count = data.field_pattern_match("format"), int(data.field_text("number of samples"))
     per_line, width = (
-        (int(form[1]), int(form[2])) if form else _columns_of_full_line(channel_lines, data_line_index + 1)
+        (int(form[1]), int(form[2])) if form else _count_and_width_of_columns(channel_lines, data_line_index + 1)
     )
     samples, _, notes = channel_lines.read_fixed_width_samples(
         data_line_index + 1, width=width, per_line=per_line, count=count
@@ -201,7 +201,7 @@ def _read_evenly_spaced_samples(
     return samples * UNITS[unit], interval, notes
 
 
-def _columns_of_full_line(channel_lines: TextLines, line_index: int) -> tuple[int, int]:
+def _count_and_width_of_columns(channel_lines: TextLines, line_index: int) -> tuple[int, int]:
     """Return the number of columns of a line of samples and their width, where no line states the FORTRAN format.
 
     There are eight columns, of ten characters unless the line is full with another width (``8F9.6`` of RAW files).

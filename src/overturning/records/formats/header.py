@@ -214,7 +214,7 @@ class Header(TextLines):
         if origin is None and (minute := self.field_pattern_match("origin minute")):
             day, month, year = re.split(r"[.,\s]+", minute[1])
             origin = parse_time_as_utc(f"{day} {month[:3]} {year} {minute[2]} {minute[3]}", "%d %b %Y %H %M")
-        return origin, epicentre_extra_entries(*self.field_coordinates("hypocentre")) if any(
+        return origin, epicentre_entries(*self.field_coordinates("hypocentre")) if any(
             self.field_coordinates("hypocentre")
         ) else {}
 
@@ -272,14 +272,14 @@ class Header(TextLines):
         """
         usual = {"station": self.field_text("station"), "event": " ".join(self.field_text("event").split())}
         extra = self.extra_entries_of_stated_numbers({"magnitude": "magnitude"}) | metadata.pop("extra", {})
-        extra |= epicentre_extra_entries(*metadata.pop("epicentre", self.field_coordinates("epicentre")))
+        extra |= epicentre_entries(*metadata.pop("epicentre", self.field_coordinates("epicentre")))
         metadata = usual | {"coordinates": self.field_coordinates("coordinates")} | metadata
         return RecordComponent.from_file(
             self.source, axis, direction, samples, sampling_interval, extra=extra, **metadata
         )
 
 
-def epicentre_extra_entries(latitude_deg: float | None, longitude_deg: float | None) -> dict[str, Any]:
+def epicentre_entries(latitude_deg: float | None, longitude_deg: float | None) -> dict[str, Any]:
     """Return an epicentre as entries of `Record.extra`; {} if latitude or longitude, degrees, is unknown or wrong."""
     place = place_on_globe(latitude_deg, longitude_deg)
     return {} if None in place else {"event_latitude": place[0], "event_longitude": place[1]}

@@ -16,7 +16,7 @@ from overturning.records.component import (
     surface_or_borehole_sensor,
 )
 from overturning.records.declared_properties import DeclaredFileProperties
-from overturning.records.formats.header import epicentre_extra_entries
+from overturning.records.formats.header import epicentre_entries
 from overturning.records.formats.miniseed import read_obspy_stream, stream_components_in_m_s2
 from overturning.records.formats.stationxml import inventory_has_channel_of_trace, read_stationxml_inventory
 from overturning.records.source import SourceFile
@@ -80,7 +80,7 @@ def _component_of_trace(
     dated, moment, late = header_number("nzyear") is not None, trace.stats.starttime, header_number("o")
     after = None if late is None or not dated else late - (header_number("b") or 0.0)
     origin = (moment + after).datetime.replace(tzinfo=UTC) if after is not None and abs(after) < 1e6 else None
-    epicentre = epicentre_extra_entries(header_number("evla"), header_number("evlo"))
+    epicentre = epicentre_entries(header_number("evla"), header_number("evlo"))
     # SAC's CMPINC is counted from upwards: 0 up, 90 horizontal, 180 down.
     azimuth, inclination = header_number("cmpaz"), header_number("cmpinc")
     channel = f"{source_file.name}: channel {trace.id}"

@@ -62,7 +62,7 @@ def test_cells_meet_half_way_and_cover_the_circle() -> None:
 
 
 def test_sectors_are_centred_on_north_and_shares_sum_to_one() -> None:
-    shares = fall_shares_by_sector(np.array([352.5, 7.4, 7.5, 180.0]), np.ones(4))
+    shares = fall_shares_by_sector(np.array([352.6, 7.4, 7.6, 180.0]), np.ones(4))
     assert shares[0] == 0.5
     assert shares[1] == 0.25
     assert shares[12] == 0.25

@@ -76,6 +76,15 @@ def stream(*channels: str, npts: int = 100):  # type: ignore[no-untyped-def]
     return Stream([Trace(n * wave, {**header, "channel": c}) for n, c in enumerate(channels, 1)])
 
 
+def test_the_start_time_is_kept() -> None:
+    """From record to motion to obspy and back; obspy's default, 1970, is no start time."""
+    wave = np.sin(2 * np.pi * np.arange(101) / 20)  # five whole waves: the velocity returns to 0
+    record = Record("own", wave, wave[::-1].copy() / 2, None, 0.01, start="2020-01-01T00:00:00Z")
+    for motion in (Motion.of(record), Motion.from_obspy(record.to_obspy()), Motion.of(record).scaled_by(2.0)):
+        assert motion.to_obspy()[0].stats.starttime == obspy.UTCDateTime(2020, 1, 1)
+    assert Motion.from_obspy(stream("HNN", "HNE")).start is None
+
+
 @pytest.mark.parametrize("key", ["network", "station", "location"])
 def test_components_of_different_stations_are_refused(key: str) -> None:
     several = stream("HNN", "HNE", "HNZ")

@@ -95,6 +95,40 @@ def test_interval_between_scrambles(make_cube, sector) -> None:
     assert float(bounds["boundary_high"]) == pytest.approx(0.3 + 0.1 * 0.375 / 0.5)
 
 
+@pytest.mark.parametrize(
+    ("probability", "difference", "boundary", "low", "high"),
+    [
+        # One half of the ensemble still falls at the largest B/H.
+        ([1, 1, 0.75, 0.45], [0, 0, 0.2, 0.2], 0.3 + 0.1 * 0.25 / 0.3, 0.35, 0.4),
+        # That half, of 1, 0.45, 0.65, 0.55, stands at 0.2: its only crossing is from standing to falling.
+        ([1, 0.55, 0.55, 0.45], [0, -0.2, 0.2, 0.2], 0.35, 0.3 - 0.1 * 0.05 / 0.2, 0.4),
+        # One half never falls.
+        ([0.55, 0.2, 0.1, 0], [0.2, 0, 0, 0], 0.1 + 0.1 * 0.05 / 0.35, 0.1, 0.1 + 0.1 * 0.15 / 0.45),
+        # Both halves fall farther than the mean of the two.
+        ([0.7, 0.4, 0.4, 0], [0, 0.4, -0.4, 0], 0.1 + 0.1 * 0.2 / 0.3, 0.1 + 0.1 * 0.2 / 0.3, 0.3 + 0.1 * 0.1 / 0.6),
+    ],
+)
+def test_the_range_of_the_ensemble_includes_the_boundary(
+    probability: list[float], difference: list[float], boundary: float, low: float, high: float
+) -> None:
+    def of(values: list[float]) -> tuple[tuple[str, str], np.ndarray]:
+        return ("azimuth", "b_over_h"), np.array([values], np.float64)
+
+    cube = xr.Dataset(
+        {
+            "overturned": of([float(p >= 0.5) for p in probability]),
+            "probability_towards": of(probability),
+            "probability_away": of([0.0] * 4),
+            "scramble_difference_towards": of(difference),
+            "scramble_difference_away": of([0.0] * 4),
+        },
+        {"azimuth": ("azimuth", [0.0], {"period": 180.0}), "b_over_h": [0.1, 0.2, 0.3, 0.4]},
+    )
+    found = overturning_boundary_by_azimuth(cube).isel(azimuth=0)
+    ends = [float(found[name]) for name in ("boundary", "boundary_low", "boundary_high")]
+    assert ends == pytest.approx([boundary, low, high])
+
+
 def test_lazy_is_the_same(make_cube, sector) -> None:
     cube = make_cube(sector(60, 20, largest=0.3))
     lazy = overturning_boundary_by_azimuth(cube.chunk({"azimuth": 10, "b_over_h": 2}))

@@ -56,6 +56,13 @@ def test_the_case_of_both_sides_exists_only_if_both_occur(make_cube) -> None:
     assert which_side(cube.where(cube["azimuth"] % 40 == 0, 0.0)) is None  # none beside another
 
 
+@pytest.mark.parametrize(("first", "side"), [(0, -1), (30, -1), (10, -1), (0, 1), (20, 1)])
+def test_falls_at_right_angles_are_not_more_than_90_degrees_apart(make_cube, first: int, side: int) -> None:
+    """In the planes φ and φ + 90° the block falls to φ and to φ + 90° or φ − 90°, whatever the rounding of cosines."""
+    grid = {"azimuth": [first, first + 90], "height": [0.6], "b_over_h": [0.2], "friction": [1.0]}
+    assert which_side(make_cube(lambda azimuth, *_: np.where(azimuth == first, 1.0, side), **grid)) is None
+
+
 @pytest.mark.parametrize(
     ("rocks", "broad"),
     [([0.5, 0.0], 0.2), ([0.5, 0.5], 0.4), ([0.0, 0.0], 0.4)],

@@ -176,6 +176,19 @@ def test_no_interval_if_the_fit_depends_on_one_earthquake() -> None:
     assert np.isnan(fit.low).all()
 
 
+@pytest.mark.parametrize("share", [0.5, 0.01, 1e-9])
+def test_equal_shares_have_a_fit(share: float) -> None:
+    """The likeliest intercept is the logit of the share, and the likeliest slope 0."""
+    x = np.linspace(-1, 1, 40)[:, None]
+    fit = fit_logistic_model(x, np.full(40, share), np.arange(40) % 10)
+    assert fit.note == ""
+    assert fit.coefficient == pytest.approx([math.log(share / (1 - share)), 0.0], abs=1e-6)
+    # Without earthquake 0, which has falls and stands, all shares are equal.
+    group = np.append(np.zeros(20), 1 + np.arange(20) % 9)
+    mixed = np.append(np.arange(20) % 2, np.full(20, share))
+    assert fit_logistic_model(x, mixed, group).note == ""
+
+
 def test_repeating_a_cluster_changes_no_error() -> None:
     x, y = np.array(TEMPERATURE)[:, None], np.array(DISTRESS)
     single = fit_logistic_model(x, y, np.arange(23))

@@ -10,10 +10,12 @@ from scipy.stats import binomtest, norm
 
 from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate
+from overturning.findings.population import share_of_agreeing_motions
 from overturning.model.cases import Cases
 from overturning.model.model import StoneOutcomes
 from overturning.motion.motion import Motion
 from overturning.settings import LengthRange, StonePopulation
+from overturning.statistics.bootstrap import mean_share_over_earthquakes
 from overturning.surveys.population import (
     SampledStones,
     fall_rates_of_stones_known_in_both,
@@ -267,3 +269,15 @@ def test_curves_over_spectral_acceleration_and_their_spreads() -> None:
     few = few.assign(class_rate=few["class_rate"].copy(data=fell[..., None]), class_unknown=few["class_unknown"] + 0.95)
     for one in fit_population_fragility_curves(few, intensity):
         assert one.measure != "SA(0.5)" or one.of_records < 0.1
+
+
+@pytest.mark.parametrize("agree", [1, 2, 3])
+def test_equal_shares_of_all_earthquakes_have_an_interval(agree: int) -> None:
+    """Of the four motions of each of ten earthquakes, equally many agree: other earthquakes may still differ."""
+    selected = np.ones((10, 4), np.bool_)
+    events = np.array([f"earthquake {number}" for number in range(10)])
+    found = share_of_agreeing_motions(np.arange(4) < np.full((10, 1), agree), selected, events)
+    assert found.value == agree / 4
+    interval = mean_share_over_earthquakes(np.full(10, agree / 4), events)
+    assert (found.low, found.high) == (interval.low, interval.high)
+    assert found.low < found.value < found.high

@@ -330,6 +330,8 @@ def share_of_agreeing_motions(
         axis=1,
     )
     interval = unanimous_share_interval(counts[:, 0] / counts[:, 1]) or ConfidenceInterval(
-        *bootstrap_interval(lambda drawn: drawn[..., 0].sum(axis=1) / drawn[..., 1].sum(axis=1), counts)
+        *bootstrap_interval(
+            lambda drawn: drawn[..., 0].sum(axis=1) / drawn[..., 1].sum(axis=1), counts, bounds=(0.0, 1.0)
+        )
     )
     return ShareOfMotions(value=agreeing_motions.sum() / selected_motions.sum(), low=interval.low, high=interval.high)

@@ -10,7 +10,7 @@ from overturning.errors import ArgumentError, OverturningError, suggest_closest_
 from overturning.motion.direction import cosine_and_sine_of_azimuth
 from overturning.motion.integration import integrate
 from overturning.motion.plausible import implausible_amplitude_reason, reasons_to_doubt_recorded_axes
-from overturning.motion.streams import stream_accelerations_and_interval
+from overturning.motion.streams import stream_accelerations
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -180,13 +180,15 @@ class Motion(Accelerogram):
     @classmethod
     def from_record(cls, record: Accelerogram) -> "Motion":
         """Return the ground motion of a record as a `Motion`."""
-        return cls(
+        motion = cls(
             record.north,
             record.east,
             record.up,
             sampling_interval=record.sampling_interval,
             trust_data=record.user_trusts_data,
         )
+        motion.start = record.start
+        return motion
 
     of = from_record
 
@@ -200,7 +202,9 @@ class Motion(Accelerogram):
             raise ArgumentError(f"factor: {str(factor)[:60]}; it must be a finite number")
         up = None if self.up is None else factor * self.up
         interval = self.sampling_interval
-        return Motion(factor * self.north, factor * self.east, up, sampling_interval=interval, trust_data=True)
+        scaled = Motion(factor * self.north, factor * self.east, up, sampling_interval=interval, trust_data=True)
+        scaled.start = self.start
+        return scaled
 
     @classmethod
     @suggest_closest_keyword()
@@ -228,8 +232,9 @@ class Motion(Accelerogram):
             If north or east is missing or given twice; if a trace has gaps (is masked), is not an acceleration or
             belongs to the other sensor; or if traces differ in station, location, start, length or sampling interval.
         """
-        values, interval = stream_accelerations_and_interval(stream, unit, sensor)
+        values, interval, start = stream_accelerations(stream, unit, sensor)
         motion = cls(**values, sampling_interval=interval)
+        motion.start = start
         # Not of every motion: one along a single axis, as of a shaking table, is made on purpose, no sensor's.
         for why in reasons_to_doubt_recorded_axes(motion.components, ("north", "east", "up")):
             warnings.warn(f"stream: {why}", stacklevel=3)

@@ -10,10 +10,11 @@ from overturning.errors import ArgumentError
 from overturning.units import UNITS
 
 
-def stream_accelerations_and_interval(stream: Any, unit: str | None, sensor: str) -> tuple[dict[str, Any], float]:
-    """Return the accelerations of an obspy Stream, m/s², by component, and the sampling interval, s.
+def stream_accelerations(stream: Any, unit: str | None, sensor: str) -> tuple[dict[str, Any], float, str | None]:
+    """Return the accelerations of an obspy Stream, m/s², by component, the sampling interval, s, and the start time.
 
-    See `Motion.from_obspy` for the arguments and errors.
+    The start time is that of the first sample, ISO 8601 in UTC; None for obspy's default, 1970. See `Motion.from_obspy`
+    for the arguments and errors.
     """
     if unit is not None and unit not in UNITS:
         raise ArgumentError(f"unit: {unit!r}; known are {', '.join(UNITS)}")
@@ -39,7 +40,8 @@ def stream_accelerations_and_interval(stream: Any, unit: str | None, sensor: str
     values: dict[str, Any] = {
         name: np.ma.getdata(trace.data) * _calibration(trace) * scale for name, trace in traces.items()
     }
-    return values, float(traces["north"].stats.delta)
+    stats = traces["north"].stats
+    return values, float(stats.delta), str(stats.starttime) if stats.starttime.timestamp else None
 
 
 def _calibration(trace: Any) -> float:

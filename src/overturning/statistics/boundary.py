@@ -57,10 +57,11 @@ def overturning_boundary_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
     -------
     Dataset
         Computed lazily if the cube is lazy. ``boundary``: missing if there is none. ``boundary_low`` and
-        ``boundary_high``: the smaller and the larger boundary of the two scrambles (equal to ``boundary`` without an
-        ensemble). ``largest_known``: largest B/H with a known outcome. ``falls_beyond``: True if the block still falls
-        there, so that the boundary lies above it. ``stands_throughout``: True if an outcome is known and the block
-        never falls.
+        ``boundary_high``: the smallest and the largest of ``boundary`` and the boundaries of the two scrambles (equal
+        to ``boundary`` without an ensemble). A scramble in which the block falls at the largest known B/H counts with
+        this B/H, and one in which the block never falls with the smallest. ``largest_known``: largest B/H with a known
+        outcome. ``falls_beyond``: True if the block still falls there, so that the boundary lies above it.
+        ``stands_throughout``: True if an outcome is known and the block never falls.
     """
     if "b_over_h" not in cube.dims:
         raise ArgumentError("cube: no dimension b_over_h; the boundary is computed along it")
@@ -80,12 +81,18 @@ def overturning_boundary_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
     p, slenderness = fall_probability_to_either_side(cube), cube["b_over_h"].variable
     falls = p["towards"].variable + p["away"].variable
     middle, beyond = boundary_along_b_over_h(falls)
+    known = slenderness.to_base_variable().where(falls.notnull())
+    largest, smallest = known.max("b_over_h"), known.min("b_over_h")
     low = high = middle
     if "scramble_difference_towards" in cube:
         towards, away = (cube[f"scramble_difference_{side}"].variable for side in ("towards", "away"))
         gap = (towards + away).fillna(0.0)
-        ends = [boundary_along_b_over_h(falls + half)[0] for half in (gap / 2, -gap / 2)]
-        low, high = (xr.apply_ufunc(of, *ends, dask="allowed") for of in (np.fmin, np.fmax))
+        for half_falls in (falls + gap / 2, falls - gap / 2):
+            crossing, still_falls = boundary_along_b_over_h(half_falls)
+            end = crossing.where(~still_falls, largest).fillna(smallest)
+            low, high = (xr.apply_ufunc(of, *pair, dask="allowed") for of, pair in (
+                (np.minimum, (low, end)), (np.maximum, (high, end))
+            ))  # fmt: skip
     named = {
         "boundary": (middle, "overturning boundary"),
         "boundary_low": (low, "overturning boundary, lower of two scrambles"),
@@ -95,7 +102,6 @@ def overturning_boundary_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
     for name, (_, text) in named.items():
         made[name].attrs |= {"long_name": text, "units": "1"}
     stands = (falls.fillna(0.0) < HALF).all("b_over_h") & falls.notnull().any("b_over_h")
-    largest = slenderness.to_base_variable().where(falls.notnull()).max("b_over_h")
     made |= {"falls_beyond": beyond, "largest_known": largest, "stands_throughout": stands}
     return xr.Dataset(made, p.drop_dims("b_over_h").coords)
 

@@ -34,6 +34,10 @@ ROTATIONS: Final = 4_999
 """Number of random rotations in the `common_axis_test`."""
 
 
+_BORDER_WIDTH_DEG: Final = 1e-6
+"""Largest distance from the border of two sectors at which an azimuth counts as on the border, degrees."""
+
+
 def sector_index(angle_deg: ArrayLike, sector_count: int) -> NDArray[np.intp]:
     """Return, for each angle, the number of the sector that contains it; sector 0 is centred on 0°.
 
@@ -49,7 +53,8 @@ def fall_shares_by_sector(
 ) -> FloatArray:
     """Compute the share of the fall azimuths `angle_deg` that lies in each sector of a circle, shape (`SECTORS`,).
 
-    Falls have the weights `weight` (default 1). All shares are 0 without falls.
+    Falls have the weights `weight` (default 1). All shares are 0 without falls. A fall on the border of two sectors
+    counts half in each.
 
     With ``spread_width_deg`` each weight is spread evenly over that many degrees, centred on its azimuth.
     """
@@ -61,7 +66,8 @@ def fall_shares_by_sector(
         parts = np.diff(below, axis=1).reshape(-1, 3, SECTORS).sum(axis=1)
         counts = (np.ones_like(angle) if weight is None else weight) @ parts
     else:
-        counts = np.bincount(sector_index(angle_deg, SECTORS), weight, SECTORS).astype(np.float64)
+        sides = (np.asarray(angle_deg, np.float64) + way * _BORDER_WIDTH_DEG for way in (-1.0, 1.0))
+        counts = sum(0.5 * np.bincount(sector_index(side, SECTORS), weight, SECTORS) for side in sides)
     total = counts.sum()
     return counts / total if total > 0 else counts
 

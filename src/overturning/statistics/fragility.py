@@ -181,7 +181,8 @@ def _fit_lognormal_medians_and_spreads(
         moving[better] = np.abs(gradient).max(axis=1) > 1e-9 * w.sum(axis=1)
     found = np.where(moving[:, None], np.nan, found + trying)
     slope = found[:, 1] / width
-    # An unbounded slope means separated data; a spread above 3 means that the shares hardly depend on intensity.
+    # A spread above 3 means that the shares hardly depend on intensity. Where an intensity separates the shares, the
+    # slope has no bound; unless it reaches 1e3, the median is a value between the separated intensities.
     slope = np.where((slope > 1 / 3) & (slope < 1e3), slope, np.nan)
     return np.exp(middle - found[:, 0] / slope), 1 / slope
 

@@ -33,6 +33,10 @@ MAX_CORNER_OFFSET_DEG: Final = 10.0
 """Largest angle between a fall over a corner and the bisector of the normals of its two faces, degrees."""
 
 
+ROUNDING: Final = 1e-9
+"""Rounding error of the cosine of an angle between two falls."""
+
+
 class IllustrativeCase(NamedTuple):
     """Case that illustrates a study: title, selection rule, record index, block, and azimuths of its figure panels."""
 
@@ -131,7 +135,7 @@ def _find_fault_normal_and_parallel_cases(record_cube: xr.Dataset) -> BestCaseOf
 def _find_fall_to_each_side(record_cube: xr.Dataset) -> BestCaseOfRecord | None:
     model = model_of_cube(record_cube)
     x, y, sure = (record_cube[name].to_numpy() for name in ("direction_cosine", "direction_sine", "sure"))
-    turns = x[:-1] * x[1:] + y[:-1] * y[1:] < 0  # by more than 90°; where a block stands both parts are 0
+    turns = x[:-1] * x[1:] + y[:-1] * y[1:] < -ROUNDING  # by more than 90°; where a block stands both parts are 0
     if not turns.any():
         return None
     broad = model.dimension_names.index("b_over_h")
@@ -356,7 +360,7 @@ def _mark_differing_cells(
     split = np.isfinite(flags) & np.isfinite(others) & (falls != 0) & (stands == 0)
     if "fall_azimuth" in one:
         apart = np.radians(one["fall_azimuth"].to_numpy().astype(np.float64) - another["fall_azimuth"].to_numpy())
-        opposite = np.cos(apart) < 0
+        opposite = np.cos(apart) < -ROUNDING
     else:
         opposite = flags * others < 0
     marked = {"split": (model.dimension_names, split), "opposite": (model.dimension_names, opposite)}

@@ -180,12 +180,12 @@ def _checked_predictors_and_outcomes(predictors: ArrayLike, outcome: ArrayLike) 
 
 
 def _reason_for_no_fit(outcome: FloatArray) -> str:
-    """Return why no logistic model can be fitted (no outcome known, or all equal); "" if one can be fitted."""
+    """Return why no logistic model can be fitted (no outcome known, all fall or none); "" if one can be fitted."""
     if outcome.size == 0:
         return "no fit: no outcome is known"
-    if outcome.min() == outcome.max():
-        return "no fit: everything falls" if outcome[0] else "no fit: nothing falls"
-    return ""
+    if outcome.max() == 0.0:
+        return "no fit: nothing falls"
+    return "no fit: everything falls" if outcome.min() == 1.0 else ""
 
 
 def _coefficient_unscaling_matrix(
@@ -294,7 +294,7 @@ def _fit_without_each_cluster(
     estimates, none = [], np.empty((0, start_coefficients.size))
     for one in range(int(cluster.max()) + 1):
         kept = cluster != one
-        if outcome[kept].min() == outcome[kept].max():
+        if _reason_for_no_fit(outcome[kept]):
             return none, "no interval: all falls, or all stands, are of one earthquake"
         if np.linalg.matrix_rank(design_matrix[kept]) < start_coefficients.size:
             return none, "no interval: without one earthquake predictors are linearly dependent"

@@ -44,6 +44,25 @@ def float_array_of_argument(name: str, values: Any, *, copy: bool = False) -> Fl
         raise ArgumentError(f"{name}: {str(values)[:60]!r}; it must be a number or a row of numbers") from None
 
 
+def finite_argument_of_shape(name: str, values: Any, shape: tuple[int, ...]) -> FloatArray:
+    """Convert the argument `name` of a public function to a new array of finite numbers with the given shape.
+
+    A size of −1 in `shape` stands for any number of rows.
+
+    Raises
+    ------
+    ArgumentError
+        If a value is no number or not finite, or the shape is another.
+    """
+    array = np.asarray(float_array_of_argument(name, values, copy=True))
+    if array.ndim != len(shape) or any(size not in (-1, own) for size, own in zip(shape, array.shape, strict=True)):
+        wanted = str(shape).replace("-1", "n")
+        raise ArgumentError(f"{name}: shape {array.shape}; give numbers of shape {wanted}")
+    if not np.isfinite(array).all():
+        raise ArgumentError(f"{name}: {float(array[~np.isfinite(array)][0])}; all numbers must be finite")
+    return array
+
+
 def create_xarray_dataset(
     variables: Mapping[str, tuple[Any, ...]], coordinates: Mapping[str, tuple[Any, ...]], attributes: Mapping[str, Any]
 ) -> "xr.Dataset":

@@ -1,5 +1,7 @@
 """3-D bodies: mass properties, contact vertices, fall tilt, pose at rest, and refused shapes."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
@@ -278,3 +280,57 @@ def test_statics_of_a_size_are_computed_once_for_all_records() -> None:
     after = smallest_unit_spring_eigenvalue.cache_info()
     assert after.misses == before.misses
     assert after.hits == before.hits + 4
+
+
+def slab_with_bevelled_rim(bottom: float, middle: float, top: float, height: float) -> Polyhedron:
+    """Return a square slab of three half widths, m, that can lie on its base and its top, but on no side."""
+    rings = ((bottom, 0.0), (middle, height / 2), (top, height))
+    corners = ((1, 1), (-1, 1), (-1, -1), (1, -1))
+    return Polyhedron(np.array([[x * half, y * half, z] for half, z in rings for x, y in corners]))
+
+
+@pytest.mark.parametrize("speed", [11.0, 14.0, 18.0])
+@pytest.mark.parametrize(
+    "slab", [(0.14, 0.15, 0.14, 0.04), (0.13, 0.15, 0.13, 0.10), (0.12, 0.15, 0.145, 0.05)], ids=str
+)
+def test_a_slab_that_turns_upside_down_has_fallen(slab: tuple[float, float, float, float], speed: float) -> None:
+    """It rotates about an edge of its base faster than gravity stops it; its tilt approaches 180° on its top."""
+    shape = slab_with_bevelled_rim(*slab)
+    high, wide = shape.unscaled_solid.centre_height, slab[0]
+    begin = InitialState(
+        (0.0, 0.0, high), (1.0, 0.0, 0.0, 0.0), velocity=(speed * high, 0.0, speed * wide),
+        angular_velocity=(0.0, speed, 0.0),
+    )  # fmt: skip
+    still = Motion(np.zeros(1200), np.zeros(1200), sampling_interval=0.01)
+    found = simulate(still, Body(shape, start=begin), orientation_deg=0.0, friction=0.8)
+    assert found["overturned"].item() == 1.0
+    assert found["peak_tilt"].item() > 179.8
+
+
+@pytest.mark.parametrize(
+    ("made", "words"),
+    [
+        (lambda: InitialState((0.0, 0.0), (1.0, 0.0, 0.0, 0.0)), ["place: shape (2,)", "shape (3,)"]),
+        (lambda: InitialState((0.0, 0.0, 0.5), (1.0, 0.0, 0.0)), ["quaternion: shape (3,)", "shape (4,)"]),
+        (lambda: InitialState((0, 0, np.nan), (1, 0, 0, 0)), ["place: nan", "finite"]),
+        (lambda: InitialState((0, 0, 1), (1, 0, 0, 0), velocity=(np.inf, 0, 0)), ["velocity: inf", "finite"]),
+        (lambda: Body(start="tilted"), ["start: a str", "InitialState"]),
+        (lambda: Polyhedron("abc"), ["vertices: 'abc'", "number"]),
+        (lambda: Polyhedron([[0, 0, 0], [1, 1]]), ["vertices", "number"]),
+        (lambda: Polyhedron(BOX[:, :2]), ["vertices: shape (8, 2)", "shape (n, 3)"]),
+        (lambda: Polyhedron(BOX * np.nan), ["vertices: nan", "finite"]),
+        (lambda: ScannedStone(BOX[:, :2], [0, 0, 0.3], [0.1, 0.1, 0.02, 0, 0, 0]), ["vertices: shape (8, 2)"]),
+        (lambda: ScannedStone(BOX, [0, 0, np.nan], [0.1, 0.1, 0.02, 0, 0, 0]), ["centre_of_mass: nan", "finite"]),
+        (lambda: ScannedStone(BOX, [0, 0, -0.5], [0.1, 0.1, 0.02, 0, 0, 0]), ["centre_of_mass: -0.5 m", "0 and 0.6 m"]),
+        (lambda: ScannedStone(BOX, [0, 0, 3.0], [0.1, 0.1, 0.02, 0, 0, 0]), ["centre_of_mass: 3 m", "0 and 0.6 m"]),
+        (lambda: RegularPrism(2), ["sides: 2", "from 3 to 96"]),
+        (lambda: RegularPrism(4.5), ["sides: 4.5", "whole number"]),  # type: ignore[arg-type]
+    ],
+)  # fmt: skip
+def test_arguments_of_bodies_are_named(made: Callable[[], object], words: list[str]) -> None:
+    with refused(ArgumentError, *words):
+        made()
+
+
+def test_a_number_of_sides_of_numpy_is_a_number_of_sides() -> None:
+    assert shape_from_name_or_sides(np.int64(5)) == RegularPrism(5)  # type: ignore[arg-type]

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
-from overturning.arrays import ArrayLike, FloatArray
+from overturning.arrays import ArrayLike, FloatArray, finite_argument_of_shape
 from overturning.errors import ArgumentError, suggest_closest_keyword
 from overturning.model.contact import VertexContact
 from overturning.model.grid import CaseGrid
@@ -36,12 +36,22 @@ class InitialState:
         Rotation from the rest position (w, x, y, z).
     velocity, angular_velocity : tuple
         Velocity, m/s, and angular velocity, rad/s.
+
+    Raises
+    ------
+    ArgumentError
+        If a tuple has another length, or a number that is not finite.
     """
 
     place: tuple[float, float, float]
     quaternion: tuple[float, float, float, float]
     velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     angular_velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        for name, count in (("place", 3), ("quaternion", 4), ("velocity", 3), ("angular_velocity", 3)):
+            values = finite_argument_of_shape(name, getattr(self, name), (count,))
+            object.__setattr__(self, name, tuple(values.tolist()))
 
 
 @suggest_closest_keyword()
@@ -61,7 +71,7 @@ class Body(SpaceModel):
     Raises
     ------
     ArgumentError
-        If no shape has the given name, or the contact is not a `VertexContact`.
+        If no shape has the given name, the contact is not a `VertexContact`, or the start not an `InitialState`.
     """
 
     shape: Shape = field(default_factory=RectangularPrism)
@@ -72,6 +82,8 @@ class Body(SpaceModel):
         object.__setattr__(self, "shape", shape_from_name_or_sides(self.shape, "shape"))
         if not isinstance(self.contact, VertexContact):
             raise ArgumentError(f"contact: a {type(self.contact).__name__}; a 3-D body has a VertexContact")
+        if not isinstance(self.start, InitialState | None):
+            raise ArgumentError(f"start: a {type(self.start).__name__}; give an InitialState, or nothing")
 
     variables: ClassVar = BODY_VARIABLES
     ensemble_variables: ClassVar = BODY_ENSEMBLE_VARIABLES

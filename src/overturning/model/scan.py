@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 from typing_extensions import override
 
-from overturning.arrays import ArrayLike, FloatArray
+from overturning.arrays import ArrayLike, FloatArray, finite_argument_of_shape
 from overturning.errors import ArgumentError
 from overturning.model.cases import check_stone_heights
 from overturning.model.outline import outline_within_tolerance
@@ -94,12 +94,18 @@ class ScannedStone(Shape):
 
     def __post_init__(self) -> None:
         for name, shape in (("vertices", (-1, 3)), ("centre_of_mass", (3,)), ("inertia", (6,))):
-            object.__setattr__(self, name, np.array(getattr(self, name), dtype=np.float64).reshape(shape))
+            object.__setattr__(self, name, finite_argument_of_shape(name, getattr(self, name), shape))
         if not 0.0 <= self.relief <= MAX_RELIEF:
             raise ArgumentError(f"relief: {self.relief:g} m; it must be from 0 to {MAX_RELIEF:g} m")
         moments = np.linalg.eigvalsh(self.inertia_matrix)
         if not (moments[0] > 0.0 and moments[0] + moments[1] >= moments[2] * (1.0 - 1e-6)):
             raise ArgumentError(f"inertia: principal moments {moments.round(9).tolist()} m²; no body has these")
+        heights, centre = np.asarray(self.vertices)[:, 2], float(np.asarray(self.centre_of_mass)[2])
+        if not heights.min() < centre < heights.max():
+            raise ArgumentError(
+                f"centre_of_mass: {centre:g} m high; it must lie between the lowest and the highest vertex, "
+                f"{heights.min():g} and {heights.max():g} m"
+            )
         _ = self.unscaled_solid  # raises the errors
 
     @property

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
-from overturning.arrays import FloatArray
+from overturning.arrays import FloatArray, finite_argument_of_shape
 from overturning.errors import ArgumentError
 from overturning.model.cases import check_stone_heights
 from overturning.model.polyhedron import hull_vertices_and_edges, solid_from_vertices
@@ -70,6 +70,11 @@ class RegularPrism(Shape):
     """Right prism on a regular polygon with an inscribed circle of diameter B; its first side faces the azimuth."""
 
     sides: int
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.sides, int | np.integer) or not 3 <= self.sides <= MAX_SIDES:
+            raise ArgumentError(f"sides: {self.sides!r}; give a whole number from 3 to {MAX_SIDES}, or a Cylinder")
+        object.__setattr__(self, "sides", int(self.sides))
 
     @property
     @override
@@ -134,7 +139,7 @@ class Polyhedron(Shape):
     slenderness_is_parameter: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "vertices", np.array(self.vertices, dtype=np.float64))
+        object.__setattr__(self, "vertices", finite_argument_of_shape("vertices", self.vertices, (-1, 3)))
         _ = self.unscaled_solid  # raises the errors
 
     @property
@@ -177,10 +182,10 @@ def shape_from_name_or_sides(name_sides_or_shape: "str | int | Shape", argument_
                 f"3 to {MAX_SIDES}, or a scene by load_scene or --scene"
             )
         return named[name_sides_or_shape]
-    if isinstance(name_sides_or_shape, int):
+    if isinstance(name_sides_or_shape, int | np.integer):
         if not 3 <= name_sides_or_shape <= MAX_SIDES:
             raise ArgumentError(f"{argument_name}: {name_sides_or_shape} sides; from 3 to {MAX_SIDES}, or 'circle'")
-        return RegularPrism(name_sides_or_shape)
+        return RegularPrism(int(name_sides_or_shape))
     if not isinstance(name_sides_or_shape, Shape):
         raise ArgumentError(
             f"{argument_name}: a {type(name_sides_or_shape).__name__}; give a scene of load_scene or gravestone, "

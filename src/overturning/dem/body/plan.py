@@ -46,6 +46,9 @@ from overturning.units import STANDARD_GRAVITY
 VERY_FAR: Final = 1e300
 """Distance in place of that of an edge for a vertex that is not of the base, m; finite, since 0 × ∞ is no number."""
 
+UPSIDE_DOWN: Final = np.radians(179.0)
+"""Fall tilt above which a body can only rest upside down, where its tilt approaches 180° without reaching it, rad."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class SimulationPlan3D(SimulationPlan):
@@ -367,8 +370,10 @@ def _body_and_vertex_tables(solids: list[RigidSolid]) -> tuple[NDArray[np.void],
         for name, at in pairs.items():
             table[index][f"i{name}"], table[index][f"a{name}"] = body.inverse_inertia_per_mass[at], body.inertia[at]
         foot, reach = body.centre_height, body.min_base_edge_distance
-        # If the angle of fall depends on the direction, the body may lie on its new face on springs: allow for that.
-        fallen = body.fall_tilt * (FALL_SHARE if len(body.sectors) else 1.0)
+        # A body that lies on springs on another face, as at a fall tilt that depends on the direction or upside down,
+        # may have a slightly smaller tilt.
+        lies_on_springs = len(body.sectors) > 0 or body.fall_tilt > UPSIDE_DOWN
+        fallen = body.fall_tilt * (FALL_SHARE if lies_on_springs else 1.0)
         values = {
             "foot": foot, "radius": body.radius, "reach": reach, "critical": reach**2 / (reach**2 + foot**2),
             "fallen": np.round(np.cos(fallen), 12), "deepest": MAX_PENETRATION * min(reach, foot),

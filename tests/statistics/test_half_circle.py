@@ -16,10 +16,12 @@ from overturning.findings.exactness import ensemble_findings
 from overturning.model.falls import model_of_cube
 from overturning.settings import EnsembleSettings, StonePopulation
 from overturning.statistics.earthquakes import fall_axes_by_earthquake
+from overturning.statistics.elements import count_falls_of_two_stones, mean_fall_contrast
 from overturning.statistics.falls import (
     fall_counts_towards_azimuths,
     informative_block_mask,
     mean_fall_directions,
+    overturned_shares_by_record,
     shares_of_directions_with_fall,
 )
 from overturning.surveys.population import population_rates_by_record
@@ -175,3 +177,34 @@ def test_half_a_circle_leaves_the_other_half_of_a_scene_missing() -> None:
 def test_missing_outcomes_are_not_copied_from_the_opposite_azimuth(make_cube: Callable[..., xr.Dataset]) -> None:
     cube = make_cube(lambda azimuth, *_: np.where(azimuth < 180, np.nan, 1.0), azimuth=[0, 90, 180, 270])
     assert fall_counts_towards_azimuths(cube).isel(azimuth=[0, 1]).isnull().all()
+
+
+@pytest.mark.parametrize(
+    "azimuths",
+    [
+        sorted([*range(0, 360, 45), 91, 92, 93, 94, 95, 96]),  # `also` of a study
+        list(range(0, 250, 10)),  # the planes from 0 to 60° are given twice
+        [0, 10, 20, 100],
+    ],
+    ids=len,
+)
+def test_a_comparison_of_two_stones_weighs_azimuths_as_shares_of_falls_do(make_cube, azimuths: list[int]) -> None:
+    def stone(first: int, last: int) -> xr.Dataset:
+        """Stone of B/H up to 0.3 that falls in the planes from `first` to `last`, degrees."""
+
+        def rule(azimuth: np.ndarray, _: np.ndarray, slender: np.ndarray, __: np.ndarray) -> np.ndarray:
+            falls = (azimuth % 180 >= first) & (azimuth % 180 < last) & (slender < 0.35)
+            return np.where(falls, np.where(azimuth < 180, 1.0, -1.0), 0.0)
+
+        cube = make_cube(rule, azimuth=azimuths, height=[0.6], b_over_h=[0.2, 0.3, 0.4], friction=[1.0])
+        return cube.assign(overturning_time=cube["overturned"] * 0 + last)
+
+    this, other = stone(0, 95), stone(15, 130)
+    counts = count_falls_of_two_stones(this, other)
+    found = mean_fall_contrast(counts, np.array(["one"]))
+    here, there = (float(overturned_shares_by_record(cube)[0]) for cube in (this, other))
+    assert counts["compared"].item() == 3 * len(azimuths)
+    assert 0.1 < here < 0.9
+    assert found.only_this.value + found.both.value == pytest.approx(here, abs=1e-7)
+    assert found.only_other.value + found.both.value == pytest.approx(there, abs=1e-7)
+    assert found.earlier.value == 1.0

@@ -222,7 +222,7 @@ def _contrast_study_with_variant(
         differs_in=names_of_differing_settings(results.study, NOMINAL, variant),
         soil_thickness_m=sum(layer.thickness_m for layer in site.layers) if site is not None else None,
         records=int(record_indices.size),
-        cases_not_compared=cubes[0]["overturned"].size - int(counts["cases"].sum()),
+        cases_not_compared=cubes[0]["overturned"].size - int(counts["compared"].sum()),
         share_overturned_study=estimate_from_mean(mean_share_over_earthquakes(here, events), SHARE_OVERTURNED),
         share_overturned_variant=estimate_from_mean(mean_share_over_earthquakes(there, events), SHARE_OVERTURNED),
         share_difference=difference,

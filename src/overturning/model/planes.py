@@ -125,6 +125,10 @@ LARGEST_RESULTANT_OF_PLANES: Final = 0.05
 """Largest resultant of doubled plane azimuths with which planes count as spread over the half circle."""
 
 
+SAME_WEIGHT: Final = 1e-9
+"""Largest difference between weights of planes that are equal but for rounding."""
+
+
 def planes_impose_axis(azimuth_deg: ArrayLike) -> bool:
     """Return True if falls show an axis because of the choice of planes, whatever the motion.
 
@@ -159,6 +163,19 @@ def relative_weight_of_azimuths(azimuth_deg: ArrayLike, period_deg: float = PLAN
     index = distinct_plane_indices(azimuth, period_deg)
     weight = circle_share_of_planes(azimuth[index], period_deg) * index.size
     return np.asarray(weight[nearest_computed_cells(azimuth[index], azimuth, period_deg).cell])
+
+
+def case_weight_of_azimuths(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> FloatArray:
+    """Return the weight of the cases at each azimuth in shares of all cases; the mean of the weights is 1.
+
+    Each plane has the weight by `circle_share_of_planes`; the azimuths φ and φ + 180° of one plane share it. All
+    weights of a regular grid round the half or the full circle are exactly 1.
+    """
+    azimuth = np.asarray(azimuth_deg, dtype=np.float64)
+    index = distinct_plane_indices(azimuth, period_deg)
+    plane = nearest_computed_cells(azimuth[index], azimuth, period_deg).cell
+    weight = (circle_share_of_planes(azimuth[index], period_deg) / np.bincount(plane, minlength=index.size))[plane]
+    return np.ones(azimuth.size) if np.ptp(weight) <= SAME_WEIGHT else weight * azimuth.size
 
 
 def fall_probability_to_either_side(cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":

@@ -9,6 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
+from overturning.model.planes import azimuth_period_of_cube_deg, case_weight_of_azimuths
 from overturning.motion.direction import azimuth_difference
 from overturning.statistics.bootstrap import MeanOverEarthquakes, mean_share_over_earthquakes
 from overturning.statistics.by_record import iterate_record_cubes
@@ -177,7 +178,8 @@ def _median_and_90th_percentile(values_by_record: list[NDArray[np.float32]]) -> 
 def count_falls_of_two_stones(cube: xr.Dataset, other_cube: xr.Dataset) -> xr.Dataset:
     """Count, for each record, the cases in which both of two stones fall, and those in which only one falls.
 
-    Each stone has its own results dataset.
+    Each stone has its own results dataset. In 2-D, the cases of an azimuth count with its weight by
+    `case_weight_of_azimuths`, so that azimuths added to a regular grid do not count twice.
 
     Parameters
     ----------
@@ -187,24 +189,36 @@ def count_falls_of_two_stones(cube: xr.Dataset, other_cube: xr.Dataset) -> xr.Da
     Returns
     -------
     Dataset
-        Numbers of cases over ``record``: ``cases`` with a known outcome in both cubes; of these, ``both``,
+        Weighted numbers of cases over ``record``: ``cases`` with a known outcome in both cubes; of these, ``both``,
         ``only_this`` and ``only_other``, in which the stone falls; of ``both``, ``same_way`` with falls within 45° of
         each other, ``earlier``, in which the first stone falls before the other, and ``same_time``, in which both fall
-        at the same time.
+        at the same time. ``compared`` is the number of cases without weights.
     """
-    rows = []
-    for one, another in zip(iterate_record_cubes(cube, _FALL), iterate_record_cubes(other_cube, _FALL), strict=True):
-        this, that = (c["overturned"].to_numpy().ravel() for c in (one, another))
-        known = np.isfinite(this) & np.isfinite(that)
-        fell, other_fell = known & (this != 0), known & (that != 0)
-        both, (way, other_way) = fell & other_fell, (_fall_azimuths_deg(c) for c in (one, another))
-        same = both & (azimuth_difference(way, other_way) <= 45.0)
-        when, other_when = (c["overturning_time"].to_numpy().ravel() for c in (one, another))
-        earlier, same_time = both & (when < other_when), both & (when == other_when)
-        counted = (known, both, fell & ~other_fell, other_fell & ~fell, same, earlier, same_time)
-        rows.append([int(cells.sum()) for cells in counted])
-    names = ("cases", "both", "only_this", "only_other", "same_way", "earlier", "same_time")
+    weights = np.ones(1)
+    if "azimuth" in cube.coords:
+        weight = case_weight_of_azimuths(cube["azimuth"].to_numpy(), azimuth_period_of_cube_deg(cube))
+        flags = cube["overturned"].isel(record=0)
+        weights = xr.DataArray(weight, dims="azimuth").broadcast_like(flags).transpose(*flags.dims).to_numpy().ravel()
+    pairs = zip(iterate_record_cubes(cube, _FALL), iterate_record_cubes(other_cube, _FALL), strict=True)
+    rows = [_count_falls_under_record(one, another, weights) for one, another in pairs]
+    names = ("compared", "cases", "both", "only_this", "only_other", "same_way", "earlier", "same_time")
     return xr.Dataset({name: ("record", of) for name, of in zip(names, np.array(rows).T, strict=True)})
+
+
+def _count_falls_under_record(cube: xr.Dataset, other_cube: xr.Dataset, case_weights: FloatArray) -> list[float]:
+    """Count the cases of one record in which one or both of two stones fall, as `count_falls_of_two_stones` does.
+
+    `case_weights` has the shape (cases,), or (1,) for equal weights.
+    """
+    this, that = (c["overturned"].to_numpy().ravel() for c in (cube, other_cube))
+    known = np.isfinite(this) & np.isfinite(that)
+    fell, other_fell = known & (this != 0), known & (that != 0)
+    both, (way, other_way) = fell & other_fell, (_fall_azimuths_deg(c) for c in (cube, other_cube))
+    same = both & (azimuth_difference(way, other_way) <= 45.0)
+    when, other_when = (c["overturning_time"].to_numpy().ravel() for c in (cube, other_cube))
+    earlier, same_time = both & (when < other_when), both & (when == other_when)
+    counted = (known, both, fell & ~other_fell, other_fell & ~fell, same, earlier, same_time)
+    return [float(known.sum()), *(float((cells * case_weights).sum()) for cells in counted)]
 
 
 def _fall_azimuths_deg(cube: xr.Dataset) -> FloatArray:

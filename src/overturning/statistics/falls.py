@@ -17,6 +17,7 @@ from overturning.model.falls import model_of_cube
 from overturning.model.planes import (
     FALLS,
     LARGEST_RESULTANT_OF_PLANES,
+    SAME_WEIGHT,
     azimuth_period_of_cube_deg,
     circle_share_of_planes,
     fall_probability_to_either_side,
@@ -30,9 +31,6 @@ LARGEST_UNKNOWN_SHARE: Final = 0.5
 
 It turns the mean axis by at most 15°: half of arcsin 0.5.
 """
-
-SAME_WEIGHT: Final = 1e-9
-"""Largest difference between weights of planes that are equal but for rounding."""
 
 
 def add_opposite_azimuths(cube: xr.Dataset) -> xr.Dataset:

@@ -37,7 +37,7 @@ setup: $(VENV)/.stamp ## make .venv for runs from the hashed lock requirements.l
 setup-dev: $(VENV)/.stamp-dev ## install what tests, lint and docs need on top (requirements-dev.lock)
 
 run: setup ## run the default study, or another: make run STUDY=config/mine.yaml; resumes an interrupted run; VERBOSE=1: messages of Snakemake
-	@$(BIN)/snakemake --cores $(CORES) $(if $(STUDY),--configfile $(STUDY)) $(if $(filter-out 0,$(VERBOSE)),--verbose)
+	@$(BIN)/snakemake --cores $(CORES) $(if $(STUDY),--configfile "$(STUDY)") $(if $(filter-out 0,$(VERBOSE)),--verbose)
 
 # Two processes already use two cores: further threads of linear algebra would only wait for one. Compiled tests are
 # kept, as pytest takes seconds to compile their assertions.

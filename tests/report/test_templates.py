@@ -182,6 +182,44 @@ def test_no_reference_is_called_closest_unless_the_interval_of_its_lead_excludes
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
+def test_a_reference_that_few_earthquakes_have_is_not_compared(language: str) -> None:
+    """The reference with the largest alignment is one of those that most records have."""
+    said = {
+        "en": "which is known for 1 earthquake only, it is 0.82",
+        "ja": "断層直交方向(既知は 1 地震のみ)との一致度は 0.82",
+    }
+    data = findings_by_hand("reference").model_dump()
+    data["reference_alignments"][0]["fault_normal"] |= {"value": 0.82, "low": None, "high": None, "earthquakes": 1}
+    text = text_of(Findings.model_validate(data), language)
+    assert said[language] in re.sub(r"\s+", " ", text)
+    assert said[language].split(" 1 ")[0] not in re.sub(r"\s+", " ", text_by_hand("reference", language))
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_a_twist_without_standing_stones_is_not_mentioned(language: str) -> None:
+    twisted = {"en": "it has twisted by", "ja": "の回転は、九割の"}[language]
+    name = next(name for name in STUDIES if findings_by_hand(name).element_displacements)
+    data = findings_by_hand(name).model_dump()
+    for one, left in ((1, 1), (0, 0)):
+        data["element_displacements"][one]["percentile_90_twist_deg"] = None
+        text = text_of(Findings.model_validate(data), language)
+        assert "–°" not in text
+        assert text.count(twisted) == left, text
+    assert text_by_hand(name, language).count(twisted) == 1
+
+
+@pytest.mark.parametrize(("model", "said"), [("planes", "to the other side"), ("space", "more than 45° apart")])
+def test_falls_in_space_are_apart_and_not_on_the_other_side(model: str, said: str) -> None:
+    name = next(name for name in STUDIES if findings_by_hand(name).study.question_kind == "vertical")
+    data = findings_by_hand(name).model_dump()
+    data["study"]["model"] = model
+    data["contrasts"][0]["opposite_share"] = 0.27
+    headline = re.search(r"^# .*", render_markdown(Findings.model_validate(data), "en"), re.MULTILINE)
+    assert headline is not None
+    assert headline[0].endswith(f"of those that fall in both settings fall {said}")
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
 def test_a_survey_is_called_small_only_if_it_has_few_falls(language: str) -> None:
     data = json.loads(findings_by_hand("survey").model_dump_json())
     data["surveys"][0] |= {"octant_falls": 23, "remarks": ["First line,", "second line."]}

@@ -1,5 +1,6 @@
 """The command that the explorer shows for a cell simulates that cell."""
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ from overturning.records.pulses import parse_pulse, record_of_pulse
 from overturning.records.store import round_to_stored_precision
 from overturning.study.film_options import film_command_options
 from overturning.study.small import run_study
+from overturning.translation.texts import translate, translate_visible_texts_to
 
 PULSE = "sine amplitude_gal=420 period_s=1 azimuth_deg=30"
 BLOCK: dict[str, Any] = {"b_over_h": [0.2], "height": [0.6], "friction": [0.7], "ensemble": {"members": 0}}
@@ -48,3 +50,19 @@ def test_the_reason_is_given_if_one_command_cannot_repeat_a_study() -> None:
     record = round_to_stored_precision(record_of_pulse(parse_pulse(PULSE)))
     cube = run_study([record], **BLOCK, azimuth={"step": 90}, simulation={"time_step": 0.0001})
     assert film_command_options(cube)["missing"] == "the study has numerical settings of its own"
+
+
+def test_no_command_is_given_for_records_outside_the_project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of an absolute path the results state only the file name, which is a valid path only in the project's folder."""
+    cube = run_study([round_to_stored_precision(record_of_pulse(parse_pulse(PULSE)))], **BLOCK, azimuth={"step": 90})
+    study = json.loads(cube.attrs["study"])
+    study["records"] |= {"table": "table é.tsv", "folder": "data/records"}
+    cube.attrs["study"] = json.dumps(study)
+    monkeypatch.chdir(tmp_path)
+    missing = film_command_options(cube)["missing"]
+    assert missing == "the record table table é.tsv is not in the project's folder"
+    with translate_visible_texts_to("ja"):
+        assert translate(missing) == "記録表 table é.tsv がプロジェクトのフォルダーにない"
+    (tmp_path / "table é.tsv").touch()
+    film = film_command_options(cube)
+    assert (film["missing"], film["options"]) == ("", ["--table", "'table é.tsv'", "--folder", "data/records"])

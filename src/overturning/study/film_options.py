@@ -2,6 +2,7 @@
 
 import shlex
 from contextlib import suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -65,9 +66,12 @@ def _unsupported_motion_reasons_and_options(study: Study, variant: str) -> tuple
     if study.simulation.model_copy(update={"vertical": True}) != SimulationSettings():
         missing.append("the study has numerical settings of its own")
     options = [] if variant_uses_vertical_motion(study, variant) else ["--no-vertical"]
-    for name in ("table", "folder"):
-        if (given := getattr(study.records, name)) != RecordSettings.model_fields[name].default:
-            options += [f"--{name}", shlex.quote(given)]
+    for name, words in (("table", "record table"), ("folder", "folder of records")):
+        if (given := getattr(study.records, name)) == RecordSettings.model_fields[name].default:
+            continue
+        if Path(given).name == given and not Path(given).exists():  # of an absolute path, results state only the name
+            missing.append(f"the {words} {given} is not in the project's folder")
+        options += [f"--{name}", shlex.quote(given)]
     return missing, options
 
 

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from overturning.figures.boundary import overturning_boundary_figure
+from overturning.figures.cells import closed_polar_curve, isolated_point_indices
 from overturning.figures.explore import explorer_page_data
 from overturning.figures.ground import pga_and_pgv_figure
 from overturning.figures.polar_map import (
@@ -156,7 +157,20 @@ def test_nothing_is_drawn_where_nothing_was_computed() -> None:
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     plt.close(figure)
     assert "not computed (B/H below 0.1)" in legend
+    assert "not computed (azimuths outside the outline)" in legend
     assert "no outcome" not in legend
+    whole = drawn(lambda: azimuth_map_figure(block_cube(*mirrored()), "A"))
+    assert not any("azimuths" in text.get_text() for text in whole.legends[0].get_texts())
+    plt.close(whole)
+
+
+@pytest.mark.parametrize(
+    ("azimuths", "alone"),
+    [([37.0], [37, 217]), ([0.0], [0, 180]), ([0.0, 5.0], []), ([170.0, 175.0, 0.0], [])],
+)
+def test_the_peak_along_a_single_azimuth_is_a_point(azimuths: list[float], alone: list[int]) -> None:
+    theta, radii = closed_polar_curve(np.array(azimuths), np.ones(len(azimuths)))
+    assert np.degrees(theta[isolated_point_indices(radii)]).round(9).tolist() == alone
 
 
 def pieces(line: tuple[np.ndarray, np.ndarray]) -> set[tuple[float, ...]]:

@@ -101,3 +101,12 @@ def closed_polar_curve(azimuth_deg: FloatArray, values_by_azimuth: FloatArray) -
     order = np.argsort(around, kind="stable")
     theta, closed = np.radians(around[order]), np.concatenate([values_by_azimuth, values_by_azimuth, unknown])[order]
     return np.append(theta, theta[0] + 2 * np.pi), np.append(closed, closed[0])
+
+
+def isolated_point_indices(curve_values: FloatArray) -> list[int]:
+    """Return the indices of the points between two NaN of a closed curve, which a line without markers would not show.
+
+    The last value of the closed curve is the first one again.
+    """
+    known = np.isfinite(curve_values[:-1])
+    return [int(index) for index in np.flatnonzero(known & ~np.roll(known, 1) & ~np.roll(known, -1))]

@@ -26,6 +26,9 @@ from overturning.statistics.fragility import FittedFragilityCurve
 INTENSITY_SCALE: Final = {5.0: "5+", 5.5: "6−", 6.0: "6+", 6.5: "7"}
 """Degrees of the JMA scale by their lower bounds, in instrumental intensity."""
 
+LEAST_LABELLED_WIDTH: Final = 0.1
+"""Smallest width, in instrumental intensity, of the part of a degree that is labelled at the left of the panel."""
+
 _RULE: Final[dict[str, Any]] = {"color": SERIES[4], "alpha": 0.3}
 
 
@@ -128,10 +131,12 @@ def _draw_rates_by_jma_intensity(panel: Any, jma_intensity: FloatArray, fall_rat
         if least < right:
             size = min(most, right) - least, 100 * (high - low)
             panel.add_patch(Rectangle((least, 100 * low), *size, **_RULE))
-    for bound, name in INTENSITY_SCALE.items():
+    ends = [*list(INTENSITY_SCALE)[1:], math.inf]
+    for (bound, name), end in zip(INTENSITY_SCALE.items(), ends, strict=True):
         panel.axvline(bound, color=INK, linewidth=0.7, linestyle=DASHED)
-        if left < bound < right:
-            panel.text(bound + 0.03, 96, name, fontsize=7, va="top")
+        begins = max(bound, left)
+        if begins < right and (begins == bound or end - begins > LEAST_LABELLED_WIDTH):
+            panel.text(begins + 0.03, 96, name, fontsize=7, va="top")
     panel.set_xlim(left, right)
     label_axes(panel, "JMA instrumental intensity", "")
     return bool(panel.patches)

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from overturning.arrays import FloatArray
 from overturning.figures import style
-from overturning.figures.cells import closed_polar_curve
+from overturning.figures.cells import closed_polar_curve, isolated_point_indices
 from overturning.figures.compass import create_compass_grid, round_ring_labels
 from overturning.motion.fourier import fourier_amplitude_spectrum, konno_ohmachi_smoothed_amplitude
 from overturning.motion.integration import integrate
@@ -142,7 +142,8 @@ def pga_and_pgv_figure(peaks_by_azimuth: xr.Dataset, fault_normal_deg: float, ti
         largest = float(peaks.max())
         outer, marked = largest * 1.08 or 1.0, bool(np.isfinite(fault_normal_deg))
         axes.draw_compass(outer, round_ring_labels(outer), has_marks=marked, has_spokes=True)
-        axes.plot(*closed_polar_curve(azimuth, peaks), color=colour, linewidth=1.4)  # a peak is an absolute value
+        theta, around = closed_polar_curve(azimuth, peaks)  # a peak is an absolute value
+        axes.plot(theta, around, ".-", color=colour, linewidth=1.4, markevery=isolated_point_indices(around))
         axes.set_ylim(0.0, outer)
         style.mark_fault_normal(axes, fault_normal_deg)
         along = style.compass_bearing(float(azimuth[peaks.argmax()] % 180))

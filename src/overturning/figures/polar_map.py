@@ -21,6 +21,7 @@ from overturning.figures.cells import (
     closed_polar_curve,
     count_b_over_h_with_possible_falls,
     extend_cells_to_full_circle,
+    isolated_point_indices,
     panel_row_and_column_counts,
     simulated_azimuths_deg,
 )
@@ -222,7 +223,8 @@ def _draw_polar_map(axes: Any, panel: PolarMapPanel, largest_b_over_h: float, ri
         angles = panel.peak_velocity["azimuth"].to_numpy().astype(np.float64)
         theta, peaks = closed_polar_curve(angles, panel.peak_velocity.to_numpy() * largest_b_over_h / rim_velocity)
         casing = [withStroke(linewidth=2.4, foreground="white"), Normal()]
-        axes.plot(theta, peaks, **_PEAK_LINE, zorder=2.6, path_effects=casing)
+        points = {"marker": ".", "markevery": isolated_point_indices(peaks)}
+        axes.plot(theta, peaks, **_PEAK_LINE, **points, zorder=2.6, path_effects=casing)
     normal, radial = panel.marks_deg
     style.mark_fault_normal(axes, normal)
     style.mark_epicentre_direction(axes, radial)
@@ -351,6 +353,8 @@ def _polar_map_legend_marks(panels: Sequence[PolarMapPanel], with_ensemble: bool
         marks.append(style.legend_patch(_NO_OUTCOME, "no outcome"))
     if (inner := min(float(panel.b_over_h_edges[0]) for panel in panels)) > 0:
         marks.append(style.legend_patch("none", f"not computed (B/H below {inner:.3g})"))
+    if not all(panel.simulated.all() for panel in panels):
+        marks.append(style.legend_patch("none", "not computed (azimuths outside the outline)"))
     if rim_velocity:
         marks.append(Line2D([], [], **_PEAK_LINE, label=f"peak velocity by azimuth (rim: {rim_velocity / CM:g} cm/s)"))
     return marks

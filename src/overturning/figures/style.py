@@ -260,10 +260,16 @@ def write_note_in_empty_panel(axes: Any, note: str) -> None:
 
 
 def set_logarithmic_ticks(axis: Any) -> None:
-    """Set ticks of a logarithmic axis at 1, 2 and 5 times powers of ten, formatted without exponents."""
+    """Set ticks of a logarithmic axis at 1, 2 and 5 times powers of ten, formatted without exponents.
+
+    An axis with fewer than two of these between its limits has them at 1, 1.5, 2, 3, 4, 5, 6 and 8 times powers of ten.
+    """
     from matplotlib.ticker import LogLocator, NullFormatter
 
-    axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    low, high = axis.get_view_interval()
+    few = np.outer(10.0 ** np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1), (1, 2, 5))
+    enough = np.count_nonzero((few >= low) & (few <= high)) >= 2
+    axis.set_major_locator(LogLocator(subs=(1, 2, 5) if enough else (1, 1.5, 2, 3, 4, 5, 6, 8)))
     axis.set_major_formatter(lambda value, _: f"{value:g}")
     axis.set_minor_formatter(NullFormatter())
 

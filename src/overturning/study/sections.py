@@ -173,7 +173,10 @@ class BodySettings(StrictModel):
 
     plan: Literal["rectangle", "circle"] | Sides = Field(
         default="rectangle",
-        description="base of a right prism: `rectangle`, `circle`, or the number of sides of a regular one",
+        description=(
+            "base of a right prism: `rectangle`, `circle`, or the number of sides of a regular one; with many sides a "
+            "prism that slides takes far more time than a `circle`"
+        ),
     )
     aspect: Values[Aspect] = Field(
         default=(1.0,),

@@ -36,12 +36,21 @@ def float_array_of_argument(name: str, values: Any, *, copy: bool = False) -> Fl
     Raises
     ------
     ArgumentError
-        If a value is no number.
+        If a value is no real number, such as a date, a time difference or a complex number.
     """
     try:
-        return np.array(values, dtype=np.float64, copy=copy or None, subok=np.ma.is_masked(values))
+        if (given := np.asanyarray(values)).dtype.kind not in "mMc":
+            return np.array(given, dtype=np.float64, copy=copy or None, subok=np.ma.is_masked(values))
     except (TypeError, ValueError, OverflowError):
-        raise ArgumentError(f"{name}: {str(values)[:60]!r}; it must be a number or a row of numbers") from None
+        pass
+    raise ArgumentError(f"{name}: {str(values)[:60]!r}; it must be a number or a row of numbers") from None
+
+
+def check_not_masked(name: str, values: FloatArray) -> None:
+    """Raise an ArgumentError for the argument `name` if it is an array with masked values."""
+    if np.ma.is_masked(values):
+        count = int(np.ma.getmaskarray(values).sum())
+        raise ArgumentError(f"{name}: {count} masked values; leave them out")
 
 
 def finite_argument_of_shape(name: str, values: Any, shape: tuple[int, ...]) -> FloatArray:

@@ -169,6 +169,13 @@ _LITTLE = 1_000_000  # bytes; a disk with less free space counts as full
 _BLOCK = 1 << 20  # bytes read at a time
 
 
+def path_of_argument(name: str, value: Any, wanted: str = "the path of a file") -> Path:
+    """Return the argument `name` of a public function as a path; raise an ArgumentError that asks for `wanted`."""
+    if not isinstance(value, str | os.PathLike):
+        raise ArgumentError(f"{name}: a {type(value).__name__}; give {wanted}")
+    return Path(os.fsdecode(value))
+
+
 def path_without_absolute_folder(path_text: str) -> str:
     """Return a path as results store it: of an absolute path only the file name, a relative path unchanged."""
     path = Path(path_text)

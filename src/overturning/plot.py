@@ -90,7 +90,9 @@ def _draw_fall_map(kind: str, cube: "xr.Dataset", record: str | Sequence[str] | 
     from overturning.figures.maps import fall_map_figure
     from overturning.figures.polar_map import azimuth_map_figure
 
-    names = [record] if record is None or isinstance(record, str) else list(record)
+    names = list(record) if isinstance(record, Sequence) and not isinstance(record, str) else [record]
+    if not names:
+        raise ArgumentError("record: none; give an id of the cube, or leave it out")
     several = [_select_record(cube, name) for name in names]
     for one in several:
         check_has_outcomes(one, kind)
@@ -281,12 +283,10 @@ def spectra(motion: "Accelerogram", azimuth_deg: "ArrayLike" = (0.0, 90.0), titl
 @_with_project_style
 def rotation_slip_and_uplift(trajectories: "xr.Dataset | Sequence[xr.Dataset]", title: str = "") -> "Figure":
     """Draw rotation, slip and uplift over time of 2-D simulations from `overturning.trajectory`, a column each."""
-    import xarray as xr
-
     from overturning.figures.content import check_are_trajectories_in_2d
     from overturning.figures.response import rotation_slip_and_uplift_figure
 
-    several = [trajectories] if isinstance(trajectories, xr.Dataset) else trajectories
+    several = list(trajectories) if isinstance(trajectories, Sequence) else [trajectories]
     check_are_trajectories_in_2d(several)
     return rotation_slip_and_uplift_figure(several, title)
 

@@ -16,9 +16,9 @@ from overturning.units import GAL
 
 def check_is_cube(cube: object, function_name: str) -> None:
     """Raise an ArgumentError unless an argument is a dataset with outcomes, which the figure of a cube needs."""
-    if isinstance(cube, xr.Dataset) and "overturned" in cube:
+    if isinstance(cube, xr.Dataset) and "overturned" in cube and "time" not in cube.dims:
         return
-    what = "a dataset without outcomes" if isinstance(cube, xr.Dataset) else f"a {type(cube).__name__}"
+    what = "a dataset without outcomes by case" if isinstance(cube, xr.Dataset) else f"a {type(cube).__name__}"
     motion = "; time_histories and spectra draw a motion" if isinstance(cube, Accelerogram) else ""
     raise ArgumentError(
         f"{function_name}: {what}; give a cube of overturning.open_cube or run_study, or outcomes of simulate{motion}"
@@ -85,6 +85,8 @@ def check_has_outcomes_and_motion(cube: xr.Dataset, intensity_measures: xr.Datas
 
 def check_are_trajectories_in_2d(trajectories: Sequence[xr.Dataset]) -> None:
     """Raise an ArgumentError unless all datasets are from `overturning.trajectory` of a 2-D model."""
+    if not trajectories:
+        raise ArgumentError("rotation_slip_and_uplift: no trajectory; give datasets of overturning.trajectory")
     for one in trajectories:
         if not (isinstance(one, xr.Dataset) and "time" in one.dims):
             what = "outcomes without a time axis" if isinstance(one, xr.Dataset) else f"a {type(one).__name__}"

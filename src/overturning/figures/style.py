@@ -1,6 +1,7 @@
 """Common style of all figures: colours, sizes, helpers for axes, legends and compasses."""
 
 import gc
+import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -85,11 +86,19 @@ def is_drawing_for_phone() -> bool:
     return _NARROW.get()
 
 
+_SETTINGS_IN_USE: Final = threading.RLock()
+"""Lock of Matplotlib's settings while a thread draws with those of this package."""
+
+
 @contextmanager
 def project_style() -> Iterator[None]:
-    """Context manager that uses the Matplotlib settings of this package and restores those of the user afterwards."""
+    """Context manager that uses the Matplotlib settings of this package and restores those of the user afterwards.
+
+    The settings are those of the process: another thread that enters the context waits until the first has left it.
+    """
     import matplotlib as mpl
 
+    _SETTINGS_IN_USE.acquire()
     collects = gc.isenabled()
     gc.disable()  # a figure holds many live objects: garbage collection takes a fifth of the drawing time
     try:
@@ -100,6 +109,7 @@ def project_style() -> Iterator[None]:
     finally:
         if collects:
             gc.enable()
+        _SETTINGS_IN_USE.release()
 
 
 def minimum_and_maximum_by_group(samples: FloatArray, group_size: int) -> tuple[NDArray[np.intp], FloatArray]:

@@ -1,6 +1,6 @@
 """Findings of a study as data: numbers with intervals and units, from which reports and commands are written.
 
-The module can be called: ``overturning.findings(cube)`` is `overturning.findings.collect.findings`.
+The module can be called: ``overturning.findings(path)`` is `overturning.findings.collect.findings`.
 """
 
 import sys

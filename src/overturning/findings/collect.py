@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import Field
 
-from overturning.files import write_text
+from overturning.files import path_of_argument, write_text
 from overturning.findings.causes import (
     ComparisonWithPublished,
     CriteriaFindings,
@@ -200,8 +200,11 @@ def findings(cube: str | Path, study: Study | None = None) -> Findings:
     ResultError
         If a result is missing, damaged or from another version, or if `cube` is a file other than the whole cube of a
         study, such as the cube of a variant.
+    ArgumentError
+        If `cube` is no path.
     """
-    with open_study_results(Path(cube), study) as results:
+    path = path_of_argument("cube", cube, "the path of cube.nc, or of its folder: other results are next to it")
+    with open_study_results(path, study) as results:
         for name in results.changed_cubes:
             why = "its outcomes were changed after the run; the findings are of the changed ones and state their hash"
             warnings.warn(f"{results.folder / name}: {why}", stacklevel=3)

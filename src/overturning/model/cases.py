@@ -5,11 +5,14 @@ from typing import Final
 
 import numpy as np
 
-from overturning.arrays import ArrayLike, float_array_of_argument
+from overturning.arrays import ArrayLike, FloatArray, check_not_masked, float_array_of_argument
 from overturning.errors import ArgumentError, suggest_closest_keyword
 
 MOST_CASES: Final = 50_000_000
 """Largest number of cases in one call; more would not fit into the memory of an ordinary machine."""
+
+MAX_DIRECTION_DEG: Final = 1e6
+"""Largest azimuth or orientation, degrees: beyond it, rounding takes away digits that matter."""
 
 LOWEST, HIGHEST = 0.01, 50.0
 """Range of heights in the map of stability (docs/validation.md), m; a height outside it suggests a wrong unit."""
@@ -19,7 +22,7 @@ BYTES_PER_CASE: Final = 300
 
 
 @suggest_closest_keyword()
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Cases:
     """Parameters of the cases to simulate: for each parameter one value per case, or one value for all cases.
 
@@ -58,8 +61,12 @@ class Cases:
     aspect: ArrayLike = 1.0
 
     def __post_init__(self) -> None:
-        columns = {item.name: float_array_of_argument(item.name, getattr(self, item.name)) for item in fields(self)}
+        # Copies, so that arrays of the caller that change later do not change the checked cases.
+        columns = {
+            item.name: float_array_of_argument(item.name, getattr(self, item.name), copy=True) for item in fields(self)
+        }
         for name, values in columns.items():
+            check_not_masked(name, values)
             if values.ndim > 1:
                 raise ArgumentError(f"{name}: shape {values.shape}; give one row with a value per case")
         try:
@@ -68,6 +75,7 @@ class Cases:
             sizes = ", ".join(f"{name} {values.size}" for name, values in columns.items())
             raise ArgumentError(f"cases: lengths differ ({sizes}); give one value per case, or one for all") from None
         for name, values in zip(columns, arrays, strict=True):
+            values.flags.writeable = False
             object.__setattr__(self, name, values)
             above, signed = name in ("height", "b_over_h", "aspect"), name in ("azimuth_deg", "initial_tilt")
             wrong = ~np.isfinite(values) | (not signed) & ((values < 0.0) | above & (values == 0.0))
@@ -75,6 +83,7 @@ class Cases:
                 bound = "" if signed else f" and {'above' if above else 'at least'} 0"
                 raise ArgumentError(f"{name}: {values[wrong][0]}; it must be finite{bound}")
         check_stone_heights(self.height)
+        check_directions("azimuth_deg", np.asarray(self.azimuth_deg))
         check_case_count(self.case_count)
         tilt = np.tan(np.minimum(np.abs(np.asarray(self.initial_tilt)), 1.57))
         if (tilt >= np.asarray(self.b_over_h)).any():
@@ -84,6 +93,12 @@ class Cases:
     def case_count(self) -> int:
         """Number of simulated cases: combinations of direction, size and friction."""
         return int(np.asarray(self.azimuth_deg).size)
+
+
+def check_directions(name: str, direction_deg: FloatArray) -> None:
+    """Raise an `ArgumentError` for azimuths or orientations above `MAX_DIRECTION_DEG`, given as the argument `name`."""
+    if (far := direction_deg[np.abs(direction_deg) > MAX_DIRECTION_DEG]).size:
+        raise ArgumentError(f"{name}: {far[0]:g}; at most {MAX_DIRECTION_DEG:g} degrees, a full turn is 360")
 
 
 def check_stone_heights(height: ArrayLike) -> None:

@@ -7,9 +7,9 @@ from typing import Any, Final, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from overturning.arrays import FloatArray, float_array_of_argument
+from overturning.arrays import FloatArray, check_not_masked, float_array_of_argument
 from overturning.errors import ArgumentError
-from overturning.model.cases import Cases, check_case_count
+from overturning.model.cases import Cases, check_case_count, check_directions
 from overturning.model.variables import OutcomeVariable
 
 AXES: Final[dict[str, dict[str, Any]]] = {
@@ -26,9 +26,6 @@ AXES: Final[dict[str, dict[str, Any]]] = {
 }
 """Dimensions of models, and their CF attributes."""
 
-MAX_DIRECTION_DEG: Final = 1e6
-"""Largest azimuth or orientation, degrees: beyond it, rounding takes away digits that matter."""
-
 
 def finite_row_of_argument(name: str, values: ArrayLike) -> FloatArray:
     """Return the values of a dimension given as the argument `name`, a number or a row of numbers, shape (n,).
@@ -39,6 +36,7 @@ def finite_row_of_argument(name: str, values: ArrayLike) -> FloatArray:
         If the row is empty or no row of finite numbers.
     """
     row = np.atleast_1d(float_array_of_argument(name, values))
+    check_not_masked(name, row)
     if row.ndim != 1 or row.size == 0:
         remedy = "at least one value" if row.size == 0 else "one row, without rows in it"
         raise ArgumentError(f"{name}: shape {row.shape}; give {remedy}")
@@ -77,8 +75,8 @@ class CaseGrid:
         checked = {}
         for name, values in dimension_values.items():
             row = finite_row_of_argument(name, values)
-            if name.endswith("_deg") and (far := row[np.abs(row) > MAX_DIRECTION_DEG]).size:
-                raise ArgumentError(f"{name}: {far[0]:g}; at most {MAX_DIRECTION_DEG:g} degrees, a full turn is 360")
+            if name.endswith("_deg"):
+                check_directions(name, row)
             checked[name.removesuffix("_deg")] = row
         check_case_count(int(np.prod([float(row.size) for row in checked.values()])))
         return cls(checked, element)

@@ -1,13 +1,14 @@
 """Scene files (config/scenes/): elements, their positions, materials and contact laws."""
 
-import math
 from functools import lru_cache, partial
 from itertools import combinations
 from pathlib import Path
 from typing import Any, Final, Self
 
+import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
+from overturning.arrays import float_array_of_argument
 from overturning.errors import ArgumentError, ConfigError
 from overturning.files import find_project_file, read_yaml_mapping
 from overturning.model.contact import Contact
@@ -141,7 +142,6 @@ class Scene(StrictModel):
         return next(laws, ContactLaw(between=(material, other_material)))
 
 
-@lru_cache(maxsize=64)
 def gravestone(contact: Contact | None = None, density: float = GRANITE_DENSITY) -> Scene:
     """Return the default scene: one rectangular stone, 0.24 m × 0.6 m, on a wide driven ground.
 
@@ -159,8 +159,15 @@ def gravestone(contact: Contact | None = None, density: float = GRANITE_DENSITY)
     """
     if contact is not None and not isinstance(contact, Contact):
         raise ArgumentError(f"contact: {contact!r}; a 2-D stone has a Contact")
-    if not (math.isfinite(density) and density > 0):
+    number = float_array_of_argument("density", density)
+    if isinstance(density, bool) or number.ndim or not (np.isfinite(number) and number > 0):
         raise ArgumentError(f"density: {density}; it must be finite and above 0 kg/m³")
+    return _gravestone(contact, float(number))
+
+
+@lru_cache(maxsize=64)
+def _gravestone(contact: Contact | None, density: float) -> Scene:
+    """Return the default scene with a contact law and a density, kg/m³, that have been checked."""
     laws = () if contact is None else (ContactLaw(between=("stone", "stone"), **contact.model_dump()),)
     return Scene(
         name="gravestone",
@@ -178,14 +185,14 @@ def gravestone(contact: Contact | None = None, density: float = GRANITE_DENSITY)
 SCENES = Path("config") / "scenes"
 
 
-def load_scene(name: str | Path, root: Path = Path()) -> Scene:
+def load_scene(name: str | Path, root: str | Path = Path()) -> Scene:
     """Return the checked scene of a file, given by its path or by its name in config/scenes.
 
     Parameters
     ----------
     name : str or Path
         Path of a scene file, or its name in config/scenes without ``.yaml``.
-    root : Path
+    root : str or Path
         Folder to which paths are relative.
 
     Returns
@@ -200,6 +207,7 @@ def load_scene(name: str | Path, root: Path = Path()) -> Scene:
     """
     if not isinstance(name, str | Path):
         raise ConfigError(f"scene: a {type(name).__name__}; give the path or name of a file, or make a Scene(…)")
+    root = Path(root)
     path = root / name
     if path.suffix not in {".yaml", ".yml"}:
         path = find_project_file(root / SCENES / f"{name}.yaml")

@@ -168,6 +168,8 @@ class Motion(Accelerogram):
         interval = float_array_of_argument("sampling_interval", sampling_interval)
         if interval.ndim:
             raise ArgumentError(f"sampling_interval: shape {interval.shape}; give one number of seconds")
+        if not isinstance(trust_data, bool | np.bool_):
+            raise ArgumentError(f"trust_data: {trust_data!r}; give True or False")
         self.sampling_interval, self.user_trusts_data = float(interval), trust_data
         self.check(ArgumentError)
         for samples in self.components:
@@ -179,15 +181,17 @@ class Motion(Accelerogram):
 
     @classmethod
     def from_record(cls, record: Accelerogram) -> "Motion":
-        """Return the ground motion of a record as a `Motion`."""
+        """Return the ground motion of a record as a `Motion`; raise an `ArgumentError` for what is no record."""
+        if not all(hasattr(record, name) for name in ("north", "east", "up", "sampling_interval")):
+            raise ArgumentError(f"record: a {type(record).__name__}; give a record from overturning.read")
         motion = cls(
             record.north,
             record.east,
             record.up,
             sampling_interval=record.sampling_interval,
-            trust_data=record.user_trusts_data,
+            trust_data=bool(getattr(record, "user_trusts_data", False)),
         )
-        motion.start = record.start
+        motion.start = getattr(record, "start", None)
         return motion
 
     of = from_record
@@ -200,9 +204,9 @@ class Motion(Accelerogram):
         number = float_array_of_argument("factor", factor)
         if number.ndim or not np.isfinite(number):
             raise ArgumentError(f"factor: {str(factor)[:60]}; it must be a finite number")
-        up = None if self.up is None else factor * self.up
-        interval = self.sampling_interval
-        scaled = Motion(factor * self.north, factor * self.east, up, sampling_interval=interval, trust_data=True)
+        times, interval = float(number), self.sampling_interval
+        up = None if self.up is None else times * self.up
+        scaled = Motion(times * self.north, times * self.east, up, sampling_interval=interval, trust_data=True)
         scaled.start = self.start
         return scaled
 
@@ -232,6 +236,9 @@ class Motion(Accelerogram):
             If north or east is missing or given twice; if a trace has gaps (is masked), is not an acceleration or
             belongs to the other sensor; or if traces differ in station, location, start, length or sampling interval.
         """
+        if not hasattr(stream, "traces"):
+            kind = type(stream).__name__
+            raise ArgumentError(f"stream: a {kind}; give an obspy Stream with a trace for each component")
         values, interval, start = stream_accelerations(stream, unit, sensor)
         motion = cls(**values, sampling_interval=interval)
         motion.start = start
@@ -258,12 +265,13 @@ class Motion(Accelerogram):
         more than `MOST_SAMPLES`, or, unless `trust_data` is set, if the amplitude is implausible.
         """
         given = {"amplitude": amplitude, "period": period, "cycles": cycles, "sampling_interval": sampling_interval}
-        for name, value in given.items():
+        for name, value in (given | {"rest": rest}).items():
             number = float_array_of_argument(name, value)
-            if not (number.ndim == 0 and np.isfinite(number) and number > 0):
-                raise ArgumentError(f"{name}: {value}; it must be a positive number")
-        if not (np.isfinite(float_array_of_argument("rest", rest)) and rest >= 0):
-            raise ArgumentError(f"rest: {rest}; it must be a number of seconds, at least 0")
+            if number.ndim or not np.isfinite(number) or number < 0 or (number == 0 and name != "rest"):
+                bound = "a number of seconds, at least 0" if name == "rest" else "a positive number"
+                raise ArgumentError(f"{name}: {value}; it must be {bound}")
+        amplitude, period, cycles, sampling_interval = (float(value) for value in given.values())
+        rest = float(rest)
         length = cycles * period
         for what, value in ((f"period: {period:g} s", period), (f"cycles: {cycles:g}, {length:g} s", length)):
             if value < 4.0 * sampling_interval:

@@ -16,7 +16,7 @@ def stream_accelerations(stream: Any, unit: str | None, sensor: str) -> tuple[di
     The start time is that of the first sample, ISO 8601 in UTC; None for obspy's default, 1970. See `Motion.from_obspy`
     for the arguments and errors.
     """
-    if unit is not None and unit not in UNITS:
+    if unit is not None and (not isinstance(unit, str) or unit not in UNITS):
         raise ArgumentError(f"unit: {unit!r}; known are {', '.join(UNITS)}")
     traces: dict[str, Any] = {}
     for trace in stream:

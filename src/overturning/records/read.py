@@ -17,6 +17,7 @@ from overturning.errors import (
     RecordRefusalReasons,
     suggest_closest_keyword,
 )
+from overturning.files import path_of_argument
 from overturning.records.assembly import assemble_record, borehole_station_name
 from overturning.records.catalogue import RecordEntry, paths_of_record_files, read_record_files
 from overturning.records.component import RecordComponent, find_vertical_by_elimination
@@ -165,7 +166,8 @@ def read_record_without_processing(
 ) -> Record:
     """Read a record from a file or several files, without processing."""
     declared_properties = declared_properties or DeclaredFileProperties()
-    paths = [Path(path)] if isinstance(path, str | Path) else [Path(p) for p in path]
+    several = path if isinstance(path, Sequence) and not isinstance(path, str | bytes) else [path]
+    paths = [path_of_argument("paths", one) for one in several]
     if not paths:
         raise ArgumentError("paths: none; name the files of a record")
     if len(paths) > 1:
@@ -302,6 +304,8 @@ def read(
     ArgumentError
         If something is declared that cannot be, no path is given, or a step is none.
     """
+    if not isinstance(record_id, str | None):
+        raise ArgumentError(f"record_id: a {type(record_id).__name__}; give a text")
     try:
         steps = None if processing is None else TypeAdapter(Steps).validate_python(processing)
     except ValidationError as problem:

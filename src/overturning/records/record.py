@@ -12,7 +12,7 @@ from overturning.motion.integration import integrate
 from overturning.motion.motion import Accelerogram
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Record(Accelerogram):
     """Strong-motion record: acceleration towards north, east and (optionally) up, with metadata.
 
@@ -67,8 +67,10 @@ class Record(Accelerogram):
     extra: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if any(samples.dtype != np.float64 for samples in self.components):
-            raise TypeError(f"record {self.record_id}: components are float64 arrays")
+        for name, samples in zip(("north", "east", "up"), self.components, strict=False):
+            if not isinstance(samples, np.ndarray) or samples.dtype != np.float64:
+                what = f"{type(samples).__name__} of {np.asarray(samples).dtype} numbers"
+                raise RecordError(f"record {self.record_id}: {name}: {what}; give an array of float64")
         self.check(RecordError, f"record {self.record_id}: ")
 
     def with_changed_components(

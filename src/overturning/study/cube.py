@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from overturning.arrays import skip_dask_import
+from overturning.arrays import float_array_of_argument, skip_dask_import
 from overturning.errors import ArgumentError, ResultError, suggest_closest_keyword
-from overturning.files import checksum_at_end_matches
+from overturning.files import checksum_at_end_matches, path_of_argument
 from overturning.model.falls import model_of_cube
 from overturning.model.grid import AXES
 from overturning.model.symmetry import FULL_TURN
@@ -85,10 +85,16 @@ def open_cube(
     ------
     ResultError
         If there is no cube at this path, or the cube has no such element or factor.
+    ArgumentError
+        If the path is none, the factor no number, or `chunks` an unknown word.
     """
     import xarray as xr
 
-    path = Path(path)
+    path = path_of_argument("path", path, "the path of cube.nc")
+    if isinstance(chunks, str) and chunks != "auto":
+        raise ArgumentError(f'chunks: {chunks!r}; give a dictionary such as {{"record": 1}}, "auto", or nothing')
+    if amplitude is not None:
+        amplitude = float(float_array_of_argument("amplitude", amplitude))
     try:
         is_file, is_folder = path.is_file(), path.is_dir()
     except OSError as error:  # a name that is too long, or a folder that must not be read
@@ -264,8 +270,9 @@ def study_for_presentation(cube: "xr.Dataset", study: Study | None = None) -> St
         return study
     if "study" not in cube.attrs:
         return None
-    own, path = study_of_cube(cube), Path(cube.encoding.get("source", "")).with_name(CONFIGURATION)
-    return beside if path.is_file() and (beside := load_study(path)).name == own.name else own
+    own, source = study_of_cube(cube), cube.encoding.get("source")  # xarray drops the source in some operations
+    path = Path(source).with_name(CONFIGURATION) if source else None
+    return beside if path and path.is_file() and (beside := load_study(path)).name == own.name else own
 
 
 def first_shown_height_and_friction(cube: "xr.Dataset", study: Study | None = None) -> dict[str, list[float]]:

@@ -1,10 +1,11 @@
 """Run small studies from Python, without the workflow, and convert cubes to tables."""
 
 import tempfile
+import threading
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from overturning.errors import ArgumentError, ConfigError, MissingDataError
 from overturning.files import atomic_write
@@ -27,6 +28,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+_FILES_OF_A_STUDY: Final = threading.RLock()
+"""Lock of `run_study`: the library that writes its files must not be called by several threads at once."""
+
+
 def to_dataframe(cube: "xr.Dataset") -> "pd.DataFrame":
     """Convert the outcomes in a results cube, or in a part of it, to a pandas table with one row per case.
 
@@ -41,11 +46,26 @@ def to_dataframe(cube: "xr.Dataset") -> "pd.DataFrame":
         A row for each case, in the order of the cube. Columns: the record's id, the cube's dimensions, its variables,
         and what is known of the record. What `overturning.simulate` returns has no columns of a record. Missing values
         are NaN.
+
+    Raises
+    ------
+    ArgumentError
+        If the dataset is no such cube, for instance a trajectory.
     """
+    if (
+        not set(getattr(cube, "data_vars", ()))
+        or "overturned" not in cube
+        or set(cube.dims) != set(cube["overturned"].dims)
+    ):
+        raise ArgumentError(
+            f"cube: a {type(cube).__name__} without outcomes by case; give a cube of open_cube, run_study or simulate"
+        )
     first = [str(name) for name in cube["overturned"].dims]
     named = (
         cube.assign_coords(record=cube["record_id"].variable).drop_vars("record_id") if "record_id" in cube else cube
     )
+    if not first:  # a single case: a table of one row
+        return named.expand_dims(case=1).to_dataframe().reset_index(drop=True)
     table = named.to_dataframe(dim_order=first).reset_index()
     known = [name for name in ("record", *first, *cube.data_vars) if name in table]
     return table[list(dict.fromkeys([*known, *table]))]
@@ -82,6 +102,8 @@ def run_study(
 ) -> "xr.Dataset":
     """Run a study of a few records, with its ensemble, without a workflow, and return the results cube.
 
+    Calls from several threads run one after the other; give `threads` instead.
+
     Parameters
     ----------
     records : iterable of Record, Motion or str
@@ -104,8 +126,8 @@ def run_study(
     ArgumentError
         If a single record is given instead of a list, or something that is none.
     ConfigError
-        If a key or value is wrong, a record is not in the table, one that is given is to be processed, two have the
-        same samples, or there are variants.
+        If a key or value is wrong, a record is not in the table, one that is given is to be processed, two records
+        have the same samples (motions may), or there are variants.
     """
     given = _checked_records_and_ids(records)
     names = [record if isinstance(record, str) else record.record_id for record in given]
@@ -120,7 +142,7 @@ def run_study(
     refuse_duplicate_records(used)
     numerics = numerics_of_study(study, threads, client=client)
     members = sample_member_changes(study.ensemble) if study.ensemble.members else None
-    with tempfile.TemporaryDirectory() as name:
+    with _FILES_OF_A_STUDY, tempfile.TemporaryDirectory() as name:
         parts = [Path(name) / f"{index}.nc" for index in range(len(used))]
         for record, part in zip(used, parts, strict=True):
             sweep_cases_of_record(study, record, part, members=members, numerics=numerics)

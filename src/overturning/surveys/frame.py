@@ -1,9 +1,10 @@
 """Surveys of gravestones as pandas tables."""
 
 import os
-from pathlib import Path
 from typing import TYPE_CHECKING
 
+from overturning.arrays import float_array_of_argument
+from overturning.files import path_of_argument
 from overturning.surveys.stones import SurveyTable, read_survey_table
 
 if TYPE_CHECKING:
@@ -59,7 +60,10 @@ def read_survey(path: "str | os.PathLike[str]", *, declination_deg: float | None
     >>> stones = overturning.read_survey("stones.csv", declination_deg=-7.5)  # doctest: +SKIP
     >>> stones.groupby("site")["counted_as"].value_counts()  # doctest: +SKIP
     """
-    return survey_data_frame(read_survey_table(Path(path), declination_deg))
+    declination = (
+        None if declination_deg is None else float(float_array_of_argument("declination_deg", declination_deg))
+    )
+    return survey_data_frame(read_survey_table(path_of_argument("path", path), declination))
 
 
 def survey_data_frame(table: SurveyTable) -> "pd.DataFrame":

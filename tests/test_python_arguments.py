@@ -113,6 +113,16 @@ def test_a_scene_is_found_from_a_folder_given_as_text() -> None:
     assert overturning.load_scene("three-tier", str(root)) == overturning.load_scene("three-tier", root)
 
 
+def test_a_simulation_of_a_scene_repeats_the_cell_of_a_study(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Both have the size of the scene's reference element as their default, with the same digits."""
+    monkeypatch.chdir(Path(__file__).parents[1])
+    cell = overturning.run_study([WAVE], scene="three-tier", azimuth={"step": 90}, **NO_ENSEMBLE).isel(record=0)
+    alone = overturning.simulate(WAVE, overturning.load_scene("three-tier"), azimuth_deg=[0, 90, 180, 270])
+    assert alone["b_over_h"].to_numpy().tolist() == cell["b_over_h"].to_numpy().tolist()
+    for name in ("overturned", "peak_slip", "peak_rotation"):
+        np.testing.assert_array_equal(alone[name].to_numpy().ravel(), cell[name].to_numpy().ravel())
+
+
 def test_a_single_case_of_a_cube_is_a_table_of_one_row() -> None:
     one = small_cube().isel(record=0, azimuth=1, height=0, b_over_h=0, friction=0)
     table = overturning.to_dataframe(one)

@@ -228,11 +228,11 @@ def _simulate_planar(
     from overturning.dem.trajectory import trajectory
     from overturning.figures.film_of_trajectory import AFTERMATH, outcome_sentence
     from overturning.figures.style import compass_bearing
-    from overturning.model.geometry import size_reference_height_and_b_over_h
+    from overturning.model.geometry import default_height_and_b_over_h
     from overturning.model.planes import PlanarModel
 
     stones = _load_or_create_scene(planar_model_options, stone_options.damping_ratio)
-    own_height, own_ratio = size_reference_height_and_b_over_h(stones)
+    own_height, own_ratio = default_height_and_b_over_h(stones)
     height = own_height if stone_options.height is None else stone_options.height
     b_over_h = own_ratio if stone_options.b_over_h is None else stone_options.b_over_h
     friction = _friction_of_scene(stones, stone_options)

@@ -186,6 +186,15 @@ def size_reference_height_and_b_over_h(scene: SceneLayout) -> tuple[float, float
     return height, width / height
 
 
+def default_height_and_b_over_h(scene: SceneLayout) -> tuple[float, float]:
+    """Return height (m) and B/H of a scene's reference element as the default of a study and of single simulations.
+
+    They are rounded to ten decimals, as studies store sizes, so that a single simulation repeats a cell of a study.
+    """
+    height, b_over_h = size_reference_height_and_b_over_h(scene)
+    return round(height, 10), round(b_over_h, 10)
+
+
 def distances_of_vertices_from_faces(element: PlacedElement, other_element: PlacedElement) -> FloatArray:
     """Return the signed distance (m) of each face of a convex element from the nearest vertex of another one.
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.dem.polygon.prepare import reason_scene_moves_by_itself
-from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.geometry import default_height_and_b_over_h
 from overturning.model.planes import planes_impose_axis
 from overturning.model.scene import Scene
 from overturning.model.stack_checks import unmodelled_touches_of_overhangs
@@ -119,7 +119,7 @@ def skipped_range_end_warnings(study_content: Mapping[str, Any]) -> Iterator[str
 def _block_setting_warnings(study: Study) -> Iterator[str]:
     """Yield a warning for each implausible B/H, friction, amplitude or density in a study."""
     vertices = study.body is not None and study.body.vertices is not None
-    own = round(size_reference_height_and_b_over_h(study.scene)[1], 10)
+    own = default_height_and_b_over_h(study.scene)[1]
     shapes = [one for one in study.b_over_h if one > LARGEST_B_OVER_H and not vertices and one != own]
     if shapes:
         yield (

@@ -19,7 +19,7 @@ from pydantic import (
 from overturning.errors import REASON_SEPARATOR
 from overturning.model.cases import HIGHEST, LOWEST, checked_stone_height
 from overturning.model.contact import ContactSettings
-from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.geometry import default_height_and_b_over_h
 from overturning.model.scene import Scene, gravestone
 from overturning.quantities import Density, Metre
 from overturning.records.site import SoilSite
@@ -187,9 +187,9 @@ class Study(StrictModel):
             filled["scene"] = Scene.model_validate(load_scene_by_name(content["scene"]))
         except ValueError:
             return filled  # the field says what is wrong, and where
-        height, b_over_h = size_reference_height_and_b_over_h(filled["scene"])
-        filled.setdefault("height", [round(height, 10)])
-        filled.setdefault("b_over_h", [round(b_over_h, 10)])
+        height, b_over_h = default_height_and_b_over_h(filled["scene"])
+        filled.setdefault("height", [height])
+        filled.setdefault("b_over_h", [b_over_h])
         filled.setdefault("ensemble", {"members": 0})
         return filled
 

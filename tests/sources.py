@@ -1,8 +1,20 @@
-"""Import statements of Python sources, found once for all tests of a process that read them."""
+"""Sources of the project that several tests read: import statements, and the files that come with the program."""
 
 import ast
+import subprocess
 from collections.abc import Iterator
 from functools import cache
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+
+
+def shipped_files(pattern: str) -> list[Path]:
+    """Return the files of the project that match a pattern, without those that a user has added to a checkout."""
+    found = sorted(ROOT.glob(pattern))
+    listed = subprocess.run(["git", "ls-files", "-z", pattern], cwd=ROOT, capture_output=True, text=True, check=False)
+    shipped = {ROOT / name for name in listed.stdout.split("\0") if name}
+    return [path for path in found if path in shipped] if shipped else found
 
 
 @cache

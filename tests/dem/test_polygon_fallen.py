@@ -17,10 +17,11 @@ from overturning.model.scene import Scene
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from tests.dem.near_field import near_field
-from tests.dem.polygon_scenes import GROUND, ROOT, block, scene, shaken, shipped, still
+from tests.dem.polygon_scenes import GROUND, block, scene, shaken, shipped, still
+from tests.sources import shipped_files
 
 STEP = np.radians(0.02)
-ALL_SHIPPED = sorted(path.stem for path in (ROOT / "config" / "scenes").glob("*.yaml"))
+ALL_SHIPPED = sorted(path.stem for path in shipped_files("config/scenes/*.yaml"))
 
 
 def valleys(vertices: np.ndarray) -> np.ndarray:

@@ -18,6 +18,7 @@ from overturning.study.load import load_study, load_study_from_file_or_json, rec
 from overturning.study.scenes import variant_contact
 from overturning.study.values import AzimuthRange, ValueRange
 from tests.expect import refused
+from tests.sources import shipped_files
 
 CONFIG = Path(__file__).parents[2] / "config"
 SMALL = {"name": "small", "records": {"use": ["rinaldi"]}}
@@ -68,7 +69,7 @@ def test_filled_in_study_reads_back_equal() -> None:
         load_study_from_file_or_json("{name:")
 
 
-@pytest.mark.parametrize("path", sorted(CONFIG.glob("*.yaml")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", shipped_files("config/*.yaml"), ids=lambda path: path.stem)
 def test_each_shipped_study_states_its_question_and_primary_statistic(path: Path) -> None:
     assert {"primary", "question", "asks"} <= load_study(path).model_fields_set
 
@@ -96,7 +97,7 @@ IN_PLANES = [
     ({"variants": {"nominal": {}}}, "choose another"),
     ({"contact": {"damping": 9}, "variants": {"same": {}}}, "variants.same: it changes nothing; give contact"),
     ({"records": {"use": ["rinaldi", "rinaldi"]}}, "rinaldi stands twice"),
-    ({"records": {}}, "mine.yaml: records.use: this key is needed"),
+    ({"records": {}}, "mine.yaml: records.use: [] – at least 1 value needed, not 0"),
     (
         {"surveys": [{"stones": "a.csv", "rekord": "x"}]},
         "mine.yaml: surveys.0.rekord: unknown key; did you mean record?",

@@ -13,6 +13,7 @@ from overturning.study.doubts import implausible_setting_warnings, skipped_range
 from overturning.study.load import load_study, study_from_content
 from tests.dem.test_polygon_fallen import arch
 from tests.expect import said
+from tests.sources import shipped_files
 
 CONFIG = Path(__file__).parents[2] / "config"
 PULSE = {"use": [], "pulses": {"p1": "sine amplitude_gal=300 period_s=1 azimuth_deg=60"}}
@@ -32,7 +33,7 @@ def doubts(**keys: Any) -> list[str]:
     )
 
 
-@pytest.mark.parametrize("path", sorted(CONFIG.glob("*.yaml")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", shipped_files("config/*.yaml"), ids=lambda path: path.stem)
 def test_no_study_of_the_package_is_doubted(path: Path) -> None:
     assert list(implausible_setting_warnings(load_study(path))) == []
 

@@ -21,6 +21,7 @@ from overturning.translation.texts import (
     translate_strings,
     translate_visible_texts_to,
 )
+from tests.sources import shipped_files
 
 ROOT = Path(__file__).parents[2]
 ENGLISH = re.compile(r"[A-Za-z]{3,}")
@@ -105,7 +106,7 @@ def test_shapes_of_pulses_are_translated(shape: str) -> None:
     assert not english_words(translate(f"pulse, {shape} pulse: B/H = 0.4, H = 0.6 m, µ = 1", "ja"))
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "config").glob("*.yaml")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", shipped_files("config/*.yaml"), ids=lambda path: path.stem)
 def test_titles_and_questions_of_the_studies_that_come_with_the_program_are_translated(path: Path) -> None:
     study = yaml.safe_load(path.read_text(encoding="utf-8"))
     table = read_translation_table("ja", "labels")

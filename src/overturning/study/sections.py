@@ -39,7 +39,12 @@ class RecordSettings(StrictModel):
         default="config/records.tsv", description="record table, tab-separated; path from the project's folder"
     )
     folder: str = Field(default="resources/records", description="folder of the record files that the user provides")
-    use: tuple[str, ...] = Field(min_length=1, description="ids of the records in the table, in the order of the cube")
+    use: tuple[str, ...] = Field(
+        default=(),
+        min_length=1,
+        validate_default=True,
+        description="ids of the records in the table, in the order of the cube; required unless there are `pulses`",
+    )
     pulses: dict[PulseName, str] = Field(
         default={},
         description="synthetic records by id, one line each: `sine amplitude_gal=300 period_s=1 azimuth_deg=60`",

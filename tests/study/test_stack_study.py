@@ -66,7 +66,7 @@ def cube(cube_file: Path) -> xr.Dataset:
 
 @pytest.mark.parametrize(("plan", "times"), [("rectangle", 1.0), (8, 8.0), ("circle", 64.0)])
 def test_the_expected_time_of_a_stack_grows_with_the_corners_of_its_stones(plan: str | int, times: float) -> None:
-    """Two equal drums and a capital took 24 to 33 times as long as square stones that taper, octagons 8 to 12 times."""
+    """Two equal drums and a capital took 23 to 36 times as long as square stones that taper, octagons 8 to 12 times."""
     ground = {"name": "ground", "kind": "driven", "width": 40, "depth": 40, "height": 1, "at": (0, -1)}
     drum = {"width": 0.6, "height": 0.5, "plan": plan} | ({"depth": 0.6} if plan == "rectangle" else {})
     drums = [drum | {"name": f"drum-{k}", "stands_on": f"drum-{k - 1}" if k else "ground"} for k in range(4)]

@@ -195,7 +195,7 @@ def count_falls_of_two_stones(cube: xr.Dataset, other_cube: xr.Dataset) -> xr.Da
         at the same time. ``compared`` is the number of cases without weights.
     """
     weights = np.ones(1)
-    if "azimuth" in cube.coords:
+    if "azimuth" in cube.indexes:
         weight = case_weight_of_azimuths(cube["azimuth"].to_numpy(), azimuth_period_of_cube_deg(cube))
         flags = cube["overturned"].isel(record=0)
         weights = xr.DataArray(weight, dims="azimuth").broadcast_like(flags).transpose(*flags.dims).to_numpy().ravel()

@@ -90,9 +90,8 @@ def overturning_boundary_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
         for half_falls in (falls + gap / 2, falls - gap / 2):
             crossing, still_falls = boundary_along_b_over_h(half_falls)
             end = crossing.where(~still_falls, largest).fillna(smallest)
-            low, high = (xr.apply_ufunc(of, *pair, dask="allowed") for of, pair in (
-                (np.minimum, (low, end)), (np.maximum, (high, end))
-            ))  # fmt: skip
+            low = xr.apply_ufunc(np.minimum, low, end, dask="allowed")
+            high = xr.apply_ufunc(np.maximum, high, end, dask="allowed")
     named = {
         "boundary": (middle, "overturning boundary"),
         "boundary_low": (low, "overturning boundary, lower of two scrambles"),

@@ -24,7 +24,7 @@ from overturning.figures.polar_map import azimuth_map_figure
 from overturning.figures.rose import fall_roses_by_group_figure
 from overturning.figures.style import azimuths_inside_unsimulated_gaps, compass_bearing, project_style
 from overturning.figures.write import save_figure_files
-from overturning.model.planes import relative_weight_of_azimuths
+from overturning.model.planes import case_weight_of_azimuths
 from overturning.motion.motion import Motion
 from overturning.statistics.circular import fall_shares_by_sector
 from overturning.study.intensity import write_intensity_measures
@@ -71,9 +71,9 @@ def test_sectors_are_centred_on_north_and_shares_sum_to_one() -> None:
 
 def test_an_azimuth_added_to_the_grid_shares_the_weight_of_its_neighbours() -> None:
     regular = np.arange(0.0, 360.0, 30.0)
-    np.testing.assert_allclose(relative_weight_of_azimuths(regular), 1.0)
+    np.testing.assert_allclose(case_weight_of_azimuths(regular), 1.0)
     added = np.sort(np.append(regular, [32.0, 212.0]))
-    weight = relative_weight_of_azimuths(added)
+    weight = case_weight_of_azimuths(added)
     assert weight[added == 32.0] == weight[added == 212.0]
     # Of seven planes: 30° and 32° have half of the 32° and of the 30° between their neighbours, 30° is regular.
     assert weight[added == 30.0] == pytest.approx(7 * 16 / 180)

@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from overturning.figures.cells import extend_cells_to_full_circle, panel_row_and_column_counts
+from overturning.figures.cells import extend_cells_to_full_circle, isolated_point_indices, panel_row_and_column_counts
 from overturning.figures.compass import create_compass_grid, slenderness_ring_labels
 from overturning.figures.style import (
     DASHES,
@@ -43,9 +43,7 @@ def _draw_overturning_boundary(axes: Any, boundary_by_azimuth: xr.Dataset, large
             label=friction_label(boundary_by_azimuth, friction),
         )  # fmt: skip
         # A line needs two neighbouring azimuths; an isolated azimuth is drawn as a point.
-        known = np.isfinite(radius)
-        alone = known & ~((np.roll(known, 1) | np.roll(known, -1)) & (known.size > 1))
-        if alone.any():
+        if alone := isolated_point_indices(radius[around]):
             axes.plot(azimuth[alone], radius[alone], ".", color=colour, markersize=5)
         if beyond.any():
             axes.plot(azimuth[beyond], largest[beyond], "^", color=colour, markersize=3)

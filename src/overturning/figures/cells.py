@@ -106,7 +106,8 @@ def closed_polar_curve(azimuth_deg: FloatArray, values_by_azimuth: FloatArray) -
 def isolated_point_indices(curve_values: FloatArray) -> list[int]:
     """Return the indices of the points between two NaN of a closed curve, which a line without markers would not show.
 
-    The last value of the closed curve is the first one again.
+    The last value of the closed curve is the first one again. A curve of a single point is isolated.
     """
     known = np.isfinite(curve_values[:-1])
-    return [int(index) for index in np.flatnonzero(known & ~np.roll(known, 1) & ~np.roll(known, -1))]
+    has_neighbour = (np.roll(known, 1) | np.roll(known, -1)) & (known.size > 1)
+    return [int(index) for index in np.flatnonzero(known & ~has_neighbour)]

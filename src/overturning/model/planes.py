@@ -157,14 +157,6 @@ def cube_planes_impose_axis(cube: "xr.Dataset") -> bool:
     return "azimuth" in cube.dims and planes_impose_axis(cube["azimuth"].to_numpy())
 
 
-def relative_weight_of_azimuths(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> FloatArray:
-    """Return the weight of each azimuth: 1 on a regular grid, less where extra azimuths are close together."""
-    azimuth = np.asarray(azimuth_deg, dtype=np.float64)
-    index = distinct_plane_indices(azimuth, period_deg)
-    weight = circle_share_of_planes(azimuth[index], period_deg) * index.size
-    return np.asarray(weight[nearest_computed_cells(azimuth[index], azimuth, period_deg).cell])
-
-
 def case_weight_of_azimuths(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> FloatArray:
     """Return the weight of the cases at each azimuth in shares of all cases; the mean of the weights is 1.
 

@@ -8,7 +8,7 @@ import xarray as xr
 
 from overturning.arrays import FloatArray
 from overturning.model.falls import model_of_cube
-from overturning.model.planes import azimuth_gaps_and_step, azimuth_period_of_cube_deg, relative_weight_of_azimuths
+from overturning.model.planes import azimuth_gaps_and_step, azimuth_period_of_cube_deg, case_weight_of_azimuths
 from overturning.model.space import cell_weight_in_direction_statistics
 from overturning.model.symmetry import FULL_TURN
 from overturning.statistics.bootstrap import mean_share_interval, means_by_earthquake
@@ -109,9 +109,7 @@ def fall_rose(
     for row, one in enumerate(iterate_record_cubes(cube, ["overturned"] if planes else ["fall_azimuth", *_DIRECTIONS])):
         azimuth, counts = _nominal_fall_azimuths_and_weights(one)
         if counts.any() and np.isfinite(zero[row]):
-            weight = (
-                counts * relative_weight_of_azimuths(azimuth, azimuth_period_of_cube_deg(cube)) if planes else counts
-            )
+            weight = counts * case_weight_of_azimuths(azimuth, azimuth_period_of_cube_deg(cube)) if planes else counts
             wide = _rose_spread_width_deg(azimuth) if planes else 0.0
             shares[row] = fall_shares_by_sector(azimuth - zero[row], weight, wide)
             total += round(counts.sum()) if planes else counts.size

@@ -30,9 +30,9 @@ from overturning.motion.intensity import (
 )
 from overturning.motion.jma_intensity import (
     SURVEY_RULE,
+    is_published_intensity_in_range,
     jma_filter_gain,
     jma_instrumental_intensity,
-    published_intensity_lies_in,
     truncate_to_published_intensity,
 )
 from overturning.motion.motion import Motion
@@ -475,8 +475,8 @@ def test_published_intensity_follows_jma_rounding():
 def test_the_degree_of_the_jma_scale_follows_from_the_published_intensity():
     """5.996 is rounded to 6.00 and published as 6.0, which is 6 upper; 6.494 is published as 6.4, which is not 7."""
     intensity = [5.994, 5.996, 6.494, 6.496, np.nan, -np.inf]
-    assert published_intensity_lies_in(intensity, 6.0, 6.5).tolist() == [False, True, True, False, False, False]
-    assert published_intensity_lies_in(intensity, 6.5, np.inf).tolist() == [False, False, False, True, False, False]
+    assert is_published_intensity_in_range(intensity, 6.0, 6.5).tolist() == [False, True, True, False, False, False]
+    assert is_published_intensity_in_range(intensity, 6.5, np.inf).tolist() == [False, False, False, True, False, False]
 
 
 def test_jma_filter_at_special_frequencies():

@@ -23,7 +23,7 @@ from overturning.figures.style import (
 from overturning.motion.fourier import rms_fourier_amplitude_in_bands
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
-from overturning.motion.noise import SignalToNoiseRatio, shortest_noise_s, signal_to_noise_ratio
+from overturning.motion.noise import SignalToNoiseRatio, shortest_noise_window_s, signal_to_noise_ratio
 from overturning.motion.spectra import rotd_percentile_measures
 from overturning.records.processing import SIGNAL_TO_NOISE
 from overturning.records.record import Record, processing_entry_text, processing_label
@@ -75,7 +75,9 @@ def record_history_figure(unprocessed_record: Record, processed_record: Record) 
             panel.tick_params(labelbottom=False)
     _draw_husid(panels[4, 0], processed_record, names)
     shown = [name for name, samples in zip(names, moving, strict=True) if np.ptp(samples) > 0]
-    _draw_signal_to_noise_ratio(panels[4, 1], noise, shown, shortest_noise_s(unprocessed_record.sampling_interval))
+    _draw_signal_to_noise_ratio(
+        panels[4, 1], noise, shown, shortest_noise_window_s(unprocessed_record.sampling_interval)
+    )
     _draw_removed_acceleration(panels[4, 2] if wide else panels[5, 0], unprocessed_record, processed_record, names)
     _add_title_and_legend(figure, panels, unprocessed_record, processed_record, noise)
     return figure

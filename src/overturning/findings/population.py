@@ -12,7 +12,7 @@ from overturning.findings.values import Finding, Number
 from overturning.motion.jma_intensity import (
     SURVEY_RULE,
     VERTICAL_INTENSITY_INCREMENT,
-    published_intensity_lies_in,
+    is_published_intensity_in_range,
     truncate_to_published_intensity,
 )
 from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap_interval, unanimous_share_interval
@@ -214,7 +214,7 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
                 jma_degree=degree, median_fall_rate=float(np.median(rates[at])), count=_count_motions(at, events)
             )
             for degree, low, high in JMA_DEGREES
-            if (at := known & published_intensity_lies_in(jma, low, high)).sum() >= FEWEST_MOTIONS
+            if (at := known & is_published_intensity_in_range(jma, low, high)).sum() >= FEWEST_MOTIONS
         ],
         survey_rules=[
             _check_jma_survey_rule(rule, known, free_rates, jma, horizontal, events)
@@ -283,7 +283,7 @@ def _check_jma_survey_rule(
     selected = _mask_of_motions_in_fall_rate_range_of_rule(survey_rule, known_motions, fall_rates)
     more = jma_intensity + VERTICAL_INTENSITY_INCREMENT * lacks_vertical[:, None]
     agreeing, agreeing_more, above = (
-        selected & published_intensity_lies_in(one, a, b)
+        selected & is_published_intensity_in_range(one, a, b)
         for one, a, b in ((jma_intensity, least, most), (more, least, most), (jma_intensity, most, math.inf))
     )
     lacking = bool((selected & lacks_vertical[:, None]).any())

@@ -50,7 +50,7 @@ def azimuth_difference(first_deg: Any, second_deg: Any) -> Any:
 
 
 def checked_azimuths(azimuth_deg: ArrayLike) -> FloatArray:
-    """Return azimuths as a 1-D array; raise an `ArgumentError` if there are none or one is not finite."""
+    """Return azimuths as a 1-D array; raise an `ArgumentError` if there are none, or one is not finite."""
     azimuths = np.atleast_1d(float_array_of_argument("azimuth_deg", azimuth_deg))
     if azimuths.ndim != 1 or azimuths.size == 0 or not np.isfinite(azimuths).all():
         raise ArgumentError("azimuth_deg: give one or more finite numbers of degrees, in one row")

@@ -154,6 +154,6 @@ def _horizontal_component_products(motion: Accelerogram) -> FloatArray:
 
 
 def _squared_motion_coefficients(azimuth_cosines: FloatArray) -> FloatArray:
-    """Return factors of n², n e and e² in the squared motion along m azimuths (n north, e east), shape (m, 3)."""
+    """Return the factors of n², n e and e² (n north, e east) in the squared motion along m azimuths, shape (m, 3)."""
     c, s = azimuth_cosines[:, 0], azimuth_cosines[:, 1]
     return np.column_stack([c * c, 2.0 * c * s, s * s])

@@ -34,8 +34,8 @@ def truncate_to_published_intensity(intensity: ArrayLike) -> FloatArray:
     return np.asarray(np.floor(np.round(100.0 * np.asarray(intensity)) / 10.0) / 10.0)
 
 
-def published_intensity_lies_in(intensity: ArrayLike, low: float, high: float) -> NDArray[np.bool_]:
-    """Return where the published intensity of motions lies from `low` to below `high`, the range of a degree.
+def is_published_intensity_in_range(intensity: ArrayLike, low: float, high: float) -> NDArray[np.bool_]:
+    """Return True for each motion whose published JMA intensity is from `low` to below `high`, such as a JMA degree.
 
     `intensity` is the unrounded instrumental intensity; see `truncate_to_published_intensity`.
     """

@@ -64,8 +64,8 @@ def motion_onset_index(samples: FloatArray) -> int:
     return int(k[criterion.argmin()])
 
 
-def shortest_noise_s(sampling_interval: float) -> float:
-    """Return the shortest time before the onset that is used as noise, s: with it, frequencies span an octave."""
+def shortest_noise_window_s(sampling_interval: float) -> float:
+    """Return the shortest noise window before the onset, s: long enough to resolve an octave of frequencies."""
     return max(SHORTEST_NOISE, 2.0 * CYCLES * sampling_interval / HIGHEST)
 
 
@@ -83,7 +83,7 @@ def signal_to_noise_ratio(components: Sequence[FloatArray], sampling_interval: f
     """
     moving = [samples - samples.mean() for samples in components if np.ptp(samples) > 0]
     first = min((motion_onset_index(samples) for samples in moving), default=0)
-    too_short = first * sampling_interval < shortest_noise_s(sampling_interval)
+    too_short = first * sampling_interval < shortest_noise_window_s(sampling_interval)
     if too_short or not all(np.ptp(samples[:first]) > 0 for samples in moving):
         return None
     energy = np.cumsum(np.sum([samples[first:] ** 2 for samples in moving], axis=0))

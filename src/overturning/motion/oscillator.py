@@ -115,7 +115,7 @@ class OscillatorResponseCalculator:
         return self._finer[points_per_sample]
 
     def points_per_sample_for_period(self, period_s: float) -> int:
-        """Return how many points per sample (1, 2, 4, 8 or 16) the response of an oscillator with this period needs."""
+        """Return the points per sample (1, 2, 4, 8 or 16) at which an oscillator of this period must be evaluated."""
         wanted = self._interval * max(self._points / max(period_s, 3.0 * self._interval), 1.0 / LONGEST_STEP)
         return min(MAX_REFINEMENT, 2 ** max(0, math.ceil(math.log2(wanted))))
 

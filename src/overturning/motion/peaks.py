@@ -39,12 +39,12 @@ def largest_filtered_motion_along_azimuths(
     north, east = (np.ascontiguousarray(component, dtype=np.float64) for component in horizontal_motion)
     cosines = np.ascontiguousarray(azimuth_cosines, dtype=np.float64)
     largest, coefficients = np.zeros(len(cosines)), np.stack([numerator, denominator])
-    _update_largest_filtered_motion(north, east, coefficients, cosines, _groups(cosines), largest)
+    _update_largest_filtered_motion(north, east, coefficients, cosines, _azimuth_groups(cosines), largest)
     return largest
 
 
-def _groups(azimuth_cosines: FloatArray) -> FloatArray:
-    """Return, for each group of successive azimuths, its middle azimuth and the largest sine of the angle to it.
+def _azimuth_groups(azimuth_cosines: FloatArray) -> FloatArray:
+    """Divide azimuths into groups; return each group's middle azimuth and the largest sine of the angle to it.
 
     The columns are the cosines of the middle azimuth towards north and east, the sine, and a zero; shape (groups, 4).
     """
@@ -66,7 +66,7 @@ def _update_largest_filtered_motion(
     groups: FloatArray,
     largest_out: FloatArray,
 ) -> None:
-    """Filter a motion and update the largest value along each azimuth; most samples are too small for any azimuth.
+    """Filter a motion and update, in place, the largest value along each azimuth; skip samples that are too small.
 
     A sample that is nearer to the origin than the smallest of all largest values so far cannot be the largest along
     any azimuth. Otherwise each group of azimuths is tested: |p · u| ≤ |p · m| + |p × m| |sin δ| for the sample p

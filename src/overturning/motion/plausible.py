@@ -48,7 +48,7 @@ _LIKELY: Final = (0.005 * STANDARD_GRAVITY, 2.0 * STANDARD_GRAVITY)
 def implausible_amplitude_reason(
     components: Sequence[FloatArray], sampling_interval: float, *, unit: str = "", check_velocity: bool = True
 ) -> str:
-    """Return why a motion's amplitude is implausible, and units that would make it plausible; "" if it is plausible.
+    """Return the reason why a motion's amplitude is implausible, with units that would make it plausible; else "".
 
     Parameters
     ----------
@@ -231,7 +231,7 @@ def clipped_sample_count_and_level(samples: FloatArray) -> tuple[int, float]:
 
 
 def _is_clipped_sample_range(samples: FloatArray, first_index: int, last_index: int, min_drop: float) -> bool:
-    """True if a run of equal samples is clipped: samples before and after it are lower by more than `min_drop`."""
+    """True if a run of equal samples at a peak is clipped: its neighbours are lower by more than `min_drop`."""
     length = last_index + 1 - first_index
     sides = samples[max(first_index - length, 0) : first_index], samples[last_index + 1 : last_index + 1 + length]
     return all(side.size > 0 and float(samples[first_index] - side.min()) > min_drop for side in sides)

@@ -104,7 +104,7 @@ def propagate_through_soil(
     *,
     outcrop: bool = True,
 ) -> SurfaceComponentResult:
-    """Compute the horizontal motion at the surface of soil layers from the motion of the rock below, one component.
+    """Compute one horizontal component of motion at the surface of soil layers from that of the rock below.
 
     Parameters
     ----------
@@ -134,9 +134,9 @@ def propagate_through_soil(
     while True:
         length = 1 << (acceleration.size + shortest_tail + zeros - 1).bit_length()
         found = _propagate_with_zero_padding(package, acceleration, sampling_interval, layers, rock, outcrop, length)
-        remaining = _vibration_after_padding(found.samples, shortest_tail)
+        remaining = _residual_vibration_share(found.samples, shortest_tail)
         if remaining <= WRAP_AROUND:
-            count = _count_until_vibration_has_decayed(found.samples, acceleration.size, shortest_tail)
+            count = _sample_count_until_vibration_decays(found.samples, acceleration.size, shortest_tail)
             return replace(found, samples=found.samples[:count])
         if zeros >= longest:
             raise ArgumentError(
@@ -147,8 +147,8 @@ def propagate_through_soil(
         zeros = min(2 * zeros, longest)
 
 
-def _vibration_after_padding(surface: FloatArray, tail_count: int) -> float:
-    """Return the largest acceleration near the end of the zero padding, as a share of the peak.
+def _residual_vibration_share(surface: FloatArray, tail_count: int) -> float:
+    """Return the largest acceleration near the end of the zero padding, over the peak: what has not yet decayed.
 
     The last `tail_count` samples are left out: an abrupt start of a record oscillates there at the highest frequency.
     """
@@ -156,10 +156,11 @@ def _vibration_after_padding(surface: FloatArray, tail_count: int) -> float:
     return float(np.abs(surface[-2 * tail_count : -tail_count]).max()) / peak if peak else 0.0
 
 
-def _count_until_vibration_has_decayed(surface: FloatArray, record_count: int, shortest_tail: int) -> int:
-    """Return the number of samples of record and tail; the tail doubles until at most `TAIL_END` of the peak is left.
+def _sample_count_until_vibration_decays(surface: FloatArray, record_count: int, shortest_tail: int) -> int:
+    """Return the number of surface samples to keep: the record, and its zero padding until the vibration has decayed.
 
-    The last `shortest_tail` samples are left out, as in `_vibration_after_padding`.
+    The kept part of the padding doubles from `shortest_tail` samples until at most `TAIL_END` of the peak is left.
+    The last `shortest_tail` samples are left out, as in `_residual_vibration_share`.
     """
     size, tail = np.abs(surface), shortest_tail
     while size[record_count + tail : -shortest_tail].max(initial=0.0) > TAIL_END * size.max():
@@ -176,7 +177,7 @@ def _propagate_with_zero_padding(
     outcrop: bool,
     length: int,
 ) -> SurfaceComponentResult:
-    """Return the surface motion of one Fourier transform of `length` samples, zero padding included."""
+    """Compute the motion at the ground surface with one Fourier transform of `length` samples, padded with zeros."""
     motion = package.motion.TimeSeriesMotion(
         "", "", sampling_interval, acceleration / STANDARD_GRAVITY, fa_length=length
     )
@@ -199,12 +200,14 @@ def _propagate_with_zero_padding(
     change = float(max(profile.max_error)) if nonlinear else 0.0
     strain = max(float(np.max(layer.strain_max)) for layer in profile[:-1]) if nonlinear else float("nan")
     return SurfaceComponentResult(
-        surface, change < TOLERANCE, change, strain, _strain_beyond_curve(profile[:-1], layers)
+        surface, change < TOLERANCE, change, strain, _largest_strain_beyond_curve(profile[:-1], layers)
     )
 
 
-def _strain_beyond_curve(profile_layers: Sequence[Any], layers: Sequence[SoilLayer]) -> tuple[float, float] | None:
-    """Return effective strain and largest strain of the curve of the layer that exceeds its curve most; None if none.
+def _largest_strain_beyond_curve(
+    profile_layers: Sequence[Any], layers: Sequence[SoilLayer]
+) -> tuple[float, float] | None:
+    """Return effective strain and end of the published curve for the layer strained furthest beyond its curve, or None.
 
     Beyond the curve pystrata keeps modulus and damping of its end, so that an iteration converges at any strain.
     """
@@ -228,7 +231,7 @@ def _pystrata_soil_type(pystrata_package: Any, soil_layer: SoilLayer | RockHalfS
 
 
 def _published_soil_type(pystrata_package: Any, weight: float, curve: str) -> Any:
-    """Return a `SoilType` with a published curve; raise an ArgumentError if pystrata lacks the curve or a part of it.
+    """Return a pystrata `SoilType` with a published curve; an ArgumentError if pystrata lacks (a part of) the curve.
 
     Some publications give only a modulus reduction, or only a damping.
     """

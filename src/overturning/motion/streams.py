@@ -38,14 +38,14 @@ def stream_accelerations(stream: Any, unit: str | None, sensor: str) -> tuple[di
     _check_same_sensor_and_window(traces)
     scale = 1.0 if unit is None else UNITS[unit]
     values: dict[str, Any] = {
-        name: np.ma.getdata(trace.data) * _calibration(trace) * scale for name, trace in traces.items()
+        name: np.ma.getdata(trace.data) * _calibration_factor(trace) * scale for name, trace in traces.items()
     }
     stats = traces["north"].stats
     return values, float(stats.delta), str(stats.starttime) if stats.starttime.timestamp else None
 
 
-def _calibration(trace: Any) -> float:
-    """Return the factor by which the samples of an obspy Trace are multiplied.
+def _calibration_factor(trace: Any) -> float:
+    """Return the factor that converts the samples of an obspy Trace to physical units (its `calib`; 1 for SAC files).
 
     obspy takes the header field SCALE of a SAC file as a calibration; programs fill this field in different ways, so
     that `overturning.read` does not apply it either.
@@ -77,7 +77,7 @@ def _reason_trace_is_no_acceleration(trace: Any, channel_code: str, unit: str | 
         )
     if unit is not None:
         return ""
-    if np.issubdtype(trace.data.dtype, np.integer) and _calibration(trace) == 1.0:
+    if np.issubdtype(trace.data.dtype, np.integer) and _calibration_factor(trace) == 1.0:
         return "integer samples are counts; remove the response with output='ACC', or give their unit"
     steps = " ".join(trace.stats.get("processing", ()))
     done = re.findall(r"remove_response\([^()]*?output='?(\w+)|\b(integrate|differentiate)\(", steps)

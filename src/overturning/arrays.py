@@ -22,7 +22,7 @@ FloatArray = TypeAliasType("FloatArray", npt.NDArray[np.float64])
 
 
 def float_array_of_argument(name: str, values: Any, *, copy: bool = False) -> FloatArray:
-    """Convert the argument `name` of a public function to an array of numbers; a masked array keeps its mask.
+    """Convert the argument `name` of a public function to a float array; a masked array keeps its mask.
 
     Parameters
     ----------

@@ -170,7 +170,7 @@ _BLOCK = 1 << 20  # bytes read at a time
 
 
 def path_of_argument(name: str, value: Any, wanted: str = "the path of a file") -> Path:
-    """Return the argument `name` of a public function as a path; raise an ArgumentError that asks for `wanted`."""
+    """Return the argument `name` of a public function as a path; if it is none, an ArgumentError asks for `wanted`."""
     if not isinstance(value, str | os.PathLike):
         raise ArgumentError(f"{name}: a {type(value).__name__}; give {wanted}")
     return Path(os.fsdecode(value))

@@ -21,7 +21,7 @@ _COMPILED = (
 
 
 def sources_digest(source_folder: Path) -> str:
-    """Return a digest, 16 hex digits, of all source files that are compiled into the kernels of `source_folder`."""
+    """Return a digest (16 hex digits) of all source files on which the compiled kernels of a folder depend."""
     digest = hashlib.sha256()
     for path in sorted({*_COMPILED, *source_folder.rglob("*.py")}):
         digest.update(

@@ -72,13 +72,13 @@ class EnsembleSettings(StrictModel):
 
     @model_serializer(mode="wrap")
     def _leave_out_unused_keys(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Return the settings as a dictionary, without relief and orientation unless they vary."""
+        """Return the settings as a dictionary to store, without relief and orientation if the runs do not vary them."""
         content: dict[str, Any] = handler(self)
         unused = [name for name in ("relief", "orientation") if not content.get(name)]
         return {name: value for name, value in content.items() if name not in unused}
 
     def repeats_every_cell(self, b_over_h_count: int) -> bool:
-        """Return True if the ensemble is run for all cells, False if only for those near a change of outcome along B/H.
+        """Return True if all cases get ensemble runs, False if only cases near a change of outcome along B/H do.
 
         `b_over_h_count` is the number of values of B/H of the study; with one value there is no change along B/H.
         """
@@ -87,7 +87,7 @@ class EnsembleSettings(StrictModel):
     @field_validator("relief")
     @classmethod
     def _check_relief(cls, relief: LengthRange | None) -> LengthRange | None:
-        """Raise a ValueError if a relief is larger than any that a scanned stone may have."""
+        """Raise a ValueError if a relief under the base of a scanned stone is larger than the allowed relief."""
         if relief is not None and relief.high > MAX_RELIEF:
             raise ValueError(f"high {relief.high:g} m; at most {MAX_RELIEF:g} m (the unit is the metre)")
         return relief

@@ -57,7 +57,7 @@ def read_table_rows(
                 f"{path} line {number}: {problem}; no cell of a {table_kind} is that long: cut it"
             ) from None
     columns = [cell.lower() for cell in cells_of[0]]
-    if len(columns) == 1 and (other := _other_delimiter(columns[0], delimiter)):
+    if len(columns) == 1 and (other := _unexpected_delimiter(columns[0], delimiter)):
         raise error_class(
             f"{path} line {lines[0][0]}: columns are separated by {_NAMES[other]}; use {_NAMES[delimiter]}"
         )
@@ -106,8 +106,8 @@ def _numbered_table_lines(
     return lines
 
 
-def _other_delimiter(header_line: str, expected_delimiter: str) -> str:
-    """Return the separator that a header line contains instead of the expected one; "" if there is none."""
+def _unexpected_delimiter(header_line: str, expected_delimiter: str) -> str:
+    """Return the delimiter that a table's header contains instead of the expected one; "" if there is none."""
     return next((one for one in _NAMES if one != expected_delimiter and one in header_line.strip()), "")
 
 

@@ -87,8 +87,8 @@ LISTS: Final = ("tuple_type", "list_type", "set_type", "frozen_set_type")
 """Types of error of a value that is not a list."""
 
 
-class TruthValueText(str):
-    """Text of a truth value that was given for a number."""
+class BooleanGivenAsNumber(str):
+    """Text "true" or "false" in place of a truth value given for a number, so that pydantic refuses it."""
 
 
 class StrictModel(BaseModel):
@@ -103,7 +103,7 @@ class StrictModel(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _replace_truth_values_of_numbers(cls, content: Any) -> Any:
-        """Replace true and false by texts, which are refused, for the keys that have numbers."""
+        """Replace true and false by texts if a number is needed, so that pydantic does not read them as 1 and 0."""
         if not isinstance(content, dict):
             return content
         numbers = _number_keys(cls)
@@ -112,7 +112,7 @@ class StrictModel(BaseModel):
 
 @cache
 def _number_keys(model_class: type[BaseModel]) -> frozenset[str]:
-    """Return the keys of a model whose values are numbers, or lists of them, and never truth values."""
+    """Return the keys of a settings model whose values are numbers, or lists of numbers, and never truth values."""
     types = {name: _value_types(field.annotation) for name, field in model_class.model_fields.items()}
     return frozenset(name for name, own in types.items() if own & {int, float} and bool not in own)
 
@@ -129,7 +129,7 @@ def _truth_values_as_texts(value: Any) -> Any:
     """Return a value with true and false replaced by their texts, also in lists."""
     if isinstance(value, list | tuple):
         return type(value)(map(_truth_values_as_texts, value)) if type(value) in (list, tuple) else value
-    return TruthValueText(str(value).lower()) if isinstance(value, bool) else value
+    return BooleanGivenAsNumber(str(value).lower()) if isinstance(value, bool) else value
 
 
 def format_validation_error(error_entry: Any) -> str:
@@ -162,8 +162,8 @@ def _allowed_characters_text(pattern: str) -> str:
     return f"only small letters, digits{signs} are allowed, a letter or digit first{most}"
 
 
-def _without_length_errors(error_entries: Sequence[Any]) -> list[Any]:
-    """Omit "list is too short" errors for lists that also contain an invalid value."""
+def _omit_redundant_length_errors(error_entries: Sequence[Any]) -> list[Any]:
+    """Omit "list is too short" errors of lists that also contain an invalid value, whose own error is enough."""
     places = [tuple(fault["loc"]) for fault in error_entries]
     return [
         fault
@@ -192,7 +192,7 @@ def describe_invalid_keys(
         Name of a value without a key.
     """
     found: dict[tuple[str, str], list[str]] = {}
-    for fault in _without_length_errors(error.errors()):
+    for fault in _omit_redundant_length_errors(error.errors()):
         steps, forms = _key_path_and_models_of_error(fault, root_model)
         given, kind = fault["input"], fault["type"]
         message = format_validation_error(fault)
@@ -216,7 +216,7 @@ Model = TypeVar("Model", bound=BaseModel)
 
 
 def make_constructor_raise_argument_errors(model_class: type[Model]) -> type[Model]:
-    """Return a pydantic model that can be created with positional values, and raises ArgumentErrors.
+    """Make the constructor of a pydantic model take positional values and raise ArgumentErrors; return the model.
 
     An unknown keyword is answered with the closest one. Values that are validated as a part of another model, or by
     `model_validate`, raise pydantic's errors as usual. Subclasses inherit the constructor.
@@ -290,7 +290,7 @@ def _is_file_key(location_part: str) -> bool:
 
 
 def _mapping_form_hint(key_path: Steps, union_models: Sequence[type[BaseModel]], given_value: object) -> str:
-    """Return a message with the correct form of a setting with several keys, if a single value is given instead."""
+    """Return a message with the correct form of a setting that has keys of its own but was given as a single value."""
     if len(union_models) > 1:
         key, known = _union_tag_and_values(union_models)
         if isinstance(given_value, str) and given_value in known:
@@ -332,10 +332,10 @@ def short_text_of_value(value: object) -> str:
     """Return the text of a value for messages, at most 60 characters and three nested levels long."""
 
     def shorten_nested(nested_value: object, levels_left: int) -> object:
-        """Return a value of nested lists and dictionaries with long texts and deep levels cut."""
+        """Return a value with long texts, and lists and dictionaries below the last level, shortened."""
         if isinstance(nested_value, list | tuple):
             return [shorten_nested(one, levels_left - 1) for one in nested_value[:20]] if levels_left else "…"
-        if isinstance(nested_value, TruthValueText):
+        if isinstance(nested_value, BooleanGivenAsNumber):
             return nested_value == "true"
         if isinstance(nested_value, dict):
             return (

@@ -39,7 +39,7 @@ class ConfidenceInterval(NamedTuple):
 
 @dataclass(frozen=True)
 class MeanOverEarthquakes:
-    """Mean over ``n`` earthquakes with the limits of its confidence interval; unknown numbers are NaN."""
+    """Mean of a quantity over ``n`` earthquakes and limits of its confidence interval; NaN if unknown."""
 
     n: int
     value: float
@@ -69,7 +69,7 @@ def means_by_earthquake(record_values: FloatArray, record_events: Sequence[str] 
 
 
 def distinct_earthquake_names(record_events: Sequence[str] | NDArray[np.str_]) -> list[str]:
-    """Return the names in `record_events` without repetitions, in order of first appearance."""
+    """Return each earthquake name in `record_events` (one per record) once, in order of first appearance."""
     return list(dict.fromkeys(str(event) for event in record_events))
 
 
@@ -85,9 +85,7 @@ def _earthquake_indices_of_samples(earthquake_count: int, draws: int, seed: int)
 def statistic_of_bootstrap_samples(
     statistic: Callable[[NDArray[Any]], FloatArray], earthquake_data: NDArray[Any], draws: int, seed: int = 1
 ) -> FloatArray:
-    """Compute a statistic for each bootstrap sample of earthquakes, shape (samples,); NaN values are left out.
-
-    Samples for which the statistic is NaN are left out.
+    """Compute a statistic for each bootstrap sample of earthquakes, shape (samples,); values of NaN are omitted.
 
     Parameters
     ----------

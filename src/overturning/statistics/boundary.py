@@ -22,7 +22,7 @@ HALF = 0.5
 
 
 def largest_b_over_h_at_half_probability(fall_probabilities: ArrayLike, b_over_h: ArrayLike) -> tuple[float, bool]:
-    """Return the largest B/H at which the fall probability crosses 1/2, and if the block of largest known B/H falls.
+    """Return the largest B/H where the fall probability crosses 1/2, and whether the block of largest known B/H falls.
 
     Parameters
     ----------

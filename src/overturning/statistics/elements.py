@@ -19,9 +19,9 @@ from overturning.statistics.by_record import iterate_record_cubes
 class ElementFallCounts:
     """Numbers of falls of one element of a scene, among the ``cases`` with a known outcome.
 
-    ``falls`` is the number of cases in which it falls to either side, ``first`` of those in which no other element of
-    its scene falls before it, and ``alone`` of those in which no other element falls at all. ``share`` is falls/cases,
-    and ``median_time`` the median time of its falls, s; both are NaN without cases or falls.
+    ``falls`` is the number of cases in which it falls to either side, ``first`` the number of these in which no other
+    element of its scene falls before it, and ``alone`` the number in which no other element falls at all. ``share`` is
+    falls/cases, and ``median_time`` the median time of its falls, s; both are NaN without cases or falls.
     """
 
     name: str
@@ -35,7 +35,7 @@ class ElementFallCounts:
 
 @dataclass(frozen=True)
 class ElementDisplacements:
-    """Final displacements of one element of a 3-D scene relative to its support: slip and rotation, quantiles.
+    """Final displacements of one element of a 3-D scene relative to its support: quantiles of slip and rotation.
 
     ``standing`` is the number of cases in which it stands, and ``fallen`` that in which it has fallen. ``slip`` (m) and
     ``twist`` (absolute rotation about the vertical, degrees) are the medians and 90th percentiles over the standing
@@ -56,7 +56,7 @@ class TwoStoneFallContrast:
     """Comparison of the falls of two stones under the same motions; all values are means over earthquakes.
 
     ``only_this``, ``only_other`` and ``both`` are shares of the cases known in both cubes in which the stone falls in
-    this cube only, in the other only, or in both. ``same_way``, ``earlier`` and ``same_time`` are shares of the last:
+    this cube only, in the other only, or in both. ``same_way``, ``earlier`` and ``same_time`` are shares of ``both``:
     falls within 45° of each other, falls that are earlier in this cube, and falls at the same time. ``first`` is the
     share, of the cases in which at least one stone falls, in which the stone of this cube falls before the other or
     alone; a case with falls at the same time counts half, so the shares of the two stones add up to 1.
@@ -80,7 +80,7 @@ ANYTHING = "any element"
 
 
 def count_falls_by_element(cube: xr.Dataset) -> list[ElementFallCounts]:
-    """Count the falls of each element in a study's results: one row per element and one for any element.
+    """Count the falls of each element of a scene in a study's results, and the cases in which any element falls.
 
     For several elements a last row, `ANYTHING`, counts the cases in which any element falls.
 
@@ -93,7 +93,9 @@ def count_falls_by_element(cube: xr.Dataset) -> list[ElementFallCounts]:
     names = [str(name) for name in cube["element"].to_numpy().tolist()] + [ANYTHING] * (elements > 1)
     counts = np.zeros((4, len(names)), np.int64)
     moments: dict[str, list[NDArray[np.float32]]] = {name: [] for name in names}
-    for counts_of_record, times_of_record in map(_falls_of_record, iterate_record_cubes(cube, _OUTCOME)):
+    for counts_of_record, times_of_record in map(
+        _count_and_time_falls_by_element, iterate_record_cubes(cube, _OUTCOME)
+    ):
         counts += counts_of_record
         for name, times in zip(names, times_of_record, strict=True):
             moments[name].append(times)
@@ -106,7 +108,7 @@ def count_falls_by_element(cube: xr.Dataset) -> list[ElementFallCounts]:
     return rows
 
 
-def _falls_of_record(cube: xr.Dataset) -> tuple[NDArray[np.int64], list[NDArray[np.float32]]]:
+def _count_and_time_falls_by_element(cube: xr.Dataset) -> tuple[NDArray[np.int64], list[NDArray[np.float32]]]:
     """Count the falls of each element under one record, and list the times of the falls.
 
     The counts have four rows: cases with a known outcome, falls, falls before which no other element falls, and falls
@@ -206,7 +208,7 @@ def count_falls_of_two_stones(cube: xr.Dataset, other_cube: xr.Dataset) -> xr.Da
 
 
 def _count_falls_under_record(cube: xr.Dataset, other_cube: xr.Dataset, case_weights: FloatArray) -> list[float]:
-    """Count the cases of one record in which one or both of two stones fall, as `count_falls_of_two_stones` does.
+    """Count, under one record, the cases in which both of two stones fall, and those in which only one falls.
 
     `case_weights` has the shape (cases,), or (1,) for equal weights.
     """
@@ -232,9 +234,9 @@ def _fall_azimuths_deg(cube: xr.Dataset) -> FloatArray:
 
 
 def mean_fall_contrast(fall_counts: xr.Dataset, record_events: NDArray[np.str_]) -> TwoStoneFallContrast:
-    """Return shares of cases as means over earthquakes, from record counts by `count_falls_of_two_stones`.
+    """Convert counts of two stones' falls under each record to shares of cases, as means over earthquakes.
 
-    `record_events` are the names of the earthquakes of the records, shape (records,).
+    The counts are those of `count_falls_of_two_stones`; `record_events` has each record's earthquake, shape (records,).
     """
     with_fall = fall_counts["both"] + fall_counts["only_this"] + fall_counts["only_other"]
     first = fall_counts["only_this"] + fall_counts["earlier"] + 0.5 * fall_counts["same_time"]

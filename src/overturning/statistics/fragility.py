@@ -30,8 +30,6 @@ MAX_VALUES_PER_BATCH: Final = 50_000
 class FittedFragilityCurve:
     """Fitted lognormal fragility curve of a class of stones: P(fall) = Φ(ln(x/median)/spread), x the intensity.
 
-    x is the intensity.
-
     Attributes
     ----------
     name : str

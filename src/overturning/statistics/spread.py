@@ -23,7 +23,7 @@ Statistic = Callable[[Counts, Counts, Any], FloatArray]
 
 
 def runs_disagree_on_fall(positive_fall_counts: Counts, negative_fall_counts: Counts, run_counts: Any) -> FloatArray:
-    """Return 1 for cases in which some ensemble runs fall and others stand, else 0; arguments are runs per case.
+    """Return, for each case, 1 if some of its ensemble runs fall and others stand, else 0; arguments are run counts.
 
     Of `run_counts` runs, `positive_fall_counts` fall to +1 and `negative_fall_counts` fall to −1.
     """
@@ -32,7 +32,7 @@ def runs_disagree_on_fall(positive_fall_counts: Counts, negative_fall_counts: Co
 
 
 def runs_fall_to_both_sides(positive_fall_counts: Counts, negative_fall_counts: Counts, run_counts: Any) -> FloatArray:
-    """Return 1 for cases in which most ensemble runs fall, and some of these to each side; otherwise 0.
+    """Return, for each case, 1 if most of its ensemble runs fall, some of these to each side; otherwise 0.
 
     Of `run_counts` runs, `positive_fall_counts` fall to +1 and `negative_fall_counts` fall to −1.
     """
@@ -49,8 +49,6 @@ def unbiased_first_batch_statistic(
     ensemble_settings: EnsembleSettings,
 ) -> FloatArray:
     """Estimate a statistic of each case's first batch of ensemble runs, without bias from sequential stopping.
-
-    The estimate has no bias from sequential stopping.
 
     A cell gets no further runs once its fall probabilities have converged, so a statistic of all runs depends on when
     each cell stopped. The first batch has the same size in every cell. Its statistic is averaged over all orders in
@@ -105,7 +103,7 @@ def unbiased_first_batch_statistic(
 
 
 def _fall_counts_by_outcome_code(run_count: int) -> tuple[Counts, Counts]:
-    """Return the numbers of runs that fall to +1 and to −1, for each code (one integer for both numbers).
+    """Return the numbers of runs that fall to +1 and to −1 for each code, an integer that encodes both numbers.
 
     A code is the first number times `_STRIDE`, plus the second; codes are 0 to `run_count` × `_STRIDE`.
     """
@@ -114,7 +112,7 @@ def _fall_counts_by_outcome_code(run_count: int) -> tuple[Counts, Counts]:
 
 
 def _share_of_run_orders_by_outcome_code(run_count: int) -> FloatArray:
-    """Return, for each code (two numbers of falls), the share of all outcome sequences with these numbers.
+    """Return, for each code (which encodes two fall counts), the share of all sequences of runs with these counts.
 
     An order is a sequence of `run_count` outcomes (+1, −1 or stands) of one batch.
     """

@@ -33,7 +33,7 @@ def friction_label(cube_or_study: "xr.Dataset | Study", friction: float) -> str:
 
 
 def variant_label_as_list(cube: "xr.Dataset") -> list[str]:
-    """Return the name of a results cube's variant in a list, such as ["variant soil"], for titles; [] if nominal.
+    """Return a cube's variant (study with changed settings) for titles, as a list such as ["variant soil"], or [].
 
     The list is empty for the nominal cube of a study, and for a cube without a study.
     """
@@ -44,7 +44,7 @@ def variant_label_as_list(cube: "xr.Dataset") -> list[str]:
     return [f"variant {name}{f' ({sizes})' if sizes else ''}"]
 
 
-def element_size_note(cube: "xr.Dataset") -> str:
+def size_reference_note(cube: "xr.Dataset") -> str:
     """Return a note naming the stone to which height and B/H refer; "" if it is the stone whose outcomes are shown."""
     study, variant = study_of_cube(cube), cube.attrs["variant"]
     reference = variant_scene(study, variant).size_reference_element_name

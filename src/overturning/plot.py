@@ -40,7 +40,7 @@ def __dir__() -> list[str]:
 
 
 def _with_project_style(draw_figure: DrawFunction, takes_cube: bool = False) -> DrawFunction:
-    """Decorate a drawing function, so that it uses the project's Matplotlib settings and refuses what is no cube."""
+    """Decorate a drawing function to use the project's Matplotlib settings and to check that its argument is a cube."""
 
     @suggest_closest_keyword()
     @wraps(draw_figure)
@@ -57,7 +57,7 @@ def _with_project_style(draw_figure: DrawFunction, takes_cube: bool = False) -> 
 
 
 def _register_cube_figure(kind: str, draw_figure: DrawFunction) -> DrawFunction:
-    """Register a function as the one that draws a kind of figure from a results cube; return it with the style."""
+    """Register a function that draws a kind of figure from a results cube; return it with the project's style."""
     KINDS[kind] = styled = _with_project_style(draw_figure, takes_cube=kind != "history")
     return styled
 
@@ -103,7 +103,7 @@ def _draw_fall_map(kind: str, cube: "xr.Dataset", record: str | Sequence[str] | 
             _record_title(first) + _scene_and_element_line(first) if title is None else title,
             _peak_velocity_by_azimuth(first),
         )
-    _check_has_direction(cube, "azimuth", f"{kind} of several records")
+    _check_model_of_figure(cube, "azimuth", f"{kind} of several records")
     own = (_record_title(first, ()) + _scene_and_element_line(first)).strip() if title is None else title
     return azimuth_map_figure(several, own, [_peak_velocity_by_azimuth(one) for one in several])
 
@@ -131,7 +131,7 @@ def overturning_boundary(cube: "xr.Dataset", record: str | None = None) -> "Figu
     from overturning.statistics import boundary as statistics
 
     one = _select_record(cube, record)
-    _check_has_direction(one, "azimuth", "boundary")
+    _check_model_of_figure(one, "azimuth", "boundary")
     check_has_falls(one, "boundary")
     top = float(one["b_over_h"].max())
     bounds = statistics.overturning_boundary_by_azimuth(one).assign_attrs(one.attrs)
@@ -192,7 +192,7 @@ def fall_alignment_by_b_over_h(cube: "xr.Dataset") -> "Figure":
     from overturning.figures.content import check_has_fall_alignment
     from overturning.statistics.earthquakes import fall_alignment_with_references
 
-    _check_has_direction(cube, "orientation", "follow")
+    _check_model_of_figure(cube, "orientation", "follow")
 
     def draw_fall_alignment_by_b_over_h(sorted_cube: "xr.Dataset") -> "Figure":
         found = fall_alignment_with_references(sorted_cube, _intensity_measures(sorted_cube))
@@ -207,18 +207,18 @@ def outcomes_by_pga_and_pgv_ratio(cube: "xr.Dataset") -> "Figure":
     """Draw outcomes by PGA and PGV/PGA at the largest friction, with fit and published criteria (2-D only)."""
     from overturning.figures.content import check_has_outcomes_and_motion
     from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_ratio_figure
-    from overturning.labels import element_size_note
+    from overturning.labels import size_reference_note
     from overturning.statistics.logistic import fit_logistic_overturning_model
 
     def draw_outcomes_by_pga_and_pgv_ratio(sorted_cube: "xr.Dataset") -> "Figure":
-        if other := element_size_note(sorted_cube):
+        if other := size_reference_note(sorted_cube):
             raise ArgumentError(f"plane: criteria and fit need the stone's own height and B/H; {other}")
         measures = _intensity_measures(sorted_cube)
         check_has_outcomes_and_motion(sorted_cube, measures)
         fit = fit_logistic_overturning_model(sorted_cube, measures)
         return outcomes_by_pga_and_pgv_ratio_figure(sorted_cube, measures, fit, float(sorted_cube["friction"].max()))
 
-    _check_has_direction(cube, "azimuth", "plane")
+    _check_model_of_figure(cube, "azimuth", "plane")
     return _figure_of_all_records(cube, draw_outcomes_by_pga_and_pgv_ratio)
 
 
@@ -338,8 +338,8 @@ def _amplitude_factor(cube: "xr.Dataset") -> float:
     return float(cube["amplitude"]) if "amplitude" in cube.coords and "amplitude" not in cube.dims else 1.0
 
 
-def _check_has_direction(cube: "xr.Dataset", coordinate_name: str, figure_kind: str) -> None:
-    """Raise an ArgumentError if results are for the other model (2-D or 3-D) than a kind of figure needs."""
+def _check_model_of_figure(cube: "xr.Dataset", coordinate_name: str, figure_kind: str) -> None:
+    """Raise an ArgumentError if a kind of figure needs results of the other model (2-D instead of 3-D, or reverse)."""
     if coordinate_name not in cube.coords:
         raise ArgumentError(f"{figure_kind}: a cube without {coordinate_name} has no such figure; choose another kind")
 
@@ -376,7 +376,7 @@ def _motion_folder(cube: "xr.Dataset") -> Path:
 
 
 def _intensity_measures(cube: "xr.Dataset", *names: str) -> "xr.Dataset":
-    """Return the intensity measures of the records in a results cube, in the order of the records: `names`, or all."""
+    """Return the intensity measures of the records in a results cube, in their order; only `names` if given."""
     import xarray as xr
 
     path = _path_in_folder_of_cube(cube, "intensity.nc")

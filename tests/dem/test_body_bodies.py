@@ -16,7 +16,7 @@ from overturning.model.shapes import (
     Polyhedron,
     RectangularPrism,
     RegularPrism,
-    orientations_over_period_deg,
+    orientations_over_symmetry_period_deg,
     shape_from_name_or_sides,
 )
 from overturning.model.solid import RigidSolid
@@ -261,13 +261,13 @@ def test_the_initial_state_rotates_with_the_body_at_equivalent_orientations() ->
 
 def test_a_grid_of_orientations_covers_one_symmetry_period() -> None:
     grids = [
-        orientations_over_period_deg(5.0, RectangularPrism()),
-        orientations_over_period_deg(5.0, RectangularPrism(), [1.0, 2.0]),
-        orientations_over_period_deg(5.0, Cylinder()),
+        orientations_over_symmetry_period_deg(5.0, RectangularPrism()),
+        orientations_over_symmetry_period_deg(5.0, RectangularPrism(), [1.0, 2.0]),
+        orientations_over_symmetry_period_deg(5.0, Cylinder()),
     ]
     assert [(grid.size, grid[-1]) for grid in grids] == [(18, 85.0), (36, 175.0), (1, 0.0)]
     with refused(ArgumentError, "orientation", "7°", "90°", brief=True):
-        orientations_over_period_deg(7.0, RectangularPrism())
+        orientations_over_symmetry_period_deg(7.0, RectangularPrism())
 
 
 def test_statics_of_a_size_are_computed_once_for_all_records() -> None:

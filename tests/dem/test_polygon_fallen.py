@@ -43,11 +43,11 @@ def least_other_rests(vertices: np.ndarray) -> list[float]:
 def test_fall_angles_of_shipped_scenes_are_rest_angles(name: str) -> None:
     for item in place_elements(shipped(name)):
         if not item.is_driven_or_held:
-            assert item.fallen_rotations_rad == pytest.approx(least_other_rests(item.shape.vertices), abs=STEP), (
-                item.element.name
-            )
+            assert item.fall_threshold_rotations_rad == pytest.approx(
+                least_other_rests(item.shape.vertices), abs=STEP
+            ), item.element.name
             if item.element.width is not None:
-                assert item.fallen_rotations_rad == pytest.approx((0.5 * np.pi,) * 2, abs=1e-11)
+                assert item.fall_threshold_rotations_rad == pytest.approx((0.5 * np.pi,) * 2, abs=1e-11)
 
 
 def standing_polygon(generator: np.random.Generator) -> list[list[float]]:
@@ -83,9 +83,9 @@ def test_fall_angles_of_random_polygons_are_rest_angles() -> None:
     for _ in range(60):
         vertices = standing_polygon(generator)
         body = place_elements(scene({"name": "body", "vertices": vertices, "stands_on": "ground"}))[1]
-        assert body.fallen_rotations_rad == pytest.approx(least_other_rests(body.shape.vertices), abs=2 * STEP), (
-            vertices
-        )
+        assert body.fall_threshold_rotations_rad == pytest.approx(
+            least_other_rests(body.shape.vertices), abs=2 * STEP
+        ), vertices
 
 
 def flags_and_angles(made: Scene, motion: Motion, **keys: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -136,7 +136,7 @@ def test_a_boulder_that_comes_to_rest_on_another_side_has_fallen(peak: float) ->
 def test_a_leaning_stone_falls_after_less_than_a_right_angle() -> None:
     """0.1 m wide, 0.6 m high, tilted by 10°, beyond its critical angle of 9.5°; it lies after another 80°."""
     made = scene(GROUND, block("stone", 0.1, 0.6, rotation_deg=10.0))
-    assert np.degrees(place_elements(made)[1].fallen_rotations_rad) == pytest.approx([100.0, 80.0])
+    assert np.degrees(place_elements(made)[1].fall_threshold_rotations_rad) == pytest.approx([100.0, 80.0])
     flags, _ = flags_and_angles(made, still(1.0))
     assert flags.tolist() == [1]
 
@@ -144,7 +144,7 @@ def test_a_leaning_stone_falls_after_less_than_a_right_angle() -> None:
 def test_a_fall_angle_given_by_the_scene_is_used() -> None:
     for angle in (30.0, 90.0, 120.0):
         made = scene(GROUND, block("stone", 0.1, 0.6, fallen_rotation_deg=angle))
-        assert np.degrees(place_elements(made)[1].fallen_rotations_rad) == pytest.approx([angle, angle])
+        assert np.degrees(place_elements(made)[1].fall_threshold_rotations_rad) == pytest.approx([angle, angle])
     assert shipped("gravestone").is_single_block
     assert scene(GROUND, block("stone", 0.1, 0.6, fallen_rotation_deg=90)).is_single_block
     assert not scene(GROUND, block("stone", 0.1, 0.6, fallen_rotation_deg=30)).is_single_block

@@ -14,7 +14,7 @@ from overturning.model.contact import VertexContact
 from overturning.model.scene import Scene
 from overturning.model.shapes import Polyhedron
 from overturning.model.stack import Stack
-from overturning.model.stack_checks import reasons_scene_is_no_stack, unmodelled_touches_of_overhangs
+from overturning.model.stack_checks import reasons_scene_is_no_stack, unsimulated_overhang_contact_warnings
 from overturning.model.stack_stones import stack_stones
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -258,7 +258,7 @@ def test_an_overhanging_stone_that_meets_a_face_further_below_before_it_tips_is_
     plates: list[dict[str, Any]], at: float, met: str | None, tilt_deg: float | None
 ) -> None:
     """A point that overhangs by a meets a face at the depth h below the contact at the tilt asin(h/a)."""
-    touches = unmodelled_touches_of_overhangs(stack_stones(overhanging(*plates, at=at)))
+    touches = unsimulated_overhang_contact_warnings(stack_stones(overhanging(*plates, at=at)))
     if met is None:
         assert touches == []
         return
@@ -275,7 +275,7 @@ def test_an_outline_that_touches_is_refused_also_if_its_overhang_meets_the_groun
         scene = stacked({"width": 0.5, "depth": 0.6, "height": thickness}, {"pieces": NOTCHED, "depth": 0.6})
         (fault,) = reasons_scene_is_no_stack(scene)
         assert "outline of element stone-1 would meet the face below" in fault
-        touches = unmodelled_touches_of_overhangs(stack_stones(scene))
+        touches = unsimulated_overhang_contact_warnings(stack_stones(scene))
         assert ["would meet the ground" in touch for touch in touches] == [True] * (thickness < 0.1)
 
 
@@ -285,7 +285,7 @@ def test_the_overhang_of_a_cylinder_is_that_of_its_radius(height: float, is_met:
     round_cube = {"width": 0.6, "height": 0.6, "plan": "circle"}
     scene = stacked({"width": 0.4, "height": height, "plan": "circle"}, round_cube)
     assert reasons_scene_is_no_stack(scene) == []
-    touches = unmodelled_touches_of_overhangs(stack_stones(scene))
+    touches = unsimulated_overhang_contact_warnings(stack_stones(scene))
     assert ["would meet the ground" in touch for touch in touches] == [True] * is_met
 
 

@@ -20,7 +20,7 @@ from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.scene import Scene
 from overturning.model.shapes import Cylinder, RegularPrism
 from overturning.model.stack import Stack
-from overturning.model.stack_stones import patches_at_rest
+from overturning.model.stack_stones import contact_patches_at_rest
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -244,8 +244,8 @@ def test_a_prism_whose_centre_lies_outside_the_face_below_is_refused() -> None:
         Stack(offset_scene(0.28))
     narrow = Stack(offset_scene(0.24)).stones(0.6, 0.1)
     far = [narrow[0], replace(narrow[1], x=0.3)]
-    assert patches_at_rest(narrow)[1].reach.min() > 0.0
-    assert patches_at_rest(far)[1].reach.min() < 0.0
+    assert contact_patches_at_rest(narrow)[1].reach.min() > 0.0
+    assert contact_patches_at_rest(far)[1].reach.min() < 0.0
 
 
 @pytest.mark.parametrize(

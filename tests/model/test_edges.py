@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from overturning.model.edges import combined_fall_flag_and_azimuth, fall_probability_over_each_edge
+from overturning.model.edges import fall_flag_and_azimuth_from_planes, fall_probability_over_each_edge
 
 NAN = np.nan
 
@@ -12,13 +12,13 @@ def test_edge_passed_first_decides() -> None:
     falls = [[1, 1, 1, 0, 0, 1], [1, 1, 0, 1, 0, 0]]
     time = [[3.0, 2.0, 9.0, NAN, NAN, NAN], [2.5, 2.5, NAN, 1.0, NAN, NAN]]
     towards = np.array([[0.0] * 6, [90.0] * 6])
-    fell, azimuth = combined_fall_flag_and_azimuth(falls, time, towards)
+    fell, azimuth = fall_flag_and_azimuth_from_planes(falls, time, towards)
     assert fell.tolist() == [1, 1, 1, 1, 0, 1]
     np.testing.assert_array_equal(azimuth, [90, 0, 0, 90, NAN, 0])
 
 
 def test_missing_outcome_never_counts_as_standing() -> None:
-    fell, azimuth = combined_fall_flag_and_azimuth(
+    fell, azimuth = fall_flag_and_azimuth_from_planes(
         [[NAN, NAN, NAN], [0, 1, NAN]], [[NAN] * 3, [NAN, 2.0, NAN]], np.zeros((2, 3))
     )
     assert np.isnan(fell).all()
@@ -26,7 +26,7 @@ def test_missing_outcome_never_counts_as_standing() -> None:
 
 
 def test_two_falls_with_a_missing_time_have_no_direction() -> None:
-    fell, azimuth = combined_fall_flag_and_azimuth([[1], [1]], [[NAN], [2.0]], [[0.0], [90.0]])
+    fell, azimuth = fall_flag_and_azimuth_from_planes([[1], [1]], [[NAN], [2.0]], [[0.0], [90.0]])
     assert fell.tolist() == [1]
     assert np.isnan(azimuth).all()
 
@@ -34,14 +34,14 @@ def test_two_falls_with_a_missing_time_have_no_direction() -> None:
 def test_any_number_of_planes() -> None:
     """A round column falls in that of eighteen planes which it leaves first."""
     time = np.random.default_rng(1).permutation(18).astype(float)
-    fell, azimuth = combined_fall_flag_and_azimuth(np.ones(18), time, 10.0 * np.arange(18))
+    fell, azimuth = fall_flag_and_azimuth_from_planes(np.ones(18), time, 10.0 * np.arange(18))
     assert (fell, azimuth) == (1, 10 * np.flatnonzero(time == 0)[0])
 
 
 def test_probabilities_0_and_1_match_the_first_edge() -> None:
     generator = np.random.default_rng(2)
     falls, time = generator.integers(0, 2, (2, 500)).astype(float), generator.permutation(1000).reshape(2, 500) * 0.01
-    fell, azimuth = combined_fall_flag_and_azimuth(falls, time, np.array([[0.0], [90.0]]) * np.ones((2, 500)))
+    fell, azimuth = fall_flag_and_azimuth_from_planes(falls, time, np.array([[0.0], [90.0]]) * np.ones((2, 500)))
     over = fall_probability_over_each_edge(falls, time)
     assert (over.sum(axis=0) == fell).all()
     assert (over[:, fell == 1].argmax(axis=0) * 90 == azimuth[fell == 1]).all()

@@ -23,7 +23,7 @@ def test_a_plane_falls_to_either_side_or_the_other_way() -> None:
     )
     assert isinstance(model_of_cube(cube), PlanarModel)
     members, nominal = (
-        model_of_cube(cube).fall_probability_and_direction_by_cell(cube, use_ensemble=one) for one in (True, False)
+        model_of_cube(cube).fall_probability_and_direction_by_case(cube, use_ensemble=one) for one in (True, False)
     )
     assert members["azimuth"].values.tolist() == [0, 90]
     assert members["weight"].values.tolist() == [0.5, 0.5]
@@ -39,7 +39,7 @@ def test_a_body_falls_towards_its_own_azimuth() -> None:
         {"orientation": [0, 45, 60]},
     )
     assert isinstance(model_of_cube(cube), Body)
-    found = model_of_cube(cube).fall_probability_and_direction_by_cell(cube)
+    found = model_of_cube(cube).fall_probability_and_direction_by_case(cube)
     np.testing.assert_allclose(found["weight"], 1 / 3)
     half = np.sqrt(0.5)
     values = np.array([found[name].values for name in NAMES])
@@ -59,6 +59,6 @@ def test_members_beyond_15_degrees_disagree(spread: float, apart: bool) -> None:
         },
         {"orientation": [0, 45]},
     )
-    found = Body().member_fall_shares_by_cell(cube)
+    found = Body().ensemble_fall_shares_by_case(cube)
     assert found["agree"].values.tolist() == [True, False]
     assert found["apart"].values.tolist() == [apart, False]

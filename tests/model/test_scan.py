@@ -5,10 +5,10 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from overturning.errors import ArgumentError
-from overturning.model.outline import outline_within_tolerance
+from overturning.model.outline import simplified_convex_outline
 from overturning.model.scan import ScannedStone, nearest_stable_pose, stone_from_surface
 from overturning.model.shapes import Polyhedron
-from overturning.model.surface import TriangleSurface, closed_surface, mass_properties, open_edges
+from overturning.model.surface import TriangleSurface, close_base_of_surface, mass_properties, open_edges
 from tests.expect import refused
 from tests.model.solids import SURFACES, box, box_sums, l_shape, ring, rotated, statue
 
@@ -40,7 +40,7 @@ def test_the_solid_of_a_scan_has_the_inertia_of_the_volume() -> None:
 def test_clockwise_faces_are_turned_outwards() -> None:
     inside_out = l_shape()._replace(triangles=l_shape().triangles[:, ::-1])
     assert mass_properties(inside_out.corners).volume < 0
-    surface, notes = closed_surface(inside_out)
+    surface, notes = close_base_of_surface(inside_out)
     assert mass_properties(surface.corners).volume == pytest.approx(box_sums("l-shape")[0])
     assert "clockwise" in notes[0]
 
@@ -60,7 +60,7 @@ def together(*surfaces: TriangleSurface) -> TriangleSurface:
 def test_several_bodies_are_refused(away: float) -> None:
     """An overlap would count twice, and stones that do not touch would move as one."""
     with refused(ArgumentError, "2 separate parts", "one rigid body", brief=True):
-        closed_surface(together(l_shape(), moved(l_shape(), away, 0.0, 0.0)))
+        close_base_of_surface(together(l_shape(), moved(l_shape(), away, 0.0, 0.0)))
 
 
 def test_a_second_body_inside_out_is_refused() -> None:
@@ -69,7 +69,7 @@ def test_a_second_body_inside_out_is_refused() -> None:
     inside_out = small._replace(triangles=small.triangles[:, ::-1])
     for several in (together(l_shape(), inside_out), together(inside_out, l_shape())):
         with refused(ArgumentError, "2 separate parts", "0.003", "one rigid body", brief=True):
-            closed_surface(several)
+            close_base_of_surface(several)
 
 
 def joined(*surfaces: TriangleSurface) -> TriangleSurface:
@@ -112,13 +112,13 @@ BASE, SHAFT = box((0.5, 0.5, 0.2)), moved(box((0.5, 0.5, 0.8)), 0.0, 0.0, 0.2)
 def test_solids_that_only_touch_are_several_bodies(solids: TriangleSurface, turn_deg: float) -> None:
     """Rotated coordinates are rounded, so that faces that coincide differ a little."""
     with refused(ArgumentError, "2 separate parts", "one rigid body", brief=True):
-        closed_surface(rotated(solids, 0, turn_deg))
+        close_base_of_surface(rotated(solids, 0, turn_deg))
 
 
 @pytest.mark.parametrize("turn_deg", [0.0, 33.0])
 def test_a_body_that_touches_itself_along_an_edge_is_one(turn_deg: float) -> None:
     """Two cubes that share an edge stand on a slab of four."""
-    surface, notes = closed_surface(rotated(cubes([[[1, 1], [1, 0]], [[1, 0], [1, 1]]]), 0, turn_deg))
+    surface, notes = close_base_of_surface(rotated(cubes([[[1, 1], [1, 0]], [[1, 0], [1, 1]]]), 0, turn_deg))
     assert mass_properties(surface.corners).volume == pytest.approx(6.0)
     assert notes == []
 
@@ -127,14 +127,14 @@ def test_a_body_that_touches_itself_along_an_edge_is_one(turn_deg: float) -> Non
 def test_a_cavity_that_breaks_through_the_wall_is_refused(x: float) -> None:
     whole, hole = box((0.5, 0.5, 0.9)), moved(box((0.2, 0.1, 0.1)), x, 0.2, 0.3)
     with refused(ArgumentError, "2 separate parts", brief=True):
-        closed_surface(together(whole, hole._replace(triangles=hole.triangles[:, ::-1])))
+        close_base_of_surface(together(whole, hole._replace(triangles=hole.triangles[:, ::-1])))
 
 
 def test_a_double_face_outside_adds_nothing() -> None:
     flap = TriangleSurface(
         np.array([[2.0, 0.0, 0.0], [2.1, 0.0, 0.0], [2.0, 0.1, 0.0]]), np.array([[0, 1, 2], [0, 2, 1]])
     )
-    surface, _ = closed_surface(together(l_shape(), flap))
+    surface, _ = close_base_of_surface(together(l_shape(), flap))
     assert mass_properties(surface.corners).volume == pytest.approx(box_sums("l-shape")[0], rel=1e-12)
 
 
@@ -143,7 +143,7 @@ def test_triangles_that_are_listed_twice_count_once(all_of_it: bool) -> None:
     """The second list starts each triangle at another corner."""
     whole = l_shape()
     again = np.roll(whole.triangles, 1, axis=1)[: None if all_of_it else 1]
-    surface, notes = closed_surface(whole._replace(triangles=np.concatenate([whole.triangles, again])))
+    surface, notes = close_base_of_surface(whole._replace(triangles=np.concatenate([whole.triangles, again])))
     assert mass_properties(surface.corners).volume == pytest.approx(box_sums("l-shape")[0], rel=1e-12)
     assert f"{len(again)} left out" in notes[0]
 
@@ -151,7 +151,7 @@ def test_triangles_that_are_listed_twice_count_once(all_of_it: bool) -> None:
 def test_a_cavity_is_no_second_body() -> None:
     hole = moved(statue()._replace(vertices=0.1 * statue().vertices), 0.1, 0.15, 0.05)
     hollow = together(l_shape(), hole._replace(triangles=hole.triangles[:, ::-1]))
-    surface, notes = closed_surface(hollow)
+    surface, notes = close_base_of_surface(hollow)
     expected = box_sums("l-shape")[0] - 1e-3 * box_sums("statue")[0]
     assert mass_properties(surface.corners).volume == pytest.approx(expected, rel=1e-9)
     assert notes == []
@@ -162,7 +162,7 @@ def test_an_open_base_in_one_plane_is_closed() -> None:
     for whole in (l_shape(), ring(), statue()):
         bottom = (whole.corners[:, :, 2] == 0.0).all(axis=1)
         assert bottom.sum() >= 2
-        surface, notes = closed_surface(whole._replace(triangles=whole.triangles[~bottom]))
+        surface, notes = close_base_of_surface(whole._replace(triangles=whole.triangles[~bottom]))
         assert "open base" in notes[0]
         for one, other in zip(mass_properties(surface.corners), mass_properties(whole.corners), strict=True):
             np.testing.assert_allclose(one, other, atol=1e-12)
@@ -172,15 +172,15 @@ def test_a_hole_elsewhere_is_refused_and_its_edges_are_named() -> None:
     whole = l_shape()
     top = int(np.flatnonzero((whole.corners[:, :, 2] == 0.8).all(axis=1))[0])
     with refused(ArgumentError, "not closed at 3 edges", "0.8]", "fill the holes", brief=True):
-        closed_surface(whole._replace(triangles=np.delete(whole.triangles, top, axis=0)))
+        close_base_of_surface(whole._replace(triangles=np.delete(whole.triangles, top, axis=0)))
     # A base whose rim is not flat.
     bent = whole.vertices.copy()
     bent[whole.vertices[:, 2] == 0.0, 2] += [0.0, 0.1, 0.0, 0.0]
     open_below = whole.triangles[~(whole.corners[:, :, 2] == 0.0).all(axis=1)]
     with refused(ArgumentError, "not closed at 4 edges", brief=True):
-        closed_surface(TriangleSurface(bent, open_below))
+        close_base_of_surface(TriangleSurface(bent, open_below))
     with refused(ArgumentError, "without faces", "closed mesh", brief=True):
-        closed_surface(TriangleSurface(whole.vertices, np.zeros((0, 3), np.int64)))
+        close_base_of_surface(TriangleSurface(whole.vertices, np.zeros((0, 3), np.int64)))
 
 
 def test_a_face_of_the_wrong_sense_is_refused() -> None:
@@ -188,7 +188,7 @@ def test_a_face_of_the_wrong_sense_is_refused() -> None:
     turned = whole.triangles.copy()
     turned[-1] = turned[-1, ::-1]
     with refused(ArgumentError, "not closed", "point outwards", brief=True):
-        closed_surface(whole._replace(triangles=turned))
+        close_base_of_surface(whole._replace(triangles=turned))
 
 
 @pytest.mark.parametrize(("axis", "direction"), [(1, 0.0), (0, -90.0)])
@@ -245,7 +245,7 @@ def rough_block(generator: np.random.Generator) -> TriangleSurface:
 
 
 def test_the_footprint_is_the_hull_of_the_points_within_the_relief() -> None:
-    surface, _ = closed_surface(rough_block(np.random.default_rng(4)))
+    surface, _ = close_base_of_surface(rough_block(np.random.default_rng(4)))
     stone = stone_from_surface(surface, [], "rough", 0.0).shape
     assert isinstance(stone, ScannedStone)
     pose = nearest_stable_pose(surface.vertices, mass_properties(surface.corners).centre)
@@ -287,14 +287,14 @@ def test_an_outline_lies_inside_by_at_most_the_tolerance() -> None:
     points /= np.linalg.norm(points, axis=1)[:, None]
     counts = []
     for tolerance in (0.002, 0.005, 0.02):
-        kept = outline_within_tolerance(points, tolerance)
+        kept = simplified_convex_outline(points, tolerance)
         equations = ConvexHull(kept).equations
         beyond = points @ equations[:, :3].T + equations[:, 3]
         assert beyond[:, equations[:, 2] <= -np.cos(np.radians(45.0))].max() <= tolerance + 1e-12
         counts.append(len(kept))
     assert counts == sorted(counts, reverse=True)
-    assert len(outline_within_tolerance(points[:, :2], 0.01)) < 40
-    whole = outline_within_tolerance(points[:, :2], 0.0)
+    assert len(simplified_convex_outline(points[:, :2], 0.01)) < 40
+    whole = simplified_convex_outline(points[:, :2], 0.0)
     assert {tuple(one) for one in whole} == {tuple(one) for one in points[ConvexHull(points[:, :2]).vertices, :2]}
 
 

@@ -5,10 +5,10 @@ import pytest
 
 from overturning.model.planes import circle_share_of_planes
 from overturning.model.symmetry import (
-    first_symmetric_direction_of_each,
+    first_equivalent_direction_of_each,
     mark_mirrored_planes,
-    nearest_computed_cells,
-    nearest_computed_planes,
+    nearest_simulated_directions,
+    nearest_simulated_planes,
 )
 
 
@@ -26,7 +26,7 @@ from overturning.model.symmetry import (
     ],
 )
 def test_planes(azimuth: list[float], asked: list[float], cell: list[int], mirrored: list[bool]) -> None:
-    found = nearest_computed_planes(azimuth, asked)
+    found = nearest_simulated_planes(azimuth, asked)
     assert found.cell.tolist() == cell
     assert found.mirrored.tolist() == mirrored
     assert found.turn_deg.tolist() == [180.0 * one for one in mirrored]
@@ -34,20 +34,20 @@ def test_planes(azimuth: list[float], asked: list[float], cell: list[int], mirro
 
 def test_bodies() -> None:
     """A square with three orientations covers all by quarter turns; a body without symmetry does not; a column does."""
-    found = nearest_computed_cells([0, 30, 60], [1, 121, 260, -29], 90.0)
+    found = nearest_simulated_directions([0, 30, 60], [1, 121, 260, -29], 90.0)
     assert (found.cell.tolist(), found.turn_deg.tolist()) == ([0, 1, 0, 2], [0, 90, 270, 270])
-    assert nearest_computed_cells([0, 30, 60], [200, 220, 359], 360.0).cell.tolist() == [2, 0, 0]
-    column = nearest_computed_cells([5], [200, 5], 0.0)
+    assert nearest_simulated_directions([0, 30, 60], [200, 220, 359], 360.0).cell.tolist() == [2, 0, 0]
+    column = nearest_simulated_directions([5], [200, 5], 0.0)
     assert (column.cell.tolist(), column.turn_deg.tolist()) == ([0, 0], [195, 0])
     assert not found.mirrored.any()
 
 
 def test_repeated_cells_of_a_grid() -> None:
-    planes = mark_mirrored_planes(first_symmetric_direction_of_each(np.array([0, 30, 180, 210, 359, 0]), 180.0), 180.0)
+    planes = mark_mirrored_planes(first_equivalent_direction_of_each(np.array([0, 30, 180, 210, 359, 0]), 180.0), 180.0)
     assert planes.cell.ravel().tolist() == [0, 1, 0, 1, 4, 0]
     assert planes.mirrored.ravel().tolist() == [False, False, True, True, False, False]
-    assert first_symmetric_direction_of_each([5], 0.0).cell.tolist() == [[0]]
-    bodies = first_symmetric_direction_of_each(np.arange(0, 180, 30), [90.0, 180.0, 0.0])
+    assert first_equivalent_direction_of_each([5], 0.0).cell.tolist() == [[0]]
+    bodies = first_equivalent_direction_of_each(np.arange(0, 180, 30), [90.0, 180.0, 0.0])
     assert bodies.cell.T.tolist() == [[0, 1, 2, 0, 1, 2], [0, 1, 2, 3, 4, 5], [0] * 6]
     assert bodies.turn_deg[:, 0].tolist() == [0, 0, 0, 90, 90, 90]
 
@@ -55,8 +55,8 @@ def test_repeated_cells_of_a_grid() -> None:
 def test_periods_without_exact_float_value() -> None:
     """The turns of a prism of seven sides, each 360/7 degrees, are one orientation."""
     turns = 10 + np.arange(7) * 360 / 7
-    assert first_symmetric_direction_of_each(turns, 360 / 7).cell.ravel().tolist() == [0] * 7
-    assert nearest_computed_cells([10, 30], turns, 360 / 7).cell.tolist() == [0] * 7
+    assert first_equivalent_direction_of_each(turns, 360 / 7).cell.ravel().tolist() == [0] * 7
+    assert nearest_simulated_directions([10, 30], turns, 360 / 7).cell.tolist() == [0] * 7
 
 
 @pytest.mark.parametrize(

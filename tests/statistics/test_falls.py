@@ -15,7 +15,7 @@ from overturning.model.planes import (
     circle_share_of_planes,
     distinct_plane_indices,
     fall_probability_to_either_side,
-    planes_impose_axis,
+    plane_choice_imposes_fall_axis,
 )
 from overturning.model.stack import Stack
 from overturning.statistics.circular import LEAST_RESULTANT
@@ -140,7 +140,7 @@ def test_a_plane_is_counted_once(make_cube, sector) -> None:
     half = shares_of_directions_with_fall(cube.isel(azimuth=cube["azimuth"] < 180))
     assert whole.values == pytest.approx(9 / 36)  # 40° to 80° by 5° of 36 planes
     xr.testing.assert_allclose(whole, half)
-    assert model_of_cube(cube).fall_probability_and_direction_by_cell(cube).sizes["azimuth"] == 36
+    assert model_of_cube(cube).fall_probability_and_direction_by_case(cube).sizes["azimuth"] == 36
 
 
 def both_ways(azimuth, *_):
@@ -370,5 +370,5 @@ def test_a_part_of_a_cube_keeps_its_model() -> None:
     ],
 )
 def test_planes_that_are_spread_unevenly_impose_the_axis(azimuth, imposed: bool) -> None:
-    assert planes_impose_axis(list(azimuth)) is imposed
+    assert plane_choice_imposes_fall_axis(list(azimuth)) is imposed
     assert LARGEST_RESULTANT_OF_PLANES == LEAST_RESULTANT  # up to which falls have no axis

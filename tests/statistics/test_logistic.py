@@ -13,10 +13,10 @@ from scipy.stats import t
 from overturning.errors import ArgumentError
 from overturning.statistics.logistic import (
     PREDICTORS,
-    coefficient_rows,
     fit_logistic_model,
     fit_logistic_overturning_model,
-    overturning_regression_rows,
+    fitted_coefficient_rows,
+    overturning_regression_data,
 )
 
 # Dalal, Fowlkes & Hoadley (1989), JASA 84: joint temperature (°F) and thermal distress of 23 launches before
@@ -286,7 +286,7 @@ def test_fit_of_a_cube(make_cube: Callable[..., xr.Dataset]) -> None:
     intensity = xr.Dataset(
         {"pga": (("record", "azimuth"), pga), "pgv": (("record", "azimuth"), pgv)}, coords={"azimuth": azimuth}
     )
-    predictors, outcome, event, weight = overturning_regression_rows(cube.chunk({"record": 1}), intensity)
+    predictors, outcome, event, weight = overturning_regression_data(cube.chunk({"record": 1}), intensity)
     assert predictors.shape == (12 * 18 * 2 * 5, 4)
     assert weight.mean() == pytest.approx(1)
     assert set(event) == set(range(12))
@@ -295,7 +295,7 @@ def test_fit_of_a_cube(make_cube: Callable[..., xr.Dataset]) -> None:
     assert (fit.rows, fit.clusters) == (2160, 12)
     assert fit.low[1] < 3 < fit.high[1]
     assert fit.low[2] < 1 < fit.high[2]
-    table = coefficient_rows(fit)
+    table = fitted_coefficient_rows(fit)
     assert [row[0] for row in table] == ["intercept", *PREDICTORS]
     assert table[4][4] == pytest.approx(np.log(0.6))
     with pytest.raises(ArgumentError, match="azimuths"):

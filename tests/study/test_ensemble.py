@@ -20,7 +20,7 @@ from overturning.model.cases import Cases
 from overturning.model.grid import CaseGrid
 from overturning.model.planes import PlanarModel
 from overturning.model.results import CaseResults
-from overturning.model.space import cell_weight_in_direction_statistics
+from overturning.model.space import case_weight_in_direction_statistics
 from overturning.model.variables import PLANE_ENSEMBLE_VARIABLES
 from overturning.motion.motion import Motion
 from overturning.settings import EnsembleSettings
@@ -153,7 +153,7 @@ def test_in_space_members_are_run_where_the_azimuth_of_a_fall_changes(motion: Mo
     run = (found[0]["members"] > 0).ravel()
     assert run.nonzero()[0].tolist() == [0, 1, 2, 3]
     names = ("probability_falls", "fall_north", "fall_east", "members")
-    weight = cell_weight_in_direction_statistics(*(found[0][name] for name in names)).ravel()
+    weight = case_weight_in_direction_statistics(*(found[0][name] for name in names)).ravel()
     assert weight == pytest.approx([1.0, 0.0, *[1.0] * 7], abs=1e-3)
 
 
@@ -165,18 +165,18 @@ def test_weight_of_a_fall_is_the_resultant_of_its_members() -> None:
         angle = generator.vonmises(0.3, kappa, (count, 8)) if kappa else generator.uniform(0, 2 * np.pi, (count, 8))
         parts = np.cos(angle).mean(axis=1), np.sin(angle).mean(axis=1)
         square = (8 * np.hypot(*parts) ** 2 - 1) / 7
-        weight = cell_weight_in_direction_statistics(np.ones(count), *parts, np.full(count, 8))
+        weight = case_weight_in_direction_statistics(np.ones(count), *parts, np.full(count, 8))
         assert weight**2 == pytest.approx(np.clip(square, 0, 1))
         assert square.mean() == pytest.approx(truth**2, abs=0.01), "unbiased before it is cut at 0"
         plain = np.hypot(*parts).mean()
         assert abs(weight.mean() - truth) < max(abs(plain - truth), 0.02)
         # Half of the members stand: the means over all are half as long, and four fall.
-        fewer = cell_weight_in_direction_statistics(
+        fewer = case_weight_in_direction_statistics(
             np.full(count, 0.5), 0.5 * parts[0], 0.5 * parts[1], np.full(count, 8)
         )
         assert fewer**2 == pytest.approx(np.clip((4 * np.hypot(*parts) ** 2 - 1) / 3, 0, 1))
-    assert cell_weight_in_direction_statistics(np.nan, np.nan, np.nan, 0) == 1.0
-    assert cell_weight_in_direction_statistics(1 / 8, 1 / 8, 0.0, 8) == 1.0
+    assert case_weight_in_direction_statistics(np.nan, np.nan, np.nan, 0) == 1.0
+    assert case_weight_in_direction_statistics(1 / 8, 1 / 8, 0.0, 8) == 1.0
 
 
 def test_no_spread_gives_the_nominal_answer(motion: Motion, nominal: dict[str, np.ndarray]) -> None:

@@ -83,7 +83,9 @@ def test_a_boulder_has_fallen_where_it_lies_on_its_next_side() -> None:
     """
     prepared = prepare_scene(shipped("boulder"))
     comes_down = np.arctan2(0.47, 0.38)
-    assert prepared.placed[-1].fallen_rotations_rad == pytest.approx((comes_down, np.arctan2(0.31, 0.30)), abs=1e-9)
+    assert prepared.placed[-1].fall_threshold_rotations_rad == pytest.approx(
+        (comes_down, np.arctan2(0.31, 0.30)), abs=1e-9
+    )
     assert least_fallen_rotations(prepared)[0] == pytest.approx(comes_down, abs=1e-4)
     assert 0.1 < standing_rotation_limits(prepared)[0] < 0.5 * comes_down
     assert not flags_match_rotations(prepared, np.array([False]), np.array([comes_down]))

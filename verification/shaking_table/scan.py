@@ -23,7 +23,7 @@ from overturning.model.cases import Cases
 from overturning.model.contact import VertexContact
 from overturning.model.mesh import read_mesh_surface
 from overturning.model.scan import ScannedStone, stone_from_surface
-from overturning.model.surface import closed_surface
+from overturning.model.surface import close_base_of_surface
 from verification.shaking_table.data import ShakingTableTests
 from verification.shaking_table.models import Rows
 
@@ -60,7 +60,7 @@ def read_boulder(folder: Path) -> ScannedStone:
     path = folder / FILE
     if not path.is_file():
         raise ResultError(f"{folder}: no {FILE}; for its source see docs/shaking-table.md")
-    scan = stone_from_surface(*closed_surface(read_mesh_surface(path, "m")), "boulder", RELIEFS[0])
+    scan = stone_from_surface(*close_base_of_surface(read_mesh_surface(path, "m")), "boulder", RELIEFS[0])
     assert isinstance(scan.shape, ScannedStone)
     print(f"{path.name}: {scan.volume:.4f} m³, tilted by {scan.pose.tilt_deg:.2f}° into its nearest stable pose")
     return scan.shape

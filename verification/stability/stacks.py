@@ -19,9 +19,9 @@ from overturning.dem.limits import MAX_PENETRATION
 from overturning.dem.numerics import BODY_STEP, NumericalOptions
 from overturning.dem.run import simulate_cases
 from overturning.errors import ArgumentError
-from overturning.model.cases import LOWEST, Cases
+from overturning.model.cases import LOWEST_STONE_M, Cases
 from overturning.model.contact import VertexContact
-from overturning.model.element import ContactLaw, Element, Material, PlanShape, plan_area_of_width
+from overturning.model.element import ContactLaw, Element, Material, PlanShape, circle_or_polygon_area
 from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
@@ -111,7 +111,7 @@ class StackSetting:
 
 def _area_share(plan: PlanShape) -> float:
     """Return the area of a plan over that of the square or rectangle around it."""
-    return 1.0 if plan == "rectangle" else plan_area_of_width(plan, 1.0)
+    return 1.0 if plan == "rectangle" else circle_or_polygon_area(plan, 1.0)
 
 
 def stack_settings(count: int, seed: int) -> list[StackSetting]:
@@ -128,7 +128,7 @@ def _draw_setting(generator: np.random.Generator) -> StackSetting:
     # Each stone is 0.5 to 1.2 times as wide as the one below.
     width = log_uniform(0.1, 2.0) * np.cumprod(np.concatenate([[1.0], generator.uniform(0.5, 1.2, stones - 1)]))
     depth = width * log_uniform(0.5, 2.0, stones)
-    height = np.maximum(np.minimum(width, depth) * log_uniform(0.02, 6.0, stones), LOWEST)
+    height = np.maximum(np.minimum(width, depth) * log_uniform(0.02, 6.0, stones), LOWEST_STONE_M)
     kind = ("vertical above g", *SHAPES)[int(generator.integers(4))]
     shaking = StabilityCase(
         stiffness=1.0, damping_ratio=1.0, b_over_h=1.0, height=1.0, density=1.0, friction=1.0, scheme="centred",

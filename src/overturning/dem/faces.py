@@ -11,7 +11,7 @@ from overturning.dem.simulate import simulate_grid
 from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.model.body import Body
 from overturning.model.contact import Contact
-from overturning.model.edges import combined_fall_flag_and_azimuth
+from overturning.model.edges import fall_flag_and_azimuth_from_planes
 from overturning.model.grid import CaseGrid
 from overturning.model.model import Model
 from overturning.model.planes import PlanarModel
@@ -27,7 +27,7 @@ def simulate_grid_and_body_face_planes(
 
     The arrays are those of `simulate_grid` and the model's `study_variables_besides_outcomes`. A rectangle is also
     simulated by the 2-D model in the planes of its faces: with B/H along its orientation and D/H across it. If it
-    falls in both, `combined_fall_flag_and_azimuth` decides. ``block_steps`` includes these simulations.
+    falls in both, `fall_flag_and_azimuth_from_planes` decides. ``block_steps`` includes these simulations.
     """
     arrays = simulate_grid(model, motion, grid, numerics)
     if not isinstance(model, Body) or not model.aspect_is_parameter:
@@ -54,6 +54,6 @@ def simulate_grid_and_body_face_planes(
             times[at] = outcome["overturning_time"]
             towards[at] = np.mod(azimuth[:, None, None, None] + np.where(side < 0, 180.0, 0.0), 360.0)
             arrays["block_steps"][:, :, :, index] += outcome["block_steps"]
-    falls, fall_azimuth = combined_fall_flag_and_azimuth(flags, times, towards)
+    falls, fall_azimuth = fall_flag_and_azimuth_from_planes(flags, times, towards)
     overturned = np.nan_to_num(falls, nan=INT8_MISSING).astype(np.int8)
     return arrays | {"plane_overturned": overturned, "plane_fall_azimuth": fall_azimuth}

@@ -76,7 +76,10 @@ class PlanarTrajectory:
             "critical_angle": dataset_variable_tuple("element", self.critical, "rad", "critical angle"),
             "fallen_angle": dataset_variable_tuple(
                 "element side",
-                [(np.nan, np.nan) if item.is_driven_or_held else item.fallen_rotations_rad for item in self.placed],
+                [
+                    (np.nan, np.nan) if item.is_driven_or_held else item.fall_threshold_rotations_rad
+                    for item in self.placed
+                ],
                 "rad",
                 "rotation to a side at which it has fallen",
             ),

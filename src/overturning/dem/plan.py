@@ -110,7 +110,7 @@ class SimulationPlan(ABC):
 
     def initial_results(self) -> CaseResults:
         """Return the results of all cases before the simulation: at rest, or missing if the contact is too soft."""
-        results = CaseResults.of_cases_at_rest(
+        results = CaseResults.of_unmoved_cases(
             self.model.variables, self.cases.case_count, len(self.model.free_element_names)
         )
         results.status[self.too_soft], results.overturned[self.too_soft] = CaseStatus.UNSTABLE, INT8_MISSING

@@ -11,7 +11,7 @@ from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import simulate_cases
 from overturning.errors import ArgumentError, suggest_closest_keyword
 from overturning.model.falls import model_from_scene_or_shape
-from overturning.model.grid import AXES, CaseGrid, finite_row_of_argument
+from overturning.model.grid import AXES, CaseGrid, finite_values_of_argument
 from overturning.model.model import Model
 from overturning.model.planes import PlanarModel
 from overturning.model.results import COUNTS
@@ -58,10 +58,10 @@ def create_case_grid(
             f"azimuth_deg, orientation_deg: {fault}; give azimuth_deg for a block or scene in 2-D, or orientation_deg "
             "for a 3-D body, such as 'rectangle', or a stack of stones in 3-D"
         )
-    aspects = finite_row_of_argument("aspect", aspect)
+    aspects = finite_values_of_argument("aspect", aspect)
     if (wrong := aspects[aspects <= 0.0]).size:
         raise ArgumentError(f"aspect: {wrong[0]:g}; it must be above 0")
-    model.rotation_periods_deg(aspects)
+    model.symmetry_periods_by_aspect_deg(aspects)
     sizes = {"height": height, "b_over_h": b_over_h, "friction": friction, "aspect": aspect}
     several = model.free_element_names if len(model.free_element_names) > 1 else ()
     rows: dict[str, Any] = {f"{model.direction}_deg": direction} | {name: sizes[name] for name in model.case_dims}
@@ -197,7 +197,7 @@ def simulate(
             for item in model.variables
         },
         coordinates,
-        model.scene_or_body_attributes | {"vertical_motion": level if motion.up is None else "as recorded"},
+        model.identifying_dataset_attributes | {"vertical_motion": level if motion.up is None else "as recorded"},
     )
 
 

@@ -112,5 +112,5 @@ def trajectory(
     return create_xarray_dataset(
         variables,
         coordinates,
-        model.scene_or_body_attributes | attributes | given | {"block_steps": int(results.block_steps[0])},
+        model.identifying_dataset_attributes | attributes | given | {"block_steps": int(results.block_steps[0])},
     )

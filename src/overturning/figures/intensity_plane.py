@@ -44,7 +44,7 @@ def pga_pgv_ratio_and_fall_probability(
     The arrays have shape (n,), without cases of unknown outcome and motions below `LEAST_PGA`.
     """
     block = cube.sel(height=height, b_over_h=b_over_h, friction=friction, method="nearest")
-    planes = model_of_cube(cube).fall_probability_and_direction_by_cell(block).compute()
+    planes = model_of_cube(cube).fall_probability_and_direction_by_case(block).compute()
     along = intensity[["pga", "pgv"]].sel(azimuth=planes["azimuth"], method="nearest")
     falls = planes["falls"].transpose("record", "azimuth").to_numpy().ravel()
     pga, pgv = (along[name].transpose("record", "azimuth").to_numpy().ravel() for name in ("pga", "pgv"))
@@ -101,8 +101,8 @@ def outcomes_by_pga_and_pgv_ratio_figure(
     """Draw outcomes in the plane of PGA and PGV/PGA, for up to three B/H (columns) and two heights (rows).
 
     A figure for a phone shows the smallest height only. `intensity` has ``pga`` (m/s²) and ``pgv`` (m/s) by record and
-    azimuth. `size_note` is a note (see `element_size_note`) that the sizes belong to another stone: it is added to the
-    title, and the criteria, which need the stone's own sizes, are left out.
+    azimuth. `size_note` is a note (see `size_reference_note`) that the sizes belong to another stone: it is added to
+    the title, and the criteria, which need the stone's own sizes, are left out.
     """
     slender = cube["b_over_h"].to_numpy()
     one_friction = cube.sel(friction=[friction], method="nearest")

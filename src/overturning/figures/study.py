@@ -14,7 +14,7 @@ from overturning.figures.rose import fall_roses_by_earthquake_figure, fall_roses
 from overturning.figures.site_map import earthquake_map_figures, earthquakes_on_map
 from overturning.figures.style import project_style
 from overturning.figures.write import Write, empty_folder_then_list_new_files
-from overturning.labels import element_size_note
+from overturning.labels import size_reference_note
 from overturning.model.falls import model_of_cube
 from overturning.statistics.earthquakes import fall_alignment_with_references, fall_axes_by_group, summarise_fall_axes
 from overturning.statistics.logistic import LogisticFit, fit_logistic_overturning_model
@@ -37,7 +37,7 @@ def draw_study_figures(cube_path: Path, intensity_path: Path, output_folder: Pat
         xr.open_dataset(intensity_path, engine="netcdf4") as intensity,
         project_style(),
     ):
-        fits = model_of_cube(cube).one_component and not element_size_note(cube)
+        fits = model_of_cube(cube).one_component and not size_reference_note(cube)
         fit = fit_logistic_overturning_model(cube, intensity) if fits else None
         for name, draw in study_figure_functions(cube, intensity, fit, fall_axes_by_group(cube)).items():
             write_figure_files(draw(), output_folder / name)
@@ -58,7 +58,7 @@ def study_figure_functions(
         "rose": partial(fall_roses_by_group_figure, cube, summaries),
     }
     if model_of_cube(cube).one_component:
-        friction, another = float(cube["friction"].max()), element_size_note(cube)
+        friction, another = float(cube["friction"].max()), size_reference_note(cube)
         plane = partial(outcomes_by_pga_and_pgv_ratio_figure, cube, intensity, fit, friction, another)
         return functions | {"plane": plane}
 

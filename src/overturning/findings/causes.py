@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Estimate, Finding, Number, estimate_from_mean, negate_estimate
-from overturning.labels import element_size_note
+from overturning.labels import size_reference_note
 from overturning.statistics.criteria import PULSE_VALID, score_overturning_criteria
-from overturning.statistics.logistic import LEVEL, coefficient_rows
+from overturning.statistics.logistic import LEVEL, fitted_coefficient_rows
 
 DOUBLED = {1: "PGA and PGV", 2: "PGV alone", 4: "size of the block"}
 """Quantity that doubles if a predictor of `statistics.logistic.PREDICTORS` grows by ln 2, by coefficient index."""
@@ -138,7 +138,7 @@ def logistic_fit_findings(results: StudyResults) -> LogisticFitFindings | None:
     if (fit := results.logistic_fit) is None:
         return None
     rows = []
-    for name, value, low, high, least, most in coefficient_rows(fit):
+    for name, value, low, high, least, most in fitted_coefficient_rows(fit):
         doubled = [2.0**one for one in (value, low, high)] if name != "intercept" else [math.nan] * 3
         rows.append(
             LogisticCoefficient(
@@ -187,7 +187,7 @@ def skill_of_published_criteria(results: StudyResults) -> CriteriaFindings | Non
 
     None for 3-D models, for elements of several sizes, and if no outcome is known.
     """
-    asked = results.model.one_component and not element_size_note(results.cube)
+    asked = results.model.one_component and not size_reference_note(results.cube)
     found = score_overturning_criteria(results.cube, results.intensity) if asked else None
     if found is None:
         return None

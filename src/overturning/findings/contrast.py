@@ -318,7 +318,7 @@ def population_fall_rates_by_soil(results: StudyResults) -> list[SiteFallRates]:
             accounts = record_provenance(results.cubes[name]).values()
             angles = (
                 np.empty(0)
-                if site is None or results.planes_impose_axis
+                if site is None or results.plane_choice_imposes_fall_axis
                 else angles_between_fall_axes_deg(
                     *(results.populations[each].sel(amplitude=factor) for each in (name, NOMINAL))
                 )

@@ -186,7 +186,7 @@ def _reason_for_no_fall_axis(results: StudyResults) -> str:
         return "no outcome"
     if results.share_overturned <= 0:
         return "no falls"
-    if results.planes_impose_axis:
+    if results.plane_choice_imposes_fall_axis:
         return "uneven planes" if np.unique(_planes_deg(results)).size > 1 else "one plane"
     if results.every_case_overturns:
         return "falls in every plane"

@@ -180,7 +180,7 @@ def count_ensemble_cells(model: Model, ensemble_settings: EnsembleSettings, cube
     in which at least as many runs as those of the first batch have an outcome.
     """
     found, half = (
-        model.member_fall_shares_by_cell(cube),
+        model.ensemble_fall_shares_by_case(cube),
         cube.isel({model.direction: model.distinct_direction_indices(cube)}),
     )
     run, members = found["towards"].notnull(), half["members"].where(half["members"] > 0)

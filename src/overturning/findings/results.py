@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from overturning.errors import ResultError
 from overturning.files import path_without_absolute_folder
-from overturning.labels import element_size_note
+from overturning.labels import size_reference_note
 from overturning.model.falls import model_of_cube
 from overturning.model.model import Model
-from overturning.model.planes import cube_planes_impose_axis
+from overturning.model.planes import cube_planes_impose_fall_axis
 from overturning.statistics import alignment_by_rule, earthquakes
 from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.circular import LEAST_RESULTANT
@@ -125,14 +125,14 @@ class StudyResults:
         return model_of_cube(self.cube)
 
     @cached_property
-    def planes_impose_axis(self) -> bool:
+    def plane_choice_imposes_fall_axis(self) -> bool:
         """True if the planes are one, or a sector, so that the axis of the falls is that of the planes."""
-        return cube_planes_impose_axis(self.cube)
+        return cube_planes_impose_fall_axis(self.cube)
 
     @cached_property
     def logistic_fit(self) -> LogisticFit | None:
         """Logistic fit of the fall probability; None in 3-D, or if outcomes and B/H are of different stones."""
-        if not self.model.one_component or element_size_note(self.cube):
+        if not self.model.one_component or size_reference_note(self.cube):
             return None
         return fit_logistic_overturning_model(self.cube, self.intensity)
 
@@ -271,7 +271,7 @@ class StudyResults:
             self.has_known_fault_normal
             and self.falls_have_axis
             and self.share_overturned > 0
-            and not self.planes_impose_axis
+            and not self.plane_choice_imposes_fall_axis
             and not self.every_case_overturns
         )
 

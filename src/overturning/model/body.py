@@ -14,7 +14,7 @@ from overturning.model.grid import CaseGrid
 from overturning.model.scan import ScannedStone
 from overturning.model.shapes import RectangularPrism, Shape, shape_from_name_or_sides
 from overturning.model.space import SpaceModel
-from overturning.model.symmetry import FULL_TURN, ComputedCells
+from overturning.model.symmetry import FULL_TURN, EquivalentSimulatedDirections
 from overturning.model.variables import (
     BODY_ENSEMBLE_VARIABLES,
     BODY_VARIABLES,
@@ -26,7 +26,7 @@ from overturning.model.variables import (
 
 @dataclass(frozen=True)
 class InitialState:
-    """Initial position and velocity of a 3-D body that starts in motion or tilted, in axes that turn with its azimuth.
+    """Initial position and velocity of a 3-D body that starts in motion or tilted, in axes fixed to its orientation.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ class Body(SpaceModel):
 
     @property
     @override
-    def scene_or_body_attributes(self) -> dict[str, str]:
+    def identifying_dataset_attributes(self) -> dict[str, str]:
         return {"body": self.shape.name}
 
     @property
@@ -125,7 +125,7 @@ class Body(SpaceModel):
     def height_and_b_over_h_or_defaults(
         self, height: ArrayLike | None, b_over_h: ArrayLike | None
     ) -> tuple[ArrayLike, ArrayLike]:
-        """Return height (m) and B/H as given; a polyhedron has a fixed B/H and, by default, its own height."""
+        """Return height (m) and B/H of the cases as given; a polyhedron has its own B/H and default height."""
         if self.shape.slenderness_is_parameter:
             if b_over_h is None or height is None:
                 name = "b_over_h" if b_over_h is None else "height"
@@ -137,13 +137,13 @@ class Body(SpaceModel):
         return own if height is None else height, self.shape.solid(own, 1.0, 1.0).b_over_h
 
     @override
-    def rotation_periods_deg(self, aspect: FloatArray) -> FloatArray:
+    def symmetry_periods_by_aspect_deg(self, aspect: FloatArray) -> FloatArray:
         if not self.shape.aspect_is_parameter and aspect.tolist() != [1.0]:
             raise ArgumentError(f"aspect: {aspect.tolist()}; only a rectangle has one")
         return np.array([self.shape.solid(1.0, 0.5, float(value)).period for value in aspect])
 
     def with_relief(self, relief: float) -> "Body":
-        """Return the same body, a scanned stone, with another relief under its base, m."""
+        """Return a copy of the body, a scanned stone, with another relief (height up to which base points touch, m)."""
         if not isinstance(self.shape, ScannedStone):
             raise ArgumentError(f"relief: a {self.shape.name} has none; only a scanned stone has")
         return replace(self, shape=self.shape.with_relief(relief))
@@ -154,10 +154,12 @@ class Body(SpaceModel):
         return replace(self, contact=self.contact.model_copy(update={"static_penetration": penetration}))
 
     @override
-    def computed_cell_of_each_direction(self, grid: CaseGrid, use_symmetry: bool = True) -> ComputedCells:
-        """Return, for each orientation of a grid, the simulated one that is equivalent by the body's symmetry."""
+    def computed_cell_of_each_direction(
+        self, grid: CaseGrid, use_symmetry: bool = True
+    ) -> EquivalentSimulatedDirections:
+        """Return, for each orientation of a grid, an orientation to simulate instead, equivalent by symmetry."""
         direction = grid.direction_values_deg[:, None]
-        period = self._rotation_periods_of_grid_deg(grid) if use_symmetry else np.full(1, FULL_TURN)
+        period = self._symmetry_periods_of_grid_deg(grid) if use_symmetry else np.full(1, FULL_TURN)
         whole = np.floor(direction / np.where(period > 0.0, period, 1.0))
         if use_symmetry and self.start is not None and np.where(period > 0.0, whole, direction).any():
             raise ArgumentError(
@@ -171,10 +173,15 @@ class Body(SpaceModel):
 
     @override
     def rotate_copied_outcomes_in_place(
-        self, outcome_arrays: dict[str, NDArray[Any]], grid: CaseGrid, computed_cells: ComputedCells
+        self,
+        outcome_arrays: dict[str, NDArray[Any]],
+        grid: CaseGrid,
+        equivalent_directions: EquivalentSimulatedDirections,
     ) -> None:
-        super().rotate_copied_outcomes_in_place(outcome_arrays, grid, computed_cells)
+        super().rotate_copied_outcomes_in_place(outcome_arrays, grid, equivalent_directions)
         faces = len(self.shape.solid(1.0, 0.5, 1.0).faces)
-        turns = np.round(grid.broadcast_over_grid(computed_cells.turn_deg) / FULL_TURN * max(faces, 1)).astype(np.int64)
+        turns = np.round(grid.broadcast_over_grid(equivalent_directions.turn_deg) / FULL_TURN * max(faces, 1)).astype(
+            np.int64
+        )
         down = outcome_arrays["fall_face"] != INT8_MISSING
         outcome_arrays["fall_face"][down] = (outcome_arrays["fall_face"][down] - turns[down]) % max(faces, 1)

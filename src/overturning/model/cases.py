@@ -14,7 +14,7 @@ MOST_CASES: Final = 50_000_000
 MAX_DIRECTION_DEG: Final = 1e6
 """Largest azimuth or orientation, degrees: beyond it, rounding takes away digits that matter."""
 
-LOWEST, HIGHEST = 0.01, 50.0
+LOWEST_STONE_M, HIGHEST_STONE_M = 0.01, 50.0
 """Range of heights in the map of stability (docs/validation.md), m; a height outside it suggests a wrong unit."""
 
 BYTES_PER_CASE: Final = 300
@@ -83,7 +83,7 @@ class Cases:
                 bound = "" if signed else f" and {'above' if above else 'at least'} 0"
                 raise ArgumentError(f"{name}: {values[wrong][0]}; it must be finite{bound}")
         check_stone_heights(self.height)
-        check_directions("azimuth_deg", np.asarray(self.azimuth_deg))
+        check_direction_magnitudes("azimuth_deg", np.asarray(self.azimuth_deg))
         check_case_count(self.case_count)
         tilt = np.tan(np.minimum(np.abs(np.asarray(self.initial_tilt)), 1.57))
         if (tilt >= np.asarray(self.b_over_h)).any():
@@ -91,32 +91,34 @@ class Cases:
 
     @property
     def case_count(self) -> int:
-        """Number of simulated cases: combinations of direction, size and friction."""
+        """Number of cases to simulate, each with its own direction, size and friction."""
         return int(np.asarray(self.azimuth_deg).size)
 
 
-def check_directions(name: str, direction_deg: FloatArray) -> None:
-    """Raise an `ArgumentError` for azimuths or orientations above `MAX_DIRECTION_DEG`, given as the argument `name`."""
+def check_direction_magnitudes(name: str, direction_deg: FloatArray) -> None:
+    """Raise an `ArgumentError` that names the argument `name` if an azimuth or orientation is too large to be exact."""
     if (far := direction_deg[np.abs(direction_deg) > MAX_DIRECTION_DEG]).size:
         raise ArgumentError(f"{name}: {far[0]:g}; at most {MAX_DIRECTION_DEG:g} degrees, a full turn is 360")
 
 
 def check_stone_heights(height: ArrayLike) -> None:
-    """Raise an `ArgumentError` for stone heights (m) outside `LOWEST` to `HIGHEST`."""
+    """Raise an `ArgumentError` if a stone height (m) is outside the allowed range, which suggests a wrong unit."""
     for value in np.unique(np.asarray(height, dtype=np.float64)):
-        if not LOWEST <= value <= HIGHEST:
-            unit = "; is that in centimetres or millimetres?" if value > HIGHEST else "; heights are in m"
-            raise ArgumentError(f"height: {value:g} m; a stone is {LOWEST:g} to {HIGHEST:g} m high{unit}")
+        if not LOWEST_STONE_M <= value <= HIGHEST_STONE_M:
+            unit = "; is that in centimetres or millimetres?" if value > HIGHEST_STONE_M else "; heights are in m"
+            raise ArgumentError(
+                f"height: {value:g} m; a stone is {LOWEST_STONE_M:g} to {HIGHEST_STONE_M:g} m high{unit}"
+            )
 
 
 def checked_stone_height(height: float) -> float:
-    """Return a stone height (m) unchanged; raise an `ArgumentError` if it is outside `LOWEST` to `HIGHEST`."""
+    """Return a stone height (m) unchanged; raise an `ArgumentError` if it is outside the allowed range."""
     check_stone_heights(height)
     return height
 
 
 def check_case_count(case_count: int) -> None:
-    """Raise `ArgumentError` if there are no cases, or more than `MOST_CASES`."""
+    """Raise an `ArgumentError` if there are no cases, or more than fit into the memory of an ordinary machine."""
     if case_count == 0:
         raise ArgumentError("cases: none; give at least one azimuth, height, B/H and friction")
     if case_count > MOST_CASES:

@@ -6,13 +6,13 @@ from numpy.typing import ArrayLike
 from overturning.arrays import FloatArray
 
 
-def combined_fall_flag_and_azimuth(
+def fall_flag_and_azimuth_from_planes(
     plane_fall_flags: ArrayLike, last_tipping_time: ArrayLike, fall_azimuth_deg: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
-    """Return if a stone falls, and the azimuth of the fall, from its 2-D outcomes in several vertical planes.
+    """Return whether a stone falls and the azimuth of the fall, from 2-D simulations in several vertical planes.
 
-    The stone falls if it falls in any plane. If it falls in several, it falls over the edge whose tipping angle it
-    passes for the last time first: from then on it cannot return, so the other edges no longer matter.
+    The stone falls if it falls in any plane. If it falls in several, the plane counts in which it passes its
+    tipping angle for good first: from then on it cannot return, so the other edges no longer matter.
 
     If the outcome in any plane is missing, the outcome of the stone is missing too: it may have fallen over that edge
     before.
@@ -46,16 +46,18 @@ def combined_fall_flag_and_azimuth(
 
 
 def fall_probability_over_each_edge(fall_probability: FloatArray, last_tipping_time: FloatArray) -> FloatArray:
-    """Return the probabilities that a stone falls over each of two perpendicular base edges, shape (2, …).
+    """Return the probability that a stone falls over each of two perpendicular base edges, shape (2, …).
 
-    If all probabilities are 0 or 1, the result agrees with `combined_fall_flag_and_azimuth`.
+    They are computed from the fall probabilities of 2-D simulations in the two vertical planes across the edges.
+
+    If all probabilities are 0 or 1, the result agrees with `fall_flag_and_azimuth_from_planes`.
 
     Parameters
     ----------
     fall_probability : ndarray, shape (2, …)
         Probability of falling in each plane; the planes are taken as independent, and no value is missing.
     last_tipping_time : ndarray, shape (2, …)
-        Times as in `combined_fall_flag_and_azimuth`, s. If one is missing, or they are equal, each edge comes first
+        Times as in `fall_flag_and_azimuth_from_planes`, s. If one is missing, or they are equal, each edge comes first
         in proportion to its probability.
 
     Returns

@@ -24,8 +24,8 @@ SMALLEST_LENGTH, LARGEST_LENGTH = 1e-6, 1e6
 PlanShape = Literal["rectangle", "circle"] | Annotated[int, Field(ge=3, le=16)]
 
 
-def plan_area_of_width(plan: PlanShape, width: float) -> float:
-    """Return the area, m², of a circle of diameter `width` (m), or of a regular polygon around such a circle."""
+def circle_or_polygon_area(plan: PlanShape, width: float) -> float:
+    """Return the area, m², of a plan: a circle of diameter `width` (m), or a regular polygon around such a circle."""
     if plan == "circle":
         return 0.25 * math.pi * width * width
     assert isinstance(plan, int)
@@ -48,7 +48,7 @@ class ContactLaw(Contact):
 
     @property
     def springs_and_dashpots(self) -> Contact:
-        """Springs and dashpots of the contact law between two materials, without friction."""
+        """Springs and dashpots of the contact law between two materials: the law without its friction."""
         return Contact(**self.model_dump(include={*Contact.model_fields}))
 
 
@@ -112,11 +112,11 @@ class Element(StrictModel):
             return content  # the fields say what is wrong
         if (isinstance(plan, int) and not 3 <= plan <= 16) or not SMALLEST_LENGTH <= width <= LARGEST_LENGTH:
             return content
-        return content | {"depth": plan_area_of_width(plan, float(width)) / float(width)}
+        return content | {"depth": circle_or_polygon_area(plan, float(width)) / float(width)}
 
     @model_validator(mode="after")
     def _check_lengths(self) -> Self:
-        """Raise a ValueError if a length of an element is outside the range of lengths."""
+        """Raise a ValueError if a length or coordinate of an element is outside the allowed range."""
         for name in ("width", "height", "depth"):
             length = getattr(self, name)
             if length is not None and not SMALLEST_LENGTH <= length <= LARGEST_LENGTH:
@@ -133,13 +133,13 @@ class Element(StrictModel):
         return self
 
     @model_validator(mode="after")
-    def _check_plan(self) -> Self:
+    def _check_plan_dimensions(self) -> Self:
         """Raise a ValueError if an element with circular or polygonal plan lacks width and height, or gives a depth."""
         if self.plan == "rectangle":
             return self
         if self.width is None:
             raise ValueError(f"element {self.name}: plan {self.plan} needs a width and a height")
-        if not math.isclose(self.depth * self.width, plan_area_of_width(self.plan, self.width), rel_tol=1e-6):
+        if not math.isclose(self.depth * self.width, circle_or_polygon_area(self.plan, self.width), rel_tol=1e-6):
             raise ValueError(f"element {self.name}: plan {self.plan} has no depth of its own; leave depth out")
         return self
 

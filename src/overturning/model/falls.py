@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def model_of_cube(cube: "xr.Dataset") -> Model:
-    """Return the model (2-D or 3-D) with which the outcomes in a results dataset (or a part of it) were computed."""
+    """Return the model (2-D or 3-D) whose outcomes a results dataset, or a part of such a dataset, contains."""
     if Body.direction not in cube.dims:
         return PlanarModel()
     # A part of a cube may lack any variable, but keeps its coordinates: a body has aspects, a stack its own depths.

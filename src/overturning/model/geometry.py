@@ -72,8 +72,8 @@ class PlacedElement:
         return min(self.shape.width, self.shape.height)
 
     @property
-    def fallen_rotations_rad(self) -> tuple[float, float]:
-        """Rotations to −x and +x (rad) at which the element counts as fallen, from the scene file or its shape."""
+    def fall_threshold_rotations_rad(self) -> tuple[float, float]:
+        """Rotations to −x and +x (rad) from which the element counts as fallen, by the scene file or its shape."""
         asked = self.element.fallen_rotation_deg
         return (
             self.shape.smallest_rotations_to_another_rest_rad
@@ -88,7 +88,7 @@ class PlacedElement:
 
 
 class ConvexPiecePair(NamedTuple):
-    """Two convex pieces that can touch: indices of their elements a and b, and of the piece within each element."""
+    """Two convex pieces of elements that can touch: indices of both elements, and of the piece in each element."""
 
     a: int
     b: int
@@ -107,7 +107,7 @@ class ContactSegmentEnd:
 
 
 class TouchingSegmentEnd(NamedTuple):
-    """End of a contact segment where two elements touch: index of the element pair, end number (0 or 1), geometry."""
+    """End of a contact segment where two elements touch: index of the piece pair, number of the end, and geometry."""
 
     pair: int
     side: int
@@ -196,7 +196,7 @@ def default_height_and_b_over_h(scene: SceneLayout) -> tuple[float, float]:
 
 
 def distances_of_vertices_from_faces(element: PlacedElement, other_element: PlacedElement) -> FloatArray:
-    """Return the signed distance (m) of each face of a convex element from the nearest vertex of another one.
+    """Return, for each face of a convex element, its signed distance (m) from the nearest vertex of another element.
 
     Positive outside.
     """
@@ -280,7 +280,7 @@ def contact_segment_ends(
 
 
 def _gaps_between_elements(placed_elements: list[PlacedElement]) -> Iterator[tuple[int, int, float]]:
-    """Yield the indices of each two elements of a scene, at least one of them free, and the gap between them, m."""
+    """Yield, for each two elements of a scene of which forces can move at least one, their indices and gap (m)."""
     for (j, b), (i, a) in combinations(enumerate(placed_elements), 2):
         if not (a.is_driven_or_held and b.is_driven_or_held):
             gaps = (
@@ -291,7 +291,7 @@ def _gaps_between_elements(placed_elements: list[PlacedElement]) -> Iterator[tup
 
 
 def convex_piece_pairs_that_can_touch(placed_elements: list[PlacedElement]) -> list[ConvexPiecePair]:
-    """Return all pairs of convex pieces of two elements, except those of two driven or held elements.
+    """Return all pairs of convex pieces of two elements, except pairs in which forces can move neither element.
 
     Elements of any distance may touch: a stone slides far on smooth ground, and a held wall comes as far as the ground
     moves.
@@ -309,7 +309,7 @@ def convex_piece_pairs_that_can_touch(placed_elements: list[PlacedElement]) -> l
 def placed_pieces_of_pairs(
     placed_elements: list[PlacedElement], pairs: list[ConvexPiecePair]
 ) -> list[tuple[PlacedElement, PlacedElement]]:
-    """Return, for each pair of convex pieces, both pieces at their positions in the scene."""
+    """Return, for each pair of convex pieces that can touch, both pieces at their positions in the scene."""
     parts = [item.convex_parts for item in placed_elements]
     return [(parts[pair.a][pair.part_a], parts[pair.b][pair.part_b]) for pair in pairs]
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray, check_not_masked, float_array_of_argument
 from overturning.errors import ArgumentError
-from overturning.model.cases import Cases, check_case_count, check_directions
+from overturning.model.cases import Cases, check_case_count, check_direction_magnitudes
 from overturning.model.variables import OutcomeVariable
 
 AXES: Final[dict[str, dict[str, Any]]] = {
@@ -27,13 +27,13 @@ AXES: Final[dict[str, dict[str, Any]]] = {
 """Dimensions of models, and their CF attributes."""
 
 
-def finite_row_of_argument(name: str, values: ArrayLike) -> FloatArray:
-    """Return the values of a dimension given as the argument `name`, a number or a row of numbers, shape (n,).
+def finite_values_of_argument(name: str, values: ArrayLike) -> FloatArray:
+    """Convert the argument `name` of a public function, one or several finite numbers, to an array of shape (n,).
 
     Raises
     ------
     ArgumentError
-        If the row is empty or no row of finite numbers.
+        If the argument is empty, nested, or not of finite numbers.
     """
     row = np.atleast_1d(float_array_of_argument(name, values))
     check_not_masked(name, row)
@@ -70,13 +70,13 @@ class CaseGrid:
         Raises
         ------
         ArgumentError
-            If a row is empty or no row of finite numbers, or the cases are too many.
+            If the values of a dimension are missing, nested or not finite, or the cases are too many.
         """
         checked = {}
         for name, values in dimension_values.items():
-            row = finite_row_of_argument(name, values)
+            row = finite_values_of_argument(name, values)
             if name.endswith("_deg"):
-                check_directions(name, row)
+                check_direction_magnitudes(name, row)
             checked[name.removesuffix("_deg")] = row
         check_case_count(int(np.prod([float(row.size) for row in checked.values()])))
         return cls(checked, element)
@@ -86,7 +86,7 @@ class CaseGrid:
 
     @property
     def dimension_names(self) -> tuple[str, ...]:
-        """Names of the grid's dimensions; the azimuth of the motion or the orientation of the body is the first."""
+        """Names of the grid's dimensions; the first is the azimuth of the motion or the orientation of the body."""
         return tuple(self.rows)
 
     @property
@@ -105,11 +105,11 @@ class CaseGrid:
         return int(np.prod(self.shape))
 
     def replace_values(self, **new_rows: NDArray[Any]) -> Self:
-        """Return a copy of the grid in which `new_rows`, values by dimension name, replace those of the grid."""
+        """Return a copy of the grid with other values along some dimensions, given by dimension name."""
         return replace(self, rows=self.rows | new_rows)
 
     def broadcast_over_grid(self, direction_values: NDArray[Any]) -> NDArray[Any]:
-        """Broadcast values by direction (and aspect D/B), shape (directions, 1 or aspects), to the grid's shape."""
+        """Repeat values of each direction (and aspect D/B), (directions, 1 or aspects), for all cases of the grid."""
         shape = [1] * len(self.dimension_names)
         shape[0] = direction_values.shape[0]
         if "aspect" in self.dimension_names:
@@ -122,7 +122,7 @@ class CaseGrid:
         subtracted_direction_deg: FloatArray | float = 0.0,
         **further_columns: ArrayLike,
     ) -> Cases:
-        """Return the parameters of the cases at given index positions along each dimension of the grid.
+        """Return the parameters (direction, height, B/H, …) of the cases at given indices along each dimension.
 
         Parameters
         ----------
@@ -140,11 +140,11 @@ class CaseGrid:
         return Cases(values.pop(self.dimension_names[0]) - subtracted_direction_deg, **values, **further_columns)
 
     def cube_dimensions_of_variable(self, variable: OutcomeVariable) -> tuple[str, ...]:
-        """Return the names of an outcome variable's dimensions for one record in a results dataset."""
+        """Return the dimension names of an outcome variable in a results dataset, without the dimension of records."""
         before = ("amplitude",) if self.amplitude else ()
         return (*before, *self.dimension_names, *(("element",) if self.element and variable.per_element else ()))
 
     def cube_shape_of_variable(self, variable: OutcomeVariable) -> tuple[int, ...]:
-        """Return the shape of an outcome variable for one record in a results dataset."""
+        """Return the shape of an outcome variable in a results dataset, without the dimension of records."""
         sizes = self.rows | {"element": np.array(self.element), "amplitude": np.array(self.amplitude)}
         return tuple(sizes[name].size for name in self.cube_dimensions_of_variable(variable))

@@ -7,8 +7,8 @@ import numpy as np
 
 from overturning.errors import ArgumentError
 from overturning.model.element import LARGEST_LENGTH, SMALLEST_LENGTH
-from overturning.model.scan import Scan, stone_from_surface
-from overturning.model.surface import TriangleSurface, closed_surface, open_edges
+from overturning.model.scan import ScanResult, stone_from_surface
+from overturning.model.surface import TriangleSurface, close_base_of_surface, open_edges
 
 MAX_BYTES: Final = 200_000_000
 """Largest size of a mesh file, bytes. The numbers of a text file take several times as much memory."""
@@ -45,7 +45,7 @@ def import_trimesh() -> Any:
 
 
 def read_mesh_surface(path: Path | str, unit: MeshUnit | None = None) -> TriangleSurface:
-    """Read the triangles of a mesh file, z up; faces with more corners are divided, equal vertices merged.
+    """Read the triangle surface in a mesh file, z up; polygonal faces are divided and equal vertices merged.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def read_mesh_surface(path: Path | str, unit: MeshUnit | None = None) -> Triangl
 def _check_resolution_of_coordinates(vertices: Any, path: Path) -> None:
     """Raise an ArgumentError if coordinates in single precision are too coarse for the size of the stone.
 
-    STL files, and most PLY files, hold coordinates in single precision: 7 digits. Map coordinates leave centimetres.
+    STL files, and most PLY files, store 7 digits (single precision): map coordinates would be rounded to centimetres.
     """
     single = path.suffix.lower() != ".obj" and bool((vertices == vertices.astype(np.float32)).all())
     step, extent = float(np.spacing(np.float32(np.abs(vertices).max()))), float(np.ptp(vertices, axis=0).max())
@@ -121,7 +121,7 @@ def _parse_mesh_file(path: Path) -> tuple[Any, Any]:
             raise ValueError
         mesh.merge_vertices(merge_tex=True, merge_norm=True)
         vertices = np.asarray(mesh.vertices, np.float64)
-        return vertices, _triangles_without_needless_lines(vertices, np.asarray(mesh.faces, np.int64))
+        return vertices, _remove_degenerate_triangles(vertices, np.asarray(mesh.faces, np.int64))
     except ArgumentError:
         raise
     except OSError as error:
@@ -131,8 +131,8 @@ def _parse_mesh_file(path: Path) -> tuple[Any, Any]:
         raise ArgumentError(f"{path}: damaged, or not in {path.suffix.lower()} format{hint}") from None
 
 
-def _triangles_without_needless_lines(vertices: Any, triangles: Any) -> Any:
-    """Return the triangles without those of two equal corners, and without those on one line if no hole opens.
+def _remove_degenerate_triangles(vertices: Any, triangles: Any) -> Any:
+    """Remove degenerate triangles: with two equal corners, or with corners on one line unless that opens a hole.
 
     A face with a corner in the middle of an edge may be divided so that one of its triangles lies on a line; without
     that triangle the surface would be open.
@@ -145,8 +145,8 @@ def _triangles_without_needless_lines(vertices: Any, triangles: Any) -> Any:
     return triangles if opens else triangles[wide]
 
 
-def read_scan(path: Path | str, unit: MeshUnit | None = None, relief: float | None = None) -> Scan:
-    """Read a stone from a mesh file, and place it in its nearest stable pose.
+def read_scan(path: Path | str, unit: MeshUnit | None = None, relief: float | None = None) -> ScanResult:
+    """Read a scanned stone from a mesh file, and rotate it to the nearest pose in which it can stand.
 
     Parameters
     ----------
@@ -165,6 +165,6 @@ def read_scan(path: Path | str, unit: MeshUnit | None = None, relief: float | No
     """
     surface = read_mesh_surface(path, unit)
     try:
-        return stone_from_surface(*closed_surface(surface), Path(path).stem, relief)
+        return stone_from_surface(*close_base_of_surface(surface), Path(path).stem, relief)
     except ArgumentError as error:
         raise ArgumentError(f"{path}: {error}") from None

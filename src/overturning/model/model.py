@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import ArrayLike, FloatArray
 from overturning.model.grid import CaseGrid
-from overturning.model.symmetry import FULL_TURN, ComputedCells, first_symmetric_direction_of_each
+from overturning.model.symmetry import FULL_TURN, EquivalentSimulatedDirections, first_equivalent_direction_of_each
 from overturning.model.variables import OutcomeVariable
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class StoneOutcomes(NamedTuple):
-    """Outcomes of n stones under one record, by amplitude of the motion: arrays of shape (amplitudes, n)."""
+    """Outcomes of n stones under one record, for each amplitude factor of the motion: arrays (amplitudes, n)."""
 
     fell: NDArray[np.bool_]
     """True for a stone that fell."""
@@ -48,7 +48,7 @@ class Model(ABC):
     variables: ClassVar[tuple[OutcomeVariable, ...]]
     """Outcome variables."""
     ensemble_variables: ClassVar[tuple[OutcomeVariable, ...]]
-    """Variables that summarise the ensemble members of a cell (see `ensemble_variables_of_cells`)."""
+    """Variables that summarise the ensemble members of a cell (see `ensemble_statistics_by_case`)."""
     comment: ClassVar[str]
     """Meaning of ``overturned``, for the attributes of a cube."""
     direction: ClassVar[str]
@@ -62,7 +62,7 @@ class Model(ABC):
     twists: ClassVar[bool]
     """True if the model can rotate about the vertical."""
     reads: ClassVar[tuple[str, ...]]
-    """Variables that `fall_probability_and_direction_by_cell` reads, as far as a cube has them."""
+    """Variables that `fall_probability_and_direction_by_case` reads, as far as a cube has them."""
     reads_outcomes: ClassVar[tuple[str, ...]]
     """Variables that `square_stone_outcomes` reads."""
 
@@ -83,14 +83,14 @@ class Model(ABC):
 
     @property
     @abstractmethod
-    def scene_or_body_attributes(self) -> dict[str, str]:
+    def identifying_dataset_attributes(self) -> dict[str, str]:
         """Attributes that identify the model in a results dataset: the name of its scene or body."""
 
     @abstractmethod
     def height_and_b_over_h_or_defaults(
         self, height: ArrayLike | None, b_over_h: ArrayLike | None
     ) -> tuple[ArrayLike, ArrayLike]:
-        """Return height (m) and B/H of the cases; None is replaced by the model's own size.
+        """Return height (m) and B/H of the cases; the model's own size replaces None.
 
         Raises
         ------
@@ -99,10 +99,10 @@ class Model(ABC):
         """
 
     @abstractmethod
-    def rotation_periods_deg(self, aspect: FloatArray) -> FloatArray:
-        """Return the rotation about the vertical, degrees, after which a case of each aspect D/B repeats; (aspects,).
+    def symmetry_periods_by_aspect_deg(self, aspect: FloatArray) -> FloatArray:
+        """Return, for each aspect D/B, the rotation about the vertical (degrees) after which the model looks the same.
 
-        0 for a body of revolution.
+        The shape is (aspects,); the rotation is 0 for a body of revolution.
         """
 
     @abstractmethod
@@ -111,7 +111,7 @@ class Model(ABC):
 
     @property
     def study_variables_besides_outcomes(self) -> tuple[OutcomeVariable, ...]:
-        """Variables in the results dataset of a study in addition to the outcome variables; none by default."""
+        """Variables that a study adds to its results dataset, next to the outcome variables; none by default."""
         return ()
 
     @property
@@ -130,11 +130,13 @@ class Model(ABC):
         return {}
 
     def drop_ineffective_frictions(self, grid: CaseGrid) -> CaseGrid:
-        """Return the grid with a single friction value if the model does not depend on the friction of the study."""
+        """Reduce the grid to one friction value if the scene sets all frictions, so that equal cases run once."""
         return grid
 
-    def computed_cell_of_each_direction(self, grid: CaseGrid, use_symmetry: bool = True) -> ComputedCells:
-        """Return, for each direction of a grid, the simulated one equivalent by symmetry, and the angle between both.
+    def computed_cell_of_each_direction(
+        self, grid: CaseGrid, use_symmetry: bool = True
+    ) -> EquivalentSimulatedDirections:
+        """Return, for each direction of a grid, a direction to simulate instead, equivalent by symmetry.
 
         Parameters
         ----------
@@ -145,29 +147,32 @@ class Model(ABC):
 
         Returns
         -------
-        ComputedCells
+        EquivalentSimulatedDirections
             Shape (directions, 1) or (directions, aspects); `turn_deg` is the clockwise rotation from the computed case
             to the requested one.
         """
-        return first_symmetric_direction_of_each(
-            grid.direction_values_deg, self._rotation_periods_of_grid_deg(grid) if use_symmetry else FULL_TURN
+        return first_equivalent_direction_of_each(
+            grid.direction_values_deg, self._symmetry_periods_of_grid_deg(grid) if use_symmetry else FULL_TURN
         )
 
-    def _rotation_periods_of_grid_deg(self, grid: CaseGrid) -> FloatArray:
+    def _symmetry_periods_of_grid_deg(self, grid: CaseGrid) -> FloatArray:
         """Return the symmetry period (degrees) for each aspect D/B of a grid; shape (1,) for a grid without aspects."""
-        return self.rotation_periods_deg(grid["aspect"] if "aspect" in grid.dimension_names else np.ones(1))
+        return self.symmetry_periods_by_aspect_deg(grid["aspect"] if "aspect" in grid.dimension_names else np.ones(1))
 
     @abstractmethod
     def rotate_copied_outcomes_in_place(
-        self, outcome_arrays: dict[str, NDArray[Any]], grid: CaseGrid, computed_cells: ComputedCells
+        self,
+        outcome_arrays: dict[str, NDArray[Any]],
+        grid: CaseGrid,
+        equivalent_directions: EquivalentSimulatedDirections,
     ) -> None:
-        """Rotate outcomes copied from a simulated to an equivalent direction of the grid, in place; mark the copies."""
+        """Rotate, in place, outcomes copied from a direction equivalent by symmetry, and mark them as copies."""
 
     @abstractmethod
-    def ensemble_variables_of_cells(
+    def ensemble_statistics_by_case(
         self, member_flags: NDArray[np.int8], fall_azimuth_deg: FloatArray, sobol_scramble_of_member: NDArray[np.int64]
     ) -> dict[str, NDArray[Any]]:
-        """Compute statistics of each case's ensemble runs, such as the share of runs in which the stone falls.
+        """Compute statistics over the ensemble runs of each case, such as the share of runs in which the stone falls.
 
         Parameters
         ----------
@@ -181,11 +186,11 @@ class Model(ABC):
 
     @abstractmethod
     def distinct_direction_indices(self, cube: "xr.Dataset") -> NDArray[np.intp]:
-        """Return the indices of the directions in a results dataset, one of each set equivalent by symmetry."""
+        """Return indices of directions in a results dataset, one for each set of directions equivalent by symmetry."""
 
     @abstractmethod
-    def fall_probability_and_direction_by_cell(self, cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
-        """Return probability and mean direction of falls for each case, one of each set equivalent by symmetry.
+    def fall_probability_and_direction_by_case(self, cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
+        """Return fall probability and mean fall direction of each case, without copies of other cases by symmetry.
 
         Parameters
         ----------
@@ -204,8 +209,8 @@ class Model(ABC):
         """
 
     @abstractmethod
-    def member_fall_shares_by_cell(self, cube: "xr.Dataset") -> "xr.Dataset":
-        """Return the shares of ensemble runs that fall to either side, for each case that is distinct by symmetry.
+    def ensemble_fall_shares_by_case(self, cube: "xr.Dataset") -> "xr.Dataset":
+        """Return, for each case that is no copy by symmetry, the shares of its ensemble runs that fall to either side.
 
         Returns
         -------
@@ -219,7 +224,7 @@ class Model(ABC):
     def square_stone_outcomes(
         self, site_cube: "xr.Dataset", face_azimuth_deg: FloatArray, cell_positions: dict[str, NDArray[np.intp]]
     ) -> StoneOutcomes:
-        """Return the outcomes of stones with a square base, from the results for the nearest simulated directions.
+        """Return the outcomes of square stones from a grid of simulations: those with the nearest direction and size.
 
         Parameters
         ----------
@@ -232,10 +237,10 @@ class Model(ABC):
         """
 
 
-def values_at_cells(
+def values_at_case_positions(
     site_cube: "xr.Dataset", variable_names: tuple[str, ...], cell_positions: dict[str, NDArray[np.intp]]
 ) -> dict[str, FloatArray]:
-    """Return the values of some variables at given index positions of one record's results, by variable name.
+    """Return the values of some variables, by name, at given grid indices of the results for one record.
 
     Each array has one row per amplitude, and the shape of the positions in the further dimensions.
     """

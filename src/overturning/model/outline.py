@@ -19,8 +19,10 @@ STEEP_FACTOR: Final = 8.0
 """Factor on the tolerance of steep facets: a body that touches with them has passed its point of balance."""
 
 
-def outline_within_tolerance(points: FloatArray, tolerance: float, start: NDArray[np.intp] | None = None) -> FloatArray:
-    """Return some of the points, whose convex hull lies inside that of all points by at most a tolerance.
+def simplified_convex_outline(
+    points: FloatArray, tolerance: float, start: NDArray[np.intp] | None = None
+) -> FloatArray:
+    """Simplify the convex hull of points: return few of them, whose hull is smaller by at most a tolerance (m).
 
     Parameters
     ----------

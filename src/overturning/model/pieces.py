@@ -103,14 +103,14 @@ def _first_vertex_as_text(piece: FloatArray) -> str:
 
 
 def _separation_from_sides(piece: FloatArray, other_piece: FloatArray) -> float:
-    """Return the largest separation (m) of two convex polygons across a side of `piece`; negative if none separates."""
+    """Return the largest distance (m) of a polygon outside any one side of `piece`; negative if none separates them."""
     edge = np.roll(piece, -1, axis=0) - piece
     normal = np.stack([edge[:, 1], -edge[:, 0]], axis=1) / np.sqrt((edge**2).sum(axis=1))[:, None]
     return float(((other_piece @ normal.T).min(axis=0) - (piece * normal).sum(axis=1)).max())
 
 
 def _index_of_known_or_appended_point(point: FloatArray, known_points: list[FloatArray], tolerance: float) -> int:
-    """Return the index of the known point nearer than `tolerance` (m) to `point`; append `point` if there is none."""
+    """Return the index of a known point nearer than `tolerance` (m) to `point`; if there is none, append `point`."""
     for number, other in enumerate(known_points):
         if np.abs(point - other).max() <= tolerance:
             return number

@@ -15,18 +15,18 @@ from typing_extensions import override
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError, ResultError
-from overturning.model.edges import combined_fall_flag_and_azimuth
+from overturning.model.edges import fall_flag_and_azimuth_from_planes
 from overturning.model.geometry import azimuth_period_of_outcome_deg
 from overturning.model.grid import CaseGrid
-from overturning.model.model import StoneOutcomes, values_at_cells
+from overturning.model.model import StoneOutcomes, values_at_case_positions
 from overturning.model.scene import Scene, gravestone
 from overturning.model.scene_model import SceneModel
 from overturning.model.symmetry import (
     PLANE_PERIOD,
-    ComputedCells,
+    EquivalentSimulatedDirections,
     mark_mirrored_planes,
-    nearest_computed_cells,
-    nearest_computed_planes,
+    nearest_simulated_directions,
+    nearest_simulated_planes,
 )
 from overturning.model.variables import INT8_MISSING, PLANE_ENSEMBLE_VARIABLES, VARIABLES, outcome_is_known
 
@@ -38,7 +38,7 @@ FALLS = ("overturned", "probability_towards", "probability_away")
 
 
 def azimuth_period_of_cube_deg(cube: "xr.Dataset | xr.DataArray") -> float:
-    """Return the azimuth period of a 2-D results dataset: 180° if opposite azimuths are mirrored, else 360°."""
+    """Return the azimuth period of a 2-D results dataset: 180° if outcomes at φ and φ + 180° mirror, else 360°."""
     return float(cube["azimuth"].attrs.get("period", PLANE_PERIOD))
 
 
@@ -59,7 +59,7 @@ def distinct_plane_indices(azimuth_deg: ArrayLike, period_deg: float = PLANE_PER
     """
     azimuth = np.asarray(azimuth_deg, dtype=np.float64)
     planes = np.unique(np.round(azimuth % period_deg, 6) % period_deg)
-    return nearest_computed_cells(azimuth, planes, period_deg).cell if azimuth.size else np.zeros(0, np.intp)
+    return nearest_simulated_directions(azimuth, planes, period_deg).cell if azimuth.size else np.zeros(0, np.intp)
 
 
 def azimuth_gaps_and_step(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> tuple[NDArray[np.bool_], float]:
@@ -129,8 +129,8 @@ SAME_WEIGHT: Final = 1e-9
 """Largest difference between weights of planes that are equal but for rounding."""
 
 
-def planes_impose_axis(azimuth_deg: ArrayLike) -> bool:
-    """Return True if falls show an axis because of the choice of planes, whatever the motion.
+def plane_choice_imposes_fall_axis(azimuth_deg: ArrayLike) -> bool:
+    """Return True if the choice of simulated planes alone gives the falls a mean axis, whatever the motion.
 
     This is so with a single plane, and with planes so unequally spread over the half circle that falls in all of them
     alike, each with its weight (`circle_share_of_planes`), have doubled axes with a resultant above
@@ -152,20 +152,23 @@ def planes_impose_axis(azimuth_deg: ArrayLike) -> bool:
     return resultant > LARGEST_RESULTANT_OF_PLANES
 
 
-def cube_planes_impose_axis(cube: "xr.Dataset") -> bool:
-    """Return True if falls in a 2-D cube show an axis because of its planes; False for 3-D (`planes_impose_axis`)."""
-    return "azimuth" in cube.dims and planes_impose_axis(cube["azimuth"].to_numpy())
+def cube_planes_impose_fall_axis(cube: "xr.Dataset") -> bool:
+    """Return True if the planes of a 2-D cube alone give the falls a mean axis, whatever the motion; False for 3-D.
+
+    See `plane_choice_imposes_fall_axis`.
+    """
+    return "azimuth" in cube.dims and plane_choice_imposes_fall_axis(cube["azimuth"].to_numpy())
 
 
 def case_weight_of_azimuths(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> FloatArray:
-    """Return the weight of the cases at each azimuth in shares of all cases; the mean of the weights is 1.
+    """Return the weight of the cases at each azimuth when shares of all cases are computed; the mean weight is 1.
 
     Each plane has the weight by `circle_share_of_planes`; the azimuths φ and φ + 180° of one plane share it. All
     weights of a regular grid round the half or the full circle are exactly 1.
     """
     azimuth = np.asarray(azimuth_deg, dtype=np.float64)
     index = distinct_plane_indices(azimuth, period_deg)
-    plane = nearest_computed_cells(azimuth[index], azimuth, period_deg).cell
+    plane = nearest_simulated_directions(azimuth[index], azimuth, period_deg).cell
     weight = (circle_share_of_planes(azimuth[index], period_deg) / np.bincount(plane, minlength=index.size))[plane]
     return np.ones(azimuth.size) if np.ptp(weight) <= SAME_WEIGHT else weight * azimuth.size
 
@@ -238,7 +241,7 @@ class PlanarModel(SceneModel):
         return {"period": azimuth_period_of_outcome_deg(self.scene)}
 
     @override
-    def rotation_periods_deg(self, aspect: FloatArray) -> FloatArray:
+    def symmetry_periods_by_aspect_deg(self, aspect: FloatArray) -> FloatArray:
         if (aspect != 1.0).any():
             raise ArgumentError(f"aspect: {aspect.tolist()}; only a rectangle in space has one")
         return np.array([azimuth_period_of_outcome_deg(self.scene)])
@@ -257,29 +260,34 @@ class PlanarModel(SceneModel):
 
     @override
     def drop_ineffective_frictions(self, grid: CaseGrid) -> CaseGrid:
-        """Return the grid with a single friction value if the scene file sets the friction of all contacts."""
+        """Reduce the grid to one friction value if the scene file sets all frictions, so that equal cases run once."""
         return grid if self.scene.varies_friction else grid.replace_values(friction=grid["friction"][:1])
 
     @override
-    def computed_cell_of_each_direction(self, grid: CaseGrid, use_symmetry: bool = True) -> ComputedCells:
-        """Return the simulated azimuth for each azimuth φ of a grid: φ, or φ + 180° with mirrored outcome."""
+    def computed_cell_of_each_direction(
+        self, grid: CaseGrid, use_symmetry: bool = True
+    ) -> EquivalentSimulatedDirections:
+        """Return the azimuth to simulate for each azimuth φ of a grid: φ, or φ + 180° to mirror its outcome."""
         found = super().computed_cell_of_each_direction(grid, use_symmetry)
         return (
-            mark_mirrored_planes(found, float(self._rotation_periods_of_grid_deg(grid)[0])) if use_symmetry else found
+            mark_mirrored_planes(found, float(self._symmetry_periods_of_grid_deg(grid)[0])) if use_symmetry else found
         )
 
     @override
     def rotate_copied_outcomes_in_place(
-        self, outcome_arrays: dict[str, NDArray[Any]], grid: CaseGrid, computed_cells: ComputedCells
+        self,
+        outcome_arrays: dict[str, NDArray[Any]],
+        grid: CaseGrid,
+        equivalent_directions: EquivalentSimulatedDirections,
     ) -> None:
-        mirrored = grid.broadcast_over_grid(computed_cells.mirrored)
+        mirrored = grid.broadcast_over_grid(equivalent_directions.mirrored)
         outcome_arrays["mirrored"] = mirrored.astype(np.int8)
         for variable in self.variables:
             if variable.name != "mirrored":
                 outcome_arrays[variable.name][mirrored] = variable.mirrored_values(outcome_arrays, mirrored)
 
     @override
-    def ensemble_variables_of_cells(
+    def ensemble_statistics_by_case(
         self,
         member_flags: NDArray[np.int8],
         fall_azimuth_deg: FloatArray,
@@ -307,7 +315,7 @@ class PlanarModel(SceneModel):
         return distinct_plane_indices(cube["azimuth"].to_numpy(), azimuth_period_of_cube_deg(cube))
 
     @override
-    def fall_probability_and_direction_by_cell(self, cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
+    def fall_probability_and_direction_by_case(self, cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
         import xarray as xr
 
         p = fall_probability_to_either_side(cube, use_ensemble=use_ensemble).isel(
@@ -334,7 +342,7 @@ class PlanarModel(SceneModel):
         return found
 
     @override
-    def member_fall_shares_by_cell(self, cube: "xr.Dataset") -> "xr.Dataset":
+    def ensemble_fall_shares_by_case(self, cube: "xr.Dataset") -> "xr.Dataset":
         import xarray as xr
 
         half = cube.isel(azimuth=self.distinct_direction_indices(cube))
@@ -344,14 +352,16 @@ class PlanarModel(SceneModel):
     def square_stone_outcomes(
         self, site_cube: "xr.Dataset", face_azimuth_deg: FloatArray, cell_positions: dict[str, NDArray[np.intp]]
     ) -> StoneOutcomes:
-        """Return outcomes of square-based stones, from 2-D results in the vertical planes of both pairs of faces."""
+        """Return the outcomes of square stones from 2-D results for the two vertical planes normal to their faces."""
         faces = np.stack([face_azimuth_deg, face_azimuth_deg + 90])
-        planes = nearest_computed_planes(site_cube["azimuth"].to_numpy(), faces, azimuth_period_of_cube_deg(site_cube))
+        planes = nearest_simulated_planes(site_cube["azimuth"].to_numpy(), faces, azimuth_period_of_cube_deg(site_cube))
         both = {"azimuth": planes.cell, **{name: np.stack([at, at]) for name, at in cell_positions.items()}}
-        found = values_at_cells(site_cube, self.reads_outcomes, both)
+        found = values_at_case_positions(site_cube, self.reads_outcomes, both)
         side = np.where(planes.mirrored, -found["overturned"], found["overturned"])
         side = np.where(planes.known, side, np.nan).swapaxes(0, 1)
         towards = np.broadcast_to((faces[:, None] + np.where(side < 0, 180, 0)) % 360, side.shape)
-        fell, azimuth = combined_fall_flag_and_azimuth(np.abs(side), found["overturning_time"].swapaxes(0, 1), towards)
+        fell, azimuth = fall_flag_and_azimuth_from_planes(
+            np.abs(side), found["overturning_time"].swapaxes(0, 1), towards
+        )
         untold = np.full(fell.shape, np.nan)
         return StoneOutcomes(fell == 1, np.isfinite(fell), azimuth, untold, untold)

@@ -19,7 +19,7 @@ SYMMETRY_TOLERANCE: Final = 1e-9
 
 @dataclass(frozen=True)
 class Polygon:
-    """Polygon, with vertices relative to its centre of area; those of a convex piece refer to the whole polygon's."""
+    """Polygon with vertices relative to its centre of area, or, for a convex piece, to that of the whole polygon."""
 
     vertices: FloatArray  # shape (n, 2), counter-clockwise, x to the right and z up, relative to the centre, m
     centre: tuple[float, float]  # in the coordinates in which the polygon was given, m
@@ -78,11 +78,11 @@ class Polygon:
 
     @cached_property
     def face_table(self) -> FloatArray:
-        """Table of a convex polygon's n faces for the compiled kernel: ends, normal, distances; shape (n, 12).
+        """Numbers of each face of a convex polygon for the compiled kernel: ends, normal, distances; shape (n, 12).
 
         Columns: first and second end (4), outward normal (2), distance from the centre, position of the middle along
-        the tangent (−n_z, n_x), half length, `carries` (3). Mirrored faces of a symmetric polygon have exactly
-        mirrored numbers.
+        the tangent (−n_z, n_x), half length, the flags of `carries` (3). Mirrored faces of a symmetric polygon have
+        exactly mirrored numbers.
         """
         first, second = self.vertices, np.roll(self.vertices, -1, axis=0)
         edge = second - first
@@ -118,12 +118,12 @@ def make_polygon(element_name: str, vertices: ArrayLike) -> Polygon:
     points = np.asarray(vertices, dtype=np.float64)
     if points.ndim != 2 or points.shape[1:] != (2,) or len(points) < 3 or not np.isfinite(points).all():
         raise ArgumentError(f"element {element_name}: a polygon has at least three vertices [x, z] of finite numbers")
-    return _polygon_of_vertex_bytes(element_name, points.tobytes())
+    return _polygon_from_vertex_bytes(element_name, points.tobytes())
 
 
 @lru_cache(maxsize=1024)
-def _polygon_of_vertex_bytes(element_name: str, vertex_bytes: bytes) -> Polygon:
-    """Return the polygon with vertices given as bytes of float64 pairs; scenes ask for the same polygons many times."""
+def _polygon_from_vertex_bytes(element_name: str, vertex_bytes: bytes) -> Polygon:
+    """Return the polygon with vertices given as bytes of float64 pairs, cached because scenes repeat polygons."""
     points = np.frombuffer(vertex_bytes).reshape(-1, 2)
     origin = points[0].copy()
     x, z = (points - origin).T  # near the origin, so that a polygon far away keeps its digits
@@ -165,7 +165,7 @@ def _polygon_of_vertex_bytes(element_name: str, vertex_bytes: bytes) -> Polygon:
 def _convex_pieces_of_polygon(
     element_name: str, vertices: FloatArray, has_reflex_end: NDArray[np.bool_]
 ) -> tuple[Polygon, ...]:
-    """Divide an outline into convex pieces.
+    """Divide the outline of a non-convex polygon into convex pieces.
 
     `has_reflex_end`, shape (n,), is True for each side that ends in a reflex vertex. A cut may pass through a convex
     vertex. Only one of the two pieces then has a contact point there, since the corner would otherwise count twice: the

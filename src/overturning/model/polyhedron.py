@@ -52,7 +52,7 @@ def solid_from_hull(hull: ConvexHull, least_fall_tilt: float = 0.0) -> RigidSoli
     tilt, faces = _least_tilt_and_resting_face_normals(hull, size, least_fall_tilt)
     fall = fall_tilt_limits(hull, size, tilt, faces, least_fall_tilt)
     kept = np.concatenate(
-        [base, np.setdiff1d(np.append(_indices_of_vertices_that_touch(hull, tilt), fall.touched), below)]
+        [base, np.setdiff1d(np.append(_indices_of_vertices_that_can_touch_ground(hull, tilt), fall.touched), below)]
     )
     points = np.round(hull.points[kept] / size, DIGITS) * size
     points[: base.size, 2] = np.round(bottom / size, DIGITS) * size
@@ -116,7 +116,7 @@ def hull_about_centre(
 def _least_tilt_and_resting_face_normals(
     hull: ConvexHull, size: float, least_fall_tilt: float
 ) -> tuple[float, FloatArray]:
-    """Return the least tilt (rad) for rest on a face other than the base, and the normals of all such faces.
+    """Return the least tilt (rad) at which a body can rest on a face other than its base, and the normals of all these.
 
     Faces on which it rests at less than `least_fall_tilt`, rad, are left out.
     """
@@ -137,7 +137,7 @@ def _least_tilt_and_resting_face_normals(
     return tilt, np.round(faces[np.argsort(turn, kind="stable")], DIGITS)
 
 
-def _indices_of_vertices_that_touch(hull: ConvexHull, max_tilt: float) -> NDArray[np.int64]:
+def _indices_of_vertices_that_can_touch_ground(hull: ConvexHull, max_tilt: float) -> NDArray[np.int64]:
     """Return the indices of the vertices that become the body's lowest point at a tilt below `max_tilt`, rad.
 
     A vertex is lowest while the downward vertical lies in the spherical polygon of the normals of its faces. The sides

@@ -18,8 +18,8 @@ class CaseResults:
 
     Arrays have the names and types of the variables. Their shape is (n,), or (n, elements) for variables of each
     element if the scene has several free elements.
-    Two counters are added: `block_steps`, computed time steps × free elements, and `samples_left_out`, samples of rest
-    that were skipped. Missing values are −128 and NaN.
+    Two counters are added: `block_steps`, computed time steps × free elements, and `samples_left_out`, samples that
+    were skipped because the object is at rest. Missing values are −128 and NaN.
     """
 
     def __init__(self, **arrays: NDArray[Any]) -> None:
@@ -30,8 +30,8 @@ class CaseResults:
         def __getattr__(self, name: str) -> NDArray[Any]: ...
 
     @classmethod
-    def of_cases_at_rest(cls, variables: tuple[OutcomeVariable, ...], case_count: int, element_count: int = 1) -> Self:
-        """Return the outcomes of cases in which the base motion is too weak to move the object."""
+    def of_unmoved_cases(cls, variables: tuple[OutcomeVariable, ...], case_count: int, element_count: int = 1) -> Self:
+        """Return the outcomes (no fall, no displacement) of cases whose base motion is too weak to move the object."""
         shape = (case_count, element_count) if element_count > 1 else (case_count,)
         arrays = {item.name: np.zeros(shape if item.per_element else case_count, item.dtype) for item in variables}
         for item in variables:
@@ -41,7 +41,7 @@ class CaseResults:
         return cls(**arrays, **{name: np.zeros(case_count, np.int64) for name in COUNTS})
 
     def store_outcomes(self, case_numbers: NDArray[np.int64], outcomes: Mapping[str, Any]) -> None:
-        """Store `outcomes`, arrays by variable name, for the cases `case_numbers`; missing for failed cases."""
+        """Store outcomes, arrays by variable name, for the cases `case_numbers`; failed cases get missing values."""
         status = np.asarray(outcomes["status"]).astype(np.int8)
         with np.errstate(invalid="ignore", over="ignore"):
             for name, values in outcomes.items():

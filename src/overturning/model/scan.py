@@ -16,7 +16,7 @@ from typing_extensions import override
 from overturning.arrays import ArrayLike, FloatArray, finite_argument_of_shape
 from overturning.errors import ArgumentError
 from overturning.model.cases import check_stone_heights
-from overturning.model.outline import outline_within_tolerance
+from overturning.model.outline import simplified_convex_outline
 from overturning.model.polyhedron import hull_about_centre, solid_from_hull
 from overturning.model.rest import FLAT, mask_of_resting_faces
 from overturning.model.shapes import Outline, Polyhedron, Shape
@@ -49,7 +49,7 @@ STORED_DIGITS: Final = 6
 
 
 class StablePose(NamedTuple):
-    """Rotation of a scan into its nearest stable pose."""
+    """Rotation of a scanned stone to the nearest pose in which it can stand."""
 
     rotation: FloatArray
     """Rotation matrix from the axes of the scan, shape (3, 3)."""
@@ -127,8 +127,8 @@ class ScannedStone(Shape):
 
     @cached_property
     def contact_points(self) -> FloatArray:
-        """Points of the contact outline with the footprint in one plane, shape (n, 3), m."""
-        return _flattened(np.asarray(self.vertices), self.relief)
+        """Points of the stone that can touch the ground, with the footprint in one plane, shape (n, 3), m."""
+        return _flatten_footprint(np.asarray(self.vertices), self.relief)
 
     @cached_property
     def unscaled_solid(self) -> RigidSolid:
@@ -139,7 +139,7 @@ class ScannedStone(Shape):
         base = np.flatnonzero(self.contact_points[:, 2] == self.contact_points[:, 2].min())
         tolerance = self.hull_tolerance * size
         while True:
-            points = outline_within_tolerance(self.contact_points, tolerance, base)
+            points = simplified_convex_outline(self.contact_points, tolerance, base)
             hull = hull_about_centre(points, scipy.spatial.ConvexHull(points), properties)
             try:
                 return solid_from_hull(hull, LEAST_FALL_TILT)
@@ -149,7 +149,7 @@ class ScannedStone(Shape):
                 tolerance *= 2.0
 
     def with_relief(self, relief: float) -> Self:
-        """Return the same stone with another relief, m."""
+        """Return a copy of the stone with another relief: the height (m) up to which points of its base bear load."""
         known: dict[float, Self] = self.__dict__.setdefault("_of_relief", {self.relief: self})
         if relief not in known:
             known[relief] = replace(self, relief=relief)
@@ -161,19 +161,22 @@ class ScannedStone(Shape):
 
     @override
     def drawn_corners_and_edges(self, height: float, b_over_h: float, aspect: float) -> Outline:
-        points = outline_within_tolerance(self.contact_points, 0.004 * self.unscaled_height)
+        points = simplified_convex_outline(self.contact_points, 0.004 * self.unscaled_height)
         hull = scipy.spatial.ConvexHull(points)
         edges = np.unique(np.sort(np.concatenate([hull.simplices[:, [k, (k + 1) % 3]] for k in range(3)])), axis=0)
         return (points - np.asarray(self.centre_of_mass)) * (height / self.unscaled_height), edges.astype(np.int64)
 
 
-def _flattened(points: FloatArray, relief: float) -> FloatArray:
-    """Return the corners of the footprint in the lowest plane, then all points above the relief, shape (n, 3), m."""
+def _flatten_footprint(points: FloatArray, relief: float) -> FloatArray:
+    """Lower the footprint (convex outline of all points within the relief) to the lowest plane; keep the points above.
+
+    The result has the corners of the footprint first; shape (n, 3), m.
+    """
     size = float(np.ptp(points, axis=0).max())
     bottom = float(points[:, 2].min())
     low = points[:, 2] <= bottom + max(relief, FLAT * size)
     try:
-        outline = outline_within_tolerance(points[low, :2], FOOTPRINT_TOLERANCE * size)
+        outline = simplified_convex_outline(points[low, :2], FOOTPRINT_TOLERANCE * size)
     except (scipy.spatial.QhullError, ValueError):
         raise ArgumentError(
             f"body: fewer than three points, or points on one line, bear within a relief of {1000 * relief:g} mm; "
@@ -208,7 +211,7 @@ def nearest_stable_pose(points: FloatArray, centre_of_mass: FloatArray) -> Stabl
 
 
 def _pose_on_face(normal: FloatArray) -> StablePose:
-    """Return the pose in which an outward normal, shape (3,), points down, by the smallest rotation."""
+    """Return the pose of a body after the smallest rotation that makes an outward normal, shape (3,), point down."""
     normal = normal / np.sqrt(normal @ normal)
     axis, cosine = np.cross(normal, [0.0, 0.0, -1.0]), float(-normal[2])
     sine = float(np.sqrt(axis @ axis))
@@ -228,10 +231,11 @@ def _pose_on_face(normal: FloatArray) -> StablePose:
     )
 
 
-def points_that_can_touch(points: FloatArray) -> FloatArray:
-    """Return the points of a stable pose that can touch the ground at some relief up to `MAX_RELIEF`, shape (n, 3).
+def points_that_can_touch_ground(points: FloatArray) -> FloatArray:
+    """Return the points, shape (n, 3), of a body in its stable pose that can touch the ground, whatever its relief.
 
-    These are the vertices of the hull (of more than `MAX_STORED_VERTICES`, the extreme ones in as many directions), and
+    The relief is the height up to which points of the base bear load, at most `MAX_RELIEF`. The points are the vertices
+    of the hull (of more than `MAX_STORED_VERTICES`, the extreme ones in as many directions), and
     the low points that widen the footprint before a hull vertex does.
     """
     size = float(np.ptp(points, axis=0).max())
@@ -255,7 +259,7 @@ def points_that_can_touch(points: FloatArray) -> FloatArray:
 
 
 def _extreme_points(points: FloatArray, direction_count: int) -> FloatArray:
-    """Return the points that lie farthest in some of many directions, evenly spread by the golden angle."""
+    """Return the points that are extreme in at least one of many directions, evenly spread over the sphere."""
     number = np.arange(direction_count) + 0.5
     height, turn = 1.0 - 2.0 * number / direction_count, np.pi * (1.0 + 5.0**0.5) * number
     level = np.sqrt(1.0 - height * height)
@@ -263,8 +267,8 @@ def _extreme_points(points: FloatArray, direction_count: int) -> FloatArray:
     return points[np.unique(np.concatenate([(points @ part.T).argmax(axis=0) for part in np.split(directions, 10)]))]
 
 
-class Scan(NamedTuple):
-    """Stone from a scan, with the facts to print."""
+class ScanResult(NamedTuple):
+    """Stone read from a mesh file in its stable pose, with its volume and notes on repairs to print."""
 
     shape: Shape
     volume: float
@@ -274,7 +278,7 @@ class Scan(NamedTuple):
     """Changes of the mesh, in words."""
 
     def description(self, density: float | None = None) -> list[str]:
-        """Return lines on volume, repairs of the mesh, pose and footprint; with a density, kg/m³, also on the mass."""
+        """Return lines to print: volume, mesh repairs, pose, footprint, and mass if a density (kg/m³) is given."""
         mass = "" if density is None else f", mass {self.volume * density:.4g} kg"
         lines = [f"as scanned: volume {self.volume:.4g} m³{mass}", *self.notes]
         if self.pose.tilt_deg > 0.0:
@@ -290,8 +294,10 @@ class Scan(NamedTuple):
         return lines
 
 
-def stone_from_surface(surface: TriangleSurface, notes: list[str], name: str, relief: float | None = None) -> Scan:
-    """Return the stone of a closed surface in its nearest stable pose.
+def stone_from_surface(
+    surface: TriangleSurface, notes: list[str], name: str, relief: float | None = None
+) -> ScanResult:
+    """Return the stone bounded by a closed surface, rotated to the nearest pose in which it can stand.
 
     A convex body that stands on a face of its own is a `Polyhedron`, as if its vertices had been given.
 
@@ -304,11 +310,11 @@ def stone_from_surface(surface: TriangleSurface, notes: list[str], name: str, re
     used = surface.vertices[np.unique(surface.triangles)]
     pose = nearest_stable_pose(used, found.centre)
     if relief is None and pose.tilt_deg == 0.0 and (solid := _convex_polyhedron(used, found, name)) is not None:
-        return Scan(solid, found.volume, pose, notes)
+        return ScanResult(solid, found.volume, pose, notes)
     placed = used @ pose.rotation.T
     origin = pose.rotation @ found.centre
     origin[2] = placed[:, 2].min()
-    touching = np.round(points_that_can_touch(placed - origin), STORED_DIGITS)
+    touching = np.round(points_that_can_touch_ground(placed - origin), STORED_DIGITS)
     inertia = pose.rotation @ found.inertia @ pose.rotation.T
     six = [*np.diag(inertia), -inertia[0, 1], -inertia[0, 2], -inertia[1, 2]]
     shape = ScannedStone(
@@ -318,11 +324,11 @@ def stone_from_surface(surface: TriangleSurface, notes: list[str], name: str, re
         DEFAULT_RELIEF if relief is None else relief,
         name,
     )
-    return Scan(shape, found.volume, pose, notes)
+    return ScanResult(shape, found.volume, pose, notes)
 
 
 def _convex_polyhedron(points: FloatArray, found: MassProperties, name: str) -> Polyhedron | None:
-    """Return the polyhedron of the vertices of a convex body, or None if it is not convex or more of it bears."""
+    """Return a scanned body as a polyhedron; None if it is not convex, or points near its base would bear load too."""
     hull = scipy.spatial.ConvexHull(points)
     if abs(hull.volume - found.volume) > CONVEX_SHARE * hull.volume:
         return None

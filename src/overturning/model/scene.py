@@ -41,7 +41,7 @@ class Scene(StrictModel):
 
     @model_validator(mode="after")
     def _check_element_and_material_names(self) -> Self:
-        """Raise a ValueError if names are repeated or unknown, or if no element is driven or free."""
+        """Raise a ValueError if names are repeated or unknown, or if the scene has no driven or no free element."""
         names = [element.name for element in self.elements]
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
@@ -69,7 +69,7 @@ class Scene(StrictModel):
 
     @model_validator(mode="after")
     def _check_stability_at_rest(self) -> Self:
-        """Raise an error if elements overlap or lack support, or if a block's ground is the reference element."""
+        """Raise an error if elements overlap or lack support, or if the size of a single block refers to its ground."""
         check_scene_geometry(self)
         # The single-block kernel applies the height and B/H of each case to the block.
         if self.is_single_block and self.size_reference_element_name not in self.free_element_names:
@@ -162,11 +162,11 @@ def gravestone(contact: Contact | None = None, density: float = GRANITE_DENSITY)
     number = float_array_of_argument("density", density)
     if isinstance(density, bool) or number.ndim or not (np.isfinite(number) and number > 0):
         raise ArgumentError(f"density: {density}; it must be finite and above 0 kg/m³")
-    return _gravestone(contact, float(number))
+    return _gravestone_from_checked_values(contact, float(number))
 
 
 @lru_cache(maxsize=64)
-def _gravestone(contact: Contact | None, density: float) -> Scene:
+def _gravestone_from_checked_values(contact: Contact | None, density: float) -> Scene:
     """Return the default scene with a contact law and a density, kg/m³, that have been checked."""
     laws = () if contact is None else (ContactLaw(between=("stone", "stone"), **contact.model_dump()),)
     return Scene(
@@ -228,7 +228,7 @@ def check_scene(content: dict[str, Any], file_name: str = "scene") -> Scene:
 
 
 def _name_elements_in_key_path(scene_content: Any, key_path: list[int | str]) -> list[int | str]:
-    """Return the path of a wrong key in a scene file, with an element's name in place of its index."""
+    """Replace the index of an element by its name in the path of a wrong key in a scene file, for an error message."""
     if len(key_path) > 1 and key_path[0] == "elements" and isinstance(key_path[1], int):
         element = scene_content["elements"][key_path[1]]
         if isinstance(element, dict) and "name" in element:

@@ -26,7 +26,7 @@ Outline = tuple[FloatArray, NDArray[np.int64]]
 
 
 class Shape(ABC):
-    """Shape of a 3-D body; height, slenderness B/H and aspect D/B of a case give its size."""
+    """Shape of a 3-D body without its size, which height, slenderness B/H and aspect D/B of a case give."""
 
     slenderness_is_parameter: ClassVar[bool] = True
     """True if B/H is a parameter; False if it is fixed by the shape."""
@@ -62,7 +62,7 @@ class RectangularPrism(Shape):
         points = np.array([[b, d, -h], [-b, d, -h], [-b, -d, -h], [b, -d, -h]])
         x, y, z = B * B / 12.0, D * D / 12.0, height * height / 12.0
         inertia = np.diag([y + z, x + z, x + y])
-        return RigidSolid(points, 4, inertia, 0.5 * np.pi, _side_normals(4), 90.0 if B == D else 180.0)
+        return RigidSolid(points, 4, inertia, 0.5 * np.pi, _regular_prism_side_normals(4), 90.0 if B == D else 180.0)
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,12 @@ class RegularPrism(Shape):
         z = height * height / 12.0
         points = np.concatenate([ring, np.full((n, 1), -h)], axis=1)
         return RigidSolid(
-            points, n, np.diag([square + z, square + z, 2.0 * square]), 0.5 * np.pi, _side_normals(n), 360.0 / n
+            points,
+            n,
+            np.diag([square + z, square + z, 2.0 * square]),
+            0.5 * np.pi,
+            _regular_prism_side_normals(n),
+            360.0 / n,
         )
 
 
@@ -165,9 +170,9 @@ class Polyhedron(Shape):
 
 
 def shape_from_name_or_sides(name_sides_or_shape: "str | int | Shape", argument_name: str = "model") -> Shape:
-    """Return the shape for a name ("rectangle", "circle") or a number of sides; a shape is returned unchanged.
+    """Return the shape of a 3-D body for a name ("rectangle", "circle") or number of sides; a shape stays unchanged.
 
-    An error names the argument `argument_name`.
+    Error messages name the argument `argument_name`.
 
     Raises
     ------
@@ -195,7 +200,7 @@ def shape_from_name_or_sides(name_sides_or_shape: "str | int | Shape", argument_
 
 
 def _prism_outline(base_vertices: FloatArray) -> Outline:
-    """Return corners and edges of a right prism from the vertices of its base, shape (n, 3), m."""
+    """Return corners and edges of a right prism, for drawing, from the vertices of its base, shape (n, 3), m."""
     n = len(base_vertices)
     lower, after = np.arange(n), np.roll(np.arange(n), -1)
     edges = np.concatenate(
@@ -204,7 +209,7 @@ def _prism_outline(base_vertices: FloatArray) -> Outline:
     return np.concatenate([base_vertices, base_vertices * [1.0, 1.0, -1.0]]), edges
 
 
-def orientations_over_period_deg(step_deg: float, shape: Shape, aspect: ArrayLike = 1.0) -> FloatArray:
+def orientations_over_symmetry_period_deg(step_deg: float, shape: Shape, aspect: ArrayLike = 1.0) -> FloatArray:
     """Return equally spaced orientations, degrees, over the longest symmetry period of a body at some aspects D/B.
 
     Raises
@@ -226,7 +231,7 @@ def orientations_over_period_deg(step_deg: float, shape: Shape, aspect: ArrayLik
     return np.asarray(np.arange(count) * step_deg, np.float64)
 
 
-def _side_normals(side_count: int) -> FloatArray:
+def _regular_prism_side_normals(side_count: int) -> FloatArray:
     """Return the n outward side normals of a regular prism, shape (n, 3), clockwise from above, the first along +x."""
     turn = -2.0 * np.pi * np.arange(side_count) / side_count
     return np.stack([np.round(np.cos(turn), 12), np.round(np.sin(turn), 12), np.zeros(side_count)], axis=1)

@@ -21,7 +21,7 @@ RIM_POINTS: Final = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 
 
 class TooManyContactVerticesError(ArgumentError):
-    """Error for a body of which more vertices can touch than `MAX_CONTACT_VERTICES`."""
+    """Error for a body with more vertices that can touch the ground than `MAX_CONTACT_VERTICES`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +83,7 @@ class RigidSolid:
 
     @property
     def load_sharing_point_count(self) -> int:
-        """Number of contact points assumed to share the weight when spring and dashpot constants are chosen.
+        """Number of contact points assumed to share the weight; spring and dashpot constants follow from it.
 
         2, as in the 2-D model, for a rim or more than `MAX_CARRYING_CORNERS` vertices: while such a body rocks, a
         single point bears it, which is then as stiff and as damped as a corner of the 2-D block.
@@ -92,15 +92,15 @@ class RigidSolid:
 
     @property
     def lowest_vertex_tolerance_share(self) -> float:
-        """Height tolerance for counting base vertices as equally low, over the height range of the tilted base.
+        """Height difference, over the height range of a tilted base, within which its lowest vertices count as level.
 
-        For a regular polygon these are the two vertices of the edge over which it leans, or the single vertex.
+        For a regular polygon the lowest vertices are both ends of the edge over which it leans, or a single vertex.
         """
         return float(np.round(0.4995 * (1.0 - np.cos(2.0 * np.pi / self.base)), 12))
 
     @cached_property
     def base_edge_distances(self) -> FloatArray:
-        """Distances (m) of the base's edges from the point below the centre of mass; negative if that is outside."""
+        """Distance (m) of each base edge from the point below the centre of mass; negative if that point is outside."""
         if self.radius:
             return np.array([self.radius])
         x, y = self.points[: self.base, :2].T

@@ -8,8 +8,8 @@ from typing_extensions import override
 
 from overturning.arrays import ArrayLike, FloatArray
 from overturning.model.grid import CaseGrid
-from overturning.model.model import Model, StoneOutcomes, values_at_cells
-from overturning.model.symmetry import ComputedCells, nearest_computed_cells
+from overturning.model.model import Model, StoneOutcomes, values_at_case_positions
+from overturning.model.symmetry import EquivalentSimulatedDirections, nearest_simulated_directions
 from overturning.model.variables import INT8_MISSING, outcome_is_known
 
 if TYPE_CHECKING:
@@ -28,17 +28,17 @@ _MEMBERS: Final = {
     "axis_cosine": "fall_axis_cosine",
     "axis_sine": "fall_axis_sine",
 }
-"""Cube variables with ensemble means, by name of the variable of `Model.fall_probability_and_direction_by_cell`."""
+"""Cube variables with ensemble means, by name of the variable of `Model.fall_probability_and_direction_by_case`."""
 
 
-def cell_weight_in_direction_statistics(
+def case_weight_in_direction_statistics(
     fall_share: ArrayLike, mean_fall_north: ArrayLike, mean_fall_east: ArrayLike, member_count: ArrayLike
 ) -> FloatArray:
-    """Return each case's weight in direction statistics: 1 if its ensemble runs fall the same way, 0 if at random.
+    """Return each case's weight in statistics of fall directions: 1 if its ensemble runs agree, 0 if at random.
 
-    The square of the mean resultant length R of k members that fall exceeds that of the directions they are drawn from:
-    without any common direction k R² is 1 on average. So the weight is √((k R² − 1)/(k − 1)), 0 where that is
-    negative and 1 where fewer than two members fall, as they tell nothing of a spread.
+    The square of the mean resultant length R of k members (ensemble runs) that fall exceeds that of the directions they
+    are drawn from: without any common direction k R² is 1 on average. So the weight is √((k R² − 1)/(k − 1)), 0
+    where that is negative. It is 1 where fewer than two members fall, because the spread is then unknown.
 
     Parameters
     ----------
@@ -69,22 +69,25 @@ class SpaceModel(Model):
 
     @override
     def rotate_copied_outcomes_in_place(
-        self, outcome_arrays: dict[str, NDArray[Any]], grid: CaseGrid, computed_cells: ComputedCells
+        self,
+        outcome_arrays: dict[str, NDArray[Any]],
+        grid: CaseGrid,
+        equivalent_directions: EquivalentSimulatedDirections,
     ) -> None:
-        own = np.arange(computed_cells.cell.shape[0])[:, None]
-        outcome_arrays["repeated"] = grid.broadcast_over_grid(computed_cells.cell != own).astype(np.int8)
+        own = np.arange(equivalent_directions.cell.shape[0])[:, None]
+        outcome_arrays["repeated"] = grid.broadcast_over_grid(equivalent_directions.cell != own).astype(np.int8)
 
     @override
-    def ensemble_variables_of_cells(
+    def ensemble_statistics_by_case(
         self, member_flags: NDArray[np.int8], fall_azimuth_deg: FloatArray, sobol_scramble_of_member: NDArray[np.int64]
     ) -> dict[str, NDArray[Any]]:
-        """Compute each case's share of ensemble runs that fall, and their mean sine and cosine of fall azimuth."""
+        """Compute the share of each case's ensemble runs that fall, and their mean cosine and sine of azimuth."""
         known, fell, angle = member_flags != INT8_MISSING, member_flags == 1, np.radians(fall_azimuth_deg)
         first, second = (
             (sobol_scramble_of_member == number).reshape(-1, *(1,) * (known.ndim - 2)) for number in (0, 1)
         )
 
-        def member_mean(member_values: Any, selected_members: Any = True) -> FloatArray:
+        def mean_over_ensemble_runs(member_values: Any, selected_members: Any = True) -> FloatArray:
             """Return each case's mean over the selected ensemble runs with an outcome; a standing stone counts as 0."""
             count = (known & selected_members).sum(axis=1)
             # Rounded: cosines differ in the last digit between processors.
@@ -92,12 +95,12 @@ class SpaceModel(Model):
             return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
         return {
-            "probability_falls": member_mean(1.0),
-            "fall_north": member_mean(np.cos(angle)),
-            "fall_east": member_mean(np.sin(angle)),
-            "fall_axis_cosine": member_mean(np.cos(2 * angle)),
-            "fall_axis_sine": member_mean(np.sin(2 * angle)),
-            "scramble_difference": member_mean(1.0, first) - member_mean(1.0, second),
+            "probability_falls": mean_over_ensemble_runs(1.0),
+            "fall_north": mean_over_ensemble_runs(np.cos(angle)),
+            "fall_east": mean_over_ensemble_runs(np.sin(angle)),
+            "fall_axis_cosine": mean_over_ensemble_runs(np.cos(2 * angle)),
+            "fall_axis_sine": mean_over_ensemble_runs(np.sin(2 * angle)),
+            "scramble_difference": mean_over_ensemble_runs(1.0, first) - mean_over_ensemble_runs(1.0, second),
             "members": known.sum(axis=1),
         }
 
@@ -106,7 +109,7 @@ class SpaceModel(Model):
         return np.arange(cube.sizes[self.direction])
 
     @override
-    def fall_probability_and_direction_by_cell(self, cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
+    def fall_probability_and_direction_by_case(self, cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
         import xarray as xr
 
         known = outcome_is_known(cube["overturned"])
@@ -123,8 +126,8 @@ class SpaceModel(Model):
         return xr.Dataset({**found, "weight": (self.direction, np.full(count, 1.0 / count))})
 
     @override
-    def member_fall_shares_by_cell(self, cube: "xr.Dataset") -> "xr.Dataset":
-        """Return, for each case, the share of ensemble runs that fall, and whether the fall directions differ.
+    def ensemble_fall_shares_by_case(self, cube: "xr.Dataset") -> "xr.Dataset":
+        """Return, for each case, the share of its ensemble runs that fall, and whether their fall directions differ.
 
         Directions differ if they spread by more than 15° about their mean.
         """
@@ -150,8 +153,8 @@ class SpaceModel(Model):
         square = site_cube
         if "aspect" in site_cube.dims:
             square = site_cube.isel(aspect=int(np.flatnonzero(site_cube["aspect"].to_numpy() == 1.0)[0]))
-        sources = nearest_computed_cells(site_cube[self.direction].to_numpy(), face_azimuth_deg, SQUARE_PERIOD)
-        found = values_at_cells(square, self.reads_outcomes, {self.direction: sources.cell, **cell_positions})
+        sources = nearest_simulated_directions(site_cube[self.direction].to_numpy(), face_azimuth_deg, SQUARE_PERIOD)
+        found = values_at_case_positions(square, self.reads_outcomes, {self.direction: sources.cell, **cell_positions})
         flag = found["overturned"]
         slip = np.hypot(found["residual_slip_north"], found["residual_slip_east"])
         return StoneOutcomes(flag == 1, np.isfinite(flag), found["fall_azimuth"], slip, found["residual_twist"])

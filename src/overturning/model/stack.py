@@ -18,7 +18,7 @@ from overturning.model.scene_model import SceneModel
 from overturning.model.space import SpaceModel
 from overturning.model.stack_checks import check_stack
 from overturning.model.stack_stones import CIRCLE_SIDES, StackStone, stack_stones
-from overturning.model.symmetry import FULL_TURN, ComputedCells
+from overturning.model.symmetry import FULL_TURN, EquivalentSimulatedDirections
 from overturning.model.variables import BODY_ENSEMBLE_VARIABLES, BODY_VARIABLES, OutcomeVariable
 
 _PER_STONE: Final = {
@@ -47,7 +47,7 @@ STACK_VARIABLES: Final = (
 
 
 def gravestone_with_depth() -> Scene:
-    """Return the scene of a square gravestone 0.24 m wide and 0.6 m high on the ground."""
+    """Return the default scene of a stack: one gravestone on the ground, 0.24 m wide and deep, 0.6 m high."""
     scene = gravestone()
     ground, stone = scene.elements
     return scene.model_copy(update={"elements": (ground, stone.model_copy(update={"depth": stone.width}))})
@@ -99,14 +99,14 @@ class Stack(SceneModel, SpaceModel):
         return 60.0 * sum((stone.base.shape[0] / 4.0) ** 3 for stone in self.stones())
 
     @override
-    def rotation_periods_deg(self, aspect: FloatArray) -> FloatArray:
+    def symmetry_periods_by_aspect_deg(self, aspect: FloatArray) -> FloatArray:
         if aspect.tolist() != [1.0]:
             raise ArgumentError(f"aspect: {aspect.tolist()}; a stack has the depths of its scene")
         return np.array([self.rotation_period_deg])
 
     @property
     def rotation_period_deg(self) -> float:
-        """Rotation about the vertical after which the stack looks the same, degrees: 90 for squares, 180 for boxes."""
+        """Rotation about the vertical after which the stack looks the same, degrees; 90 if all bases are square."""
         if azimuth_period_of_outcome_deg(self.scene) == FULL_TURN:
             return FULL_TURN
         # Equal parts of a turn after which all stones look the same; a circle looks the same after any.
@@ -123,22 +123,24 @@ class Stack(SceneModel, SpaceModel):
         return grid if self.scene.varies_friction else grid.replace_values(friction=grid["friction"][:1])
 
     @override
-    def computed_cell_of_each_direction(self, grid: CaseGrid, use_symmetry: bool = True) -> ComputedCells:
-        """Return, for each orientation of a grid, the simulated one that is equivalent by the stack's symmetry."""
-        period = self._rotation_periods_of_grid_deg(grid) if use_symmetry else np.full(1, FULL_TURN)
+    def computed_cell_of_each_direction(
+        self, grid: CaseGrid, use_symmetry: bool = True
+    ) -> EquivalentSimulatedDirections:
+        """Return, for each orientation of a grid, an orientation to simulate instead, equivalent by symmetry."""
+        period = self._symmetry_periods_of_grid_deg(grid) if use_symmetry else np.full(1, FULL_TURN)
         turn = np.floor(grid.direction_values_deg[:, None] / period) * period
         return replace(super().computed_cell_of_each_direction(grid, use_symmetry), turn_deg=turn)
 
     # Once an element is selected, the cube of a stack has the variables of the cube of a body.
 
     @override
-    def ensemble_variables_of_cells(
+    def ensemble_statistics_by_case(
         self, member_flags: NDArray[np.int8], fall_azimuth_deg: FloatArray, sobol_scramble_of_member: NDArray[np.int64]
     ) -> dict[str, NDArray[Any]]:
-        found = super().ensemble_variables_of_cells(member_flags, fall_azimuth_deg, sobol_scramble_of_member)
+        found = super().ensemble_statistics_by_case(member_flags, fall_azimuth_deg, sobol_scramble_of_member)
         members = found["members"]
         return found | {"members": members if members.ndim == 1 else members.min(axis=1)}
 
     def stones(self, height: float | None = None, b_over_h: float | None = None) -> list[StackStone]:
-        """Return the stones from the lowest up, scaled to the height (m) and B/H of the reference element."""
+        """Return the stones of the stack, lowest first, scaled to a height (m) and B/H of the reference element."""
         return stack_stones(self.scene, height, b_over_h)

@@ -13,11 +13,11 @@ from overturning.model.scene import Scene
 from overturning.model.stack_stones import (
     LEVEL_TOLERANCE,
     StackStone,
+    contact_patches_at_rest,
     ends_of_level_face,
-    patches_at_rest,
-    stone_of_element,
+    stack_stone_of_element,
 )
-from overturning.model.stack_touch import EarlyTouch, touches_before_tipping
+from overturning.model.stack_touch import EarlyTouch, face_contacts_before_tipping
 from overturning.units import STANDARD_GRAVITY
 
 LEAST_MARGIN: Final = 5.0
@@ -67,15 +67,15 @@ def reasons_scene_is_no_stack(scene: Scene) -> list[str]:
 
 
 def _reasons_stones_are_not_level_or_balanced(scene: Scene) -> list[str]:
-    """Return the reasons why stones of a scene do not stand on each other with level faces and in balance."""
+    """Return reasons why stones of a scene do not stand in balance with level faces; an empty list if they do."""
     ground, *placed = place_elements(scene)
     faults = []
     for item, following in zip(placed, [*placed[1:], None], strict=True):
         for name, lowest in (("base", True), ("upper face", False)):
             if lowest or following is not None:
                 left, right = ends_of_level_face(item, lowest)
-                whole = _level_length(item, lowest) >= (right - left) * (1.0 - LEVEL_TOLERANCE)
-                flat = _level_length(item, lowest) > 0.0
+                whole = _level_face_length(item, lowest) >= (right - left) * (1.0 - LEVEL_TOLERANCE)
+                flat = _level_face_length(item, lowest) > 0.0
                 faults += [f"element {item.element.name} has no level {name}"] if not flat else []
                 faults += [f"element {item.element.name} has a gap in its {name}"] if flat and not whole else []
     ends = placed[0].vertices_in_scene[:, 0] - ground.x
@@ -88,51 +88,51 @@ def _reasons_stones_are_not_level_or_balanced(scene: Scene) -> list[str]:
         )
     if faults:
         return faults
-    stones = [stone_of_element(item, item.element.depth, ContactLaw(between=("a", "b"))) for item in placed]
+    stones = [stack_stone_of_element(item, item.element.depth, ContactLaw(between=("a", "b"))) for item in placed]
     faults = reasons_stones_do_not_stand(stones)
     body = "; simulate it as a body in 3-D, given as a polyhedron or a mesh" if len(stones) == 1 else ""
     return [f"{fault}{body}" for fault in faults]
 
 
 def reasons_stones_do_not_stand(stones: list[StackStone]) -> list[str]:
-    """Return the reasons why stones, listed from the lowest up, do not stand in balance on their bases alone."""
+    """Return reasons why stones, lowest first, do not stand in balance on their bases; empty if they do."""
     faults = [
         f"what stands on the joint below {stone.name} has its centre of mass outside it"
-        for stone, patch in zip(stones, patches_at_rest(stones), strict=True)
+        for stone, patch in zip(stones, contact_patches_at_rest(stones), strict=True)
         if not np.all(patch.reach > 0.0)
     ]
     return faults or [
-        f"the outline of element {touch.stone} would meet the face below {_describe_tilts(touch)} over the edge of its "
-        f"base at {math.degrees(touch.critical_angle):.3g}°"
-        for touch in touches_before_tipping(stones)
+        f"the outline of element {touch.stone} would meet the face below {_contact_tilt_text(touch)} over the edge of "
+        f"its base at {math.degrees(touch.critical_angle):.3g}°"
+        for touch in face_contacts_before_tipping(stones)
         if touch.face.depth == 0.0
     ]
 
 
-def unmodelled_touches_of_overhangs(stones: list[StackStone]) -> list[str]:
-    """Return a sentence for each stone, from the lowest up, whose overhang would meet a lower face before it tips.
+def unsimulated_overhang_contact_warnings(stones: list[StackStone]) -> list[str]:
+    """Return a warning for each stone whose overhang would touch a lower stone or the ground before the stone tips.
 
-    The sentence names the face that is met first. The simulation does not have this contact: the stone passes through
-    the face.
+    The warnings are in the order of the stones from the lowest up, and name the face that is touched first. The
+    simulation does not have this contact: the stone passes through the face.
     """
     first: dict[str, EarlyTouch] = {}
-    for touch in touches_before_tipping(stones):
+    for touch in face_contacts_before_tipping(stones):
         if touch.face.depth > 0.0:
             first.setdefault(touch.stone, touch)
     return [
-        f"element {touch.stone} overhangs, and would meet {touch.face.name or 'the ground'} {_describe_tilts(touch)} "
-        f"over the rim of the stone below at {math.degrees(touch.critical_angle):.3g}°"
+        f"element {touch.stone} overhangs, and would meet {touch.face.name or 'the ground'} "
+        f"{_contact_tilt_text(touch)} over the rim of the stone below at {math.degrees(touch.critical_angle):.3g}°"
         for touch in first.values()
     ]
 
 
-def _describe_tilts(touch: EarlyTouch) -> str:
-    """Return the tilt at which a stone touches, in words."""
+def _contact_tilt_text(touch: EarlyTouch) -> str:
+    """Return, for a message, the tilt at which a stone touches a face below."""
     return f"at a tilt of {math.degrees(touch.touching_tilt):.3g}°, before it tips"
 
 
-def _level_length(item: PlacedElement, lowest: bool) -> float:
-    """Return the length (m) of the sides of an element's outline that lie in its lowest or highest level face."""
+def _level_face_length(item: PlacedElement, lowest: bool) -> float:
+    """Return the total length (m) of an element's outline at its lowest, or highest, level."""
     x, z = item.shape.vertices.T
     on = np.abs(z - (z.min() if lowest else z.max())) <= LEVEL_TOLERANCE * np.ptp(z)
     return float(np.abs(np.roll(x, -1) - x)[on & np.roll(on, -1)].sum())

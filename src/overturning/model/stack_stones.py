@@ -82,12 +82,12 @@ def stack_stones(scene: Scene, height: float | None = None, b_over_h: float | No
         element = scene.element(item.element.name)  # with the depth of the scene
         depth = element.depth * scale * (wider if element.name == scene.size_reference_element_name else 1.0)
         density = _density_of_element(scene, element)
-        stones.append(stone_of_element(item, depth, scene.contact_law(below, element), density))
+        stones.append(stack_stone_of_element(item, depth, scene.contact_law(below, element), density))
     return stones
 
 
 def _density_of_element(scene: Scene, element: Element) -> float:
-    """Return the density of an element, kg/m³."""
+    """Return the density of an element's material, kg/m³."""
     return scene.materials[element.material].density
 
 
@@ -113,10 +113,10 @@ def _outline_and_inertia_of_plan(plan: PlanShape, width: float, height: float) -
     return np.asarray(ring.points[:, :2]), np.asarray(solid.inertia)
 
 
-def stone_of_element(item: PlacedElement, depth: float, law: ContactLaw, density: float = 1.0) -> StackStone:
-    """Return a scene element as 3-D stone with depth (m), density (kg/m³) and the contact law with its support."""
+def stack_stone_of_element(item: PlacedElement, depth: float, law: ContactLaw, density: float = 1.0) -> StackStone:
+    """Convert a scene element to a 3-D stone with a depth (m), density (kg/m³) and contact law with its support."""
     outline = item.shape.vertices
-    xx, zz, xz = _second_moments(outline) / item.shape.area
+    xx, zz, xz = _second_moments_of_polygon_area(outline) / item.shape.area
     yy, half = depth * depth / 12.0, 0.5 * depth
     faces = []
     for lowest in (True, False):
@@ -142,14 +142,14 @@ def stone_of_element(item: PlacedElement, depth: float, law: ContactLaw, density
 
 
 def ends_of_level_face(item: PlacedElement, lowest: bool) -> FloatArray:
-    """Return the ends (m) of an element's lowest or highest horizontal face, left and right; equal if it has none."""
+    """Return left and right end (m) of an element's lowest or highest horizontal face; equal without such a face."""
     x, z = item.shape.vertices.T
     level = z.min() if lowest else z.max()
     on = x[np.abs(z - level) <= LEVEL_TOLERANCE * np.ptp(z)]
     return np.array([on.min(), on.max()])
 
 
-def _second_moments(vertices: FloatArray) -> FloatArray:
+def _second_moments_of_polygon_area(vertices: FloatArray) -> FloatArray:
     """Return the second moments of area ∫x² dA, ∫z² dA and ∫xz dA of an anticlockwise polygon, m⁴."""
     (x, z), (p, q) = vertices.T, np.roll(vertices, -1, axis=0).T
     cross = x * q - p * z
@@ -161,7 +161,7 @@ def _second_moments(vertices: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class ContactPatchAtRest:
-    """Contact area of a stone with its support at rest (a polygon), and the centre of mass of the stones above."""
+    """Contact area (polygon) of a stone on its support at rest, and mass and centre of the stones above this area."""
 
     corners: FloatArray  # horizontal positions, anticlockwise, shape (n, 2), m
     weights: FloatArray  # share of the stiffness at each corner, shape (n,)
@@ -170,8 +170,8 @@ class ContactPatchAtRest:
     height: float  # height of their centre of mass above the patch, m
 
 
-def _rectangular_patch(stone: StackStone, below: StackStone | None) -> FloatArray | None:
-    """Return the contact area's corners of a box on a box or on the ground; None if a face is not a rectangle."""
+def _rectangular_contact_corners(stone: StackStone, below: StackStone | None) -> FloatArray | None:
+    """Return the corners of the contact area below a box, on a box or the ground; None if a face is not a rectangle."""
     if not (stone.is_box and (below is None or below.is_box)):
         return None
     base = stone.base + np.array([stone.x, 0.0])
@@ -182,8 +182,8 @@ def _rectangular_patch(stone: StackStone, below: StackStone | None) -> FloatArra
     return np.array([[high[0], low[1]], [high[0], high[1]], [low[0], high[1]], [low[0], low[1]]])
 
 
-def _polygonal_patch(stone: StackStone, below: StackStone | None) -> FloatArray:
-    """Return the corners of the overlap of a stone's base and the face below; none if they do not overlap.
+def _polygonal_contact_corners(stone: StackStone, below: StackStone | None) -> FloatArray:
+    """Return the corners of the contact area (overlap of a stone's base and the face below); empty without overlap.
 
     The base is clipped by one side of the face after the other (Sutherland & Hodgman 1974).
     """
@@ -203,7 +203,7 @@ def _polygonal_patch(stone: StackStone, below: StackStone | None) -> FloatArray:
     return patch
 
 
-def patches_at_rest(stones: list[StackStone]) -> list[ContactPatchAtRest]:
+def contact_patches_at_rest(stones: list[StackStone]) -> list[ContactPatchAtRest]:
     """Return the contact area below each stone of a stack at rest, from the lowest stone up."""
     level = np.concatenate([[0.0], np.cumsum([stone.foot + stone.top for stone in stones])])
     mass = np.array([stone.mass for stone in stones])
@@ -213,12 +213,12 @@ def patches_at_rest(stones: list[StackStone]) -> list[ContactPatchAtRest]:
         below = stones[k - 1] if k > 0 else None
         total = float(np.sum(mass[k:]))
         middle = float(np.sum(mass[k:] * x[k:]) / total)
-        corners = _rectangular_patch(stone, below)
+        corners = _rectangular_contact_corners(stone, below)
         if corners is not None:
             (right, back), (left, front) = corners[1], corners[3]
             weights, reach = np.full(4, 0.25), np.array([right - middle, back, middle - left, -front])
         else:
-            corners = _polygonal_patch(stone, below)
+            corners = _polygonal_contact_corners(stone, below)
             if corners.size == 0:
                 found.append(ContactPatchAtRest(corners, np.zeros(0), np.array([-np.inf]), total, 0.0))
                 continue

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.stack_stones import LEVEL_TOLERANCE, StackStone, patches_at_rest
+from overturning.model.stack_stones import LEVEL_TOLERANCE, StackStone, contact_patches_at_rest
 
 DIRECTIONS: Final = 360
 """Number of directions of tilt that are examined, at equal angles; those along and across the plane are among them."""
@@ -27,7 +27,7 @@ ROUNDING: Final = 1e-9
 
 
 class LowerFace(NamedTuple):
-    """Face that a stone could meet: the upper face of a stone below, or the ground."""
+    """Face that a tilting stone could touch: the upper face of a stone below, or the ground."""
 
     name: str  # "" for the ground
     corners: FloatArray | None  # horizontal positions, anticlockwise, shape (n, 2), m; None for a plane without end
@@ -35,7 +35,7 @@ class LowerFace(NamedTuple):
 
 
 class EarlyTouch(NamedTuple):
-    """Tilt at which a stone meets a face below, before the stone tips over the edge of its contact."""
+    """Tilt at which a stone touches a further face below, before the stone tips over the edge of its contact area."""
 
     stone: str
     face: LowerFace
@@ -43,8 +43,8 @@ class EarlyTouch(NamedTuple):
     critical_angle: float  # tilt at which the stone balances on that edge, rad
 
 
-def touches_before_tipping(stones: list[StackStone]) -> list[EarlyTouch]:
-    """Return the faces that the stones of a stack meet before they tip, by stone from the lowest up.
+def face_contacts_before_tipping(stones: list[StackStone]) -> list[EarlyTouch]:
+    """Return the further faces below that stones of a stack would touch before they tip, from the lowest stone up.
 
     Parameters
     ----------
@@ -59,17 +59,22 @@ def touches_before_tipping(stones: list[StackStone]) -> list[EarlyTouch]:
     """
     level = np.concatenate([[0.0], np.cumsum([stone.foot + stone.top for stone in stones])])
     found = []
-    for k, (stone, patch) in enumerate(zip(stones, patches_at_rest(stones), strict=True)):
+    for k, (stone, patch) in enumerate(zip(stones, contact_patches_at_rest(stones), strict=True)):
         faces = [LowerFace("", None, float(level[k]))]
         for below, top in zip(stones[:k], level[1:], strict=False):
             faces.append(LowerFace(below.name, below.upper + np.array([below.x, 0.0]), float(level[k] - top)))
-        touches = [touch for face in faces if (touch := _earliest_touch(stone, patch.corners, face)) is not None]
+        touches = [
+            touch for face in faces if (touch := _first_contact_with_face(stone, patch.corners, face)) is not None
+        ]
         found += sorted(touches, key=lambda touch: touch.touching_tilt)
     return found
 
 
-def _earliest_touch(stone: StackStone, patch: FloatArray, face: LowerFace) -> EarlyTouch | None:
-    """Return the touch of a stone, if any, on a face below, with the patch (corners, m) as contact at rest."""
+def _first_contact_with_face(stone: StackStone, patch: FloatArray, face: LowerFace) -> EarlyTouch | None:
+    """Return the first contact of a tilting stone with a face below; None if the stone tips without touching it.
+
+    `patch` has the corners (m) of the stone's contact area at rest.
+    """
     azimuth = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
     ahead = np.stack([np.cos(azimuth), np.sin(azimuth)])
     edge = (patch @ ahead).max(axis=0)
@@ -93,7 +98,7 @@ def _earliest_touch(stone: StackStone, patch: FloatArray, face: LowerFace) -> Ea
 def _contact_tilts_of_points(
     stone: StackStone, points: FloatArray, ahead: FloatArray, edge: FloatArray, face: LowerFace
 ) -> FloatArray:
-    """Return the least tilt at which one of the points, (n, 3), of a stone meets a face, rad; infinite if none does.
+    """Return the least tilt (rad) at which one of the points, (n, 3), of a stone touches a face; infinite if none does.
 
     The shape is (directions,). A direction has its unit vector in `ahead`, (2, directions), and the distance of the
     edge about which the stone tilts in `edge`, (directions,).
@@ -108,7 +113,7 @@ def _contact_tilts_of_points(
         # The point turns about the edge until it has the depth of the face.
         shift = radius * np.sqrt(1.0 - sine**2) - beyond
         place = points[:, :2, None] + shift[:, None] * ahead
-        reaches &= _is_inside(place, face.corners, ROUNDING * stone.depth)
+        reaches &= _are_points_inside_polygon(place, face.corners, ROUNDING * stone.depth)
     tilt = np.where(reaches, np.arctan2(points[:, 2:], beyond) + np.arcsin(sine), np.inf)
     return np.asarray(tilt.min(axis=0, initial=np.inf))
 
@@ -116,7 +121,7 @@ def _contact_tilts_of_points(
 def _contact_tilts_of_base(
     stone: StackStone, ahead: FloatArray, edge: FloatArray, corners: FloatArray, depth: float
 ) -> FloatArray:
-    """Return the least tilt at which the base of a stone meets a corner of a face at a depth (m), rad, or infinity.
+    """Return the least tilt (rad) at which the base of a stone touches a corner of a face at a depth (m), or infinity.
 
     Shape and directions are those of `_contact_tilts_of_points`.
     """
@@ -124,12 +129,12 @@ def _contact_tilts_of_base(
     # The point of the base that meets the corner, before the tilt.
     place = corners[:, :, None] + (np.sqrt(beyond**2 + depth**2) - beyond)[:, None] * ahead
     base = stone.base + np.array([stone.x, 0.0])
-    meets = (beyond > ROUNDING * stone.depth) & _is_inside(place, base, ROUNDING * stone.depth)
+    meets = (beyond > ROUNDING * stone.depth) & _are_points_inside_polygon(place, base, ROUNDING * stone.depth)
     return np.asarray(np.where(meets, np.arctan2(depth, beyond), np.inf).min(axis=0))
 
 
-def _is_inside(places: FloatArray, corners: FloatArray, margin: float) -> NDArray[np.bool_]:
-    """Return whether places, (n, 2, directions), lie inside an anticlockwise polygon by more than a margin, m."""
+def _are_points_inside_polygon(places: FloatArray, corners: FloatArray, margin: float) -> NDArray[np.bool_]:
+    """Return a mask of points, (n, 2, directions), inside an anticlockwise polygon by more than a margin, m."""
     inside = np.ones((len(places), places.shape[2]), np.bool_)
     for (x, y), (dx, dy) in zip(corners, np.roll(corners, -1, axis=0) - corners, strict=True):
         inside &= dx * (places[:, 1] - y) - dy * (places[:, 0] - x) > margin * np.sqrt(dx * dx + dy * dy)
@@ -137,10 +142,12 @@ def _is_inside(places: FloatArray, corners: FloatArray, margin: float) -> NDArra
 
 
 def _surface_points(stone: StackStone, side_parts: int, depth_parts: int) -> FloatArray:
-    """Return points on the surface of a stone, shape (n, 3), m: horizontal position, height above its base.
+    """Return points on the surface of a stone, to test for contact with faces below, shape (n, 3), m.
 
-    For an extruded outline they divide each side of the outline, and the depth, into equal parts. For a prism on a
-    polygon, whose lowest points are those of its base, they divide each side of the base, and the radius, into equal
+    Coordinates are the horizontal position and the height above the base of the stone.
+
+    For an extruded outline the points divide each side of the outline, and the depth, into equal parts. For a prism on
+    a polygon, whose lowest points are those of its base, they divide each side of the base, and the radius, into equal
     parts. All vertices are among them.
     """
     ring = stone.outline if stone.is_box else stone.base

@@ -23,7 +23,7 @@ ANGLE_OF_COINCIDENT_FACES: Final = 1e-6
 
 
 class TriangleSurface(NamedTuple):
-    """Triangle surface of a body."""
+    """Surface of a body as triangles: vertex positions, and the three vertices of each triangle."""
 
     vertices: FloatArray
     """Positions, shape (n, 3), m, z up."""
@@ -37,7 +37,7 @@ class TriangleSurface(NamedTuple):
 
 
 class MassProperties(NamedTuple):
-    """Mass properties of a homogeneous body."""
+    """Volume, centre of mass and inertia per mass of a homogeneous body."""
 
     volume: float
     """Volume, m³; negative if the triangles are clockwise from outside."""
@@ -47,8 +47,8 @@ class MassProperties(NamedTuple):
     """Moments and negative products of inertia about the centre per mass, shape (3, 3), m²."""
 
 
-def _six_signed_volumes(triangle_corners: FloatArray) -> FloatArray:
-    """Return six times the volume, m³, between each triangle, shape (m, 3, 3), m, and the origin.
+def _six_times_signed_volumes(triangle_corners: FloatArray) -> FloatArray:
+    """Return six times the signed volume (m³) of each tetrahedron between a triangle, shape (m, 3, 3), and the origin.
 
     The volume is negative if the triangle faces the origin.
     """
@@ -62,7 +62,7 @@ def mass_properties(triangle_corners: FloatArray) -> MassProperties:
     """
     origin = triangle_corners.reshape(-1, 3).mean(axis=0)
     a, b, c = (triangle_corners[:, k] - origin for k in range(3))
-    volume = _six_signed_volumes(triangle_corners - origin)
+    volume = _six_times_signed_volumes(triangle_corners - origin)
     total = volume.sum()
     mean = (volume[:, None] * (a + b + c)).sum(axis=0) / (4.0 * total)
     second = np.zeros((3, 3))
@@ -75,7 +75,7 @@ def mass_properties(triangle_corners: FloatArray) -> MassProperties:
 
 
 def open_edges(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the directed edges, shape (n, 2), at which a surface is open: no triangle has the reverse edge.
+    """Return the directed edges, shape (n, 2), at which a triangle surface is open: no triangle has the reverse edge.
 
     An edge of four triangles, two in each direction, is closed: the surface touches itself there.
     """
@@ -88,8 +88,8 @@ def open_edges(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
     return edges[count > of_reverse]
 
 
-def closed_surface(surface: TriangleSurface) -> tuple[TriangleSurface, list[str]]:
-    """Close the open base of a surface, turn its triangles outwards, and return it with a note of each change.
+def close_base_of_surface(surface: TriangleSurface) -> tuple[TriangleSurface, list[str]]:
+    """Return a surface with its open base closed and its triangles facing outwards, and a note on each change made.
 
     Raises
     ------
@@ -103,14 +103,14 @@ def closed_surface(surface: TriangleSurface) -> tuple[TriangleSurface, list[str]
     notes = [f"triangles that are listed more than once are used once; {repeated} left out"] if repeated else []
     edges = open_edges(surface.triangles)
     if len(edges):
-        surface, deviation = _with_lid(surface, edges)
+        surface, deviation = _close_with_lid(surface, edges)
         notes.append(
             f"the open base is closed by a flat lid; its {len(edges)} open edges lie within {1000 * deviation:.2g} mm "
             "of a plane"
         )
     size = float(np.ptp(surface.vertices, axis=0).max())
     corners = surface.corners - surface.corners.reshape(-1, 3).mean(axis=0)
-    volume = float(np.sum(_six_signed_volumes(corners))) / 6.0
+    volume = float(np.sum(_six_times_signed_volumes(corners))) / 6.0
     if not abs(volume) > 1e-6 * size**3:
         raise ArgumentError(
             f"body: a volume of {volume:.3g} m³ in a size of {size:.3g} m; it is flat, or its parts cancel"
@@ -123,7 +123,7 @@ def closed_surface(surface: TriangleSurface) -> tuple[TriangleSurface, list[str]
 
 
 def _without_repeated_triangles(surface: TriangleSurface) -> tuple[TriangleSurface, int]:
-    """Return a surface without the triangles that are listed again in the same sense, and their number."""
+    """Return a surface without repeated triangles (same corners in the same sense), and the number of removed ones."""
     first = surface.triangles.argmin(axis=1)[:, None]
     turned = np.take_along_axis(surface.triangles, (first + np.arange(3)) % 3, axis=1)
     _, kept = np.unique(turned, axis=0, return_index=True)
@@ -133,13 +133,13 @@ def _without_repeated_triangles(surface: TriangleSurface) -> tuple[TriangleSurfa
 
 def _check_surface_has_one_body(surface: TriangleSurface) -> None:
     """Raise an ArgumentError if a closed surface has several parts, other than cavities inside one of them."""
-    part = _part_of_each_triangle(surface)
+    part = _connected_part_of_each_triangle(surface)
     corners = surface.corners - surface.corners.reshape(-1, 3).mean(axis=0)
-    volumes = np.bincount(part, _six_signed_volumes(corners)) / 6.0
+    volumes = np.bincount(part, _six_times_signed_volumes(corners)) / 6.0
     body = corners[part == volumes.argmax()]
     # A part of no volume, such as a double face, adds no mass; four parts are enough for a message.
     solid = (number for number in np.argsort(-volumes) if abs(volumes[number]) > 1e-9 * volumes.max())
-    outside = (n for n in solid if volumes[n] > 0.0 or not _is_within(body, corners[part == n].reshape(-1, 3)))
+    outside = (n for n in solid if volumes[n] > 0.0 or not _is_inside_body(body, corners[part == n].reshape(-1, 3)))
     separate = [volumes[number] for number in itertools.islice(outside, 4)]
     if len(separate) > 1:
         sizes = ", ".join(f"{one:.3g}" for one in np.sort(np.abs(separate))[::-1][:3]) + ", …" * (len(separate) > 3)
@@ -150,8 +150,11 @@ def _check_surface_has_one_body(surface: TriangleSurface) -> None:
         )
 
 
-def _is_within(body_corners: FloatArray, points: FloatArray) -> bool:
-    """True if the outermost of some points, shape (n, 3), in 26 directions lie in a body, given by its triangles."""
+def _is_inside_body(body_corners: FloatArray, points: FloatArray) -> bool:
+    """True if points, shape (n, 3), lie inside a body given by its triangles; only extreme points are tested.
+
+    The tested points are the farthest ones in 26 directions.
+    """
     directions = [one for one in itertools.product((-1, 0, 1), repeat=3) if any(one)]
     outermost = points[np.unique((points @ np.transpose(directions)).argmax(axis=0))]
     return all(_winding_number(body_corners, point) > 0.5 for point in outermost)
@@ -167,11 +170,11 @@ def _winding_number(triangle_corners: FloatArray, point: FloatArray) -> float:
     a, b, c = (corners[:, k] for k in range(3))
     ra, rb, rc = (np.sqrt(np.sum(one * one, axis=1)) for one in (a, b, c))
     along = ra * rb * rc + np.sum(a * b, axis=1) * rc + np.sum(b * c, axis=1) * ra + np.sum(c * a, axis=1) * rb
-    return float(np.arctan2(_six_signed_volumes(corners), along).sum() / (2.0 * np.pi))
+    return float(np.arctan2(_six_times_signed_volumes(corners), along).sum() / (2.0 * np.pi))
 
 
-def _part_of_each_triangle(surface: TriangleSurface) -> NDArray[np.int64]:
-    """Return the number of the connected part of a surface to which each triangle belongs, shape (m,).
+def _connected_part_of_each_triangle(surface: TriangleSurface) -> NDArray[np.int64]:
+    """Return, for each of the m triangles of a surface, the number of the connected part to which it belongs.
 
     Triangles are neighbours across an edge. Solids that share a corner, an edge or a face only touch each other: at an
     edge of more than two triangles, those are neighbours between which the same solid lies.
@@ -227,8 +230,8 @@ def _neighbours_around_edge(
     return np.array(pairs, np.int64).reshape(-1, 2)
 
 
-def _with_lid(surface: TriangleSurface, edges: NDArray[np.int64]) -> tuple[TriangleSurface, float]:
-    """Return a surface with a fan of triangles on its open edges, and their largest distance from a plane, m.
+def _close_with_lid(surface: TriangleSurface, edges: NDArray[np.int64]) -> tuple[TriangleSurface, float]:
+    """Close the open base of a surface with a fan of triangles; also return how far (m) its rim deviates from a plane.
 
     The fan is flat, so that its volume and moments are right for a rim of any outline, also for several rims.
     """
@@ -239,7 +242,7 @@ def _with_lid(surface: TriangleSurface, edges: NDArray[np.int64]) -> tuple[Trian
     length = float(np.sqrt(area @ area))
     normal = area / length if length > 0.0 else np.zeros(3)
     deviation = float(np.abs((rim - centre) @ normal).max()) if length > 0.0 else np.inf
-    below = np.abs(normal[2]) >= LID_SLOPE and _is_base(points, centre, normal, LID_FLATNESS * size)
+    below = np.abs(normal[2]) >= LID_SLOPE and _plane_is_below_points(points, centre, normal, LID_FLATNESS * size)
     # An edge twice without its reverse belongs to a face of the wrong sense.
     single = len(np.unique(edges, axis=0)) == len(edges)
     if not (deviation <= LID_FLATNESS * size and below and single):
@@ -256,7 +259,7 @@ def _with_lid(surface: TriangleSurface, edges: NDArray[np.int64]) -> tuple[Trian
     return TriangleSurface(vertices, np.concatenate([surface.triangles, lid])), deviation
 
 
-def _is_base(points: FloatArray, centre: FloatArray, normal: FloatArray, tolerance: float) -> bool:
-    """True if all points lie above a plane through `centre`, within a tolerance, m; the sign of `normal` is free."""
+def _plane_is_below_points(points: FloatArray, centre: FloatArray, normal: FloatArray, tolerance: float) -> bool:
+    """True if no point is below a plane through `centre` by more than a tolerance (m); `normal` may point down."""
     upward = normal * np.sign(normal[2])
     return bool(((points - centre) @ upward).min() >= -tolerance)

@@ -1,4 +1,4 @@
-"""Symmetry of a grid: the computed cell for each case, and the rotation of its outcome.
+"""Symmetry of a grid: the simulated case that gives each case's outcome, and the rotation between both.
 
 A block that is its own mirror image gives the mirrored outcome under the motion along φ + 180°: both are one vertical
 plane, seen from either side. A 3-D body that looks the same after a rotation about the vertical is the same body. Both
@@ -25,22 +25,22 @@ _DIGITS: Final = 9
 
 
 @dataclass(frozen=True)
-class ComputedCells:
-    """Simulated directions that give the outcomes of other directions by rotation or mirroring.
+class EquivalentSimulatedDirections:
+    """Simulated directions of a grid from which, by rotation or mirroring, the outcomes of requested directions follow.
 
     Attributes
     ----------
     cell : ndarray of int
-        Position of the cell among the directions of the grid.
+        Index of the simulated direction among the directions of the grid.
     turn_deg : ndarray
-        Clockwise rotation from the cell to the requested case, degrees: a whole number of periods, or any angle for a
-        body of revolution. Azimuths of the outcome do not change, since north does not rotate; a side or face that is
-        numbered from the body's own first side is numbered from the rotated one.
+        Clockwise rotation from the simulated to the requested direction, degrees: a whole number of periods, or any
+        angle for a body of revolution. Azimuths of the outcome do not change, since north does not rotate; a side or
+        face that is numbered from the body's own first side is numbered from the rotated one.
     mirrored : ndarray of bool
-        True if the cell is the plane seen from behind: a fall towards its azimuth is a fall away from the requested
-        one. Always False in 3-D.
+        True if the simulated plane is the requested one seen from behind: a fall towards its azimuth is a fall away
+        from the requested azimuth. Always False in 3-D.
     known : ndarray of bool
-        False where the nearest computed direction lies across a gap of more than 180°.
+        False where the nearest simulated direction lies across a gap of more than 180°.
     """
 
     cell: NDArray[np.intp]
@@ -49,16 +49,18 @@ class ComputedCells:
     known: NDArray[np.bool_]
 
 
-def nearest_computed_planes(
+def nearest_simulated_planes(
     azimuth_deg: ArrayLike, requested_azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD
-) -> ComputedCells:
-    """Return the simulated vertical planes nearest to given azimuths; those rotated by 180° are mirrored."""
-    return mark_mirrored_planes(nearest_computed_cells(azimuth_deg, requested_azimuth_deg, period_deg), period_deg)
+) -> EquivalentSimulatedDirections:
+    """Return the simulated vertical planes nearest to given azimuths; planes seen from behind are mirrored."""
+    return mark_mirrored_planes(
+        nearest_simulated_directions(azimuth_deg, requested_azimuth_deg, period_deg), period_deg
+    )
 
 
-def nearest_computed_cells(
+def nearest_simulated_directions(
     direction_deg: ArrayLike, requested_direction_deg: ArrayLike, period_deg: float
-) -> ComputedCells:
+) -> EquivalentSimulatedDirections:
     """Return the simulated directions that, rotated by whole symmetry periods, are nearest to given directions.
 
     Parameters
@@ -73,13 +75,13 @@ def nearest_computed_cells(
 
     Returns
     -------
-    ComputedCells
+    EquivalentSimulatedDirections
         Shape (m,). A cell of the grid takes precedence over an equal cell that has to be rotated.
     """
     direction, asked = np.asarray(direction_deg, np.float64), np.asarray(requested_direction_deg, np.float64)
     if period_deg == 0.0:
         cell = np.zeros(asked.shape, np.intp)
-        return ComputedCells(cell, asked - direction[0], cell.astype(bool), ~cell.astype(bool))
+        return EquivalentSimulatedDirections(cell, asked - direction[0], cell.astype(bool), ~cell.astype(bool))
     turns: FloatArray = period_deg * np.arange(round(FULL_TURN / period_deg), dtype=np.float64)
     # Ends of the turned cells round the compass; of equal ones the first, which is turned least.
     end, first = np.unique(_reduce_to_period(turns[:, None] + direction, FULL_TURN), return_index=True)
@@ -89,17 +91,23 @@ def nearest_computed_cells(
     past, ahead = (wanted - end[before]) % FULL_TURN, (end[after] - wanted) % FULL_TURN
     chosen = first[np.where(ahead < past - 10.0**-_DIGITS, after, before)]
     known = (past == 0.0) | (past + ahead <= FULL_TURN / 2)
-    return ComputedCells(
+    return EquivalentSimulatedDirections(
         chosen % direction.size, turns[chosen // direction.size], np.zeros(asked.shape, np.bool_), known
     )
 
 
-def mark_mirrored_planes(computed_cells: ComputedCells, period_deg: float) -> ComputedCells:
-    """Mark, among simulated directions, the vertical planes rotated by 180° as mirrored."""
-    return replace(computed_cells, mirrored=(computed_cells.turn_deg == PLANE_PERIOD) & (period_deg == PLANE_PERIOD))
+def mark_mirrored_planes(
+    equivalent_directions: EquivalentSimulatedDirections, period_deg: float
+) -> EquivalentSimulatedDirections:
+    """Mark the simulated vertical planes that are rotated by 180°: their outcomes have to be mirrored."""
+    return replace(
+        equivalent_directions, mirrored=(equivalent_directions.turn_deg == PLANE_PERIOD) & (period_deg == PLANE_PERIOD)
+    )
 
 
-def first_symmetric_direction_of_each(direction_deg: ArrayLike, periods_deg: ArrayLike) -> ComputedCells:
+def first_equivalent_direction_of_each(
+    direction_deg: ArrayLike, periods_deg: ArrayLike
+) -> EquivalentSimulatedDirections:
     """Return, for each direction of a grid, the first direction of the grid that is equivalent by symmetry.
 
     Parameters
@@ -107,11 +115,11 @@ def first_symmetric_direction_of_each(direction_deg: ArrayLike, periods_deg: Arr
     direction_deg : array_like, shape (n,)
         Azimuths or orientations, degrees clockwise from north.
     periods_deg : array_like, shape (p,)
-        Rotation periods (see `nearest_computed_cells`), for instance one for each aspect of a body.
+        Rotation periods (see `nearest_simulated_directions`), for instance one for each aspect of a body.
 
     Returns
     -------
-    ComputedCells
+    EquivalentSimulatedDirections
         Shape (n, p). Only directions whose cell is their own position need to be computed.
     """
     direction, periods = np.asarray(direction_deg, np.float64), np.atleast_1d(np.asarray(periods_deg, np.float64))
@@ -121,7 +129,7 @@ def first_symmetric_direction_of_each(direction_deg: ArrayLike, periods_deg: Arr
         first, place = np.unique(within, return_index=True, return_inverse=True)[1:]
         cell[:, column] = first[place]
     turn = _reduce_to_period(direction[:, None] - direction[cell], FULL_TURN)
-    return ComputedCells(cell, turn, np.zeros(cell.shape, np.bool_), np.ones(cell.shape, np.bool_))
+    return EquivalentSimulatedDirections(cell, turn, np.zeros(cell.shape, np.bool_), np.ones(cell.shape, np.bool_))
 
 
 def _reduce_to_period(angle_deg: FloatArray, period_deg: float) -> FloatArray:

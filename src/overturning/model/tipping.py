@@ -41,7 +41,7 @@ class ConvexHull(NamedTuple):
 
 
 class FallTiltLimits(NamedTuple):
-    """Tilt at which a body counts as fallen, as a function of the azimuth in which the body leans."""
+    """Tilt from which a body counts as fallen, for each direction in which the body leans."""
 
     least: float
     """Least tilt at which it can rest on another face, rad."""
@@ -53,7 +53,7 @@ class FallTiltLimits(NamedTuple):
     """Indices of the vertices that can touch at a tilt between the least one and the fall."""
 
     def fall_tilt_towards(self, face_normals: FloatArray) -> FloatArray:
-        """Return the tilt (rad) at which a body has fallen towards each face, for normals of shape (faces, 3)."""
+        """Return the tilt (rad) from which a body counts as fallen towards each face, for face normals (faces, 3)."""
         turn = np.arctan2(face_normals[:, 1], face_normals[:, 0]) % (2.0 * np.pi)
         return self.limits[np.minimum((turn / (2.0 * np.pi) * DIRECTIONS).astype(np.int64), DIRECTIONS - 1)]
 
@@ -80,7 +80,7 @@ def fall_tilt_limits(
     resting_face_normals: FloatArray,
     shallowest_rest: float = 0.0,
 ) -> FallTiltLimits:
-    """Compute the tilt at which a convex body has fallen, for each direction in which it leans.
+    """Compute the tilt from which a convex body counts as fallen, for each direction in which the body leans.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def fall_tilt_limits(
 def _reduce_fall_limits_to_resting_faces(
     fall_limits_rad: FloatArray, sector_rows: FloatArray, resting_face_normals: FloatArray
 ) -> None:
-    """Lower the tilt limits of a fall, where needed, so that a body resting on any other face counts as fallen."""
+    """Lower the tilts from which a body counts as fallen, in place, so that rest on any face but the base is a fall."""
     for normal in resting_face_normals:
         turn, tilt = np.arctan2(normal[1], normal[0]) % (2.0 * np.pi), float(np.arccos(np.clip(-normal[2], -1.0, 1.0)))
         number = min(int(turn / (2.0 * np.pi) * DIRECTIONS), DIRECTIONS - 1)
@@ -133,7 +133,7 @@ def _reduce_fall_limits_to_resting_faces(
 
 
 def _pseudo_angle(angle: FloatArray) -> FloatArray:
-    """Return, for each angle (rad), a monotonic substitute from 0 to 4 that is computed without arctangent."""
+    """Return, for each angle (rad), a number from 0 to 4 that increases with it and needs no arctangent."""
     x, y = np.round(np.cos(angle), 15), np.round(np.sin(angle), 15)
     share = np.abs(x) / (np.abs(x) + np.abs(y))
     return np.asarray(
@@ -186,7 +186,7 @@ def _lowest_vertex_changes(
 
 
 def _final_resting_triangles(hull: ConvexHull, size: float) -> NDArray[np.int64]:
-    """Return, for each triangle of a hull, the triangle on which a body starting there at rest stops rolling.
+    """Return, for each triangle of a hull, the triangle on which a body placed on it comes to rest after rolling.
 
     The body rolls over the edge beyond which the foot of the perpendicular from its centre lies furthest.
     """

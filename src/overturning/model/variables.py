@@ -26,7 +26,7 @@ FLOAT32_MISSING: Final = np.float32(9.969209968386869e36)
 
 
 def outcome_is_known(outcome_flag: Any) -> Any:
-    """Return a mask: True where an outcome flag, raw or decoded from a file, is not missing."""
+    """Return a mask that is True where an outcome flag (raw, or as decoded from a file) is known."""
     return np.abs(outcome_flag.astype("float32")) <= 1
 
 
@@ -51,7 +51,7 @@ class OutcomeVariable:
 
     @property
     def missing_value_in_memory(self) -> Any:
-        """Value in memory for a missing outcome: NaN for floats, the fill value for integers."""
+        """Value of a missing outcome in memory: NaN for floats, the fill value of the file for integers."""
         return np.nan if self.dtype[0] == "f" else self.fill_value_in_file
 
     @property
@@ -60,20 +60,20 @@ class OutcomeVariable:
         return {"long_name": self.long_name, "units": self.units, **self.attributes}
 
     def mirrored_values(self, outcome_arrays: Mapping[str, NDArray[Any]], selection: Any = ...) -> NDArray[Any]:
-        """Return this variable's values at azimuth φ + 180°, mirrored from those of a symmetric scene at φ."""
+        """Return this variable's values at azimuth φ + 180°, mirrored from a symmetric scene's outcomes at φ."""
         values = np.asarray(outcome_arrays[self.exchanged or self.name][selection])
         # 0 stays 0 and not −0, so that equal cubes are equal bytes.
         return np.where((values == 0) | (values == self.fill_value_in_file), values, -values) if self.odd else values
 
     def decode(self, stored_values: Any) -> NDArray[Any]:
-        """Return values read from a file in xarray's decoded form: integers become float32, NaN if missing."""
+        """Convert values as stored in a file to xarray's decoded form: integers become float32, NaN if missing."""
         array = np.asarray(stored_values)
         if array.dtype.kind == "f":
             return array
         return np.where(array == self.fill_value_in_file, np.float32(np.nan), array.astype(np.float32))
 
     def encode(self, decoded_values: Any) -> NDArray[Any]:
-        """Return values in the data type of the file, with the variable's fill value in place of NaN."""
+        """Convert values to the form stored in a file: its data type, and the fill value in place of NaN."""
         array = np.asarray(decoded_values)
         if array.dtype.kind == "f":
             array = np.where(np.isnan(array), self.fill_value_in_file, array)

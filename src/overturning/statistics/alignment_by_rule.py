@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.model.falls import model_of_cube
-from overturning.model.planes import cube_planes_impose_axis
+from overturning.model.planes import cube_planes_impose_fall_axis
 from overturning.statistics.bootstrap import MeanOverEarthquakes, mean_over_earthquakes
 from overturning.statistics.by_record import apply_to_record_batches, record_masks_by_group
 from overturning.statistics.falls import (
@@ -16,8 +16,8 @@ from overturning.statistics.falls import (
     BlockSelectionRule,
     mean_cosine_and_sine_to_reference,
     share_of_directions_with_overturning,
-    unknown_outcomes_impose_axis,
-    weighted_fall_vectors_by_cell,
+    unknown_outcomes_impose_fall_axis,
+    weighted_fall_vectors_by_case,
 )
 
 
@@ -50,8 +50,8 @@ def fault_normal_alignment_by_block_selection(
 
     The result has a list for each name of a group, with one entry for each rule of `block_rules`.
 
-    Alignments are missing if the planes of the cube impose the axis of the falls (`planes_impose_axis`), and so are
-    those of records whose unknown outcomes do (`unknown_outcomes_impose_axis`).
+    Alignments are missing if the planes of the cube impose the axis of the falls (`plane_choice_imposes_fall_axis`),
+    and so are those of records whose unknown outcomes do (`unknown_outcomes_impose_fall_axis`).
 
     The cube is read in parts. Each rule uses the same bootstrap samples of earthquakes as `summarise_fall_axes`, whose
     alignment is that of the rule `block_selection_rule_for_cube(cube)`.
@@ -69,7 +69,7 @@ def fault_normal_alignment_by_block_selection(
         partial(_sum_falls_by_block_rule, block_rules), cube, model_of_cube(cube).reads
     ).transpose("record", "rule")
     vectors = mean_cosine_and_sine_to_reference(sums, cube["fault_normal"]).where(
-        ~unknown_outcomes_impose_axis(sums) & (not cube_planes_impose_axis(cube))
+        ~unknown_outcomes_impose_fall_axis(sums) & (not cube_planes_impose_fall_axis(cube))
     )
     cosine, sine = vectors["cosine"].to_numpy(), vectors["sine"].to_numpy()
     lengths, events = np.hypot(cosine, sine), np.atleast_1d(cube["event"].to_numpy().astype(str))
@@ -90,6 +90,6 @@ def _sum_falls_by_block_rule(block_rules: Sequence[BlockSelectionRule], cube: xr
     The dimensions are (record, rule); cosines and sines of doubled fall axes are summed.
     """
     model, share = model_of_cube(cube), share_of_directions_with_overturning(cube)
-    weighted = weighted_fall_vectors_by_cell(cube).drop_vars(["direction_cosine", "direction_sine"])
+    weighted = weighted_fall_vectors_by_case(cube).drop_vars(["direction_cosine", "direction_sine"])
     over = (model.direction, *model.case_dims)
     return xr.concat([weighted.where(rule.selected_block_mask(share)).sum(over) for rule in block_rules], "rule")

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.statistics.bootstrap import MeanOverEarthquakes, bootstrap_interval
-from overturning.statistics.logistic import overturning_regression_rows
+from overturning.statistics.logistic import overturning_regression_data
 from overturning.units import CM, GAL, STANDARD_GRAVITY
 
 
@@ -291,9 +291,9 @@ def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> Overt
 
     `intensity` has ``pga`` and ``pgv`` of each record and azimuth.
 
-    The data are those of `overturning_regression_rows`, with nominal outcomes instead of ensemble probabilities.
+    The data are those of `overturning_regression_data`, with nominal outcomes instead of ensemble probabilities.
     """
-    predictors, falls, event, weight = overturning_regression_rows(cube, intensity, ensemble=False)
+    predictors, falls, event, weight = overturning_regression_data(cube, intensity, ensemble=False)
     if not falls.size:
         return None
     over_west, ratio, slender, height = np.exp(predictors).T

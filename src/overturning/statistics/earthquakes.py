@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.model.falls import model_of_cube
-from overturning.model.planes import cube_planes_impose_axis
+from overturning.model.planes import cube_planes_impose_fall_axis
 from overturning.statistics.bootstrap import (
     MeanOverEarthquakes,
     bootstrap_interval,
@@ -32,9 +32,9 @@ from overturning.statistics.by_record import apply_to_record_batches, record_mas
 from overturning.statistics.circular import LEAST_RESULTANT, NO_DIRECTION, common_axis_test, wrap_axis_difference
 from overturning.statistics.falls import (
     mean_cosine_and_sine_to_reference,
-    mean_directions_of_sums,
+    mean_directions_from_vector_sums,
     sum_fall_vectors,
-    unknown_outcomes_impose_axis,
+    unknown_outcomes_impose_fall_axis,
 )
 from overturning.units import EARTH_RADIUS_KM
 
@@ -43,9 +43,10 @@ BOUNDS_OF_COSINE_DIFFERENCE = (-2.0, 2.0)
 
 
 def fall_vector_sums_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
-    """Sum, for each record, falls and their unit vectors over azimuths and over the blocks that show a direction.
+    """Sum falls and unit vectors of fall directions for each record, over azimuths and informative blocks.
 
-    Only the dimensions ``kept_dims`` and ``record`` are kept. See `sum_fall_vectors`.
+    Only the dimensions ``kept_dims`` and ``record`` are kept. See `sum_fall_vectors`, and `informative_block_mask` for
+    the blocks.
     """
     model = model_of_cube(cube)
     over = [name for name in model.case_dims if name not in kept_dims]
@@ -56,17 +57,18 @@ def fall_vector_sums_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
 
 
 def mean_fall_directions_by_record(cube: xr.Dataset) -> xr.Dataset:
-    """Compute mean direction and mean axis of the falls under each record, over the blocks that show a direction.
+    """Compute the mean direction and mean axis of falls under each record, over the informative blocks.
 
-    The variables are those of `mean_fall_directions`, and ``is_imposed``: True for a record whose unknown outcomes
-    impose the axis (`unknown_outcomes_impose_axis`). All others are missing there, and if the planes of the cube
-    impose the axis (`planes_impose_axis`). The cube is read in batches of records.
+    For these blocks see `informative_block_mask`. The variables are those of `mean_fall_directions`, and
+    ``is_imposed``: True for a record whose unknown outcomes impose the axis (`unknown_outcomes_impose_fall_axis`). All
+    others are missing there, and if the planes of the cube impose the axis (`plane_choice_imposes_fall_axis`). The cube
+    is read in batches of records.
     """
     model = model_of_cube(cube)
     of_batch = partial(sum_fall_vectors, summed_dims=model.case_dims, informative_only=True)
     sums = apply_to_record_batches(of_batch, cube, model.reads)
-    imposed = unknown_outcomes_impose_axis(sums)
-    means = mean_directions_of_sums(sums).where(~imposed & (not cube_planes_impose_axis(cube)))
+    imposed = unknown_outcomes_impose_fall_axis(sums)
+    means = mean_directions_from_vector_sums(sums).where(~imposed & (not cube_planes_impose_fall_axis(cube)))
     return means.assign(is_imposed=imposed)
 
 
@@ -93,14 +95,14 @@ def fall_axes_by_earthquake(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
         this vector; ``largest``, the mean over records of the resultant of the falls of each record, an upper bound of
         the mean of cos 2Δ; ``axis``, the axis of the vector (degrees in (−90, 90], 0 is the fault normal);
         ``falls``, True if any block falls; and ``records``, the number of records. The first four are missing if no
-        block falls, no fault normal is known, or the planes of the cube impose the axis (`planes_impose_axis`). Records
-        whose unknown outcomes impose the axis do not count (`unknown_outcomes_impose_axis`). The axis is also missing
-        if the resultant is below `LEAST_RESULTANT`.
+        block falls, no fault normal is known, or the planes of the cube impose the axis
+        (`plane_choice_imposes_fall_axis`). Records whose unknown outcomes impose the axis do not count
+        (`unknown_outcomes_impose_fall_axis`). The axis is also missing if the resultant is below `LEAST_RESULTANT`.
     """
     sums = fall_vector_sums_by_record(cube, *kept_dims)
     vectors, events = (
         mean_cosine_and_sine_to_reference(sums, cube["fault_normal"]).where(
-            ~unknown_outcomes_impose_axis(sums) & (not cube_planes_impose_axis(cube))
+            ~unknown_outcomes_impose_fall_axis(sums) & (not cube_planes_impose_fall_axis(cube))
         ),
         np.atleast_1d(cube["event"].values).astype(str),
     )

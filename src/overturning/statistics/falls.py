@@ -1,7 +1,7 @@
 """Fall directions: falls by azimuth, shares of cases that overturn, mean fall directions and axes.
 
 In shares and means each plane counts once, and azimuths added to a regular grid share the weight of their neighbourhood
-(see `Model.fall_probability_and_direction_by_cell`). The parameter ``summed_dims`` names
+(see `Model.fall_probability_and_direction_by_case`). The parameter ``summed_dims`` names
 dimensions that are summed together with the direction, with equal weights.
 """
 
@@ -22,7 +22,7 @@ from overturning.model.planes import (
     circle_share_of_planes,
     fall_probability_to_either_side,
 )
-from overturning.model.symmetry import PLANE_PERIOD, nearest_computed_planes
+from overturning.model.symmetry import PLANE_PERIOD, nearest_simulated_planes
 from overturning.model.variables import PLANE_ENSEMBLE_VARIABLES, VARIABLES, outcome_is_known
 from overturning.statistics.circular import NO_DIRECTION
 
@@ -47,7 +47,7 @@ def add_opposite_azimuths(cube: xr.Dataset) -> xr.Dataset:
     everywhere = np.union1d(azimuth, opposite)
     if np.array_equal(everywhere, azimuth):
         return cube
-    sources = nearest_computed_planes(azimuth, everywhere, azimuth_period_of_cube_deg(cube))
+    sources = nearest_simulated_planes(azimuth, everywhere, azimuth_period_of_cube_deg(cube))
     if azimuth_period_of_cube_deg(cube) != PLANE_PERIOD:
         return cube.reindex(azimuth=everywhere[np.isin(everywhere, azimuth) | ~sources.known])
     turned = cube.isel(azimuth=sources.cell).assign_coords(azimuth=("azimuth", everywhere, cube["azimuth"].attrs))
@@ -62,7 +62,7 @@ def add_opposite_azimuths(cube: xr.Dataset) -> xr.Dataset:
 
 
 def fall_counts_towards_azimuths(cube: xr.Dataset, *, ensemble: bool = False) -> xr.DataArray:
-    """Return 1 where a block falls towards an azimuth, 0 where it does not, NaN where the outcome is missing.
+    """Return, for each azimuth and block, 1 if the block falls towards the azimuth, 0 if not, NaN if unknown.
 
     Computed lazily if the cube is lazy.
 
@@ -93,7 +93,7 @@ def fall_counts_towards_azimuths(cube: xr.Dataset, *, ensemble: bool = False) ->
 
 
 def overturning_indicator(cube: xr.Dataset) -> xr.DataArray:
-    """Return, for each simulated case, 1 if the block falls to any side, 0 if it stands, NaN without an outcome."""
+    """Return, for each simulated case, 1 if the block falls to any side, 0 if it stands, NaN if this is unknown."""
     overturned = cube["overturned"]
     flag = overturned.variable
     falls = xr.where(outcome_is_known(flag), (flag != 0).astype("float32"), np.nan)
@@ -244,7 +244,7 @@ def shares_of_directions_with_fall(cube: xr.Dataset, *, summed_dims: Sequence[st
     Cells with an unknown outcome do not count.
     """
     model = model_of_cube(cube)
-    falls, dims = model.fall_probability_and_direction_by_cell(cube), (model.direction, *summed_dims)
+    falls, dims = model.fall_probability_and_direction_by_case(cube), (model.direction, *summed_dims)
     fell, of_direction = falls["falls"].variable, falls["weight"].variable
     weight = of_direction.where(fell.notnull(), 0.0).sum(dims)
     share = (fell * of_direction).sum(dims) / weight.where(weight > 0)
@@ -252,14 +252,15 @@ def shares_of_directions_with_fall(cube: xr.Dataset, *, summed_dims: Sequence[st
     return xr.DataArray(share, falls.drop_dims(dims).coords)
 
 
-def weighted_fall_vectors_by_cell(cube: xr.Dataset) -> xr.Dataset:
-    """Return, for each case, its weight times the fall and the cosine and sine of the (doubled) fall azimuth.
+def weighted_fall_vectors_by_case(cube: xr.Dataset) -> xr.Dataset:
+    """Return each case's weight times its fall probability and times cosine and sine of its (doubled) fall azimuth.
 
     In 2-D ``known`` is the weight of a case with a known outcome; ``unknown_cosine`` and ``unknown_sine`` are the
     weight of a case with an unknown outcome times the cosine and sine of twice its azimuth. A 3-D model moves along
-    both components of the record in each orientation, so that missing orientations impose no axis; it lacks the three.
+    both components of the record in each orientation, so that missing orientations impose no axis; its results have
+    none of these three variables.
     """
-    falls = model_of_cube(cube).fall_probability_and_direction_by_cell(cube)
+    falls = model_of_cube(cube).fall_probability_and_direction_by_case(cube)
     weight = falls["weight"].variable
     weighted = {str(name): values.variable * weight for name, values in falls.data_vars.items() if name != "weight"}
     if "azimuth" in falls["falls"].dims:
@@ -274,13 +275,13 @@ def weighted_fall_vectors_by_cell(cube: xr.Dataset) -> xr.Dataset:
     return xr.Dataset(weighted, falls.coords)
 
 
-def unknown_outcomes_impose_axis(fall_sums: xr.Dataset) -> xr.DataArray:
-    """Return True where the mean axis of falls may be that of the azimuths at which the outcomes are known.
+def unknown_outcomes_impose_fall_axis(fall_sums: xr.Dataset) -> xr.DataArray:
+    """Return True where missing outcomes may bias the mean fall axis towards the azimuths with known outcomes.
 
     The vector that the unknown outcomes would add if all of them were falls has to be longer than
     `LARGEST_RESULTANT_OF_PLANES` times the number of known outcomes: falls in all known cases alike would show an axis,
-    as those of `planes_impose_axis`. It also has to be longer than `LARGEST_UNKNOWN_SHARE` of the sum of the falls.
-    So a few unknown outcomes change nothing, and neither do unknown outcomes at evenly spread azimuths.
+    as those of `plane_choice_imposes_fall_axis`. It also has to be longer than `LARGEST_UNKNOWN_SHARE` of the sum of
+    the falls. So a few unknown outcomes change nothing, and neither do unknown outcomes at evenly spread azimuths.
 
     Parameters
     ----------
@@ -298,15 +299,13 @@ def unknown_outcomes_impose_axis(fall_sums: xr.Dataset) -> xr.DataArray:
 def sum_fall_vectors(
     cube: xr.Dataset, *, summed_dims: Sequence[str] = (), informative_only: bool = False
 ) -> xr.Dataset:
-    """Sum, for each block over all azimuths, the falls and the cosines and sines of (doubled) fall azimuths.
+    """Sum, over all azimuths, the falls of each block and the cosines and sines of (doubled) fall azimuths.
 
-    The sums are also over ``summed_dims``.
-
-    The sums can be added further before an angle is computed. With ``informative_only`` they cover the
-    `informative_block_mask` only; ``all_falls`` always counts the falls of all blocks. For sums over cases with unknown
-    outcomes see `weighted_fall_vectors_by_cell`.
+    The sums are also over ``summed_dims``, and can be added further before an angle is computed. With
+    ``informative_only`` they cover the `informative_block_mask` only; ``all_falls`` always counts the falls of all
+    blocks. For sums over cases with unknown outcomes see `weighted_fall_vectors_by_case`.
     """
-    weighted, dims = weighted_fall_vectors_by_cell(cube), (model_of_cube(cube).direction, *summed_dims)
+    weighted, dims = weighted_fall_vectors_by_case(cube), (model_of_cube(cube).direction, *summed_dims)
     vectors = {str(name): values.variable for name, values in weighted.data_vars.items()}
     all_falls = vectors["falls"].sum(dims)
     if informative_only:
@@ -331,11 +330,13 @@ def mean_fall_directions(
         missing without falls, or if all planes overturn equally), ``direction_resultant`` and ``axis_resultant`` (mean
         resultant lengths, 0 to 1, the latter of doubled angles; missing without falls).
     """
-    return mean_directions_of_sums(sum_fall_vectors(cube, summed_dims=summed_dims, informative_only=informative_only))
+    return mean_directions_from_vector_sums(
+        sum_fall_vectors(cube, summed_dims=summed_dims, informative_only=informative_only)
+    )
 
 
-def mean_directions_of_sums(sums: xr.Dataset) -> xr.Dataset:
-    """Compute the variables of `mean_fall_directions` from sums of `sum_fall_vectors`."""
+def mean_directions_from_vector_sums(sums: xr.Dataset) -> xr.Dataset:
+    """Compute mean direction and mean axis of falls from summed fall vectors (see `sum_fall_vectors`)."""
     means = dict[str, xr.Variable]()
     falls = sums["falls"].variable
     total = falls.where(falls > 0)

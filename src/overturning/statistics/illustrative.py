@@ -38,7 +38,7 @@ ROUNDING: Final = 1e-9
 
 
 class IllustrativeCase(NamedTuple):
-    """Case that illustrates a study: title, selection rule, record index, block, and azimuths of its figure panels."""
+    """Simulated case that a report shows as an example: title, selection rule, record, block, and panel azimuths."""
 
     title: str
     rule: str
@@ -52,7 +52,7 @@ class IllustrativeCase(NamedTuple):
 
 
 class BestCaseOfRecord(NamedTuple):
-    """Best illustrative case of one record according to an `IllustrativeCaseRule`: score, block and azimuths.
+    """Best example case of one record according to an `IllustrativeCaseRule`: score, block and azimuths.
 
     A larger score is better.
     """
@@ -84,7 +84,7 @@ class IllustrativeCaseRule(NamedTuple):
 def _case_with_largest_score(
     record_cube: xr.Dataset, outcome_flag: int, score: xr.DataArray, eligible_cells: xr.DataArray
 ) -> BestCaseOfRecord | None:
-    """Return the case with the largest score among eligible cases with a given outcome; None if there is none."""
+    """Return, among eligible cases with a given outcome, the case with the largest score; None if there is none."""
     may = ((record_cube["overturned"] == outcome_flag) & eligible_cells).to_numpy()
     if not may.any():
         return None
@@ -194,7 +194,7 @@ def find_illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
     """Find the cases that illustrate a study: for each rule of `RULES`, the best case of all records.
 
     A rule without any case is left out. The cube is read in batches of records. Its optional variable
-    `ANY_ELEMENT_FALLS` is True where a stone of the scene falls; such a case illustrates none that stands.
+    `ANY_ELEMENT_FALLS` is True where a stone of the scene falls; such a case is not used to show a standing stone.
     """
     model, cells = model_of_cube(cube), model_of_cube(cube).distinct_direction_indices(cube)
     rules = [rule for rule in RULES if all(name in cube for name in rule.needs)]
@@ -221,10 +221,10 @@ def _best_cases_of_batch(
     A function of its own, so that its arrays of all cases are released before the next records are read.
     """
     half = batch.isel({model.direction: direction_indices})
-    nominal = model.fall_probability_and_direction_by_cell(half, use_ensemble=False)
+    nominal = model.fall_probability_and_direction_by_case(half, use_ensemble=False)
     candidates = half.assign(
         nominal[["direction_cosine", "direction_sine"]].assign(
-            sure=model.fall_probability_and_direction_by_cell(half)["falls"] > 0.99
+            sure=model.fall_probability_and_direction_by_case(half)["falls"] > 0.99
         )
     ).transpose("record", *model.dimension_names, ...)
     records = [(record, candidates.isel(record=at)) for at, record in enumerate(record_indices)]
@@ -232,9 +232,9 @@ def _best_cases_of_batch(
 
 
 def _best_case_by_title(found_cases: Iterable[_FoundCase]) -> dict[str, tuple[BestCaseOfRecord, int]]:
-    """Return the case with the largest score under each rule that found any, with the index of its record.
+    """Return, for each rule (by title), the case with the largest score of all records, and its record index.
 
-    Of several with the same score, the first.
+    The first case is returned if several have the same score. Rules that found no case are left out.
     """
     best: dict[str, tuple[BestCaseOfRecord, int]] = {}
     for title, found, record in found_cases:
@@ -251,7 +251,7 @@ def _illustrative_case_from_best(
     *,
     direction_indices: NDArray[np.intp],
 ) -> IllustrativeCase:
-    """Convert a record's best case under a rule to an `IllustrativeCase` with the coordinates of the case.
+    """Convert the best case found by a rule to an `IllustrativeCase`, with coordinates in place of indices.
 
     `direction_indices` are the indices of the directions among which the case was found.
     """
@@ -282,9 +282,9 @@ OPPOSITE: Final = IllustrativeCaseRule(
 
 
 def _clearest_marked_case(marked_cells: xr.Dataset, mark_variable: str) -> BestCaseOfRecord | None:
-    """Return the clearest case among those that the mask `mark_variable` marks; None if it marks none.
+    """Return the clearest example among the cases that a mask variable marks; None if it marks none.
 
-    Clear means that the block rocks, then that neighbours are marked, too, then that it is broad.
+    A case in which the block rocks is preferred, then one whose neighbours are marked too, then the broadest block.
     """
     model = model_of_cube(marked_cells)
     cells = marked_cells[mark_variable].to_numpy()
@@ -306,8 +306,8 @@ def case_with_differing_outcomes(
 ) -> IllustrativeCase | None:
     """Return a case whose outcome differs between two variants of a study; None if no outcome differs.
 
-    The case falls in one cube and stands in the other, the way most of the cases that differ do; if none does so, it
-    falls to opposite sides.
+    The block falls in one cube and stands in the other: it falls in the cube with more falls of this kind. If there is
+    no such case, it falls to opposite sides.
 
     Parameters
     ----------
@@ -325,7 +325,7 @@ def case_with_differing_outcomes(
     only_this, only_other = np.sum(counts, axis=0)
     for record, pair in enumerate(pairs(iterate_record_cubes(cube, names), iterate_record_cubes(second_cube, names))):
         this, that = (each.isel({"record": 0, model.direction: cells}) for each in pair)
-        one = _mark_differing_cells(model, this, that, is_fall_in_first=only_this >= only_other)
+        one = _mark_cases_with_differing_outcomes(model, this, that, is_fall_in_first=only_this >= only_other)
         found_cases += [(rule.title, rule.find(one), record) for rule in (FALLS_IN_ONE, OPPOSITE)]
     best = _best_case_by_title(found_cases)
     for rule in (FALLS_IN_ONE, OPPOSITE):
@@ -336,7 +336,7 @@ def case_with_differing_outcomes(
 
 
 def _count_falls_in_one_cube_only(cube: xr.Dataset, second_cube: xr.Dataset) -> tuple[int, int]:
-    """Return the numbers of cases that fall in the first results only and in the second results only.
+    """Return the number of cases that fall in the first cube only, and the number that fall in the second only.
 
     Cases with an unknown outcome in either cube do not count.
     """
@@ -345,14 +345,13 @@ def _count_falls_in_one_cube_only(cube: xr.Dataset, second_cube: xr.Dataset) -> 
     return int((known & (one != 0) & (another == 0)).sum()), int((known & (one == 0) & (another != 0)).sum())
 
 
-def _mark_differing_cells(
+def _mark_cases_with_differing_outcomes(
     model: Model, cube: xr.Dataset, second_cube: xr.Dataset, *, is_fall_in_first: bool
 ) -> xr.Dataset:
-    """Return masks of the cases that fall in one of two results only (``split``), or to opposite sides.
+    """Return masks of the cases that fall in one of two cubes only (``split``), or to opposite sides.
 
-    A third mask, ``rocks``, marks cells in which the standing block rocks visibly.
-
-    ``split`` holds only the cells in which the first setting falls, or only those in which it stands.
+    ``split`` marks only cases that fall in the first cube if `is_fall_in_first` is true, otherwise only cases that fall
+    in the second cube. A third mask, ``rocks``, marks cases in which the standing block rocks visibly.
     """
     one, another = (each.transpose(*model.dimension_names, ...) for each in (cube, second_cube))
     flags, others = one["overturned"].to_numpy(), another["overturned"].to_numpy()

@@ -255,10 +255,10 @@ def _negative_log_likelihood_function(outcome: FloatArray, weight: FloatArray) -
 
 
 def _plane_separates_outcomes(design_matrix: FloatArray, outcome: FloatArray) -> bool:
-    """Return whether a plane has all falls on one side or in it, and all stands on the other side or in it.
+    """Return whether a plane separates falls from standing cases; points in the plane may be on either side.
 
     Then, and only then, no finite estimate exists (Albert & Anderson 1984, Biometrika 71). A row whose outcome is a
-    share between 0 and 1 stands for falls and stands at one place, and must lie in the plane. The columns of the
+    share between 0 and 1 means falls and standing cases at one point, and must lie in the plane. The columns of the
     design matrix must be linearly independent.
     """
     from scipy.optimize import linprog  # imported only where a fit fails: importing it takes long
@@ -287,9 +287,9 @@ def _fit_without_each_cluster(
     start_coefficients: FloatArray,
     cluster: NDArray[np.intp],
 ) -> tuple[FloatArray, str]:
-    """Return the coefficients fitted without each cluster in turn, and the reason if one fit failed, else "".
+    """Return the coefficients fitted without each cluster in turn (jackknife), and "" or the reason why a fit failed.
 
-    If one fit fails, the array is empty and the note gives the reason; otherwise the note is empty.
+    If one fit fails, the array of coefficients is empty.
     """
     estimates, none = [], np.empty((0, start_coefficients.size))
     for one in range(int(cluster.max()) + 1):
@@ -317,7 +317,7 @@ def _jackknife_estimate_and_error(
     return groups * full_estimate - (groups - 1) * mean, error
 
 
-def overturning_regression_rows(
+def overturning_regression_data(
     cube: xr.Dataset, intensity: xr.Dataset, *, ensemble: bool = True
 ) -> tuple[FloatArray, FloatArray, NDArray[np.intp], FloatArray]:
     """Return the data of the logistic fit: predictors, outcome, earthquake index and weight of each row.
@@ -335,7 +335,7 @@ def overturning_regression_rows(
         ``pga`` (m/s²) and ``pgv`` (m/s) over ``record`` and ``azimuth``; an `ArgumentError` is raised if an azimuth of
         the cube is missing.
     ensemble : bool
-        Use probabilities instead of flags (see `Model.fall_probability_and_direction_by_cell`).
+        Use probabilities instead of flags (see `Model.fall_probability_and_direction_by_case`).
 
     Returns
     -------
@@ -348,7 +348,7 @@ def overturning_regression_rows(
     model, parts = model_of_cube(cube), []
     number = np.unique(np.atleast_1d(cube["event"].values), return_inverse=True)[1]
     for places, some in iterate_record_batches(cube, model.reads):
-        planes = model.fall_probability_and_direction_by_cell(some, use_ensemble=ensemble)
+        planes = model.fall_probability_and_direction_by_case(some, use_ensemble=ensemble)
         where, falls = planes["azimuth"], planes["falls"].transpose("record", *model.dimension_names)
         try:
             along = intensity[["pga", "pgv"]].isel(record=places).sel(azimuth=where, method="nearest", tolerance=1e-6)
@@ -380,12 +380,12 @@ def fit_logistic_overturning_model(cube: xr.Dataset, intensity: xr.Dataset) -> L
 
     `intensity` has ``pga`` and ``pgv`` of each record and azimuth.
     """
-    predictors, outcome, event, weight = overturning_regression_rows(cube, intensity)
+    predictors, outcome, event, weight = overturning_regression_data(cube, intensity)
     return fit_logistic_model(predictors, outcome, event, weight=weight, names=PREDICTORS)
 
 
-def coefficient_rows(logistic_fit: LogisticFit) -> list[tuple[str, float, float, float, float, float]]:
-    """Return, for each fitted coefficient: name, estimate, limits of the interval, range of the predictor.
+def fitted_coefficient_rows(logistic_fit: LogisticFit) -> list[tuple[str, float, float, float, float, float]]:
+    """Return, for each coefficient of a logistic model: name, estimate, interval limits, and range of its predictor.
 
     The range of the intercept is NaN.
     """

@@ -52,13 +52,13 @@ class MeanDirectionWithInterval:
     test: StatisticalTestResult
 
 
-def clear_mean_direction(
+def significant_mean_direction(
     angle_deg: ArrayLike, recorded_step_deg: ArrayLike = 0.0, *, axial: bool = False, level: float = 0.95
 ) -> tuple[float, float, StatisticalTestResult]:
-    """Return mean direction (or axis), degrees, mean resultant length, and the test of no common direction.
+    """Return the mean direction (or axis), degrees, if significant, the resultant length, and the test result.
 
-    The mean is NaN if the test does not reject random directions at `level`, or the resultant is below
-    `LEAST_RESULTANT`. The test is that of `mean_direction_with_interval`, and so are the parameters.
+    The test is that of no common direction. The mean is NaN if the test does not reject random directions at `level`,
+    or the resultant is below `LEAST_RESULTANT`. For the test and the parameters see `mean_direction_with_interval`.
     """
     angle = np.asarray(angle_deg, dtype=np.float64)
     fold = 2 if axial else 1
@@ -109,7 +109,7 @@ def mean_direction_with_interval(
     angle = np.asarray(angle_deg, dtype=np.float64)
     fold = 2 if axial else 1
     vectors = np.column_stack([np.cos(np.radians(fold * angle)), np.sin(np.radians(fold * angle))])
-    mean, resultant, test = clear_mean_direction(angle, recorded_step_deg, axial=axial, level=level)
+    mean, resultant, test = significant_mean_direction(angle, recorded_step_deg, axial=axial, level=level)
     if math.isnan(mean):
         return MeanDirectionWithInterval(angle.size, math.nan, math.nan, resultant, test)
     half = _half_width_of_mean_deg(vectors, fold * mean, resultant, level, draws)
@@ -118,19 +118,19 @@ def mean_direction_with_interval(
 
 
 def _largest_rounding_error_deg(angle_deg: FloatArray, step_deg: FloatArray) -> float:
-    """Return a bound, degrees, of the common error of a mean direction whose angles are recorded in steps.
+    """Return a bound of the error (degrees) of a mean direction due to angles recorded in steps, such as eight winds.
 
     Both arrays have the shape (n,). Angles without a step (0) have no error.
     """
     errors = [
-        float((step_deg == step).sum()) * _largest_error_of_steps_deg(angle_deg[step_deg == step], float(step))
+        float((step_deg == step).sum()) * _largest_error_of_equal_steps_deg(angle_deg[step_deg == step], float(step))
         for step in np.unique(step_deg[step_deg > 0]).tolist()
     ]
     return sum(errors) / max(step_deg.size, 1)
 
 
-def _largest_error_of_steps_deg(angle_deg: FloatArray, step_deg: float) -> float:
-    """Return a bound, degrees, of the error of the mean of angles that are rounded to steps w.
+def _largest_error_of_equal_steps_deg(angle_deg: FloatArray, step_deg: float) -> float:
+    """Return a bound of the error (degrees) of the mean of angles that are all rounded to the same step w.
 
     Normally distributed angles that fall into two neighbouring steps, with the share p in one of them, have their mean
     at σ z_p from the border of the two (z: quantile of the normal distribution), and the mean of the rounded angles

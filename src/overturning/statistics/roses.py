@@ -9,7 +9,7 @@ import xarray as xr
 from overturning.arrays import FloatArray
 from overturning.model.falls import model_of_cube
 from overturning.model.planes import azimuth_gaps_and_step, azimuth_period_of_cube_deg, case_weight_of_azimuths
-from overturning.model.space import cell_weight_in_direction_statistics
+from overturning.model.space import case_weight_in_direction_statistics
 from overturning.model.symmetry import FULL_TURN
 from overturning.statistics.bootstrap import mean_share_interval, means_by_earthquake
 from overturning.statistics.by_record import iterate_record_cubes, record_masks_by_group
@@ -64,14 +64,15 @@ _DIRECTIONS: Final = ("probability_falls", "fall_north", "fall_east", "members")
 def _nominal_fall_azimuths_and_weights(cube: xr.Dataset) -> tuple[FloatArray, FloatArray]:
     """Return azimuth (degrees) and weight of the falls under one record, two arrays of the same shape.
 
-    Only informative blocks count. In planar models there is one entry per azimuth, whose weight is its number of falls.
+    Only informative blocks (see `informative_block_mask`) count. In planar models there is one entry per azimuth, whose
+    weight is its number of falls.
     """
     if not model_of_cube(cube).one_component:
         angles = cube["fall_azimuth"].to_numpy()
         fell, weight = np.isfinite(angles), np.ones(angles.shape)
         if "fall_north" in cube:
             parts = (cube[name].to_numpy() for name in _DIRECTIONS)
-            weight = cell_weight_in_direction_statistics(*parts)
+            weight = case_weight_in_direction_statistics(*parts)
         return angles[fell].astype(np.float64), weight[fell]
     towards = fall_counts_towards_azimuths(cube).where(informative_block_mask(cube))
     azimuth = towards["azimuth"].to_numpy().astype(np.float64)
@@ -96,7 +97,7 @@ def fall_rose(
 
     Nominal outcomes are used, and the cube is read one record at a time.
 
-    A fall in the 3-D model counts with its `cell_weight_in_direction_statistics`, which is small if the fall changes
+    A fall in the 3-D model counts with its `case_weight_in_direction_statistics`, which is small if the fall changes
     direction under nearly the same motion. Shares of a record (each plane counts once) are averaged over the records of
     an earthquake, and then over earthquakes, with intervals from `mean_share_interval` for each sector by itself.
     ``from_normal`` measures azimuths from the fault normal and uses the records that have one. ``axial`` adds opposite

@@ -71,7 +71,7 @@ class FallChangesWithAmplitude(BaseModel):
     falls: int  # falls of the study that were run again
     moved: int  # of these, azimuth moves by `MIN_AZIMUTH_SHIFT_DEG` or more under one of the motions
     stood: int  # of these, that stand under one of the motions
-    weight: float  # sum of the weights of these falls (`model.body.cell_weight_in_direction_statistics`)
+    weight: float  # sum of the weights of these falls (`model.body.case_weight_in_direction_statistics`)
     weight_moved: float  # part of it due to falls that move
     block_steps: int
 

@@ -9,9 +9,9 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.dem.polygon.prepare import reason_scene_moves_by_itself
 from overturning.model.geometry import default_height_and_b_over_h
-from overturning.model.planes import planes_impose_axis
+from overturning.model.planes import plane_choice_imposes_fall_axis
 from overturning.model.scene import Scene
-from overturning.model.stack_checks import unmodelled_touches_of_overhangs
+from overturning.model.stack_checks import unsimulated_overhang_contact_warnings
 from overturning.model.stack_stones import stack_stones
 from overturning.model.symmetry import PLANE_PERIOD
 from overturning.motion.soil import RockHalfSpace, SoilLayer
@@ -93,7 +93,7 @@ def _repeated_variant_warnings(study: Study) -> Iterator[str]:
 def _azimuth_warnings(study: Study) -> Iterator[str]:
     """Yield a warning if the planes of a 2-D study are so few that they impose the axis of the falls."""
     azimuths = study.azimuths_or_orientations_deg
-    if study.orientation is None and planes_impose_axis(azimuths):
+    if study.orientation is None and plane_choice_imposes_fall_axis(azimuths):
         planes = sorted({azimuth % PLANE_PERIOD for azimuth in azimuths})
         which = f"planes along {_format_first_three_numbers(planes)}" if len(planes) > 1 else f"{planes[0]:g} only"
         yield (
@@ -204,7 +204,7 @@ def _rest_warnings(key: str, scene: Scene, study: Study) -> Iterator[str]:
 def _overhang_warnings(key: str, scene: Scene, study: Study) -> Iterator[str]:
     """Yield a warning for the first B/H of a study at which stones of a 3-D stack overhang and meet a lower face."""
     for b_over_h in study.b_over_h:
-        if touches := unmodelled_touches_of_overhangs(stack_stones(scene, None, b_over_h)):
+        if touches := unsimulated_overhang_contact_warnings(stack_stones(scene, None, b_over_h)):
             yield (
                 f"{key}: at B/H {b_over_h:g}, {'; '.join(touches)}. The simulation does not have this contact: "
                 "outcomes of stones with a larger peak_tilt are uncertain"

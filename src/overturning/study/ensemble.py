@@ -323,7 +323,7 @@ class EnsembleRunner:
             of_group = progress_of_subtask(progress, done / work, (done + len(cells)) / work)
             block_steps += self._fill_member_outcomes(grid, cells, run_cases, flags, azimuth, of_group)
             sensor = members.azimuth_deg.reshape(-1, *(1,) * (azimuth.ndim - 2))
-            found = self.model.ensemble_variables_of_cells(flags, azimuth - sensor, members.scramble)
+            found = self.model.ensemble_statistics_by_case(flags, azimuth - sensor, members.scramble)
             if members.varies_relief:
                 found |= fall_shares_by_relief(flags, members.has_high_relief)
             for name, values in found.items():

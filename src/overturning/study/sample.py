@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.model.planes import PlanarModel
-from overturning.model.space import MIN_AGREEMENT, cell_weight_in_direction_statistics
+from overturning.model.space import MIN_AGREEMENT, case_weight_in_direction_statistics
 from overturning.study.answers import CaseOutcomes, empty_outcome_array
 from overturning.study.netcdf import open_netcdf_unscaled
 from overturning.study.scenes import variant_grid, variant_model
@@ -39,7 +39,7 @@ class CellSample:
     apart: NDArray[np.bool_]  # divided, or falls to both sides (3-D: agreement < `MIN_AGREEMENT`), same shape
     weight: NDArray[
         np.float64
-    ]  # weight of a fall in direction statistics (`cell_weight_in_direction_statistics`), shape (n,)
+    ]  # weight of a fall in direction statistics (`case_weight_in_direction_statistics`), shape (n,)
     computed: int  # number of cases of the study that were computed, not copied by symmetry
     block_steps: int  # of the whole study
 
@@ -109,7 +109,7 @@ def read_cell_sample(
             parts = [values_of_chosen_cells(name) for name in ("fall_north", "fall_east")]
             apart |= (falls > 0) & (np.hypot(*parts) < MIN_AGREEMENT * falls)
             # In a stack, the highest stone.
-            weight = cell_weight_in_direction_statistics(falls, parts[0], parts[1], values_of_chosen_cells("members"))[
+            weight = case_weight_in_direction_statistics(falls, parts[0], parts[1], values_of_chosen_cells("members"))[
                 :, -1
             ]
         cases = records * int(computed.sum())

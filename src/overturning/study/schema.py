@@ -17,7 +17,7 @@ from pydantic import (
 )
 
 from overturning.errors import REASON_SEPARATOR
-from overturning.model.cases import HIGHEST, LOWEST, checked_stone_height
+from overturning.model.cases import HIGHEST_STONE_M, LOWEST_STONE_M, checked_stone_height
 from overturning.model.contact import ContactSettings
 from overturning.model.geometry import default_height_and_b_over_h
 from overturning.model.scene import Scene, gravestone
@@ -51,7 +51,7 @@ from overturning.units import GRANITE_DENSITY
 from overturning.validation import StrictModel
 
 Slenderness = Annotated[float, Field(gt=0, le=10)]
-Height = Annotated[Metre, AfterValidator(checked_stone_height), Field(ge=LOWEST, le=HIGHEST)]
+Height = Annotated[Metre, AfterValidator(checked_stone_height), Field(ge=LOWEST_STONE_M, le=HIGHEST_STONE_M)]
 Friction = Annotated[float, Field(ge=0, le=100)]
 Factor = Annotated[float, Field(gt=0, le=100)]
 

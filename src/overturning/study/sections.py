@@ -23,7 +23,7 @@ from overturning.study.values import Values
 from overturning.validation import StrictModel
 
 if TYPE_CHECKING:
-    from overturning.model.scan import Scan
+    from overturning.model.scan import ScanResult
     from overturning.model.shapes import Shape
 
 FileName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{0,99}$")]
@@ -162,7 +162,7 @@ class ScanProperties(StrictModel):
     )
 
 
-def read_scan_of_body(body_settings: Mapping[str, Any]) -> "Scan":
+def read_scan_of_body(body_settings: Mapping[str, Any]) -> "ScanResult":
     """Read the stone in the mesh file of the keys `mesh`, `mesh_unit` and `relief` of the body of a study.
 
     An `OverturningError` says what is wrong with the file.
@@ -327,14 +327,14 @@ class OrientationRange(StrictModel):
         A ValueError is raised if the step does not divide the rotation that maps the body of an aspect onto itself, or
         if the start does not lie below the step.
         """
-        from overturning.model.shapes import orientations_over_period_deg
+        from overturning.model.shapes import orientations_over_symmetry_period_deg
 
         shape = body.body_shape()
         try:
             # The step must fit the symmetry of each aspect.
             for aspect in body.aspect:
-                orientations_over_period_deg(self.step, shape, aspect)
-            grid = orientations_over_period_deg(self.step, shape, body.aspect)
+                orientations_over_symmetry_period_deg(self.step, shape, aspect)
+            grid = orientations_over_symmetry_period_deg(self.step, shape, body.aspect)
         except ArgumentError as error:
             raise ValueError(str(error)) from None
         self._check_start()

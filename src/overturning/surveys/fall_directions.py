@@ -14,7 +14,7 @@ from overturning.statistics.circular import (
     sector_index,
     watson_u2_test,
 )
-from overturning.statistics.mean_direction import clear_mean_direction
+from overturning.statistics.mean_direction import significant_mean_direction
 from overturning.surveys.sectors import FallSectors
 from overturning.surveys.stones import Stone
 
@@ -163,7 +163,7 @@ def compare_observed_and_predicted_directions(
     They are mean directions and resultants, octants, and the likelihood ratio with its p-value; see
     `overturning.surveys.comparison.SurveyPredictionComparison`.
     """
-    mean, length, _ = clear_mean_direction(
+    mean, length, _ = significant_mean_direction(
         [stone.azimuth_deg for stone, *_ in fallen_stones], [stone.recorded_step_deg for stone, *_ in fallen_stones]
     )
     density = sum((of_stone for _, of_stone, _ in fallen_stones), np.zeros(sectors.azimuth.size))

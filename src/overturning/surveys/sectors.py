@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.model.planes import circle_share_of_planes
-from overturning.model.symmetry import FULL_TURN, nearest_computed_cells
+from overturning.model.symmetry import FULL_TURN, nearest_simulated_directions
 from overturning.statistics.circular import sector_index
 
 _PARTS_OF_SECTOR: Final = 64
@@ -41,7 +41,7 @@ class FallSectors:
 
     def nearest_azimuth_index(self, azimuth_deg: float) -> int:
         """Return the index of the sector whose azimuth is nearest to `azimuth_deg`."""
-        return int(nearest_computed_cells(self.azimuth, [azimuth_deg], FULL_TURN).cell[0])
+        return int(nearest_simulated_directions(self.azimuth, [azimuth_deg], FULL_TURN).cell[0])
 
     def octant_from_sector_probabilities(self, sector_probabilities: FloatArray) -> FloatArray:
         """Convert probabilities of azimuth sectors to probabilities of the 8 compass octants.

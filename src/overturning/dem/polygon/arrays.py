@@ -291,7 +291,7 @@ def fall_rotations_to_both_sides(element: PlacedElement) -> tuple[float, float]:
     These are `FLAT` times the rotations onto the next face, or the rotation given in the scene file.
     """
     brings_down = element.element.fallen_rotation_deg in (None, 90.0)
-    back, on = element.fallen_rotations_rad
+    back, on = element.fall_threshold_rotations_rad
     return (round(FLAT * back, 12), round(FLAT * on, 12)) if brings_down else (back, on)
 
 

@@ -295,7 +295,10 @@ def _tipping_properties(
             tips[k] = reach
             critical[k], least = min(reach), min(lift)
         else:
-            critical[k], least = min(item.fallen_rotations_rad) if rests else max(min(reach), MIN_TIPPING_ANGLE), 0.0
+            critical[k], least = (
+                min(item.fall_threshold_rotations_rad) if rests else max(min(reach), MIN_TIPPING_ANGLE),
+                0.0,
+            )
         barrier[k] = item.mass * scene.gravity * max(least, 1e-9 * item.smaller_side)
     return tips, critical, barrier, support, base
 

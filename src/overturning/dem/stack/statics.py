@@ -13,7 +13,12 @@ from overturning.dem.linear import solve_positive_definite_system
 from overturning.dem.stack.landing import NEVER, RIM_SHARE
 from overturning.dem.stack.tables import JOINT, STONE
 from overturning.model.contact import MAX_CONTACT_WIDTH, VertexContact
-from overturning.model.stack_stones import ContactPatchAtRest, StackStone, patches_at_rest, polygon_side_distances
+from overturning.model.stack_stones import (
+    ContactPatchAtRest,
+    StackStone,
+    contact_patches_at_rest,
+    polygon_side_distances,
+)
 from overturning.units import STANDARD_GRAVITY
 
 FALLEN_TILT: Final = np.pi / 3.0
@@ -41,7 +46,7 @@ class JointTable:
 
 def joint_table(stones: list[StackStone], contact: VertexContact) -> JointTable:
     """Return the contact constants of a stack's stones: stiffness K = M g/δ for the mass M above each contact."""
-    rows, patches = np.zeros(len(stones), JOINT), patches_at_rest(stones)
+    rows, patches = np.zeros(len(stones), JOINT), contact_patches_at_rest(stones)
     above = np.array([patch.mass for patch in patches])
     width = np.array([np.ptp(patch.corners, axis=0).min() for patch in patches])
     penetration = contact.static_penetration * np.minimum(width, MAX_CONTACT_WIDTH)

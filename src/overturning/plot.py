@@ -45,11 +45,11 @@ def _with_project_style(draw_figure: DrawFunction, takes_cube: bool = False) -> 
     @suggest_closest_keyword()
     @wraps(draw_figure)
     def draw_with_project_style(*arguments: Any, **keywords: Any) -> Any:
-        from overturning.figures.content import check_is_cube
+        from overturning.figures.content import check_is_results_cube
         from overturning.figures.style import project_style
 
         if takes_cube and (arguments or "cube" in keywords):
-            check_is_cube(arguments[0] if arguments else keywords["cube"], draw_figure.__name__)
+            check_is_results_cube(arguments[0] if arguments else keywords["cube"], draw_figure.__name__)
         with project_style():
             return draw_figure(*arguments, **keywords)
 

@@ -12,7 +12,12 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from overturning.figures.boundary import overturning_boundary_figure
-from overturning.figures.compass import CompassAxes, create_compass_grid, round_ring_labels, slenderness_ring_labels
+from overturning.figures.compass import (
+    CompassAxes,
+    create_compass_grid,
+    labels_of_rings_at_round_radii,
+    slenderness_ring_labels,
+)
 from overturning.figures.ground import pga_and_pgv_figure
 from overturning.figures.polar_map import azimuth_map_figure
 from overturning.figures.style import add_title_and_legend, figures_for_phone, mark_fault_normal, project_style
@@ -207,9 +212,9 @@ def test_no_room_for_compasses_is_a_warning() -> None:
 
 
 def test_rings_are_round_and_inside_the_rim() -> None:
-    assert round_ring_labels(689.0) == {200.0: "200", 400.0: "400", 600.0: "600"}
-    assert round_ring_labels(1.2) == {0.3: "0.3", 0.6: "0.6", 0.9: "0.9", 1.2: "1.2"}
-    assert list(round_ring_labels(2.1).values()) == ["0.6", "1.2", "1.8"]
+    assert labels_of_rings_at_round_radii(689.0) == {200.0: "200", 400.0: "400", 600.0: "600"}
+    assert labels_of_rings_at_round_radii(1.2) == {0.3: "0.3", 0.6: "0.6", 0.9: "0.9", 1.2: "1.2"}
+    assert list(labels_of_rings_at_round_radii(2.1).values()) == ["0.6", "1.2", "1.8"]
     assert slenderness_ring_labels(0.4, 0.3) == {0.1: "0.1", 0.2: "0.2", 0.3: "0.3"}
     assert slenderness_ring_labels(0.6, 0.3) == {0.2: "0.2", 0.4: "0.4"}
     assert slenderness_ring_labels(0.08, 0.05) == {0.05: "0.05"}

@@ -153,8 +153,8 @@ def test_outcome_of_several_falls_is_shown_after_the_last_one() -> None:
     times = [float(time) for time in re.findall(r"at ([\d.]+) s", panel.outcome)]
     assert panel.outcome.startswith("2 of 2 fall: slim falls")
     assert times[0] + 0.1 < times[1]
-    assert [panel.strip_fall_time, panel.outcome_time] == pytest.approx(times, abs=0.006)
-    assert strip_frame_times_and_captions(film)[0][2] == panel.strip_fall_time
+    assert [panel.fall_time_for_printed_strip, panel.outcome_time] == pytest.approx(times, abs=0.006)
+    assert strip_frame_times_and_captions(film)[0][2] == panel.fall_time_for_printed_strip
 
 
 def test_two_settings_share_one_clock() -> None:

@@ -13,7 +13,7 @@ from overturning.errors import ArgumentError
 from overturning.figures.cells import (
     azimuth_cell_edges_rad,
     cell_edges,
-    extend_cells_to_full_circle,
+    extend_azimuths_to_full_circle,
     panel_row_and_column_counts,
     simulated_azimuths_deg,
 )
@@ -152,7 +152,7 @@ def test_only_wide_gaps_of_azimuths_are_unknown() -> None:
 def test_a_single_plane_has_a_sector_on_either_side(azimuth: list[int]) -> None:
     """The step of such a grid is unknown; the sectors were one of 5°, or two half circles."""
     flags = np.where(np.array(azimuth) < 180, 1.0, -1.0)  # towards 40°
-    whole = extend_cells_to_full_circle(xr.Dataset({"overturned": ("azimuth", flags)}, {"azimuth": azimuth}))
+    whole = extend_azimuths_to_full_circle(xr.Dataset({"overturned": ("azimuth", flags)}, {"azimuth": azimuth}))
     angles = whole["azimuth"].to_numpy().astype(float)
     edges = np.degrees(azimuth_cell_edges_rad(angles))
     shown = [(edges[k], edges[k + 1]) for k in np.flatnonzero(whole["overturned"].notnull())]

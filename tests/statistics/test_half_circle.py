@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.figures.cells import extend_cells_to_full_circle
+from overturning.figures.cells import extend_azimuths_to_full_circle
 from overturning.figures.explore import explorer_page_data
 from overturning.figures.rose import fall_roses_by_group_figure
 from overturning.findings.exactness import ensemble_findings
@@ -87,7 +87,7 @@ THE_SAME = {
     ),
     "falls": fall_counts_towards_azimuths,
     "blocks that only just fall": informative_block_mask,
-    "maps": extend_cells_to_full_circle,
+    "maps": extend_azimuths_to_full_circle,
     "explorer": explorer_page_data,
     "report of the ensemble": of_the_ensemble,
 }
@@ -169,7 +169,7 @@ def test_half_a_circle_leaves_the_other_half_of_a_scene_missing() -> None:
     unknown = {face: population_rates_by_record(half, StonePopulation(face=face, face_spread=0, stones=64))["unknown"]
                for face in (60, 250)}  # fmt: skip
     assert {face: float(found.max()) for face, found in unknown.items()} == {60: 0, 250: 1}
-    flags = extend_cells_to_full_circle(half)["overturned"]
+    flags = extend_azimuths_to_full_circle(half)["overturned"]
     assert flags.sel(azimuth=AZIMUTH[FIRST]).notnull().all()
     assert flags.sel(azimuth=slice(180, None)).isnull().all()
 

@@ -17,7 +17,7 @@ HOLLOW_MAX_EARTHQUAKES = 2
 def fall_alignment_by_earthquake_figure(
     fall_axes_by_group: dict[str, xr.Dataset], summary_by_group: dict[str, FallAxisSummary]
 ) -> Figure:
-    """Draw for each earthquake how closely falls align with the fault normal, in one panel per group of records."""
+    """Draw each earthquake's alignment of falls with the fault normal, one panel per group of records."""
     values = {
         name: dict(zip(data["event"].to_numpy().astype(str).tolist(), data["cosine"].to_numpy().tolist(), strict=True))
         for name, data in fall_axes_by_group.items()
@@ -27,14 +27,14 @@ def fall_alignment_by_earthquake_figure(
 
 
 def plotted_estimate_of_mean(earthquake_mean: MeanOverEarthquakes) -> PlottedEstimate:
-    """Convert a mean over earthquakes (value, interval and their number) to the form that figures draw."""
+    """Convert a mean over earthquakes (value, interval, number of earthquakes) to the form that figures draw."""
     return PlottedEstimate(earthquake_mean.value, earthquake_mean.low, earthquake_mean.high, earthquake_mean.n)
 
 
 def fall_alignment_by_b_over_h_figure(
     alignment_by_group: dict[str, FallAlignmentWithReferences], b_over_h: FloatArray
 ) -> Figure:
-    """Draw the mean alignment of falls with each reference direction by B/H, in one column per group of records.
+    """Draw the alignment of falls with reference directions against B/H, one column of panels per group of records.
 
     The upper row compares axes (period 180°), the lower row directions (period 360°). `alignment_by_group`
     maps each group to its means, keyed by the name of the reference and by whether the reference is an axis. Each

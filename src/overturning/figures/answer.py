@@ -51,7 +51,7 @@ class PlottedEstimate(NamedTuple):
 def sorted_fall_alignment_figure(
     alignments_by_group: Mapping[str, Mapping[str, float]], mean_by_group: Mapping[str, PlottedEstimate]
 ) -> Figure:
-    """Draw the alignment of falls with the fault normal of all earthquakes, sorted, and its mean; a panel per group.
+    """Draw each earthquake's alignment of falls with the fault normal, sorted, with its mean; a panel per group.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def sorted_fall_alignment_figure(
 
 
 def alignment_with_references_figure(alignments_by_group: Mapping[str, Mapping[str, PlottedEstimate]]) -> Figure:
-    """Draw the alignment of falls with several references in one panel, with intervals, a marker per group of records.
+    """Draw the alignment of falls with several reference directions, with intervals, one marker per group of records.
 
     Parameters
     ----------

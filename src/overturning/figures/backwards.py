@@ -42,12 +42,12 @@ def motion_posterior_figure(
     velocity_axis_probabilities : array, shape (n,)
         Probabilities of n axes, evenly spaced from north over 180°.
     stated_arc_deg : tuple of float
-        Middle and width of the stated arc, degrees.
+        Middle and width of the 90 % credible arc of the velocity axis, degrees.
     motion_probabilities : mapping
         Probability of each motion, by name.
     strength_distributions : mapping
         For each measure, named with its unit: ascending values, their posterior probability of not being exceeded, the
-        same probability of the prior, and the stated interval, whose ends may be 0 or infinite.
+        same probability of the prior, and the 90 % credible interval, whose ends may be 0 or infinite.
     """
     rows, columns = (4, 1) if is_drawing_for_phone() else (2, 2)
     figure = create_figure(*((NARROW_WIDTH, 10.8) if is_drawing_for_phone() else (9.5, 5.4)))

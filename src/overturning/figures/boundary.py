@@ -7,7 +7,11 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from overturning.figures.cells import extend_cells_to_full_circle, isolated_point_indices, panel_row_and_column_counts
+from overturning.figures.cells import (
+    extend_azimuths_to_full_circle,
+    isolated_point_indices,
+    panel_row_and_column_counts,
+)
 from overturning.figures.compass import create_compass_grid, slenderness_ring_labels
 from overturning.figures.style import (
     DASHES,
@@ -19,7 +23,7 @@ from overturning.labels import friction_label
 
 
 def _draw_overturning_boundary(axes: Any, boundary_by_azimuth: xr.Dataset, largest_b_over_h: float) -> None:
-    """Draw the largest B/H that falls, by azimuth of the motion, for the blocks of one height on a polar axis.
+    """Draw on a polar axis the largest B/H at which blocks of one height fall, by azimuth of the motion.
 
     Triangles mark azimuths at which the block still falls at the largest B/H with a known outcome: the boundary lies
     beyond them.
@@ -53,12 +57,12 @@ def _draw_overturning_boundary(axes: Any, boundary_by_azimuth: xr.Dataset, large
 def overturning_boundary_figure(
     boundary_by_azimuth: xr.Dataset, largest_b_over_h: float, fault_normal_deg: float, title: str
 ) -> Figure:
-    """Draw the largest B/H that falls under one record, by azimuth of the motion, one panel per height.
+    """Draw the largest B/H at which blocks fall under one record, by azimuth of the motion, one panel per height.
 
     `boundary_by_azimuth` has the attributes of its cube if the cube belongs to a study. `largest_b_over_h` is the
     largest B/H of the cube. The azimuth of the fault normal, degrees, can be NaN.
     """
-    loaded = extend_cells_to_full_circle(boundary_by_azimuth.compute())
+    loaded = extend_azimuths_to_full_circle(boundary_by_azimuth.compute())
     heights = loaded["height"].to_numpy()
     rows, columns = panel_row_and_column_counts(heights.size, 1)
     side = {1: 3.6, 2: 2.9, 3: 1.95}[columns]

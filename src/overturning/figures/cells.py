@@ -15,11 +15,10 @@ MAX_COLUMNS: Final = 3
 """Largest number of panels in a row of a figure."""
 
 
-def extend_cells_to_full_circle(cube: xr.Dataset) -> xr.Dataset:
-    """Return a results cube with azimuths repeated to a full circle.
+def extend_azimuths_to_full_circle(cube: xr.Dataset) -> xr.Dataset:
+    """Extend the azimuths of a results cube to the full circle by adding the opposite azimuth of each case.
 
-    The outcomes of opposite azimuths follow from each other. Gaps between azimuths that were not simulated are filled
-    with missing values; see `simulated_azimuths_deg`.
+    Gaps between azimuths that were not simulated are filled with missing values; see `simulated_azimuths_deg`.
     """
     whole = add_opposite_azimuths(cube)
     unknown = azimuths_inside_unsimulated_gaps(whole["azimuth"].to_numpy())
@@ -27,7 +26,7 @@ def extend_cells_to_full_circle(cube: xr.Dataset) -> xr.Dataset:
 
 
 def simulated_azimuths_deg(cube: xr.Dataset) -> FloatArray:
-    """Return the azimuths, degrees, at which cases were simulated, after extension to the full circle."""
+    """Return the simulated azimuths, degrees, including opposite azimuths whose outcome follows by mirror symmetry."""
     azimuth = cube["azimuth"].to_numpy().astype(np.float64)
     if azimuth_period_of_cube_deg(cube) != PLANE_PERIOD:
         return azimuth
@@ -35,7 +34,9 @@ def simulated_azimuths_deg(cube: xr.Dataset) -> FloatArray:
 
 
 def trim_outer_rings_without_falls(cube: xr.Dataset, *falls: xr.DataArray) -> xr.Dataset:
-    """Cut a results cube above the smallest B/H from which no block falls; that B/H remains as an empty ring.
+    """Remove from a results cube the largest B/H, at which no block can fall; keep one such B/H as an empty ring.
+
+    A ring is the part of a polar map that shows one B/H.
 
     A fall is possible if a value of `falls` (flags or probabilities; a block may fall although its neighbours stand) is
     above 0, or missing in a direction that was simulated. The dataset is unchanged if no fall is possible anywhere.
@@ -44,7 +45,7 @@ def trim_outer_rings_without_falls(cube: xr.Dataset, *falls: xr.DataArray) -> xr
 
 
 def count_b_over_h_with_possible_falls(*falls: xr.DataArray) -> int:
-    """Return the number of B/H values to draw: all up to the largest with a possible fall, and the next one."""
+    """Return the number of B/H values to draw: all up to the largest with a possible fall, and the next larger one."""
 
     def has_possible_fall_by_ring(fall_values: xr.Variable) -> xr.Variable:
         computed = fall_values.notnull().any(
@@ -71,7 +72,7 @@ def panel_row_and_column_counts(row_group_count: int, panels_per_group: int) -> 
 
 
 def cell_edges(cell_centres: FloatArray) -> FloatArray:
-    """Return the n + 1 edges of cells with n centres, half-way between the centres; ± 5 % for a single cell."""
+    """Return the n + 1 edges of n grid cells, half-way between their centres; ± 5 % for a single cell."""
     if cell_centres.size == 1:
         return np.array([0.95, 1.05]) * cell_centres[0]
     between = (cell_centres[1:] + cell_centres[:-1]) / 2
@@ -79,12 +80,12 @@ def cell_edges(cell_centres: FloatArray) -> FloatArray:
 
 
 def b_over_h_cell_edges(b_over_h: FloatArray) -> FloatArray:
-    """Return the n + 1 edges of cells around n values of B/H; edges below 0 become 0, as polar axes need."""
+    """Return the n + 1 edges of map cells around n values of B/H; edges below 0 become 0, as polar axes need."""
     return np.maximum(cell_edges(b_over_h), 0.0)
 
 
 def azimuth_cell_edges_rad(azimuth_deg: FloatArray) -> FloatArray:
-    """Return the m + 1 ascending edges, radians, of the cells around m azimuths (degrees) of a full circle."""
+    """Return the m + 1 ascending edges, radians, of map cells around m azimuths (degrees) of a full circle."""
     next_one = np.append(azimuth_deg[1:], azimuth_deg[0] + 360.0)
     after = (azimuth_deg + next_one) / 2
     return np.radians(np.append(after[-1] - 360.0, after))

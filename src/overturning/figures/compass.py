@@ -71,7 +71,7 @@ class CompassAxes(PolarAxes):
         self._is_complete = True
 
     def clear(self) -> None:
-        """Remove all content, the fixed texts among it; a new panel, which is empty, is cleared only once."""
+        """Remove everything drawn in the compass; the second clearing of a new, empty panel is skipped to save time."""
         if not self._is_complete and hasattr(self, "fixed_texts"):
             return  # Matplotlib clears new polar panels twice, which takes a fifth of the time of a map
         super().clear()
@@ -81,7 +81,7 @@ class CompassAxes(PolarAxes):
         self, outer_radius: float, ring_labels: Mapping[float, str], label_azimuth_deg: float = 112.5,
         *, has_marks: bool = False, has_spokes: bool = False, labels_in_front: bool = False,
     ) -> None:  # fmt: skip
-        """Draw names of directions and rings, and end the radius at ``outer_radius``; call it once.
+        """Draw the direction names and the rings of a compass, and limit its radius to ``outer_radius``; call it once.
 
         Parameters
         ----------
@@ -125,7 +125,7 @@ class CompassAxes(PolarAxes):
         self.set_title(title, fontsize=font_size, pad=pad, y=1.0, parse_math=False)
 
     def _draw_compass_rings(self, radii: Sequence[float], has_spokes: bool) -> None:
-        """Draw rings at shares of the outer radius, and lines to the named directions, as one path."""
+        """Draw rings (radii as shares of the outer one) and lines to the named directions of a compass, as one path."""
         lines = [Path.circle((0.5, 0.5), 0.5 * radius) for radius in radii]
         if has_spokes:
             lines += [Path(0.5 + np.array([[0.0], [0.5]]) * _unit_vector(45.0 * number)) for number in range(8)]
@@ -136,7 +136,7 @@ class CompassAxes(PolarAxes):
             self.add_artist(PathPatch(path, fill=False, clip_on=False, transform=self.transAxes, **look))
 
     def _write_fixed_text(self, place: FloatArray, text: str, **look: Any) -> None:
-        """Add a text that is not clipped at the rim; its vertical alignment is the middle unless given."""
+        """Add a direction name or ring label to the compass; vertically centred unless `look` states otherwise."""
         x, y = place.tolist()
         self.fixed_texts.append(self.text(x, y, text, **{"va": "center", "zorder": 1.5, **look}))
 
@@ -147,8 +147,8 @@ def _unit_vector(azimuth_deg: float) -> FloatArray:
     return np.array([np.sin(angle), np.cos(angle)])
 
 
-def round_ring_labels(outer_radius: float) -> dict[float, str]:
-    """Return the labels of up to four rings at round radii inside an outer radius, by radius."""
+def labels_of_rings_at_round_radii(outer_radius: float) -> dict[float, str]:
+    """Return labels for up to four rings at round numbers, not larger than an outer radius, keyed by radius."""
     steps = np.asarray(MaxNLocator(4).tick_values(0.0, outer_radius))
     radii = steps[(steps > 0.0) & (steps <= outer_radius * (1.0 + 1e-9))]
     decimals = next(digits for digits in range(12) if np.allclose(np.round(radii, digits), radii, rtol=1e-6, atol=0.0))
@@ -156,7 +156,7 @@ def round_ring_labels(outer_radius: float) -> dict[float, str]:
 
 
 def slenderness_ring_labels(largest_b_over_h: float, fallback_ring: float) -> dict[float, str]:
-    """Return the labels of rings at round values of B/H, by radius; of `fallback_ring` if no round number fits."""
+    """Return labels of rings at round B/H, keyed by B/H; only `fallback_ring` if no round number is small enough."""
     steps = (0.1, 0.2, 0.3) if largest_b_over_h <= 0.4 else (0.2, 0.4, 0.6, 0.8, 1.0)
     rings = [step for step in steps if step < largest_b_over_h] or [round(fallback_ring, 2)]
     return {ring: f"{ring:g}" for ring in rings}
@@ -198,20 +198,23 @@ class CompassGridLayout(ConstrainedLayoutEngine):
             high -= title.get_window_extent(renderer).height / point + _GAP
         bar_low = low + _BELOW_BAR
         low = bar_low + _BAR + _GAP if bars else low
-        estimate = min(width / _grid_shape(panels[0])[1], (high - low) / _grid_shape(panels[0])[0])
+        estimate = min(width / _panel_grid_shape(panels[0])[1], (high - low) / _panel_grid_shape(panels[0])[0])
         for axes in panels:  # distances of texts from the rim hardly depend on its size
             size = max(_SMALLEST, estimate - 4.0 * _MIDDLE_OF_NAME)
-            _set_position(axes, 0.0, 0.0, size / width, size / height)
-        across, down = _distances_by_column_and_row(panels, renderer)
-        size = min(_largest_size(width - 2.0 * _OUTER, across), _largest_size(high - low, down))
+            _set_panel_position(axes, 0.0, 0.0, size / width, size / height)
+        across, down = _text_overhang_by_column_and_row(panels, renderer)
+        size = min(_largest_compass_size(width - 2.0 * _OUTER, across), _largest_compass_size(high - low, down))
         if size < _SMALLEST:
             warnings.warn("constrained_layout not applied: no room for the compasses", stacklevel=2)
             return
-        left, top = _starts(_OUTER, width - _OUTER, across, size), _starts(height - high, height - low, down, size)
+        left, top = (
+            _compass_start_positions(_OUTER, width - _OUTER, across, size),
+            _compass_start_positions(height - high, height - low, down, size),
+        )
         for axes in panels:
-            row, column = _row_and_column(axes)
+            row, column = _panel_row_and_column(axes)
             x, y = left[column], height - top[row] - size
-            _set_position(axes, x / width, y / height, size / width, size / height)
+            _set_panel_position(axes, x / width, y / height, size / width, size / height)
         share = 0.6 if len(left) > 1 else 0.8
         span, middle = share * (left[-1] + size - left[0]), 0.5 * (left[-1] + size + left[0])
         for bar in bars:
@@ -219,20 +222,22 @@ class CompassGridLayout(ConstrainedLayoutEngine):
             bar.set_in_layout(True)
 
 
-def _grid_shape(axes: Any) -> tuple[int, int]:
-    """Return the numbers of rows and columns of the grid of a panel."""
+def _panel_grid_shape(axes: Any) -> tuple[int, int]:
+    """Return the numbers of rows and columns of the grid of panels to which a panel belongs."""
     rows, columns = axes.get_subplotspec().get_gridspec().get_geometry()
     return rows, columns
 
 
-def _row_and_column(axes: Any) -> tuple[int, int]:
-    """Return the row and the column of a panel in its grid, from 0."""
+def _panel_row_and_column(axes: Any) -> tuple[int, int]:
+    """Return the row and the column, counted from 0, of a panel in its grid of panels."""
     place = axes.get_subplotspec()
     return place.rowspan.start, place.colspan.start
 
 
-def _distances_by_column_and_row(panels: Sequence[CompassAxes], renderer: RendererAgg) -> tuple[FloatArray, FloatArray]:
-    """Return how far the texts of compasses reach beyond the rim.
+def _text_overhang_by_column_and_row(
+    panels: Sequence[CompassAxes], renderer: RendererAgg
+) -> tuple[FloatArray, FloatArray]:
+    """Return the space that the texts of compasses need outside the rims, for each column and row of compasses.
 
     Returns
     -------
@@ -241,19 +246,19 @@ def _distances_by_column_and_row(panels: Sequence[CompassAxes], renderer: Render
     down : ndarray, shape (rows, 2)
         Distances above and below each row, pt.
     """
-    rows, columns = _grid_shape(panels[0])
-    shared = _distances_from_rim(panels[0], panels[0].fixed_texts, renderer)
+    rows, columns = _panel_grid_shape(panels[0])
+    shared = _text_overhang_beyond_rim(panels[0], panels[0].fixed_texts, renderer)
     across, down = np.tile(shared[:2], (columns, 1)), np.tile(shared[2:], (rows, 1))
     for axes in panels:
-        row, column = _row_and_column(axes)
-        own = _distances_from_rim(axes, [text for text in axes.texts if text not in axes.fixed_texts], renderer)
+        row, column = _panel_row_and_column(axes)
+        own = _text_overhang_beyond_rim(axes, [text for text in axes.texts if text not in axes.fixed_texts], renderer)
         across[column] = np.maximum(across[column], own[:2])
         down[row] = np.maximum(down[row], own[2:])
-        down[row, 0] = max(down[row, 0], _distances_from_rim(axes, [axes.title], renderer)[2])
+        down[row, 0] = max(down[row, 0], _text_overhang_beyond_rim(axes, [axes.title], renderer)[2])
     return across, down
 
 
-def _distances_from_rim(axes: CompassAxes, texts: Sequence[Text], renderer: RendererAgg) -> FloatArray:
+def _text_overhang_beyond_rim(axes: CompassAxes, texts: Sequence[Text], renderer: RendererAgg) -> FloatArray:
     """Return how far texts reach beyond the rim of a compass to the left, to the right, above and below, pt."""
     boxes = [text.get_window_extent(renderer) for text in texts if text.get_text()]
     if not boxes:
@@ -263,26 +268,32 @@ def _distances_from_rim(axes: CompassAxes, texts: Sequence[Text], renderer: Rend
     return np.maximum(beyond, 0.0) * 72.0 / axes.figure.dpi
 
 
-def _set_position(axes: CompassAxes, left: float, bottom: float, width: float, height: float) -> None:
-    """Set the position of a panel in the figure; it remains in what Matplotlib takes for the content of the figure."""
+def _set_panel_position(axes: CompassAxes, left: float, bottom: float, width: float, height: float) -> None:
+    """Set the position of a panel, as shares of the figure, and keep the panel part of Matplotlib's layout."""
     axes.set_position((left, bottom, width, height))
     axes.set_in_layout(True)
 
 
-def _largest_size(room: float, distances: FloatArray) -> float:
-    """Return the largest size of a row of compasses in a room, given distances before and after each of them, pt."""
+def _largest_compass_size(room: float, distances: FloatArray) -> float:
+    """Return the largest diameter, pt, at which a row (or column) of compasses and their texts fit into a length.
+
+    `distances` are the lengths that texts need before and after each compass, pt, shape (compasses, 2).
+    """
     count = len(distances)
-    return float(room - distances[0, 0] - distances[-1, 1] - (count - 1) * _between(distances)) / count
+    return float(room - distances[0, 0] - distances[-1, 1] - (count - 1) * _space_between_rims(distances)) / count
 
 
-def _starts(first: float, last: float, distances: FloatArray, size: float) -> FloatArray:
-    """Return the starts of a row of compasses between two ends; room that is left over is divided evenly, pt."""
+def _compass_start_positions(first: float, last: float, distances: FloatArray, size: float) -> FloatArray:
+    """Return the left (or upper) edges, pt, of compasses in a row (or column) with the spare length divided evenly.
+
+    `first` and `last` are the ends of the row, and `size` the diameter of a compass, pt.
+    """
     count = len(distances)
-    spare = count * (_largest_size(last - first, distances) - size) / (count + 1)
-    step = size + _between(distances) + spare
+    spare = count * (_largest_compass_size(last - first, distances) - size) / (count + 1)
+    step = size + _space_between_rims(distances) + spare
     return first + distances[0, 0] + spare + step * np.arange(count)
 
 
-def _between(distances: FloatArray) -> float:
-    """Return the distance between the rims of neighbours in a row, pt."""
+def _space_between_rims(distances: FloatArray) -> float:
+    """Return the least distance, pt, between the rims of neighbouring compasses at which their texts do not overlap."""
     return float(np.max(distances[:-1, 1] + distances[1:, 0], initial=0.0)) + _GAP

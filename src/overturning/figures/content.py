@@ -14,8 +14,8 @@ from overturning.statistics.logistic import LEAST_PGA
 from overturning.units import GAL
 
 
-def check_is_cube(cube: object, function_name: str) -> None:
-    """Raise an ArgumentError unless an argument is a dataset with outcomes, which the figure of a cube needs."""
+def check_is_results_cube(cube: object, function_name: str) -> None:
+    """Raise an ArgumentError unless the argument of a figure function is a results cube, a dataset with outcomes."""
     if isinstance(cube, xr.Dataset) and "overturned" in cube and "time" not in cube.dims:
         return
     what = "a dataset without outcomes by case" if isinstance(cube, xr.Dataset) else f"a {type(cube).__name__}"
@@ -42,7 +42,7 @@ def check_has_falls(cube: xr.Dataset, figure_kind: str) -> None:
 
 
 def check_has_falls_and_fault_normal(cube: xr.Dataset, fall_axes_by_group: dict[str, xr.Dataset]) -> None:
-    """Raise an ArgumentError unless an earthquake with a known fault normal has falls, which the figure needs."""
+    """Raise an ArgumentError if no earthquake with a known fault normal has falls, since the figure would be empty."""
     if any(bool(data["cosine"].notnull().any()) for data in fall_axes_by_group.values()):
         return
     check_has_falls(cube, "axes")
@@ -66,7 +66,7 @@ def check_has_falls_and_fault_normal(cube: xr.Dataset, fall_axes_by_group: dict[
 
 
 def check_has_fall_alignment(cube: xr.Dataset, alignment_by_group: dict[str, FallAlignmentWithReferences]) -> None:
-    """Raise an ArgumentError unless the alignment of falls is known for a record, which the figure needs."""
+    """Raise an ArgumentError if the alignment of falls is known for no record, since the figure would be empty."""
     means = [
         mean.value for group in alignment_by_group.values() for of_part in group.means.values() for mean in of_part
     ]
@@ -78,7 +78,7 @@ def check_has_fall_alignment(cube: xr.Dataset, alignment_by_group: dict[str, Fal
 
 
 def check_has_outcomes_and_motion(cube: xr.Dataset, intensity_measures: xr.Dataset) -> None:
-    """Raise an ArgumentError if no case in a results cube has an outcome, or if all its motions are zero."""
+    """Raise an ArgumentError if no case of a results cube has an outcome, or if all its input motions are zero."""
     check_has_outcomes(cube, "plane")
     check_ground_moves(float(intensity_measures["pga"].max()), "plane")
 

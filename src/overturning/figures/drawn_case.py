@@ -48,7 +48,7 @@ class IllustrativeCaseWithFigures:
 
 
 def write_cases_with_figures(drawn_cases: list[IllustrativeCaseWithFigures], folder: Path) -> None:
-    """Write the list of illustrative cases, with the names of their films and figures, as JSON into a folder."""
+    """Write ``cases.json``: the illustrative cases of a study, with the names of their films and figures."""
     write_result(drawn_cases, folder / CASES, indent=None)
 
 

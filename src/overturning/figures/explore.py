@@ -13,7 +13,7 @@ from overturning.figures.cells import (
     azimuth_cell_edges_rad,
     b_over_h_cell_edges,
     cell_edges,
-    extend_cells_to_full_circle,
+    extend_azimuths_to_full_circle,
     simulated_azimuths_deg,
     trim_outer_rings_without_falls,
 )
@@ -23,7 +23,7 @@ from overturning.figures.explore_cells import (
     DEGREE_STEP,
     PROBABILITY_STEPS,
     choose_initial_explorer_case,
-    encode_record_cells,
+    encode_outcomes_of_record,
     ensemble_fall_probabilities,
     fall_probabilities_to_show,
 )
@@ -91,14 +91,14 @@ def explorer_page_data(
     records, rings, clear = [], 1, []
     for index in range(one.sizes["record"]):
         part = one.isel(record=[index]).load()
-        part = extend_cells_to_full_circle(part) if model.one_component else part
+        part = extend_azimuths_to_full_circle(part) if model.one_component else part
         chance = fall_probabilities_to_show(part)
         shown = trim_outer_rings_without_falls(part, chance["towards"] + chance["away"], abs(part["overturned"]))
         rings = max(rings, shown.sizes["b_over_h"])
         clear.append(choose_initial_explorer_case(part.isel({"record": 0, "aspect": 0, **first}), model.one_component))
         about, cells = (
             {**_record_metadata(part), "clear": clear[-1].cell},
-            encode_record_cells(part, chance, turn_steps),
+            encode_outcomes_of_record(part, chance, turn_steps),
         )
         if store_record_cells is None:
             about["cells"] = cells
@@ -135,7 +135,7 @@ def explorer_page_data(
 
 
 def _film_language_options() -> list[str]:
-    """Return the option of `overturning one` that makes a film in the language of the page; [] for English."""
+    """Return the command-line option that makes a film in the language of the interactive page; [] for English."""
     return [] if current_language() == ENGLISH else ["--language", current_language()]
 
 
@@ -180,7 +180,7 @@ def _explorer_title(cube: "xr.Dataset", study: Study | None) -> str:
 
 
 def _initial_block_and_element_indices(cube: "xr.Dataset", study: Study | None) -> dict[str, int]:
-    """Return the indices of height, friction and element that are selected when the interactive page opens."""
+    """Return the indices of the height, friction and scene element that the interactive page shows when it opens."""
     names = cube["element"].to_numpy().tolist()
     element = (
         variant_scene(study_of_cube(cube), cube.attrs["variant"]).default_output_element if len(names) > 1 else names[0]
@@ -193,14 +193,14 @@ def _initial_block_and_element_indices(cube: "xr.Dataset", study: Study | None) 
 
 
 def _size_reference_element_note(cube: "xr.Dataset") -> list[str]:
-    """Return a list with a note on the element to which height and B/H refer; [] if there is only one element."""
+    """Return a list with a note that names the scene element to which height and B/H refer; [] for a single element."""
     if cube.sizes["element"] == 1:
         return []
     return [f"H and B/H of the {variant_scene(study_of_cube(cube), cube.attrs['variant']).size_reference_element_name}"]
 
 
 def _has_rotation_in_degrees(cube: "xr.Dataset", element_count: int) -> list[bool]:
-    """Return, per element, True if its rotation is stored in degrees, False if divided by its critical angle."""
+    """Return, per scene element, True if its rotation is in degrees, False if it is a share of its critical angle."""
     if "critical_angle" not in cube:
         return element_count * [not model_of_cube(cube).one_component]
     unknown = cube["critical_angle"].isnull()
@@ -210,10 +210,8 @@ def _has_rotation_in_degrees(cube: "xr.Dataset", element_count: int) -> list[boo
 def explorer_page_html(page_data: dict[str, Any], report_address: str = "") -> str:
     """Return the HTML text of the interactive results page from the dictionary of `explorer_page_data`.
 
-    The page is reproducible and loads only files of the records.
-
-    Its texts are in the current language, as those of its data. It has a link to a report if the address of one is
-    given.
+    The page is the same, byte for byte, for the same data; it loads only the files with cells of single records. Its
+    texts are in the current language. It has a link to the report if `report_address` is given.
     """
     script = "".join(map(read_template_text, _SCRIPTS))
     shown = {name: page_data[name] for name in ("title", "question", "space", "mirrors", "ensemble")}

@@ -42,10 +42,13 @@ DEGREE_STEP: Final = 0.1 / 11
 """Step of rotations in degrees; see `AZIMUTH_STEP`."""
 
 
-def encode_record_cells(
+def encode_outcomes_of_record(
     record_cube: "xr.Dataset", fall_probabilities: "xr.Dataset", rotation_steps: Sequence[float]
 ) -> dict[str, Any]:
-    """Return outcomes of all cases under one record as base64 text; rotations in multiples of each element's step."""
+    """Encode the outcomes of all cases under one record as base64 text for the interactive results page.
+
+    Rotations are multiples of the step of each scene element (`rotation_steps`).
+    """
     model = model_of_cube(record_cube)
     order = (model.direction, "height", "b_over_h", "aspect", "friction", "element")
 
@@ -60,7 +63,9 @@ def encode_record_cells(
     time_step = max(_TIME_STEP, float(np.nanmax(time, initial=0.0)) / (np.iinfo("<u2").max - 1))  # 16 bits must hold it
     cells = {
         "flag": _encode_array_as_base64(
-            np.where(np.isnan(flag), flatten_in_page_order(_flag_without_outcome(record_cube)), flag).astype("i1")
+            np.where(np.isnan(flag), flatten_in_page_order(_flags_of_cases_without_outcome(record_cube)), flag).astype(
+                "i1"
+            )
         ),
         "rotation": _encode_as_base64_integers(
             flatten_in_page_order(record_cube[_ROTATION[model.direction]]), np.asarray(rotation_steps), "<u2"
@@ -81,8 +86,8 @@ def encode_record_cells(
     return cells
 
 
-def _flag_without_outcome(record_cube: "xr.Dataset") -> "xr.DataArray":
-    """Return the flag that the page shows for a case without an outcome: 10 + status, or 2 if no status tells why."""
+def _flags_of_cases_without_outcome(record_cube: "xr.Dataset") -> "xr.DataArray":
+    """Return the flag shown for a case without an outcome: 10 + its status number, or 2 if the reason is not stored."""
     import xarray as xr
 
     unknown = xr.full_like(record_cube["overturned"], 2.0, dtype=np.float64)
@@ -99,7 +104,7 @@ def _encode_array_as_base64(values: NDArray[Any]) -> str:
 
 
 def _encode_as_base64_integers(values: FloatArray, step: float | FloatArray, integer_type: str) -> str:
-    """Return an array as unsigned integers in base64 text; the integers are multiples of `step`.
+    """Round an array to multiples of `step`, and encode the multiples as unsigned integers in base64 text.
 
     The largest integer stands for missing; larger values are clipped to the second largest.
     """
@@ -136,9 +141,9 @@ class InitialExplorerCase(NamedTuple):
 def choose_initial_explorer_case(block_cells: "xr.Dataset", full_circle: bool) -> InitialExplorerCase:
     """Choose the case of a block under one record that the interactive page shows first: a clear fall.
 
-    Of the cells that fall towards their azimuth (3-D: that fall) in every run of the ensemble it is the one whose eight
-    neighbours do so with the largest probability, and of equal ones the stoutest. If there is none, it is the cell that
-    falls with the largest probability.
+    Candidates are the cases that fall towards their azimuth (3-D: that fall) in every run of the ensemble. The chosen
+    case is the one whose eight neighbours in the grid do so with the largest probability; if several are equal, the
+    stoutest. Without candidates, the case with the largest probability of a fall is chosen.
 
     Parameters
     ----------
@@ -164,12 +169,15 @@ def choose_initial_explorer_case(block_cells: "xr.Dataset", full_circle: bool) -
 
 
 def ensemble_fall_probabilities(cube: "xr.Dataset") -> "xr.DataArray | None":
-    """Return the share of ensemble runs that fall, by case; NaN for cases without runs, None if there are no runs."""
+    """Return the share of each case's ensemble runs (slightly changed repetitions) that fall.
+
+    NaN for cases without runs; None if the cube has no ensemble.
+    """
     return cube.get("probability_falls", cube.get("probability_towards"))
 
 
 def fall_probabilities_to_show(cube: "xr.Dataset") -> "xr.Dataset":
-    """Return the probabilities of a fall towards the azimuth (in 3-D: of any fall), and of the opposite fall."""
+    """Return each case's probability of a fall towards its azimuth (3-D: of any fall), and of the opposite fall."""
     chance = fall_probability_to_either_side(cube)
     if "probability_falls" in cube:
         chance["towards"] = cube["probability_falls"].fillna(chance["towards"])

@@ -54,7 +54,7 @@ def overturned_fraction_figure(
     with_jma = bool(np.isfinite(jma_intensity).any())
     figure, panels = create_panel_grid(1, 1 + with_jma, 3.5 * (1 + with_jma), 2.9 + 0.2 * with_jma, 1 + with_jma)
     _draw_fragility_curve(panels.flat[0], intensity_levels, fall_rates, fragility_curve)
-    if with_jma and _draw_rates_by_jma_intensity(panels.flat[1], jma_intensity, fall_rates):
+    if with_jma and _draw_fall_rates_by_jma_intensity(panels.flat[1], jma_intensity, fall_rates):
         add_title_and_legend(figure, "", first_marks=[legend_patch(_RULE, "share from which surveys infer the degree")])
     for panel in panels.flat[: 1 + with_jma]:
         panel.set_ylim(-2, 102)
@@ -119,8 +119,8 @@ def _draw_fragility_curve(
     panel.legend(loc="upper left", fontsize=7, frameon=False)
 
 
-def _draw_rates_by_jma_intensity(panel: Any, jma_intensity: FloatArray, fall_rates: FloatArray) -> bool:
-    """Draw the fraction overturned by JMA intensity, limits of the intensity degrees, and ranges of survey rules.
+def _draw_fall_rates_by_jma_intensity(panel: Any, jma_intensity: FloatArray, fall_rates: FloatArray) -> bool:
+    """Draw the fraction overturned by JMA intensity, with degree limits and the ranges stated by survey rules.
 
     Returns True if at least one of these ranges lies in the panel.
     """

@@ -57,8 +57,8 @@ class FilmBody:
             "free": self.free,
             "vertices": [[round(float(part), 5) for part in vertex] for vertex in self.vertices],
             "faces": self.faces,
-            "position": _as_scaled_base64_integers(self.position),
-            "rotation": _as_scaled_base64_integers(self.rotation),
+            "position": _encode_as_scaled_base64_integers(self.position),
+            "rotation": _encode_as_scaled_base64_integers(self.rotation),
         }
 
 
@@ -80,8 +80,8 @@ class FilmPanel:
     first_fall_time: float = math.nan  # s; NaN: `outcome_time`
 
     @property
-    def strip_fall_time(self) -> float:
-        """Time of the first fall, s, near which a printed film has a frame; NaN if nothing falls."""
+    def fall_time_for_printed_strip(self) -> float:
+        """Time of the first fall, s, near which the printed strip of frames shows the fall; NaN if nothing falls."""
         return self.outcome_time if math.isnan(self.first_fall_time) else self.first_fall_time
 
     @property
@@ -116,18 +116,18 @@ class FilmPanel:
             "sides": self.sides,
             "bodies": [body.player_data() for body in self.bodies],
             "traces": [
-                {"label": label, "rows": [_as_scaled_base64_integers(row / GAL) for row, _ in rows]}
+                {"label": label, "rows": [_encode_as_scaled_base64_integers(row / GAL) for row, _ in rows]}
                 for label, rows in traces
             ],
             "traceInterval": round(traces[0][1][0][1], 9),
         }
         if self.ground is not None:
-            data["ground"] = _as_scaled_base64_integers(self.ground)
+            data["ground"] = _encode_as_scaled_base64_integers(self.ground)
         if self.force is not None and self.force_point is not None:
             data["points"] = self.force.shape[1]
             data["forcePoint"], data["force"] = (
-                _as_scaled_base64_integers(self.force_point),
-                _as_scaled_base64_integers(self.force),
+                _encode_as_scaled_base64_integers(self.force_point),
+                _encode_as_scaled_base64_integers(self.force),
             )
         return data
 
@@ -230,7 +230,7 @@ def vertex_positions_by_frame(body: FilmBody) -> FloatArray:
 def extent_of_free_bodies(film: Film, *, moving: bool = False) -> tuple[float, float, float, float]:
     """Return the rectangle (left, right, bottom, top), m, that contains all free polygons of a film at all times.
 
-    With a `moving` ground it is the extent as seen from the earth.
+    If `moving`, the displacement of the ground is added, as the player shows it on request.
     """
     places = [
         vertex_positions_by_frame(body)
@@ -248,7 +248,10 @@ def extent_of_free_bodies(film: Film, *, moving: bool = False) -> tuple[float, f
 
 
 def ground_displacement_at_frames(panel: FilmPanel, frame_count: int) -> FloatArray:
-    """Return the ground displacement, m, in the first frames of a panel, shape (frames, 2 or 3); 0 if it has none."""
+    """Return the ground displacement, m, in the first `frame_count` frames of a panel, shape (frames, 2 or 3).
+
+    It is 0 if the panel stores no ground displacement.
+    """
     width = 3 if panel.shows_3d_body else 2
     return np.zeros((frame_count, width)) if panel.ground is None else panel.ground[:frame_count]
 
@@ -280,7 +283,7 @@ def ground_displacement_at_times(
 
 
 def samples_from_time_zero(samples: FloatArray, sampling_interval: float, first_sample_time: float) -> FloatArray:
-    """Return the samples from time 0 on, shape (…, n), of an acceleration whose first sample is at a time, s.
+    """Return the samples of an acceleration from time 0 on, shape (…, n), given the time of its first sample, s.
 
     Samples before time 0 are left out; zeros stand for those between time 0 and a first sample after it.
     """
@@ -289,8 +292,8 @@ def samples_from_time_zero(samples: FloatArray, sampling_interval: float, first_
     return np.pad(samples, zeros)[..., max(0, before) :]
 
 
-def _as_scaled_base64_integers(values: ArrayLike) -> dict[str, Any]:
-    """Return an array as 16-bit integers in base64 text, with ``scale``, the value of one unit."""
+def _encode_as_scaled_base64_integers(values: ArrayLike) -> dict[str, Any]:
+    """Encode an array as 16-bit integers in base64 text; ``scale`` is the value of one integer step."""
     array = np.asarray(values, dtype=np.float64).ravel()
     largest = float(np.abs(array).max(initial=0.0))
     scale = float(f"{largest / 32000 or 1.0:.6g}")
@@ -301,7 +304,7 @@ def _as_scaled_base64_integers(values: ArrayLike) -> dict[str, Any]:
 def _thinned_motion_and_interval(
     acceleration: FloatArray, sampling_interval: float, film: Film
 ) -> tuple[FloatArray, float]:
-    """Return the acceleration during a film, reduced to extremes per 0.02 s, and its new sampling interval, s."""
+    """Return the acceleration during a film, reduced to extreme values per 0.02 s, and its new sampling interval, s."""
     first, last = int(film.start / sampling_interval), int(np.ceil(film.last_frame_time / sampling_interval)) + 1
     piece = np.concatenate([acceleration[first:last], np.zeros(max(0, last - max(first, acceleration.size)))])
     group = max(1, int(np.floor(0.0201 / sampling_interval)))

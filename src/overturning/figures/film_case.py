@@ -1,4 +1,4 @@
-"""Facts of a film's title, from a model and the block of a case."""
+"""Entries of a film's title, from a model and the block of a case."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -118,7 +118,7 @@ def _translate_film(film: Film) -> Film:
 
 
 def _wrapped_movie_title(film: Film, width_inches: float) -> str:
-    """Return the title of a movie with its playback speed, broken into lines of `width_inches` if not English."""
+    """Return the title of a movie with its playback speed; a title in another language than English is line-broken."""
     title = movie_title_with_speed(film.title, SPEEDS[SPEED])
     if current_language() == ENGLISH:
         return title
@@ -179,9 +179,9 @@ def _create_movie_figure_and_updater(film: Film) -> "tuple[Figure, Callable[[int
 
 
 def _draw_motion_traces(trace_axes: Sequence[Any], film: Film, panel: FilmPanel) -> list[Any]:
-    """Draw the motion along the azimuth and the vertical motion of a panel; return the lines that mark the time.
+    """Draw the acceleration traces of a film panel; return the lines that mark the current time, to be moved later.
 
-    All traces of a film have one scale. They are named only if there are two.
+    All traces of a film have one scale. Horizontal and vertical traces are named only if both are drawn.
     """
     largest, marks = film.peak_acceleration / GAL or 1.0, []
     for axes, (label, components) in zip(

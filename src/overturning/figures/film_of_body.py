@@ -38,13 +38,13 @@ def body_outcome_sentence(trajectory: "xr.Dataset") -> str:
     """
     if float(trajectory["overturned"]) == 1:
         return fall_sentence(round(float(trajectory["fall_azimuth"])), float(trajectory["overturning_time"]))
-    return _standing_sentence([trajectory])
+    return _standing_stones_sentence([trajectory])
 
 
-def _standing_sentence(stones: list["xr.Dataset"]) -> str:
-    """Return a sentence with the largest tilt, twist and slip of stones that stand, without full stop.
+def _standing_stones_sentence(stones: list["xr.Dataset"]) -> str:
+    """Return a sentence, without full stop, with the largest tilt, twist and slip of stones that stand.
 
-    Of several stones the sentence names those that tilt, twist and slip most.
+    If there are several stones, the sentence names those that tilt, twist and slip most.
     """
     # A cylinder may roll for minutes: its place of rest is not known at the end of the trajectory.
     last = [one.isel(time=-1) for one in stones]
@@ -52,7 +52,7 @@ def _standing_sentence(stones: list["xr.Dataset"]) -> str:
     moves = max(*tilts_at_end, *(float(np.abs(one["angular_velocity"]).max()) for one in last)) > STILL
 
     def largest(values: list[float]) -> tuple[float, str]:
-        """Return the value that is largest without its sign, and the name of its stone, if there are several."""
+        """Return the largest absolute value, and the name of its stone if there are several."""
         place = int(np.argmax(np.abs(values)))
         return values[place], str(stones[place]["element"].item()) if len(stones) > 1 else ""
 
@@ -78,14 +78,14 @@ def stack_outcome_sentence(trajectory: "xr.Dataset") -> str:
         if float(one["overturned"]) == 1
     )
     if not falls:
-        return _standing_sentence(stones)
+        return _standing_stones_sentence(stones)
     several = len(stones) > 1
     texts = [fall_sentence(azimuth, time, name if several else "") for time, name, azimuth in falls]
     return join_fall_sentences(texts, len(stones))
 
 
 def stack_poses_by_time(trajectory: "xr.Dataset") -> FloatArray:
-    """Return tilt, quaternion and position (m) of all stones of a stack over time, shape (times, 9 × stones)."""
+    """Return tilt (2), quaternion (4) and position (3, m) of all stones of a stack, shape (times, 9 × stones)."""
     return np.concatenate([body_poses_by_time(one) for one in _trajectory_of_each_stone(trajectory)], axis=1)
 
 
@@ -105,10 +105,11 @@ def body_film_panel(
 ) -> FilmPanel:
     """Return the film panel of a 3-D body or stack, with its poses at the times `frame_times`, s.
 
-    `first_sample_time` is that of the motion, s.
+    `first_sample_time` is the time of the first sample of the motion, s.
     """
     bodies = tuple(
-        _film_body(one, frame_times, str(one["element"].item())) for one in _trajectory_of_each_stone(trajectory)
+        _film_body_of_trajectory(one, frame_times, str(one["element"].item()))
+        for one in _trajectory_of_each_stone(trajectory)
     )
     amplitude, interval = float(trajectory.attrs["amplitude"]), motion.sampling_interval
     level, up = amplitude * motion.horizontal_components, None if motion.up is None else amplitude * motion.up
@@ -129,7 +130,7 @@ def body_film_panel(
     )
 
 
-def _film_body(trajectory: "xr.Dataset", frame_times: FloatArray, name: str) -> FilmBody:
+def _film_body_of_trajectory(trajectory: "xr.Dataset", frame_times: FloatArray, name: str) -> FilmBody:
     """Return a 3-D body of a film: its convex hull, and its position and rotation at `frame_times`, s."""
     outline = trajectory["outline"].to_numpy()
     outline = outline[np.isfinite(outline).all(axis=1)]

@@ -71,7 +71,7 @@ def _element_poses_by_time(trajectory: "xr.Dataset", element_index: int) -> Floa
 
 
 def _extend_poses_until_lying(trajectory: "xr.Dataset", element_index: int) -> tuple[FloatArray, FloatArray]:
-    """Return times (s) and poses of an element; a falling block is turned on about its corner until it lies.
+    """Return times (s) and poses (x, z, rotation) of a scene element, with a last pose in which a fallen block lies.
 
     The trajectory of a single block ends at the last sample before it has fallen, for a coarse record some degrees
     too early; one pose is appended in which the block has turned about its corner until it lies.
@@ -102,7 +102,7 @@ def _extend_poses_until_lying(trajectory: "xr.Dataset", element_index: int) -> t
 def _film_bodies_of_scene(
     trajectory: "xr.Dataset", frame_times: FloatArray, ground_shift: FloatArray
 ) -> tuple[FilmBody, ...]:
-    """Return the bodies of a 2-D scene at the times `frame_times`; very wide ground has no edge in the picture."""
+    """Return the bodies of a 2-D scene at the times `frame_times`; very wide ground is cut outside the picture."""
     vertices, x = trajectory["vertices"].to_numpy(), trajectory["x"].to_numpy()
     free = np.flatnonzero(trajectory["kind"].to_numpy() == "free")
     levels = vertices[free, :, 1] + trajectory["z"].to_numpy()[0, free, None]
@@ -120,13 +120,13 @@ def _film_bodies_of_scene(
         if not is_free:
             frames = frames if np.ptp(frames, axis=0).any() else frames[:1]  # held elements move relative to the base
             if np.ptp(shape[:, 0]) > 2 * reach:
-                shape = _endless_ground(shape, reach + GROUND_SIZE_FACTOR * tall)
+                shape = _clip_wide_ground(shape, reach + GROUND_SIZE_FACTOR * tall)
         bodies.append(FilmBody(str(name), shape, frames[:, :2], frames[:, 2], free=is_free))
     return tuple(bodies)
 
 
-def _endless_ground(vertices: FloatArray, size: float) -> FloatArray:
-    """Return the vertices of a ground, m, with its sides at ± `size` at most and its lower side at this depth."""
+def _clip_wide_ground(vertices: FloatArray, size: float) -> FloatArray:
+    """Move the vertices of a very wide ground polygon, m, to within ± `size` of the centre and to the depth `size`."""
     s, z = np.clip(vertices[:, 0], -size, size), vertices[:, 1]
     return np.column_stack([s, np.where(z == z.min(), z.max() - size, z)])
 
@@ -136,7 +136,7 @@ def _contact_points_and_forces(
 ) -> tuple[FloatArray, FloatArray] | tuple[None, None]:
     """Return position (m) and force (in units of the weight) of each contact by frame, shape (frames, k, 2) each.
 
-    Forces are zero after the end of the case. (None, None) if no contact carries a force.
+    Forces are zero after the end of the simulation. (None, None) if there is no contact at any time.
     """
     clock = trajectory["time"].to_numpy()
     force, place = (
@@ -169,7 +169,7 @@ def scene_film_panel(
 ) -> FilmPanel:
     """Return the film panel of a 2-D scene, with its elements at the times `frame_times`, s.
 
-    `first_sample_time` is that of the motion, s.
+    `first_sample_time` is the time of the first sample of the motion, s.
     """
     azimuth, falls = float(trajectory.attrs["azimuth_deg"]), known_fall_times(trajectory)
     amplitude = float(trajectory.attrs["amplitude"])

@@ -37,7 +37,7 @@ def panel_heading_of_trajectory(trajectory: "xr.Dataset") -> str:
 
 
 def has_outcome(trajectory: "xr.Dataset") -> bool:
-    """True if the simulation ended with a valid outcome, so that it is known what falls."""
+    """True if a simulated trajectory ended with a valid outcome: it is known whether stones fall."""
     return CaseStatus(int(trajectory["status"])).has_outcome
 
 
@@ -61,7 +61,7 @@ def first_and_last_movement_times(trajectory: "xr.Dataset") -> tuple[float, floa
 
 
 def _movement_start_return_and_end_times(trajectory: "xr.Dataset") -> tuple[float, float, float] | None:
-    """Return the times (s) of the first movement, of the return after the largest movement, and of the last one.
+    """Return the times (s) of the first movement, of the return after the largest one, and of the last movement.
 
     See `first_and_last_movement_times`.
     """
@@ -82,7 +82,7 @@ def has_fallen_stone(trajectory: "xr.Dataset") -> bool:
 
 
 def film_start_and_end_times(trajectories: Sequence["xr.Dataset"]) -> tuple[float, float]:
-    """Return the first and the last time of movement, s, in any of several simulated trajectories.
+    """Return the times, s, between which a film shows several trajectories: first to last movement in any of them.
 
     If stones fall in some of the trajectories, the others are followed until they return from their largest
     movement. If nothing moves: 3 s before to 3 s after the peak of the motion.

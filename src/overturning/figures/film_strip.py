@@ -7,7 +7,13 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.figures.film import Film, FilmBody, FilmPanel, extent_of_free_bodies, vertex_positions_by_frame
 from overturning.figures.film_words import STRIP, STRIP_MIXED, STRIP_STANDING
-from overturning.figures.style import INK, PAGE_WIDTH, add_title_and_legend, create_panel_grid, largest_round_number
+from overturning.figures.style import (
+    INK,
+    PAGE_WIDTH,
+    add_title_and_legend,
+    create_panel_grid,
+    largest_round_number_up_to,
+)
 from overturning.figures.svg_translation import break_text_at_width, pad_to_equal_line_count
 
 if TYPE_CHECKING:
@@ -21,7 +27,7 @@ GROUND: Final = "#8a8a86"
 
 
 def strip_frame_times_and_captions(film: Film) -> tuple[FloatArray, tuple[str, ...]]:
-    """Return times (s) and captions of the four frames that a printed film shows, equal for all panels.
+    """Return times (s) and captions of the four frames that a printed film shows; all panels have the same frames.
 
     The first uplift is the first frame in which a stone of any panel has turned by `UPLIFT_ANGLE`, or by half of its
     largest rotation if that is smaller. The fall is that of the panel whose stone falls first, at the last time at
@@ -31,7 +37,9 @@ def strip_frame_times_and_captions(film: Film) -> tuple[FloatArray, tuple[str, .
         [rotation_angle_by_frame(body, film.frames) for panel in film.panels for body in panel.bodies if body.free],
         axis=0,
     )
-    falls = [panel.strip_fall_time for panel in film.panels if np.isfinite(panel.strip_fall_time)]
+    falls = [
+        panel.fall_time_for_printed_strip for panel in film.panels if np.isfinite(panel.fall_time_for_printed_strip)
+    ]
     if falls:
         near, names = min(falls), STRIP if len(falls) == len(film.panels) else STRIP_MIXED
     else:
@@ -83,7 +91,7 @@ def film_strip_figure(film: Film, *, titled: bool = True) -> "Figure":
 
 
 def _caption_below_frame_row(panel: FilmPanel, row_count: int) -> str:
-    """Return the text below a row of frames: azimuths of its left and right side, panel heading, and outcome."""
+    """Return the text below a panel's row of frames: directions of left and right, panel heading, and outcome."""
     sides = f"← {panel.sides[0]}    {panel.sides[1]} →      " if panel.sides[0] else ""
     return sides + (f"{panel.title}: " if row_count > 1 else "") + panel.outcome
 
@@ -125,7 +133,7 @@ def body_at_frame(body: FilmBody, frame_position: float) -> FilmBody:
 def draw_scale_bar(axes: Any, view_edges: tuple[float, float, float, float]) -> None:
     """Draw a scale bar of a round length in the lower left corner; `view_edges`: left, right, bottom, top, m."""
     left, right, bottom, top = view_edges
-    length = largest_round_number(0.35 * (right - left))
+    length = largest_round_number_up_to(0.35 * (right - left))
     x, y = left + 0.04 * (right - left), bottom + 0.11 * (top - bottom)
     unit, name = (1e-3, "mm") if length < 0.009 else (1e-2, "cm") if length < 0.9 else (1.0, "m")
     box = {"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.85}

@@ -159,7 +159,7 @@ _SETTINGS: Final = {
 
 
 def panel_heading_of_setting(setting_kind: str, scene_or_variant_name: str = "") -> str:
-    """Return the heading of a film panel that shows one of two compared settings, such as "with vertical motion".
+    """Return the heading of a film panel for one of two compared study settings, such as "with vertical motion".
 
     Parameters
     ----------
@@ -221,8 +221,8 @@ def standing_body_sentence(
 ) -> str:  # fmt: skip
     """Return a sentence that a 3-D body or stack stands, with its largest tilt, final twist and slip.
 
-    With each value is the name of its stone in a stack, or "" for a body; of a value that is printed as 0 it is left
-    out.
+    Each value comes with the name of its stone in a stack, or "" for a single body; the name is left out if the value
+    is printed as 0.
     """
 
     def number_and_name(value: float, name: str) -> tuple[str, str]:

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from overturning.arrays import FloatArray
 from overturning.figures import style
 from overturning.figures.cells import closed_polar_curve, isolated_point_indices
-from overturning.figures.compass import create_compass_grid, round_ring_labels
+from overturning.figures.compass import create_compass_grid, labels_of_rings_at_round_radii
 from overturning.motion.fourier import fourier_amplitude_spectrum, konno_ohmachi_smoothed_amplitude
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
@@ -43,7 +43,7 @@ def _draw_hodograph(
     name_and_unit: tuple[str, str],
     fault_normal_deg: float,
 ) -> None:
-    """Draw the path of a horizontal quantity seen from above: east to the right, north up."""
+    """Draw the path of a horizontal vector quantity, such as velocity, seen from above: east right, north up."""
     radius, (title, unit) = np.hypot(north_component, east_component), name_and_unit
     size = float(radius.max(initial=0.0))
     largest = 1.12 * size or 1.0
@@ -141,7 +141,7 @@ def pga_and_pgv_figure(peaks_by_azimuth: xr.Dataset, fault_normal_deg: float, ti
         peaks = peaks_by_azimuth[name].to_numpy() / factor
         largest = float(peaks.max())
         outer, marked = largest * 1.08 or 1.0, bool(np.isfinite(fault_normal_deg))
-        axes.draw_compass(outer, round_ring_labels(outer), has_marks=marked, has_spokes=True)
+        axes.draw_compass(outer, labels_of_rings_at_round_radii(outer), has_marks=marked, has_spokes=True)
         theta, around = closed_polar_curve(azimuth, peaks)  # a peak is an absolute value
         axes.plot(theta, around, ".-", color=colour, linewidth=1.4, markevery=isolated_point_indices(around))
         axes.set_ylim(0.0, outer)

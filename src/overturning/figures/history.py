@@ -136,7 +136,7 @@ def _processing_step_lines(processing_steps: Sequence[Mapping[str, Any]]) -> lis
 
 
 def min_max_envelope(sample_times: FloatArray, samples: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return times and values of the minimum and maximum samples in `BINS` time bins; all samples if there are few."""
+    """Return the times and values of the smallest and largest sample per time bin; all samples if there are few."""
     width = -(-sample_times.size // BINS)
     if width <= 2:
         return sample_times, samples
@@ -153,7 +153,7 @@ def start_shift_from_unprocessed(processed_record: Record) -> float:
 
 
 def _sample_times(record: Record, start_shift: float = 0.0) -> FloatArray:
-    """Return the times of a record's samples, s, of which the first is `start_shift`."""
+    """Return the times of a record's samples, s; the first sample is at the time `start_shift`."""
     return np.asarray(np.arange(record.north.size) * record.sampling_interval + start_shift, dtype=np.float64)
 
 
@@ -271,7 +271,7 @@ def _draw_husid(panel: "Axes", processed_record: Record, component_names: list[s
 def _draw_signal_to_noise_ratio(
     panel: "Axes", noise_ratio: SignalToNoiseRatio | None, component_names: list[str], least_noise_s: float
 ) -> None:
-    """Draw the signal-to-noise ratio of the components by frequency; it needs noise of a least duration, s."""
+    """Draw the signal-to-noise ratio by frequency, or a note if the noise is shorter than `least_noise_s`, s."""
     label_axes(panel, "frequency, Hz", "signal-to-noise ratio")
     if noise_ratio is None:
         write_note_in_empty_panel(panel, f"no noise of {least_noise_s:g} s\nbefore the onset")

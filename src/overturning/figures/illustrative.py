@@ -81,7 +81,7 @@ def draw_illustrative_cases(
     ):
         chosen = np.isin(elements["record_id"].to_numpy().astype(str), shown_records) if shown_records else slice(None)
         elements = elements.isel(record=chosen)
-        cube = _select_element_with_falls_of_all(elements)
+        cube = _select_default_element_with_any_fall(elements)
         cases = find_illustrative_cases(cube)
         if compared_cube_path is not None:
             with open_cube_by_record(compared_cube_path, element=None) as other_cube:
@@ -101,8 +101,8 @@ def draw_illustrative_cases(
         write_cases_with_figures(rows, output_folder)
 
 
-def _select_element_with_falls_of_all(cube: "xr.Dataset") -> "xr.Dataset":
-    """Select the element that is shown by default, and add `ANY_ELEMENT_FALLS`."""
+def _select_default_element_with_any_fall(cube: "xr.Dataset") -> "xr.Dataset":
+    """Select a scene's default element from a cube, and add a variable that is True if any element falls."""
     if "element" not in cube.dims:
         return cube
     falls = (abs(cube["overturned"]) == 1).any("element")
@@ -126,8 +126,8 @@ def _draw_illustrative_case(
 ) -> IllustrativeCaseWithFigures:
     """Simulate one illustrative case again, and draw its film and figures.
 
-    `output_stem` is the path of the figures without ``-strip.svg`` and so on. `drawn_files` has the files of
-    `FIGURES_OF_RECORD` by name of the figure, record and variant; those that are there are copied.
+    `output_stem` is the path of the figures without ``-strip.svg`` and so on. `drawn_files` maps the name of a figure
+    of `FIGURES_OF_RECORD`, record and variant to its file; figures that are already drawn are copied.
     """
     study, one = study_of_cube(cube), cube.isel(record=case.record).load()
     record = str(one["record_id"].item())
@@ -183,7 +183,7 @@ def _draw_illustrative_case(
 
 
 def _motion_of_variant(study: Study, motion_folder: Path, record_id: str, variant: str) -> Motion:
-    """Read the motion of a record as a variant uses it: at the soil surface or not, with or without vertical."""
+    """Read the motion of a record as a study variant uses it: on soil or rock, with or without vertical component."""
     folder = motion_folder / variant if variant_settings(study, variant).site else motion_folder
     return motion_for_variant(study, read_record_from_motion_file(folder / f"{record_id}.nc"), variant)
 
@@ -224,7 +224,7 @@ def _figures_for_planar_film(
 ) -> list[CaseFigure]:
     """Return the figures shown with a 2-D film: rotation history, overturning boundary, spectra and hodograph.
 
-    `title_and_place` are the title and the place.
+    `title_and_place` are the title of the film, and station and earthquake as text.
     """
     (title, place), normal = title_and_place, float(record_cube["fault_normal"])
     azimuths = list(dict.fromkeys(float(path.attrs["azimuth_deg"]) for path in trajectories))

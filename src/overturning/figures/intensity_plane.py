@@ -62,7 +62,7 @@ def _draw_outcomes_by_pga_and_pgv_ratio(
     *,
     with_criteria: bool = True,
 ) -> None:
-    """Draw the outcomes of one block in the plane of PGA and PGV/PGA, with published criteria and the fitted line."""
+    """Draw one block's outcomes over PGA and PGV/PGA, with published overturning criteria and the fitted line."""
     pga, ratio, falls = points
     axes.set(xscale="log", yscale="log")
     west = float(west_acceleration_limit(b_over_h))

@@ -103,7 +103,7 @@ def _draw_falls_by_orientation(axes: Any, block_cells: xr.Dataset) -> None:
 
 
 def _arrow_length(orientation_edges: FloatArray, b_over_h_edges: FloatArray) -> float:
-    """Return the length of the arrows of a map, as a share of its width, so that they nearly fill coarse cells."""
+    """Return the length of the fall arrows of a map, as a share of the map width, so that they fit into its cells."""
     across, up = (float(np.diff(edges).min() / np.ptp(edges)) for edges in (orientation_edges, b_over_h_edges))
     return float(np.clip(min(0.6 * across, 0.45 * up), *_ARROW_LENGTHS))  # a map is about 3/4 as high as wide
 

@@ -77,7 +77,7 @@ def observed_roses_figure(roses: Sequence[ObservedRose]) -> Figure:
             axes.set_title(title, fontsize=8.5, pad=16, parse_math=False)
     marks: list[Any] = [legend_patch(FALLS, "observed falls (area: number)")]
     if any(rose.direction_deg is not None for rose in roses):
-        marks.append(Line2D([], [], **_triangle(0.0), label="mean direction, 95 % interval"))
+        marks.append(Line2D([], [], **_mean_direction_marker(0.0), label="mean direction, 95 % interval"))
     if any(rose.axis_deg is not None for rose in roses):
         marks.append(Line2D([], [], **_AXIS, label="mean axis, 95 % interval"))
     add_title_and_legend(figure, "", None, 1 if columns == 1 else 2, first_marks=marks)
@@ -97,35 +97,37 @@ def _draw_observed_rose(axes: Any, rose: ObservedRose) -> None:
         axes.text(0.0, 0.0, "no fall in a\nknown direction", fontsize=8, ha="center", va="center")
     shown = [n for n in _COUNTS if 0.45 * top < np.sqrt(n) <= 0.97 * top][-1:] or [1]
     set_radius_ticks(axes, top, {float(np.sqrt(n)): str(n) for n in shown}, zorder=5)
-    axes.set_rlabel_position(_emptiest_border_deg(counts))
+    axes.set_rlabel_position(_sector_border_with_fewest_falls_deg(counts))
     if rose.axis_deg is not None:
         for end in (rose.axis_deg, rose.axis_deg + 180.0):
             axes.plot(np.radians([end, end]), [top, _RIM * top], **_AXIS)
-            _draw_arc(axes, end, rose.axis_half_width_deg, 1.035 * top, _AXIS)
+            _draw_mean_direction_interval(axes, end, rose.axis_half_width_deg, 1.035 * top, _AXIS)
     if rose.direction_deg is not None:
         at = np.radians(rose.direction_deg)
-        axes.plot(at, _RIM * top, **_triangle(rose.direction_deg), clip_on=False, zorder=6)
-        _draw_arc(axes, rose.direction_deg, rose.direction_half_width_deg, _RIM * top, _DIRECTION)
+        axes.plot(at, _RIM * top, **_mean_direction_marker(rose.direction_deg), clip_on=False, zorder=6)
+        _draw_mean_direction_interval(axes, rose.direction_deg, rose.direction_half_width_deg, _RIM * top, _DIRECTION)
     axes.set_ylim(0.0, top)
 
 
-def _draw_arc(axes: Any, middle_deg: float, half_width_deg: float | None, radius: float, look: dict[str, Any]) -> None:
-    """Draw the confidence interval of a mean direction as an arc; draw nothing if the interval is unknown."""
+def _draw_mean_direction_interval(
+    axes: Any, middle_deg: float, half_width_deg: float | None, radius: float, look: dict[str, Any]
+) -> None:
+    """Draw the confidence interval of a mean fall direction as an arc; draw nothing if the interval is unknown."""
     if half_width_deg is not None:
         angles = np.radians(np.linspace(middle_deg - half_width_deg, middle_deg + half_width_deg, 60))
         axes.plot(angles, np.full(60, radius), **look | {"linewidth": 1.3})
 
 
-def _triangle(azimuth_deg: float) -> dict[str, Any]:
-    """Return Matplotlib keywords for the outward triangle that marks a mean direction."""
+def _mean_direction_marker(azimuth_deg: float) -> dict[str, Any]:
+    """Return Matplotlib keywords for the outward triangle that marks a mean fall direction."""
     return {
         "marker": (3, 0, -azimuth_deg), "markersize": 8, "markeredgecolor": INK, "markerfacecolor": INK,
         "linestyle": "none",
     }  # fmt: skip
 
 
-def _emptiest_border_deg(counts: FloatArray) -> float:
-    """Return the azimuth, degrees, of the sector border with the fewest falls next to it, for labels of the radius."""
+def _sector_border_with_fewest_falls_deg(counts: FloatArray) -> float:
+    """Return the azimuth, degrees, of the rose's sector border with the fewest falls next to it, for radius labels."""
     most = np.maximum(counts, np.roll(counts, -1))
     borders = (np.arange(counts.size) + 0.5) * 360.0 / counts.size
     # Names of directions stand at multiples of 45°; a border between two names comes first.

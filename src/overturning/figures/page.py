@@ -33,7 +33,7 @@ def json_for_script(data: Any) -> str:
 
 
 def render_page_template(template_name: str, style_sheet: str, script: str, data: Any, **more: Any) -> str:
-    """Return an HTML page from a template, a style sheet, a script and data; texts in `more` are escaped.
+    """Fill an HTML page template with a style sheet, a script and data; texts in `more` are escaped.
 
     The page loads nothing from the network and is reproducible.
     """

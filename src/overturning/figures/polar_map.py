@@ -1,4 +1,4 @@
-"""Polar maps of the falls of a block in planes: by azimuth of the motion and B/H."""
+"""Polar maps of the falls of 2-D blocks: by azimuth of the motion and B/H."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from overturning.figures.cells import (
     b_over_h_cell_edges,
     closed_polar_curve,
     count_b_over_h_with_possible_falls,
-    extend_cells_to_full_circle,
+    extend_azimuths_to_full_circle,
     isolated_point_indices,
     panel_row_and_column_counts,
     simulated_azimuths_deg,
@@ -124,7 +124,7 @@ def azimuth_map_figure(
         own = [name for name, same in zip(panel.names, shared, strict=True) if name and not same]
         mesh = _draw_polar_map(axes, panel, top, rim)
         axes.write_title(_panel_title(own, int(PANEL[columns] / LETTER)))
-    label_radius_arrow(used[0], "stouter")
+    write_radius_meaning_with_arrow(used[0], "stouter")
     spread = any("probability_towards" in one and bool(one["probability_towards"].notnull().any()) for one in records)
     if spread:
         below = figure.add_axes((0.2, 0.1, 0.6, 0.02), label=COLOUR_BAR)  # the layout moves it
@@ -160,11 +160,11 @@ def _panel_title(names: Sequence[str], most_letters: int) -> str:
 def _create_polar_map_panels(
     record_cubes: Sequence[xr.Dataset], peak_velocities_by_azimuth: Sequence[xr.DataArray | None]
 ) -> list[PolarMapPanel]:
-    """Return a polar map per record, height and friction, all cut to the same range of B/H."""
+    """Return the data of one polar map per record, height and friction, all cut to the same range of B/H."""
     outcomes = {"overturned", "probability_towards", "probability_away"}
     # Each operation of xarray merges all coordinates, of which a record has dozens: keep those of the cells.
     bare = [one[sorted(outcomes.intersection(one))].reset_coords(drop=True) for one in record_cubes]
-    whole = [extend_cells_to_full_circle(one) for one in bare]
+    whole = [extend_azimuths_to_full_circle(one) for one in bare]
     chance = [fall_probability_to_either_side(one)[["towards", "away"]].compute() for one in whole]
     falls = [abs(one["overturned"]).compute() for one in whole]
     either = [one["towards"] + one["away"] for one in chance]
@@ -234,7 +234,7 @@ def _draw_polar_map(axes: Any, panel: PolarMapPanel, largest_b_over_h: float, ri
 def _draw_simulated_area(
     axes: Any, azimuth_edges_rad: FloatArray, b_over_h_edges: FloatArray, is_simulated: NDArray[np.bool_]
 ) -> None:
-    """Hatch and outline the simulated range of azimuth and B/H; hatching that stays visible means "stands"."""
+    """Hatch and outline the simulated range of azimuth and B/H; cells with falls are drawn over the hatching."""
     size: dict[str, Any] = {"bottom": b_over_h_edges[0], "align": "edge"}
     for start, width in contiguous_ranges_of_selected_cells(is_simulated, azimuth_edges_rad):
         axes.bar(start, b_over_h_edges[-1] - b_over_h_edges[0], width, linewidth=0.0, zorder=1, **size, **_STANDS)
@@ -267,7 +267,7 @@ def half_probability_line(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the outline of the cells of a polar map whose fall probability is at least one half.
 
-    It runs along the edges of cells, and not next to a cell without an outcome.
+    The outline runs along the edges of cells, and not next to a cell without an outcome.
 
     Parameters
     ----------
@@ -283,7 +283,7 @@ def half_probability_line(
     Returns
     -------
     tuple of ndarray
-        Angles and radii of its points, with NaN between pieces.
+        Angles (radians) and radii of the outline's points, with NaN between pieces.
     """
     inside, known = fall_probability >= HALF, ~np.isnan(fall_probability)
     angles, radii = list[FloatArray](), list[FloatArray]()
@@ -312,7 +312,7 @@ def round_up_rim_velocity(peak_velocity: float) -> float:
 def azimuth_for_radius_labels(map_cells: xr.Dataset, *marked_deg: float) -> float:
     """Return the azimuth, degrees, at which to write the B/H labels: between named directions, where few blocks fall.
 
-    It is the one with the fewest falls around it that is not within 20° of a marked axis (`marked_deg`).
+    The azimuth has the fewest falls around it, and is not within 20° of a marked axis (`marked_deg`).
     """
     towards, away = (map_cells[name].transpose("b_over_h", "azimuth").to_numpy() for name in ("towards", "away"))
     falls = np.nan_to_num(towards + away, nan=1.0).sum(axis=0)
@@ -325,7 +325,7 @@ def azimuth_for_radius_labels(map_cells: xr.Dataset, *marked_deg: float) -> floa
     return min(count, key=lambda middle: (count[middle], abs(middle - 112.5)))
 
 
-def label_radius_arrow(axes: Any, meaning: str, font_size: float = 7.5) -> None:
+def write_radius_meaning_with_arrow(axes: Any, meaning: str, font_size: float = 7.5) -> None:
     """Write the meaning of a larger radius, such as "stouter", with an outward arrow at the rim of a polar axis."""
     azimuth = axes.get_rlabel_position() % 360.0
     turn, right = 90.0 - azimuth, azimuth < 180.0

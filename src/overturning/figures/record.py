@@ -67,7 +67,7 @@ def draw_record_figures(
 def scene_and_element_title_line(cube: xr.Dataset) -> str:
     """Return scene and element names as a second line of a title, with the line break; "" for the default stone.
 
-    It names the element to which H and B/H refer if this is another one. Empty for the default gravestone.
+    The line also names the element to which H and B/H refer, if that is not the element shown.
     """
     scene = variant_scene(study_of_cube(cube), cube.attrs["variant"])
     if scene.name == gravestone().name:

@@ -1,4 +1,4 @@
-"""Figures of the response to a motion: rotation, slip and uplift (the paper's figure 6); 3-D: the axis from above."""
+"""Figures of the response to a motion: rotation, slip and uplift; 3-D: the axis from above."""
 
 from collections.abc import Sequence
 from textwrap import fill
@@ -112,7 +112,7 @@ def _outcome_label(trajectory: xr.Dataset) -> str:
 
 
 def _least_critical_angle_deg(trajectory: xr.Dataset) -> float:
-    """Return the least angle, degrees, at which a 3-D body or a stone of a stack balances on an edge of its contact."""
+    """Return the least tilt, degrees, at which a 3-D body or a stone of a stack balances on an edge."""
     if "element" in trajectory.coords:  # B/H of a stack is that of another stone, or not that of the narrower side
         return float(np.degrees(trajectory["critical_angle"]))
     across = float(trajectory.attrs.get("aspect", 1.0))  # D is the smaller side if D < B

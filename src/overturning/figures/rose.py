@@ -132,7 +132,7 @@ def fall_roses_by_group_figure(
 ) -> Figure:
     """Draw a rose of falls for each group of records, such as those with a velocity pulse, on one scale.
 
-    `summary_by_group` by group: a group with a mean axis has it, and its 95 % interval, at the rim.
+    If `summary_by_group` has a mean axis for a group, the axis and its 95 % interval are drawn at the rim.
     """
     roses, means = fall_rose_by_group(cube), summary_by_group or {}
     width = max(3.3 * len(roses), 4.3)

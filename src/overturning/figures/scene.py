@@ -44,17 +44,17 @@ def draw_scene(axes: Any, scene: Scene, height: float | None = None, b_over_h: f
     axes.set(xlim=(-reach, reach), ylim=(low - 0.12 * (high - low), high + 0.06 * (high - low)), aspect="equal")
     axes.set(xlabel="m", yticks=[])
     axes.spines["left"].set_visible(False)
-    axes.set_title(_name_and_title(scene), parse_math=False)
+    axes.set_title(_scene_name_and_title(scene), parse_math=False)
 
 
-def _name_and_title(scene: Scene) -> str:
+def _scene_name_and_title(scene: Scene) -> str:
     """Return the name of a scene, with its title on the following lines."""
     return scene.name if scene.title in ("", scene.name) else f"{scene.name}\n{fill(scene.title, _TITLE)}"
 
 
 def scenes_figure(scenes: Sequence[Scene]) -> "Figure":
     """Draw one or more scenes side by side, all to the same scale."""
-    lines = max(_name_and_title(scene).count("\n") for scene in scenes)
+    lines = max(_scene_name_and_title(scene).count("\n") for scene in scenes)
     figure, panels = create_panel_grid(1, len(scenes), 2.7 * len(scenes), 3.4 + 0.2 * lines)
     for axes, scene in zip(panels[0], scenes, strict=True):
         draw_scene(axes, scene)
@@ -66,7 +66,7 @@ def scenes_figure(scenes: Sequence[Scene]) -> "Figure":
 
 
 def fall_roses_by_element_figure(cube_by_element_name: Mapping[str, "xr.Dataset"]) -> "Figure":
-    """Draw one rose of fall directions per element of a scene, from all records together."""
+    """Draw one rose of fall directions per element (stone) of a scene, from all records together."""
     columns = min(len(cube_by_element_name), 3)
     rows = -(-len(cube_by_element_name) // columns)
     figure, panels = create_panel_grid(

@@ -20,7 +20,7 @@ from overturning.figures.style import (
     add_title_and_legend,
     create_figure,
     is_drawing_for_phone,
-    largest_round_number,
+    largest_round_number_up_to,
     wrap_name,
 )
 from overturning.records.fault_trace import Trace, parse_fault_trace
@@ -54,7 +54,7 @@ TEXT: Final = 8.0
 class StationOnMap(NamedTuple):
     """Station on a map: its name, coordinates, fault strike, and mean axis of the falls there (degrees).
 
-    All in degrees, azimuths clockwise from north; NaN is an unknown one, or an axis that falls do not have.
+    Azimuths are clockwise from north. NaN stands for an unknown value, or if the falls have no mean axis.
     """
 
     name: str
@@ -99,9 +99,9 @@ def local_east_north_km(
 def earthquakes_on_map(cube: xr.Dataset) -> list[EarthquakeOnMap]:
     """Return the earthquakes for which a map can be drawn: an epicentre and a station, or two stations, are known.
 
-    Stations are named by the ids of their records. One is left out if its place is unknown, or if the record table
-    states it without a source. The axis is the mean axis of its falls over the informative blocks, if their resultant
-    is at least `LEAST_RESULTANT`; the epicentre and the trace are the first known ones.
+    Stations are named by the ids of their records. A station is left out if its place is unknown, or if the record
+    table states it without a source. The axis is the mean axis of the falls over the informative blocks, if their
+    resultant is at least `LEAST_RESULTANT`; the epicentre and the trace are the first known ones.
     """
     ids, events = (np.atleast_1d(cube[name].to_numpy()).astype(str) for name in ("record_id", "event"))
     stations, epicentres = _coordinates_of_records(cube, "station"), _coordinates_of_records(cube, "epicentre")
@@ -321,7 +321,7 @@ def _name_placement_cost(
 
 def _draw_map_scale_bar(axes: Any, half_width_km: float, centre_km: float, height_share: float) -> None:
     """Draw a scale bar and a north arrow below a map, at `height_share` of the panel's height."""
-    length = largest_round_number(half_width_km / 2)
+    length = largest_round_number_up_to(half_width_km / 2)
     below, left = axes.get_xaxis_transform(), centre_km - half_width_km
     look = {"color": INK, "linewidth": 2.2, "solid_capstyle": "butt", "clip_on": False}
     axes.plot([left, left + length], [height_share, height_share], transform=below, label="scale", **look)

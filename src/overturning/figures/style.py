@@ -115,7 +115,7 @@ def project_style() -> Iterator[None]:
 def minimum_and_maximum_by_group(samples: FloatArray, group_size: int) -> tuple[NDArray[np.intp], FloatArray]:
     """Return indices and values of the smallest and largest sample in each group of `group_size`, in order of time.
 
-    Each group has two: its minimum and its maximum, in the order of the samples.
+    Each group has two values: its minimum and its maximum, in the order of the samples.
     """
     padded = np.pad(samples, (0, -samples.size % group_size), mode="edge").reshape(-1, group_size)
     within = np.sort(np.stack([padded.argmin(axis=1), padded.argmax(axis=1)], axis=1), axis=1)
@@ -123,8 +123,8 @@ def minimum_and_maximum_by_group(samples: FloatArray, group_size: int) -> tuple[
     return places, padded.ravel()[places]
 
 
-def largest_round_number(limit: float) -> float:
-    """Return the largest of 1, 2 and 5 times a power of ten that is not above a positive limit."""
+def largest_round_number_up_to(limit: float) -> float:
+    """Return the largest round number (1, 2 or 5 times a power of ten) that is not above a positive limit."""
     power = 10.0 ** np.floor(np.log10(limit) + 1e-10)
     return float(max(digit * power for digit in (1.0, 2.0, 5.0) if digit * power <= limit * (1.0 + 1e-9)))
 
@@ -213,7 +213,7 @@ def add_panel_grid(
 
 
 def wrap_name(text: str, most_letters: int) -> list[str]:
-    """Break a text, such as the name of a place, into lines of at most so many Latin letters.
+    """Break a text, such as the name of a place, into lines of at most `most_letters` Latin letters.
 
     Chinese and Japanese characters, between which there are no spaces, are about twice as wide.
     """

@@ -56,7 +56,7 @@ class SurveyFigureData:
     observed, computed : ndarray, shape (8,)
         Number of stones that fell towards each octant, from N clockwise, and as many as are computed.
     observed_mean_deg, computed_mean_deg : float or None
-        Mean fall directions; None if there is none.
+        Mean fall directions, degrees; None if there is none.
     observed_share, computed_share : PlottedEstimate
         Share of the stones that fell, 0 to 1, with its interval or range.
     """

@@ -23,8 +23,8 @@ _NO_LINE_START: Final = "、。，．・：；！？)）」』]％%°ー～,.;"
 def translate_svg(svg_text: str, language: str | None = None) -> str:
     """Translate the visible texts of an SVG file; the default is the language set by `translate_visible_texts_to`.
 
-    A file in this language stays as it is. The layout stays that of the English texts. A text that is centred or
-    aligned to the right stays so, and a text of several lines has at most as many lines as before.
+    A file that is already in this language is returned unchanged. Positions and alignment stay those of the English
+    texts, and a text of several lines has at most as many lines as before.
     """
     language = language or current_language()
     if language == ENGLISH or f'<svg xml:lang="{language}" ' in svg_text:
@@ -130,7 +130,7 @@ def character_width(character: str) -> float:
 
 
 def break_lines_at_width(lines: list[str], width_in_letters: float, most_lines: int) -> list[str]:
-    """Break lines at a width (in font sizes); the width is increased until at most `most_lines` lines result."""
+    """Break lines at a width (in font sizes), which is increased until at most `most_lines` lines result."""
     broken = [part for line in lines for part in _break_line_at_width(line, width_in_letters)]
     return broken if len(broken) <= most_lines else break_lines_at_width(lines, 1.1 * width_in_letters, most_lines)
 
@@ -141,7 +141,7 @@ def break_text_at_width(text: str, width_inches: float, font_size: float) -> str
 
 
 def pad_to_equal_line_count(texts: list[str]) -> tuple[list[str], int]:
-    """Return texts with as many lines as the longest, by blank lines at their end, and this number of lines."""
+    """Add blank lines to texts until all have as many lines as the longest; return them and this number."""
     most = 1 + max(text.count("\n") for text in texts)
     return [text + (most - 1 - text.count("\n")) * "\n " for text in texts], most
 

@@ -9,7 +9,7 @@ from matplotlib.ticker import FixedLocator, Locator, NullLocator
 
 
 class InnerTickLocator(Locator):
-    """Locator of those ticks of another locator that lie within the limits of the axis.
+    """Tick locator that returns only those ticks of another locator that lie within the limits of the axis.
 
     A tick outside is not drawn, but takes as long to create and to remove as one that is drawn.
 
@@ -23,12 +23,12 @@ class InnerTickLocator(Locator):
         self.base = base
 
     def set_axis(self, axis: Any) -> None:
-        """Set the axis whose limits apply."""
+        """Set the axis whose limits decide which ticks are created."""
         super().set_axis(axis)
         self.base.set_axis(axis)
 
     def __call__(self) -> Any:
-        """Return the positions of the ticks, an array."""
+        """Return the positions of the ticks inside the axis limits, as an array."""
         axis: Any = self.axis
         low, high = sorted(axis.get_view_interval())
         rounding = 1e-9 * (high - low)
@@ -36,7 +36,7 @@ class InnerTickLocator(Locator):
         return places[(places >= low - rounding) & (places <= high + rounding)]
 
     def tick_values(self, vmin: float, vmax: float) -> Any:
-        """Return the other locator's ticks for limits."""
+        """Return the other locator's ticks for an axis from `vmin` to `vmax`."""
         return self.base.tick_values(vmin, vmax)
 
     def set_params(self, **kwargs: Any) -> None:
@@ -53,14 +53,14 @@ class InnerTickLocator(Locator):
 
 
 def create_only_inner_ticks(figure: Figure) -> None:
-    """Make the axes of a figure create only ticks that are seen; the picture stays the same."""
+    """Make the axes of a figure create only ticks within their limits, to save time; the picture stays the same."""
     for axes in figure.axes:
         for axis in () if axes.name == "polar" else (axes.xaxis, axes.yaxis):
             _replace_locators(axis)
 
 
 def _replace_locators(axis: Axis) -> None:
-    """Replace the locators of an axis by those of inner ticks, unless their ticks are given one by one."""
+    """Replace the tick locators of an axis by `InnerTickLocator`, unless their ticks are given one by one."""
     kept = InnerTickLocator, FixedLocator, NullLocator
     if not isinstance(major := axis.get_major_locator(), kept):
         axis.set_major_locator(InnerTickLocator(major))

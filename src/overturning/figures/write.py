@@ -83,7 +83,7 @@ def save_figure_files(
 
 @contextmanager
 def _list_characters_without_glyph() -> Iterator[list[str]]:
-    """Context manager: list the characters that Matplotlib cannot draw with its font, instead of warning of each."""
+    """Context manager: collect the characters that Matplotlib's font lacks in a list, instead of printing warnings."""
     missing: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
         warnings.filterwarnings("always", message=_MISSING_GLYPH)
@@ -101,7 +101,7 @@ _MISSING_GLYPH: Final = r"Glyph (\d+) "
 def _save_figure_by_typst(
     figure: "Figure", path: Path, file_format: str, scale: float, dpi: float, other_characters: str = ""
 ) -> None:
-    """Write a figure as PDF or PNG at a scale factor, by converting its SVG with typst.
+    """Write a figure as PDF or PNG, enlarged by `scale`, by converting its SVG with the program typst.
 
     `other_characters` are those for which a font of the system is needed, as in the name of a place.
     """
@@ -140,7 +140,7 @@ def _save_figure_by_typst(
 def has_cut_or_overlapping_text(figure: "Figure") -> bool:
     """True if a title or legend of a drawn figure is cut off at the edge, or if texts overlap.
 
-    The figure keeps the positions of its panels: it gets no layout any more.
+    The check removes the layout of the figure, so that its panels keep their positions.
     """
     figure.set_layout_engine("none")
     with _list_characters_without_glyph():

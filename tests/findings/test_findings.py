@@ -28,7 +28,7 @@ from overturning.findings.collect import Findings, findings_schema
 from overturning.findings.contrast import contrast_study_with_variants, population_fall_rates_by_soil
 from overturning.findings.direction import fall_direction_findings
 from overturning.findings.extent import choose_report_maps, study_extent
-from overturning.findings.lines import finding_lines
+from overturning.findings.lines import finding_text_lines
 from overturning.findings.processing import DRIFT, TRUSTED
 from overturning.findings.results import StudyResults, open_study_results
 from overturning.findings.study import count_cases, numerical_quality, record_facts
@@ -151,14 +151,14 @@ def test_json_follows_the_schema_and_holds_no_nan(found: Findings) -> None:
 
 
 def test_a_changed_number_shows_in_the_lines(found: Findings) -> None:
-    lines = list(finding_lines(found))
+    lines = list(finding_text_lines(found))
     assert any(line.startswith("direction, groups, with a velocity pulse, alignment: ") for line in lines)
     shares = {f"records, {one.id}, share overturned: {one.share_overturned:.4g}" for one in found.records}
     assert shares <= set(lines), "the two records of one group are told apart"
     names = [line.partition(":")[0] for line in lines]
     assert sorted(set(names)) == sorted(names), "each name stands for one number"
     cases = found.cases.model_copy(update={"share_overturned": 0.123})
-    changed = list(finding_lines(found.model_copy(update={"cases": cases})))
+    changed = list(finding_text_lines(found.model_copy(update={"cases": cases})))
     assert [line for line in changed if line not in lines] == ["cases, share overturned: 0.123"]
 
 

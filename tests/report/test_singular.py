@@ -9,7 +9,7 @@ from pydantic import BaseModel
 
 from overturning.findings.causes import LogisticCoefficient
 from overturning.findings.collect import Findings
-from overturning.findings.lines import finding_lines
+from overturning.findings.lines import finding_text_lines
 from overturning.findings.standing import SurvivalFindings
 from overturning.findings.survey_commands import SurveyCommandResults
 from overturning.findings.values import Estimate
@@ -153,5 +153,5 @@ class OneEstimate(BaseModel):
 )
 def test_the_printed_findings_count_one_earthquake(value: float | None, earthquakes: int, shown: str) -> None:
     estimate = Estimate(statistic="by hand", value=value, low=None, high=None, earthquakes=earthquakes)
-    (line,) = finding_lines(OneEstimate(alignment=estimate))
+    (line,) = finding_text_lines(OneEstimate(alignment=estimate))
     assert f"{line},".startswith(f"alignment: {shown}")

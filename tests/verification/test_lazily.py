@@ -46,7 +46,7 @@ Statistic = Callable[[StudyResults], object]
 
 def stones_of(results: StudyResults) -> list[object]:
     """Read the sections of a report on elements and variants of a scene, and their roses."""
-    stones = {name: results.cube_of_size_reference_element(name) for name in results.cubes}
+    stones = {name: results.cube_of_default_element(name) for name in results.cubes}
     one, other = stones.values()
     said = [
         count_falls_of_two_stones(one, other),

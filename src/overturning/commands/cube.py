@@ -102,7 +102,7 @@ def print_findings(
     from overturning.files import check_output_path
     from overturning.findings.collect import findings as collect
     from overturning.findings.collect import write_findings
-    from overturning.findings.lines import finding_lines
+    from overturning.findings.lines import finding_text_lines
     from overturning.study.load import load_study_from_file_or_json
 
     if output is not None:
@@ -118,7 +118,7 @@ def print_findings(
     elif json:
         print(found.model_dump_json(indent=1))
     else:
-        for line in finding_lines(found):
+        for line in finding_text_lines(found):
             print(line)
 
 

@@ -134,7 +134,10 @@ class ComparisonWithPublished(Finding):
 
 
 def logistic_fit_findings(results: StudyResults) -> LogisticFitFindings | None:
-    """Return the logistic fit of the fall probability; None in 3-D, or if outcomes and B/H are of different stones."""
+    """Return the report's numbers on the logistic fit of the fall probability to the motion and the block.
+
+    None for 3-D models, or if outcomes and B/H refer to different stones of a scene.
+    """
     if (fit := results.logistic_fit) is None:
         return None
     rows = []
@@ -168,9 +171,9 @@ def logistic_fit_findings(results: StudyResults) -> LogisticFitFindings | None:
 def _fall_probability_after_doubling(
     doubled: str, coefficient: LogisticCoefficient
 ) -> FallProbabilityAfterDoubling | None:
-    """Return the probability to which 0.5 changes if a quantity doubles; None unless its interval excludes no effect.
+    """Return the probability to which a fall probability of 0.5 changes if a quantity, such as PGV, doubles.
 
-    No effect is a factor of 1 on the odds, a coefficient of 0.
+    None if the effect is not significant: the interval of the factor on the odds includes 1.
     """
     odds = (coefficient.odds_factor_per_doubling, coefficient.odds_factor_low, coefficient.odds_factor_high)
     known = [one for one in odds if one is not None]
@@ -211,17 +214,17 @@ def skill_of_published_criteria(results: StudyResults) -> CriteriaFindings | Non
         best_criterion=found.best_criterion.name if leads and all(one.excludes_zero for one in leads.values()) else "",
         largest_skill_criterion=found.best_criterion.name if leads else "",
         skill_lead=leads,
-        not_shown_to_differ=_insignificant_score_differences(
+        not_shown_to_differ=_insignificant_skill_differences(
             found.best_criterion.name, leads, [one.criterion for one in scores]
         ),
         share_beyond_pulse_range=found.beyond,
     )
 
 
-def _insignificant_score_differences(
+def _insignificant_skill_differences(
     criterion: str, leads: Mapping[str, Estimate], listed_names: Sequence[str]
 ) -> list[SkillDifference]:
-    """Return the differences in skill between a criterion and the others whose confidence intervals include 0."""
+    """Return those differences in skill between a criterion and all others whose confidence interval includes 0."""
     differences = []
     for other, lead in leads.items():
         if lead.excludes_zero:
@@ -252,19 +255,19 @@ def compare_outcomes_with_published(results: StudyResults) -> list[ComparisonWit
             computed_overturns=overturns,
         )
         for variant in results.cubes
-        for (height, friction), found in computed_outcomes_at_published_cells(results, variant).items()
+        for (height, friction), found in computed_outcomes_of_published_cases(results, variant).items()
         for row, overturns in zip(results.study.published, found, strict=True)
     ]
 
 
-def computed_outcomes_at_published_cells(
+def computed_outcomes_of_published_cases(
     results: StudyResults, variant: str
 ) -> dict[tuple[float, float], tuple[bool | None, ...]]:
-    """Return, by (height, friction), the computed outcome of each case with a published outcome.
+    """Return, by (height, friction), the computed outcomes of the cases whose outcome is published.
 
     An outcome is True if the block overturns, False if it stands, None if it is unknown.
     """
-    cube, ids = results.cube_of_size_reference_element(variant), [name.id for name in results.record_names]
+    cube, ids = results.cube_of_default_element(variant), [name.id for name in results.record_names]
     # The published cells only: a cube larger than memory is not read.
     cells = [
         cube["overturned"]

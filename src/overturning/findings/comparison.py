@@ -46,7 +46,7 @@ class ComparisonWithSecondComputation(Finding):
 
 
 def share_of_changed_cases(changed_count: int, compared_count: int, is_random_sample: bool) -> ChangedCases:
-    """Return the share of cases whose outcome changed, with an interval if the cases are a random sample."""
+    """Return the share of cases whose outcome changed in a second computation, with an interval for a random sample."""
     low, high = (
         map(float, wilson_interval(changed_count, compared_count))
         if is_random_sample and compared_count
@@ -57,9 +57,9 @@ def share_of_changed_cases(changed_count: int, compared_count: int, is_random_sa
 
 
 def comparisons_with_second_computations(convergence: ConvergenceCheckResult) -> list[ComparisonWithSecondComputation]:
-    """Return how many outcomes change with shorter steps, with stiffer contacts, and for rigid blocks.
+    """Return how many outcomes change if cases are computed again, for each second computation of the check.
 
-    Second computations use finer steps, stiffer contact, or exact rigid blocks.
+    Second computations use shorter time steps, stiffer contacts, or the exact solution for rigid blocks.
     """
     rows = []
     for name, factor, part in (
@@ -88,6 +88,7 @@ def comparisons_with_second_computations(convergence: ConvergenceCheckResult) ->
 def _comparison_of_element_with_second_computation(
     computation: str, factor: float, element_changes: OutcomeChangesOfElement, is_random_sample: bool
 ) -> ComparisonWithSecondComputation:
+    """Return how many outcomes of one scene element change in a second computation, such as with shorter steps."""
     return ComparisonWithSecondComputation(
         computation=computation,
         factor=factor,

@@ -27,7 +27,7 @@ from overturning.surveys.population import fall_rates_of_stones_known_in_both
 
 
 class VariantContrast(Finding):
-    """Comparison of the study's outcomes with those of one variant, over cases with an outcome in both."""
+    """Comparison of a study with one variant (the study with some settings changed), over cases known in both."""
 
     variant: str
     """Name of the variant."""
@@ -158,7 +158,7 @@ FALL_RATE = "share of the stones of a cemetery that fall under the records as th
 
 
 def compared_record_indices(results: StudyResults, variant: str) -> NDArray[np.intp]:
-    """Return the indices of the records over which the study is compared with its variant `variant`.
+    """Return the indices of the records under which outcomes of the study and of its variant `variant` are compared.
 
     If the variant differs in vertical motion only, records without a vertical component are left out: both cubes have
     the same cases for them, which show nothing about vertical motion.
@@ -166,7 +166,7 @@ def compared_record_indices(results: StudyResults, variant: str) -> NDArray[np.i
     every = np.arange(results.cube.sizes["record"])
     if names_of_differing_settings(results.study, NOMINAL, variant) != ["vertical"]:
         return every
-    applied = [results.cube_of_size_reference_element(name)["vertical"].to_numpy() == 1 for name in (NOMINAL, variant)]
+    applied = [results.cube_of_default_element(name)["vertical"].to_numpy() == 1 for name in (NOMINAL, variant)]
     return every[np.logical_or(*applied)]
 
 
@@ -252,9 +252,9 @@ def _contrast_study_with_variant(
 
 
 def _keep_outcomes_known_in_both(cube: xr.Dataset, other_cube: xr.Dataset) -> tuple[xr.Dataset, xr.Dataset]:
-    """Return two cubes with the same cases in the same order; an outcome that is missing in one is missing in both.
+    """Mask in two results cubes each outcome that is unknown in either, so that shares are of the same cases.
 
-    Shares of cases that are known in one cube only would differ although no case has another outcome.
+    The cubes have the same cases in the same order. Otherwise shares could differ although no case changes.
     """
     flags = [one["overturned"] for one in (cube, other_cube)]
     # A stack has no dimension of aspects, a body has one of length 1.
@@ -274,16 +274,16 @@ def element_fall_findings(results: StudyResults) -> list[ElementFallOutcomes]:
     if not several and not any(variant.scene for variant in study.variants.values()):
         return []
     return [
-        _element_outcomes(name, variant_scene(study, name), row, "element" in cube.dims)
+        _fall_outcomes_of_element(name, variant_scene(study, name), row, "element" in cube.dims)
         for name, cube in results.cubes.items()
         for row in results.element_fall_counts_by_variant[name]
     ]
 
 
-def _element_outcomes(
+def _fall_outcomes_of_element(
     variant: str, scene: Scene, fall_counts: ElementFallCounts, several_elements: bool
 ) -> ElementFallOutcomes:
-    """Return the number and share of falls and the median fall time of one element of a variant's scene.
+    """Return number, share and median time of the falls of one scene element in the study or one of its variants.
 
     `several_elements` is True if the scene has several.
     """
@@ -370,7 +370,7 @@ def soil_analyses_beyond_curves(results: StudyResults) -> list[str]:
 
 
 def _soil_analyses_with_note(results: StudyResults, note: str) -> list[str]:
-    """Return variant, record and components of each soil-response analysis whose account contains a note."""
+    """Return variant, record and components of each soil-response analysis whose processing steps contain a note."""
     found = []
     for variant in results.study.variants:
         if variant_settings(results.study, variant).site is None:

@@ -187,7 +187,7 @@ def _reason_for_no_fall_axis(results: StudyResults) -> str:
     if results.share_overturned <= 0:
         return "no falls"
     if results.plane_choice_imposes_fall_axis:
-        return "uneven planes" if np.unique(_planes_deg(results)).size > 1 else "one plane"
+        return "uneven planes" if np.unique(_plane_azimuths_deg(results)).size > 1 else "one plane"
     if results.every_case_overturns:
         return "falls in every plane"
     imposed = bool(results.records_with_imposed_axis)
@@ -198,14 +198,14 @@ def _reason_for_no_fall_axis(results: StudyResults) -> str:
     return "unknown outcomes" if imposed and results.fault_normal_is_stated else "no fault normal"
 
 
-def _planes_deg(results: StudyResults) -> FloatArray:
-    """Return the plane of each azimuth of a 2-D study, degrees from 0 to below 180."""
+def _plane_azimuths_deg(results: StudyResults) -> FloatArray:
+    """Return the azimuth modulo 180°, degrees, of each simulated vertical plane of a 2-D study."""
     return np.asarray(results.cube["azimuth"].to_numpy().astype(np.float64) % PLANE_PERIOD)
 
 
 def _overturned_share_by_plane(results: StudyResults) -> list[OverturnedShareOfPlane]:
-    """Return the share of the cases that overturn in each plane of a 2-D study."""
-    falls, planes = overturning_indicator(results.cube), _planes_deg(results)
+    """Return the share of the cases that overturn in each vertical plane of a 2-D study."""
+    falls, planes = overturning_indicator(results.cube), _plane_azimuths_deg(results)
     others = [name for name in falls.dims if name != "azimuth"]
     fallen, known = (part.sum(others).compute().to_numpy() for part in (falls, falls.notnull()))
     shares = []

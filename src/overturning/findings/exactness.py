@@ -124,7 +124,7 @@ def convergence_findings(results: StudyResults) -> ConvergenceFindings | None:
 
 
 def _records_with_most_changes(by_record: list[RecordChanges]) -> list[ChangesUnderRecord]:
-    """Return the records whose share of changed outcomes is significantly above the share over all records."""
+    """Return the records under which significantly more outcomes change with finer steps than over all records."""
     changed, cases = sum(one.changed for one in by_record), sum(one.cases for one in by_record)
     found = []
     for one in by_record:
@@ -158,6 +158,7 @@ def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
     sums = found.drop_vars(("fewest", "most")).sum()
 
     def ratio_of_sums(part_name: str, whole_name: str) -> float:
+        """Return the ratio of two counts, each summed over all records."""
         return float(sums[part_name]) / float(sums[whole_name]) if float(sums[whole_name]) else float("nan")
 
     return EnsembleFindings(
@@ -174,10 +175,10 @@ def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
 
 
 def count_ensemble_cells(model: Model, ensemble_settings: EnsembleSettings, cube: xr.Dataset) -> xr.Dataset:
-    """Count cases by record: all, with ensemble runs, with disagreeing runs, and with falls to both sides.
+    """Count cases by record: all, with ensemble runs, with runs that disagree, and with falls to both sides.
 
-    The runs of repeated cells are counted, too. The estimates of disagreement are of the cells ``with_first_batch``,
-    in which at least as many runs as those of the first batch have an outcome.
+    Runs are slightly changed repetitions of a case, and are counted, too. Disagreement is estimated for the cases
+    ``with_first_batch``, in which at least as many runs as those of the first batch have an outcome.
     """
     found, half = (
         model.ensemble_fall_shares_by_case(cube),
@@ -186,6 +187,7 @@ def count_ensemble_cells(model: Model, ensemble_settings: EnsembleSettings, cube
     run, members = found["towards"].notnull(), half["members"].where(half["members"] > 0)
 
     def estimated_cell_statistic(run_statistic: Statistic) -> xr.DataArray:
+        """Return an unbiased estimate, for each case, of a statistic of the first batch of its runs."""
         return run.copy(
             data=unbiased_first_batch_statistic(
                 run_statistic, found["towards"], found["away"], members.fillna(0), ensemble_settings

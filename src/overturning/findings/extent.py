@@ -133,7 +133,7 @@ def study_extent(results: StudyResults) -> StudyCounts:
 
 
 def choose_report_maps(results: StudyResults) -> ReportMaps:
-    """Choose the records whose polar maps the report shows, and the height and friction of these maps."""
+    """Choose the records of which the report shows polar maps of falls, and the height and friction of these maps."""
     cube, means = results.cube, results.mean_fall_directions_by_record
     axis, length = means["mean_axis"].to_numpy(), means["axis_resultant"].to_numpy()
     normal = cube["fault_normal"].to_numpy().astype(np.float64)

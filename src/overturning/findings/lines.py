@@ -17,7 +17,7 @@ _JSON_ONLY_FIELDS: Final = frozenset(
 """Fields that are written to JSON but not printed as lines."""
 
 
-def finding_lines(finding: BaseModel, field_path: str = "") -> Iterator[str]:
+def finding_text_lines(finding: BaseModel, field_path: str = "") -> Iterator[str]:
     """Yield a line "field, subfield: value" for each value in a (nested) part of the report's numbers.
 
     `field_path` is the text before the first field.
@@ -42,7 +42,7 @@ def _value_lines(field_value: Any, field_path: str) -> Iterator[str]:
     if isinstance(field_value, Estimate):
         yield f"{field_path}: {_format_estimate(field_value)}"
     elif isinstance(field_value, BaseModel):
-        yield from finding_lines(field_value, field_path)
+        yield from finding_text_lines(field_value, field_path)
     elif isinstance(field_value, dict):
         for key, one in field_value.items():
             yield from _value_lines(one, f"{field_path}, {key}")
@@ -56,7 +56,7 @@ def _value_lines(field_value: Any, field_path: str) -> Iterator[str]:
 def _entry_labels(entries: Sequence[BaseModel]) -> list[str]:
     """Return a label for each entry of a list: the first name field whose values are all different, otherwise all.
 
-    Entries that all name fields leave alike are numbered.
+    Entries with the same names in all name fields are numbered.
     """
     columns = [[getattr(one, name, None) for one in entries] for name in _NAME_FIELDS]
     texts = [["" if value is None else _format_value(value) for value in column] for column in columns]

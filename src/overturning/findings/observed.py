@@ -113,7 +113,7 @@ def observed_survey_findings(summary: ObservedSurvey) -> ObservedSurveyFindings:
 
 
 def observed_share(matching_count: int, stone_count: int) -> ObservedFallShare:
-    """Return the share `matching_count`/`stone_count` with its exact binomial interval; the value of 0/0 is None."""
+    """Return the share `matching_count`/`stone_count` of stones with its exact binomial interval; None for 0/0."""
     low, high = exact_share_interval(matching_count, stone_count)
     return ObservedFallShare(value=matching_count / stone_count if stone_count else None, low=low, high=high)
 

@@ -219,7 +219,7 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
         survey_rules=[
             _check_jma_survey_rule(rule, known, free_rates, jma, horizontal, events)
             for rule in SURVEY_RULE
-            if _mask_of_motions_in_fall_rate_range_of_rule(rule, known, free_rates).sum() >= FEWEST_MOTIONS
+            if _motions_in_range_of_survey_rule(rule, known, free_rates).sum() >= FEWEST_MOTIONS
         ],
         fragility_curves=[
             FragilityCurve(
@@ -259,10 +259,10 @@ def _record_fall_rate(results: StudyResults, record_index: int) -> RecordFallRat
     )
 
 
-def _mask_of_motions_in_fall_rate_range_of_rule(
+def _motions_in_range_of_survey_rule(
     survey_rule: tuple[float, float, float, float, str], known_motions: BoolArray, fall_rates: FloatArray
 ) -> BoolArray:
-    """Return a mask, shape (records, amplitudes), of motions whose fall rate is in the range of a survey rule."""
+    """Return a mask, shape (records, amplitudes), of the motions with a fall rate in the range of a survey rule."""
     low, high, *_ = survey_rule
     return known_motions & (fall_rates >= low) & ((fall_rates < high) | (high >= 1))
 
@@ -275,12 +275,12 @@ def _check_jma_survey_rule(
     lacks_vertical: BoolArray,
     record_events: StrArray,
 ) -> JmaSurveyRuleCheck:
-    """Compare the JMA intensity that a survey rule infers from the fall rate with that of the motions themselves.
+    """Compare the JMA intensity that a survey rule infers from fall rates with the intensity of the motions.
 
     Arrays have shape (records, amplitudes); `lacks_vertical` and `record_events` have shape (records,).
     """
     low, high, least, most, text = survey_rule
-    selected = _mask_of_motions_in_fall_rate_range_of_rule(survey_rule, known_motions, fall_rates)
+    selected = _motions_in_range_of_survey_rule(survey_rule, known_motions, fall_rates)
     more = jma_intensity + VERTICAL_INTENSITY_INCREMENT * lacks_vertical[:, None]
     agreeing, agreeing_more, above = (
         selected & is_published_intensity_in_range(one, a, b)

@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from overturning.findings.causes import computed_outcomes_at_published_cells
+from overturning.findings.causes import computed_outcomes_of_published_cases
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Finding
 from overturning.units import CM, GAL
@@ -71,7 +71,7 @@ def count_blocks_that_agree_with_published(results: StudyResults) -> list[Publis
     wanted = tuple(row.overturns for row in results.study.published)
     rows = []
     for variant in results.cubes if wanted else ():
-        found = computed_outcomes_at_published_cells(results, variant)
+        found = computed_outcomes_of_published_cases(results, variant)
         agreeing = [block for block, overturns in found.items() if overturns == wanted]
         rows.append(
             PublishedAgreement(

@@ -1,4 +1,4 @@
-"""Share of the spread within ensembles that the relief under the base of a scanned stone explains."""
+"""Share of the variance within ensembles that the relief (unevenness) under the base of a scanned stone explains."""
 
 import numpy as np
 import xarray as xr
@@ -13,7 +13,7 @@ _LOW, _HIGH = (variable.name for variable in RELIEF_VARIABLES)
 
 
 class ReliefFindings(Finding):
-    """Falls of a scanned stone in ensemble runs with a low and with a high relief under its base."""
+    """Falls of a scanned stone in ensemble runs with a low and with a high relief (unevenness) under its base."""
 
     middle_mm: Number
     """Relief that divides the runs of a case into two halves, mm."""
@@ -26,11 +26,14 @@ class ReliefFindings(Finding):
 
 
 def relief_findings(results: StudyResults) -> ReliefFindings | None:
-    """Compute how much of the ensemble's spread the relief explains; None unless it varies."""
+    """Compute the share of an ensemble's variance of falls that is due to the relief under a stone's base.
+
+    The relief is the unevenness of the base; None unless it varies between the runs.
+    """
     relief = results.study.ensemble.relief
     if relief is None or _LOW not in results.cube:
         return None
-    found = apply_to_record_batches(_sums_by_record, results.cube, (_LOW, _HIGH, "members", "overturned")).sum()
+    found = apply_to_record_batches(_relief_sums_by_record, results.cube, (_LOW, _HIGH, "members", "overturned")).sum()
     cells, total = float(found["cells"]), float(found["total"])
     return ReliefFindings(
         middle_mm=500.0 * (relief.low + relief.high),
@@ -40,8 +43,8 @@ def relief_findings(results: StudyResults) -> ReliefFindings | None:
     )
 
 
-def _sums_by_record(cube: xr.Dataset) -> xr.Dataset:
-    """Return sums over the repeated cases of each record; see `variance_between_halves`."""
+def _relief_sums_by_record(cube: xr.Dataset) -> xr.Dataset:
+    """Return, by record, sums over cases with ensemble runs: fall shares and variances for low and high relief."""
     low, high, members = (cube[name].astype("float64") for name in (_LOW, _HIGH, "members"))
     over = [name for name in low.dims if name != "record"]
     between, total = variance_between_halves(low.to_numpy(), high.to_numpy(), members.to_numpy())

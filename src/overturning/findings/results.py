@@ -41,7 +41,7 @@ from overturning.surveys.posterior import SurveyInversionResult, read_inversion_
 
 @dataclass(frozen=True)
 class RecordName:
-    """Identifier of a record, and names of its station and its earthquake; a name may be empty."""
+    """Identifier of a record, with the names of its station and its earthquake, which may be empty."""
 
     id: str
     station: str
@@ -116,7 +116,7 @@ class StudyResults:
 
     @property
     def count_of_records_with_unused_vertical(self) -> int:
-        """Number of records that have a vertical component which the study does not apply."""
+        """Number of records whose vertical component the study does not apply."""
         return 0 if self.study.simulation.vertical else int(self.intensity["pga_vertical"].notnull().sum())
 
     @cached_property
@@ -126,7 +126,7 @@ class StudyResults:
 
     @cached_property
     def plane_choice_imposes_fall_axis(self) -> bool:
-        """True if the planes are one, or a sector, so that the axis of the falls is that of the planes."""
+        """True if only one vertical plane or a sector was simulated, so that its axis is that of the falls."""
         return cube_planes_impose_fall_axis(self.cube)
 
     @cached_property
@@ -159,7 +159,7 @@ class StudyResults:
 
     @cached_property
     def cell_and_unknown_counts_by_status(self) -> dict[str, tuple[int, int]]:
-        """Numbers of cases with each status, and of those among them without an outcome, by name of the status."""
+        """Numbers of all cases and of cases without an outcome, by name of the case status."""
         status, unknown = self.cube["status"], self.cube["overturned"].isnull()
         counts = {}
         for code, name in zip(status.attrs["flag_values"], status.attrs["flag_meanings"].split(), strict=True):
@@ -174,7 +174,7 @@ class StudyResults:
 
     @cached_property
     def mean_fall_directions_by_record(self) -> xr.Dataset:
-        """Mean direction and mean axis of the falls under each record, with their resultant lengths.
+        """Mean direction and mean axis of the falls under each record, with their mean resultant lengths.
 
         Only informative blocks count. All are missing if the planes of the study impose the axis, or the unknown
         outcomes of the record (``is_imposed``).
@@ -260,7 +260,7 @@ class StudyResults:
 
     @property
     def records_with_imposed_axis(self) -> list[str]:
-        """Names of the records under which the azimuths of the known outcomes impose the axis of the falls."""
+        """Names of the records whose unknown outcomes are so uneven that the other azimuths impose the fall axis."""
         imposed = self.mean_fall_directions_by_record["is_imposed"].to_numpy()
         return [name.id for name, one in zip(self.record_names, imposed, strict=True) if one]
 
@@ -275,9 +275,9 @@ class StudyResults:
             and not self.every_case_overturns
         )
 
-    def cube_of_size_reference_element(self, variant: str) -> xr.Dataset:
-        """Return a variant's results for the element of its scene whose outcomes are shown by default."""
-        return _select_size_reference_element(self.study, variant, self.cubes[variant])
+    def cube_of_default_element(self, variant: str) -> xr.Dataset:
+        """Return a variant's results cube for the scene element whose outcomes are shown by default."""
+        return _select_default_element(self.study, variant, self.cubes[variant])
 
 
 REPORT_KEYS = ("title", "question", "asks", "language", "primary", "figures", "population", "crate")
@@ -304,8 +304,8 @@ def settings_missing_without_study_file(results: StudyResults) -> str:
     return f"{path} {why}: the findings are without {', '.join(lacking)}; run the study again"
 
 
-def _select_size_reference_element(study: Study, variant: str, cube: xr.Dataset) -> xr.Dataset:
-    """Select, from a variant's results cube, the element of the scene whose outcomes are shown by default."""
+def _select_default_element(study: Study, variant: str, cube: xr.Dataset) -> xr.Dataset:
+    """Select from a variant's results cube the scene element whose outcomes are shown by default."""
     return select_element(cube, variant_scene(study, variant).default_output_element)
 
 
@@ -373,7 +373,7 @@ def open_study_results(results_path: Path, study_override: Study | None = None) 
         asked = [file for file, survey in zip(files, study.surveys, strict=True) if survey.backwards]
         yield StudyResults(
             study=study,
-            cube=_select_size_reference_element(study, NOMINAL, cubes[NOMINAL]),
+            cube=_select_default_element(study, NOMINAL, cubes[NOMINAL]),
             cubes=cubes,
             intensity=intensity,
             convergence=read_convergence_result(folder / "convergence.json") if study.verification != "none" else None,
@@ -389,7 +389,7 @@ def open_study_results(results_path: Path, study_override: Study | None = None) 
             inferred_motions=tuple(read_inversion_result(file.with_suffix(".motion.nc")) for file in asked),
             folder=folder,
             changed_cubes=tuple(changed),
-            scaled_cube=_select_size_reference_element(study, NOMINAL, nominal.sel(amplitude=nominal.amplitude != 1.0))
+            scaled_cube=_select_default_element(study, NOMINAL, nominal.sel(amplitude=nominal.amplitude != 1.0))
             if "amplitude" in nominal.dims
             else None,
         )

@@ -95,7 +95,7 @@ def survival_findings(survival: SurvivalByClass, survey_stones: Sequence[Stone] 
     bound = upper_bound_of_annual_fall_rate(survival.years) if stood and not fell else math.nan
     return SurvivalFindings(
         years=survival.years,
-        doubts=_implausible_hazard_unit_texts(survival),
+        doubts=_hazard_unit_warnings(survival),
         classes=[_survival_of_class(survival, place, bound) for place in range(len(survival.estimates))],
         without_curve=[
             StoneClassWithoutFragilityCurve(
@@ -107,7 +107,7 @@ def survival_findings(survival: SurvivalByClass, survey_stones: Sequence[Stone] 
     )
 
 
-def _implausible_hazard_unit_texts(survival: SurvivalByClass) -> list[str]:
+def _hazard_unit_warnings(survival: SurvivalByClass) -> list[str]:
     """Return a warning for each hazard curve whose intensity levels are implausible in its unit.
 
     A `ResultError` is raised if the unit of a curve is doubtful and most falls come from shaking outside the range of
@@ -126,6 +126,7 @@ def _implausible_hazard_unit_texts(survival: SurvivalByClass) -> list[str]:
 
 
 def _survival_of_class(survival: SurvivalByClass, class_index: int, fall_rate_bound: float) -> StoneClassSurvival:
+    """Return the report's numbers on the survival of one class of stones, with bounds on the hazard."""
     curve, hazard, one = survival.estimates[class_index]
     weaker = annual_fall_rate_below_first_level(curve, hazard)
     counts = weaker > NEGLIGIBLE * one.rate
@@ -147,6 +148,7 @@ def _survival_of_class(survival: SurvivalByClass, class_index: int, fall_rate_bo
 
 
 def _standing_stones_of_survey(standing_count: int, fallen_count: int, fall_rate_bound: float) -> StandingStones:
+    """Return the numbers and the share of standing stones in a survey, with the fall-rate bound that they imply."""
     low, high = exact_share_interval(standing_count, standing_count + fallen_count)
     return StandingStones(
         stood=standing_count,

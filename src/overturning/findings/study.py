@@ -183,7 +183,7 @@ def study_facts(results: StudyResults) -> StudyFacts:
 
 
 def scan_facts(study: Study) -> ScannedStoneFacts | None:
-    """Return volume, tilt and relief of the scanned stone of a study; None if the study simulates none."""
+    """Return volume, tilt and relief (unevenness of the base) of a study's scanned stone; None if it has none."""
     body = study.body
     if body is None or body.scan is None or body.relief is None:
         return None

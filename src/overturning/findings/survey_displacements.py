@@ -136,7 +136,7 @@ class SurveyDisplacements(Finding):
 
 
 def all_survey_displacements(results: StudyResults) -> list[SurveyDisplacements]:
-    """Return the comparison of falls, shifts and twists for each survey of a 3-D study; [] for a 2-D study."""
+    """Return, for each survey of a 3-D study, observed and computed falls, shifts and twists; [] for a 2-D study."""
     return [survey_displacement_findings(one) for one in results.survey_displacements]
 
 
@@ -183,14 +183,14 @@ def _displacements_of_site(site: str, found: DisplacementComparison) -> SurveyDi
         without_outcome=found.without_outcome,
         far_outside_grid=found.beyond,
         measures=measures,
-        directions=None if found.directions is None else _directions_in_space(found, found.directions),
+        directions=None if found.directions is None else _direction_comparison_in_3d(found, found.directions),
     )
 
 
-def _directions_in_space(
+def _direction_comparison_in_3d(
     found: DisplacementComparison, directions: SpaceDirectionComparison
 ) -> SurveyDirectionsInSpace:
-    """Return the report's numbers on the fall directions of the stones of a comparison with a 3-D study."""
+    """Return the report's numbers on observed fall directions of stones and those computed in a 3-D study."""
     has_mean = directions.predicted_resultant >= LEAST_RESULTANT
     observed, predicted = directions.octant_observed.round(2).tolist(), directions.octant_predicted.tolist()
     return SurveyDirectionsInSpace(

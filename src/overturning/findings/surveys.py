@@ -30,9 +30,9 @@ class StatisticalTestFinding(Finding):
 
 
 class ComputedFallShare(Finding):
-    """Computed share of a survey's stones that fall: mean and range over the heights and frictions.
+    """Computed share of a survey's stones that fall: mean and range over heights and frictions.
 
-    Mean and range are over heights and frictions of the grid of the study.
+    These are the heights and friction coefficients for which the study has simulated blocks.
     """
 
     value: Number

@@ -55,7 +55,7 @@ class Estimate(Finding):
 
 
 def negate_estimate(estimate: Estimate) -> Estimate:
-    """Return an estimate multiplied by −1; its interval is reversed accordingly."""
+    """Multiply an estimate by −1; the ends of its interval are swapped accordingly."""
     value, low, high = (None if one is None else -one for one in (estimate.value, estimate.low, estimate.high))
     return estimate.model_copy(update={"value": value, "low": high, "high": low})
 

@@ -10,7 +10,7 @@ from overturning.findings.survey_commands import SurveyCommandResults
 from overturning.findings.survey_displacements import survey_displacement_findings
 from overturning.report.render import render_markdown
 from overturning.stored import read_result, write_result
-from overturning.surveys.directions_in_space import SECTORS, SpaceDirectionComparison, spread_fall_azimuths
+from overturning.surveys.directions_in_space import SECTORS, FallDirectionComparisonIn3D, spread_fall_azimuths
 from overturning.surveys.displacements import StoredDisplacementComparison, compare_displacements
 from overturning.surveys.stones import OCTANTS, read_survey_table
 from tests.surveys.test_displacements import GRID, cube_of
@@ -18,7 +18,7 @@ from tests.surveys.test_displacements import GRID, cube_of
 
 def directions(
     folder: Path, rows: str, cube: xr.Dataset, background: float = 0.05, sites: dict[str, xr.Dataset] | None = None
-) -> SpaceDirectionComparison:
+) -> FallDirectionComparisonIn3D:
     path = folder / "stones.csv"
     path.write_text(f"site,outcome,face_azimuth_deg,height_m,b_over_h,count\n{rows}", encoding="utf-8")
     found = compare_displacements(read_survey_table(path), cube, sites, background=background).directions
@@ -107,7 +107,7 @@ def test_directions_drawn_from_the_study_fit_and_opposite_ones_do_not(tmp_path: 
     cube = cube_of(overturned=1.0, fall_azimuth=azimuth)
     falls = [azimuth[tuple(int(generator.integers(size)) for size in shape)] for _ in range(25)]
 
-    def of(turn: float, together: float = 0.0) -> SpaceDirectionComparison:
+    def of(turn: float, together: float = 0.0) -> FallDirectionComparisonIn3D:
         rows = "".join(f"A,fell {(one + turn + together) % 360:.1f},,,,1\n" for one in falls)
         return directions(tmp_path, rows, cube.assign(fall_azimuth=(cube["fall_azimuth"] + together) % 360.0))
 

@@ -30,8 +30,8 @@ from overturning.surveys.responses import (
     CASE_S,
     StoneKind,
     StoneOutcomeProbabilities,
-    case_count_and_time,
     kinds_of_survey_stones,
+    simulation_case_count_and_time,
 )
 from overturning.surveys.stone_outcomes import DIRECTION_BINS, FRICTIONS, HEIGHTS, LEVELS, SHAPES, STOOD
 from overturning.surveys.stones import Stone
@@ -321,13 +321,13 @@ def test_cases_are_counted_before_they_are_computed(tmp_path: Path, monkeypatch:
 
     monkeypatch.setattr(stone_outcomes, "simulate_cases", counting)
     motions, kinds = [candidate(0.5), candidate(0.8)], [StoneKind(*SIZES[0], 0.0), StoneKind(*SIZES[1], 2.0)]
-    cases, seconds = case_count_and_time(motions, kinds, tmp_path)
+    cases, seconds = simulation_case_count_and_time(motions, kinds, tmp_path)
     StoneOutcomeProbabilities(motions, kinds, folder=tmp_path)
     assert cases == sum(asked)
     lasts = [one.motion.north.size * one.motion.sampling_interval for one in motions]
     assert seconds == pytest.approx(CASE_S * cases / 2 * sum(lasts))
-    assert case_count_and_time(motions, kinds, tmp_path) == (0, 0.0)
-    more, _ = case_count_and_time(motions, [*kinds, StoneKind(*SIZES[2], 0.0)], tmp_path)
+    assert simulation_case_count_and_time(motions, kinds, tmp_path) == (0, 0.0)
+    more, _ = simulation_case_count_and_time(motions, [*kinds, StoneKind(*SIZES[2], 0.0)], tmp_path)
     asked.clear()
     StoneOutcomeProbabilities(motions, [*kinds, StoneKind(*SIZES[2], 0.0)], folder=tmp_path)
     assert 0 < more == sum(asked)

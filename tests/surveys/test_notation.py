@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from overturning.surveys.notation import WINDS_16, Outcome, azimuth_unit_warning, parse_direction, parse_outcome
+from overturning.surveys.notation import WINDS_16, StatedOutcome, azimuth_unit_warning, parse_direction, parse_outcome
 
 
 @pytest.mark.parametrize(
@@ -75,7 +75,7 @@ def test_wrong_directions(text: str, message: str) -> None:
 )
 def test_outcomes(text: str, kinds: tuple[str, ...], more: dict[str, float]) -> None:
     found = parse_outcome(text)
-    expected = Outcome()._replace(
+    expected = StatedOutcome()._replace(
         direction_is_unknown=bool(more.get("unknown", False)),
         shift_m=more.get("shift", math.nan),
         twist_deg=more.get("twist", math.nan),

@@ -14,7 +14,7 @@ import pytest
 from overturning.motion.motion import Motion
 from overturning.surveys import stone_outcomes
 from overturning.surveys.library import CandidateMotion
-from overturning.surveys.responses import StoneKind, case_count_and_time, note_on_broad_stones
+from overturning.surveys.responses import StoneKind, note_on_broad_stones, simulation_case_count_and_time
 from overturning.surveys.stone_outcomes import shipped_outcomes, simulate_outcomes_of_sizes
 from overturning.surveys.stones import Stone
 from tests.dem.test_same_bits import NUMPY_SETS
@@ -38,7 +38,11 @@ def test_shipped_outcomes_are_those_of_the_kernel(
 @pytest.mark.long
 def test_the_grid_is_that_of_the_shipped_outcomes_on_any_processor() -> None:
     """NumPy without the code for wide vectors, whose exponentials and logarithms have other last digits."""
-    command = [sys.executable, "-c", f"from {stone_outcomes.__name__} import outcome_grid; print(outcome_grid())"]
+    command = [
+        sys.executable,
+        "-c",
+        f"from {stone_outcomes.__name__} import outcome_grid_description; print(outcome_grid_description())",
+    ]
     done = subprocess.run(
         command,
         env=os.environ | {"NPY_DISABLE_CPU_FEATURES": " ".join(NUMPY_SETS)},
@@ -91,11 +95,11 @@ def test_the_stones_that_the_docs_name_need_no_simulation_and_others_do(
         for ratio in (0.1, 0.37, 0.8)
         for aspect in (0.0, 1.0, 1.5, 2.3, 3.5, 7.0)
     ]
-    assert case_count_and_time(motions, known) == (0, 0.0)
-    every, seconds = case_count_and_time(motions, known, with_known=True)
+    assert simulation_case_count_and_time(motions, known) == (0, 0.0)
+    every, seconds = simulation_case_count_and_time(motions, known, with_known=True)
     assert every > 1e6
     assert seconds > 60.0
-    assert case_count_and_time(motions, [StoneKind.from_stone(stone(1.05 * highest, 1.0))])[0] > 0
+    assert simulation_case_count_and_time(motions, [StoneKind.from_stone(stone(1.05 * highest, 1.0))])[0] > 0
 
 
 def resembling(one: CandidateMotion, **changes: object) -> CandidateMotion:
@@ -127,8 +131,8 @@ def test_outcomes_of_another_grid_are_not_used(
 ) -> None:
     one = library_motions[0]
     assert shipped_outcomes(one, 1.0)
-    for read in (stone_outcomes._library_aspects, stone_outcomes._library_member):
+    for read in (stone_outcomes._shipped_library_aspects, stone_outcomes._shipped_library_array):
         read.cache_clear()
     monkeypatch.setattr(stone_outcomes, "FRICTIONS", (0.5, 0.65, 0.9))
     assert shipped_outcomes(one, 1.0) == {}
-    stone_outcomes._library_aspects.cache_clear()
+    stone_outcomes._shipped_library_aspects.cache_clear()

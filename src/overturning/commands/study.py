@@ -100,12 +100,12 @@ def _motion_search_time_note(stone_kinds: "Sequence[StoneKind]", record_count: i
     """Return a note on the processor time needed to infer the ground motion from each survey of a study."""
     from overturning.study.preflight import format_duration
     from overturning.surveys.library import candidate_motions
-    from overturning.surveys.responses import case_count_and_time
+    from overturning.surveys.responses import simulation_case_count_and_time
 
     library = candidate_motions()
-    _, seconds = case_count_and_time(library, stone_kinds)
+    _, seconds = simulation_case_count_and_time(library, stone_kinds)
     # The study's own records are not read here: assume the mean time of the library motions for each.
-    seconds += case_count_and_time(library, stone_kinds, with_known=True)[1] * record_count / len(library)
+    seconds += simulation_case_count_and_time(library, stone_kinds, with_known=True)[1] * record_count / len(library)
     return (
         f"search for the motion of the surveys: about {format_duration(seconds)} of additional processor time, once "
         "for stones of these sizes; `backwards: false` in a survey skips it"

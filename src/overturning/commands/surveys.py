@@ -116,10 +116,10 @@ def _check_survey_can_be_compared(table: "SurveyTable", path: Path, cubes_by_sit
     Without cubes nothing is compared, and nothing is checked.
     """
     from overturning.errors import closest_name_hint
-    from overturning.surveys.stones import check_some_stone_counts
+    from overturning.surveys.stones import check_has_counted_stone
 
     if cubes_by_site:
-        check_some_stone_counts(table, path)
+        check_has_counted_stone(table, path)
     for site in filter(None, cubes_by_site):
         if site not in table.sites:
             names = ", ".join(filter(None, table.sites)) or "–"
@@ -284,9 +284,9 @@ def infer_motion_from_survey(
     from overturning.surveys.posterior import write_inversion_result
     from overturning.surveys.responses import (
         StoneOutcomeProbabilities,
-        case_count_and_time,
         kinds_of_survey_stones,
         note_on_broad_stones,
+        simulation_case_count_and_time,
     )
     from overturning.surveys.stones import read_stones_with_notes
 
@@ -298,7 +298,7 @@ def infer_motion_from_survey(
     for note in (*notes, *doubts, *note_on_broad_stones(rows)):
         print(note)
     library = candidate_motions(read_motions_with_unique_ids(motion_files or ()), only_user_records=only_given_motions)
-    cases, seconds = case_count_and_time(library, kinds)
+    cases, seconds = simulation_case_count_and_time(library, kinds)
     if cases:
         under, expected = counted(len(library), "motion"), format_duration(seconds / threads)
         print(

@@ -8,7 +8,7 @@ from overturning.findings.results import StudyResults
 from overturning.findings.surveys import CemeteryGroundFinding, cemetery_ground_findings
 from overturning.findings.values import Finding, Number
 from overturning.statistics.circular import LEAST_RESULTANT
-from overturning.surveys.directions_in_space import SpaceDirectionComparison
+from overturning.surveys.directions_in_space import FallDirectionComparisonIn3D
 from overturning.surveys.displacements import (
     SHIFTED_M,
     TWISTED_DEG,
@@ -188,7 +188,7 @@ def _displacements_of_site(site: str, found: DisplacementComparison) -> SurveyDi
 
 
 def _direction_comparison_in_3d(
-    found: DisplacementComparison, directions: SpaceDirectionComparison
+    found: DisplacementComparison, directions: FallDirectionComparisonIn3D
 ) -> SurveyDirectionsInSpace:
     """Return the report's numbers on observed fall directions of stones and those computed in a 3-D study."""
     has_mean = directions.predicted_resultant >= LEAST_RESULTANT

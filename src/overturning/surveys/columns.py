@@ -79,7 +79,7 @@ _UNITS: Final = ("", "deg", "degrees", "°", "º", "˚", "true", "mag", "magneti
 
 
 @dataclass
-class ColumnPlan:
+class RecognisedColumns:
     """Meaning of each column of a survey table, with notes on unusual columns and errors on refused ones.
 
     Attributes
@@ -89,7 +89,7 @@ class ColumnPlan:
     notes : list of str
         Notes on columns with another name, and on columns that are not used.
     faults : list of str
-        Messages on columns that are refused.
+        Error messages on columns that are refused.
     """
 
     meanings: list[str] = field(default_factory=list)
@@ -97,8 +97,8 @@ class ColumnPlan:
     faults: list[str] = field(default_factory=list)
 
 
-def plan_columns(header: Sequence[str], known_columns: Sequence[str]) -> ColumnPlan:
-    """Return the meaning of each column in the header of a survey table, with notes and error messages.
+def recognise_columns(header: Sequence[str], known_columns: Sequence[str]) -> RecognisedColumns:
+    """Recognise the columns in the header of a survey table by their names; return meanings, notes and errors.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def plan_columns(header: Sequence[str], known_columns: Sequence[str]) -> ColumnP
     known_columns : sequence of str
         Columns that a survey may have.
     """
-    plan, unused = ColumnPlan(), list[str]()
+    plan, unused = RecognisedColumns(), list[str]()
     exact = [name.lower() for name in header]
     found = [_standard_column_name(name, known_columns) for name in header]
     accepted = [meaning for meaning, refusal in found if meaning and not refusal]
@@ -149,12 +149,12 @@ def plan_columns(header: Sequence[str], known_columns: Sequence[str]) -> ColumnP
     return plan
 
 
-def columns_with_numbers_of_stones(
+def messages_on_stone_count_columns(
     header: Sequence[str], meanings: Sequence[str], rows: Sequence[Sequence[str]]
 ) -> list[str]:
-    """Return messages on columns with numbers of stones in a table whose column fell contains only 1 and 0.
+    """Return error messages on columns that hold numbers of stones, in a table whose column ``fell`` has only 1 and 0.
 
-    There 1 and 0 may be the numbers of stones that fell in each cemetery, and not yes and no.
+    In such a table, 1 and 0 may be numbers of fallen stones instead of yes and no.
 
     Parameters
     ----------
@@ -180,19 +180,19 @@ def columns_with_numbers_of_stones(
     ]
 
 
-def names_columns(cells: Sequence[str], known_columns: Sequence[str], needed_columns: Collection[str]) -> bool:
-    """True if all cells of a line are accepted names of columns, as in a header, and one of them is a needed column."""
+def looks_like_header(cells: Sequence[str], known_columns: Sequence[str], needed_columns: Collection[str]) -> bool:
+    """True if a line looks like a table header: all cells are accepted column names, one of them of a needed column."""
     found = [_standard_column_name(cell.strip(' "'), known_columns) for cell in cells]
     accepted = all(meaning and not refusal for meaning, refusal in found)
     return len(found) > 1 and accepted and any(meaning in needed_columns for meaning, _ in found)
 
 
-def is_magnetic(column_name: str) -> bool:
+def states_magnetic_north(column_name: str) -> bool:
     """True if a column name states that the column's azimuths are measured from magnetic north."""
     return re.search(r"\bmag(netic)?\b", column_name.lower().replace("_", " ")) is not None
 
 
-def is_true(column_name: str) -> bool:
+def states_true_north(column_name: str) -> bool:
     """True if a column name states that the column's azimuths are measured from true north."""
     return re.search(r"\btrue\b", column_name.lower().replace("_", " ")) is not None
 
@@ -212,12 +212,12 @@ def _standard_column_name(name: str, known_columns: Sequence[str]) -> tuple[str,
         return f"{plain}_{aside[0].strip()}", ""
     meant = _intended_column(plain, known_columns)
     if meant:
-        return meant, f"did you mean {meant}? {_conversion(meant, name)}"
+        return meant, f"did you mean {meant}? {_conversion_advice(meant, name)}"
     return "", ""
 
 
-def _conversion(meant: str, column_name: str) -> str:
-    """Return how to convert a refused column to the column that is meant; without conversion, how to rename it."""
+def _conversion_advice(meant: str, column_name: str) -> str:
+    """Return advice on how to convert a refused column to the column `meant`, or to rename it if none is known."""
     words = re.findall(r"[a-z]+", column_name.lower())
     found = [remedy for unit, remedy in _CONVERSIONS.get(meant, {}).items() if unit in words]
     if meant == "b_over_h" and re.match(r"h.*b", _simplified_column_name(column_name)):
@@ -233,9 +233,8 @@ def _simplified_column_name(name: str) -> str:
 def _is_misspelling(column_name: str, known_column: str) -> bool:
     """True if `column_name` is a misspelling of the short column name `known_column`.
 
-    Letters may be swapped, omitted or doubled, or an s added.
-
-    Words of their own are as near: county, country, ground.
+    Letters may be swapped, omitted or doubled, or an s added. Larger differences do not count, since short words of
+    another meaning would match: county, country, ground.
     """
     if len(known_column) < 3 or not column_name:
         return False

@@ -24,8 +24,8 @@ from overturning.stored import StoredCounts, StoredFloat, StoredFloatOrInfinity,
 from overturning.surveys.fall_directions import (
     RANDOM_SURVEYS,
     FallenStone,
+    azimuth_goodness_of_fit,
     compare_observed_and_predicted_directions,
-    fit_of_azimuths,
 )
 from overturning.surveys.field_table import read_field_table
 from overturning.surveys.ground import CemeteryGround
@@ -147,7 +147,7 @@ class SurveyPredictionComparison:
 
 
 def _fall_sector_probabilities(site_prediction: SiteFallPrediction, stone: Stone) -> FloatArray:
-    """Return the predicted probabilities that a stone's fall lies in each azimuth sector, shape (sectors,)."""
+    """Return the predicted probabilities that a stone falls into each azimuth sector, shape (sectors,)."""
     if not has_known_face_and_slenderness(stone):
         return site_prediction.fall_sector_probabilities(*stone.slenderness_in_both_planes)
     if site_prediction.stone_never_falls(stone):
@@ -214,7 +214,7 @@ def compare_survey_with_prediction(
         **directions,
         fit_octants=chi_square_test(observed, share),
         fit_octants_watson=grouped_watson_test(observed, share),
-        fit_exact=fit_of_azimuths(site, fallen, float(np.nan_to_num(origin)), random_survey_count, seed),
+        fit_exact=azimuth_goodness_of_fit(site, fallen, float(np.nan_to_num(origin)), random_survey_count, seed),
         uniform_octants=grouped_watson_test(observed, uniform_octant),
         confusion=_confusion_matrix_of_sides(predictions, stones),
         background=background,
@@ -229,7 +229,7 @@ def _stones_with_fall_direction(predictions: SurveyFallPrediction, stones: Seque
     fallen: list[FallenStone] = []
     for stone in stones:
         if stone.fell_in_known_direction:
-            site_prediction = predictions.for_stone(stone)
+            site_prediction = predictions.site_prediction_for_stone(stone)
             density = _fall_sector_probabilities(site_prediction, stone)
             fallen += stone.count * [(stone, density, site_prediction.octant_from_sector_probabilities(density))]
     return fallen
@@ -240,9 +240,11 @@ def _computed_fall_share_and_range(
 ) -> tuple[float, float, float]:
     """Return the predicted share of stones that fall: mean, smallest and largest over heights and frictions.
 
-    These three are over heights and frictions of the cube; the last two are NaN if the share is the same for all.
+    Heights and frictions are those of the cube; smallest and largest are NaN if the share is the same for all.
     """
-    falls = np.array([predictions.for_stone(stone).fall_probability_by_block(stone) for stone in stones])
+    falls = np.array(
+        [predictions.site_prediction_for_stone(stone).fall_probability_by_block(stone) for stone in stones]
+    )
     weight = np.isfinite(falls) * np.array([stone.count for stone in stones])[:, None, None]
     known = weight.sum(axis=0) > 0
     if not known.any():
@@ -261,8 +263,8 @@ def _stone_counts_of_comparison(predictions: SurveyFallPrediction, stones: Seque
 
     def lacks_outcome(stone: Stone) -> bool:
         """Return True if a stone has no computed outcome, although its B/H is not far outside the grid."""
-        prediction = predictions.for_stone(stone)
-        return not prediction.has_outcome(stone) and not prediction.lacks_blocks_like(stone)
+        prediction = predictions.site_prediction_for_stone(stone)
+        return not prediction.has_outcome(stone) and not prediction.has_b_over_h_far_outside_grid(stone)
 
     return {
         "fallen": count_stones_with(lambda stone: stone.fell),
@@ -278,17 +280,23 @@ def _stone_counts_of_comparison(predictions: SurveyFallPrediction, stones: Seque
         ),
         "without_direction": count_stones_with(lambda stone: stone.fell and not stone.fell_in_known_direction),
         "beyond": count_stones_with(predictions.default.has_b_over_h_outside_grid),
-        "unpredicted": count_stones_with(lambda stone: predictions.for_stone(stone).lacks_blocks_like(stone)),
+        "unpredicted": count_stones_with(
+            lambda stone: predictions.site_prediction_for_stone(stone).has_b_over_h_far_outside_grid(stone)
+        ),
         "beyond_heights": count_stones_with(predictions.default.has_height_outside_grid),
         "never": count_stones_with(
-            lambda stone: stone.fell_in_known_direction and predictions.for_stone(stone).stone_never_falls(stone)
+            lambda stone: (
+                stone.fell_in_known_direction and predictions.site_prediction_for_stone(stone).stone_never_falls(stone)
+            )
         ),
         "without_outcome": count_stones_with(lacks_outcome),
         "falls_without_outcome": count_stones_with(
             lambda stone: stone.fell_in_known_direction and lacks_outcome(stone)
         ),
         "falls_without_prediction": count_stones_with(
-            lambda stone: stone.fell_in_known_direction and not predictions.for_stone(stone).has_outcome(stone)
+            lambda stone: (
+                stone.fell_in_known_direction and not predictions.site_prediction_for_stone(stone).has_outcome(stone)
+            )
         ),
     }
 
@@ -304,11 +312,11 @@ def _confusion_matrix_of_sides(predictions: SurveyFallPrediction, stones: Sequen
         for stone in stones
         if has_known_face_and_slenderness(stone)
         and (stone.fell_in_known_direction or not stone.fell)
-        and predictions.for_stone(stone).has_outcome(stone)
+        and predictions.site_prediction_for_stone(stone).has_outcome(stone)
     ]
     confusion = np.zeros((len(SIDES), len(SIDES)), dtype=np.int64)
     for stone in known:
-        probable = int(np.argmax(predictions.for_stone(stone).fall_side_probabilities(stone)))
+        probable = int(np.argmax(predictions.site_prediction_for_stone(stone).fall_side_probabilities(stone)))
         confusion[observed_side_index(stone), probable] += stone.count
     return confusion if known else None
 

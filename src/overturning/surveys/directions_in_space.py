@@ -28,7 +28,7 @@ SECTORS: Final = FallSectors(np.arange(0.0, 360.0, 5.0))
 
 
 @dataclass(frozen=True)
-class SpaceDirectionComparison:
+class FallDirectionComparisonIn3D:
     """Comparison of the observed fall directions of stones with those of the falls of a 3-D study.
 
     Attributes
@@ -36,8 +36,8 @@ class SpaceDirectionComparison:
     fallen : int
         Number of stones that fell in a known direction.
     never, without_outcome : int
-        Number of these stones like which no computed stone falls, and like which none has an outcome; the prediction
-        assumes a random direction.
+        Number of these stones for which no similar computed stone falls, and for which no similar computed stone has
+        an outcome; the prediction assumes a random direction.
     mean_direction_deg, resultant : float
         Mean direction of the observed falls, degrees (NaN if random directions are not rejected), and length of the
         mean unit vector.
@@ -68,7 +68,7 @@ class SpaceDirectionComparison:
 
 
 def spread_fall_azimuths(fall_azimuth_deg: FloatArray) -> FloatArray:
-    """Return the share of falls in each sector of `SECTORS`, each fall spread evenly over ± `SPREAD_DEG`.
+    """Return the share of falls in each azimuth sector of `SECTORS`; each fall is spread over ± `SPREAD_DEG`.
 
     `fall_azimuth_deg`, shape (falls,), are azimuths towards which stones fall, degrees; at least one. The shape of the
     result is (sectors,), and the sum is 1.
@@ -85,7 +85,7 @@ def compare_fall_directions(
     *,
     background: float = BACKGROUND,
     seed: int = 1,
-) -> SpaceDirectionComparison | None:
+) -> FallDirectionComparisonIn3D | None:
     """Compare the directions in which stones fell with those in which similar stones of a 3-D study fall.
 
     Parameters
@@ -103,7 +103,7 @@ def compare_fall_directions(
 
     Returns
     -------
-    SpaceDirectionComparison or None
+    FallDirectionComparisonIn3D or None
         None if no stone fell in a known direction.
     """
     fallen, never, without_outcome = list[FallenStone](), 0, 0
@@ -120,7 +120,7 @@ def compare_fall_directions(
         fallen += stone.count * [(stone, density, SECTORS.octant_from_sector_probabilities(density))]
     if not fallen:
         return None
-    return SpaceDirectionComparison(
+    return FallDirectionComparisonIn3D(
         fallen=len(fallen),
         never=never,
         without_outcome=without_outcome,

@@ -14,10 +14,10 @@ from overturning.errors import ArgumentError
 from overturning.settings import StonePopulation
 from overturning.statistics.bootstrap import exact_median_interval, exact_share_interval
 from overturning.stored import StoredFloat
-from overturning.surveys.directions_in_space import SpaceDirectionComparison, compare_fall_directions
+from overturning.surveys.directions_in_space import FallDirectionComparisonIn3D, compare_fall_directions
 from overturning.surveys.ground import CemeteryGround
 from overturning.surveys.row import SurveyRow
-from overturning.surveys.stone_in_grid import grid_indices_like_stone, lies_far_outside_grid, stone_seen_in_grid
+from overturning.surveys.stone_in_grid import describe_stone_as_in_grid, grid_indices_like_stone, lies_far_outside_grid
 from overturning.surveys.stones import (
     BACKGROUND,
     Stone,
@@ -78,15 +78,15 @@ class DisplacementComparison:
     cells : int
         Number of different computed cases that resemble the stones.
     never_stand : int
-        Standing stones like which none stands in the study; they are compared in no displacement.
+        Standing stones for which no similar computed stone stands; their displacements are not compared.
     without_outcome : int
-        Stones like which no computed case has an outcome; they are compared in no computed value.
+        Stones for which no similar computed case has an outcome; they are not compared with computed values.
     beyond : int
         Stones whose B/H or D/B lies far outside the grid of the study (`lies_far_outside_grid`); like those of
-        `without_outcome`, they are compared in no computed value, and do not count among them.
+        `without_outcome`, they are not compared with computed values; they do not count in `without_outcome`.
     measures : tuple of DisplacementMeasure
         Measures in a fixed order.
-    directions : SpaceDirectionComparison or None
+    directions : FallDirectionComparisonIn3D or None
         Observed and computed fall directions; None if no stone fell in a known direction.
     """
 
@@ -97,7 +97,7 @@ class DisplacementComparison:
     measures: tuple[DisplacementMeasure, ...]
     without_outcome: int = 0
     beyond: int = 0
-    directions: SpaceDirectionComparison | None = None
+    directions: FallDirectionComparisonIn3D | None = None
 
 
 @dataclass(frozen=True)
@@ -119,7 +119,7 @@ class StoredDisplacementComparison:
 
 
 class _ObservedStone(NamedTuple):
-    """Stone that statistics count, with its shift (m) and twist (degrees, clockwise); NaN if not stated."""
+    """Surveyed stone that statistics count, with its shift (m) and twist (degrees, clockwise); NaN if not stated."""
 
     stone: Stone
     shift: float
@@ -135,8 +135,8 @@ class _ComputedStones(NamedTuple):
     twist: FloatArray
 
 
-class _CellArrays(NamedTuple):
-    """Values of the cases of a cube, as arrays whose first axis is friction.
+class _CaseOutcomeArrays(NamedTuple):
+    """Outcomes of all cases of a 3-D results cube, as arrays whose first axis is friction.
 
     Flags, azimuths towards which cases fall (degrees), slip (m) and twist (degrees); `grid` has the coordinates of the
     dimensions by which a stone is compared with the cases.
@@ -151,8 +151,8 @@ class _CellArrays(NamedTuple):
     twist: NDArray[np.floating]
 
     @classmethod
-    def from_cube(cls, cube: xr.Dataset) -> "_CellArrays":
-        """Return the arrays of a cube; a cube without friction has one row."""
+    def from_cube(cls, cube: xr.Dataset) -> "_CaseOutcomeArrays":
+        """Copy the outcomes of a results cube into arrays; without a friction dimension the first axis has length 1."""
         names = ("overturned", "fall_azimuth", "residual_slip_north", "residual_slip_east", "residual_twist")
         ordered = [cube[name].transpose("friction", ..., missing_dims="ignore") for name in names]
         arrays = (one.to_numpy() if "friction" in one.dims else one.to_numpy()[None] for one in ordered)
@@ -171,9 +171,9 @@ def compare_displacements(
     """Compare the falls, shifts and twists of stones with those of similar stones in a 3-D study.
 
     Each stone is compared with the cases of the nearest orientation, height, B/H and D/B, seen from the side that is
-    nearer to the grid (`stone_seen_in_grid`), unless its B/H or D/B lies far outside the grid. All values of the grid
-    have equal weight where the survey does not give the value, and so have all frictions. A stone that stands without a
-    noted shift or twist has none.
+    nearer to the grid (`describe_stone_as_in_grid`), unless its B/H or D/B lies far outside the grid. All values of
+    the grid have equal weight where the survey does not give the value, and so have all frictions. A stone that stands
+    without a noted shift or twist has none.
 
     Parameters
     ----------
@@ -198,21 +198,21 @@ def compare_displacements(
     observed = [_observed_stone(table, line, row) for line, row in table.rows if row.counted_as != "not counted"]
     if not observed:
         raise ArgumentError("stones: none counts as fallen or standing; a comparison needs at least one")
-    arrays = {id(one): _CellArrays.from_cube(one) for one in (cube, *(site_cubes or {}).values())}
+    arrays = {id(one): _CaseOutcomeArrays.from_cube(one) for one in (cube, *(site_cubes or {}).values())}
     used = {key: np.zeros(one.flags.shape, np.bool_) for key, one in arrays.items()}
     standing, never_stand, without_outcome, beyond = list[_ComputedStones](), 0, 0, 0
     fall_shares, fall_azimuths = list[tuple[int, FloatArray]](), list[FloatArray | None]()
     for one in observed:
         own = id((site_cubes or {}).get(one.stone.site, cube))
-        seen = stone_seen_in_grid(arrays[own].grid, one.stone)
+        seen = describe_stone_as_in_grid(arrays[own].grid, one.stone)
         if lies_far_outside_grid(arrays[own].grid, seen):
             beyond += one.stone.count
             fall_shares.append((one.stone.count, np.full(arrays[own].flags.shape[0], math.nan)))
             fall_azimuths.append(None)
             continue
         chosen = grid_indices_like_stone(arrays[own].grid, seen)
-        flags, azimuths, cells = _cells_like_stone(arrays[own], chosen, used[own])
-        fall_shares.append((one.stone.count, _mean_by_friction(flags)))
+        flags, azimuths, cells = _cases_resembling_stone(arrays[own], chosen, used[own])
+        fall_shares.append((one.stone.count, _fall_share_by_friction(flags)))
         fall_azimuths.append(azimuths if np.isfinite(flags).any() else None)
         if not np.isfinite(flags).any():
             without_outcome += one.stone.count
@@ -226,7 +226,7 @@ def compare_displacements(
         stood=sum(one.stone.count for one in observed if not one.stone.fell),
         cells=sum(int(mask.sum()) for mask in used.values()),
         never_stand=never_stand,
-        measures=(_fall_measure(observed, fall_shares), *_displacement_measures(observed, computed)),
+        measures=(_fallen_share_measure(observed, fall_shares), *_displacement_measures(observed, computed)),
         without_outcome=without_outcome,
         beyond=beyond,
         directions=compare_fall_directions([one.stone for one in observed], fall_azimuths, background=background),
@@ -240,10 +240,10 @@ def _observed_stone(table: SurveyTable, line: int, row: SurveyRow) -> _ObservedS
     return _ObservedStone(table.stone_of_row(line, row), shift, twist)
 
 
-def _cells_like_stone(
-    cells: _CellArrays, chosen_indices: Mapping[str, NDArray[np.intp]], used: NDArray[np.bool_]
+def _cases_resembling_stone(
+    cells: _CaseOutcomeArrays, chosen_indices: Mapping[str, NDArray[np.intp]], used: NDArray[np.bool_]
 ) -> tuple[NDArray[np.floating], FloatArray, _ComputedStones | None]:
-    """Return flags and fall azimuths of the simulated cases that resemble a stone, and those cases that stand.
+    """Select the simulated cases that resemble a stone; return flags, fall azimuths, and the cases that stand.
 
     The cases are marked in `used`. `chosen_indices` are those of `grid_indices_like_stone`. The azimuths, degrees, are
     those of the cases that fall in a known direction. The weights of the standing cases sum to 1.
@@ -270,17 +270,17 @@ def _cells_like_stone(
     return flags, azimuths, _ComputedStones(weight[rows], friction[rows].astype(np.intp), shift, np.nan_to_num(twist))
 
 
-def _mean_by_friction(flags: NDArray[np.floating]) -> FloatArray:
-    """Return the share of falls among cases with known outcome, for each friction; NaN if none is known."""
+def _fall_share_by_friction(flags: NDArray[np.floating]) -> FloatArray:
+    """Return the share of cases that fall, among those with known outcome, for each friction; NaN if none is known."""
     rows = flags.reshape(flags.shape[0], -1)
     counts, falls = np.isfinite(rows).sum(axis=1), (rows == 1).sum(axis=1)
     return np.asarray(np.divide(falls, counts, out=np.full(counts.shape, np.nan), where=counts > 0))
 
 
-def _fall_measure(
+def _fallen_share_measure(
     observed: Sequence[_ObservedStone], fall_shares: Sequence[tuple[int, FloatArray]]
 ) -> DisplacementMeasure:
-    """Return the observed and the computed share of stones that fell, with interval and range.
+    """Return the observed share of stones that fell, with its interval, and the computed share, with its range.
 
     Sites that list no standing stone are left out; if there are no others, the observed share is not known.
     """
@@ -303,7 +303,10 @@ def _share_measure(name: MeasureName, matching: int, stones: int, by_friction: F
 
 
 def _mean_and_range(by_friction: FloatArray) -> tuple[float, float, float]:
-    """Return mean, smallest and largest known value; NaN if none is known, or for the range of a single value."""
+    """Return mean, smallest and largest of the known values over friction; NaN if none is known.
+
+    Smallest and largest are NaN for a single friction.
+    """
     known = by_friction[np.isfinite(by_friction)]
     if not known.size:
         return math.nan, math.nan, math.nan
@@ -325,16 +328,16 @@ def _displacement_measures(
     cells_far = cells.shift >= SHIFTED_M - _ROUNDING
     cells_turned = np.abs(cells.twist) >= TWISTED_DEG - _ROUNDING
 
-    def by_friction(statistic: Callable[[NDArray[np.bool_]], float]) -> FloatArray:
+    def statistic_by_friction(statistic: Callable[[NDArray[np.bool_]], float]) -> FloatArray:
         """Return a statistic of the simulated cases for each friction; `statistic` gets a mask of the cases."""
         return np.array([statistic(cells.friction == one) for one in np.unique(cells.friction)])
 
-    def share(of: NDArray[np.bool_], among: NDArray[np.bool_]) -> float:
+    def weighted_share(of: NDArray[np.bool_], among: NDArray[np.bool_]) -> float:
         """Return the weighted share of the cases in the mask `of` among those in `among`; NaN if there are none."""
         total = cells.weight[among].sum()
         return float(cells.weight[among & of].sum() / total) if total > 0 else math.nan
 
-    def median(values: FloatArray, among: NDArray[np.bool_]) -> float:
+    def weighted_median(values: FloatArray, among: NDArray[np.bool_]) -> float:
         """Return the weighted median of the values in the mask `among`; NaN if there are none."""
         order = values[among].argsort(kind="stable")
         below = cells.weight[among][order].cumsum()
@@ -348,16 +351,27 @@ def _displacement_measures(
         )
 
     return [
-        _share_measure("shifted", int(far.sum()), far.size, by_friction(lambda own: share(cells_far, own))),
-        _share_measure("twisted", int(turned.sum()), turned.size, by_friction(lambda own: share(cells_turned, own))),
+        _share_measure(
+            "shifted", int(far.sum()), far.size, statistic_by_friction(lambda own: weighted_share(cells_far, own))
+        ),
+        _share_measure(
+            "twisted",
+            int(turned.sum()),
+            turned.size,
+            statistic_by_friction(lambda own: weighted_share(cells_turned, own)),
+        ),
         _share_measure(
             "clockwise",
             int((twist[turned] > 0).sum()),
             int(turned.sum()),
-            by_friction(lambda own: share(cells.twist > 0, own & cells_turned)),
+            statistic_by_friction(lambda own: weighted_share(cells.twist > 0, own & cells_turned)),
         ),
-        median_measure("shift_m", shift[far], by_friction(lambda own: median(cells.shift, own & cells_far))),
         median_measure(
-            "twist_deg", np.abs(twist[turned]), by_friction(lambda own: median(np.abs(cells.twist), own & cells_turned))
+            "shift_m", shift[far], statistic_by_friction(lambda own: weighted_median(cells.shift, own & cells_far))
+        ),
+        median_measure(
+            "twist_deg",
+            np.abs(twist[turned]),
+            statistic_by_friction(lambda own: weighted_median(np.abs(cells.twist), own & cells_turned)),
         ),
     ]

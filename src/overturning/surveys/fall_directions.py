@@ -29,7 +29,7 @@ WIND_DEG: Final = 22.5
 
 
 def stone_count_by_octant(stone: Stone) -> FloatArray:
-    """Return the share of a fallen stone that counts in each compass octant: 1 in one, or parts of 1 in two.
+    """Return the count, 0 to 1, of a fallen stone in each compass octant: 1 in one octant, or shared between two.
 
     The shape is (8,). One of 16 winds between two octants (NNE) counts half in each, since it is known to 11.25°. An
     azimuth in degrees that is recorded in steps counts in the two octants in which its step lies.
@@ -67,19 +67,20 @@ def fall_probabilities_of_arcs(
 
 
 def _recorded_arcs_deg(stone: Stone) -> tuple[FloatArray, FloatArray]:
-    """Return begin and end of the arcs, degrees, that the record of a stone's direction can name, in steps.
+    """Return begin and end, degrees, of all arcs between which the recording of a stone's direction distinguishes.
 
-    The first arc begins between 0° and the step.
+    The arcs are as wide as the recording step; the first arc begins between 0° and the step.
     """
     step = stone.recorded_step_deg
     begin = (stone.azimuth_deg - 0.5 * step) % step + step * np.arange(round(360.0 / step), dtype=np.float64)
     return begin, begin + step
 
 
-def _expected_octants(sectors: FallSectors, fallen_stone: FallenStone) -> FloatArray:
-    """Return the probabilities of a stone's octants, shape (8,), counted as `stone_count_by_octant` counts a direction.
+def _expected_octant_shares(sectors: FallSectors, fallen_stone: FallenStone) -> FloatArray:
+    """Return the expected count, 0 to 1, of a fallen stone in each compass octant, shape (8,).
 
-    A direction recorded in steps may lie in two octants.
+    Predicted directions are counted as `stone_count_by_octant` counts observed ones; a direction recorded in steps may
+    lie in two octants.
     """
     stone, density, octants = fallen_stone
     if stone.octant or not stone.recorded_step_deg:
@@ -89,14 +90,15 @@ def _expected_octants(sectors: FallSectors, fallen_stone: FallenStone) -> FloatA
     return np.asarray(fall_probabilities_of_arcs(sectors, density, begin, end) @ shares)
 
 
-def fit_of_azimuths(
+def azimuth_goodness_of_fit(
     sectors: FallSectors, fallen_stones: Sequence[FallenStone], origin_deg: float, random_survey_count: int, seed: int
 ) -> StatisticalTestResult:
     """Test with Watson's U² whether azimuths in degrees follow the predicted probabilities of their stones.
 
-    The distribution function of a stone is counted clockwise from `origin_deg`. Of an azimuth recorded in steps it is
-    that in the middle of its arc (half of the arc's probability), and the p-value is that of random surveys, drawn from
-    the prediction, whose directions are recorded in the same steps. Stones noted by octant or wind are left out.
+    The distribution function of a stone is counted clockwise from `origin_deg`. An azimuth recorded in steps has the
+    value in the middle of its arc (half of the arc's probability), and the p-value is then that of random surveys,
+    drawn from the prediction, whose directions are recorded in the same steps. Stones noted by octant or wind are left
+    out.
     """
     exact = [one for one in fallen_stones if one[0].direction_half_width_deg == 0.0]
     drawn = np.random.Generator(np.random.PCG64(seed)).random((random_survey_count, len(exact)))
@@ -116,10 +118,12 @@ def fit_of_azimuths(
     return watson_u2_test(observed, drawn if in_steps else None)
 
 
-def _direction_classes(sectors: FallSectors, fallen_stone: FallenStone) -> tuple[FloatArray, FloatArray, int]:
-    """Return predicted and uniform probabilities of the directions that a stone's record can name, and its own index.
+def _direction_class_probabilities(
+    sectors: FallSectors, fallen_stone: FallenStone
+) -> tuple[FloatArray, FloatArray, int]:
+    """Return predicted and uniform probabilities of a stone's possible direction classes, and its own class's index.
 
-    These are the 8 octants or 16 winds, turned by the declination, or the sectors of the study for degrees.
+    The classes are the 8 octants or 16 winds, turned by the declination, or the sectors of the study for degrees.
     """
     stone, density, octants = fallen_stone
     uniform = sectors.share
@@ -138,15 +142,15 @@ def log_likelihood_ratio_and_p_value(
 ) -> tuple[float, float]:
     """Return the log-likelihood ratio of predicted to uniform fall directions over fallen stones, and its p-value.
 
-    The p-value is the share of surveys with random directions whose sum is as large or larger. The random direction of
-    a stone has the resolution of its observed direction: degrees, one of 16 winds, or an octant.
+    The p-value is the share of surveys with random directions whose ratio is as large or larger. The random direction
+    of a stone has the resolution of its observed direction: degrees, one of 16 winds, or an octant.
     """
     if not fallen_stones:
         return math.nan, math.nan
     generator = np.random.Generator(np.random.PCG64(seed))
     ratios, simulated = [], np.zeros(random_survey_count)
     for fallen_stone in fallen_stones:
-        predicted, chance, place = _direction_classes(sectors, fallen_stone)
+        predicted, chance, place = _direction_class_probabilities(sectors, fallen_stone)
         with np.errstate(divide="ignore"):  # a density of 0 is possible without background
             logs = np.log(predicted / chance)
         ratios.append(logs[place])
@@ -158,9 +162,9 @@ def log_likelihood_ratio_and_p_value(
 def compare_observed_and_predicted_directions(
     sectors: FallSectors, fallen_stones: Sequence[FallenStone], random_survey_count: int, seed: int
 ) -> dict[str, Any]:
-    """Return the numbers on directions that comparisons with 2-D and 3-D studies share, by name of their attribute.
+    """Compare observed with predicted fall directions; return mean directions, octants and likelihood ratio by name.
 
-    They are mean directions and resultants, octants, and the likelihood ratio with its p-value; see
+    The names are attributes that comparisons with 2-D and with 3-D studies have in common; see
     `overturning.surveys.comparison.SurveyPredictionComparison`.
     """
     mean, length, _ = significant_mean_direction(
@@ -175,7 +179,7 @@ def compare_observed_and_predicted_directions(
         "predicted_mean_direction_deg": predicted_mean,
         "predicted_resultant": predicted_length,
         "octant_observed": sum((stone_count_by_octant(stone) for stone, *_ in fallen_stones), np.zeros(8)),
-        "octant_predicted": sum((_expected_octants(sectors, one) for one in fallen_stones), np.zeros(8)),
+        "octant_predicted": sum((_expected_octant_shares(sectors, one) for one in fallen_stones), np.zeros(8)),
         "log_likelihood_ratio": ratio,
         "likelihood_ratio_p": p_value,
     }

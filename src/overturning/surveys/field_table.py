@@ -42,7 +42,7 @@ class FieldTable:
 
     @property
     def rows_pasted_into_cells(self) -> tuple[int, ...]:
-        """Line numbers of rows in which a cell has a line with as many separators as the header."""
+        """Line numbers of rows with a cell that seems to contain a whole row, with as many separators as the header."""
         least = len(self.header.cells) - 1
         lines = [(row.line, line) for row in self.rows for cell in row.cells for line in cell.split("\n")[1:]]
         found = [number for number, line in lines if least > 1 and line.count(self.separator) >= least]
@@ -133,7 +133,7 @@ def _is_comment(line: str) -> bool:
 
 
 def _is_comment_like_row(line: str, separator: str, column_count: int) -> bool:
-    """True if a comment line has as many cells as the header names columns, and text in two or more of them."""
+    """True if a comment line resembles a table row: as many cells as the header, and text in two or more of them."""
     cells = line.split(separator)
     return (
         _is_comment(line.lstrip()) and len(cells) == column_count and sum(bool(cell.strip(' "')) for cell in cells) > 1

@@ -18,7 +18,7 @@ CURVES: Final = Path("fragility", "curves.json")
 
 
 class StoredFragilityCurves(BaseModel):
-    """Fitted fragility curves as stored, with a hash of the data and of the program that they depend on."""
+    """Stored fragility curves, with a hash of the data and the program from which they were fitted."""
 
     model_config = ConfigDict(ser_json_inf_nan="constants")  # a median can be infinite
 

@@ -60,7 +60,7 @@ class SurveyInversion:
 
         An outcome is a direction bin of the fall, or `STOOD`.
 
-        Dimensions are motions (s), levels (l) and rotations (r).
+        Levels are peak velocities to which a motion is scaled.
         """
         table = self.responses.table(StoneKind.from_stone(stone))
         turn, face = TURN_DEG * np.arange(TURNS), stone.slender_face_azimuth_deg
@@ -84,7 +84,7 @@ class SurveyInversion:
         return np.asarray((1 - self.fixed) * free + np.float32(self.fixed) * (outcome_indices == STOOD))
 
     def log_likelihoods_by_motion(self, stones: Sequence[Stone]) -> FloatArray:
-        """Compute the log-likelihoods of a survey (outcomes, directions), shape (2, motions, levels, rotations).
+        """Compute the log-likelihoods of a survey's stones for each motion, shape (2, motions, levels, rotations).
 
         Stones are independent. Index 0 is the part from falling or standing, index 1 that from directions of falls.
         """
@@ -102,7 +102,7 @@ class SurveyInversion:
     ) -> MotionPosterior:
         """Compute the posterior probabilities of motion, peak-velocity level and rotation from log-likelihoods.
 
-        s, l and r count motions, levels of peak velocity, and rotations.
+        In the shapes below, s is the number of motions, l of peak-velocity levels, and r of rotations.
 
         Parameters
         ----------
@@ -130,22 +130,24 @@ class SurveyInversion:
         )
 
     def invert_survey(self, survey_name: str, stones: Sequence[Stone]) -> SurveyInversionResult:
-        """Infer the motion from the stones of the survey `survey_name`, with a check of fit.
+        """Infer the ground motion from the stones of the survey `survey_name`, with a check of the goodness of fit.
 
         The motion is inferred from all stones together and, if the survey has several sites, from the stones of each
-        site by itself; the outcomes of the stones are shared.
+        site by itself; simulated outcomes are used for both.
         """
         parts = {
             site: [one for one in stones if one.site == site] for site in dict.fromkeys(one.site for one in stones)
         }
         log_likelihoods = {site: self.log_likelihoods_by_motion(part) for site, part in parts.items()}
-        together = self._result(survey_name, stones, np.sum(list(log_likelihoods.values()), axis=0))
+        together = self._result_for_stones(survey_name, stones, np.sum(list(log_likelihoods.values()), axis=0))
         if len(parts) == 1:
             return together
-        sites = (self._result(site, part, log_likelihoods[site]) for site, part in parts.items())
+        sites = (self._result_for_stones(site, part, log_likelihoods[site]) for site, part in parts.items())
         return replace(together, sites=tuple(sites))
 
-    def _result(self, name: str, stones: Sequence[Stone], log_likelihoods: FloatArray) -> SurveyInversionResult:
+    def _result_for_stones(
+        self, name: str, stones: Sequence[Stone], log_likelihoods: FloatArray
+    ) -> SurveyInversionResult:
         """Return the posterior of the motions, the p-value of fit, and the numbers of fallen and standing stones."""
         posterior = self.compute_posterior(log_likelihoods)
         fell, stood = (sum(one.count for one in stones if one.fell is kind) for kind in (True, False))
@@ -153,7 +155,7 @@ class SurveyInversion:
         return SurveyInversionResult(name, fell, stood, self.fixed, fit, posterior)
 
     def posterior_predictive_p_value(self, stones: Sequence[Stone], posterior: MotionPosterior, seed: int = 1) -> float:
-        """Compute the p-value of fit: the share of random surveys that fit their best motion no better.
+        """Compute the p-value of fit: the share of random surveys that fit their best motion no better than this.
 
         Random surveys are drawn from the posterior with the stones of the survey (Gelman, Meng & Stern 1996, Statistica
         Sinica 6, 733). The measure of fit is the maximum, over motions, levels and rotations of the prior, of the log

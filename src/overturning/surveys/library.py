@@ -114,7 +114,7 @@ def synthetic_pulse_motions() -> list[CandidateMotion]:
 def read_motions_with_unique_ids(paths: Sequence[Path]) -> list[Record]:
     """Read records from NetCDF motion files; records with the same id get their file paths as ids.
 
-    A station has one id on rock and on soil, for example.
+    Ids are equal, for example, if a station has one motion on rock and one on soil.
     """
     records = [read_record_from_motion_file(path) for path in paths]
     ids = [one.record_id for one in records]
@@ -125,7 +125,8 @@ def read_motions_with_unique_ids(paths: Sequence[Path]) -> list[Record]:
 def candidate_motions(user_records: Iterable[Record] = (), *, only_user_records: bool = False) -> list[CandidateMotion]:
     """Return all different candidate motions: first those of `user_records`, then those in the package.
 
-    ``only_user_records`` omits the latter. An `ArgumentError` is raised if there is no motion, or if one is zero.
+    ``only_user_records`` omits those in the package. An `ArgumentError` is raised if there is no motion, or if one is
+    zero.
     """
     every = [CandidateMotion.from_motion(one.record_id, one.event, Motion.of(one)) for one in user_records]
     every += [] if only_user_records else [*shipped_candidate_motions(), *synthetic_pulse_motions()]

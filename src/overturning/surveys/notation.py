@@ -42,7 +42,7 @@ NO_DIRECTION: Final = Direction(math.nan)
 
 
 def parse_number(text: object) -> object:
-    """Prepare the text of a number for `float`: decimal comma to point, minus sign to hyphen."""
+    """Prepare the text of a number for `float`: replace a decimal comma by a point, a minus sign by a hyphen."""
     if not isinstance(text, str):
         return text
     plain = text.strip().replace("\N{MINUS SIGN}", "-")
@@ -92,10 +92,10 @@ def parse_direction(text: object) -> Direction:
     return Direction(degrees)
 
 
-def step_of_degrees(azimuth_deg: Iterable[float]) -> float:
-    """Return the largest of the steps 45, 30, 15, 10, 5 and 1 degrees that divides all azimuths; 0 if none does.
+def common_azimuth_step_deg(azimuth_deg: Iterable[float]) -> float:
+    """Return the step in which azimuths were recorded: the largest of 45, 30, 15, 10, 5 and 1° that divides all.
 
-    NaN stands for an azimuth that is not known.
+    It is 0 if none of the steps divides all azimuths. NaN stands for an azimuth that is not known.
     """
     known = [one for one in azimuth_deg if math.isfinite(one)]
     steps = (45.0, 30.0, 15.0, 10.0, 5.0, 1.0) if known else ()
@@ -140,7 +140,7 @@ OUTCOME_FORMS: Final = (
 """Remedy for an outcome that cannot be read."""
 
 
-class Outcome(NamedTuple):
+class StatedOutcome(NamedTuple):
     """Outcome of a stone as stated in one table cell: fallen, standing, shifted, twisted and others.
 
     Attributes
@@ -166,10 +166,10 @@ class Outcome(NamedTuple):
     twist_deg: float = math.nan
     twist_sense: int = 0
 
-    def with_statement(self, other: "Outcome") -> "Outcome":
-        """Return the outcome with the statement of another one added."""
+    def merged_with(self, other: "StatedOutcome") -> "StatedOutcome":
+        """Combine the outcomes that two statements of one table cell state, such as "fell SE" and "broken"."""
         direction = other.direction if math.isfinite(other.direction.azimuth_deg) else self.direction
-        return Outcome(
+        return StatedOutcome(
             (*self.kinds, *other.kinds),
             direction,
             self.direction_is_unknown,
@@ -179,21 +179,21 @@ class Outcome(NamedTuple):
         )
 
 
-def parse_outcome(text: object) -> Outcome:
-    """Convert the text of an outcome, such as "twisted 10, shifted 3 cm", to an `Outcome`.
+def parse_outcome(text: object) -> StatedOutcome:
+    """Convert the text of an outcome, such as "twisted 10, shifted 3 cm", to a `StatedOutcome`.
 
     A ValueError names the allowed forms.
     """
-    if isinstance(text, Outcome):
+    if isinstance(text, StatedOutcome):
         return text
     whole = str(text).strip().replace("\N{MINUS SIGN}", "-")
     rest = _UNKNOWN_DIRECTION.sub("", whole)
-    found = Outcome(direction_is_unknown=rest != whole)
+    found = StatedOutcome(direction_is_unknown=rest != whole)
     for part in filter(None, _SEPARATOR.split(rest)):
         one = _parse_outcome_part(part)
         if any(kind in found.kinds for kind in one.kinds if kind in ("fell", "shifted", "twisted")):
             raise ValueError(f"{one.kinds[0]} is stated twice; state it once")
-        found = found.with_statement(one)
+        found = found.merged_with(one)
     if "fell" not in found.kinds and found.direction_is_unknown:
         raise ValueError("only a fall has a direction; write fell direction unknown")
     if not found.kinds:
@@ -205,34 +205,34 @@ def parse_outcome(text: object) -> Outcome:
     return found
 
 
-def _parse_outcome_part(part: str) -> Outcome:
-    """Convert one statement of a table cell, such as a fall with direction, a shift or a twist, to an outcome."""
+def _parse_outcome_part(part: str) -> StatedOutcome:
+    """Convert one statement of a table cell, such as "fell SE" or "twisted 10", to a `StatedOutcome`."""
     words = " ".join(part.lower().replace("_", " ").split())
     if words in _WORDS:
-        return Outcome((_WORDS[words],))
+        return StatedOutcome((_WORDS[words],))
     if fell := _FELL.fullmatch(words):
         if _WORDS.get(fell[1]) == "unknown":
             raise ValueError("write fell direction unknown")
         if _WORDS.get(fell[1]) in ("broken", "repaired", "fixed"):
             raise ValueError(f"separate several outcomes by a comma, as in fell, {fell[1]}")
-        return Outcome(("fell",), parse_direction(fell[1]) if fell[1] else NO_DIRECTION)
+        return StatedOutcome(("fell",), parse_direction(fell[1]) if fell[1] else NO_DIRECTION)
     if shifted := _SHIFTED.fullmatch(words):
         if shifted[1] and not shifted[2]:
             raise ValueError("give the unit of the shift: mm, cm or m")
         size = float(str(parse_shift(shifted[1]))) * _METRES[shifted[2]] if shifted[1] else math.nan
         if size < 0 or size > 10:
             raise ValueError("give a shift from 0 to 10 m")
-        return Outcome(("shifted",), shift_m=size)
+        return StatedOutcome(("shifted",), shift_m=size)
     if twisted := _TWISTED.fullmatch(words):
         sense = 0 if not twisted[2] else 1 if twisted[2] in ("clockwise", "cw") else -1
         if not twisted[1]:
-            return Outcome(("twisted",), twist_sense=sense)
+            return StatedOutcome(("twisted",), twist_sense=sense)
         angle = float(twisted[1].replace(",", "."))
         if sense and angle < 0:
             raise ValueError("give the sign of the twist or clockwise/anticlockwise, not both")
         if abs(angle) > 180:
             raise ValueError("give a twist from -180 to 180 degrees, clockwise positive")
-        return Outcome(("twisted",), twist_deg=(sense or 1) * angle)
+        return StatedOutcome(("twisted",), twist_deg=(sense or 1) * angle)
     near = difflib.get_close_matches(
         words, ["fell", "fallen", "toppled", "overturned", "shifted", "twisted", *_WORDS], 1, 0.7
     )

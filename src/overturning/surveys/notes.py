@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
-from overturning.surveys.columns import is_magnetic
+from overturning.surveys.columns import states_magnetic_north
 from overturning.surveys.field_table import FieldTable
 from overturning.surveys.notation import NOT_COUNTED, Direction, azimuth_unit_warning
 from overturning.surveys.row import SurveyRow
@@ -28,7 +28,7 @@ def line_label(lines: list[int]) -> str:
 
 
 def notes_on_stones(rows: Sequence[tuple[int, SurveyRow]]) -> Iterator[str]:
-    """Yield notes on stones that count neither as fallen nor as standing, and on directions of standing stones."""
+    """Yield notes on surveyed stones that statistics do not count, and on fall directions of standing stones."""
     reasons = Counter[str]()
     for _, row in rows:
         if row.counted_as == "not counted":
@@ -50,7 +50,7 @@ def warnings_on_table(
     meanings: list[str],
     declination_deg: float | None,
 ) -> Iterator[str]:
-    """Yield warnings about azimuths in a doubtful unit or from magnetic north, stones listed twice, and comments."""
+    """Yield warnings about azimuths in a doubtful unit or from magnetic north, repeated stones, and comment lines."""
     columns: dict[str, Callable[[SurveyRow], Direction]] = {
         "azimuth_deg": lambda row: row.azimuth_deg,
         "face_azimuth_deg": lambda row: row.face_azimuth_deg,
@@ -60,7 +60,9 @@ def warnings_on_table(
         if warning := azimuth_unit_warning(column, values, name):
             yield warning
     columns_read = zip(source.header.cells, meanings, strict=True)
-    magnetic = [(title, meaning) for title, meaning in columns_read if meaning in AZIMUTHS and is_magnetic(title)]
+    magnetic = [
+        (title, meaning) for title, meaning in columns_read if meaning in AZIMUTHS and states_magnetic_north(title)
+    ]
     for title, meaning in magnetic[: declination_deg is None]:
         lines = [
             line
@@ -96,7 +98,7 @@ def warnings_on_table(
 
 
 def _warnings_on_sizes(name: str, rows: Sequence[tuple[int, SurveyRow]]) -> Iterator[str]:
-    """Yield warnings about heights that may be in centimetres, and B/H that may be H/B."""
+    """Yield warnings about stone heights that may be in centimetres, and B/H that may be H/B."""
     if high := {line: row.height_m for line, row in rows if row.height_m > _DOUBTFUL_HEIGHT_M}:
         largest = max(high.values())
         yield f"{name}: {line_label(list(high))}: a height up to {largest:g} m: in centimetres? Heights are in m"

@@ -124,7 +124,7 @@ def _observed_falls(table: SurveyTable, site: str, sector_count: int) -> Observe
         site=site,
         fell=sum(stone.count for stone in stones if stone.fell),
         stands=sum(stone.count for stone in stones if not stone.fell),
-        moved=table.count(
+        moved=table.count_stones(
             lambda row: row.counted_as == "stands" and bool({"shifted", "twisted"} & set(row.outcome_kinds))
         ),
         not_counted=dict(reasons),

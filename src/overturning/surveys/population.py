@@ -54,7 +54,7 @@ class SampledStones:
         Height, m; B/H; friction coefficient µ.
     face : ndarray
         Azimuth of the normal of the front face, degrees.
-    lot : ndarray, shape (3, n)
+    random_numbers : ndarray, shape (3, n)
         Random numbers in 0 to 1 for height, B/H and friction, which choose between the two neighbouring grid values.
     """
 
@@ -62,10 +62,10 @@ class SampledStones:
     b_over_h: FloatArray
     friction: FloatArray
     face: FloatArray
-    lot: FloatArray
+    random_numbers: FloatArray
 
     def stone_class_masks(self) -> dict[str, NDArray[np.bool_]]:
-        """Return masks, shape (n,), of the stones in four classes: slender or stout, and low or tall.
+        """Return masks, shape (n,), of the stones in each of four classes: slender or stout, and low or tall.
 
         Heights are compared with the median height of the slender, or of the stout stones. A class without stones is
         left out.
@@ -99,12 +99,11 @@ def sample_stones(population: StonePopulation) -> SampledStones:
 def random_neighbour_grid_indices(
     grid_values: FloatArray, stone_values: FloatArray, uniform_numbers: FloatArray
 ) -> NDArray[np.intp]:
-    """Return a grid index for each stone's value: one of its two neighbours, at random, the closer one more often.
+    """Choose for each stone's value, at random, one of the two neighbouring grid values; return its index.
 
-    `grid_values` are ascending, shape (grid,); `stone_values` have shape (stones,).
-
-    Probabilities are linear in the distance, so that means are interpolated linearly. `uniform_numbers` are random
-    numbers between 0 and 1. Stones outside the grid take its end.
+    `grid_values` are ascending, shape (grid,); `stone_values` have shape (stones,). Probabilities are linear in the
+    distance, so that means are interpolated linearly. `uniform_numbers` are random numbers between 0 and 1. A stone
+    outside the grid takes the value at the end of the grid.
     """
     where = np.interp(stone_values, grid_values, np.arange(grid_values.size))
     below = np.floor(where)
@@ -129,8 +128,8 @@ def outcomes_of_stones(record_cube: xr.Dataset, stones: SampledStones) -> StoneO
     side of µ = B/H as the stone and the other is not, the first is taken.
     """
     cells = {
-        name: random_neighbour_grid_indices(record_cube[name].to_numpy(), getattr(stones, name), lot)
-        for name, lot in zip(_SIZES, stones.lot, strict=True)
+        name: random_neighbour_grid_indices(record_cube[name].to_numpy(), getattr(stones, name), numbers)
+        for name, numbers in zip(_SIZES, stones.random_numbers, strict=True)
     }
     grid, ratio = record_cube["friction"].to_numpy(), record_cube["b_over_h"].to_numpy()[cells["b_over_h"]]
     rocks = stones.friction > stones.b_over_h

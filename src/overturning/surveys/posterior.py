@@ -70,7 +70,7 @@ class MotionPosterior:
 
     @property
     def pgv(self) -> FloatArray:
-        """PGV, m/s, of each candidate motion at each peak-velocity level, shape (s, l)."""
+        """PGV, m/s, of each candidate motion scaled to each peak-velocity level, shape (motions, levels)."""
         return np.broadcast_to(self.level, self.probability.shape[:2])
 
     def weakest_and_strongest_level_probabilities(self) -> tuple[float, float]:
@@ -81,7 +81,7 @@ class MotionPosterior:
     def credible_interval(
         self, values_by_motion_and_level: ArrayLike, *, use_prior: bool = False
     ) -> tuple[float, float]:
-        """Return the credible interval, with probability `LEVEL`, of a quantity of the motion such as PGV.
+        """Return the credible interval, with probability `LEVEL`, of a strength of the motion such as PGV.
 
         Both tails have equal probability; the quantity increases with the level.
 
@@ -140,7 +140,7 @@ class MotionPosterior:
         return middle, max(width, NO_AXIS_DEG) if everything_fell else width
 
     def _shortest_axis_arc_deg(self) -> tuple[float, float]:
-        """Return middle and width, degrees, of the shortest arc that has the velocity axis with probability `LEVEL`."""
+        """Return middle and width, degrees, of the shortest arc with probability `LEVEL` for the velocity axis."""
         share = self.velocity_axis_probabilities()
         total = np.concatenate([[0.0], np.cumsum(np.tile(share, 2))])
         for bins in range(1, share.size + 1):
@@ -194,7 +194,7 @@ class SurveyInversionResult:
 
     @property
     def pgv_and_pga_by_motion_and_level(self) -> dict[str, FloatArray]:
-        """PGV (cm/s) and PGA (g) of each candidate motion at each peak-velocity level, by name, shape (s, l).
+        """PGV (cm/s) and PGA (g), by name, of each candidate motion scaled to each level, shape (motions, levels).
 
         Both are the largest over all azimuths.
         """
@@ -231,13 +231,13 @@ def read_inversion_result(path: Path) -> SurveyInversionResult:
         sources, about = tuple(str(name) for name in table["source"].to_numpy()), table.attrs
         posterior = MotionPosterior(sources, **{name: np.asarray(table[name]) for name in _STORED})
         numbers = (int(about["fell"]), int(about["stood"]), float(about["fixed"]), float(about["fit"]))
-        return SurveyInversionResult(str(about["survey"]), *numbers, posterior, _sites_of_file(table, posterior))
+        return SurveyInversionResult(str(about["survey"]), *numbers, posterior, _read_site_results(table, posterior))
     except (OSError, ValueError, KeyError) as error:
         raise ResultError(f"{path}: cannot be read ({error}); run the study again") from None
 
 
-def _sites_of_file(table: xr.Dataset, posterior: MotionPosterior) -> tuple[SurveyInversionResult, ...]:
-    """Return the results for single sites from the content of a file; empty if the survey has one site."""
+def _read_site_results(table: xr.Dataset, posterior: MotionPosterior) -> tuple[SurveyInversionResult, ...]:
+    """Return the inversion results of the single sites of a survey from a stored file; empty for one site."""
     if "site" not in table:
         return ()
     fixed = float(table.attrs["fixed"])

@@ -77,9 +77,9 @@ class SiteFallPrediction(FallSectors):
     def _interpolate_fall_probabilities_and_times(
         self, azimuth_deg: FloatArray, b_over_h: float
     ) -> tuple[FloatArray, FloatArray]:
-        """Interpolate the probabilities of falls towards and away from n azimuths; return them and the fall times.
+        """Interpolate probabilities of falls towards n azimuths and their opposites; return them and the fall times.
 
-        Shapes are (2, blocks, n) and (blocks, n). A time is that of the nearest azimuth and B/H. Far outside the
+        Shapes are (2, blocks, n) and (blocks, n). A time is taken from the nearest azimuth and B/H. Far outside the
         simulated range of B/H the probabilities are NaN, unless the stone is stouter than a block that never falls.
         """
         place = float(np.interp(b_over_h, self.b_over_h, np.arange(self.b_over_h.size)))
@@ -103,8 +103,8 @@ class SiteFallPrediction(FallSectors):
             min(stone.slenderness_in_both_planes) < least - 1e-9 or max(stone.slenderness_in_both_planes) > most + 1e-9
         )
 
-    def lacks_blocks_like(self, stone: Stone) -> bool:
-        """True if the fall of a stone is not predicted because its B/H lies far outside the simulated range."""
+    def has_b_over_h_far_outside_grid(self, stone: Stone) -> bool:
+        """True if a stone's B/H lies so far outside the simulated range that its fall is not predicted."""
         return self.has_b_over_h_outside_grid(stone) and bool(np.isnan(self.fall_probability_by_block(stone)).all())
 
     def fall_sector_probabilities(self, b_over_h: float = math.nan, b_over_h_side: float = math.nan) -> FloatArray:
@@ -167,11 +167,11 @@ class SiteFallPrediction(FallSectors):
 
         The five probabilities sum to 1.
 
-        A rectangular stone falls over one of its edges: the two planes through its faces' normals are computed each
-        with its own B/H, for each height and friction of the cube on its own. They are taken as independent within the
-        ensemble's neighbourhood; where the stone would fall in both, `fall_probability_over_each_edge` divides the
-        probability between the two edges. Rolling on a corner is left out: only the 3-D model has it (Contento, Zulli &
-        Di Egidio 2013, doi 10.5772/54863).
+        A rectangular stone falls over one of its edges: the falls in the two planes through its faces' normals are
+        computed separately, each with the B/H in its plane, for each height and friction of the cube. The falls in the
+        two planes are taken as independent within the ensemble's neighbourhood; where the stone would fall in both,
+        `fall_probability_over_each_edge` divides the probability between the two edges. Rolling on a corner is left
+        out: only the 3-D model has it (Contento, Zulli & Di Egidio 2013, doi 10.5772/54863).
         """
         blind = np.concatenate([[0.5], np.full(4, 0.125)])
         model = self._fall_side_probabilities_without_background(
@@ -206,7 +206,7 @@ class SiteFallPrediction(FallSectors):
     def _compute_fall_side_probabilities(
         self, face_azimuth_deg: FloatArray, slenderness: tuple[float, float]
     ) -> FloatArray:
-        """Compute what `_fall_side_probabilities_by_block` returns and stores."""
+        """Compute the probabilities that `_fall_side_probabilities_by_block` stores, shape (5, blocks, n)."""
         planes = [
             self._interpolate_fall_probabilities_and_times(face_azimuth_deg + 90.0 * i, shape)
             for i, shape in enumerate(slenderness)
@@ -227,10 +227,9 @@ class SiteFallPrediction(FallSectors):
 
         Random falls, the share `background`, are not included.
 
-        A stone of known height has the probability interpolated to it between the heights with an outcome (outside of
-        them: that of the nearest height).
-        A stone without face has the mean over all face azimuths. A stone without B/H has the mean over all B/H of the
-        grid, with a square footprint.
+        For a stone of known height, the probability is interpolated between the heights with an outcome; outside this
+        range it is that of the nearest height. A stone without face azimuth has the mean over all face
+        azimuths. A stone without B/H has the mean over all B/H of the grid, with a square footprint.
 
         Returns
         -------
@@ -302,13 +301,13 @@ class SurveyFallPrediction:
                         "of one survey with one grid"
                     )
 
-    def for_stone(self, stone: Stone) -> SiteFallPrediction:
+    def site_prediction_for_stone(self, stone: Stone) -> SiteFallPrediction:
         """Return the prediction for the survey site at which a stone stands."""
         return self._by_site.get(stone.site, self.default)
 
 
 def _slenderness_cache_key(b_over_h: float, b_over_h_side: float) -> str:
-    """Return a text for two values of B/H (which may be NaN) as key of a dictionary.
+    """Return a dictionary key for two values of B/H, which may be NaN.
 
     NaN does not equal itself, so numbers would not do.
     """
@@ -318,7 +317,7 @@ def _slenderness_cache_key(b_over_h: float, b_over_h_side: float) -> str:
 def _mean_of_known_values(
     values: FloatArray, axis: int | tuple[int, ...], weight: FloatArray | None = None
 ) -> FloatArray:
-    """Return the mean over `axis`, ignoring NaN; `weight` has the length of the last axis."""
+    """Return the weighted mean over `axis`, ignoring NaN; `weight` has the length of the last axis."""
     known = np.isfinite(values)
     weights = known if weight is None else known * weight
     with np.errstate(invalid="ignore"):

@@ -24,7 +24,7 @@ from overturning.surveys.stone_outcomes import (
     LEVELS,
     SHAPES,
     UNKNOWN,
-    names_of_known_sizes,
+    keys_of_known_sizes,
     orientations_of_aspect,
     outcomes_of_needed_sizes,
     response_cache_folder,
@@ -49,7 +49,7 @@ DRAWS: Final = 64
 
 @dataclass(frozen=True)
 class StoneKind:
-    """Height and shape (B/H, D/B) for which stones of a survey are simulated; None if unknown.
+    """Kind of stone to simulate for a survey: height and shape (B/H, D/B); None if unknown.
 
     Attributes
     ----------
@@ -91,9 +91,7 @@ class StoneKind:
     def size_grid_weights(self, size_population: StonePopulation) -> FloatArray:
         """Return the weights of the simulated `HEIGHTS` and `SHAPES` (B/H) for stones of this kind; their sum is 1.
 
-        The shape is (heights, shapes).
-
-        The weights sum to 1. Unknown sizes are distributed as in `size_population`.
+        The shape is (heights, shapes). Unknown sizes are distributed as in `size_population`.
         """
         generator = np.random.Generator(np.random.PCG64(size_population.seed))
         unit = scipy.stats.qmc.Sobol(2, scramble=True, rng=generator).random(DRAWS).T
@@ -186,9 +184,9 @@ class StoneOutcomeProbabilities:
         self.table = lru_cache(64)(self._outcome_probability_table)
 
     def _outcome_probability_table(self, stone_kind: StoneKind) -> NDArray[np.float32]:
-        """Return probabilities of each fall direction, relative to the motion's north, and of standing.
+        """Return the probabilities of each fall direction, relative to the motion's north, and of standing.
 
-        Shape (motions, levels, orientations, bins + 1).
+        The shape is (motions, levels, orientations, bins + 1), for direction bins and standing.
         """
         return np.stack(
             [_outcome_probabilities(one, self._weights[stone_kind]) for one in self._ways[stone_kind.aspect]]
@@ -216,7 +214,7 @@ def needed_size_grid_masks(weights_by_kind: dict[StoneKind, FloatArray]) -> dict
     return needed
 
 
-def case_count_and_time(
+def simulation_case_count_and_time(
     motions: Sequence[CandidateMotion],
     stone_kinds: Sequence[StoneKind],
     folder: Path | None = None,
@@ -246,7 +244,7 @@ def case_count_and_time(
         names = {f"{h}-{b}" for h, b in np.argwhere(nodes).tolist()}
         each = len(FRICTIONS) * LEVELS.size * StoneKind(aspect=aspect).orientations_deg.size
         for one in motions:
-            known = set() if with_known else names_of_known_sizes(one, aspect, folder or response_cache_folder())
+            known = set() if with_known else keys_of_known_sizes(one, aspect, folder or response_cache_folder())
             count = each * len(names - known)
             cases += count
             seconds += CASE_S * count * one.motion.north.size * one.motion.sampling_interval
@@ -258,7 +256,7 @@ def _outcome_probabilities(
 ) -> NDArray[np.float32]:
     """Return the probabilities of standing and of each fall direction, for one kind of stone under one motion.
 
-    The shape is (levels, orientations, bins + 1).
+    The shape is (levels, orientations, bins + 1), for direction bins and standing.
 
     The outcomes under one motion (see `outcomes_of_needed_sizes`) are averaged over stones, with weights of
     `StoneKind.size_grid_weights`, and over the peak velocities at the site.
@@ -288,9 +286,9 @@ def uninformed_outcome_probabilities() -> FloatArray:
 
 @cache
 def observed_direction_probabilities_by_simulated() -> FloatArray:
-    """Return the probabilities of observed fall directions (columns) given the simulated one (rows).
+    """Return the probabilities of each observed fall direction (columns), given the simulated direction (rows).
 
-    A bin is a direction bin of a fall.
+    Rows and columns are direction bins: equal sectors of azimuth.
     """
     angle = np.radians(BIN_WIDTH_DEG * np.arange(DIRECTION_BINS))
     density = scipy.stats.vonmises.pdf(angle, CONCENTRATION)

@@ -28,8 +28,8 @@ from overturning.surveys.notation import (
     UNKNOWN_CELLS,
     WINDS_16,
     Direction,
-    Outcome,
     OutcomeKind,
+    StatedOutcome,
     parse_degrees,
     parse_direction,
     parse_number,
@@ -57,7 +57,7 @@ def _parse_octant_index(text: object) -> int:
 
 
 def _parse_count(text: object) -> object:
-    """Prepare the text of a count for `int`; refuse a decimal point or comma, which may separate thousands."""
+    """Prepare the text of a number of stones for `int`; refuse a point or comma, which may separate thousands."""
     plain = parse_number(text)
     if isinstance(plain, str) and re.fullmatch(r"[+-]?[\d.,]*[.,][\d.,]*", str(text).strip()):
         raise ValueError("write a whole number without point or comma, such as 1000")
@@ -77,7 +77,7 @@ _DIRECTION_SCHEMA: dict[str, Any] = {
 
 
 def _number_schema(low: float, high: float, kind: str = "number") -> WithJsonSchema:
-    """Return the JSON schema of a cell that contains a number from `low` to `high`, possibly as text."""
+    """Return the JSON schema of a survey cell that contains a number from `low` to `high`, possibly as text."""
     return WithJsonSchema({"anyOf": [{"type": kind, "minimum": low, "maximum": high}, _NUMBER_TEXT]})
 
 
@@ -96,11 +96,11 @@ class SurveyRow(BaseModel):
     stone: str = Field("", description="name or number of the stone")
     kind: str = Field("", description="kind of stone, such as a three-tier grave or a lantern")
     outcome: Annotated[
-        Outcome,
+        StatedOutcome,
         PlainValidator(parse_outcome),
         WithJsonSchema({"type": "string", "examples": ["fell", "stands", "shifted 3 cm", "twisted -10", "broken"]}),
     ] = Field(
-        Outcome(),
+        StatedOutcome(),
         description="what happened: `fell`, `fell direction unknown`, `stands`, `shifted 3 cm`, `twisted 10` (degrees, "
         "clockwise positive), `broken`, `repaired`, `fixed` (to its base) or `unknown`; several are "
         "separated by a comma",
@@ -178,14 +178,14 @@ class SurveyRow(BaseModel):
         context = info.context or {}
         faults = [
             message
-            for columns, message in self._broken_rules()
+            for columns, message in self._column_contradictions()
             if not columns & context.get("faulty", set()) and not ("fell" in columns and context.get("no_outcome"))
         ]
         if faults:
             raise ValueError("\n".join(faults))
         return self
 
-    def _broken_rules(self) -> Iterator[tuple[set[str], str]]:
+    def _column_contradictions(self) -> Iterator[tuple[set[str], str]]:
         """Yield the columns and a message for each contradiction between columns of this row."""
         exact, outcome = math.isfinite(self.azimuth_deg.azimuth_deg), self.outcome
         directed = exact or self.octant is not None
@@ -216,9 +216,9 @@ class SurveyRow(BaseModel):
                 {"fell", "outcome", "azimuth_deg", "octant"},
                 "fell: a stone that stood has no fall direction; empty azimuth_deg and octant",
             )
-        yield from self._broken_size_rules()
+        yield from self._size_contradictions()
 
-    def _broken_size_rules(self) -> Iterator[tuple[set[str], str]]:
+    def _size_contradictions(self) -> Iterator[tuple[set[str], str]]:
         """Yield the columns and a message for each contradiction between coordinates, shifts or twists."""
         for first, second in (("lat", "lon"), ("x", "y")):
             given = [name for name in (first, second) if math.isfinite(getattr(self, name))]

@@ -54,6 +54,6 @@ class FallSectors:
 
     @cached_property
     def _octant_of_sector_parts(self) -> NDArray[np.intp]:
-        """Octant of each of the equal parts of the azimuth sectors, shape (sectors × `_PARTS_OF_SECTOR`,)."""
+        """Octant of each of the `_PARTS_OF_SECTOR` equal parts of each azimuth sector, shape (sectors × parts,)."""
         within = (np.arange(_PARTS_OF_SECTOR) + 0.5) / _PARTS_OF_SECTOR
         return sector_index(self.borders[:-1, None] + np.diff(self.borders)[:, None] * within, 8).ravel()

@@ -163,7 +163,7 @@ def estimate_standing_probability(
 ) -> StandingProbability:
     """Compute the probability that stones still stand after `years`, from their fragility and a hazard curve.
 
-    The median of the curve is known.
+    The fragility curve must have a fitted median.
     """
     last, seldom = float(hazard_curve.level[-1]), float(hazard_curve.rate[-1])
 
@@ -285,7 +285,7 @@ def hazard_unit_warning(hazard_curve: HazardCurve) -> str:
 
 
 def upper_bound_of_annual_fall_rate(years_without_fall: float) -> float:
-    """Return the upper bound of the fall rate, 1/year, if no stone fell for `years_without_fall` years.
+    """Return the upper bound of the annual fall rate, 1/year, that follows if no stone fell for a number of years.
 
     The rate lies below it with the probability `BOUND_PROBABILITY`.
 
@@ -299,9 +299,9 @@ def upper_bound_of_annual_fall_rate(years_without_fall: float) -> float:
 def upper_bound_of_hazard_factor(
     fragility_curve: FragilityCurveRow, hazard_curve: HazardCurve, years: float, fall_rate_bound: float
 ) -> float:
-    """Return the factor on the hazard at which only 5 % of the stones would still stand, as an upper bound.
+    """Return the upper bound of a factor on the hazard: with it, only 5 % of the stones would still stand.
 
-    The factor is an upper bound, found from stones that still stand.
+    The bound follows from stones that still stand: a larger factor would have overturned more of them.
 
     The deviation of each stone from its class is constant, and standing stones are the strong ones, so the factor is
     larger than ``fall_rate_bound`` divided by the mean rate of the class. It equals this ratio if the components of the

@@ -11,32 +11,36 @@ from overturning.model.symmetry import FULL_TURN
 from overturning.surveys.stones import LARGEST_FACTOR_BEYOND_GRID, Stone
 
 
-def stone_seen_in_grid(grid: Mapping[str, FloatArray], stone: Stone) -> dict[str, float]:
-    """Return face azimuth, height, B/H and D/B of a stone, seen from the side whose B/H and D/B are nearer to the grid.
+def describe_stone_as_in_grid(grid: Mapping[str, FloatArray], stone: Stone) -> dict[str, float]:
+    """Return face azimuth, height, B/H and D/B of a stone, described from the side that suits a study's grid better.
 
-    A stone with B/H 0.4 and D/B 0.5 is the stone with B/H 0.2 and D/B 2 whose face is turned by 90°. Without D/B in
-    the grid the stone is seen as the survey describes it, and so is a stone that is as near from either side.
+    A stone with B/H 0.4 and D/B 0.5 is the stone with B/H 0.2 and D/B 2 whose face is turned by 90°. The description
+    is chosen whose B/H and D/B are nearer to the values of the grid. Without D/B in the grid, or if both are equally
+    near, the stone is described as in the survey.
     """
     front, side = stone.slenderness_in_both_planes
 
-    def view(b_over_h: float, across: float, face_azimuth_deg: float) -> dict[str, float]:
+    def described_from_side(b_over_h: float, across: float, face_azimuth_deg: float) -> dict[str, float]:
         aspect = across / b_over_h if b_over_h else math.nan
         return {
             "height": stone.height, "b_over_h": b_over_h, "aspect": aspect, "face_azimuth_deg": face_azimuth_deg,
         }  # fmt: skip
 
-    def distance(of: dict[str, float]) -> float:
+    def distance_from_grid(of: dict[str, float]) -> float:
         """Return the sum of the distances of B/H and D/B from the grid, as logarithms of ratios, rounded."""
         apart = (np.abs(np.log(grid[name] / of[name])).min() for name in ("b_over_h", "aspect") if name in grid)
         return round(float(sum(apart)), 9)
 
-    views = [view(front, side, stone.face_azimuth_deg), view(side, front, stone.face_azimuth_deg + 90.0)]
+    views = [
+        described_from_side(front, side, stone.face_azimuth_deg),
+        described_from_side(side, front, stone.face_azimuth_deg + 90.0),
+    ]
     known = "aspect" in grid and math.isfinite(front) and front > 0.0 and side > 0.0
-    return min(views, key=distance) if known else views[0]
+    return min(views, key=distance_from_grid) if known else views[0]
 
 
 def lies_far_outside_grid(grid: Mapping[str, FloatArray], seen: Mapping[str, float]) -> bool:
-    """Return True if B/H or D/B of a stone is known and lies far outside the values of the grid of a cube."""
+    """True if B/H or D/B of a stone is known and lies far outside the values in the grid of a results cube."""
     return any(
         seen[name] * LARGEST_FACTOR_BEYOND_GRID < grid[name].min()
         or seen[name] > LARGEST_FACTOR_BEYOND_GRID * grid[name].max()
@@ -46,10 +50,10 @@ def lies_far_outside_grid(grid: Mapping[str, FloatArray], seen: Mapping[str, flo
 
 
 def grid_indices_like_stone(grid: Mapping[str, FloatArray], seen: Mapping[str, float]) -> dict[str, NDArray[np.intp]]:
-    """Return, for each dimension of a cube's grid, the indices of the grid values that are closest to those of a stone.
+    """Return, by dimension of a results cube's grid, the index of the grid value that is closest to a stone's value.
 
     A dimension is left out if the value of the stone is unknown. `seen` has the values of the stone, as returned by
-    `stone_seen_in_grid`.
+    `describe_stone_as_in_grid`.
     """
     found = {
         name: np.array([int(np.abs(np.log(grid[name] / seen[name])).argmin())])

@@ -56,20 +56,21 @@ UNKNOWN: Final = DIRECTION_BINS + 1
 LIBRARY_FILE: Final = Path(__file__).with_name("library-outcomes.npz")
 """Outcomes under the motions of the package, for stones of the heights of gravestones.
 
-`verification/library_outcomes.py` computes the file. `grid` is the text of `outcome_grid`, `motions` has a row of
-`motion_signature` for each motion. For each D/B, written as ``:g``, ``sizes D/B`` has indices into `HEIGHTS` and
-`SHAPES`, shape (sizes, 2), and ``outcomes D/B`` the outcomes, shape (motions, sizes, frictions, levels, orientations).
+`verification/library_outcomes.py` computes the file. `grid` is the text of `outcome_grid_description`, `motions` has
+a row of `motion_signature` for each motion. For each D/B, written as ``:g``, ``sizes D/B`` has indices into `HEIGHTS`
+and `SHAPES`, shape (sizes, 2), and ``outcomes D/B`` the outcomes, shape (motions, sizes, frictions, levels,
+orientations).
 """
 
 
-def outcome_grid() -> str:
-    """Return the grid of heights, shapes, frictions, levels and orientations as text, to compare it with a file's."""
+def outcome_grid_description() -> str:
+    """Return the grid of simulated sizes, frictions, levels and orientations as text, to detect outdated files."""
     grid = (BIN_WIDTH_DEG, LEVELS.tolist(), FRICTIONS, HEIGHTS.tolist(), SHAPES.tolist(), ORIENTATION_STEP_DEG)
     return repr(grid)
 
 
 def orientations_of_aspect(aspect: float) -> FloatArray:
-    """Return the face azimuths to simulate for a D/B, degrees from the motion's north, without those equal by symmetry.
+    """Return the face azimuths to simulate for a D/B, degrees from the motion's north, without symmetric repetitions.
 
     A round stone has the D/B 0.
     """
@@ -87,33 +88,36 @@ def motion_signature(candidate_motion: CandidateMotion) -> FloatArray:
 
 
 @cache
-def _library_member(name: str) -> NDArray[np.generic]:
-    """Return an array of `LIBRARY_FILE`."""
+def _shipped_library_array(name: str) -> NDArray[np.generic]:
+    """Return an array of `LIBRARY_FILE`, the file with simulated outcomes of stones in the package."""
     with np.load(LIBRARY_FILE) as stored:
         return np.asarray(stored[name])
 
 
 @cache
-def _library_aspects() -> frozenset[str]:
-    """Return the D/B of `LIBRARY_FILE`, as text; none if the file was computed for another grid."""
+def _shipped_library_aspects() -> frozenset[str]:
+    """Return, as text, the D/B for which the package contains simulated outcomes; none if on another grid of sizes."""
     with np.load(LIBRARY_FILE) as stored:
-        if str(stored["grid"]) != outcome_grid():
+        if str(stored["grid"]) != outcome_grid_description():
             return frozenset()
         return frozenset(name.partition(" ")[2] for name in stored.files if name.startswith("sizes "))
 
 
 def shipped_outcomes(candidate_motion: CandidateMotion, aspect: float) -> dict[str, NDArray[np.int8]]:
-    """Return the outcomes under a motion that come with the package, by key ``height-shape``.
+    """Return the outcomes of stones under a motion that the package contains, by key ``height-shape`` (grid indices).
 
     The result is empty for motions that are not in the package, and for a D/B without such outcomes.
     """
-    if f"{aspect:g}" not in _library_aspects():
+    if f"{aspect:g}" not in _shipped_library_aspects():
         return {}
-    own, every = motion_signature(candidate_motion), _library_member("motions")
+    own, every = motion_signature(candidate_motion), _shipped_library_array("motions")
     same = np.flatnonzero(np.isclose(every, own, rtol=1e-6, atol=0.0).all(axis=1))
     if same.size != 1:
         return {}
-    outcomes, sizes = _library_member(f"outcomes {aspect:g}")[same[0]], _library_member(f"sizes {aspect:g}")
+    outcomes, sizes = (
+        _shipped_library_array(f"outcomes {aspect:g}")[same[0]],
+        _shipped_library_array(f"sizes {aspect:g}"),
+    )
     return {f"{h}-{b}": one for (h, b), one in zip(sizes.tolist(), outcomes, strict=True)}
 
 
@@ -128,7 +132,7 @@ def _response_cache_path(candidate_motion: CandidateMotion, aspect: float, folde
     The file name is a hash of all inputs.
     """
     inputs = f"{_response_source_hash()} {candidate_motion.samples_sha256} {candidate_motion.pgv} {aspect}"
-    key = hashlib.sha256(f"{inputs} {outcome_grid()}".encode()).hexdigest()[:24]
+    key = hashlib.sha256(f"{inputs} {outcome_grid_description()}".encode()).hexdigest()[:24]
     return folder / f"{key}.npz"
 
 
@@ -152,9 +156,9 @@ def load_or_simulate_outcomes(
     folder: Path,
     threads: int,
 ) -> dict[str, NDArray[np.int8]]:
-    """Return the outcomes of stones with one D/B under a motion, as `outcomes_of_needed_sizes`, without shipped ones.
+    """Load the outcomes of stones with one D/B under a motion from the cache folder, or simulate missing ones.
 
-    Simulated outcomes are stored in the cache folder.
+    Simulated outcomes are stored in the cache folder. Keys and shapes are those of `outcomes_of_needed_sizes`.
     """
     path, known = _response_cache_path(candidate_motion, aspect, folder), dict[str, NDArray[np.int8]]()
     try:
@@ -174,8 +178,8 @@ def load_or_simulate_outcomes(
     return known
 
 
-def names_of_known_sizes(candidate_motion: CandidateMotion, aspect: float, folder: Path) -> set[str]:
-    """Return the keys ``height-shape`` of outcomes that are shipped with the package or stored in the cache folder."""
+def keys_of_known_sizes(candidate_motion: CandidateMotion, aspect: float, folder: Path) -> set[str]:
+    """Return the keys ``height-shape`` of stone sizes whose outcomes are in the package or in the cache folder."""
     stored_names: list[str] = []
     # A damaged archive holds nothing.
     with suppress(Exception), np.load(_response_cache_path(candidate_motion, aspect, folder)) as stored:
@@ -185,7 +189,7 @@ def names_of_known_sizes(candidate_motion: CandidateMotion, aspect: float, folde
 
 @cache
 def _response_source_hash() -> str:
-    """Return a hash of the source files that affect simulated outcomes; it makes an outdated cache invalid."""
+    """Return a hash of the source files that affect simulated outcomes, so that an outdated cache is not used."""
     return package_source_hash("dem", "model", "motion", "surveys/stone_outcomes.py")
 
 

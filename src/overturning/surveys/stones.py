@@ -7,9 +7,14 @@ from pathlib import Path
 from typing import Final
 
 from overturning.errors import RecordError
-from overturning.surveys.columns import columns_with_numbers_of_stones, is_true, names_columns, plan_columns
+from overturning.surveys.columns import (
+    looks_like_header,
+    messages_on_stone_count_columns,
+    recognise_columns,
+    states_true_north,
+)
 from overturning.surveys.field_table import FieldTable, TableLine, read_field_table
-from overturning.surveys.notation import OCTANTS, UNKNOWN_CELLS, step_of_degrees
+from overturning.surveys.notation import OCTANTS, UNKNOWN_CELLS, common_azimuth_step_deg
 from overturning.surveys.notes import AZIMUTHS, line_label, notes_on_stones, warnings_on_table
 from overturning.surveys.row import COLUMNS, SurveyRow
 from overturning.tables import cell_error_messages
@@ -54,11 +59,11 @@ class Stone:
     octant : bool
         The direction was given as a compass octant, so it is known to ±22.5°.
     count : int
-        Stones in this row.
+        Number of stones in this row.
     b_over_h : float
         Width over height in the plane through the normal of the face; NaN where not given.
     b_over_h_side : float
-        The same in the plane at right angles; NaN where not given (a square footprint is assumed then).
+        Width over height in the plane at right angles; NaN where not given (a square footprint is assumed then).
     face_azimuth_deg : float
         Direction that the front face looks to, degrees clockwise from true north; NaN where not given.
     height : float
@@ -138,7 +143,7 @@ class SurveyTable:
     winds_are_octants : bool
         True if the winds in ``azimuth_deg`` are only N, NE, E, …, so that they are known to ±22.5°.
     degree_step_deg : float
-        Step in which fall directions in degrees are recorded, see `step_of_degrees`.
+        Step in which fall directions in degrees are recorded, see `common_azimuth_step_deg`.
     """
 
     name: str
@@ -168,7 +173,7 @@ class SurveyTable:
             degree_step_deg=self.degree_step_deg,
         )
 
-    def count(self, condition: Callable[[SurveyRow], bool]) -> int:
+    def count_stones(self, condition: Callable[[SurveyRow], bool]) -> int:
         """Return the number of stones in the rows for which `condition` is True."""
         return sum(row.count for _, row in self.rows if condition(row))
 
@@ -196,13 +201,13 @@ class SurveyTable:
 
 
 def _within_circle_deg(azimuth_deg: float) -> float:
-    """Return the same direction from 0 to below 360 degrees."""
+    """Return an azimuth as the equivalent angle from 0 to below 360 degrees."""
     turned = azimuth_deg % 360.0
     return 0.0 if turned == 360.0 else turned  # the remainder of a tiny negative angle is rounded to 360
 
 
 def stones_of_sites_with_standing(stones: Sequence[Stone]) -> list[Stone]:
-    """Return the stones of those sites that list a standing stone.
+    """Return the stones of the survey sites that list at least one standing stone.
 
     A site without any may list only its fallen stones, so that the share that fell is not known there.
     """
@@ -211,7 +216,7 @@ def stones_of_sites_with_standing(stones: Sequence[Stone]) -> list[Stone]:
 
 
 def fallen_and_all_stone_counts(stones: Sequence[Stone]) -> tuple[int, int]:
-    """Return the number of stones that fell, and that of all stones."""
+    """Return the number of stones that fell, and the number of all stones."""
     return sum(stone.count for stone in stones if stone.fell), sum(stone.count for stone in stones)
 
 
@@ -229,12 +234,12 @@ def read_stones_with_notes(path: Path) -> tuple[list[Stone], list[str], list[str
     See `read_survey_table`; a RecordError is also raised if no stone counts as fallen or standing.
     """
     table = read_survey_table(path)
-    check_some_stone_counts(table, path)
+    check_has_counted_stone(table, path)
     return table.stones, list(table.notes), list(table.warnings)
 
 
-def check_some_stone_counts(table: SurveyTable, path: Path) -> None:
-    """Raise a `RecordError` if no stone of a survey counts as fallen or standing; `path` is its file."""
+def check_has_counted_stone(table: SurveyTable, path: Path) -> None:
+    """Raise a `RecordError` if no stone of a survey counts as fallen or standing; `path` is the file of the survey."""
     if not table.stones:
         raise RecordError(f"{path}: no stone counts as fallen or standing; all are broken, repaired, fixed or unknown")
 
@@ -260,11 +265,11 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
         remedy, and no stone is read.
     """
     table = read_field_table(path, "survey")
-    plan = plan_columns(table.header.cells, COLUMNS)
-    of_numbers = columns_with_numbers_of_stones(table.header.cells, plan.meanings, [line.cells for line in table.rows])
+    plan = recognise_columns(table.header.cells, COLUMNS)
+    of_numbers = messages_on_stone_count_columns(table.header.cells, plan.meanings, [line.cells for line in table.rows])
     faults = [(table.header.line, message) for message in (*plan.faults, *of_numbers)]
     above = table.remarks[-1].split(table.separator) if table.remarks else []
-    if "" in plan.meanings and len(above) == len(plan.meanings) and names_columns(above, COLUMNS, _STATING_OUTCOME):
+    if "" in plan.meanings and len(above) == len(plan.meanings) and looks_like_header(above, COLUMNS, _STATING_OUTCOME):
         faults = [(table.header.line, "the line above it names the columns, but is a comment; remove its #")]
     missing = not _STATING_OUTCOME & set(plan.meanings)
     if missing:
@@ -283,12 +288,14 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
         rows += [(line.line, row)] if row is not None else []
     winds = {row.fall_direction.wind for _, row in rows} - {None}
     octants = bool(winds) and all(wind is not None and wind % 2 == 0 for wind in winds)
-    step = step_of_degrees([row.fall_direction.azimuth_deg for _, row in rows if row.fall_direction.wind is None])
-    faults += [(line, message) for line, message in _declination_faults(rows, winds_are_octants=octants)]
+    step = common_azimuth_step_deg(
+        [row.fall_direction.azimuth_deg for _, row in rows if row.fall_direction.wind is None]
+    )
+    faults += [(line, message) for line, message in _octant_declination_errors(rows, winds_are_octants=octants)]
     if not table.rows and not faults:
         raise RecordError(f"{path}: no stone; write one row per stone below the header")
     if faults:
-        raise RecordError(_format_faults(path, faults))
+        raise RecordError(_format_row_errors(path, faults))
     notes = [f"{path.name}: {note}" for note in (*plan.notes, *notes_on_stones(rows))]
     return SurveyTable(
         path.name,
@@ -317,7 +324,7 @@ def _true_north_messages(table: FieldTable, meanings: list[str]) -> Iterator[str
     if at and all(not cell.strip("+-0.,°º˚") or cell.lower() in UNKNOWN_CELLS for cell in cells):
         return
     for name, meaning in zip(table.header.cells, meanings, strict=True):
-        if meaning in AZIMUTHS and is_true(name):
+        if meaning in AZIMUTHS and states_true_north(name):
             yield (
                 f"column {name!r} names true north, but a declination is given, which is added to all azimuths; leave "
                 "out the declination, or rename the column"
@@ -360,12 +367,14 @@ def _read_row(
 
 
 def _names_a_total(meaning: str, cell: str) -> bool:
-    """True if a cell in the column of sites or stones names a sum or mean over the rows of the table."""
+    """True if a cell in the column of sites or stones marks a row of totals or means, not a stone."""
     return meaning in ("site", "stone") and cell.strip(" :").lower() in _TOTALS
 
 
-def _declination_faults(rows: list[tuple[int, SurveyRow]], *, winds_are_octants: bool) -> Iterator[tuple[int, str]]:
-    """Yield line number and message for each octant from magnetic north if the declination is large."""
+def _octant_declination_errors(
+    rows: list[tuple[int, SurveyRow]], *, winds_are_octants: bool
+) -> Iterator[tuple[int, str]]:
+    """Yield line number and error message for each octant that a large declination makes ambiguous."""
     for line, row in rows:
         by_octant = row.octant is not None or (row.fall_direction.wind is not None and winds_are_octants)
         if by_octant and abs(row.magnetic_declination_deg) > _MOST_OCTANT_DECLINATION_DEG:
@@ -376,8 +385,8 @@ def _declination_faults(rows: list[tuple[int, SurveyRow]], *, winds_are_octants:
             )
 
 
-def _format_faults(path: Path, faults: list[tuple[int, str]]) -> str:
-    """Return one message for all errors in a table; lines with the same error are listed together."""
+def _format_row_errors(path: Path, faults: list[tuple[int, str]]) -> str:
+    """Return one message for all errors in the rows of a survey table; lines with equal errors are listed together."""
     lines_of: dict[str, list[int]] = {}
     for line, message in sorted(faults, key=lambda one: one[0]):
         lines_of.setdefault(message, []).append(line)

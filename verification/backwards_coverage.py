@@ -23,9 +23,9 @@ from overturning.findings.inferred_motion import inferred_motion_findings
 from overturning.findings.survey_commands import SurveyCommandResults
 from overturning.model.cases import Cases
 from overturning.model.shapes import Cylinder, RectangularPrism
-from overturning.report.drawings import draw_posterior
+from overturning.report.drawings import write_motion_posterior
 from overturning.report.render import parse_markdown, render_markdown
-from overturning.report.terminal import paragraphs_of
+from overturning.report.terminal import plain_paragraphs
 from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap_interval, unanimous_share_interval
 from overturning.surveys.inversion import MIN_FIT_P_VALUE, POWER, SurveyInversion
 from overturning.surveys.library import CandidateMotion, candidate_motions
@@ -247,14 +247,14 @@ def estimate_ruin_motion(threads: int) -> str:
         )
     )
     result = inversion.invert_survey(RUIN.name, stones)
-    draw_posterior(result, ROOT / "docs" / "images" / "example-ruin.svg")
+    write_motion_posterior(result, ROOT / "docs" / "images" / "example-ruin.svg")
     fit = f"The check whether any motion of the library fits the survey has the p-value {result.fit:.2g}."
     tree = parse_markdown(
         render_markdown(
             SurveyCommandResults(inferred_motions=[inferred_motion_findings(result, stones)]), name="motions"
         )
     )
-    return "\n".join(wrap_text(text, "- ") for text in (*paragraphs_of(tree), fit))
+    return "\n".join(wrap_text(text, "- ") for text in (*plain_paragraphs(tree), fit))
 
 
 def main(

@@ -30,7 +30,7 @@ from overturning.findings.results import StudyResults, open_study_results
 from overturning.findings.values import Estimate
 from overturning.model.cases import Cases
 from overturning.records.store import read_record_from_motion_file
-from overturning.report.drawings import draw_fall_rates
+from overturning.report.drawings import write_fall_rates
 from overturning.report.filters import percent
 from overturning.statistics.space import planar_model_agreement_counts, planar_model_agreement_shares
 from overturning.study.cube import open_cube
@@ -132,7 +132,7 @@ def compare_fall_rates(results: StudyResults) -> str:
     """Return the fall rate of the population as Markdown, and draw its figure for the docs."""
     found = population_findings(results)
     assert found is not None
-    draw_fall_rates(results, ROOT / "docs" / "images" / "fall-rate.svg")
+    write_fall_rates(results, ROOT / "docs" / "images" / "fall-rate.svg")
     low, middle, high = (
         100 * (one or 0.0)
         for one in (found.lower_quartile_fall_rate, found.median_fall_rate, found.upper_quartile_fall_rate)

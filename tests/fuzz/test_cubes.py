@@ -19,7 +19,7 @@ from overturning.figures.explore import write_explorer
 from overturning.files import append_checksum
 from overturning.findings.collect import Findings
 from overturning.records.record import Record
-from overturning.report.page import report_page
+from overturning.report.page import report_html_page
 from overturning.report.render import parse_markdown, render_markdown
 from overturning.study.cube import open_cube, record_provenance, record_sources, study_of_cube
 from overturning.study.gather import merge_sweep_parts
@@ -152,7 +152,7 @@ def test_names_in_the_report(folder: Path) -> None:
         data = changed(STUDIES["survey"], study={"title": one, "question": two}, records=[record])
         data = data | {"sources": [{"record": three, "source": one, "licence": two}]}
         text = render_markdown(Findings.model_validate(data))
-        return report_page(parse_markdown(text), three, "en", None, {})
+        return report_html_page(parse_markdown(text), three, "en", None, {})
 
     usual = scripts_of(page_of(["a", "b", "c"]))
 

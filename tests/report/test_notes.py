@@ -10,7 +10,7 @@ from overturning.findings.processing import DRIFT, TRUSTED, RecordNotes, record_
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.read import read_record_without_processing
 from overturning.records.record import Record, source_and_processing_of_record
-from overturning.report.page import report_page
+from overturning.report.page import report_html_page
 from overturning.report.render import (
     LANGUAGES,
     parse_markdown,
@@ -18,7 +18,7 @@ from overturning.report.render import (
     render_markdown,
     translate_label,
 )
-from overturning.report.terminal import paragraphs_of
+from overturning.report.terminal import plain_paragraphs
 from tests.report.by_hand import RECORD, STUDIES
 from tests.report.test_rendering import elements
 
@@ -50,12 +50,12 @@ def test_a_clipped_component_is_named_with_its_number_of_samples_at_the_rail(tmp
     count = sum(run.size for run in runs if abs(run[0]) == 1.0 and run.size >= 3)
     assert count > 10
     text = report_of_record(record_of(tmp_path / "x.csv", clipped), language)
-    page = report_page(parse_markdown(text), "title", language, None, {})
+    page = report_html_page(parse_markdown(text), "title", language, None, {})
     elements(page)
     (item,) = (one for one in page.split("<li>") if "clipped:" in one)
     assert item.startswith("vale")
     assert f"axis 'north' is clipped: {count} samples stand at its rail, 100 Gal".replace("'", "&#x27;") in item
-    unfolded = paragraphs_of(parse_markdown(text))
+    unfolded = plain_paragraphs(parse_markdown(text))
     assert any(translate_label("clipped samples", read_label_translations(language)) in one for one in unfolded)
 
 

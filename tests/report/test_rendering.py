@@ -12,10 +12,10 @@ import pytest
 from overturning import report
 from overturning.errors import ResultError
 from overturning.findings.collect import Findings
-from overturning.report.page import report_page
-from overturning.report.paper import report_paper
-from overturning.report.render import LANGUAGES, Media, escape_markdown, parse_markdown, render_markdown
-from overturning.report.terminal import plain_lines
+from overturning.report.page import report_html_page
+from overturning.report.paper import report_pdf
+from overturning.report.render import LANGUAGES, ReportMedia, escape_markdown, parse_markdown, render_markdown
+from overturning.report.terminal import plain_text_lines
 from overturning.report.write import FilmFacts
 from overturning.translation.texts import installed_fonts_of_language
 from tests.report.by_hand import RECORD, STUDIES, changed, findings_by_hand
@@ -58,7 +58,7 @@ def elements(page: str) -> list[tuple[str, dict[str, str | None]]]:
 
 def page_of(text: str, figures: dict[str, Path] | None = None, films: Any = None) -> str:
     """Return the page of a text."""
-    return report_page(parse_markdown(text), "title", "en", figures, films or {})
+    return report_html_page(parse_markdown(text), "title", "en", figures, films or {})
 
 
 def named(*names: str) -> Findings:
@@ -78,27 +78,27 @@ def usual_tags() -> list[str]:
 @pytest.mark.parametrize("name", EVIL)
 def test_a_name_changes_no_element_of_the_page_and_is_shown_as_it_is(name: str, usual_tags: list[str]) -> None:
     tree = parse_markdown(render_markdown(named(name, name, name)))
-    assert [tag for tag, _ in elements(report_page(tree, "title", "en", None, {}))] == usual_tags
-    assert "".join(name.split()) in "".join("".join(plain_lines(tree)).split())
+    assert [tag for tag, _ in elements(report_html_page(tree, "title", "en", None, {}))] == usual_tags
+    assert "".join(name.split()) in "".join("".join(plain_text_lines(tree)).split())
 
 
 def test_the_chapter_of_a_record_leads_to_it_in_the_explorer() -> None:
     """The explorer reads the part behind # as a query string (URLSearchParams), as `parse_qs` does."""
     names = ["rinaldi", "imperial-06", "a b+c&d=e#f%20_g_", *EVIL]
     data = changed(STUDIES["survey"], records=[RECORD | {"id": name} for name in names])
-    media = Media(chapters=dict.fromkeys(names, ("polar/x",)), explorer="explore.html")
+    media = ReportMedia(chapters=dict.fromkeys(names, ("polar/x",)), explorer="explore.html")
     found = elements(page_of(render_markdown(Findings.model_validate(data), media=media)))
     addresses = [str(a["href"]) for tag, a in found if tag == "a" and "explore.html#" in str(a["href"])]
     pages, fragments = zip(*(address.split("#", 1) for address in addresses), strict=True)
     assert {*pages} == {"explore.html"}
     assert [parse_qs(one, strict_parsing=True) for one in dict.fromkeys(fragments)] == [{"record": [n]} for n in names]
-    bare = elements(page_of(render_markdown(Findings.model_validate(data), media=Media(chapters=media.chapters))))
+    bare = elements(page_of(render_markdown(Findings.model_validate(data), media=ReportMedia(chapters=media.chapters))))
     assert not any(word in str(a.get("href")) for word in ("explore", "#record=") for tag, a in bare)
 
 
 @pytest.mark.parametrize("name", EVIL)
 def test_escaped_text_is_read_back_as_it_was(name: str) -> None:
-    (line,) = plain_lines(parse_markdown(f"x {escape_markdown(name)} y"))
+    (line,) = plain_text_lines(parse_markdown(f"x {escape_markdown(name)} y"))
     assert line == f"x {' '.join(name.split(chr(10)))} y"
 
 
@@ -124,7 +124,7 @@ def test_figures_and_tables_are_numbered_outside_folds(tmp_path: Path) -> None:
 
 def test_figures_and_tables_are_numbered_in_the_words_of_the_language() -> None:
     text = '![one](a "A")\n\n::: table Sizes\n| a |\n|--:|\n| 1 |\n:::\n'
-    page = report_page(parse_markdown(text), "題", "ja", None, {})
+    page = report_html_page(parse_markdown(text), "題", "ja", None, {})
     assert "<b>図1.</b> A" in page
     assert "<b>表1.</b> Sizes" in page
     assert "<title>題</title>" in page
@@ -144,9 +144,9 @@ def test_a_pair_on_paper_shows_the_figures_drawn_for_a_phone(tmp_path: Path) -> 
         path.write_text(f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}pt" height="99pt"></svg>', "utf-8")
     pair, alone = (parse_markdown(text) for text in ('::: pair\n![alt](a "A")\n:::\n', '![alt](a "A")\n'))
     figures = {"a": page, "narrow/a": phone}
-    assert report_paper(pair, "T", "en", figures) == report_paper(pair, "T", "en", {"a": phone})
-    assert report_paper(alone, "T", "en", figures) == report_paper(alone, "T", "en", {"a": page})
-    assert report_paper(alone, "T", "en", figures) != report_paper(alone, "T", "en", {"a": phone})
+    assert report_pdf(pair, "T", "en", figures) == report_pdf(pair, "T", "en", {"a": phone})
+    assert report_pdf(alone, "T", "en", figures) == report_pdf(alone, "T", "en", {"a": page})
+    assert report_pdf(alone, "T", "en", figures) != report_pdf(alone, "T", "en", {"a": phone})
 
 
 def streams_of(pdf: bytes) -> list[bytes]:
@@ -161,7 +161,7 @@ def test_the_caption_of_a_table_is_on_the_page_of_the_table() -> None:
     for lines in range(33, 49):
         text = "\n\n".join(["# T", *["Line."] * lines])
         table = "::: table Caption.\n| a | b |\n|---|---|\n| 1 | 2 |\n:::\n"
-        pdf = report_paper(parse_markdown(f"{text}\n\n{table}"), "T", "en", {})
+        pdf = report_pdf(parse_markdown(f"{text}\n\n{table}"), "T", "en", {})
         (page,) = (one for one in streams_of(pdf) if b" 8.5 Tf" in one)
         assert b" 8 Tf" in page, lines
         pages.append(b" 17 Tf" in page)
@@ -173,7 +173,7 @@ def test_on_the_first_page_of_paper_no_figure_is_above_the_title(tmp_path: Path)
     """Heights on the page, pt, of the title (17 pt letters) and of the upper edge of the figure."""
     (tmp_path / "a.svg").write_text(SVG, encoding="utf-8")
     tree = parse_markdown('# Title\n\nShort.\n\n![alt](a "A")\n\n## Next\n\nMore.\n')
-    pdf = report_paper(tree, "T", "en", {"a": tmp_path / "a.svg"})
+    pdf = report_pdf(tree, "T", "en", {"a": tmp_path / "a.svg"})
     (content,) = (one for one in streams_of(pdf) if b" 17 Tf" in one)
     title = re.search(rb"([\d.]+) cm[^Q]*? 17 Tf", content)
     figure = re.search(rb"/Alt\(alt\)>>BDC\s+q [\d.]+ ([\d.]+) m", content)
@@ -191,9 +191,7 @@ def test_japanese_names_on_english_paper_have_their_letters(tmp_path: Path, plac
     def paper() -> bytes:
         svg = SVG.replace('<g id="a"/>', f'<text id="a" y="9">{texts["figure"]}</text>')
         (tmp_path / "a.svg").write_text(svg, encoding="utf-8")
-        return report_paper(
-            parse_markdown(f'# {texts["text"]}\n\n![alt](a "A")\n'), "T", "en", {"a": tmp_path / "a.svg"}
-        )
+        return report_pdf(parse_markdown(f'# {texts["text"]}\n\n![alt](a "A")\n'), "T", "en", {"a": tmp_path / "a.svg"})
 
     assert font not in paper()
     texts[place] = "日野"
@@ -203,7 +201,7 @@ def test_japanese_names_on_english_paper_have_their_letters(tmp_path: Path, plac
 def test_a_damaged_figure_is_named_with_the_remedy(tmp_path: Path) -> None:
     (tmp_path / "a.svg").write_text(SVG[:-9], encoding="utf-8")
     with pytest.raises(ResultError, match=r"a\.svg is damaged: delete it, and run the study again"):
-        report_paper(parse_markdown('# T\n\n![alt](a "A")\n'), "T", "en", {"a": tmp_path / "a.svg"})
+        report_pdf(parse_markdown('# T\n\n![alt](a "A")\n'), "T", "en", {"a": tmp_path / "a.svg"})
 
 
 @pytest.mark.parametrize("name", ["answer", "caution", "kicker", "limits", "note", "pair"])
@@ -218,21 +216,27 @@ def test_paper_leaves_out_folds_and_the_page_leaves_out_paper(tmp_path: Path) ->
     text = '# T\n\n:::: fold F\nfolded\n\n::::\n\n::: paper\npaper\n\n:::\n\n![alt](a "A")\n\n```\ncode\n```\n'
     figures = {"a": tmp_path / "a.svg"}
     assert "paper</p>" not in page_of(text, figures)
-    first, second = (report_paper(parse_markdown(text), "T", "en", figures) for _ in range(2))
+    first, second = (report_pdf(parse_markdown(text), "T", "en", figures) for _ in range(2))
     assert first == second
     assert first.startswith(b"%PDF")
 
 
 def test_the_terminal_shows_sentences_and_aligned_tables() -> None:
     text = "**One** sentence.\n\n::: table T\n| name | n |\n|---|--:|\n| a | 1 |\n| bcd | 23 |\n:::\n"
-    assert list(plain_lines(parse_markdown(text))) == ["One sentence.", "", "  name   n", "  a      1", "  bcd   23"]
+    assert list(plain_text_lines(parse_markdown(text))) == [
+        "One sentence.",
+        "",
+        "  name   n",
+        "  a      1",
+        "  bcd   23",
+    ]
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("study", STUDIES)
 def test_every_report_is_well_formed_without_cube_and_figures(study: str, language: str) -> None:
     film = FilmFacts("film-1", "Title", "A stone", (("north", "falls"), ("south", "stands")), "rule")
-    media = Media(
+    media = ReportMedia(
         films=[film, film],
         chapters={"vale": ("polar/vale", "intensity/vale")},
         explorer="explore.html",
@@ -241,7 +245,7 @@ def test_every_report_is_well_formed_without_cube_and_figures(study: str, langua
         posteriors=True,
     )
     tree = parse_markdown(render_markdown(findings_by_hand(study), language, media))
-    page = report_page(tree, study, language, None, {})
+    page = report_html_page(tree, study, language, None, {})
     assert f'<html lang="{language}">' in page
     found = elements(page)
     anchors = {attrs["id"] for _, attrs in found if "id" in attrs}

@@ -17,14 +17,14 @@ from overturning.findings.survey_commands import SurveyCommandResults
 from overturning.model.status import CaseStatus
 from overturning.report.render import (
     LANGUAGES,
-    Media,
-    environment,
+    ReportMedia,
     parse_markdown,
     read_label_translations,
     render_markdown,
+    template_environment,
     translate_label,
 )
-from overturning.report.terminal import paragraphs_of, plain_lines
+from overturning.report.terminal import plain_paragraphs, plain_text_lines
 from overturning.statistics.criteria import CRITERIA, SLENDERNESS_ONLY
 from overturning.statistics.falls import BLOCK_RULES
 from overturning.translation.texts import translate
@@ -78,7 +78,7 @@ def text_of(found: Any, language: str, name: str = "report") -> str:
 def text_of_markdown(markdown: str) -> str:
     markdown = NOTES.sub("", markdown)
     captions = re.findall(r"!\[(.*?)\]\(.*?\"(.*)\"\)", markdown)
-    return "\n".join([*plain_lines(parse_markdown(markdown)), *(" ".join(pair) for pair in captions)])
+    return "\n".join([*plain_text_lines(parse_markdown(markdown)), *(" ".join(pair) for pair in captions)])
 
 
 @cache
@@ -116,7 +116,7 @@ def test_notes_on_records_are_complete_and_print_texts_of_the_findings_as_they_a
     found = findings_by_hand(study)
     parts = NOTES.findall(markdown_by_hand(study, language))
     items = [one for part in parts for one in re.findall("^- .*$", part, re.M)]
-    shown = [line for item in items for line in plain_lines(parse_markdown(item))]
+    shown = [line for item in items for line in plain_text_lines(parse_markdown(item))]
     for record in found.records:
         assert record.processing is not None
         given = record.processing
@@ -142,7 +142,7 @@ def test_a_doubt_about_a_record_is_shown_without_unfolding(language: str) -> Non
     data["records"] += [data["records"][0] | {"id": "weak", "too_weak_to_move_blocks": True}]
 
     def unfolded(data: Any) -> str:
-        return "\n".join(paragraphs_of(parse_markdown(render_markdown(Findings.model_validate(data), language))))
+        return "\n".join(plain_paragraphs(parse_markdown(render_markdown(Findings.model_validate(data), language))))
 
     labels, text = read_label_translations(language), unfolded(data)
     (line,) = (one for one in text.splitlines() if translate_label(kinds[0], labels) in one)
@@ -293,7 +293,7 @@ def test_missing_outcomes_at_other_factors_and_records_without_vertical_are_stat
 def test_a_record_without_an_earthquake_is_named_by_its_station_alone(language: str) -> None:
     data = json.loads(findings_by_hand("direction").model_dump_json())
     comma = {"en": ", ", "ja": "、"}[language]
-    media = Media(chapters={"vale": ("polar/vale",)})
+    media = ReportMedia(chapters={"vale": ("polar/vale",)})
     with_event = render_markdown(Findings.model_validate(data), language, media)
     assert with_event.count(f"Vale{comma}Upper Vale") >= 2
     for one in (*data["maps"]["records"], *data["records"]):
@@ -368,18 +368,18 @@ def test_no_line_of_a_japanese_paragraph_ends_in_a_break(study: str) -> None:
 def shown_labels() -> set[str]:
     """Return the names in findings by hand that English templates show through their labels."""
     names: set[str] = set()
-    usual = environment("en").filters["label"]
+    usual = template_environment("en").filters["label"]
 
     def note(text: str) -> str:
         names.add(text)
         return str(usual(text))
 
     try:
-        environment("en").filters["label"] = note
+        template_environment("en").filters["label"] = note
         for study in STUDIES:
             render_markdown(findings_by_hand(study))
     finally:
-        environment("en").filters["label"] = usual
+        template_environment("en").filters["label"] = usual
     return names
 
 

@@ -15,7 +15,7 @@ from overturning.findings.inferred_motion import inferred_motion_findings
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.records.store import write_record_to_motion_file
-from overturning.report.drawings import draw_posterior
+from overturning.report.drawings import write_motion_posterior
 from overturning.settings import StonePopulation
 from overturning.surveys import stone_outcomes
 from overturning.surveys.inversion import SurveyInversion, possible_outcome_indices
@@ -402,7 +402,7 @@ def test_posterior_is_read_back_from_file(tmp_path: Path, inversion: SurveyInver
     # One sine of amplitude A and period T along an axis: PGA A, PGV A T/π.
     assert back.posterior.pga == pytest.approx(np.pi / np.array([0.5, 0.8]), rel=0.01)
     assert inferred_motion_findings(back) == inferred_motion_findings(asked)
-    draw_posterior(back, tmp_path / "motion.svg")
+    write_motion_posterior(back, tmp_path / "motion.svg")
     assert "axis of the largest velocity" in (tmp_path / "motion.svg").read_text(encoding="utf-8")
     with pytest.raises(ResultError, match="run the study again"):
         read_inversion_result(tmp_path / "nothing.nc")

@@ -65,7 +65,7 @@ def summarise_or_compare_survey(
     from overturning.files import check_output_path, check_outputs_are_separate_files
     from overturning.findings.observed import observed_survey_findings
     from overturning.findings.survey_commands import SurveyCommandResults
-    from overturning.report.drawings import draw_observed_roses
+    from overturning.report.drawings import write_observed_roses
     from overturning.surveys.observed import summarise_survey
     from overturning.surveys.stones import read_survey_table
 
@@ -90,10 +90,10 @@ def summarise_or_compare_survey(
         print()
         _compare_survey_with_cube(stones, table, (cubes, record), background, figure, output)
     elif figure is not None:
-        draw_observed_roses([observed.together, *observed.sites], figure)
+        write_observed_roses([observed.together, *observed.sites], figure)
         print(f"figure: {figure}")
     if rose is not None:
-        draw_observed_roses([observed.together], rose)
+        write_observed_roses([observed.together], rose)
         print(f"rose: {rose}")
 
 
@@ -176,9 +176,9 @@ def _compare_survey_with_cube(
     if output is not None:
         write_result(result, output)
     if figure is not None:
-        from overturning.report.drawings import draw_surveys
+        from overturning.report.drawings import write_survey_falls
 
-        draw_surveys([found], figure)
+        write_survey_falls([found], figure)
         print(f"figure: {figure}")
 
 
@@ -198,7 +198,7 @@ def _compare_displacements(
     from overturning.findings.observed import observed_survey_findings
     from overturning.findings.survey_commands import SurveyCommandResults
     from overturning.findings.survey_displacements import survey_displacement_findings
-    from overturning.report.drawings import draw_observed_roses
+    from overturning.report.drawings import write_observed_roses
     from overturning.stored import write_result
     from overturning.surveys.comparison import survey_file_hash_and_remarks
     from overturning.surveys.displacements import StoredDisplacementComparison, compare_displacements
@@ -229,16 +229,16 @@ def _compare_displacements(
         write_result(result, output)
     if figure is not None:
         observed = observed_survey_findings(summarise_survey(table))
-        draw_observed_roses([observed.together, *observed.sites], figure)
+        write_observed_roses([observed.together, *observed.sites], figure)
         print(f"figure: {figure}")
 
 
 def _print_rendered_template(found: "BaseModel", name: str) -> None:
     """Print results as plain text, formatted by the report template `name`."""
     from overturning.report.render import parse_markdown, render_markdown
-    from overturning.report.terminal import plain_lines
+    from overturning.report.terminal import plain_text_lines
 
-    print(*plain_lines(parse_markdown(render_markdown(found, name=name))), sep="\n")
+    print(*plain_text_lines(parse_markdown(render_markdown(found, name=name))), sep="\n")
 
 
 def infer_motion_from_survey(
@@ -276,7 +276,7 @@ def infer_motion_from_survey(
     from overturning.files import check_output_path, check_outputs_are_separate_files
     from overturning.findings.inferred_motion import inferred_motion_findings
     from overturning.findings.survey_commands import SurveyCommandResults
-    from overturning.report.drawings import draw_posterior
+    from overturning.report.drawings import write_motion_posterior
     from overturning.report.filters import counted
     from overturning.study.preflight import format_duration
     from overturning.surveys.inversion import SurveyInversion
@@ -323,7 +323,7 @@ def infer_motion_from_survey(
     if output is not None:
         write_inversion_result(result, output)
     if figure is not None:
-        draw_posterior(result, figure)
+        write_motion_posterior(result, figure)
         print(f"figure: {figure}")
 
 

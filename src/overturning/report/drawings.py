@@ -56,15 +56,15 @@ CHAPTER: Final = ("polar", "intensity")
 """Folders with a figure of each record, in the order of its chapter."""
 
 
-def study_figures(folder: Path) -> dict[str, Path]:
-    """Return the figures of a study's folder of figures by name, such as ``rose`` or ``polar/rinaldi``."""
+def list_study_figures(folder: Path) -> dict[str, Path]:
+    """Return the SVG files in a study's folder of figures, by name such as ``rose`` or ``polar/rinaldi``."""
     return {str(path.relative_to(folder).with_suffix("")): path for path in sorted(folder.rglob("*.svg"))}
 
 
 def translate_figures(figures: dict[str, Path], folder: Path, language: str) -> dict[str, Path]:
-    """Return figures with English texts translated into a language, as copies in a folder.
+    """Write copies of figure files, with their texts translated from English, into a folder; return them by name.
 
-    For English, return the files themselves, whatever their language.
+    For English, the files themselves are returned, whatever their language.
     """
     if language == ENGLISH:
         return figures
@@ -74,28 +74,32 @@ def translate_figures(figures: dict[str, Path], folder: Path, language: str) -> 
     return translated
 
 
-def chapters(figures: dict[str, Path], records: list[str]) -> dict[str, tuple[str, ...]]:
-    """Return the names of the figures in the chapter of each record."""
-    named = {record: tuple(f"{part}/{record}" for part in CHAPTER) for record in records}
+def figure_names_by_record(figures: dict[str, Path], record_ids: list[str]) -> dict[str, tuple[str, ...]]:
+    """Return, by record id, the names of the figures that the report shows for each record, as far as they exist."""
+    named = {record: tuple(f"{part}/{record}" for part in CHAPTER) for record in record_ids}
     return {record: tuple(name for name in names if name in figures) for record, names in named.items()}
 
 
 REPORT_FIGURES: "Final[dict[str, Callable[[StudyResults, Findings], Sequence[Callable[[], Figure]]]]]" = {
-    "references": lambda _, found: [partial(_references, found)] if found.reference_alignments else [],
-    "contrast": lambda _, found: [
-        partial(_contrast, one, settings_of(found, one)) for one in found.contrasts if one.primary
-    ][-1:],
-    "maps": lambda results, found: (
-        [partial(_maps, results, found)] if found.maps.records and results.model.one_component else []
+    "references": lambda _, findings: (
+        [partial(_draw_alignment_with_references, findings)] if findings.reference_alignments else []
     ),
-    "scene": lambda results, found: (
+    "contrast": lambda _, findings: [
+        partial(_draw_variant_contrast, one, setting_names(findings, one)) for one in findings.contrasts if one.primary
+    ][-1:],
+    "maps": lambda results, findings: (
+        [partial(_draw_polar_maps, results, findings)] if findings.maps.records and results.model.one_component else []
+    ),
+    "scene": lambda results, findings: (
         [partial(scenes_figure, [variant_scene(results.study, name) for name in results.cubes])]
-        if found.element_outcomes
+        if findings.element_outcomes
         else []
     ),
-    "fall-rate": lambda results, found: [partial(_fall_rate, results)] if found.population is not None else [],
-    "surveys": lambda _, found: [partial(_surveys, found.surveys)] if found.surveys else [],
-    "backwards": lambda results, _: [partial(posterior, inferred) for inferred in results.inferred_motions],
+    "fall-rate": lambda results, findings: (
+        [partial(_draw_fall_rates, results)] if findings.population is not None else []
+    ),
+    "surveys": lambda _, findings: [partial(_draw_survey_falls, findings.surveys)] if findings.surveys else [],
+    "backwards": lambda results, _: [partial(draw_motion_posterior, inferred) for inferred in results.inferred_motions],
 }
 """Functions that return the functions drawing a figure of the report alone, by its name; [] if a study has none.
 
@@ -104,7 +108,11 @@ Of ``backwards`` there is one for each inferred motion, named ``backwards-1`` an
 
 STUDY_FIGURES: "Final[dict[str, Callable[[StudyResults, Findings], Sequence[Callable[[], Figure]]]]]" = (
     REPORT_FIGURES
-    | {"fragility": lambda results, found: [partial(_fragility, results)] if found.population is not None else []}
+    | {
+        "fragility": lambda results, findings: (
+            [partial(_draw_fragility_curves, results)] if findings.population is not None else []
+        )
+    }
 )
 """`REPORT_FIGURES`, and figures that need all results of a study but are not in its report."""
 
@@ -132,11 +140,11 @@ _NEEDED_KEYS: Final = {
 """Settings of a study without which it lacks a figure of `STUDY_FIGURES`."""
 
 
-def draw_report_figures(results: StudyResults, found: Findings, folder: Path) -> dict[str, Path]:
-    """Draw the figures that belong to the report alone into a folder; return them by name."""
+def draw_report_figures(results: StudyResults, findings: Findings, folder: Path) -> dict[str, Path]:
+    """Draw the figures that only the report shows into a folder, also in a version for phones; return them by name."""
     draw: dict[str, Callable[[], Figure]] = {}
     for kind, functions in REPORT_FIGURES.items():
-        for number, function in enumerate(functions(results, found), 1):
+        for number, function in enumerate(functions(results, findings), 1):
             draw[f"{kind}-{number}" if kind == "backwards" else kind] = function
     paths = {name: folder / f"{name}.svg" for name in draw}
     narrow = {}
@@ -145,27 +153,27 @@ def draw_report_figures(results: StudyResults, found: Findings, folder: Path) ->
             save_figure_files(figure(), paths[name])
         with figures_for_phone():
             own = ((name, figure()) for name, figure in draw.items())
-            for name, drawn in chain(own, _narrow_study_figures(results, found)):
+            for name, drawn in chain(own, _study_figures_for_phone(results, findings)):
                 narrow[f"{NARROW}{name}"] = folder / NARROW / f"{name}.svg"
                 save_figure_files(drawn, narrow[f"{NARROW}{name}"])
     return paths | narrow
 
 
-def _narrow_study_figures(results: StudyResults, found: Findings) -> Iterator[tuple[str, "Figure"]]:
-    """Yield name and figure for a phone of those figures of the study that the report shows outside folds."""
+def _study_figures_for_phone(results: StudyResults, findings: Findings) -> Iterator[tuple[str, "Figure"]]:
+    """Yield name and phone version of each figure of the study that the report shows outside sections to unfold."""
     groups = results.fall_axes_by_group
     draw = study_figure_functions(results.cube, results.intensity, results.logistic_fit, groups)
     if any(bool(data["cosine"].notnull().any()) for data in groups.values()):
         yield "axes", draw["axes"]()
     for number, figure in enumerate(earthquake_map_figures(earthquakes_on_map(results.cube)), 1):
         yield f"maps/{number}", figure
-    if not found.direction.has_comparable_axis:
+    if not findings.direction.has_comparable_axis:
         yield "rose", draw["rose"]()
     if results.model.one_component:
         yield "plane", draw["plane"]()
         return
     ids = [name.id for name in results.record_names]
-    for record in found.maps.records:
+    for record in findings.maps.records:
         one = results.cube.isel(record=ids.index(record.record)).load()
         title = station_and_event_text(record.station or record.record, record.event)
         yield (
@@ -176,90 +184,100 @@ def _narrow_study_figures(results: StudyResults, found: Findings) -> Iterator[tu
         )
 
 
-def settings_of(found: Findings, one: VariantContrast) -> tuple[str, str]:
-    """Return the names of the two settings of a contrast for the legend of its figure."""
-    if one.differs_in == ["vertical"]:
+def setting_names(findings: Findings, contrast: VariantContrast) -> tuple[str, str]:
+    """Return the legend names of the two settings that a comparison of the study with a variant compares."""
+    if contrast.differs_in == ["vertical"]:
         names = ("with vertical motion", "without vertical motion")
-        return names if found.study.vertical_motion else names[::-1]
-    if one.differs_in == ["scene"]:
-        return one.scene_here, one.scene_there
-    if one.differs_in == ["site"]:
-        soil = f"soil of {one.variant}" if one.soil_thickness_m is None else f"{one.soil_thickness_m:g} m of soil"
+        return names if findings.study.vertical_motion else names[::-1]
+    if contrast.differs_in == ["scene"]:
+        return contrast.scene_here, contrast.scene_there
+    if contrast.differs_in == ["site"]:
+        soil = (
+            f"soil of {contrast.variant}"
+            if contrast.soil_thickness_m is None
+            else f"{contrast.soil_thickness_m:g} m of soil"
+        )
         return "ground as recorded", soil
-    return "this study", f"variant {one.variant}"
+    return "this study", f"variant {contrast.variant}"
 
 
-def drawn_estimate(one: Estimate) -> PlottedEstimate:
-    """Return an estimate in the form in which figures draw it."""
-    return PlottedEstimate(one.value, one.low, one.high, one.earthquakes)
+def plotted_estimate(estimate: Estimate) -> PlottedEstimate:
+    """Convert an estimate of the findings to the form that figures draw."""
+    return PlottedEstimate(estimate.value, estimate.low, estimate.high, estimate.earthquakes)
 
 
-def _references(found: Findings) -> "Figure":
-    """Draw the alignment of the falls with the axis of each reference."""
+def _draw_alignment_with_references(findings: Findings) -> "Figure":
+    """Draw the alignment of the falls with the axis of each reference direction, such as the fault normal."""
     groups = {}
-    for group in found.reference_alignments:
+    for group in findings.reference_alignments:
         axes = [one for one in group.references if one.alignment_kind == "axis"]
-        groups[group.group] = {one.reference: drawn_estimate(one.all_b_over_h) for one in axes}
+        groups[group.group] = {one.reference: plotted_estimate(one.all_b_over_h) for one in axes}
     return alignment_with_references_figure(groups)
 
 
-def _contrast(one: VariantContrast, settings: tuple[str, str]) -> "Figure":
-    """Draw the shares of the cases that fall under both settings, over all cases and by B/H, and their difference."""
-    shapes = one.by_b_over_h if len(one.by_b_over_h) > 1 else []
+def _draw_variant_contrast(contrast: VariantContrast, legend_names: tuple[str, str]) -> "Figure":
+    """Draw the shares of cases that fall in the study and in a variant, and their difference, in total and by B/H."""
+    shapes = contrast.by_b_over_h if len(contrast.by_b_over_h) > 1 else []
     rows = ["all cases", *(f"B/H {each.b_over_h:.3g}" for each in shapes)]
     here = [
-        drawn_estimate(one.share_overturned_study),
-        *(drawn_estimate(each.share_overturned_study) for each in shapes),
+        plotted_estimate(contrast.share_overturned_study),
+        *(plotted_estimate(each.share_overturned_study) for each in shapes),
     ]
     there = [
-        drawn_estimate(one.share_overturned_variant),
-        *(drawn_estimate(each.share_overturned_variant) for each in shapes),
+        plotted_estimate(contrast.share_overturned_variant),
+        *(plotted_estimate(each.share_overturned_variant) for each in shapes),
     ]
     differences = [
-        drawn_estimate(one.share_difference),
-        *(drawn_estimate(each.share_difference) for each in shapes),
+        plotted_estimate(contrast.share_difference),
+        *(plotted_estimate(each.share_difference) for each in shapes),
     ]
-    if one.rate_here is not None and one.rate_there is not None and one.primary_difference != one.share_difference:
+    if (
+        contrast.rate_here is not None
+        and contrast.rate_there is not None
+        and contrast.primary_difference != contrast.share_difference
+    ):
         rows = ["stones of a cemetery", "all blocks", *rows[1:]]
-        here, there = [drawn_estimate(one.rate_here), *here], [drawn_estimate(one.rate_there), *there]
-        differences = [drawn_estimate(one.primary_difference), *differences]
-    return overturned_share_contrast_figure(rows, dict(zip(settings, (here, there), strict=True)), differences)
+        here, there = [plotted_estimate(contrast.rate_here), *here], [plotted_estimate(contrast.rate_there), *there]
+        differences = [plotted_estimate(contrast.primary_difference), *differences]
+    return overturned_share_contrast_figure(rows, dict(zip(legend_names, (here, there), strict=True)), differences)
 
 
-def _surveys(surveys: Sequence[SurveyFindings]) -> "Figure":
-    def mean(direction: float | None, resultant: float | None) -> float | None:
+def _draw_survey_falls(surveys: Sequence[SurveyFindings]) -> "Figure":
+    """Draw observed next to computed falls of surveys: directions as roses, and shares of fallen stones."""
+
+    def mean_if_resultant_suffices(direction: float | None, resultant: float | None) -> float | None:
         return direction if resultant is not None and resultant >= LEAST_RESULTANT else None
 
-    def counts(by_octant: dict[str, float | None]) -> FloatArray:
+    def counts_in_octant_order(by_octant: dict[str, float | None]) -> FloatArray:
         return np.array([by_octant.get(octant) or 0.0 for octant in OCTANTS])
 
-    def share(one: Any) -> PlottedEstimate:
-        return PlottedEstimate(None) if one is None else PlottedEstimate(one.value, one.low, one.high)
+    def plotted_share(share: Any) -> PlottedEstimate:
+        return PlottedEstimate(None) if share is None else PlottedEstimate(share.value, share.low, share.high)
 
     return survey_falls_figure(
         [
             SurveyFigureData(
                 name=f"{one.stones}, {one.record}",
-                observed=counts(one.observed_by_octant),
-                computed=counts(one.predicted_by_octant),
-                observed_mean_deg=mean(one.mean_direction_deg, one.resultant),
-                computed_mean_deg=mean(one.predicted_mean_direction_deg, one.predicted_resultant),
-                observed_share=share(one.observed_fall_share),
-                computed_share=share(one.computed_fall_share),
+                observed=counts_in_octant_order(one.observed_by_octant),
+                computed=counts_in_octant_order(one.predicted_by_octant),
+                observed_mean_deg=mean_if_resultant_suffices(one.mean_direction_deg, one.resultant),
+                computed_mean_deg=mean_if_resultant_suffices(one.predicted_mean_direction_deg, one.predicted_resultant),
+                observed_share=plotted_share(one.observed_fall_share),
+                computed_share=plotted_share(one.computed_fall_share),
             )
             for one in surveys
         ]
     )
 
 
-def draw_surveys(surveys: Sequence[SurveyFindings], path: Path) -> None:
-    """Draw observed next to computed falls of surveys into a file."""
+def write_survey_falls(surveys: Sequence[SurveyFindings], path: Path) -> None:
+    """Write the figure of observed next to computed falls of surveys to a file."""
     with project_style():
-        save_figure_files(_surveys(surveys), path)
+        save_figure_files(_draw_survey_falls(surveys), path)
 
 
-def draw_observed_roses(observed: Sequence[ObservedFallsFinding], path: Path) -> None:
-    """Draw roses of the observed falls of a survey into a file, with names only if there are several roses."""
+def write_observed_roses(observed: Sequence[ObservedFallsFinding], path: Path) -> None:
+    """Write roses of the observed falls of a survey to a file; sites are named only if there are several roses."""
     roses = [
         ObservedRose(
             name="" if len(observed) == 1 else one.site or ("all sites" if number == 0 else "no site"),
@@ -275,54 +293,54 @@ def draw_observed_roses(observed: Sequence[ObservedFallsFinding], path: Path) ->
         save_figure_files(observed_roses_figure(roses), path)
 
 
-def _maps(results: StudyResults, found: Findings) -> "Figure":
-    """Draw the polar maps of the chosen records on one radial scale."""
+def _draw_polar_maps(results: StudyResults, findings: Findings) -> "Figure":
+    """Draw the polar maps of falls for the records that the report shows, on one radial scale."""
     ids = [name.id for name in results.record_names]
-    places = [ids.index(one.record) for one in found.maps.records]
+    places = [ids.index(one.record) for one in findings.maps.records]
     block = results.cube.sel(first_shown_height_and_friction(results.cube, results.study))
     cubes = [block.isel(record=place).load() for place in places]
     peaks = [results.intensity["pgv"].isel(record=place) for place in places]
     return azimuth_map_figure(cubes, "", peaks)
 
 
-def _fall_rate(results: StudyResults) -> "Figure":
-    """Draw the fall rates of the study's population by peak velocity and by JMA intensity."""
-    found = results.populations[NOMINAL]
+def _draw_fall_rates(results: StudyResults) -> "Figure":
+    """Draw the fraction of a study's stone population that falls, by peak velocity and by JMA intensity."""
+    fall_rates = results.populations[NOMINAL]
     curve = next(one for one in results.fragility_curves if one.name == "all stones" and one.measure == MEASURE)
-    rates, jma = found["free_fall_rate"].to_numpy(), jma_intensities_of_motions(found, results.intensity)
-    return overturned_fraction_figure(rates, intensities_by_measure(found, results.intensity)[MEASURE], curve, jma)
+    rates, jma = fall_rates["free_fall_rate"].to_numpy(), jma_intensities_of_motions(fall_rates, results.intensity)
+    return overturned_fraction_figure(rates, intensities_by_measure(fall_rates, results.intensity)[MEASURE], curve, jma)
 
 
-def _fragility(results: StudyResults) -> "Figure":
-    """Draw the fragility curves of the study's population by PGA, PGV and SA(T), with the fall rates."""
-    found = results.populations[NOMINAL]
+def _draw_fragility_curves(results: StudyResults) -> "Figure":
+    """Draw the fragility curves of a study's stone population by PGA, PGV and SA(T), with the fall rates."""
+    fall_rates = results.populations[NOMINAL]
     curves = [one for one in results.fragility_curves if one.name == "all stones" and one.measure != "PGV/PGA"]
-    levels = intensities_by_measure(found, results.intensity)
-    return fragility_curves_figure(found["free_fall_rate"].to_numpy(), levels, curves)
+    levels = intensities_by_measure(fall_rates, results.intensity)
+    return fragility_curves_figure(fall_rates["free_fall_rate"].to_numpy(), levels, curves)
 
 
-def posterior(found: SurveyInversionResult) -> "Figure":
-    """Draw the posterior of a motion that was inferred from a survey."""
+def draw_motion_posterior(inversion_result: SurveyInversionResult) -> "Figure":
+    """Draw the posterior probabilities of the ground motion that was inferred from a survey."""
     from overturning.figures.backwards import motion_posterior_figure
 
-    one, curves = found.posterior, {}
-    for name, values in found.pgv_and_pga_by_motion_and_level.items():
+    one, curves = inversion_result.posterior, {}
+    for name, values in inversion_result.pgv_and_pga_by_motion_and_level.items():
         order = np.argsort(values.ravel(), kind="stable")
         posterior_mass, prior_mass = (each.sum(axis=2).ravel()[order].cumsum() for each in (one.probability, one.prior))
         curves[name] = (values.ravel()[order], posterior_mass, prior_mass, one.credible_interval(values))
     shares = dict(zip(one.sources, one.motion_probabilities().tolist(), strict=True))
     return motion_posterior_figure(
-        found.name, one.velocity_axis_probabilities(), found.credible_axis_arc_deg, shares, curves
+        inversion_result.name, one.velocity_axis_probabilities(), inversion_result.credible_axis_arc_deg, shares, curves
     )
 
 
-def draw_posterior(found: SurveyInversionResult, path: Path) -> None:
-    """Draw the posterior of a motion that was inferred from a survey into a file."""
+def write_motion_posterior(inversion_result: SurveyInversionResult, path: Path) -> None:
+    """Write the figure with the posterior probabilities of the ground motion inferred from a survey to a file."""
     with project_style():
-        save_figure_files(posterior(found), path)
+        save_figure_files(draw_motion_posterior(inversion_result), path)
 
 
-def draw_fall_rates(results: StudyResults, path: Path) -> None:
-    """Draw the fall rates of the study's population into a file."""
+def write_fall_rates(results: StudyResults, path: Path) -> None:
+    """Write the figure of the fall rates of a study's population of stones to a file."""
     with project_style():
-        save_figure_files(_fall_rate(results), path)
+        save_figure_files(_draw_fall_rates(results), path)

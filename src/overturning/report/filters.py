@@ -18,28 +18,28 @@ NO_BREAK: Final = "\u00a0"
 
 
 def number(value: float | None, digits: int = 2) -> str:
-    """Return a number with a fixed number of decimals and a true minus sign; zero has no sign."""
-    if _unknown(value):
+    """Format a number with a fixed number of decimals and a typographic minus sign; zero has no sign."""
+    if _is_unknown(value):
         return NO_VALUE
     text = f"{value:.{digits}f}"
     return (text.replace("-", "−") if float(text) != 0 else text.replace("-", "")).replace("inf", "∞")
 
 
 def significant(value: float | None, digits: int = 2) -> str:
-    """Return a number with so many significant digits, or with all digits before its point: 0.29, 6.3, 120."""
-    if _unknown(value) or value == 0 or math.isinf(value or 0.0):
+    """Format a number with `digits` significant digits, and all digits before the decimal point: 0.29, 6.3, 120."""
+    if _is_unknown(value) or value == 0 or math.isinf(value or 0.0):
         return number(value, 0)
     return number(value, max(0, digits - 1 - math.floor(math.log10(abs(value or 1.0)))))
 
 
 def percent(share: float | None, digits: int = 0) -> str:
-    """Return a share in per cent; a share that is neither 0 nor 1 has enough digits to show so: 0.4 %, 99.97 %."""
-    if _unknown(share) or share is None:
+    """Format a share in per cent, with enough decimals that only 0 and 1 become 0 % and 100 %: 0.4 %, 99.97 %."""
+    if _is_unknown(share) or share is None:
         return NO_VALUE
-    return f"{number(100 * share, _digits_of_percent(share, digits))}{NO_BREAK}%"
+    return f"{number(100 * share, _decimals_of_percent(share, digits))}{NO_BREAK}%"
 
 
-def _digits_of_percent(share: float, digits: int) -> int:
+def _decimals_of_percent(share: float, digits: int) -> int:
     """Return the number of decimals, at least `digits`, with which a share is not rounded to 0 or 100 %."""
     between = ROUNDING < share < 1.0 - ROUNDING
     while between and float(f"{100 * share:.{digits}f}") in (0.0, 100.0):
@@ -48,116 +48,122 @@ def _digits_of_percent(share: float, digits: int) -> int:
 
 
 def count(value: float | None) -> str:
-    """Return a whole number with commas between thousands."""
-    return NO_VALUE if _unknown(value) else f"{value:,.0f}"
+    """Format a whole number with commas between thousands."""
+    return NO_VALUE if _is_unknown(value) else f"{value:,.0f}"
 
 
 def plain(value: float | None) -> str:
-    """Return a number without trailing zeros, such as a setting of the study."""
-    return NO_VALUE if _unknown(value) else f"{value:g}".replace("-", "−")
+    """Format a number without trailing zeros, such as a setting of the study."""
+    return NO_VALUE if _is_unknown(value) else f"{value:g}".replace("-", "−")
 
 
 def three_digits(value: float | None) -> str:
-    """Return a number with three significant digits, with a power of ten if it is very small or large: 0.00143."""
-    return NO_VALUE if _unknown(value) else f"{value:.3g}"
+    """Format a number with three significant digits, with a power of ten if it is very small or large: 0.00143."""
+    return NO_VALUE if _is_unknown(value) else f"{value:.3g}"
 
 
 def degrees(value: float | None, full: int = 0) -> str:
-    """Return whole degrees; with `full` (180 or 360) in the range from 0 to below `full`.
+    """Format an angle as whole degrees; with `full` (180 or 360) as the equivalent angle from 0 to below `full`.
 
     Half a degree is rounded away from 0, so that 22.5°, half an octant, is 23° whatever its last binary digit is.
     """
-    if _unknown(value) or value is None:
+    if _is_unknown(value) or value is None:
         return NO_VALUE
     whole = int(math.copysign(math.floor(abs(value) + 0.5 + ROUNDING), value))
     return f"{number(whole % full if full else whole, 0)}°"
 
 
-def has_interval(one: Estimate) -> bool:
-    """True if an estimate has an interval."""
-    return not _unknown(one.low)
+def has_interval(finding: Estimate) -> bool:
+    """True if the confidence interval of an estimate is known."""
+    return not _is_unknown(finding.low)
 
 
-def ends(one: Any, digits: int = 2, scale: float = 1.0, *, to: str) -> str:
-    """Return the interval of an estimate, its ends joined by the word `to` of the language."""
-    if _unknown(one.low):
+def ends(finding: Any, digits: int = 2, scale: float = 1.0, *, to: str) -> str:
+    """Format the interval of an estimate, with the word `to` of the report's language between its ends: 0.1 to 0.4."""
+    if _is_unknown(finding.low):
         return NO_VALUE
-    return f"{number(scale * one.low, digits)}{to}{number(scale * one.high, digits)}"
+    return f"{number(scale * finding.low, digits)}{to}{number(scale * finding.high, digits)}"
 
 
-def estimate(one: Estimate, digits: int = 2, *, to: str) -> str:
-    """Return an estimate with its interval, if there is one, in parentheses: 0.13 (−0.18 to 0.41)."""
-    interval = f" ({ends(one, digits, to=to)})" if has_interval(one) else ""
-    return f"{number(one.value, digits)}{interval}"
+def estimate(finding: Estimate, digits: int = 2, *, to: str) -> str:
+    """Format an estimate, with its interval (if known) in parentheses: 0.13 (−0.18 to 0.41)."""
+    interval = f" ({ends(finding, digits, to=to)})" if has_interval(finding) else ""
+    return f"{number(finding.value, digits)}{interval}"
 
 
-def share(one: Any, digits: int = 0, *, to: str) -> str:
-    """Return a share with its interval, if there is one, in per cent: 35 % (28 to 43)."""
-    if not has_interval(one):
-        return percent(one.value, digits)
-    digits = _digits_of_percent(one.value, digits)
-    return f"{percent(one.value, digits)} ({ends(one, digits, 100.0, to=to)})"
+def share(finding: Any, digits: int = 0, *, to: str) -> str:
+    """Format a share in per cent, with its interval (if known) in parentheses: 35 % (28 to 43)."""
+    if not has_interval(finding):
+        return percent(finding.value, digits)
+    digits = _decimals_of_percent(finding.value, digits)
+    return f"{percent(finding.value, digits)} ({ends(finding, digits, 100.0, to=to)})"
 
 
-def censored(one: Any, value: bool = True, *, to: str) -> str:
-    """Return a value (or its interval) with two or three digits, "> 1.4" above and "< 0.2" below the data's range."""
-    digits = _digits_of_interval(one)
+def censored(finding: Any, value: bool = True, *, to: str) -> str:
+    """Format a fragility median (or its interval); values outside the data's range become "> 1.4" or "< 0.2"."""
+    digits = _decimals_of_interval(finding)
 
     def end(bound: float | None) -> str:
-        if _unknown(bound) or bound is None:
+        if _is_unknown(bound) or bound is None:
             return NO_VALUE
         if math.isinf(bound):
-            return f">{NO_BREAK}{one.data_maximum:.3g}"
-        return f"<{NO_BREAK}{one.data_minimum:.3g}" if bound == 0 else number(bound, digits)
+            return f">{NO_BREAK}{finding.data_maximum:.3g}"
+        return f"<{NO_BREAK}{finding.data_minimum:.3g}" if bound == 0 else number(bound, digits)
 
-    return end(one.median) if value else NO_VALUE if _unknown(one.low) else f"{end(one.low)}{to}{end(one.high)}"
+    return (
+        end(finding.median)
+        if value
+        else NO_VALUE
+        if _is_unknown(finding.low)
+        else f"{end(finding.low)}{to}{end(finding.high)}"
+    )
 
 
-def _digits_of_interval(one: Any) -> int:
-    """Return the number of decimals at which half the interval has two digits, or the value if it has no interval."""
-    ends = [bound for bound in (one.low, one.high, one.median) if not _unknown(bound)]
-    known = min((bound for bound in ends if math.isfinite(bound) and bound > 0), default=one.data_maximum)
-    bounded = not _unknown(one.low) and math.isfinite(one.high - one.low) and one.low > 0
-    width = max((one.high - one.low) / 2, known / 10) if bounded else known
+def _decimals_of_interval(finding: Any) -> int:
+    """Return the decimals with which half an interval's width (without interval: the value) has two digits."""
+    ends = [bound for bound in (finding.low, finding.high, finding.median) if not _is_unknown(bound)]
+    known = min((bound for bound in ends if math.isfinite(bound) and bound > 0), default=finding.data_maximum)
+    bounded = not _is_unknown(finding.low) and math.isfinite(finding.high - finding.low) and finding.low > 0
+    width = max((finding.high - finding.low) / 2, known / 10) if bounded else known
     return max(0, 1 - math.floor(math.log10(width)))
 
 
-def censored_interval(one: Any, *, to: str) -> str:
-    """Return the interval of a value as `censored` writes its ends."""
-    return censored(one, value=False, to=to)
+def censored_interval(finding: Any, *, to: str) -> str:
+    """Format the interval of a fragility median; ends outside the data's range become "> 1.4" or "< 0.2"."""
+    return censored(finding, value=False, to=to)
 
 
-def points(one: Estimate, *, to: str) -> str:
-    """Return the difference of two shares, and its interval, in percentage points."""
-    interval = f" ({ends(one, 1, 100.0, to=to)})" if has_interval(one) else ""
-    return f"{number(None if one.value is None else 100 * one.value, 1)}{interval}"
+def points(finding: Estimate, *, to: str) -> str:
+    """Format a difference of two shares, with its interval (if known), in percentage points."""
+    interval = f" ({ends(finding, 1, 100.0, to=to)})" if has_interval(finding) else ""
+    return f"{number(None if finding.value is None else 100 * finding.value, 1)}{interval}"
 
 
-def data_range(one: Any, *, to: str) -> str:
-    """Return the range of the data of a predictor."""
-    if _unknown(one.data_minimum):
+def data_range(finding: Any, *, to: str) -> str:
+    """Format the smallest and largest value of a predictor in the data of the study: 0.1 to 0.4."""
+    if _is_unknown(finding.data_minimum):
         return NO_VALUE
-    return f"{number(one.data_minimum)}{to}{number(one.data_maximum)}"
+    return f"{number(finding.data_minimum)}{to}{number(finding.data_maximum)}"
 
 
 def counted(value: int, noun: str) -> str:
-    """Return a number with an English noun: 1 record, 2 records."""
+    """Format a number with an English noun in the singular or plural: 1 record, 2 records."""
     return f"{count(value)} {noun}{'' if value == 1 else 's'}"
 
 
 def p_value(value: float | None) -> str:
-    """Return a p-value with two digits, "< 0.001" for smaller ones."""
-    if _unknown(value) or value is None:
+    """Format a p-value with two significant digits, or as "< 0.001"."""
+    if _is_unknown(value) or value is None:
         return NO_VALUE
     return f"<{NO_BREAK}0.001" if value < 0.001 else f"{value:.2g}"
 
 
 def address(name: str) -> str:
-    """Return a file name or anchor as part of an address."""
+    """Percent-encode a file name or anchor for use in a link."""
     return quote(name)
 
 
-def _unknown(value: float | None) -> bool:
+def _is_unknown(value: float | None) -> bool:
     """True if a number is not known: None or NaN."""
     return value is None or math.isnan(value)
 

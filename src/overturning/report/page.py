@@ -14,7 +14,7 @@ from markdown_it.tree import SyntaxTreeNode
 from overturning.errors import ResultError
 from overturning.figures.page import film_player_script, read_template_text
 from overturning.report.drawings import NARROW
-from overturning.report.render import container_of, parse_inline, picture_of
+from overturning.report.render import container_name_and_text, parse_inline, single_image_of_paragraph
 from overturning.translation.texts import read_label_translations
 
 LAZY: Final = "fold"
@@ -26,7 +26,7 @@ _TAGS: Final = {
 }  # fmt: skip
 
 
-def report_page(
+def report_html_page(
     tree: SyntaxTreeNode,
     title: str,
     language: str,
@@ -55,7 +55,7 @@ def report_page(
         If the text uses a figure that does not exist.
     """
     style, script = (read_template_text(name, "report") for name in ("report.css", "report.js"))
-    body = "\n".join(_Page(figures, films, read_label_translations(language)).blocks(tree.children))
+    body = "\n".join(_ReportPageBody(figures, films, read_label_translations(language)).blocks_html(tree.children))
     return (
         f'<!DOCTYPE html>\n<html lang="{language}">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
@@ -65,8 +65,8 @@ def report_page(
     )
 
 
-class _Page:
-    """Body of one page.
+class _ReportPageBody:
+    """Converter of a report's Markdown nodes to the HTML inside the ``main`` element of its page.
 
     Attributes
     ----------
@@ -79,41 +79,48 @@ class _Page:
     def __init__(self, figures: Mapping[str, Path] | None, films: Mapping[str, str], labels: Mapping[str, str]) -> None:
         self.figures, self.films, self.labels, self.inlined = figures, films, labels, count(1)
 
-    def blocks(self, nodes: list[SyntaxTreeNode], lazy: bool = False) -> Iterator[str]:
-        """Yield the HTML of blocks."""
+    def blocks_html(self, nodes: list[SyntaxTreeNode], lazy: bool = False) -> Iterator[str]:
+        """Yield the HTML of paragraphs, headings, lists, tables, figures and containers of the report.
+
+        If `lazy`, figures are images that a browser reads when they come into view.
+        """
         for node in nodes:
-            name, text = container_of(node)
+            name, text = container_name_and_text(node)
             if name:
-                yield from self.container(node, name, text, lazy)
-            elif image := picture_of(node):
-                yield self.figure(image, node.meta["figure"], lazy)
+                yield from self.container_html(node, name, text, lazy)
+            elif image := single_image_of_paragraph(node):
+                yield self.figure_html(image, node.meta["figure"], lazy)
             elif node.type == "heading":
-                yield f"<{node.tag}{_anchor(node)}>{_inline(node)}</{node.tag}>"
+                yield f"<{node.tag}{_id_attribute(node)}>{_inline_html(node)}</{node.tag}>"
             elif node.type in ("fence", "code_block"):
                 yield f"<pre>{escape(node.content)}</pre>"
             elif node.type == "table":
-                yield f'<div class="wide">\n<table>\n{"".join(map(_row_group, node.children))}</table>\n</div>'
+                yield f'<div class="wide">\n<table>\n{"".join(map(_table_section_html, node.children))}</table>\n</div>'
             elif node.type in ("bullet_list", "ordered_list", "list_item", "blockquote"):
                 tag = _TAGS[node.type]
-                yield f"<{tag}>{''.join(self.blocks(node.children, lazy))}</{tag}>"
+                yield f"<{tag}>{''.join(self.blocks_html(node.children, lazy))}</{tag}>"
             elif node.type == "paragraph":
-                inner = _inline(node)
+                inner = _inline_html(node)
                 yield inner if node.hidden else f"<p>{inner}</p>"
             else:
-                yield from self.blocks(node.children, lazy)
+                yield from self.blocks_html(node.children, lazy)
 
-    def container(self, node: SyntaxTreeNode, name: str, text: str, lazy: bool) -> Iterator[str]:
-        """Yield the HTML of a container; that of paper has none."""
+    def container_html(self, node: SyntaxTreeNode, name: str, text: str, lazy: bool) -> Iterator[str]:
+        """Yield the HTML of a Markdown container (``::: name text``), such as a fold, a film or a table with caption.
+
+        A container ``paper`` is shown in the PDF only.
+        """
         if name == "paper":
             return
-        inner = "\n".join(self.blocks(node.children, lazy or name == LAZY))
+        inner = "\n".join(self.blocks_html(node.children, lazy or name == LAZY))
         if name == "fold":
-            yield f"<details{_anchor(node)}><summary>{_inline(parse_inline(text))}</summary>\n{inner}\n</details>"
+            summary = _inline_html(parse_inline(text))
+            yield f"<details{_id_attribute(node)}><summary>{summary}</summary>\n{inner}\n</details>"
         elif name in ("table", "sortable"):
             number = node.meta["table"]
-            caption = self.caption("table", number, _inline(parse_inline(text)))
+            caption = self.caption_html("table", number, _inline_html(parse_inline(text)))
             kind = ' class="sortable"' if name == "sortable" else ""
-            yield inner.replace("<table>", f"<table{kind}{_anchor(node)}>\n<caption>{caption}</caption>", 1)
+            yield inner.replace("<table>", f"<table{kind}{_id_attribute(node)}>\n<caption>{caption}</caption>", 1)
         elif name == "film":
             yield f'<figure class="film-figure">{self.films.get(text, "")}\n{inner}</figure>'
         elif name == "page":
@@ -121,63 +128,63 @@ class _Page:
         else:
             yield f'<div class="{name}">\n{inner}\n</div>'
 
-    def caption(self, kind: str, number: int | None, text: str) -> str:
-        """Return a caption as HTML, with the number of its figure or table in bold if it has one."""
+    def caption_html(self, kind: str, number: int | None, text: str) -> str:
+        """Return the HTML of a figure or table caption, with the number (if any) in bold."""
         return f"<b>{self.labels[kind].format(number)}</b> {text}" if number else text
 
-    def figure(self, image: SyntaxTreeNode, number: int | None, lazy: bool) -> str:
-        """Return the HTML of a figure with its number and caption."""
+    def figure_html(self, image: SyntaxTreeNode, number: int | None, lazy: bool) -> str:
+        """Return the HTML of a figure with number and caption, and of its version for phones if there is one."""
         name = unquote(str(image.attrs["src"]))
-        caption = self.caption("figure", number, escape(str(image.attrs.get("title", ""))))
+        caption = self.caption_html("figure", number, escape(str(image.attrs.get("title", ""))))
         if self.figures is None:
             return f"<figure>{escape(image.content)}<figcaption>{caption}</figcaption></figure>"
         if name not in self.figures or not self.figures[name].is_file():
             raise ResultError(f"figure {name}: no such figure; run the figures of the study first")
-        shown = _picture(self.figures[name], image.content, f"figure-{next(self.inlined)}", lazy)
+        shown = _embedded_figure_html(self.figures[name], image.content, f"figure-{next(self.inlined)}", lazy)
         if (narrow := self.figures.get(f"{NARROW}{name}")) is not None and not lazy:
-            phone = _picture(narrow, image.content, f"figure-{next(self.inlined)}", lazy)
+            phone = _embedded_figure_html(narrow, image.content, f"figure-{next(self.inlined)}", lazy)
             shown = f'<div class="broad">{shown}</div><div class="narrow">{phone}</div>'
         return f"<figure>{shown}{f'<figcaption>{caption}</figcaption>' if caption else ''}</figure>"
 
 
-def _anchor(node: SyntaxTreeNode) -> str:
-    """Return the attribute ``id`` of an element whose node has an anchor."""
+def _id_attribute(node: SyntaxTreeNode) -> str:
+    """Return the HTML attribute ``id`` of a Markdown node that is a link target; "" for other nodes."""
     return f' id="{escape(str(node.attrs["id"]))}"' if "id" in node.attrs else ""
 
 
-def _inline(node: SyntaxTreeNode) -> str:
-    """Return the HTML of text inside a block."""
+def _inline_html(node: SyntaxTreeNode) -> str:
+    """Return the HTML of the text inside a paragraph, heading or table cell, with links and emphasis."""
     parts = []
     for one in node.children:
         if one.type in ("strong", "em"):
-            parts.append(f"<{_TAGS[one.type]}>{_inline(one)}</{_TAGS[one.type]}>")
+            parts.append(f"<{_TAGS[one.type]}>{_inline_html(one)}</{_TAGS[one.type]}>")
         elif one.type == "link":
-            parts.append(f'<a href="{escape(str(one.attrs["href"]))}">{_inline(one)}</a>')
+            parts.append(f'<a href="{escape(str(one.attrs["href"]))}">{_inline_html(one)}</a>')
         elif one.type == "code_inline":
             parts.append(f"<code>{escape(one.content)}</code>")
         elif one.type in ("softbreak", "hardbreak"):
             parts.append("\n" if one.type == "softbreak" else "<br>")
         else:
-            parts.append(_inline(one) if one.children else escape(one.content))
+            parts.append(_inline_html(one) if one.children else escape(one.content))
     return "".join(parts)
 
 
-def _row_group(group: SyntaxTreeNode) -> str:
-    """Return head or body of a table; cells that are aligned to the right have class ``n``."""
+def _table_section_html(group: SyntaxTreeNode) -> str:
+    """Return the HTML of the head or body of a table; right-aligned cells have the class ``n``."""
     rows = []
     for row in group.children:
         cells = []
         for cell in row.children:
             numeric = ' class="n"' if "right" in str(cell.attrs.get("style", "")) else ""
-            cells.append(f"<{cell.tag}{numeric}>{_inline(cell)}</{cell.tag}>")
+            cells.append(f"<{cell.tag}{numeric}>{_inline_html(cell)}</{cell.tag}>")
         rows.append(f"<tr>{''.join(cells)}</tr>\n")
     return f"<{_TAGS[group.type]}>\n{''.join(rows)}</{_TAGS[group.type]}>\n"
 
 
-def _picture(path: Path, alt: str, name: str, lazy: bool) -> str:
-    """Return a figure inside the page: an SVG as an element with identifiers of its own, otherwise an image as data.
+def _embedded_figure_html(path: Path, alt: str, name: str, lazy: bool) -> str:
+    """Return the HTML that embeds a figure file in the page: an SVG as element with unique ids, else image data.
 
-    Inside a fold each figure is an image, so that the page is lighter.
+    If `lazy` (inside a fold), an SVG is also embedded as image data, so that the page is lighter.
     """
     if path.suffix != ".svg" or lazy:
         kind = "svg+xml" if path.suffix == ".svg" else "png"

@@ -15,7 +15,7 @@ from markdown_it.tree import SyntaxTreeNode
 
 from overturning.errors import ResultError
 from overturning.report.drawings import NARROW
-from overturning.report.render import container_of, parse_inline, picture_of
+from overturning.report.render import container_name_and_text, parse_inline, single_image_of_paragraph
 from overturning.translation.texts import (
     check_font_is_installed,
     installed_fonts_of_language,
@@ -27,7 +27,7 @@ LEFT_OUT: Final = ("fold", "page")
 """Containers that paper does not show."""
 
 
-def report_paper(tree: SyntaxTreeNode, title: str, language: str, figures: Mapping[str, Path]) -> bytes:
+def report_pdf(tree: SyntaxTreeNode, title: str, language: str, figures: Mapping[str, Path]) -> bytes:
     """Return the report as PDF, the same bytes each time.
 
     Parameters
@@ -52,7 +52,7 @@ def report_paper(tree: SyntaxTreeNode, title: str, language: str, figures: Mappi
 
     files: dict[str, str] = {}
     check_font_is_installed(language, "PDF of the report")
-    blocks = _blocks(tree.children, figures, files)
+    blocks = _pdf_blocks(tree.children, figures, files)
     drawn = [figures[each] for each in files]
     fonts = installed_fonts_of_language(language) or _fonts_for_names(title, blocks, drawn)
     words = {kind: read_label_translations(language)[kind] for kind in ("figure", "table")}
@@ -85,14 +85,14 @@ def report_paper(tree: SyntaxTreeNode, title: str, language: str, figures: Mappi
 
 
 def _fonts_for_names(title: str, blocks: list[dict[str, Any]], drawn: Iterable[Path]) -> list[str]:
-    """Return installed fonts for Japanese names, such as those of stations, and figures in Japanese; [] without any."""
+    """Return installed fonts for Japanese characters in the report's texts or figures; [] if it has none of them."""
     texts = (title, json.dumps(blocks, ensure_ascii=False), *(path.read_text(encoding="utf-8") for path in drawn))
     last = max(chain.from_iterable(texts), default="")
     return installed_fonts_of_language(language_of_font_for(last))
 
 
 def _remedy_without_pdf(drawn: Iterable[Path]) -> str:
-    """Return what to do if there is no PDF: which figure (SVG) cannot be read, if one cannot."""
+    """Return advice for the user if the PDF cannot be made, naming a figure (SVG) that is damaged, if any."""
     for path in drawn:
         try:
             ElementTree.parse(path)
@@ -101,28 +101,28 @@ def _remedy_without_pdf(drawn: Iterable[Path]) -> str:
     return "draw the figures again"
 
 
-def _blocks(
+def _pdf_blocks(
     nodes: list[SyntaxTreeNode], figures: Mapping[str, Path], files: dict[str, str], paired: bool = False
 ) -> list[dict[str, Any]]:
-    """Return paragraphs, tables and figures of the report as dictionaries for the template of the PDF.
+    """Convert the report's Markdown nodes to dictionaries (paragraphs, tables, figures) for the PDF template.
 
     A short file name for each figure is added to `files`. Two figures side by side have half the width of the text
     each; the version of a figure that was drawn for phones is used there, if there is one.
     """
     blocks: list[dict[str, Any]] = []
     for node in nodes:
-        name, text = container_of(node)
+        name, text = container_name_and_text(node)
         if name in LEFT_OUT:
             continue
         if name in ("table", "sortable"):
-            caption = {"number": node.meta["table"], "caption": _inline(parse_inline(text))}
-            blocks += [one | caption for one in _blocks(node.children, figures, files, paired)]
+            caption = {"number": node.meta["table"], "caption": _pdf_text_parts(parse_inline(text))}
+            blocks += [one | caption for one in _pdf_blocks(node.children, figures, files, paired)]
         elif name == "paper":
-            blocks += _blocks(node.children, figures, files, paired)
+            blocks += _pdf_blocks(node.children, figures, files, paired)
         elif name:
-            inner = _blocks(node.children, figures, files, paired or name == "pair")
+            inner = _pdf_blocks(node.children, figures, files, paired or name == "pair")
             blocks.append({"kind": "box", "name": name, "blocks": inner})
-        elif image := picture_of(node):
+        elif image := single_image_of_paragraph(node):
             source = unquote(str(image.attrs["src"]))
             source = f"{NARROW}{source}" if paired and f"{NARROW}{source}" in figures else source
             blocks.append({
@@ -131,43 +131,46 @@ def _blocks(
                 "paired": paired,
             })  # fmt: skip
         elif node.type == "heading":
-            blocks.append({"kind": "heading", "level": int(node.tag[1:]), "text": _inline(node)})
+            blocks.append({"kind": "heading", "level": int(node.tag[1:]), "text": _pdf_text_parts(node)})
         elif node.type in ("fence", "code_block"):
             blocks.append({"kind": "code", "text": node.content})
         elif node.type == "table":
-            blocks.append(_table(node))
+            blocks.append(_pdf_table(node))
         elif node.type in ("bullet_list", "ordered_list"):
             blocks.append(
-                {"kind": "list", "items": [_blocks(item.children, figures, files, paired) for item in node.children]}
+                {
+                    "kind": "list",
+                    "items": [_pdf_blocks(item.children, figures, files, paired) for item in node.children],
+                }
             )
         elif node.type == "paragraph":
-            blocks.append({"kind": "paragraph", "text": _inline(node)})
+            blocks.append({"kind": "paragraph", "text": _pdf_text_parts(node)})
         else:
-            blocks += _blocks(node.children, figures, files, paired)
+            blocks += _pdf_blocks(node.children, figures, files, paired)
     return blocks
 
 
-def _table(node: SyntaxTreeNode) -> dict[str, Any]:
-    """Return a table of the report as a dictionary for the template of the PDF."""
-    rows = [[_inline(cell) for cell in row.children] for group in node.children for row in group.children]
+def _pdf_table(node: SyntaxTreeNode) -> dict[str, Any]:
+    """Convert a table of the report to a dictionary for the PDF template."""
+    rows = [[_pdf_text_parts(cell) for cell in row.children] for group in node.children for row in group.children]
     cells = node.children[0].children[0].children
     right = ["right" in str(cell.attrs.get("style", "")) for cell in cells]
     return {"kind": "table", "right": right, "rows": rows, "number": None, "caption": []}
 
 
-def _inline(node: SyntaxTreeNode) -> list[dict[str, Any]]:
-    """Return the text of a paragraph, heading or cell as dictionaries of its parts, for the template of the PDF."""
+def _pdf_text_parts(node: SyntaxTreeNode) -> list[dict[str, Any]]:
+    """Convert the text of a paragraph, heading or cell to dictionaries for the PDF template, one per piece of text."""
     parts: list[dict[str, Any]] = []
     for one in node.children:
         if one.type in ("strong", "em"):
-            parts.append({"kind": one.type, "parts": _inline(one)})
+            parts.append({"kind": one.type, "parts": _pdf_text_parts(one)})
         elif one.type == "link":
             # A place on the page, or another file, cannot be reached from paper: the text of the link remains.
-            parts += _inline(one)
+            parts += _pdf_text_parts(one)
         elif one.type == "code_inline":
             parts.append({"kind": "code", "text": one.content})
         elif one.type in ("softbreak", "hardbreak"):
             parts.append({"kind": "text", "text": " "})
         else:
-            parts += _inline(one) if one.children else [{"kind": "text", "text": one.content}]
+            parts += _pdf_text_parts(one) if one.children else [{"kind": "text", "text": one.content}]
     return parts

@@ -29,8 +29,8 @@ SPECIAL: Final = frozenset("\\`*_{}[]<>#|~!&$\"'^:")
 
 
 @dataclass(frozen=True)
-class Media:
-    """Films and figures that exist for a report.
+class ReportMedia:
+    """Films and figures that exist for a report, as its templates need them.
 
     Attributes
     ----------
@@ -54,8 +54,10 @@ class Media:
     posteriors: bool = False
 
 
-def render_markdown(found: BaseModel, language: str = "en", media: Media | None = None, name: str = "report") -> str:
-    """Render a template of the report.
+def render_markdown(
+    found: BaseModel, language: str = "en", media: ReportMedia | None = None, name: str = "report"
+) -> str:
+    """Render a template of the report as Markdown text in one language.
 
     Parameters
     ----------
@@ -63,7 +65,7 @@ def render_markdown(found: BaseModel, language: str = "en", media: Media | None 
         Numbers; a template shows nothing else, besides films and figures.
     language : str, default "en"
         Language of the templates, one of `LANGUAGES`.
-    media : Media, optional
+    media : ReportMedia, optional
         Films and figures that exist.
     name : str, default "report"
         Name of the template: ``report``, or that of one section.
@@ -78,12 +80,12 @@ def render_markdown(found: BaseModel, language: str = "en", media: Media | None 
     ResultError
         If there are no templates of this language.
     """
-    return environment(language).get_template(f"{name}.md.j2").render(f=found, media=media or Media())
+    return template_environment(language).get_template(f"{name}.md.j2").render(f=found, media=media or ReportMedia())
 
 
 @cache
-def environment(language: str) -> jinja2.Environment:
-    """Return the environment of the templates of a language; `ResultError` if there is no such language."""
+def template_environment(language: str) -> jinja2.Environment:
+    """Return the Jinja environment for the report templates of a language; a `ResultError` if there are none."""
     if language not in LANGUAGES:
         raise ResultError(f"language {language}: no report in this language; choose one of {', '.join(LANGUAGES)}")
     labels = read_label_translations(language)
@@ -107,7 +109,7 @@ def environment(language: str) -> jinja2.Environment:
 
 
 def escape_markdown(value: Any) -> Markup:
-    """Return a value as text of Markdown: its special characters are escaped, its line ends become spaces."""
+    """Convert a value to Markdown text: special characters are escaped, and line ends become spaces."""
     if isinstance(value, Markup):
         return value
     text = "" if value is None else " ".join(str(value).split("\n"))
@@ -115,7 +117,7 @@ def escape_markdown(value: Any) -> Markup:
 
 
 def parse_markdown(text: str) -> SyntaxTreeNode:
-    """Parse Markdown of the report; HTML in it stays text. Figures and tables outside folds are numbered.
+    """Parse the Markdown text of the report, and number its figures and tables outside folds; HTML in it stays text.
 
     A paragraph with nothing but an image becomes a node with ``meta["figure"]``: its number, None inside a fold. A
     container ``table`` or ``sortable`` has the number of its table in ``meta["table"]``.
@@ -125,30 +127,36 @@ def parse_markdown(text: str) -> SyntaxTreeNode:
         parser.use(container_plugin, name=name)
     tree = SyntaxTreeNode(parser.parse(text))
     numbers = {"figure": count(1), "table": count(1)}
-    for node, folded in _walk(tree):
-        kind = "figure" if picture_of(node) else "table" if container_of(node)[0] in ("table", "sortable") else ""
+    for node, folded in _nodes_with_fold_state(tree):
+        kind = (
+            "figure"
+            if single_image_of_paragraph(node)
+            else "table"
+            if container_name_and_text(node)[0] in ("table", "sortable")
+            else ""
+        )
         if kind:
             node.meta[kind] = None if folded else next(numbers[kind])
     return tree
 
 
-def _walk(node: SyntaxTreeNode, folded: bool = False) -> Iterator[tuple[SyntaxTreeNode, bool]]:
-    """Yield all nodes in their order, each with True if it lies in a fold."""
+def _nodes_with_fold_state(node: SyntaxTreeNode, folded: bool = False) -> Iterator[tuple[SyntaxTreeNode, bool]]:
+    """Yield all nodes of a Markdown tree in order, each with True if in a fold or shown on one medium only."""
     for one in node.children:
         yield one, folded
-        yield from _walk(one, folded or container_of(one)[0] in ("fold", "page", "paper"))
+        yield from _nodes_with_fold_state(one, folded or container_name_and_text(one)[0] in ("fold", "page", "paper"))
 
 
-def container_of(node: SyntaxTreeNode) -> tuple[str, str]:
-    """Return name and text of a container, ``::: name text``; two empty texts for other nodes."""
+def container_name_and_text(node: SyntaxTreeNode) -> tuple[str, str]:
+    """Return name and text of a Markdown container, ``::: name text``; two empty texts for other nodes."""
     if not node.type.startswith("container_"):
         return "", ""
     name, _, text = node.info.strip().partition(" ")
     return name, text.strip()
 
 
-def picture_of(node: SyntaxTreeNode) -> SyntaxTreeNode | None:
-    """Return the image of a paragraph that contains nothing else."""
+def single_image_of_paragraph(node: SyntaxTreeNode) -> SyntaxTreeNode | None:
+    """Return the image in a paragraph that contains nothing else; None for all other nodes."""
     if node.type == "paragraph" and len(node.children) == 1:
         inline = node.children[0].children
         if len(inline) == 1 and inline[0].type == "image":
@@ -157,5 +165,5 @@ def picture_of(node: SyntaxTreeNode) -> SyntaxTreeNode | None:
 
 
 def parse_inline(text: str) -> SyntaxTreeNode:
-    """Parse a line of Markdown, such as the caption of a table."""
+    """Parse a single line of Markdown, such as the caption of a table, to a syntax tree."""
     return SyntaxTreeNode(MarkdownIt("commonmark", {"html": False}).parseInline(text))

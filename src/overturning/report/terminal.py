@@ -5,48 +5,48 @@ from itertools import chain
 
 from markdown_it.tree import SyntaxTreeNode
 
-from overturning.report.render import container_of, picture_of
+from overturning.report.render import container_name_and_text, single_image_of_paragraph
 
 LEFT_OUT = ("page", "paper")
 """Containers that a terminal does not show."""
 
 
-def plain_lines(tree: SyntaxTreeNode) -> Iterator[str]:
-    """Yield the lines of a text: paragraphs, and tables with aligned columns; an empty line between them."""
-    blocks = (block for block in _blocks(tree.children) if block)
+def plain_text_lines(tree: SyntaxTreeNode) -> Iterator[str]:
+    """Yield the lines of a Markdown text for a terminal: paragraphs and aligned tables, with empty lines between."""
+    blocks = (block for block in _lines_of_blocks(tree.children) if block)
     yield from chain.from_iterable(["", *block] if place else block for place, block in enumerate(blocks))
 
 
-def paragraphs_of(tree: SyntaxTreeNode) -> Iterator[str]:
-    """Yield the paragraphs of a text outside folds, without markup."""
+def plain_paragraphs(tree: SyntaxTreeNode) -> Iterator[str]:
+    """Yield the paragraphs of a Markdown text outside folds, without markup."""
     for node in tree.children:
-        if container_of(node)[0] in (*LEFT_OUT, "fold") or picture_of(node):
+        if container_name_and_text(node)[0] in (*LEFT_OUT, "fold") or single_image_of_paragraph(node):
             continue
         if node.type == "paragraph":
-            yield text_of(node)
+            yield plain_text(node)
         elif node.type not in ("heading", "table"):
-            yield from paragraphs_of(node)
+            yield from plain_paragraphs(node)
 
 
-def _blocks(nodes: list[SyntaxTreeNode]) -> Iterator[list[str]]:
-    """Yield the lines of each paragraph, heading, table and block of code; figures are left out."""
+def _lines_of_blocks(nodes: list[SyntaxTreeNode]) -> Iterator[list[str]]:
+    """Yield, for each paragraph, heading, table and block of code, its lines for a terminal; figures are left out."""
     for node in nodes:
-        if container_of(node)[0] in LEFT_OUT or picture_of(node):
+        if container_name_and_text(node)[0] in LEFT_OUT or single_image_of_paragraph(node):
             continue
         if node.type == "table":
-            yield _table(node)
+            yield _table_lines(node)
         elif node.type in ("paragraph", "heading"):
-            yield text_of(node).split("\n")
+            yield plain_text(node).split("\n")
         elif node.type in ("fence", "code_block"):
             yield node.content.rstrip("\n").split("\n")
         else:
-            yield from _blocks(node.children)
+            yield from _lines_of_blocks(node.children)
 
 
-def _table(node: SyntaxTreeNode) -> list[str]:
-    """Return the rows of a table; cells that are aligned to the right stay so."""
+def _table_lines(node: SyntaxTreeNode) -> list[str]:
+    """Return the rows of a Markdown table as lines of text with aligned columns."""
     rows = [row for group in node.children for row in group.children]
-    texts = [[text_of(cell) for cell in row.children] for row in rows]
+    texts = [[plain_text(cell) for cell in row.children] for row in rows]
     right = ["right" in str(cell.attrs.get("style", "")) for cell in rows[0].children]
     widths = [max(map(len, column)) for column in zip(*texts, strict=True)]
     lines = []
@@ -56,8 +56,8 @@ def _table(node: SyntaxTreeNode) -> list[str]:
     return lines
 
 
-def text_of(node: SyntaxTreeNode) -> str:
-    """Return the text inside a block, without markup."""
+def plain_text(node: SyntaxTreeNode) -> str:
+    """Return the text inside a Markdown node, without markup."""
     if node.type in ("softbreak", "hardbreak"):
         return " "
-    return "".join(map(text_of, node.children)) if node.children else node.content
+    return "".join(map(plain_text, node.children)) if node.children else node.content

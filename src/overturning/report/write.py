@@ -10,10 +10,15 @@ from overturning.figures.page import film_html_element
 from overturning.files import atomic_write
 from overturning.findings.collect import read_findings
 from overturning.findings.results import open_study_results
-from overturning.report.drawings import chapters, draw_report_figures, study_figures, translate_figures
-from overturning.report.page import report_page
-from overturning.report.paper import report_paper
-from overturning.report.render import Media, parse_markdown, render_markdown
+from overturning.report.drawings import (
+    draw_report_figures,
+    figure_names_by_record,
+    list_study_figures,
+    translate_figures,
+)
+from overturning.report.page import report_html_page
+from overturning.report.paper import report_pdf
+from overturning.report.render import ReportMedia, parse_markdown, render_markdown
 from overturning.study.schema import Study
 from overturning.translation.texts import (
     check_language_is_known,
@@ -32,7 +37,10 @@ EXPLORER = "explore.html"
 
 @dataclass(frozen=True)
 class FilmFacts:
-    """Facts about a film: its name in the report, title, block, (heading, outcome) of its panels, and rule."""
+    """Texts that the report shows about a film: name, title, block, heading and outcome of each panel, and rule.
+
+    The rule states how the case was chosen.
+    """
 
     name: str
     title: str
@@ -42,7 +50,7 @@ class FilmFacts:
 
 
 def _film_facts(name: str, case: IllustrativeCaseWithFigures) -> FilmFacts:
-    """Return the facts about the film of a case, in the current language."""
+    """Return the texts that the report shows about the film of an illustrative case, in the current language."""
     panels = zip(map(translate, case.headings), map(translate, case.outcomes), strict=True)
     return FilmFacts(name, translate(case.title), translate(case.block), tuple(panels), case.rule)
 
@@ -72,7 +80,7 @@ def write_report(
     with open_study_results(results, study) as opened, tempfile.TemporaryDirectory() as drawings:
         found, language = read_findings(results / FINDINGS), language or opened.study.language
         check_language_is_known(language)
-        figures = study_figures(results / "figures")
+        figures = list_study_figures(results / "figures")
         figures |= draw_report_figures(opened, found, Path(drawings))
         folder = results / "figures" / "illustrative"
         cases = {f"film-{number}": case for number, case in enumerate(read_cases_with_figures(folder), 1)}
@@ -86,9 +94,9 @@ def write_report(
                 for name, case in cases.items()
             }
             facts = [_film_facts(name, case) for name, case in cases.items()]
-        media = Media(
+        media = ReportMedia(
             films=facts,
-            chapters=chapters(figures, [one.id for one in found.records]),
+            chapters=figure_names_by_record(figures, [one.id for one in found.records]),
             explorer=EXPLORER,
             stations=sorted(name for name in figures if name.startswith("maps/")),
             posteriors=bool(opened.inferred_motions),
@@ -97,9 +105,9 @@ def write_report(
         title = translate_label(found.study.title, read_label_translations(language))
         tree = parse_markdown(render_markdown(found, language, media))
         with atomic_write(path) as part:
-            page = report_page(tree, title, language, figures, films)
+            page = report_html_page(tree, title, language, figures, films)
             part.write_text(page, encoding="utf-8")
         if pdf is not None:
-            pages = report_paper(tree, title, language, figures)
+            pages = report_pdf(tree, title, language, figures)
             with atomic_write(pdf) as part:
                 part.write_bytes(pages)

@@ -48,6 +48,7 @@ def count_b_over_h_with_possible_falls(*falls: xr.DataArray) -> int:
     """Return the number of B/H values to draw: all up to the largest with a possible fall, and the next larger one."""
 
     def has_possible_fall_by_ring(fall_values: xr.Variable) -> xr.Variable:
+        """Return, for each B/H (a ring of the map), True if a block may fall."""
         computed = fall_values.notnull().any(
             [name for name in fall_values.dims if name not in {"azimuth", "orientation"}]
         )

@@ -234,6 +234,7 @@ def write_explorer(cube: "xr.Dataset", path: Path, study: Study | None = None, r
     folder = path.with_name(f"{path.stem}-records")
 
     def write_record_script(record_index: int, encoded_cells: dict[str, Any]) -> None:
+        """Write the JavaScript file with the outcomes under one record, which the page loads on demand."""
         write_text(folder / f"{record_index}.js", f"explorerRecord({record_index},{json_for_script(encoded_cells)});\n")
 
     data = explorer_page_data(cube, write_record_script, study)

@@ -53,6 +53,7 @@ def encode_outcomes_of_record(
     order = (model.direction, "height", "b_over_h", "aspect", "friction", "element")
 
     def flatten_in_page_order(record_variable: "xr.DataArray") -> FloatArray:
+        """Return the values of a variable in the order of dimensions that the page expects."""
         return np.asarray(record_variable.variable.isel(record=0).transpose(*order).to_numpy(), dtype=np.float64)
 
     flag = flatten_in_page_order(record_cube["overturned"])

@@ -162,6 +162,7 @@ def _create_movie_figure_and_updater(film: Film) -> "tuple[Figure, Callable[[int
         rows.append((panel, outcome, shapes, marks, scene.set_xlabel("", fontsize=8)))
 
     def move_artists_to_frame(frame_index: int) -> bool:
+        """Draw a frame by moving the drawn bodies and time marks; return True if a text has changed."""
         text_changed = False
         time = film.start + frame_index * film.frame_interval
         for panel, outcome, shapes, marks, text in rows:

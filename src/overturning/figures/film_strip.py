@@ -116,6 +116,7 @@ def body_at_frame(body: FilmBody, frame_position: float) -> FilmBody:
     """
 
     def interpolate_poses_at_frame(poses_by_frame: FloatArray) -> FloatArray:
+        """Interpolate positions or rotations linearly to `frame_position`; the first axis keeps length 1."""
         low = min(int(frame_position), len(poses_by_frame) - 1)
         high, part = min(low + 1, len(poses_by_frame) - 1), min(max(frame_position - low, 0.0), 1.0)
         return np.asarray(poses_by_frame[low] * (1.0 - part) + poses_by_frame[high] * part)[None]

@@ -290,13 +290,14 @@ def label_decades(axis: Any) -> None:
     Matplotlib would parse a formula for each tick of each figure.
     """
 
-    def label(value: float, _: int | None = None) -> str:
+    def format_tick(value: float, _: int | None = None) -> str:
+        """Format a tick value as decimal number, or as power of ten on an axis with a very wide range."""
         low, high = axis.get_view_interval()
         if low > 1e-4 and high < 1e5:
             return f"{value:g}"
         return f"$\\mathdefault{{10^{{{np.log10(value):.3g}}}}}$"
 
-    axis.set_major_formatter(label)
+    axis.set_major_formatter(format_tick)
 
 
 def draw_line_through_origin(axes: Any, azimuth_deg: float, half_length: float, **look: Any) -> None:

@@ -293,6 +293,7 @@ def compute_layout_only_once(figure: "Figure") -> Callable[[], None]:
     draw, due = figure.draw, [True]
 
     def compute_layout_on_first_draw(renderer: Any) -> None:
+        """Draw the figure, and compute its layout only if that is due."""
         engine = figure.get_layout_engine()
         if not isinstance(engine, ConstrainedLayoutEngine):  # Matplotlib has removed it: the final drawing
             draw(renderer)
@@ -301,6 +302,7 @@ def compute_layout_only_once(figure: "Figure") -> Callable[[], None]:
             engine.execute(figure)
 
     def compute_layout_again() -> None:
+        """Make the layout due at the next drawing."""
         due[0] = True
 
     figure.draw = compute_layout_on_first_draw  # type: ignore[method-assign]

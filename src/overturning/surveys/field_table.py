@@ -157,6 +157,7 @@ def _split_rows(lines: list[str], separator: str, path: Path, table_kind: str) -
     place = 0
 
     def remaining_lines() -> Iterator[str]:
+        """Yield the lines from the current one on, and count them, so that a row may span several lines."""
         nonlocal place
         while place < len(lines):
             place += 1

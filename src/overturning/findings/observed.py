@@ -144,12 +144,12 @@ def _observed_falls_finding(observed: ObservedFalls) -> ObservedFallsFinding:
     )
 
 
-def _mean_fall_direction(found: MeanDirectionWithInterval) -> MeanFallDirection:
+def _mean_fall_direction(mean_direction: MeanDirectionWithInterval) -> MeanFallDirection:
     """Return the report's numbers on a mean fall direction or axis: angle, interval, resultant and p-value."""
     return MeanFallDirection(
-        sample_size=found.n,
-        mean_deg=found.mean_deg,
-        half_width_deg=found.half_width_deg,
-        resultant=found.resultant,
-        p_value=found.test.p_value,
+        sample_size=mean_direction.n,
+        mean_deg=mean_direction.mean_deg,
+        half_width_deg=mean_direction.half_width_deg,
+        resultant=mean_direction.resultant,
+        p_value=mean_direction.test.p_value,
     )

@@ -339,6 +339,7 @@ def open_study_results(results_path: Path, study_override: Study | None = None) 
     folder, changed = cube_path.parent, list[str]()
 
     def open_variant_cube(name: str) -> xr.Dataset:
+        """Open the results cube of the study or of a variant; note if its outcomes were changed after the run."""
         path = cube_path if name == NOMINAL else folder / f"cube.{name}.nc"
         outcome_hash = hash_of_outcomes_in_cube(path)
         cube = open_cube_by_record(path, element=None, amplitude=None)
@@ -349,6 +350,7 @@ def open_study_results(results_path: Path, study_override: Study | None = None) 
         return cube
 
     def select_recorded_amplitude(cube: xr.Dataset) -> xr.Dataset:
+        """Select from a cube the cases under motions as recorded, with the amplitude factor 1."""
         return cube.sel(amplitude=1.0, drop=True) if "amplitude" in cube.dims else cube
 
     with ExitStack() as stack:

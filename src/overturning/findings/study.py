@@ -159,6 +159,7 @@ def study_facts(results: StudyResults) -> StudyFacts:
     study, cube = results.study, results.cube
 
     def rounded_coordinate_values(coordinate_name: str) -> list[float]:
+        """Return the values of a coordinate of the results cube, such as the heights, rounded to 9 decimals."""
         return [round(float(one), 9) for one in cube[coordinate_name].to_numpy()]
 
     return StudyFacts(

@@ -154,10 +154,10 @@ def survey_displacement_findings(stored: StoredDisplacementComparison) -> Survey
     )
 
 
-def _displacements_of_site(site: str, found: DisplacementComparison) -> SurveyDisplacementsOfSite:
+def _displacements_of_site(site: str, comparison: DisplacementComparison) -> SurveyDisplacementsOfSite:
     """Return the report's numbers on falls, shifts and twists of the stones at one site."""
     measures = []
-    for one in found.measures:
+    for one in comparison.measures:
         scale = 1 / CM if one.name == "shift_m" else 1.0
         observed, computed = (
             {
@@ -176,19 +176,21 @@ def _displacements_of_site(site: str, found: DisplacementComparison) -> SurveyDi
         )
     return SurveyDisplacementsOfSite(
         site=site,
-        fell=found.fell,
-        stood=found.stood,
-        cells=found.cells,
-        never_stand=found.never_stand,
-        without_outcome=found.without_outcome,
-        far_outside_grid=found.beyond,
+        fell=comparison.fell,
+        stood=comparison.stood,
+        cells=comparison.cells,
+        never_stand=comparison.never_stand,
+        without_outcome=comparison.without_outcome,
+        far_outside_grid=comparison.beyond,
         measures=measures,
-        directions=None if found.directions is None else _direction_comparison_in_3d(found, found.directions),
+        directions=None
+        if comparison.directions is None
+        else _direction_comparison_in_3d(comparison, comparison.directions),
     )
 
 
 def _direction_comparison_in_3d(
-    found: DisplacementComparison, directions: FallDirectionComparisonIn3D
+    comparison: DisplacementComparison, directions: FallDirectionComparisonIn3D
 ) -> SurveyDirectionsInSpace:
     """Return the report's numbers on observed fall directions of stones and those computed in a 3-D study."""
     has_mean = directions.predicted_resultant >= LEAST_RESULTANT
@@ -206,6 +208,6 @@ def _direction_comparison_in_3d(
         never=directions.never,
         falls_without_prediction=directions.without_outcome,
         falls_with_predicted_direction=directions.fallen - directions.never - directions.without_outcome,
-        no_stone_is_predicted=found.beyond == found.fell + found.stood,
+        no_stone_is_predicted=comparison.beyond == comparison.fell + comparison.stood,
         share_in_random_direction=directions.background,
     )

@@ -199,9 +199,11 @@ def survey_findings(survey_result: StoredSurveyComparison) -> SurveyFindings:
     found, confusion = survey_result.comparison, survey_result.comparison.confusion
 
     def counts_by_octant(octant_counts: list[float]) -> dict[str, Number]:
+        """Return numbers of stones by name of the compass octant, given in the order of `OCTANTS`."""
         return dict(zip(OCTANTS, octant_counts, strict=True))
 
     def statistical_test_finding(test_attribute: str) -> StatisticalTestFinding:
+        """Return the report's numbers on one statistical test of the comparison."""
         one = getattr(found, test_attribute)
         return StatisticalTestFinding(name=one.name, sample_size=one.n, statistic=one.statistic, p_value=one.p_value)
 
@@ -276,17 +278,21 @@ def cemetery_ground_findings(grounds: Sequence[tuple[str, CemeteryGround]]) -> l
     ]
 
 
-def _survey_site_findings(site: str, found: SurveyPredictionComparison) -> SurveySiteFindings:
+def _survey_site_findings(site: str, comparison: SurveyPredictionComparison) -> SurveySiteFindings:
     """Return the report's numbers on one site of a survey: its observed and predicted falls."""
     return SurveySiteFindings(
         site=site,
-        fell=found.fallen,
-        stood=found.stood,
-        octant_falls=found.fallen_count_in_known_direction,
-        observed_fall_share=observed_share(found.share_fell, found.share_stones) if found.share_stones else None,
+        fell=comparison.fallen,
+        stood=comparison.stood,
+        octant_falls=comparison.fallen_count_in_known_direction,
+        observed_fall_share=observed_share(comparison.share_fell, comparison.share_stones)
+        if comparison.share_stones
+        else None,
         computed_fall_share=ComputedFallShare(
-            value=found.computed_fall_share, low=found.computed_fall_share_low, high=found.computed_fall_share_high
+            value=comparison.computed_fall_share,
+            low=comparison.computed_fall_share_low,
+            high=comparison.computed_fall_share_high,
         ),
-        log_likelihood_ratio=found.log_likelihood_ratio,
-        log_likelihood_ratio_p_value=found.likelihood_ratio_p,
+        log_likelihood_ratio=comparison.log_likelihood_ratio,
+        log_likelihood_ratio_p_value=comparison.likelihood_ratio_p,
     )

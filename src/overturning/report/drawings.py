@@ -246,12 +246,15 @@ def _draw_survey_falls(surveys: Sequence[SurveyFindings]) -> "Figure":
     """Draw observed next to computed falls of surveys: directions as roses, and shares of fallen stones."""
 
     def mean_if_resultant_suffices(direction: float | None, resultant: float | None) -> float | None:
+        """Return a mean direction, degrees; None if the directions are too scattered to have one."""
         return direction if resultant is not None and resultant >= LEAST_RESULTANT else None
 
     def counts_in_octant_order(by_octant: dict[str, float | None]) -> FloatArray:
+        """Return numbers of stones in the order of `OCTANTS`, given by name of the octant."""
         return np.array([by_octant.get(octant) or 0.0 for octant in OCTANTS])
 
     def plotted_share(share: Any) -> PlottedEstimate:
+        """Convert a share of fallen stones to the form that figures draw."""
         return PlottedEstimate(None) if share is None else PlottedEstimate(share.value, share.low, share.high)
 
     return survey_falls_figure(

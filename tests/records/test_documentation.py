@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 from typing import get_args
 
-from overturning.records.catalogue import RecordEntry
+from overturning.records.catalogue import RecordTableRow
 from overturning.records.formats.table import FORMATS
 from overturning.records.processing import Step
 from overturning.records.pulses import SHAPES, Pulse
@@ -21,7 +21,7 @@ NAMES = {
     *(form.name for form in FORMATS),
     "fema-p695",
     "synthetic",
-    *RecordEntry.model_fields,
+    *RecordTableRow.model_fields,
     *SHAPES,
     *(model.model_fields["step"].default for model in models(Step)),
     *(

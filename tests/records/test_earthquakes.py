@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from overturning.commands.application import app
 from overturning.errors import ArgumentError, ConfigError
-from overturning.records.catalogue import RecordEntry, read_record_table
+from overturning.records.catalogue import RecordTableRow, read_record_table
 from overturning.records.earthquakes import (
     EarthquakeAssignment,
     assign_records_to_earthquakes,
@@ -23,11 +23,11 @@ from tests.records.record_writers import write_knet_set
 TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
 
 
-def entry(name: str, event: str = "", **more: object) -> RecordEntry:
-    return RecordEntry(id=name, source=name, event=event, **more)  # type: ignore[arg-type]
+def entry(name: str, event: str = "", **more: object) -> RecordTableRow:
+    return RecordTableRow(id=name, source=name, event=event, **more)  # type: ignore[arg-type]
 
 
-def decided(*entries: RecordEntry) -> EarthquakeAssignment:
+def decided(*entries: RecordTableRow) -> EarthquakeAssignment:
     return assign_records_to_earthquakes(entries)
 
 

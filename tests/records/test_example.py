@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from overturning.errors import MissingDataError
-from overturning.records.catalogue import RecordEntry, paths_of_record_files, read_record_table
+from overturning.records.catalogue import RecordTableRow, paths_of_record_files, read_record_table
 from overturning.records.processing import process_record
 from overturning.records.read import read_record
 from overturning.records.record import source_and_processing_of_record
@@ -36,7 +36,7 @@ def test_the_example_agrees_with_its_row_of_the_table(tmp_path):
 
 def test_an_unknown_example_is_refused_with_the_known_names(tmp_path):
     with refused(MissingDataError, "record x", "'none.V2A'", "20161113_110259_WTMC_20.V2A"):
-        read_record(RecordEntry(id="x", source="example:none.V2A"), tmp_path)
+        read_record(RecordTableRow(id="x", source="example:none.V2A"), tmp_path)
 
 
 def test_provenance_names_the_agency_and_the_store_has_the_unprocessed_record(tmp_path):

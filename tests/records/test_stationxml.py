@@ -11,7 +11,7 @@ from obspy.core.inventory.response import CoefficientsTypeResponseStage, PolesZe
 from overturning.errors import RecordError
 from overturning.records.check import check_records_in_files
 from overturning.records.declared_properties import DeclaredFileProperties
-from overturning.records.formats.stationxml import _gain_ratio, acceleration_unit_in_m_s2, is_velocity_unit
+from overturning.records.formats.stationxml import _stage_gain_ratio, acceleration_unit_in_m_s2, is_velocity_unit
 from overturning.records.read import read_record_without_processing
 from tests.expect import refused
 from tests.records.record_writers import peer_text
@@ -108,10 +108,10 @@ def test_a_zero_at_the_frequency_of_the_stated_gain_gives_no_ratio_of_gains():
     stage = PolesZerosResponseStage(
         1, 1.0, 1.0, "M/S", "V", "LAPLACE (HERTZ)", 1.0, [1j, -1j], [-0.1 + 0.1j, -0.1 - 0.1j]
     )
-    assert _gain_ratio(stage, 2.0) == 1.0
+    assert _stage_gain_ratio(stage, 2.0) == 1.0
     stage.stage_gain_frequency = 4.0
     gains = [abs((1j * f) ** 2 + 1.0) / abs((1j * f + 0.1) ** 2 + 0.01) for f in (2.0, 4.0)]
-    assert _gain_ratio(stage, 2.0) == pytest.approx(gains[0] / gains[1], rel=1e-12)
+    assert _stage_gain_ratio(stage, 2.0) == pytest.approx(gains[0] / gains[1], rel=1e-12)
 
 
 @pytest.mark.parametrize("factor", [10.0, 2.0, 1.06, 0.1])

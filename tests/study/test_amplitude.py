@@ -16,7 +16,7 @@ from overturning.study.intensity import write_intensity_measures
 from overturning.study.load import study_from_content
 from overturning.study.recheck import recheck
 from overturning.study.sample import read_cell_sample
-from overturning.study.scenes import numerics_of_study
+from overturning.study.scenes import numerical_options_of_study
 from overturning.study.sections import ConvergenceCheckSettings
 from overturning.study.sweep import sweep_cases_of_record
 from tests.expect import refused
@@ -42,7 +42,7 @@ def cubes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 def test_progress_increases_to_the_total_over_all_factors(tmp_path: Path) -> None:
     told: list[float] = []
     settings = study_from_content(SMALL | {"amplitude": [0.5, 1, 2]}, "test")
-    numerics = numerics_of_study(settings, progress=lambda done, whole: told.append(done / whole))
+    numerics = numerical_options_of_study(settings, progress=lambda done, whole: told.append(done / whole))
     sweep_cases_of_record(settings, RECORD, tmp_path / "part.nc", numerics=numerics)
     assert told == sorted(told)
     assert told[-1] == pytest.approx(1.0)

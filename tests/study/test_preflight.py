@@ -14,7 +14,7 @@ import xarray as xr
 
 from overturning.errors import ConfigError, MissingDataError, OverturningError
 from overturning.motion.soil import import_pystrata
-from overturning.records.catalogue import RecordEntry
+from overturning.records.catalogue import RecordTableRow
 from overturning.statistics.by_record import record_masks_by_group
 from overturning.study.load import load_study, study_from_content
 from overturning.study.preflight import (
@@ -177,7 +177,9 @@ def test_an_alignment_has_an_answer_where_the_records_that_it_is_of_have_a_fault
     records: list[tuple[float | None, bool | None]], answer: bool
 ) -> None:
     """It is of records with a pulse where there is a control: the first group of `record_masks_by_group`."""
-    entries = [RecordEntry(id="a", source="a.V2A", fault_strike_deg=strike, pulse=pulse) for strike, pulse in records]
+    entries = [
+        RecordTableRow(id="a", source="a.V2A", fault_strike_deg=strike, pulse=pulse) for strike, pulse in records
+    ]
     assert can_compute_fault_alignment(entries) is answer
     pulses = np.array([np.nan if pulse is None else float(pulse) for _, pulse in records])
     first = next(iter(record_masks_by_group(xr.Dataset(coords={"pulse": ("record", pulses)})).values()))

@@ -77,7 +77,7 @@ def test_members_run_with_their_own_relief_and_orientation(monkeypatch: pytest.M
 
     nominal = {"overturned": np.zeros(Grid.shape, np.int8), "repeated": np.zeros(Grid.shape, np.int8)}
     runner = EnsembleRunner(Body(STONE), members)
-    monkeypatch.setattr(EnsembleRunner, "_fill_copied_cells", lambda *_: None)
+    monkeypatch.setattr(EnsembleRunner, "_copy_to_symmetric_cells", lambda *_: None)
     found, steps = runner.run_members_of_cells(Still(), Grid(), nominal, run)  # type: ignore[arg-type]
     assert steps == 2 * 16
     assert [relief for relief, _ in seen] == pytest.approx(

@@ -12,7 +12,7 @@ from pydantic import BaseModel
 from overturning import read
 from overturning.errors import ArgumentError, ConfigError, OverturningError
 from overturning.model.scene import Scene, check_scene
-from overturning.records.catalogue import RecordEntry
+from overturning.records.catalogue import RecordTableRow
 from overturning.study.load import study_from_content
 from overturning.study.schema import Study
 from overturning.surveys.standing import FragilityCurveRow, HazardCurveRow
@@ -99,7 +99,7 @@ def test_a_wrong_value_of_a_scene_is_answered_in_plain_words() -> None:
     assert [line for line in lines if OF_PYDANTIC.search(line)] == []
 
 
-@pytest.mark.parametrize("model", [RecordEntry, SurveyRow, FragilityCurveRow, HazardCurveRow])
+@pytest.mark.parametrize("model", [RecordTableRow, SurveyRow, FragilityCurveRow, HazardCurveRow])
 def test_a_wrong_cell_of_a_table_is_answered_in_plain_words(model: type[BaseModel], tmp_path: Path) -> None:
     lines, needed = [], {name: "x" for name, field in model.model_fields.items() if field.is_required()}
     for column in model.model_fields:

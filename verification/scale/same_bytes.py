@@ -12,7 +12,7 @@ from overturning.records.store import read_record_from_motion_file
 from overturning.study.cube import open_cube, study_of_cube
 from overturning.study.gather import merge_sweep_parts
 from overturning.study.parts import WHOLE, sweep_part_path
-from overturning.study.scenes import numerics_of_study
+from overturning.study.scenes import numerical_options_of_study
 from overturning.study.sweep import sweep_cases_of_record
 from verification.one_node_slurm import OPTIONS, one_node_slurm, slurm_unavailable_reason
 from verification.project import CUBE, Project
@@ -100,7 +100,7 @@ def run_without_snakemake(folder: Project, way: str, client: object = None) -> S
     ]
     parts = [sweep_part_path(folder.folder / "again", name, WHOLE) for name in settings.records.use]
     for record, part in zip(records, parts, strict=True):
-        sweep_cases_of_record(settings, record, part, numerics=numerics_of_study(settings, client=client))
+        sweep_cases_of_record(settings, record, part, numerics=numerical_options_of_study(settings, client=client))
     merge_sweep_parts(settings, records, parts, folder.folder / "cube.nc")
     content = (folder.folder / "cube.nc").read_bytes()
     return StudyRun(way, CUBE, time.perf_counter() - begin, hashlib.sha256(content).hexdigest(), len(parts))

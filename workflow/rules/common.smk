@@ -17,9 +17,9 @@ from overturning.files import atomic_write
 from overturning.statistics.fragility_files import openquake_file_name
 from overturning.surveys.stones import read_stones
 from overturning.study.grounds import (
-    additional_grounds,
-    check_names_of_cemeteries,
-    ground_names_of_survey,
+    soil_layers_with_own_cube,
+    check_survey_site_names,
+    soil_cube_names_of_survey,
 )
 from overturning.study.preflight import (
     check_record_files,
@@ -80,7 +80,7 @@ def load_study_and_records():
         for number, survey in enumerate(study.surveys):
             # Report errors in the survey now, not after the sweep.
             stones = read_stones(Path(survey.stones))
-            check_names_of_cemeteries(
+            check_survey_site_names(
                 study, number, {one.site for one in stones}, where
             )
         if workflow.is_main_process:
@@ -111,7 +111,7 @@ def load_study_and_records():
                 if one.site
                 for name in entries
             ]
-            for ground, (_, names) in additional_grounds(study).items():
+            for ground, (_, names) in soil_layers_with_own_cube(study).items():
                 surface += [motion / ground / f"{name}.nc" for name in names]
             # A report of existing results does not need the packages that computed them.
             if (study.site and new) or not all(path.is_file() for path in surface):
@@ -142,9 +142,9 @@ ON_SOIL = [name for name, variant in STUDY.variants.items() if variant.site]
 # Soil below cemeteries of surveys, by name of its cube; computed like a variant, for the records of the surveys only.
 GROUNDS = {
     name: soil.model_dump(mode="json")
-    for name, (soil, _) in additional_grounds(STUDY).items()
+    for name, (soil, _) in soil_layers_with_own_cube(STUDY).items()
 }
-RECORDS_ON_GROUND = {name: use for name, (_, use) in additional_grounds(STUDY).items()}
+RECORDS_ON_GROUND = {name: use for name, (_, use) in soil_layers_with_own_cube(STUDY).items()}
 GROUND_PATTERN = "|".join(map(re.escape, GROUNDS)) or "(?!)"  # (?!): never
 RESULTS = f"results/{STUDY.name}"
 LOGS = f"{RESULTS}/logs"
@@ -331,7 +331,7 @@ def survey_settings(wildcards):
 
 def survey_grounds(wildcards):
     """Return the name of the ground of a survey (`cube_of_ground`), and those of single cemeteries by name."""
-    return ground_names_of_survey(STUDY, survey_settings(wildcards))
+    return soil_cube_names_of_survey(STUDY, survey_settings(wildcards))
 
 
 def surface_motions_of_survey(wildcards):

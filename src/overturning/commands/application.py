@@ -104,7 +104,7 @@ def _root_command(
 
 
 @cache
-def _command_line() -> Any:
+def _create_command_line() -> Any:
     """Return all commands with their options, made once in a process, which may run several command lines."""
     return get_command(app)
 
@@ -116,7 +116,7 @@ def run_command_line(arguments: Sequence[str] | None = None) -> None:
     traceback is a bug of this package.
     """
     try:
-        _command_line()(args=None if arguments is None else list(arguments), prog_name="overturning")
+        _create_command_line()(args=None if arguments is None else list(arguments), prog_name="overturning")
     except OverturningError as error:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(1)

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple, NoReturn
 
 from overturning.commands.application import run_command_line
-from overturning.commands.fork_client import HEADER_BYTES, SERVER_VARIABLE, STARTED, installation
+from overturning.commands.fork_client import HEADER_BYTES, SERVER_VARIABLE, STARTED, installation_paths
 
 _MODULES: Final = {
     "read": ("overturning.records.processing", "overturning.records.read", "overturning.study.load", "netCDF4"),
@@ -72,7 +72,7 @@ class ForkServer:
         while going_on or self._steps:
             for key, _ in self._selector.select():
                 if key.fileobj is self._listener:
-                    self._begin_step()
+                    self._fork_process_for_step()
                 elif key.fileobj is ended_step:
                     ended_step.recv(4096)
                     self._report_ended_steps()
@@ -83,7 +83,7 @@ class ForkServer:
                     self._selector.unregister(key.fileobj)
                     os.kill(key.data, signal.SIGKILL)
 
-    def _begin_step(self) -> None:
+    def _fork_process_for_step(self) -> None:
         """Accept a request and fork a copy of this process for it."""
         connection = self._listener.accept()[0]
         connection.settimeout(_REQUEST_TIMEOUT)
@@ -95,10 +95,10 @@ class ForkServer:
         with contextlib.ExitStack() as stack:
             for output in outputs:
                 stack.callback(os.close, output)
-            if request["installation"] != installation():
+            if request["installation"] != installation_paths():
                 connection.close()
                 return
-            self._load_for(request["arguments"])
+            self._preload_modules_for_command(request["arguments"])
             gc.freeze()  # garbage collection of a step need not visit, and so copy, what is loaded
             server_process = os.getpid()
             try:
@@ -113,12 +113,12 @@ class ForkServer:
         self._steps[process] = RunningStep(request["arguments"], connection)
         self._selector.register(connection, selectors.EVENT_READ, process)
 
-    def _load_for(self, arguments: list[str]) -> None:
+    def _preload_modules_for_command(self, arguments: list[str]) -> None:
         """Import the modules that a command needs; for a sweep, load the simulation code compiled by an earlier one."""
         with contextlib.suppress(Exception):  # the step reports it
             for name in _MODULES.get(arguments[0], ()):
                 import_module(name)
-            variant = _options(arguments).get("--variant", "")
+            variant = _option_values(arguments).get("--variant", "")
             if arguments[0] == "sweep" and (last := self._sweeps.get(variant)) is not None:
                 self._sweeps[variant] = None
                 _load_kernels_of_sweep(last)
@@ -137,11 +137,11 @@ class ForkServer:
                 step.connection.sendall(str(status if status >= 0 else 128 - status).encode())
             step.connection.close()
             if step.arguments[0] == "sweep" and status == 0:
-                self._sweeps.setdefault(_options(step.arguments).get("--variant", ""), step.arguments)
+                self._sweeps.setdefault(_option_values(step.arguments).get("--variant", ""), step.arguments)
 
     def _store_measurements(self, arguments: list[str], used: Any) -> None:
         """Append the processor time (s) and memory (MB) of a workflow step to the table of measurements."""
-        options = _options(arguments)
+        options = _option_values(arguments)
         output = options.get("--output") or options.get("--results", "")
         with contextlib.suppress(OSError):
             self._measurements.parent.mkdir(parents=True, exist_ok=True)
@@ -152,7 +152,7 @@ class ForkServer:
                 table.write(f"{arguments[0]}\t{output}\t{time:.2f}\t{memory:.1f}\n")
 
 
-def _options(arguments: list[str]) -> dict[str, str]:
+def _option_values(arguments: list[str]) -> dict[str, str]:
     """Return the values of the options among the arguments of a step, by option."""
     return dict(pairwise(arguments))
 
@@ -174,7 +174,7 @@ def _load_kernels_of_sweep(arguments: list[str]) -> None:
     from overturning.study.load import load_study_from_file_or_json
     from overturning.study.sweep import load_kernels
 
-    options = _options(arguments)
+    options = _option_values(arguments)
     record = read_record_from_motion_file(Path(options["--motion"]))
     load_kernels(load_study_from_file_or_json(options["--study"]), record, options["--variant"])
 

@@ -183,7 +183,7 @@ def fetch_file_from_url(
 
 
 @dataclass(frozen=True)
-class TimeWindow:
+class WaveformWindowOptions:
     """Options for the time window of the waveforms: start and end, or an earthquake with times before and after."""
 
     start: Annotated[str, typer.Option(help="start of the window, UTC: 2016-11-13T11:02:00")] = ""
@@ -201,7 +201,7 @@ def fetch_records_from_fdsn(
     server: Annotated[str, typer.Argument(help="address of FDSN services, or a name that obspy knows")],
     network: Annotated[str, typer.Option(help="network code")],
     station: Annotated[str, typer.Option(help="station code")],
-    window: TimeWindow,
+    window: WaveformWindowOptions,
     channel: Annotated[
         str, typer.Option(help="channel codes; HN? selects the three components of an accelerometer")
     ] = "HN?",

@@ -55,7 +55,7 @@ def create_project(folder: Annotated[Path, typer.Argument(help="folder to create
 def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> None:
     """Check a study before a run: keys, missing or damaged files, number of cases; and estimate time and memory."""
     from overturning.study.doubts import implausible_setting_warnings, skipped_range_end_warnings
-    from overturning.study.grounds import check_names_of_cemeteries
+    from overturning.study.grounds import check_survey_site_names
     from overturning.study.load import read_study_content, study_from_content
     from overturning.study.preflight import (
         check_optional_packages,
@@ -79,7 +79,7 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
     searched: list[StoneKind] = []
     for number, survey in enumerate(study.surveys):
         stones, notes, doubts = read_stones_with_notes(Path(survey.stones))
-        check_names_of_cemeteries(study, number, {stone.site for stone in stones}, str(path))
+        check_survey_site_names(study, number, {stone.site for stone in stones}, str(path))
         searched += kinds_of_survey_stones(stones, survey.stones) if survey.backwards else []
         if study.orientation is None:
             notes = [*notes, *note_on_b_over_h_outside_study(stones, study.b_over_h, survey.stones)]

@@ -147,12 +147,12 @@ def simulate_cases_of_record(
     from overturning.study.ensemble import EnsembleMembers
     from overturning.study.load import load_study_from_file_or_json
     from overturning.study.parts import SweepChunk
-    from overturning.study.scenes import numerics_of_study
+    from overturning.study.scenes import numerical_options_of_study
     from overturning.study.sweep import sweep_cases_of_record
 
     settings, part = load_study_from_file_or_json(study), SweepChunk.parse(chunk)
     record, drawn = read_record_from_motion_file(motion), EnsembleMembers.read_csv(members) if members else None
-    numerics = numerics_of_study(settings, threads, _create_percent_progress_printer())
+    numerics = numerical_options_of_study(settings, threads, _create_percent_progress_printer())
     sweep_cases_of_record(settings, record, output, variant, members=drawn, chunk=part, numerics=numerics)
 
 

@@ -26,7 +26,7 @@ from overturning.figures.style import (
 from overturning.figures.svg_translation import break_text_at_width, pad_to_equal_line_count
 from overturning.figures.write import compute_layout_only_once
 from overturning.files import atomic_write, check_output_path
-from overturning.translation.texts import ENGLISH, FONTS, current_language, language_of_font_for, translate
+from overturning.translation.texts import ENGLISH, FONTS, current_language, font_language_of_text, translate
 from overturning.units import GAL
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def write_film_as_gif_or_mp4(film: Film, path: Path) -> None:
         if current_language() != ENGLISH:
             film = _translate_film(film)
         names = "".join([film.title, *(panel.outcome for panel in film.panels)])
-        if (language := language_of_font_for(names)) != ENGLISH:
+        if (language := font_language_of_text(names)) != ENGLISH:
             mpl.rcParams["font.family"] = [SETTINGS["font.family"][0], matplotlib_font_of_language(language, path.name)]
         figure, move_artists_to_frame = _create_movie_figure_and_updater(film)
         create_only_inner_ticks(figure)

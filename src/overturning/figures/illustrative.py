@@ -37,7 +37,7 @@ from overturning.study.scenes import (
     StudyToSceneSizeConversion,
     compared_elements,
     motion_for_variant,
-    numerics_of_study,
+    numerical_options_of_study,
     select_element,
     variant_model,
     variant_scene,
@@ -277,5 +277,5 @@ def simulate_block_trajectories(
         "friction": isinstance(model, PlanarModel) and not model.scene.varies_friction,
     }
     given = {name: value for name, value in scaled.items() if not own.get(name)}
-    options: dict[str, Any] = {**given, **vars(numerics_of_study(study)), "aftermath": AFTERMATH}
+    options: dict[str, Any] = {**given, **vars(numerical_options_of_study(study)), "aftermath": AFTERMATH}
     return [trajectory(motion, model, **options, **{f"{model.direction}_deg": angle}) for angle in directions_deg]

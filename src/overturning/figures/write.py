@@ -15,7 +15,7 @@ from overturning.figures.svg_translation import translate_svg
 from overturning.files import atomic_write, write_text
 from overturning.quantities import parse_quantity
 from overturning.study.evaluation import FORMATS, FigureSettings
-from overturning.translation.texts import ENGLISH, check_font_is_installed, current_language, language_of_font_for
+from overturning.translation.texts import ENGLISH, check_font_is_installed, current_language, font_language_of_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -71,7 +71,7 @@ def save_figure_files(
             with _list_characters_without_glyph() as missing:
                 figure.savefig(part, format=kind, metadata=METADATA[kind], dpi=dpi * scale)
             if missing and kind != "svg":  # an SVG is drawn with the fonts of its viewer
-                check_font_is_installed(language_of_font_for("".join(missing)), path.name)
+                check_font_is_installed(font_language_of_text("".join(missing)), path.name)
                 _save_figure_by_typst(figure, part, kind, scale, dpi, "".join(missing))
             if kind == "svg":
                 text = translate_svg(compact_svg(part.read_text(encoding="utf-8")))

@@ -5,7 +5,7 @@ from typing import Any, Final
 
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Finding, Number
-from overturning.records.doubts import DOUBT_KINDS, kinds_of_data_doubts_in_notes
+from overturning.records.doubts import DOUBT_KINDS, data_problem_kinds_in_notes
 from overturning.records.record import processing_entry_text
 from overturning.study.cube import record_provenance
 
@@ -103,7 +103,7 @@ def record_processing(provenance: Mapping[str, Any]) -> RecordProcessing:
         trusted=trusted,
         notes=notes,
         drift=drift,
-        doubts=[*kinds_of_data_doubts_in_notes(notes), *([DRIFT] if drift else []), *([TRUSTED] if trusted else [])],
+        doubts=[*data_problem_kinds_in_notes(notes), *([DRIFT] if drift else []), *([TRUSTED] if trusted else [])],
     )
 
 

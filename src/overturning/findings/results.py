@@ -30,7 +30,7 @@ from overturning.study.convergence import ConvergenceCheckResult, read_convergen
 from overturning.study.cube import CONFIGURATION, open_cube_by_record, study_for_presentation, study_of_cube
 from overturning.study.load import load_study
 from overturning.study.recheck import hash_of_outcomes_in_cube
-from overturning.study.scenes import NOMINAL, cube_has_whole_grid, select_element, variant_scene
+from overturning.study.scenes import NOMINAL, cube_covers_study_grid, select_element, variant_scene
 from overturning.study.schema import Study
 from overturning.surveys.comparison import StoredSurveyComparison, read_survey_comparison
 from overturning.surveys.displacements import StoredDisplacementComparison
@@ -320,7 +320,7 @@ def _check_cube_is_whole_study(cube: xr.Dataset, intensity: xr.Dataset, cube_pat
             "compare the study with its variants"
         )
     records = [one["record_id"].to_numpy().astype(str).tolist() for one in (cube, intensity)]
-    if records[0] != records[1] or not cube_has_whole_grid(cube, study_of_cube(cube)):
+    if records[0] != records[1] or not cube_covers_study_grid(cube, study_of_cube(cube)):
         raise ResultError(f"{cube_path}: a part of its study's cube; name the cube that the run made")
 
 

@@ -14,8 +14,8 @@ from overturning.motion.plausible import implausible_amplitude_reason
 from overturning.records.component import (
     MINIMUM_SINE,
     RecordComponent,
+    agency_processing_metadata,
     checked_header_peak_difference,
-    extra_entry_of_agency_processing,
     find_vertical_by_elimination,
     is_vertical_name_without_sense,
     non_perpendicular_axes_notes,
@@ -27,8 +27,8 @@ from overturning.records.record import Record
 from overturning.records.window import AssemblyRefusalCollector, common_window_processing_entry, cut_to_common_window
 
 
-def format_utc(moment: datetime | None) -> str | None:
-    """Return a time as ISO 8601 text in UTC, without trailing zeros; no time zone means UTC, and None stays None."""
+def format_iso_utc_time(moment: datetime | None) -> str | None:
+    """Format a time as ISO 8601 text in UTC without trailing zeros; None for None; without a time zone it is UTC."""
     if moment is None:
         return None
     text = (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).astimezone(UTC).strftime("%Y-%m-%dT%H:%M:%S.%f")
@@ -71,7 +71,7 @@ def assemble_record(
     refusals = AssemblyRefusalCollector(trust_contradictions=declared_properties.trust_data)
     name = components[0].file if components else record_id
     components, notes = _orient_or_omit_vertical_components(components, declared_properties.vertical_sense)
-    notes += [note for component in components if (note := _unused_declaration_note(component, declared_properties))]
+    notes += [note for component in components if (note := _ignored_user_property_note(component, declared_properties))]
     notes += dict.fromkeys(
         note for component in components if (note := note_on_sensor_in_structure(component.location))
     )
@@ -80,7 +80,7 @@ def assemble_record(
     with refusals.collect_reason():
         components = _horizontal_then_vertical_components(components, declared_properties.azimuths_deg, name)
         notes += non_perpendicular_axes_notes(components)
-        notes += _declared_azimuth_notes(components, by_files)
+        notes += _declared_azimuth_mismatch_notes(components, by_files)
     if not components:
         refusals.raise_collected_reasons()
     window = _cut_to_window_and_check_samples(components, refusals, notes)
@@ -88,7 +88,7 @@ def assemble_record(
     azimuths = [((c.azimuth_deg or 0.0) + declared_properties.correction_deg) % 360.0 for c in window[:2]]
     north, east = _rotate_samples_to_north_east(window[0].samples, azimuths[0], window[1].samples, azimuths[1])
     first = window[0]
-    extra = _extra_record_properties(window, declared_properties, notes, differences, refusals.trusted)
+    extra = _extra_record_metadata(window, declared_properties, notes, differences, refusals.trusted)
     hashes = list(dict.fromkeys(c.sha256 for c in window))
     station = replaced_fields.pop("station", first.station)
     if first.sensor == "borehole":
@@ -106,7 +106,7 @@ def assemble_record(
         east=east,
         up=window[2].samples * float(window[2].vertical) + 0.0 if len(window) == 3 else None,
         sampling_interval=first.sampling_interval,
-        start=format_utc(first.start),
+        start=format_iso_utc_time(first.start),
         # Hash of the file; of the joined hashes if the record has several files.
         sha256=hashes[0] if len(hashes) == 1 else hashlib.sha256("".join(hashes).encode()).hexdigest(),
         component_azimuths_deg=tuple(azimuths),
@@ -119,7 +119,7 @@ def assemble_record(
 def _relative_header_peak_differences(
     components: Sequence[RecordComponent], refusals_out: AssemblyRefusalCollector
 ) -> dict[str, float]:
-    """Return |sample peak − header peak| / header peak by axis, for components with a peak in the header."""
+    """Return, by axis, the relative difference of the peak of the samples from the peak stated in the header."""
     differences = {}
     for component in components:
         with refusals_out.collect_reason():
@@ -128,10 +128,10 @@ def _relative_header_peak_differences(
     return differences
 
 
-def _declared_azimuth_notes(
+def _declared_azimuth_mismatch_notes(
     declared_components: Sequence[RecordComponent], stated_components: Sequence[RecordComponent]
 ) -> list[str]:
-    """Return a note for each axis whose azimuth, as declared by the user, differs from that in its file."""
+    """Return a note for each axis whose azimuth, as given by the user, differs from the azimuth in its file."""
     return [
         f"axis {c.axis!r} is taken at {c.azimuth_deg:g}°, as declared; its file says {was.azimuth_deg:g}°"
         for c, was in zip(declared_components, stated_components, strict=False)
@@ -161,19 +161,19 @@ def _cut_to_window_and_check_samples(
     return window
 
 
-def _extra_record_properties(
+def _extra_record_metadata(
     cut_components: Sequence[RecordComponent],
     declared_properties: DeclaredFileProperties,
     notes: list[str],
     peak_differences: dict[str, float],
     trusted_contradictions: Sequence[str],
 ) -> dict[str, Any]:
-    """Return the properties of a record that the class `Record` has no field for, as its dictionary ``extra``."""
+    """Return the dictionary `Record.extra` of a record: properties for which the class `Record` has no field."""
     first = cut_components[0]
     extra: dict[str, Any] = dict(first.extra) | {"format": first.format, "processed": first.processed}
-    extra |= extra_entry_of_agency_processing(cut_components)
+    extra |= agency_processing_metadata(cut_components)
     extra |= {"axes": [c.axis for c in cut_components]} | (
-        {"origin_time": format_utc(first.origin)} if first.origin else {}
+        {"origin_time": format_iso_utc_time(first.origin)} if first.origin else {}
     )
     extra |= {"header_peak_difference": peak_differences} if peak_differences else {}
     if declared_properties.trust_data:
@@ -189,12 +189,12 @@ def _extra_record_properties(
 
 
 def borehole_station_name(station: str) -> str:
-    """Return the name of a station with the word "borehole" added, unless the name contains it already."""
+    """Add the word "borehole" to the name of a station, unless the name contains it already."""
     return station if "borehole" in station.lower() else f"{station} (borehole)".strip()
 
 
-def _unused_declaration_note(component: RecordComponent, declared_properties: DeclaredFileProperties) -> str:
-    """Return a note if properties that the user declared are ignored because the file states others; else ""."""
+def _ignored_user_property_note(component: RecordComponent, declared_properties: DeclaredFileProperties) -> str:
+    """Return a note if a unit, rate or state given by the user is ignored, since the file states another; else ""."""
     said = [f"unit {declared_properties.unit}"] if declared_properties.unit not in (None, component.unit) else []
     if declared_properties.processed not in (None, component.processed):
         said.append("processed" if declared_properties.processed else "raw")
@@ -222,7 +222,7 @@ def _implausible_amplitude_reason(components: Sequence[RecordComponent]) -> str:
 def _horizontal_then_vertical_components(
     components: Sequence[RecordComponent], declared_azimuths_deg: Sequence[float] | None, file_name: str
 ) -> list[RecordComponent]:
-    """Return the two horizontal components, with azimuths declared by the user if any, and then the vertical one."""
+    """Order the components of a record: two horizontal ones, with azimuths given by the user if any, then vertical."""
     vertical = [c for c in components if c.vertical]
     horizontal = [c for c in components if not c.vertical]
     if len(horizontal) != 2 or len(vertical) > 1:
@@ -256,7 +256,7 @@ def _horizontal_then_vertical_components(
 def _orient_or_omit_vertical_components(
     components: Sequence[RecordComponent], declared_sense: VerticalSense | None
 ) -> tuple[list[RecordComponent], list[str]]:
-    """Set a vertical axis of unknown sense to the sense that the user declares, or omit it; return also notes."""
+    """Set a vertical axis of unknown sense to the sense (up or down) given by the user, or omit it; return notes."""
     vertical = {"up": 1, "down": -1}.get(declared_sense or "", 0)
     kept, notes, third = [], [], find_vertical_by_elimination(components)
     for component in components:

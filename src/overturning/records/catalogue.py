@@ -102,7 +102,7 @@ class RecordDescription(BaseModel, extra="forbid", frozen=True, use_attribute_do
     def coordinate_source_and_fault_trace(self) -> dict[str, str]:
         """Fault trace of the record's earthquake, and sources of trace and coordinates, if the table states them.
 
-        ``coordinates_source`` is there, perhaps empty, if the line has coordinates.
+        The key ``coordinates_source`` exists (its text may be empty) if the row of the record states coordinates.
         """
         columns = ("station_latitude_deg", "epicentre_latitude_deg")
         source = {"coordinates_source": self.coordinates_source}
@@ -112,7 +112,7 @@ class RecordDescription(BaseModel, extra="forbid", frozen=True, use_attribute_do
 
     @property
     def metadata_for_statistics(self) -> dict[str, Any]:
-        """Values that statistics use (`METADATA`), such as the fault strike, if the record table states them."""
+        """Known values of the record that statistics use (`METADATA`), such as the fault strike."""
         stated = {name: getattr(self, column) for name, (column, _, _) in METADATA.items()}
         return {name: value for name, value in stated.items() if value not in (None, "")}
 
@@ -124,8 +124,8 @@ LABELS: Final = tuple(name for name in RecordDescription.model_fields if name no
 """Columns that do not change the samples of a record: after a change of these no new sweep is needed."""
 
 
-class RecordEntry(FilePropertyColumns, RecordDescription, frozen=True):
-    """Row of the table of records: a record, its metadata, and properties that its files do not state."""
+class RecordTableRow(FilePropertyColumns, RecordDescription, frozen=True):
+    """Row of the record table: one record, its metadata, and properties that its files do not state."""
 
     orientation_correction_deg: float = Field(default=0.0, ge=-360, le=360)
     """Angle added to the azimuths in the file: misorientation of the sensor, degrees clockwise."""
@@ -134,13 +134,13 @@ class RecordEntry(FilePropertyColumns, RecordDescription, frozen=True):
     sha256: str = Field(default="", pattern=r"^([0-9a-f]{64})?$")
     """Expected SHA-256 of the record's file; empty: not checked."""
 
-    def without_descriptive_columns(self) -> "RecordEntry":
-        """Return the row without columns that only describe the record (`LABELS`) and do not affect its samples."""
-        return self.model_copy(update={name: RecordEntry.model_fields[name].default for name in LABELS})
+    def without_descriptive_columns(self) -> "RecordTableRow":
+        """Return a copy of the row without descriptive columns (`LABELS`), which do not affect the record's samples."""
+        return self.model_copy(update={name: RecordTableRow.model_fields[name].default for name in LABELS})
 
     @property
     def declared_file_properties(self) -> DeclaredFileProperties:
-        """Properties of the record's files that this row of the record table declares, such as unit and azimuths."""
+        """Properties of the record's files that the user gives in this table row, such as unit and azimuths."""
         return DeclaredFileProperties(
             correction_deg=self.orientation_correction_deg + self.magnetic_declination_deg,
             **self.model_dump(include={*FilePropertyColumns.model_fields}),
@@ -148,22 +148,22 @@ class RecordEntry(FilePropertyColumns, RecordDescription, frozen=True):
 
     @property
     def names_of_filled_file_columns(self) -> list[str]:
-        """Names of non-empty columns that describe files; a synthetic pulse, which has no file, must have none."""
+        """Names of non-empty columns that describe files; refused for a synthetic pulse, which has no file."""
         other = {*RecordDescription.model_fields, "format", "trust_data", "sha256"}
         stated = self.model_dump(exclude=other, exclude_defaults=True)
         return [name for name, value in stated.items() if value != "surface"]
 
 
-def read_record_table(path: Path | str) -> dict[str, RecordEntry]:
+def read_record_table(path: Path | str) -> dict[str, RecordTableRow]:
     """Read a table of records; return its rows by record id, in the order of the table.
 
     The table is tab-separated with one header line and ``#`` for comments; an empty cell means unknown. A `ConfigError`
     names file, line, column and value of an unknown or repeated column, a repeated id, or a value out of bounds.
     """
     path = Path(path)
-    entries: dict[str, RecordEntry] = {}
+    entries: dict[str, RecordTableRow] = {}
     for line, entry in read_table_rows(
-        path, RecordEntry, delimiter="\t", error_class=ConfigError, table_kind="record table"
+        path, RecordTableRow, delimiter="\t", error_class=ConfigError, table_kind="record table"
     ):
         if entry.id in entries:
             raise ConfigError(f"{path} line {line}: column id {entry.id!r}: it occurs twice; ids must differ")
@@ -175,27 +175,25 @@ EXAMPLE: Final = "example:"
 """Prefix of a file that is part of the package (`records/examples`)."""
 
 
-def paths_of_record_files(table_entry: RecordEntry, data_dir: Path) -> list[Path]:
+def paths_of_record_files(table_row: RecordTableRow, data_dir: Path) -> list[Path]:
     """Return the paths of the files of a record; [] for records of FEMA P-695, which are read from one archive."""
     return (
-        []
-        if table_entry.format == "fema-p695"
-        else [path for _, path in _source_names_with_paths(table_entry, data_dir)]
+        [] if table_row.format == "fema-p695" else [path for _, path in _source_names_with_paths(table_row, data_dir)]
     )
 
 
-def read_record_files(table_entry: RecordEntry, data_dir: Path) -> list[SourceFile]:
-    """Read the files of a record that its table row names: directly, by stem (``STEM.*``) or in an archive."""
+def read_record_files(table_row: RecordTableRow, data_dir: Path) -> list[SourceFile]:
+    """Read the files of a record, which its table row names in full, by stem (``STEM.*``) or as part of an archive."""
     files: list[SourceFile] = []
-    for word, path in _source_names_with_paths(table_entry, data_dir):
+    for word, path in _source_names_with_paths(table_row, data_dir):
         file = read_source_file(path)
         within = _has_archive_extension(path) and not path.name.startswith(word)
         files += _archive_members_with_stem(file, word) if within else [file]
     return files
 
 
-def _source_names_with_paths(table_entry: RecordEntry, data_dir: Path) -> list[tuple[str, Path]]:
-    """Return pairs of a name in the column ``source`` of a record, and the file or archive with this name.
+def _source_names_with_paths(table_row: RecordTableRow, data_dir: Path) -> list[tuple[str, Path]]:
+    """Find the file or archive for each name in the column ``source`` of a record; return pairs of name and path.
 
     Raises a MissingDataError for names without a file.
 
@@ -204,9 +202,9 @@ def _source_names_with_paths(table_entry: RecordEntry, data_dir: Path) -> list[t
     archives = [path for path in _sorted_files(data_dir, "*") if _has_archive_extension(path)]
     located: list[tuple[str, Path]] = []
     missing: list[str] = []
-    for word in table_entry.source.split():
+    for word in table_row.source.split():
         if word.startswith(EXAMPLE):
-            located.append((word.removeprefix(EXAMPLE), _example_file_path(table_entry, word.removeprefix(EXAMPLE))))
+            located.append((word.removeprefix(EXAMPLE), _example_file_path(table_row, word.removeprefix(EXAMPLE))))
             continue
         named = [data_dir / word] if (data_dir / word).is_file() else []
         matching = [path for path in _sorted_files(data_dir, f"{word}.*") if not has_non_record_name(path)]
@@ -220,18 +218,18 @@ def _source_names_with_paths(table_entry: RecordEntry, data_dir: Path) -> list[t
         located += [(word, path) for path in holding]
         missing += [] if holding else [word]
     if missing:
-        raise _missing_record_files_error(table_entry, data_dir, missing)
+        raise _missing_record_files_error(table_row, data_dir, missing)
     return located
 
 
-def _example_file_path(table_entry: RecordEntry, example_name: str) -> Path:
+def _example_file_path(table_row: RecordTableRow, example_name: str) -> Path:
     """Return the path of an example record's zip file in the package; a MissingDataError for an unknown name."""
     folder = Path(__file__).parent / "examples"
     path = folder / f"{example_name}.zip"
     if not path.is_file():
         known = ", ".join(file.stem for file in _sorted_files(folder, "*.zip"))
         raise MissingDataError(
-            f"record {table_entry.id}: no example {example_name!r} comes with the package; there is {known}"
+            f"record {table_row.id}: no example {example_name!r} comes with the package; there is {known}"
         )
     return path
 
@@ -251,21 +249,21 @@ def _archive_members_with_stem(archive_file: SourceFile, file_stem: str) -> list
     return [m for m in unpack_archive(archive_file) if m.name == file_stem or m.name.startswith(f"{file_stem}.")]
 
 
-def _missing_record_files_error(table_entry: RecordEntry, data_dir: Path, missing_files: list[str]) -> MissingDataError:
+def _missing_record_files_error(
+    table_row: RecordTableRow, data_dir: Path, missing_files: list[str]
+) -> MissingDataError:
     """Return an error that names the missing files of a record, the folder searched, and their source."""
     which, remedy = f"{' '.join(missing_files)} is", "put the file there, or name the folder in the config"
-    if table_entry.format in ("k-net", "kik-net"):
+    if table_row.format in ("k-net", "kik-net"):
         remedy = (
             "download them from NIED's K-NET and KiK-net (www.kyoshin.bosai.go.jp, free account) and put them into "
             "that folder: they may not be redistributed"
         )
-    if table_entry.format in ("k-net", "kik-net") and "." not in table_entry.source:
+    if table_row.format in ("k-net", "kik-net") and "." not in table_row.source:
         # File extensions of KiK-net end with the number of the sensor.
         number = (
-            {"surface": "2", "borehole": "1"}[table_entry.sensor or "surface"]
-            if table_entry.format == "kik-net"
-            else ""
+            {"surface": "2", "borehole": "1"}[table_row.sensor or "surface"] if table_row.format == "kik-net" else ""
         )
-        which = ", ".join(f"{table_entry.source}.{axis}{number}" for axis in ("NS", "EW", "UD"))
+        which = ", ".join(f"{table_row.source}.{axis}{number}" for axis in ("NS", "EW", "UD"))
         which += " (or the archive that holds them) are"
-    return MissingDataError(f"record {table_entry.id}: {which} not in {data_dir}; {remedy}")
+    return MissingDataError(f"record {table_row.id}: {which} not in {data_dir}; {remedy}")

@@ -25,7 +25,7 @@ from overturning.records.source import SourceFile, has_non_record_name, read_sou
 
 @dataclass(frozen=True)
 class RecordCheckResult:
-    """Check result of one record: the record, or the reason why it is refused; also of a file that cannot be read."""
+    """Result of checking one record or one unreadable file: the record that was read, or the reason for refusing it."""
 
     files: tuple[str, ...]
     components: tuple[RecordComponent, ...] = ()  # axes of the record; empty if the file cannot be read
@@ -65,7 +65,7 @@ def check_records_in_files(
 def _read_components_of_declared_sensor(
     source_files: Sequence[SourceFile], declared_properties: DeclaredFileProperties
 ) -> tuple[list[RecordComponent], list[RecordCheckResult]]:
-    """Return the components of the declared sensor (by default, all), and the reason for each refused file."""
+    """Read the components of the sensor that the user chose (default: all); return also a result per refused file."""
     components: list[RecordComponent] = []
     others: list[RecordComponent] = []
     refused = []
@@ -109,10 +109,7 @@ def _check_record(
 def _refusal_reason_of_several_locations(
     components: Sequence[RecordComponent], all_component_groups: Sequence[Sequence[RecordComponent]]
 ) -> str:
-    """Return a reason to refuse components if sensors at several places of a station recorded the earthquake.
-
-    The reason is "" otherwise.
-    """
+    """Return the reason to refuse components if several sensors of one station recorded the earthquake; else ""."""
     first = components[0]
     alike = [
         one[0]
@@ -143,7 +140,7 @@ def _read_source_files(paths: Sequence[Path]) -> tuple[list[SourceFile], list[Re
 
 
 def _list_all_and_skipped_files(path: Path, *, is_only_argument: bool) -> tuple[list[Path], list[Path]]:
-    """Return all files in a folder (or a single file), and those among them that are skipped by their names.
+    """List all files in a folder (or a single file), and those among them that are skipped because of their names.
 
     A file that is the only argument of a command is never skipped.
     """
@@ -159,11 +156,11 @@ def skipped_file_names(paths: Sequence[Path]) -> list[str]:
 
 
 def format_record_check(record_check: RecordCheckResult) -> str:
-    """Return the result of the check of one record as a few lines of text."""
+    """Format the result of checking one record as a few lines of text: metadata, axes, notes and peaks, or refusal."""
     head = ", ".join(record_check.files)
     record = record_check.record
     if record is None:
-        axes = "".join(f"\n  {_format_component(c)}" for c in record_check.components)
+        axes = "".join(f"\n  {_format_component_summary(c)}" for c in record_check.components)
         word = "skipped" if record_check.skipped else "refused"
         return head + "".join(f"\n  {word}: {why}" for why in record_check.reason.split(REASON_SEPARATOR)) + axes
     place = "" if record.latitude is None else f" ({record.latitude:z.4f}, {record.longitude:z.4f})"
@@ -174,7 +171,7 @@ def format_record_check(record_check: RecordCheckResult) -> str:
         f"  {record.extra['format']}, {kind}: {'; '.join(what)}",
         f"  {record.north.size} samples every {record.sampling_interval:g} s, "
         f"{'with' if record.up is not None else 'without'} vertical component",
-        *(f"  {_format_component(c)}" for c in record_check.components),
+        *(f"  {_format_component_summary(c)}" for c in record_check.components),
         *(f"  {note}" for note in notes_for_check_report(record, record_check.components[0].sensor)),
         f"  north and east: {_format_peaks(record_check.used or record)}",
     ]
@@ -197,7 +194,7 @@ def _format_peaks(processed_record: Record) -> str:
 
 
 def notes_for_check_report(record: Record, sensor: str = "surface") -> list[str]:
-    """Return notes on a record: agency processing, omitted parts, user declarations, and ignored contradictions."""
+    """Return notes on a record: agency processing, omitted parts, properties given by the user, contradictions."""
     done = record.extra.get("agency_processing")
     cut = [processing_entry_text(step) for step in record.processing if step["step"] == "common_window"]
     declared, trusted = (record.extra.get(key) or [] for key in ("declared", "trusted"))
@@ -213,7 +210,7 @@ def notes_for_check_report(record: Record, sensor: str = "surface") -> list[str]
     ]
 
 
-def _format_component(component: RecordComponent) -> str:
+def _format_component_summary(component: RecordComponent) -> str:
     """Return a text with the direction, length and peak of a component, and the peak that its header states."""
     sense = {1: "up", -1: "down", 0: "direction unknown"}[component.vertical]
     direction = f"azimuth {component.azimuth_deg:g}" if component.azimuth_deg is not None else sense

@@ -61,7 +61,7 @@ def is_vertical_name_without_sense(axis_name: str) -> bool:
 
 
 def find_vertical_by_elimination(components: "Sequence[RecordComponent]") -> "RecordComponent | None":
-    """Return the component that must be vertical because the other two are horizontal; None if there is none.
+    """Return the component that must be vertical because the other two are horizontal; None if this is unclear.
 
     Either the other two have azimuths near a right angle, or the three names differ only in the numbers 1, 2 and 3
     (``HN3``). None if there is no such component.
@@ -81,14 +81,14 @@ MINIMUM_SINE: Final = 0.9
 """Smallest sine of the angle between two horizontal axes that can be rotated to north and east."""
 
 
-def direction_of_channel_code(channel_code: str) -> Direction:
+def direction_from_channel_code(channel_code: str) -> Direction:
     """Return the direction in the last letter of a SEED channel code: Z up, N north, E east; else `UNKNOWN`."""
     return {"Z": (None, 1), "N": (0.0, 0), "E": (90.0, 0)}.get(channel_code[-1:].upper(), UNKNOWN)
 
 
 def channel_direction_mismatch_notes(channel_code: str, direction: Direction, direction_source: str) -> tuple[str, ...]:
     """Return a note if the direction of an axis differs by more than 5° from its SEED channel code; else ()."""
-    coded = direction_of_channel_code(channel_code) if len(channel_code) == 3 else UNKNOWN
+    coded = direction_from_channel_code(channel_code) if len(channel_code) == 3 else UNKNOWN
     if UNKNOWN in (coded, direction):
         return ()
     if coded[0] is None or direction[0] is None:
@@ -102,14 +102,14 @@ def channel_direction_mismatch_notes(channel_code: str, direction: Direction, di
     )
 
 
-def known_direction_or_that_of_channel_code(
+def direction_with_channel_code_fallback(
     channel_code: str, direction: Direction, reason_unknown: str
 ) -> tuple[Direction, tuple[str, ...]]:
-    """Return an axis direction and no note; or, if the direction is unknown, that of the channel code and a note."""
+    """Return the direction of an axis; if unknown, the direction in its SEED channel code, and a note on this."""
     if direction != UNKNOWN:
         return direction, ()
     coded = (
-        direction_of_channel_code(channel_code)
+        direction_from_channel_code(channel_code)
         if re.fullmatch("[A-Z]{2}[NEZ]", channel_code.upper())
         else parse_axis_direction(channel_code)
     )
@@ -126,7 +126,7 @@ MAX_SILENT_INCLINATION_DEG: Final = 1.0
 """Largest such angle without a note, degrees."""
 
 
-def direction_of_azimuth_and_dip(
+def direction_from_azimuth_and_dip(
     channel_code: str, azimuth_deg: float | None, dip_deg: float | None, channel_label: str
 ) -> tuple[Direction, tuple[str, ...]]:
     """Return the direction of an axis from its azimuth and dip (downwards), degrees, and a note if it is inclined.
@@ -134,7 +134,7 @@ def direction_of_azimuth_and_dip(
     Without a dip, an axis is horizontal if its SEED channel code says north or east. The direction is `UNKNOWN` if the
     angles do not state it. A RecordError names an axis that is neither horizontal nor vertical (within 5°).
     """
-    if dip_deg is None and direction_of_channel_code(channel_code)[0] is not None:
+    if dip_deg is None and direction_from_channel_code(channel_code)[0] is not None:
         dip_deg = 0.0
     if dip_deg is None:
         return UNKNOWN, ()
@@ -153,8 +153,8 @@ def direction_of_azimuth_and_dip(
     return direction, (f"{channel_label} dips by {dip_deg:g}°; it is read as {'vertical' if steep else 'horizontal'}",)
 
 
-def direction_of_azimuth_code(azimuth_code: float) -> Direction:
-    """Return the direction of a horizontal axis whose code is an azimuth from 1 to 360 degrees; else `UNKNOWN`."""
+def direction_from_azimuth_code(azimuth_code: float) -> Direction:
+    """Convert a header code from 1 to 360, an azimuth in degrees, to an axis direction; `UNKNOWN` for other codes."""
     return (float(azimuth_code) % 360.0, 0) if 0 < azimuth_code <= 360 else UNKNOWN
 
 
@@ -179,8 +179,8 @@ def axis_direction_from_name_or_code(
     return named
 
 
-def place_on_globe(latitude_deg: float | None, longitude_deg: float | None) -> tuple[float | None, float | None]:
-    """Return latitude and longitude, degrees, the longitude within ±180°; (None, None) if they are off the globe.
+def normalise_coordinates(latitude_deg: float | None, longitude_deg: float | None) -> tuple[float | None, float | None]:
+    """Return latitude and longitude, degrees, with the longitude within ±180°; (None, None) for invalid values.
 
     A longitude counted from 0 to 360° is converted. An unknown latitude or longitude, None, is returned unchanged.
     """
@@ -247,8 +247,10 @@ class HeaderPeak:
     sign: int = 0  # of the sample with the peak, +1 or −1; 0 if the header does not state it
 
     @classmethod
-    def of_signed_value(cls, value: float, relative_resolution: float, line: int | None = None) -> "HeaderPeak":
-        """Create the peak from a value with sign, m/s², and the resolution of its number, relative to the value."""
+    def from_signed_acceleration(
+        cls, value: float, relative_resolution: float, line: int | None = None
+    ) -> "HeaderPeak":
+        """Create a header peak from a signed acceleration, m/s², and the relative resolution of its printed digits."""
         sign = (value > 0) - (value < 0)
         return cls(abs(value), relative_resolution * abs(value), line=line, sign=sign)
 
@@ -290,7 +292,7 @@ class RecordComponent:
 
         Longitudes above 180° become negative. A place off the globe is left out, with a note.
         """
-        latitude, longitude = place_on_globe(*coordinates)
+        latitude, longitude = normalise_coordinates(*coordinates)
         if latitude is None and None not in coordinates:
             place = "latitude {:g}° and longitude {:g}°".format(*coordinates)
             why = (
@@ -317,15 +319,15 @@ class RecordComponent:
             raise RecordError(f"{self.file}: {what}; 0.00001 to 1 s is what accelerographs have: correct the header")
 
 
-def _samples_for_peak(component: RecordComponent) -> FloatArray:
-    """Return the samples of a component, m/s²; without the mean if the header's peak is also without it."""
+def _samples_for_peak_comparison(component: RecordComponent) -> FloatArray:
+    """Return samples to compare with the header's peak, m/s²; without their mean if that peak was computed so."""
     samples = component.samples
     return samples - samples.mean() if component.peak is not None and component.peak.after_mean else samples
 
 
 def peak_acceleration(component: RecordComponent) -> float:
-    """Return the peak acceleration of a component, m/s²; without the mean if the header's peak is also without it."""
-    return float(np.abs(_samples_for_peak(component)).max())
+    """Return the peak acceleration of a component, m/s², after removing the mean if the header's peak is without it."""
+    return float(np.abs(_samples_for_peak_comparison(component)).max())
 
 
 def checked_header_peak_difference(
@@ -333,8 +335,8 @@ def checked_header_peak_difference(
 ) -> float | None:
     """Return |peak of samples − peak in header| / peak in header of a component; None if the header has no peak.
 
-    If they differ by more than 0.5 % and by more than half a unit of the header's last digit, or if the sign that the
-    header states is that of no sample of this size, call ``report_contradiction(reason, remedy)`` and return None.
+    Call ``report_contradiction(reason, remedy)`` and return None if they differ by more than 0.5 % and by more than
+    half a unit of the header's last digit, or if no sample of this size has the sign that the header states.
     """
     if component.peak is None:
         return None
@@ -344,7 +346,7 @@ def checked_header_peak_difference(
     # 0.51 instead of 0.5, because the header's decimal number is not exact in binary.
     tolerance = max(PEAK_TOLERANCE * abs(stated.value), 0.51 * stated.resolution)
     line = f" line {stated.line}" if stated.line else ""
-    on_side = float((stated.sign * _samples_for_peak(component)).max()) if stated.sign else peak
+    on_side = float((stated.sign * _samples_for_peak_comparison(component)).max()) if stated.sign else peak
     if difference <= tolerance < stated.value - on_side:
         report_contradiction(
             f"{component.file}{line}: the header states a peak of {stated.sign * stated.value * 100:.6g} Gal along "
@@ -376,8 +378,8 @@ def non_perpendicular_axes_notes(components: Sequence[RecordComponent]) -> list[
     return [f"{which}, are taken as stated: look whether both azimuths are right"]
 
 
-def extra_entry_of_agency_processing(components: Sequence[RecordComponent]) -> dict[str, str]:
-    """Return the agency's processing as an entry of `Record.extra`: one text if equal for all axes, else by axis."""
+def agency_processing_metadata(components: Sequence[RecordComponent]) -> dict[str, str]:
+    """Return the agency's processing of the axes as metadata (`Record.extra`): one text if it is equal for all axes."""
     done = {c.axis: str(c.extra.get("agency_processing", "")) for c in components}
     if not any(done.values()):
         return {}
@@ -387,6 +389,6 @@ def extra_entry_of_agency_processing(components: Sequence[RecordComponent]) -> d
 
 
 def seed_band_and_instrument_code(component: RecordComponent) -> str:
-    """Return the first two letters of a component's SEED channel code, such as ``HN``; "" for other axis names."""
+    """Return band and instrument letters of a component's SEED channel code, such as ``HN``; "" for other names."""
     coded = component.format in ("miniseed", "sac", "esm-dyna") and re.fullmatch("[A-Z]{2}[A-Z0-9]", component.axis)
     return component.axis[:2] if coded else ""

@@ -20,7 +20,7 @@ _Angle = Annotated[float, Field(ge=-540, le=540)]
 
 
 def _split_number_text(text_or_value: Any) -> Any:
-    """Split a text of numbers at commas and blanks; return None for an empty text, other values unchanged."""
+    """Split a text of numbers, such as "0,90", at commas and blanks; an empty text gives None, a non-text itself."""
     return (
         [part for part in text_or_value.replace(",", " ").split() if part] or None
         if isinstance(text_or_value, str)
@@ -29,7 +29,7 @@ def _split_number_text(text_or_value: Any) -> Any:
 
 
 class FilePropertyColumns(BaseModel, extra="forbid", frozen=True, use_attribute_docstrings=True, allow_inf_nan=False):
-    """Properties of record files that the user can declare in the record table, by options or by keywords."""
+    """Properties of record files, such as unit and azimuths, that a user can give in the record table or as options."""
 
     format: Annotated[str, BeforeValidator(lambda name: "auto" if name is None else name)] = "auto"
     """The only accepted file format, or `auto` to detect it from the content; see docs/formats.md."""
@@ -53,7 +53,7 @@ class FilePropertyColumns(BaseModel, extra="forbid", frozen=True, use_attribute_
 
 @make_constructor_raise_argument_errors
 class DeclaredFileProperties(FilePropertyColumns, frozen=True):
-    """Properties of record files that the user declares because the files do not state them, or state them wrongly.
+    """Properties of record files that the user gives because the files do not state them, or state them wrongly.
 
     An `ArgumentError` is raised if a property is invalid.
     """
@@ -71,13 +71,13 @@ class DeclaredFileProperties(FilePropertyColumns, frozen=True):
 
     @property
     def texts_of_declared_sample_properties(self) -> list[str]:
-        """Properties of the samples that the user declares, such as the unit, as texts for the report."""
+        """Properties of the samples that the user gives, such as the unit, as texts for the report."""
         words = [f"columns {self.columns}"] if self.columns else [f"unit {self.unit}"] if self.unit else []
         return words + {True: ["processed"], False: ["raw"], None: []}[self.processed]
 
     @property
     def texts_of_declared_axes(self) -> list[str]:
-        """Properties of all axes that the user declares, except their azimuths, as texts for the report."""
+        """Properties common to all axes that the user gives (not their azimuths), as texts for the report."""
         words = [f"axes turned by {self.correction_deg:g}°"] if self.correction_deg else []
         return words + ([f"vertical {self.vertical_sense}"] if self.vertical_sense else [])
 

@@ -31,8 +31,8 @@ DOUBT_KINDS: Final = {
 """Phrase in the notes of `sample_quality_notes` by which the kind of a doubt is recognised, by its name."""
 
 
-def kinds_of_data_doubts_in_notes(notes: Iterable[str]) -> list[str]:
-    """Return the kinds of data problems that notes on a record mention, such as clipped samples."""
+def data_problem_kinds_in_notes(notes: Iterable[str]) -> list[str]:
+    """Find which kinds of data problems, such as clipped samples, the notes on a record mention."""
     notes = list(notes)
     return [kind for kind, phrase in DOUBT_KINDS.items() if any(phrase in note for note in notes)]
 
@@ -42,8 +42,8 @@ def sample_quality_notes(
 ) -> list[str]:
     """Return notes on dead, clipped or identical axes of a record and on an implausible sampling interval.
 
-    ``report_contradiction(reason, remedy)`` is called for a sampling interval that fails two of the plausibility
-    checks.
+    ``report_contradiction(reason, remedy)``, which refuses the record unless the user trusts its data, is called for a
+    sampling interval that fails two of the plausibility checks.
     """
     notes = [
         *_doubtful_sampling_interval_notes(components, report_contradiction),
@@ -76,27 +76,27 @@ def sample_quality_notes(
     return notes
 
 
-def _peak_without_mean(component: RecordComponent) -> float:
-    """Return the peak of a component without its mean, m/s²: a dead channel may have an offset."""
+def _peak_after_mean_removal(component: RecordComponent) -> float:
+    """Return the peak of a component after removing its mean, m/s², since a dead channel may have an offset."""
     return float(np.abs(component.samples - component.samples.mean()).max())
 
 
 def report_dead_horizontal_axis(
     components: Sequence[RecordComponent], report_contradiction: Callable[[str, str], None]
 ) -> None:
-    """Call ``report_contradiction(reason, remedy)`` if a horizontal axis has no signal (is dead)."""
+    """Report a contradiction, by ``report_contradiction(reason, remedy)``, if a horizontal axis has no signal."""
     if len(components) < 2 or any(c.vertical for c in components[:2]):
         return
     names = [f"axis {component.axis!r}" for component in components]
     reason = dead_horizontal_axis_reason([component.samples for component in components], names)
     if reason:
-        weak = min(components[:2], key=_peak_without_mean)
+        weak = min(components[:2], key=_peak_after_mean_removal)
         report_contradiction(f"{weak.file}: {reason}", "get the file again, or say --trust-data")
 
 
 def _dead_vertical_axis_notes(components: Sequence[RecordComponent]) -> list[str]:
     """Return a note if the vertical component of a record is far weaker than its horizontal ones; else []."""
-    peaks = [_peak_without_mean(component) for component in components]
+    peaks = [_peak_after_mean_removal(component) for component in components]
     if len(peaks) < 3 or peaks[2] >= DEAD_RATIO * max(peaks[:2]):
         return []
     dead = components[2]
@@ -109,7 +109,7 @@ def _dead_vertical_axis_notes(components: Sequence[RecordComponent]) -> list[str
 def _doubtful_sampling_interval_notes(
     components: Sequence[RecordComponent], report_contradiction: Callable[[str, str], None]
 ) -> list[str]:
-    """Return a note if one check doubts the sampling interval; report a contradiction if several checks do."""
+    """Return a note if the sampling interval fails one plausibility check; report a contradiction if several."""
     first = components[0]
     doubts = reasons_to_doubt_sampling_interval([c.samples for c in components[:2]], first.sampling_interval)
     if not doubts:

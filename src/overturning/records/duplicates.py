@@ -36,7 +36,7 @@ class MotionFingerprint:
 
 
 def motion_fingerprint(record: Record) -> MotionFingerprint | None:
-    """Return the fingerprint by which a record is compared with others; None for pulses and motions from Python."""
+    """Compute the fingerprint of a record for finding duplicates; None for synthetic pulses and motions from Python."""
     if record.extra.get("format") == "synthetic" or record.extra.get("given"):
         return None
     moving = (record.north - record.north.mean()) + 1j * (record.east - record.east.mean())
@@ -51,7 +51,7 @@ def motion_fingerprint(record: Record) -> MotionFingerprint | None:
 
 
 def find_duplicate_records(fingerprints: Iterable[MotionFingerprint | None]) -> list[tuple[str, str]]:
-    """Return pairs of ids of records with the same samples, also if one is rotated against the other."""
+    """Find records with the same samples, even if one is rotated; return pairs of their ids."""
     known = sorted((one for one in fingerprints if one is not None and one.size > 0), key=lambda one: one.size)
     sizes = np.array([one.size for one in known])
     pairs = []

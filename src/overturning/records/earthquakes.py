@@ -15,7 +15,7 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.errors import ArgumentError
-from overturning.records.catalogue import RecordEntry, convert_to_utc_text
+from overturning.records.catalogue import RecordTableRow, convert_to_utc_text
 from overturning.records.record import Record
 from overturning.units import EARTH_RADIUS_KM
 
@@ -76,10 +76,10 @@ class _EarthquakeMetadata:
         return near and abs(self.origin - other_metadata.origin) <= MAX_ORIGIN_DIFFERENCE
 
 
-def _earthquake_metadata(record: Record | RecordEntry) -> _EarthquakeMetadata:
+def _earthquake_metadata(record: Record | RecordTableRow) -> _EarthquakeMetadata:
     """Return the metadata that identify the earthquake of a record or of a row of the record table."""
     times: tuple[str | None, str | None]  # origin, and start of the record
-    if isinstance(record, RecordEntry):
+    if isinstance(record, RecordTableRow):
         named, stated, times = record.id, record.model_dump(), (record.origin_time, None)
         place = (record.epicentre_latitude_deg, record.epicentre_longitude_deg)
     else:
@@ -168,7 +168,7 @@ class EarthquakeAssignment:
         return (*self.merged, *self.doubtful[:MAX_LISTED_DOUBTS], *more)
 
 
-def assign_records_to_earthquakes(records: Iterable[Record | RecordEntry]) -> EarthquakeAssignment:
+def assign_records_to_earthquakes(records: Iterable[Record | RecordTableRow]) -> EarthquakeAssignment:
     """Assign each record of a study to an earthquake; return one label per record, and notes on doubts.
 
     If two records have an ``event_id`` (record table), it decides. Else records with origin times within 60 s, and

@@ -24,7 +24,7 @@ MAX_MISSING_S = 2.0
 
 @dataclass(frozen=True)
 class FdsnWaveformRequest:
-    """Request to an FDSN waveform server: channels, and a time window, or an earthquake with times around it."""
+    """Request to an FDSN server for waveforms: station, channels, and a time window or an earthquake."""
 
     server: str  # a short name that obspy knows, or the address of the services
     network: str  # SEED codes, down to the channel
@@ -159,7 +159,7 @@ def _requested_time_window(request: FdsnWaveformRequest, get_events: Callable[[s
 
 
 def _send_fdsn_request(send_request: Callable[[], Any], request_label: str) -> Any:
-    """Send a request to an FDSN server; raise an ArgumentError or MissingDataError if repeating cannot help."""
+    """Send a request to an FDSN server; raise an ArgumentError or MissingDataError if a retry would fail again."""
     from obspy.clients.fdsn import header
 
     nothing = MissingDataError(f"{request_label}: the server has no such data; check codes, time window and event")

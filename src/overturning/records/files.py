@@ -25,7 +25,7 @@ TABLES: Final = frozenset(("csv", "doc", "docx", "txt", "xls", "xlsx"))
 def read_components(files: Iterable[SourceFile], declared_properties: DeclaredFileProperties) -> list[RecordComponent]:
     """Read all components from files and archives; the format of each file is detected from its content.
 
-    Columns must be declared; they are not recognised by content. StationXML among the files is passed to the readers
+    Files of plain number columns need columns declared by the user. StationXML among the files is passed to the readers
     that need it. Raises a RecordError for a file of unknown format, or of another format than declared.
     """
     files = list(files)
@@ -95,7 +95,7 @@ def _drop_raw_versions_of_processed_components(
     members_with_archive: Sequence[tuple[SourceFile, SourceFile]],
     omission_reasons: Mapping[SourceFile, str],
 ) -> list[RecordComponent]:
-    """Omit raw components that an archive also contains in processed form; add notes on all omitted files.
+    """Omit raw components of an archive that it also contains in processed form; add notes on all omitted files.
 
     Agencies deliver a record as volumes: raw (1), processed (2), spectra (3).
     """
@@ -113,7 +113,7 @@ def _drop_raw_versions_of_processed_components(
 
 
 def _add_omission_notes(component: RecordComponent, omitted_files: Sequence[tuple[str, str]]) -> RecordComponent:
-    """Add notes on omitted files to a component: on files with the same name stem, or on all if there are none."""
+    """Add notes on omitted files to a component: on those with its name stem, or on all if no file has this stem."""
     own = [one for one in omitted_files if one[0].partition(".")[0] == component.file.partition(".")[0]]
     notes = [f"{name} left out: {why}" for name, why in dict.fromkeys(own or omitted_files)]
     return replace(component, notes=(*component.notes, *notes))

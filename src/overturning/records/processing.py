@@ -11,7 +11,7 @@ import numpy as np
 from overturning.errors import RecordError
 from overturning.motion.noise import shortest_noise_window_s, signal_to_noise_ratio
 from overturning.motion.plausible import implausible_amplitude_reason
-from overturning.records.assembly import format_utc
+from overturning.records.assembly import format_iso_utc_time
 from overturning.records.record import Record, pga_pgv_pgd_of_larger_component
 from overturning.records.site import SoilSite
 from overturning.records.steps import Baseline, Highpass, RemoveMean, Resample, Step, Taper
@@ -67,10 +67,10 @@ def process_record(record: Record, steps: Sequence[Step] | None, site: SoilSite 
         changed = record.with_changed_components(change, sampling_interval=interval)
         if isinstance(step, Baseline) and (still := _unchanged_component_names(record, changed)):
             chosen = f"nothing taken from {' and '.join(still)}, as the line is zero at no time before the fit"
-        record = _with_processing_entry(record, changed, step, chosen, shift)
+        record = _append_processing_entry(record, changed, step, chosen, shift)
     if site is not None:
         surface, chosen = site.propagate_record_to_surface(record)
-        record = _with_processing_entry(record, surface, site, chosen)
+        record = _append_processing_entry(record, surface, site, chosen)
     # Unchanged records of an agency were checked when they were read.
     looked_at = not steps and site is None and record.extra.get("processed", False)
     if not (looked_at or record.user_trusts_data) and (
@@ -83,15 +83,15 @@ def process_record(record: Record, steps: Sequence[Step] | None, site: SoilSite 
 
 
 def _unchanged_component_names(record_before: Record, record_after: Record) -> list[str]:
-    """Return the names of the components of a record, except those with only zeros, that a step left unchanged."""
+    """Return the names of the non-zero components of a record that a processing step left unchanged."""
     pairs = zip(("north", "east", "up"), record_before.components, record_after.components, strict=False)
     return [name for name, was, now in pairs if was.any() and np.array_equal(was, now)]
 
 
-def _with_processing_entry(
+def _append_processing_entry(
     record_before: Record, record_after: Record, step: Step | SoilSite, parameter_note: str, start_shift_s: float = 0.0
 ) -> Record:
-    """Append a step, its parameters and effect on the peaks to the processing list of a record; shift its start."""
+    """Append a processing step, with its parameters and effect on peaks, to a record's list; shift its start time."""
     peaks = [
         pga_pgv_pgd_of_larger_component(record.horizontal_components, record.sampling_interval)
         for record in (record_before, record_after)
@@ -101,7 +101,7 @@ def _with_processing_entry(
     entry["effect"] = {name: [each[name] for each in peaks] for name in peaks[0]}
     entry |= {"shift_s": round(start_shift_s, 9)} if start_shift_s else {}
     start = record_after.start
-    start = start and format_utc(datetime.fromisoformat(start) + timedelta(seconds=start_shift_s))
+    start = start and format_iso_utc_time(datetime.fromisoformat(start) + timedelta(seconds=start_shift_s))
     return replace(record_after, processing=(*record_before.processing, entry), start=start)
 
 

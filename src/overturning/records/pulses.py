@@ -39,7 +39,7 @@ class _AccelerationPulse(StrictModel):
 
 
 class HarmonicPulse(_AccelerationPulse):
-    """Sine or cosine pulse of a number of cycles: a = A sin(2πt/T) or A cos(2πt/T)."""
+    """Sine or cosine pulse with a given number of cycles of period T: a = A sin(2πt/T) or A cos(2πt/T)."""
 
     shape: Literal["sine", "cosine"]
     period_s: float = Field(gt=0, le=1000, description="Period T, s.")
@@ -56,7 +56,7 @@ class HarmonicPulse(_AccelerationPulse):
 
 
 class RickerPulse(_AccelerationPulse):
-    """Pulse a = A (1 − 2x²) exp(−x²), x = π (t − t₀)/T, after Ricker (1943); cut at |t − t₀| = 1.6 T."""
+    """Ricker (1943) pulse of period T: a = A (1 − 2x²) exp(−x²), x = π (t − t₀)/T; zero for |t − t₀| > 1.6 T."""
 
     shape: Literal["ricker"] = "ricker"
     period_s: float = Field(gt=0, le=1000, description="Inverse of the frequency with the largest amplitude, s.")
@@ -131,7 +131,7 @@ class NoisePulse(_PulseOfStatedDuration):
 
     @property
     def shortest_period(self) -> float:
-        """Shortest period of the pulse, s: that of the highest frequency."""
+        """Shortest period of the noise pulse, s: the inverse of its highest frequency."""
         return 1.0 / self.high_hz
 
     def acceleration(self, time: FloatArray) -> FloatArray:  # noqa: D102

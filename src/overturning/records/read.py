@@ -19,7 +19,7 @@ from overturning.errors import (
 )
 from overturning.files import path_of_argument
 from overturning.records.assembly import assemble_record, borehole_station_name
-from overturning.records.catalogue import RecordEntry, paths_of_record_files, read_record_files
+from overturning.records.catalogue import RecordTableRow, paths_of_record_files, read_record_files
 from overturning.records.component import RecordComponent, find_vertical_by_elimination
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.files import read_components
@@ -39,82 +39,82 @@ NO_SOURCE: Final = "left off the map: its coordinates have no source; name one i
 """Note on a record whose coordinates the record table states without a source."""
 
 
-def read_record(table_entry: RecordEntry, data_dir: Path | str) -> Record:
+def read_record(table_row: RecordTableRow, data_dir: Path | str) -> Record:
     """Read a record of the record table, from the user's files in a folder or from records in the package.
 
     Raises a `MissingDataError` that names missing files and their source, a `RecordError` if files cannot be read or
     are inconsistent, a `ConfigError` for an unknown format.
     """
-    return add_table_labels(read_record_without_table_labels(table_entry, data_dir), table_entry)
+    return add_table_labels(read_record_without_table_labels(table_row, data_dir), table_row)
 
 
-def read_record_without_table_labels(table_entry: RecordEntry, data_dir: Path | str) -> Record:
+def read_record_without_table_labels(table_row: RecordTableRow, data_dir: Path | str) -> Record:
     """Read a record from its files; station, event and site names of the record table are not added.
 
     The errors are those of `read_record`.
     """
-    table_entry = table_entry.without_descriptive_columns()
-    if table_entry.format == "synthetic":
+    table_row = table_row.without_descriptive_columns()
+    if table_row.format == "synthetic":
         from overturning.records.pulses import parse_pulse, record_of_pulse
 
-        if table_entry.names_of_filled_file_columns:
-            column = table_entry.names_of_filled_file_columns[0]
+        if table_row.names_of_filled_file_columns:
+            column = table_row.names_of_filled_file_columns[0]
             raise ConfigError(
-                f"record {table_entry.id}: {column}: of files alone; a pulse says all of itself in its line"
+                f"record {table_row.id}: {column}: of files alone; a pulse says all of itself in its line"
             )
-        record = record_of_pulse(parse_pulse(table_entry.source), table_entry.id)
+        record = record_of_pulse(parse_pulse(table_row.source), table_row.id)
     else:
-        components = _read_record_components(table_entry, data_dir)
-        source = f"{components[0].format if components else table_entry.format} {table_entry.source}"
+        components = _read_record_components(table_row, data_dir)
+        source = f"{components[0].format if components else table_row.format} {table_row.source}"
         record = _assemble_record_of_declared_sensor(
-            components, table_entry.id, table_entry.declared_file_properties, source=source
+            components, table_row.id, table_row.declared_file_properties, source=source
         )
-        paths = paths_of_record_files(table_entry, Path(data_dir))
+        paths = paths_of_record_files(table_row, Path(data_dir))
         record = add_notes_to_record(
-            record, missing_vertical_notes(paths, components, table_entry.declared_file_properties) if paths else []
+            record, missing_vertical_notes(paths, components, table_row.declared_file_properties) if paths else []
         )
-    if table_entry.sha256 and table_entry.sha256 != record.sha256:
+    if table_row.sha256 and table_row.sha256 != record.sha256:
         raise RecordError(
-            f"record {table_entry.id}: {table_entry.source} has SHA-256 {record.sha256}, the record table says "
-            f"{table_entry.sha256}; get the file again, or correct the table"
+            f"record {table_row.id}: {table_row.source} has SHA-256 {record.sha256}, the record table says "
+            f"{table_row.sha256}; get the file again, or correct the table"
         )
     return record
 
 
-def add_table_labels(record: Record, table_entry: RecordEntry) -> Record:
-    """Add station, event, fault strike, coordinates and licence from the record table to a record."""
-    stated = _drop_empty_values(table_entry.model_dump(include={"station", "event", "licence", "fault_strike_deg"}))
+def add_table_labels(record: Record, table_row: RecordTableRow) -> Record:
+    """Add station, event, fault strike, coordinates and licence from the row of the record table to a record."""
+    stated = _drop_empty_values(table_row.model_dump(include={"station", "event", "licence", "fault_strike_deg"}))
     stated |= _drop_empty_values(
-        {"latitude": table_entry.station_latitude_deg, "longitude": table_entry.station_longitude_deg}
+        {"latitude": table_row.station_latitude_deg, "longitude": table_row.station_longitude_deg}
     )
-    if "station" in stated and table_entry.sensor == "borehole":
+    if "station" in stated and table_row.sensor == "borehole":
         stated["station"] = borehole_station_name(stated["station"])
     epicentre = {
-        "event_latitude": table_entry.epicentre_latitude_deg,
-        "event_longitude": table_entry.epicentre_longitude_deg,
+        "event_latitude": table_row.epicentre_latitude_deg,
+        "event_longitude": table_row.epicentre_longitude_deg,
     }
-    of_event = {"event_id": table_entry.event_id, "origin_time": table_entry.origin_time}
+    of_event = {"event_id": table_row.event_id, "origin_time": table_row.origin_time}
     extra = (
         record.extra
-        | _drop_empty_values({"pulse": table_entry.pulse} | of_event | epicentre)
-        | table_entry.metadata_for_statistics
-        | table_entry.coordinate_source_and_fault_trace
+        | _drop_empty_values({"pulse": table_row.pulse} | of_event | epicentre)
+        | table_row.metadata_for_statistics
+        | table_row.coordinate_source_and_fault_trace
     )
     described = replace(record, extra=extra, **stated)
     return add_notes_to_record(described, [NO_SOURCE] if extra.get("coordinates_source") == "" else [])
 
 
-def _read_record_components(table_entry: RecordEntry, data_dir: Path | str) -> list[RecordComponent]:
+def _read_record_components(table_row: RecordTableRow, data_dir: Path | str) -> list[RecordComponent]:
     """Read all components of a record of the table, from the user's files or the packaged FEMA P-695 records."""
-    if table_entry.format == "fema-p695":
+    if table_row.format == "fema-p695":
         from overturning.records.formats import fema_p695
 
-        return fema_p695.read_components(table_entry.source)
+        return fema_p695.read_components(table_row.source)
     try:
-        find_format_by_name(table_entry.declared_file_properties.format)
+        find_format_by_name(table_row.declared_file_properties.format)
     except ArgumentError as problem:
-        raise ConfigError(f"record {table_entry.id}: {problem}") from None
-    return read_components(read_record_files(table_entry, Path(data_dir)), table_entry.declared_file_properties)
+        raise ConfigError(f"record {table_row.id}: {problem}") from None
+    return read_components(read_record_files(table_row, Path(data_dir)), table_row.declared_file_properties)
 
 
 def _drop_empty_values(values_by_name: dict[str, Any]) -> dict[str, Any]:
@@ -128,7 +128,7 @@ def _assemble_record_of_declared_sensor(
     declared_properties: DeclaredFileProperties,
     **replaced_fields: Any,
 ) -> Record:
-    """Assemble a record from the components of the declared sensor (by default, the one at the surface).
+    """Assemble a record from the components of the sensor that the user chose (default: the one at the surface).
 
     Raises a RecordError if there is no such sensor, or if the components belong to several records.
     """
@@ -181,14 +181,14 @@ def read_record_without_processing(
 
 
 def add_notes_to_record(record: Record, notes: Sequence[str]) -> Record:
-    """Append notes to those of a record; return the record as a copy."""
+    """Return a copy of a record with notes appended to its notes."""
     return replace(record, extra=record.extra | {"notes": [*record.notes, *notes]}) if notes else record
 
 
 def missing_vertical_notes(
     paths: Sequence[Path], components: Sequence[RecordComponent], declared_properties: DeclaredFileProperties
 ) -> list[str]:
-    """Return a note if a record has no vertical component, but a file next to its files has a fitting one."""
+    """Return a note if a record has no vertical component, but another file in its folder contains one for it."""
     if (
         len(components) < 2
         or declared_properties.columns
@@ -238,9 +238,9 @@ def read_components_of_file_and_siblings(
 
 
 def _check_file_order_for_azimuths(path: Path, components: Sequence[RecordComponent]) -> None:
-    """Raise a RecordError if declared azimuths may belong to other axes, because only one file of a record is named.
+    """Raise a RecordError if azimuths given by the user may be assigned to the wrong axes.
 
-    They belong to the files in their order, and the file that is named may not be the first by name.
+    Azimuths belong to the files of a record in their order; if only one file is named, it may not be the first.
     """
     third = find_vertical_by_elimination(components)
     files = [one.file for one in components if not is_vertical_component(one) and one is not third]
@@ -253,8 +253,8 @@ def _check_file_order_for_azimuths(path: Path, components: Sequence[RecordCompon
 def _may_hold_component_of_same_record(path: Path, other_path: Path) -> bool:
     """Return True if two file names are so similar that the files may have components of the same record.
 
-    It has the same stem with another extension, or a name of the same length that differs in one stretch of at most
-    three characters (``0111a.smc``, ``RSN1063_NORTHR_RRS228.AT2``).
+    The names have the same stem and another extension, or the same length and differ in one stretch of at most three
+    characters (``0111a.smc``, ``RSN1063_NORTHR_RRS228.AT2``).
     """
     if other_path.stem == path.stem and len(other_path.suffix) <= 5:
         return True
@@ -282,8 +282,8 @@ def read(
     record_id : str, optional
         Name of the record; default: the first file's stem.
     processing : sequence of steps, optional
-        As in a study, ``[{"step": "highpass", "corner_hz": 0.1}]``. By kind of file where not given: what its agency
-        has processed is left alone.
+        As in a study, ``[{"step": "highpass", "corner_hz": 0.1}]``. Default: mean removal, taper and high-pass filter
+        for raw records; no step for records that their agency has processed.
     **declared_properties
         What the files do not state: ``unit`` ("gal", "g", …), ``columns`` ("time:s north:gal east:gal up:gal",
         or by file "a_n.txt=north:gal a_e.txt=east:gal"),
@@ -302,7 +302,7 @@ def read(
     MissingDataError, RecordError
         If a file is missing, of no known format, damaged, or contradicts itself.
     ArgumentError
-        If something is declared that cannot be, no path is given, or a step is none.
+        If a property or a step is invalid, or no path is given.
     """
     if not isinstance(record_id, str | None):
         raise ArgumentError(f"record_id: a {type(record_id).__name__}; give a text")

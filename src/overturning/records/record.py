@@ -76,7 +76,7 @@ class Record(Accelerogram):
     def with_changed_components(
         self, change_component: Callable[[FloatArray], FloatArray], **replaced_fields: Any
     ) -> "Record":
-        """Return a copy of the record after applying a function to each component and replacing some fields."""
+        """Return a copy of the record with a function applied to each component, and with some fields replaced."""
         up = None if self.up is None else change_component(self.up)
         return replace(
             self, north=change_component(self.north), east=change_component(self.east), up=up, **replaced_fields
@@ -99,7 +99,7 @@ class Record(Accelerogram):
 
 
 def as_record(motion: Accelerogram, record_id: str = "motion") -> Record:
-    """Convert a motion to an unprocessed record with this id; a motion that is already a record is unchanged."""
+    """Convert a ground motion to a record with the given id; return a motion that is a record unchanged."""
     if isinstance(motion, Record):
         return motion
     extra = {"processed": True, "given": True, "trusted_data": motion.user_trusts_data}
@@ -107,9 +107,9 @@ def as_record(motion: Accelerogram, record_id: str = "motion") -> Record:
 
 
 def pga_pgv_pgd_of_larger_component(horizontal_acceleration: FloatArray, sampling_interval: float) -> dict[str, float]:
-    """Return PGA (m/s²), PGV (m/s) and PGD (m): the larger peak of north and east each, to nine digits.
+    """Return PGA (m/s²), PGV (m/s) and PGD (m), each from the horizontal component with the larger peak.
 
-    The keys are ``pga``, ``pgv`` and ``pgd``.
+    The values are rounded to nine digits; the keys are ``pga``, ``pgv`` and ``pgd``.
     """
     velocity = integrate(horizontal_acceleration, sampling_interval)
     series = {"pga": horizontal_acceleration, "pgv": velocity, "pgd": integrate(velocity, sampling_interval)}
@@ -175,7 +175,7 @@ DRIFT: Final = 0.02
 
 
 def displacement_drift_evidence(record: Record) -> str:
-    """Return a text on signs that a component's displacement drifts, and is thus wrong; "" without signs.
+    """Describe signs that the displacement of a record drifts, so that its PGD is wrong; "" without signs.
 
     A component drifts if its velocity ends at more than `DRIFT` of its peak, or if its displacement is largest at the
     last sample. Synthetic pulses are exempt.

@@ -91,7 +91,7 @@ class SourceFile:
 
     @property
     def first_bytes(self) -> bytes:
-        """Beginning of the file, by which its format is recognised: of UTF-16 as UTF-8, without a byte-order mark."""
+        """Beginning of the file, from which its format is recognised; UTF-16 is converted to UTF-8."""
         begin = self.data[:4000]
         if begin.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
             return begin.decode("utf-16", errors="ignore").encode()
@@ -194,7 +194,7 @@ def _archive_members(archive_file: SourceFile, remaining_bytes_and_members: list
 
 
 def is_system_or_plot_file(path: PurePath) -> bool:
-    """Return True if a file is one of a system (``.DS_Store``) or a compressed plot (``x.ps.gz``), by its path."""
+    """Return True if the path is that of a system file (``.DS_Store``) or a compressed plot (``x.ps.gz``)."""
     packed = path.suffix.lower() == ".gz" and PurePath(path.stem).suffix.lower().lstrip(".") in NON_RECORD_EXTENSIONS
     return path.name.startswith(".") or "__MACOSX" in path.parts or packed
 
@@ -221,7 +221,7 @@ def _zip_members(archive_file: SourceFile) -> Iterator[_Member]:
 
 
 def _is_single_compressed_file(archive_file: SourceFile) -> bool:
-    """Return True if the content of a compressed file is no tar archive."""
+    """Return True if a compressed file (.gz, .bz2) holds a single file and not a tar archive."""
     try:
         tarfile.open(fileobj=io.BytesIO(archive_file.data), mode="r|*").close()
     except tarfile.ReadError:

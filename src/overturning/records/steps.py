@@ -45,7 +45,7 @@ class _ProcessingStep(StrictModel):
 
 
 class RemoveMean(_ProcessingStep):
-    """Subtract a component's mean: of the part before the earthquake if its length is given, else of the whole."""
+    """Subtract the mean of each component, computed before the earthquake if that length is given, else over all."""
 
     step: Literal["remove_mean"] = "remove_mean"
     first_s: float | None = Field(
@@ -149,9 +149,9 @@ class Highpass(ButterworthFilter):
 
 
 def _constant_offset(samples: FloatArray, sampling_interval: float) -> float:
-    """Return a component's offset, m/s²: of its mean and the medians of first and last second, that closest to 0.
+    """Estimate the constant offset of a component, m/s², from its mean and the medians of its first and last second.
 
-    It is 0 if these three values differ in sign.
+    The offset is the value closest to 0 of these three, and 0 if they differ in sign.
     """
     end = max(1, round(1.0 / sampling_interval))
     levels = [float(np.median(samples[:end])), float(np.median(samples[-end:])), float(samples.mean())]
@@ -173,9 +173,9 @@ class Baseline(_ProcessingStep):
     """Baseline correction of the velocity by a published scheme, chosen by its name.
 
     ``boore-2001``: Boore (2001, BSSA 91, 1199-1211) after Iwan et al. (1985): a line v = v0 + a_f t is fitted to the
-    end of the velocity; a_f is subtracted after t2, and the mean offset that leads to that line between t1 and t2.
-    Without t2 it is the time at which the fitted line is zero, and one step is subtracted from there on (Boore's v0
-    correction).
+    end of the velocity; a_f is subtracted from the acceleration after t2, and between t1 and t2 the mean offset that
+    leads to that line. If t2 is not given, it is the time at which the fitted line is zero, and one step is subtracted
+    from there on (Boore's v0 correction).
     """
 
     step: Literal["baseline"] = "baseline"
@@ -223,7 +223,7 @@ class Baseline(_ProcessingStep):
 
 
 class Resample(_ProcessingStep):
-    """Change the sampling interval, band-limited; the ratio of new to old must be a fraction of small integers."""
+    """Resample a record, band-limited; the new interval over the old one must be a ratio of small integers."""
 
     step: Literal["resample"] = "resample"
     sampling_interval_s: float = Field(gt=0, le=1, description="New time between samples, s.")
@@ -292,7 +292,7 @@ Step = Annotated[
 
 
 def _check_step_order(steps: Sequence[Step]) -> Sequence[Step]:
-    """Raise a ValueError if a step with given times follows an automatic high-pass, which shifts the start."""
+    """Raise a ValueError if a step with given times follows an automatic high-pass filter, which shifts the start."""
     moved = False  # True after a pad whose length depends on the automatic corner
     for step in steps:
         timed = isinstance(step, Cut | Baseline) or (isinstance(step, RemoveMean) and step.first_s is not None)

@@ -101,7 +101,7 @@ def read_unprocessed_record_from_motion_file(path: Path | str) -> Record | None:
 
 
 def _read_stored_record(path: Path, variable_suffix: str) -> Record:
-    """Read a record from those variables of a NetCDF motion file whose names end with a suffix."""
+    """Read a record from a NetCDF motion file; the suffix of variable names selects it processed or unprocessed."""
     import netCDF4
 
     if path.is_file() and not checksum_at_end_matches(path):

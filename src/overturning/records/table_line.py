@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from overturning.errors import ArgumentError, ConfigError, MissingDataError, OverturningError
 from overturning.files import atomic_write, find_project_file
-from overturning.records.catalogue import RecordEntry, read_record_table
+from overturning.records.catalogue import RecordTableRow, read_record_table
 from overturning.records.duplicates import duplicate_record_messages, find_duplicate_records, motion_fingerprint
 from overturning.records.earthquakes import assign_records_to_earthquakes
 from overturning.records.processing import process_record
@@ -39,7 +39,7 @@ def add_record_to_table(
     rows = read_record_table(before) if before.exists() else {}
     if cells["id"] in rows:
         raise ConfigError(f"{table_path}: id {cells['id']!r} is there already; give another one")
-    entry = _validated_table_entry(cells)
+    entry = _validated_table_row(cells)
     if len(paths) == 1 and "source" not in cells_by_column:
         paths = read_components_of_file_and_siblings(paths[0], entry.declared_file_properties)[1]
         cells["source"] = " ".join(path.name for path in paths)
@@ -64,17 +64,17 @@ def _check_files_and_columns(paths: Sequence[Path], cells_by_column: dict[str, s
     if missing:
         why = "a folder; name the files of one record in it" if missing[0].is_dir() else "no such file"
         raise MissingDataError(f"{missing[0]}: {why}")
-    unknown = sorted(set(cells_by_column) - RecordEntry.model_fields.keys())
+    unknown = sorted(set(cells_by_column) - RecordTableRow.model_fields.keys())
     if unknown:
         raise ArgumentError(
-            f"{unknown[0]}: no column of the record table; known are {', '.join(RecordEntry.model_fields)}"
+            f"{unknown[0]}: no column of the record table; known are {', '.join(RecordTableRow.model_fields)}"
         )
 
 
-def _validated_table_entry(cells_by_column: dict[str, str]) -> RecordEntry:
+def _validated_table_row(cells_by_column: dict[str, str]) -> RecordTableRow:
     """Validate the cells of a record-table row; raise an ArgumentError for an invalid cell."""
     try:
-        return RecordEntry.model_validate({name: text for name, text in cells_by_column.items() if text})
+        return RecordTableRow.model_validate({name: text for name, text in cells_by_column.items() if text})
     except ValidationError as error:
         first = error.errors()[0]
         raise ArgumentError(f"{'.'.join(map(str, first['loc']))}: {format_validation_error(first)}") from None
@@ -106,7 +106,7 @@ def new_record_notes(record: Record, table_path: Path, record_folder: Path) -> l
     Of other records whose files cannot be read, only the lines of the table are compared.
     """
     others = [
-        _read_record_or_keep_entry(entry, record_folder)
+        _read_record_or_return_row(entry, record_folder)
         for entry in read_record_table(table_path).values()
         if entry.id != record.record_id
     ]
@@ -119,12 +119,12 @@ def new_record_notes(record: Record, table_path: Path, record_folder: Path) -> l
     return notes + [f"  {text}" for text in texts if record.record_id in text.split()]
 
 
-def _read_record_or_keep_entry(table_entry: RecordEntry, record_folder: Path) -> Record | RecordEntry:
-    """Read the record of a table row; return the row itself if its files cannot be read."""
+def _read_record_or_return_row(table_row: RecordTableRow, record_folder: Path) -> Record | RecordTableRow:
+    """Read the record of a row of the record table; return the row itself if its files cannot be read."""
     try:
-        return read_record(table_entry, record_folder)
+        return read_record(table_row, record_folder)
     except OverturningError:
-        return table_entry
+        return table_row
 
 
 def _append_table_line(table_path: Path, source_table: Path, cells_by_column: dict[str, str]) -> None:

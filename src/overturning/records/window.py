@@ -72,7 +72,7 @@ def cut_to_common_window(
 
 
 def _check_same_sensor(components: Sequence[RecordComponent], refusals_out: AssemblyRefusalCollector) -> None:
-    """Report a contradiction if stations, earthquakes or sensors of components differ, or only some are raw."""
+    """Report a contradiction if components differ in station, earthquake or sensor, or only some of them are raw."""
     said = [
         (c.station, c.extra.get("network", ""), c.event, "processed" if c.processed else "raw", c.location, sensor)
         for c, sensor in zip(components, map(seed_band_and_instrument_code, components), strict=True)
@@ -148,7 +148,7 @@ def _check_peak_in_common_window(
     cut_components: Sequence[RecordComponent],
     refusals_out: AssemblyRefusalCollector,
 ) -> None:
-    """Report a contradiction if the common time window excludes a component's peak."""
+    """Report a contradiction if a component's peak lies outside the time window that all components cover."""
     for component, kept in zip(components, cut_components, strict=True):
         level = component.samples.mean()
         peak, left = (float(np.abs(samples - level).max()) for samples in (component.samples, kept.samples))

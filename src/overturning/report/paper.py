@@ -18,8 +18,8 @@ from overturning.report.drawings import NARROW
 from overturning.report.render import container_name_and_text, parse_inline, single_image_of_paragraph
 from overturning.translation.texts import (
     check_font_is_installed,
+    font_language_of_text,
     installed_fonts_of_language,
-    language_of_font_for,
     read_label_translations,
 )
 
@@ -88,7 +88,7 @@ def _fonts_for_names(title: str, blocks: list[dict[str, Any]], drawn: Iterable[P
     """Return installed fonts for Japanese characters in the report's texts or figures; [] if it has none of them."""
     texts = (title, json.dumps(blocks, ensure_ascii=False), *(path.read_text(encoding="utf-8") for path in drawn))
     last = max(chain.from_iterable(texts), default="")
-    return installed_fonts_of_language(language_of_font_for(last))
+    return installed_fonts_of_language(font_language_of_text(last))
 
 
 def _remedy_without_pdf(drawn: Iterable[Path]) -> str:

@@ -38,7 +38,7 @@ from overturning.study.convergence import (
     RigidComparison,
 )
 from overturning.study.sample import CellSample
-from overturning.study.scenes import motion_for_variant, numerics_of_study, variant_grid, variant_model
+from overturning.study.scenes import motion_for_variant, numerical_options_of_study, variant_grid, variant_model
 from overturning.study.schema import Study
 from overturning.units import STANDARD_GRAVITY
 
@@ -276,7 +276,7 @@ def case_rerun_functions(study: Study) -> dict[str, Callable[[Motion, Cases], Ca
 
     A step given in seconds shrinks with the period of the stiffer contact; an automatic one follows the stable one.
     """
-    numerics, model = numerics_of_study(study), variant_model(study)
+    numerics, model = numerical_options_of_study(study), variant_model(study)
     step = numerics.time_step
     finer, finest = (replace(numerics, refinement=times * FINER) for times in (1, 2))
     shorter = replace(numerics, time_step=step if isinstance(step, str) else step / np.sqrt(STIFFER))

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from overturning.records.catalogue import RecordEntry
+from overturning.records.catalogue import RecordTableRow
 from overturning.study.schema import Study
 
 
@@ -70,7 +70,7 @@ def key_and_column_tables() -> dict[str, str]:
     for key, entry, required in _key_table_rows(schema, schema, ""):
         default = "required" if required else f"`{json.dumps(entry.get('default'), ensure_ascii=False)}`"
         keys.append(f"| `{key}` | {default} | {entry.get('description', '')} |")
-    for column, entry in RecordEntry.model_json_schema()["properties"].items():
+    for column, entry in RecordTableRow.model_json_schema()["properties"].items():
         columns.append(f"| `{column}` | {entry.get('description', '')} |")
     return {"keys": "\n".join(keys), "columns": "\n".join(columns)}
 

@@ -17,7 +17,7 @@ from overturning.model.symmetry import PLANE_PERIOD
 from overturning.motion.soil import RockHalfSpace, SoilLayer
 from overturning.records.site import SoilSite
 from overturning.settings import GRID_TOLERANCE, StonePopulation, UniformRange
-from overturning.study.grounds import soils_of_study
+from overturning.study.grounds import soil_settings_of_study
 from overturning.study.scenes import NOMINAL, names_of_differing_settings
 from overturning.study.schema import Study
 from overturning.study.values import ValueRange
@@ -47,25 +47,25 @@ LARGEST_SHARE_OUTSIDE: Final = 0.2
 
 def implausible_setting_warnings(study: Study) -> Iterator[str]:
     """Yield a warning for each implausible value in a study, with key, value, limit and likely cause."""
-    yield from _azimuth_warnings(study)
-    yield from _contrast_warnings(study)
+    yield from _too_few_azimuths_warnings(study)
+    yield from _compared_variant_warnings(study)
     yield from _repeated_variant_warnings(study)
     yield from _block_setting_warnings(study)
-    for key, site in soils_of_study(study):
+    for key, site in soil_settings_of_study(study):
         yield from _soil_layer_warnings(key, site)
     scenes = {"scene": study.scene} | {f"variants.{name}.scene": one.scene for name, one in study.variants.items()}
     for key, scene in scenes.items():
         if scene is not None:
-            yield from _scene_warnings(key, scene)
+            yield from _scene_material_warnings(key, scene)
             if study.orientation is None:
-                yield from _rest_warnings(key, scene, study)
+                yield from _self_moving_scene_warnings(key, scene, study)
             elif study.is_stack:
                 yield from _overhang_warnings(key, scene, study)
     if study.population is not None:
         yield from _population_range_warnings(study, study.population)
 
 
-def _contrast_warnings(study: Study) -> Iterator[str]:
+def _compared_variant_warnings(study: Study) -> Iterator[str]:
     """Yield a warning if the variant that the primary statistic compares differs from the study in several settings."""
     if (variant := study.primary.against) is None:
         return
@@ -90,7 +90,7 @@ def _repeated_variant_warnings(study: Study) -> Iterator[str]:
                 break
 
 
-def _azimuth_warnings(study: Study) -> Iterator[str]:
+def _too_few_azimuths_warnings(study: Study) -> Iterator[str]:
     """Yield a warning if the planes of a 2-D study are so few that they impose the axis of the falls."""
     azimuths = study.azimuths_or_orientations_deg
     if study.orientation is None and plane_choice_imposes_fall_axis(azimuths):
@@ -183,7 +183,7 @@ def _soil_layer_warnings(key: str, site: SoilSite) -> Iterator[str]:
         yield from _density_warnings(f"{key}.{name}.density_kg_m3", one.density_kg_m3)
 
 
-def _scene_warnings(key: str, scene: Scene) -> Iterator[str]:
+def _scene_material_warnings(key: str, scene: Scene) -> Iterator[str]:
     """Yield a warning for each implausible density or friction coefficient in a scene file."""
     for name, material in scene.materials.items():
         yield from _density_warnings(f"{key}.materials.{name}.density", material.density)
@@ -192,7 +192,7 @@ def _scene_warnings(key: str, scene: Scene) -> Iterator[str]:
             yield from _friction_warnings(f"{key}.contacts.{number}.friction", (law.friction,))
 
 
-def _rest_warnings(key: str, scene: Scene, study: Study) -> Iterator[str]:
+def _self_moving_scene_warnings(key: str, scene: Scene, study: Study) -> Iterator[str]:
     """Yield a warning for the first B/H of a study at which elements of a 2-D scene fall or slide by themselves."""
     for b_over_h in study.b_over_h:
         reason = reason_scene_moves_by_itself(scene, None, b_over_h, min(study.friction))

@@ -264,7 +264,7 @@ def fall_shares_by_relief(
     }
 
 
-def progress_of_subtask(progress: Progress | None, begin_share: float, end_share: float) -> Progress | None:
+def subtask_progress_callback(progress: Progress | None, begin_share: float, end_share: float) -> Progress | None:
     """Return a progress callback for a part of a task; it reports the progress of the whole task to `progress`."""
     if progress is None:
         return None
@@ -320,7 +320,7 @@ class EnsembleRunner:
             cells = np.argwhere(chosen & some)
             flags = np.full((len(cells), members.member_count, *overturned.shape[len(grid.shape) :]), INT8_MISSING)
             azimuth = np.full(flags.shape if self.model.direction == "orientation" else flags.shape[:2], np.nan)
-            of_group = progress_of_subtask(progress, done / work, (done + len(cells)) / work)
+            of_group = subtask_progress_callback(progress, done / work, (done + len(cells)) / work)
             block_steps += self._fill_member_outcomes(grid, cells, run_cases, flags, azimuth, of_group)
             sensor = members.azimuth_deg.reshape(-1, *(1,) * (azimuth.ndim - 2))
             found = self.model.ensemble_statistics_by_case(flags, azimuth - sensor, members.scramble)
@@ -329,7 +329,7 @@ class EnsembleRunner:
             for name, values in found.items():
                 arrays[name][tuple(cells.T)] = values
             done += len(cells)
-        self._fill_copied_cells(grid, arrays, marked)
+        self._copy_to_symmetric_cells(grid, arrays, marked)
         return arrays, block_steps
 
     def _fill_member_outcomes(
@@ -345,7 +345,7 @@ class EnsembleRunner:
         batches, block_steps = self.members.member_number_batches(BATCH), 0
         unsettled = np.arange(len(cells))
         for index, batch in enumerate(batches):
-            of_batch = progress_of_subtask(progress, index / len(batches), (index + 1) / len(batches))
+            of_batch = subtask_progress_callback(progress, index / len(batches), (index + 1) / len(batches))
             # Members with a relief of their own are other bodies, so each of them is run by itself.
             relief = self.members.relief
             for own in batch[:, None] if self.members.varies_relief else [batch]:
@@ -385,7 +385,7 @@ class EnsembleRunner:
             **{name: np.tile(one, len(cells)) for name, one in alike.items()},
         )
 
-    def _fill_copied_cells(self, grid: CaseGrid, ensemble_arrays: Arrays, copied_cells: NDArray[Any]) -> None:
+    def _copy_to_symmetric_cells(self, grid: CaseGrid, ensemble_arrays: Arrays, copied_cells: NDArray[Any]) -> None:
         """Copy ensemble variables to cells that were not simulated, from those equal to them by symmetry."""
         source = self.model.computed_cell_of_each_direction(grid).cell
         for column in range(source.shape[1]):

@@ -11,7 +11,7 @@ from overturning.study.schema import Study
 from overturning.study.sections import Variant
 
 
-def ground_name(study: Study, soil: SoilSite | None) -> str:
+def soil_cube_name(study: Study, soil: SoilSite | None) -> str:
     """Return the name of the results cube for motions on top of given soil layers, such as "nominal" without soil.
 
     The name is "nominal" without soil, that of a variant which changes nothing but the soil to these layers, or
@@ -25,17 +25,17 @@ def ground_name(study: Study, soil: SoilSite | None) -> str:
     return f"soil-{hashlib.sha256(soil.model_dump_json().encode()).hexdigest()[:8]}"
 
 
-def ground_names_of_survey(study: Study, survey: SurveySettings) -> tuple[str, dict[str, str]]:
+def soil_cube_names_of_survey(study: Study, survey: SurveySettings) -> tuple[str, dict[str, str]]:
     """Return the name of the results cube for a survey, and those for sites with other soil layers, by site.
 
-    See `ground_name`. A cemetery with the layers of the whole survey is left out.
+    See `soil_cube_name`. A cemetery with the layers of the whole survey is left out.
     """
-    default = ground_name(study, survey.site)
-    named = {site: ground_name(study, soil) for site, soil in survey.sites.items()}
+    default = soil_cube_name(study, survey.site)
+    named = {site: soil_cube_name(study, soil) for site, soil in survey.sites.items()}
     return default, {site: name for site, name in named.items() if name != default}
 
 
-def additional_grounds(study: Study) -> dict[str, tuple[SoilSite, list[str]]]:
+def soil_layers_with_own_cube(study: Study) -> dict[str, tuple[SoilSite, list[str]]]:
     """Return soil layers that need a results cube of their own, and the records to apply, by name of the cube.
 
     The soil layers of variants are left out, since variants have cubes. Records are in the order of the study.
@@ -43,14 +43,14 @@ def additional_grounds(study: Study) -> dict[str, tuple[SoilSite, list[str]]]:
     soils, records = dict[str, SoilSite](), dict[str, set[str | None]]()
     for survey in study.surveys:
         for soil in (survey.site, *survey.sites.values()):
-            name = ground_name(study, soil)
+            name = soil_cube_name(study, soil)
             if soil is not None and name not in study.variants:
                 soils[name] = soil
                 records.setdefault(name, set()).add(survey.record)
     return {name: (soil, [one for one in study.records.use if one in records[name]]) for name, soil in soils.items()}
 
 
-def soils_of_study(study: Study) -> Iterator[tuple[str, SoilSite]]:
+def soil_settings_of_study(study: Study) -> Iterator[tuple[str, SoilSite]]:
     """Yield key and value of each setting of soil layers: of the study, its variants and its surveys."""
     if study.site is not None:
         yield "site", study.site
@@ -64,7 +64,7 @@ def soils_of_study(study: Study) -> Iterator[tuple[str, SoilSite]]:
             yield f"surveys.{number}.sites.{name}", soil
 
 
-def check_names_of_cemeteries(study: Study, number: int, known_names: Collection[str], study_file: str) -> None:
+def check_survey_site_names(study: Study, number: int, known_names: Collection[str], study_file: str) -> None:
     """Raise a `ConfigError` if soil layers are set for a site that does not occur in the survey's table.
 
     Surveys are counted from 0; `known_names` are the names in the column ``site`` of its table.

@@ -13,7 +13,7 @@ from overturning.study.schema import Study
 from overturning.validation import describe_invalid_keys
 
 if TYPE_CHECKING:
-    from overturning.records.catalogue import RecordEntry
+    from overturning.records.catalogue import RecordTableRow
 
 
 def load_study(path: Path) -> Study:
@@ -43,13 +43,13 @@ def study_from_content(content: Mapping[str, Any], study_file: str) -> Study:
         raise ConfigError(REASON_SEPARATOR.join(f"{study_file}: {line}" for line in lines)) from None
 
 
-def record_table_rows(study: Study, study_file: str, root: Path = Path()) -> dict[str, "RecordEntry"]:
+def record_table_rows(study: Study, study_file: str, root: Path = Path()) -> dict[str, "RecordTableRow"]:
     """Return the record-table rows of the records in a study; the path of the table is relative to `root`.
 
     A `ConfigError` names a record that is not in the table, with the study file as `study_file`.
     """
     # Imported lazily: workflow steps that read no record start faster.
-    from overturning.records.catalogue import RecordEntry, read_record_table
+    from overturning.records.catalogue import RecordTableRow, read_record_table
     from overturning.records.pulses import parse_pulse
 
     table = read_record_table(find_project_file(root / study.records.table))
@@ -62,7 +62,7 @@ def record_table_rows(study: Study, study_file: str, root: Path = Path()) -> dic
             parse_pulse(line)
         except ConfigError as error:
             faults.append(f"records.pulses.{name}: {error}")
-        table[name] = RecordEntry(id=name, format="synthetic", source=line)
+        table[name] = RecordTableRow(id=name, format="synthetic", source=line)
     if faults:
         raise ConfigError(REASON_SEPARATOR.join(f"{study_file}: {fault}" for fault in faults))
     for name in study.records.use:

@@ -15,14 +15,14 @@ from overturning.model.cases import Cases
 from overturning.model.contact import ContactSettings
 from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
-from overturning.records.catalogue import RecordEntry, paths_of_record_files
+from overturning.records.catalogue import RecordTableRow, paths_of_record_files
 from overturning.study.ensemble import BATCH, MAX_MEMBER_CASES
-from overturning.study.grounds import additional_grounds, soils_of_study
+from overturning.study.grounds import soil_layers_with_own_cube, soil_settings_of_study
 from overturning.study.load import record_table_rows
 from overturning.study.scenes import (
     NOMINAL,
     StudyToSceneSizeConversion,
-    numerics_of_study,
+    numerical_options_of_study,
     variant_model,
     variant_names,
     variant_uses_vertical_motion,
@@ -106,7 +106,8 @@ def estimate_study_size(study: Study, chunks_per_record: int = 1) -> StudySizeEs
     records, members, variants = len(study.records.use), study.ensemble.members, 1 + len(study.variants)
     elements, scales = len(variant_model(study).free_element_names), len(study.amplitude)
     jobs = {"read": records, "sweep": records * variants * chunks_per_record, "record_figures": records}
-    sweeps = sum(len(named) for _, named in additional_grounds(study).values())  # at one amplitude: an upper bound
+    # At one amplitude: an upper bound.
+    sweeps = sum(len(named) for _, named in soil_layers_with_own_cube(study).values())
     jobs["sweep"] += sweeps * chunks_per_record
     work = sum(
         jobs.get(rule, 1) * seconds for rule, seconds in expected_job_seconds_by_rule(study, chunks_per_record).items()
@@ -162,7 +163,7 @@ def check_optional_packages(study: Study, study_file: str) -> None:
     from overturning.motion.soil import check_soil_layer_curves
 
     problems: dict[str, None] = {}
-    for key, site in soils_of_study(study):
+    for key, site in soil_settings_of_study(study):
         try:
             check_soil_layer_curves(site.layers)
         except ArgumentError as error:
@@ -172,7 +173,7 @@ def check_optional_packages(study: Study, study_file: str) -> None:
         raise ConfigError(_format_problems(list(problems)))
 
 
-def check_record_files(study: Study, study_file: str) -> tuple[dict[str, RecordEntry], dict[str, list[Path]]]:
+def check_record_files(study: Study, study_file: str) -> tuple[dict[str, RecordTableRow], dict[str, list[Path]]]:
     """Return the record-table rows that a study uses, and the files that the user provides, by record id.
 
     A `ConfigError` names a record that is not in the table, or whose file lies outside the folder of records, a
@@ -200,7 +201,7 @@ def check_record_files(study: Study, study_file: str) -> tuple[dict[str, RecordE
     return entries, files
 
 
-def read_and_check_records(study: Study, record_rows: dict[str, RecordEntry]) -> tuple[str, ...]:
+def read_and_check_records(study: Study, record_rows: dict[str, RecordTableRow]) -> tuple[str, ...]:
     """Read and process records and plan their cases as a run would; a `ConfigError` lists those that fail.
 
     Returns notes on the assignment of records to earthquakes, on skipped or resampled data, and on records too weak to
@@ -234,7 +235,7 @@ def read_and_check_records(study: Study, record_rows: dict[str, RecordEntry]) ->
     return (*(f"earthquakes: {note}" for note in assign_records_to_earthquakes(records).notes), *notes)
 
 
-def can_compute_fault_alignment(record_rows: Iterable[RecordEntry]) -> bool:
+def can_compute_fault_alignment(record_rows: Iterable[RecordTableRow]) -> bool:
     """True if the alignment of falls with the fault can be computed: fault strike known for some record.
 
     Its records are those with a velocity pulse if the others are their control, otherwise all records.
@@ -245,7 +246,7 @@ def can_compute_fault_alignment(record_rows: Iterable[RecordEntry]) -> bool:
     return any(entry.fault_strike_deg is not None for entry in chosen)
 
 
-def note_on_primary_statistic(study: Study, record_rows: dict[str, RecordEntry]) -> tuple[str, ...]:
+def note_on_primary_statistic(study: Study, record_rows: dict[str, RecordTableRow]) -> tuple[str, ...]:
     """Return a note if a study's primary statistic cannot be computed for its records; () if it can."""
     if study.primary.statistic != "alignment" or can_compute_fault_alignment(record_rows.values()):
         return ()
@@ -273,13 +274,13 @@ def _check_cases_at_grid_limits(study: Study, sampling_interval: float) -> None:
             ratio = sizes.to_scene_b_over_h(b_over_h, np.array(study.b_over_h))
             tilt = study.ensemble.initial_tilt if study.ensemble.members else 0.0
             cases = Cases(0.0, sizes.to_scene_heights(height), ratio, friction, initial_tilt=tilt, aspect=aspect)
-            plan_simulation(variant_model(study, variant), still, cases, numerics_of_study(study))
+            plan_simulation(variant_model(study, variant), still, cases, numerical_options_of_study(study))
         except ArgumentError as error:
-            lines = [_with_key_of_study(line, variant) for line in str(error).split(REASON_SEPARATOR)]
+            lines = [_replace_argument_by_study_key(line, variant) for line in str(error).split(REASON_SEPARATOR)]
             raise ConfigError(f"study {study.name!r}: {REASON_SEPARATOR.join(lines)}") from None
 
 
-def _with_key_of_study(message: str, variant: str) -> str:
+def _replace_argument_by_study_key(message: str, variant: str) -> str:
     """Return a message about an argument of the simulation with the key of the study in place of the argument.
 
     A message about another argument gets the name of the variant, unless it is of the study itself.
@@ -303,7 +304,7 @@ def _record_moves_no_block(study: Study, record: "Record") -> bool:
     """
     others = any(one.scene is not None for one in study.variants.values())
     vertices = study.body is not None and study.body.vertices is not None
-    if study.scene != gravestone() or any(soils_of_study(study)) or others or vertices:
+    if study.scene != gravestone() or any(soil_settings_of_study(study)) or others or vertices:
         return False
     threshold = min(min(study.b_over_h) * min(1.0, *study.aspect_ratios_d_over_b), *study.friction)
     factor = max(study.amplitude)

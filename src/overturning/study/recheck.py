@@ -17,17 +17,17 @@ from overturning.records.store import read_record_from_motion_file
 from overturning.study.cube import motion_folder_of_cube, open_cube, study_of_cube
 from overturning.study.netcdf import open_netcdf_unscaled, outcome_content_hash
 from overturning.study.scenes import (
-    cube_has_whole_grid,
+    cube_covers_study_grid,
     motion_for_variant,
-    numerics_of_study,
+    numerical_options_of_study,
     variant_grid,
     variant_model,
 )
 from overturning.study.schema import Study
 from overturning.study.sweep import (
-    create_ensemble_of_all_cells,
+    create_ensemble_runner,
+    create_member_case_runner,
     cube_variables_of_study,
-    member_case_runner,
     scale_motion,
     simulate_variant,
 )
@@ -77,7 +77,7 @@ def recheck(
         study, variant = study_of_cube(cube), str(cube.attrs["variant"])
         names = [str(name) for name in cube["record_id"].to_numpy()]
         grid, variables = variant_grid(study, variant), cube_variables_of_study(study)
-        if not cube_has_whole_grid(cube, study):
+        if not cube_covers_study_grid(cube, study):
             raise ResultError(f"{cube_path}: a part of its study's cube; recheck the cube that the run made")
     folder = motion_folder or motion_folder_of_cube(cube_path, study, variant)
     # Each motion as recorded, and at all amplitudes of the study if there are several.
@@ -121,10 +121,10 @@ def _recompute_cell(
     directions = list(dict.fromkeys([source, cell_position[0]] if study.simulation.leave_out else [cell_position[0]]))
     rows = zip(grid.dimension_names, [directions, *([i] for i in cell_position[1:])], strict=True)
     few = grid.replace_values(**{name: grid[name][chosen] for name, chosen in rows})
-    arrays = simulate_variant(study, variant, motion, few, numerics_of_study(study))
+    arrays = simulate_variant(study, variant, motion, few, numerical_options_of_study(study))
     if with_ensemble:
-        run = member_case_runner(study, variant, motion, numerics_of_study(study))
-        arrays |= create_ensemble_of_all_cells(study, variant, run_all_cells=True).run_members_of_cells(
+        run = create_member_case_runner(study, variant, motion, numerical_options_of_study(study))
+        arrays |= create_ensemble_runner(study, variant, run_all_cells=True).run_members_of_cells(
             motion, few, arrays, run
         )[0]
     cell = (-1, *(0,) * (len(cell_position) - 1))

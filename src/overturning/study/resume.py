@@ -129,7 +129,7 @@ def remove_damaged_results(results_folder: Path) -> list[Path]:
             except ResultError:
                 damaged.append(path)
     for pattern in FILES_WITH_END:
-        damaged += [path for path in sorted(results_folder.glob(pattern)) if not _has_its_end(path)]
+        damaged += [path for path in sorted(results_folder.glob(pattern)) if not _is_complete_file(path)]
     for path in damaged:
         path.unlink(missing_ok=True)
     # Snakemake detects a missing output, but not a missing file in an output folder.
@@ -147,7 +147,7 @@ def remove_damaged_results(results_folder: Path) -> list[Path]:
     return damaged
 
 
-def _has_its_end(path: Path) -> bool:
+def _is_complete_file(path: Path) -> bool:
     """Return whether a file ends as complete files of its kind do; it does not if, for instance, the disk was full."""
     if (ends := ENDS.get(path.suffix)) is None or not path.is_file():
         return True

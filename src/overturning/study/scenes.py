@@ -106,7 +106,7 @@ def variant_grid(study: Study, variant: str = NOMINAL) -> CaseGrid:
     )
 
 
-def cube_has_whole_grid(cube: "xr.Dataset", study: Study) -> bool:
+def cube_covers_study_grid(cube: "xr.Dataset", study: Study) -> bool:
     """Return whether a results cube has every direction, block, friction and amplitude of its study or variant."""
     grid = variant_grid(study, cube.attrs["variant"])
     whole = grid.rows | ({"amplitude": np.array(grid.amplitude)} if grid.amplitude else {})
@@ -162,7 +162,7 @@ def variant_size_note(study: Study, variant: str) -> str:
     return f"H and B/H are those of the study's {own}; the {stone} has {' and '.join(said)}" if said else ""
 
 
-def numerics_of_study(
+def numerical_options_of_study(
     study: Study, threads: int = 1, progress: Progress | None = None, client: Any = None
 ) -> NumericalOptions:
     """Return numerical options (scheme, time step, threads) from a study's settings."""

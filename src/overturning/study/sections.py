@@ -268,12 +268,12 @@ class BodySettings(StrictModel):
         from overturning.model.shapes import Polyhedron, shape_from_name_or_sides
 
         if self.scan is not None and self.vertices is not None and self.relief is not None:
-            return _scanned_stone(self.vertices, self.scan, self.relief)
+            return _create_scanned_stone(self.vertices, self.scan, self.relief)
         return shape_from_name_or_sides(self.plan if self.vertices is None else Polyhedron(self.vertices))
 
 
 @lru_cache(maxsize=4)
-def _scanned_stone(
+def _create_scanned_stone(
     vertices: tuple[tuple[float, float, float], ...], properties: ScanProperties, relief: float
 ) -> "Shape":
     """Return the stone of a scan; made once, because its outlines take a second."""

@@ -19,7 +19,7 @@ from overturning.study.cube import open_cube
 from overturning.study.ensemble import sample_member_changes
 from overturning.study.gather import merge_sweep_parts
 from overturning.study.load import record_table_rows, study_from_content
-from overturning.study.scenes import numerics_of_study
+from overturning.study.scenes import numerical_options_of_study
 from overturning.study.schema import Study
 from overturning.study.sweep import sweep_cases_of_record
 
@@ -140,7 +140,7 @@ def run_study(
         )
     used = _read_and_process_records(given, study)
     refuse_duplicate_records(used)
-    numerics = numerics_of_study(study, threads, client=client)
+    numerics = numerical_options_of_study(study, threads, client=client)
     members = sample_member_changes(study.ensemble) if study.ensemble.members else None
     with _FILES_OF_A_STUDY, tempfile.TemporaryDirectory() as name:
         parts = [Path(name) / f"{index}.nc" for index in range(len(used))]

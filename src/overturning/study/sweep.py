@@ -21,15 +21,15 @@ from overturning.study.ensemble import (
     EnsembleMembers,
     EnsembleRunner,
     Runner,
-    progress_of_subtask,
     sample_member_changes,
+    subtask_progress_callback,
 )
 from overturning.study.parts import WHOLE, SweepChunk, grid_of_chunk, write_sweep_part
 from overturning.study.scenes import (
     NOMINAL,
     StudyToSceneSizeConversion,
     motion_for_variant,
-    numerics_of_study,
+    numerical_options_of_study,
     variant_grid,
     variant_model,
 )
@@ -53,7 +53,7 @@ def cube_variables_of_study(study: Study) -> tuple[OutcomeVariable, ...]:
     )
 
 
-def create_ensemble_of_all_cells(
+def create_ensemble_runner(
     study: Study, variant: str = NOMINAL, members: EnsembleMembers | None = None, run_all_cells: bool = False
 ) -> EnsembleRunner:
     """Return the ensemble of a variant with given members, or with newly drawn ones if none are given."""
@@ -83,7 +83,7 @@ def simulate_variant(
     return {name: np.repeat(values, grid.shape[2], axis=2) for name, values in arrays.items()} | counts
 
 
-def member_case_runner(study: Study, variant: str, motion: Motion, numerics: NumericalOptions) -> Runner:
+def create_member_case_runner(study: Study, variant: str, motion: Motion, numerics: NumericalOptions) -> Runner:
     """Return a function that simulates ensemble members of a variant, whose sizes refer to the study's stone."""
     model: Any = variant_model(study, variant)
     sizes = StudyToSceneSizeConversion.for_variant(study, variant)
@@ -111,9 +111,9 @@ def sweep_cases_of_record(
 ) -> None:
     """Simulate all cases of one record, or one chunk of them, and write the outcomes to a NetCDF file.
 
-    Members of the ensemble are drawn from the settings of the study if not given; `numerics` are from
-    `numerics_of_study`, with threads, progress and cluster. The part has the number of block steps, whose sum does not
-    depend on chunks or threads.
+    Ensemble members (sets of parameter changes) are drawn from the settings of the study if not given. `numerics` are
+    from `numerical_options_of_study`, with threads, progress and cluster. The file also has the number of block steps,
+    whose sum does not depend on chunks or threads.
     """
     grid, motion = (
         grid_of_chunk(study, variant_grid(study, variant), chunk, variant),
@@ -123,11 +123,11 @@ def sweep_cases_of_record(
     if not grid.case_count:
         write_sweep_part(output_path, grid, {}, attributes | {"block_steps": 0})
         return
-    numerics = numerics or numerics_of_study(study)
+    numerics = numerics or numerical_options_of_study(study)
     factors = grid.amplitude or (1.0,)
     work = [*(NOMINAL_SHARE for _ in factors), *([1.0 - NOMINAL_SHARE] if study.ensemble.members else [])]
     ends = (np.cumsum([0.0, *work]) / sum(work)).tolist()
-    reports = [progress_of_subtask(numerics.progress, *between) for between in pairwise(ends)]
+    reports = [subtask_progress_callback(numerics.progress, *between) for between in pairwise(ends)]
     answers = [
         simulate_variant(study, variant, scale_motion(motion, factor), grid, replace(numerics, progress=progress))
         for factor, progress in zip(factors, reports, strict=False)  # the last is then the ensemble's
@@ -136,8 +136,8 @@ def sweep_cases_of_record(
     outcome = answers[factors.index(1.0)]
     if study.ensemble.members:
         ensemble, runner = (
-            create_ensemble_of_all_cells(study, variant, members),
-            member_case_runner(study, variant, motion, numerics),
+            create_ensemble_runner(study, variant, members),
+            create_member_case_runner(study, variant, motion, numerics),
         )
         spread, more = ensemble.run_members_of_cells(motion, grid, outcome, runner, reports[-1])
         outcome |= spread
@@ -154,7 +154,7 @@ def load_kernels(study: Study, record: Record, variant: str = NOMINAL) -> None:
     grid = variant_grid(study, variant)
     one_case = grid.replace_values(**{name: grid[name][:1] for name in grid.dimension_names})
     motion = motion_for_variant(study, record, variant).scaled_by(_LOADING_AMPLITUDE)
-    simulate_variant(study, variant, motion, one_case, numerics_of_study(study))
+    simulate_variant(study, variant, motion, one_case, numerical_options_of_study(study))
 
 
 def scale_motion(motion: Motion, amplitude_factor: float) -> Motion:

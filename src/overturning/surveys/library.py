@@ -13,7 +13,7 @@ from overturning.errors import ArgumentError
 from overturning.motion.direction import north_east_cosines_of_azimuths
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
-from overturning.records.catalogue import RecordEntry
+from overturning.records.catalogue import RecordTableRow
 from overturning.records.processing import process_record
 from overturning.records.pulses import parse_pulse, record_of_pulse
 from overturning.records.read import read_record
@@ -91,7 +91,7 @@ def shipped_candidate_motions() -> list[CandidateMotion]:
     for source in SHIPPED:
         form = "geonet" if source.startswith("example:") else "fema-p695"
         record = round_to_stored_precision(
-            process_record(read_record(RecordEntry(id="x", format=form, source=source), Path()), None)
+            process_record(read_record(RecordTableRow(id="x", format=form, source=source), Path()), None)
         )
         # One earthquake is "Northridge-01" in one set and "Northridge" in another; GeoNet gives a sentence.
         event = "Kaikoura" if form == "geonet" else re.sub(r"-\d+$", "", record.event.split(",")[0])

@@ -91,7 +91,7 @@ def _label_and_figure_translations(language: str) -> dict[str, str]:
 
 def translate_label(text: str, translation_table: Mapping[str, str]) -> str:
     """Translate a text that a table lists as a whole; return the text itself if the table lacks it."""
-    found = _entry_translation(text, tuple(translation_table.items()))
+    found = _translation_from_table(text, tuple(translation_table.items()))
     return text if found is None else found
 
 
@@ -134,7 +134,7 @@ _FOUND: dict[tuple[str, ...], list[str]] = {}
 """Installed fonts, by the names that were searched for."""
 
 
-def language_of_font_for(text: str) -> str:
+def font_language_of_text(text: str) -> str:
     """Return the language whose fonts a text in a figure needs: Japanese for names in Japanese, else the current."""
     return "ja" if any(character >= _FIRST_CJK for character in text) else current_language()
 
@@ -147,7 +147,7 @@ def check_font_is_installed(language: str, file_name: str) -> None:
         )
 
 
-class _TranslationEntryWithFields(NamedTuple):
+class _TranslationPattern(NamedTuple):
     """English text with placeholders (``{}`` or ``{name}``) as a pattern, with its translation."""
 
     pattern: "re.Pattern[str]"
@@ -156,9 +156,9 @@ class _TranslationEntryWithFields(NamedTuple):
 
 
 @lru_cache(maxsize=8)
-def _translation_entries_and_those_with_fields(
+def _exact_and_pattern_translations(
     table_entries: tuple[tuple[str, str], ...],
-) -> tuple[dict[str, str], list[_TranslationEntryWithFields]]:
+) -> tuple[dict[str, str], list[_TranslationPattern]]:
     """Return a table's translations by English text, and a list of those whose text has placeholders."""
     found = []
     for english, translation in table_entries:
@@ -167,14 +167,14 @@ def _translation_entries_and_those_with_fields(
             parts = [r"\s+".join(map(re.escape, re.split(r"\s+", part))) for part in fixed]
             fields = (f"(?P<{name}>[^;:]*?[^;:,])" if name else f"({_NUMBER})" for name in names)
             pattern = parts[0] + "".join(field + part for field, part in zip(fields, parts[1:], strict=True))
-            found.append(_TranslationEntryWithFields(re.compile(pattern), names, translation))
+            found.append(_TranslationPattern(re.compile(pattern), names, translation))
     return dict(table_entries), found
 
 
 @lru_cache(maxsize=4096)
-def _entry_translation(text: str, table_entries: tuple[tuple[str, str], ...]) -> str | None:
+def _translation_from_table(text: str, table_entries: tuple[tuple[str, str], ...]) -> str | None:
     """Return the translation of a text that a table lists, exactly or with placeholders; None if there is none."""
-    exact, entries = _translation_entries_and_those_with_fields(table_entries)
+    exact, entries = _exact_and_pattern_translations(table_entries)
     if text in exact:
         return exact[text]
     if (joined := " ".join(text.split("\n"))) in exact:  # a line that was broken
@@ -210,7 +210,7 @@ def _translate_text_lines(text: str, table_entries: tuple[tuple[str, str], ...])
     lines, translated, start = text.split("\n"), list[str](), 0
     while start < len(lines):
         for end in range(start + 1, len(lines) + 1):
-            if (found := _entry_translation("\n".join(lines[start:end]), table_entries)) is not None:
+            if (found := _translation_from_table("\n".join(lines[start:end]), table_entries)) is not None:
                 translated.append(found)
                 break
         else:

@@ -80,7 +80,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             epicentre=_latitude_and_longitude(header),
             # A baseline correction alone leaves long-period noise in the samples; a filter removes it.
             processed=bool(FILTERED.search(comments)),
-            extra=header.extra_entries_of_stated_numbers({"depth_km": "depth"})
+            extra=header.number_fields_as_metadata({"depth_km": "depth"})
             | ({"agency_processing": comments} if comments else {}),
             notes=notes,
         )
@@ -89,7 +89,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
 
 
 def _latitude_and_longitude(header: Header) -> tuple[float | None, float | None]:
-    """Return latitude and longitude in a section of the header, degrees; None if not stated.
+    """Read latitude and longitude, degrees, from a section of a CISMID header; None if not stated.
 
     They have a minus sign, or the letter S or W (O in Spanish), in the south or west.
     """

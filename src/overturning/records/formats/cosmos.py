@@ -21,8 +21,8 @@ from overturning.records.component import (
     HeaderPeak,
     RecordComponent,
     axis_direction_from_name_or_code,
-    direction_of_azimuth_code,
-    direction_of_channel_code,
+    direction_from_azimuth_code,
+    direction_from_channel_code,
     sensor_location_in_header_line,
     surface_or_borehole_sensor,
 )
@@ -76,9 +76,9 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     ints_at = int(stated[1]) if stated else 13
     form, reals_at = _parse_number_block_format(channel_lines, ints_at, "integers")
     header = Header.find_fields(channel_lines, FIELDS, ints_at)
-    whole = channel_lines.read_fixed_integers(ints_at + 1, **form)
+    whole = channel_lines.read_fixed_width_integers(ints_at + 1, **form)
     form, comments_at = _parse_number_block_format(channel_lines, reals_at, "reals")
-    real = channel_lines.read_fixed_columns(reals_at + 1, **form)
+    real = channel_lines.read_fixed_width_numbers(reals_at + 1, **form)
     if whole.size < 100 or real.size < 100:
         raise channel_lines.line_error(ints_at, f"{whole.size} integers and {real.size} reals; 100 each are needed")
     comments = COMMENTS.match(text[comments_at]) if comments_at < len(text) else None
@@ -98,7 +98,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
         channel_lines.check_recorded_duration(data_at, samples.size, interval, float(real[62]))
     axis, direction = _axis_name_and_direction(header, text[comments_at + 1 : data_at], int(whole[53]))
     known = {index: float(value) for index, value in enumerate(real) if value != NULL}
-    origin, places = header.origin_time_and_epicentre_entries()
+    origin, places = header.origin_time_and_epicentre_metadata()
     # Resolution of the stated peak: one count, or 1e-5 of the unit.
     digit = (1.0 if unit == COUNTS else 1e-5) * scale
     peak = HeaderPeak(abs(known[63]) * scale, digit, line=channel_lines.before + reals_at + 12) if 63 in known else None
@@ -117,14 +117,14 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
         location=sensor_location_in_header_line(text[8]),
         peak=peak,
         processed=bool(header.field_text("corrected")),
-        extra=({"magnitude": known[12]} if 12 in known else {}) | places | _extra_entries_of_agency_processing(header),
+        extra=({"magnitude": known[12]} if 12 in known else {}) | places | _agency_processing_metadata(header),
         notes=notes,
     )
     return component, end + 1
 
 
-def _extra_entries_of_agency_processing(header: Header) -> dict[str, str]:
-    """Return the agency and filter of corrected data as entries of `Record.extra`; {} if the data are not corrected."""
+def _agency_processing_metadata(header: Header) -> dict[str, str]:
+    """Return agency and filter of corrected data as metadata (`Record.extra`); {} if the data are not corrected."""
     if not header.field_text("corrected"):
         return {}
     when, corners = header.field_text("processed"), " ".join(header.field_text("filter").split())
@@ -168,14 +168,14 @@ def _checked_sample_unit_code(channel_lines: TextLines, data_line_index: int, un
 
 
 def _axis_name_and_direction(header: Header, comments: Sequence[str], direction_code: int) -> tuple[str, Direction]:
-    """Return axis name and direction from the header's text and code; if both lack it, from the SEED channel code."""
+    """Return axis name and direction from text and code of the header, or else from the SEED channel code."""
     word = header.field_text("axis")
-    coded = {400: (None, 1), 401: (None, -1)}.get(direction_code, direction_of_azimuth_code(direction_code))
+    coded = {400: (None, 1), 401: (None, -1)}.get(direction_code, direction_from_azimuth_code(direction_code))
     direction = axis_direction_from_name_or_code(word, coded, partial(header.line_error, "axis"))
     if direction == UNKNOWN and direction_code in (0, -999):
         found = re.search(r"<SCNL>\s*[^.\s]+\.([A-Z0-9]{3})\.", "\n".join([*header.lines[:13], *comments]))
         word = found[1] if found else word
-        direction = direction_of_channel_code(found[1] if found else "")
+        direction = direction_from_channel_code(found[1] if found else "")
     return word or str(direction_code), direction
 
 

@@ -19,7 +19,7 @@ from overturning.records.component import (
     UNKNOWN,
     RecordComponent,
     axis_direction_from_name_or_code,
-    direction_of_azimuth_code,
+    direction_from_azimuth_code,
     parse_axis_direction,
     sensor_location_in_header_line,
     surface_or_borehole_sensor,
@@ -93,12 +93,12 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     if channel and parse_axis_direction(channel.split()[0].rstrip(",")) != parse_axis_direction(axis):
         why = f"axis {channel.split()[0]!r}, but line {channel_lines.before + at + 1} says {axis!r}"
         raise header.line_error("channel", f"{why}; find out which, and correct the file")
-    whole = channel_lines.read_fixed_integers(text_lines, width=5, per_line=16, count=100)
+    whole = channel_lines.read_fixed_width_integers(text_lines, width=5, per_line=16, count=100)
     code = int(whole[26])
     # The code alone does not define the sense: RENADIC codes V as 500 without stating that it points up.
     senses = {} if parse_axis_direction(axis) == UNKNOWN else CODED_SENSES
     direction = axis_direction_from_name_or_code(
-        axis, senses.get(code, direction_of_azimuth_code(code)), partial(channel_lines.line_error, at)
+        axis, senses.get(code, direction_from_azimuth_code(code)), partial(channel_lines.line_error, at)
     )
     introduced = re.compile(str(DATA["number of samples"]), re.IGNORECASE)
     data_at = next((i for i in range(text_lines + 7, end) if introduced.match(channel_lines.lines[i])), 0)
@@ -112,7 +112,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
         header.field_text("station"),
         header.utc_time_of_date_field("start"),
     )
-    origin, places = header.origin_time_and_epicentre_entries()
+    origin, places = header.origin_time_and_epicentre_metadata()
     if header.field_text("renadic"):
         # RENADIC omits the station number, and writes 0° N, 0° E for an unknown place.
         station, start, places = channel_lines.lines[5].strip(), _start_time_of_renadic(header, origin), {}
@@ -188,7 +188,7 @@ def _read_evenly_spaced_samples(
         raise channel_lines.line_error(data_line_index, f"unit {unit or 'missing'!r}; known are {', '.join(UNITS)}")
     form, count = data.field_pattern_match("format"), int(data.field_text("number of samples"))
     per_line, width = (
-        (int(form[1]), int(form[2])) if form else _count_and_width_of_columns(channel_lines, data_line_index + 1)
+        (int(form[1]), int(form[2])) if form else _sample_column_count_and_width(channel_lines, data_line_index + 1)
     )
     samples, _, notes = channel_lines.read_fixed_width_samples(
         data_line_index + 1, width=width, per_line=per_line, count=count
@@ -201,8 +201,8 @@ def _read_evenly_spaced_samples(
     return samples * UNITS[unit], interval, notes
 
 
-def _count_and_width_of_columns(channel_lines: TextLines, line_index: int) -> tuple[int, int]:
-    """Return the number of columns of a line of samples and their width, where no line states the FORTRAN format.
+def _sample_column_count_and_width(channel_lines: TextLines, line_index: int) -> tuple[int, int]:
+    """Return number and width of the columns in a line of samples, if the file does not state the FORTRAN format.
 
     There are eight columns, of ten characters unless the line is full with another width (``8F9.6`` of RAW files).
     """
@@ -216,7 +216,7 @@ def _read_time_acceleration_pairs(
     """Read time-acceleration pairs of old volume-1 files; return samples, m/s², sampling interval, s, and notes."""
     count, first = int(header.field_number("NO. OF POINTS")), text_line_count + 14
     header.check_field_pattern("unit of the pairs", ".", "g, g/10 or cm/sec/sec")
-    values = channel_lines.read_fixed_columns(first, width=7, per_line=10, count=2 * count)
+    values = channel_lines.read_fixed_width_numbers(first, width=7, per_line=10, count=2 * count)
     _, notes = channel_lines.skip_surplus_lines(first + -(-2 * count // 10), count, ends_file=True)
     time, samples = values[0::2], values[1::2]
     interval = round(float(time[-1] - time[0]) / max(count - 1, 1), 6)

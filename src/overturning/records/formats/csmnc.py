@@ -63,7 +63,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             sensor=surface_or_borehole_sensor(location_text=header.field_text("observing point")),
             location=" ".join(header.field_text("observing point").split()),
             processed=header.field_text("quantity").upper().startswith("CORRECTED"),
-            extra=header.extra_entries_of_stated_numbers({"depth_km": "depth"}),
+            extra=header.number_fields_as_metadata({"depth_km": "depth"}),
             notes=notes,
         )
     ]

@@ -35,8 +35,8 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
     name, reasons = source_file.name, RecordRefusalReasons()
     columns: list[tuple[str, str]] = []
     with reasons.collect_reason():
-        text, sisters = _columns_of_file_and_record_key(declared_properties.columns, name)
-        text, per_line, width = _parse_values_per_line(text, name)
+        text, sisters = _declared_columns_and_record_key(declared_properties.columns, name)
+        text, per_line, width = _split_values_per_line_declaration(text, name)
         columns = _parse_axes_and_units(text, name)
         if declared_properties.sampling_interval_s is None and "time" not in dict(columns):
             raise RecordError(f"{name}: no column time and no sampling_interval_s; declare one of them")
@@ -74,8 +74,8 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
     ]
 
 
-def _columns_of_file_and_record_key(columns_text: str, file_name: str) -> tuple[str, str]:
-    """Return the declared columns of a file, and a text that is equal for all files of the same record.
+def _declared_columns_and_record_key(columns_text: str, file_name: str) -> tuple[str, str]:
+    """Return the column declaration for a file, and a key that is equal for all files of the same record.
 
     The key has the parts of the name that each ``*`` matches; it is "" if the declaration names no files.
     """
@@ -106,8 +106,8 @@ def _columns_of_file_and_record_key(columns_text: str, file_name: str) -> tuple[
     return " ".join(declared[pattern]), found[pattern]
 
 
-def _parse_values_per_line(columns_text: str, file_name: str) -> tuple[str, int, int]:
-    """Split a declaration such as ``north:gal*8F10`` into column, values per line (or 0) and field width (or 0)."""
+def _split_values_per_line_declaration(columns_text: str, file_name: str) -> tuple[str, int, int]:
+    """Split ``north:gal*8F10`` into column, values per line (8) and field width (10); a number not stated is 0."""
     match = re.fullmatch(r"(\S+)\*(\d+)(?:[FEfe](\d+)(?:\.\d+)?)?", columns_text.strip())
     if match is None:
         if "*" in columns_text:
@@ -191,7 +191,7 @@ def _read_number_rows(
         why = f"{values[0, 0]:g} is the count of the lines below, not a sample; write # before it, or say --trust-data"
         raise lines.line_error(next(iter(texts)), why)
     for (word, _), column in zip(declared_columns, values.T, strict=True):
-        mark = 0.0 if word in ("time", "skip") or trusting else _mark_of_missing_samples(column)
+        mark = 0.0 if word in ("time", "skip") or trusting else _missing_sample_marker(column)
         if mark:
             index = list(texts)[int(np.flatnonzero(np.abs(column) == mark)[0]) // max(values_per_line, 1)]
             why = f"{mark:g} marks a missing sample; cut the record there, or say --trust-data if it is a sample"
@@ -203,10 +203,10 @@ _MARKS: Final = frozenset(float(f"{'9' * whole}.{'9' * decimals}") for whole in 
 """Numbers that programs write in place of a missing sample, such as 999.99, with either sign."""
 
 
-def _mark_of_missing_samples(samples: FloatArray) -> float:
-    """Return the largest absolute sample if it marks missing samples; 0 if it does not.
+def _missing_sample_marker(samples: FloatArray) -> float:
+    """Return the number, such as 999.99, that stands for missing samples in a file; 0 if there is none.
 
-    It is a number of nines, and all other samples are less than half of it.
+    Such a number consists of nines, and all other samples are less than half as large.
     """
     sizes = np.unique(np.abs(samples))
     largest = float(sizes[-1])
@@ -216,7 +216,7 @@ def _mark_of_missing_samples(samples: FloatArray) -> float:
 def _read_values_of_wrapped_axis(
     lines: TextLines, texts_by_line: Mapping[int, str], separator: str | None, values_per_line: int, field_width: int
 ) -> FloatArray:
-    """Return the values of a file with one axis and several values per line, shape (values, 1)."""
+    """Read the samples of a file with a single axis and several samples per line, shape (samples, 1)."""
     cells_by_line: dict[int, list[str]] = {}
     last = max(texts_by_line, default=0)
     for index, text in texts_by_line.items():
@@ -259,7 +259,7 @@ def _separator_or_decimal_mark_error(line: str, cells: list[str], separator: str
 def _checked_sampling_interval(
     lines: TextLines, first_line: int, time: FloatArray, declared_interval: float | None
 ) -> float:
-    """Return the sampling interval of the times in `time`, s; raise a RecordError if uneven or not as declared."""
+    """Compute the sampling interval from a time column, s; a RecordError if it is uneven or not as the user states."""
     exact = float(time[-1] - time[0]) / (time.size - 1)
     steps = np.abs(np.diff(time) - exact)
     if exact <= 0 or steps.max() > max(0.02 * exact, 1e-9):

@@ -65,7 +65,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
                 header.optional_field_number("EpicenterLatitude(N)"),
                 header.optional_field_number("EpicenterLongitude(E)"),
             ),
-            extra=header.extra_entries_of_stated_numbers({"magnitude": "Magnitude(Ml)", "depth_km": "Depth(km)"}),
+            extra=header.number_fields_as_metadata({"magnitude": "Magnitude(Ml)", "depth_km": "Depth(km)"}),
             notes=notes,
         )
         for column, axis in enumerate(columns, 1)

@@ -3,7 +3,7 @@
 import re
 from typing import Final
 
-from overturning.records.component import RecordComponent, direction_of_channel_code, surface_or_borehole_sensor
+from overturning.records.component import RecordComponent, direction_from_channel_code, surface_or_borehole_sensor
 from overturning.records.formats.header import Fields, Header, parse_time_as_utc
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -36,13 +36,13 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     header.check_stated_duration("DURATION_S", samples.size, interval)
     corners = [text(f"{end}_CUT_FREQUENCY_HZ") for end in ("LOW", "HIGH")]
     filtered = f"{text('FILTER_TYPE').lower() or 'filter'} {corners[0]} to {corners[1]} Hz"
-    extra = header.extra_entries_of_stated_numbers({"magnitude": "MAGNITUDE_W", "vs30": "VS30_M/S"})
+    extra = header.number_fields_as_metadata({"magnitude": "MAGNITUDE_W", "vs30": "VS30_M/S"})
     first_sample = "DATE_TIME_FIRST_SAMPLE_YYYYMMDD_HHMMSS"
     raw = "NOT REMOVED" in text("BASELINE_CORRECTION").upper() or text("PROCESSING").lower() == "none"
     return [
         header.create_component(
             text("STREAM"),
-            direction_of_channel_code(text("STREAM")),
+            direction_from_channel_code(text("STREAM")),
             samples * GAL,
             interval,
             start=header.field_utc_time(first_sample, "%Y%m%d_%H%M%S.%f", "%Y%m%d_%H%M%S")

@@ -62,7 +62,7 @@ def _csv_rows(archive: zipfile.ZipFile, name: str) -> list[dict[str, str]]:
 
 
 def _read_both_components(archive: zipfile.ZipFile, source: str, record: dict[str, str]) -> list[RecordComponent]:
-    """Return both horizontal components of a FEMA P-695 record, given its row in the table of the set."""
+    """Read both horizontal components of a FEMA P-695 record, given its row in the table of its record set."""
     record_set, number = source.split(":")
     components = []
     for row in _csv_rows(archive, f"{record_set}/components.csv"):

@@ -41,8 +41,8 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     """Read one component of a GeoNet file (New Zealand); return the component and its number of lines."""
     header, text = Header.find_fields(channel_lines, FIELDS, TEXT_LINES, min_lines=HEADER_LINES), channel_lines.lines
     corrected = text[0].startswith("Corrected")
-    whole = channel_lines.read_fixed_integers(TEXT_LINES, width=8, per_line=10, count=40)
-    real = channel_lines.read_fixed_columns(20, width=8, per_line=10, count=60)
+    whole = channel_lines.read_fixed_width_integers(TEXT_LINES, width=8, per_line=10, count=40)
+    real = channel_lines.read_fixed_width_numbers(20, width=8, per_line=10, count=60)
     count = int(whole[33])
     header.check_sample_count("Number of points", count)
     interval = header.field_number("interval")
@@ -53,7 +53,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     axis = header.field_text("component")
     # The code of a vertical axis has no meaning.
     coded = UNKNOWN if parse_axis_direction(axis)[1] else (float(whole[27]) % 360.0, 0)
-    samples = channel_lines.read_fixed_columns(HEADER_LINES, width=8, per_line=10, count=count)
+    samples = channel_lines.read_fixed_width_numbers(HEADER_LINES, width=8, per_line=10, count=count)
     end = HEADER_LINES + sum(-(-int(n) // 10) for n in whole[33 : 36 if corrected else 34])
     if end > len(text):
         raise channel_lines.line_error(len(text) - 1, f"the file ends in the data of {axis}; get it again")

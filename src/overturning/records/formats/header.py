@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
-from overturning.records.component import Direction, HeaderPeak, RecordComponent, place_on_globe
+from overturning.records.component import Direction, HeaderPeak, RecordComponent, normalise_coordinates
 from overturning.records.formats.lines import FLOAT, TextLines
 from overturning.records.source import SourceFile
 
@@ -102,7 +102,7 @@ class Header(TextLines):
         return self.found[field_name][0]
 
     def field_pattern_match(self, field_name: str) -> re.Match[str] | None:
-        """Return the regular-expression match of a header field; None if the header lacks the field."""
+        """Return the match of a header field with its regular expression; None if the header lacks the field."""
         return self.found[field_name][1] if field_name in self.found else None
 
     def field_text(self, field_name: str) -> str:
@@ -134,8 +134,8 @@ class Header(TextLines):
             self.field_number(field_name, text_part), self.line_index_of_field(field_name)
         )
 
-    def extra_entries_of_stated_numbers(self, fields_by_name: Mapping[str, str]) -> dict[str, Any]:
-        """Return numbers from header fields as entries of `Record.extra`; fields that are missing are left out."""
+    def number_fields_as_metadata(self, fields_by_name: Mapping[str, str]) -> dict[str, Any]:
+        """Return the numbers in header fields as metadata (`Record.extra`); missing fields are left out."""
         return {name: self.field_number(stated) for name, stated in fields_by_name.items() if self.field_text(stated)}
 
     def field_peak_acceleration(
@@ -205,8 +205,8 @@ class Header(TextLines):
         )
         return (north, east) if each == 2 else (round(north, 5), round(east, 5))
 
-    def origin_time_and_epicentre_entries(self) -> tuple[datetime | None, dict[str, Any]]:
-        """Return origin time (UTC) and epicentre (as entries of `Record.extra`) of the earthquake, or None and {}."""
+    def origin_time_and_epicentre_metadata(self) -> tuple[datetime | None, dict[str, Any]]:
+        """Return origin time (UTC; or None) and epicentre (as metadata for `Record.extra`; or {}) of the earthquake."""
         stated = re.sub(r"\s+|,", "", re.sub(r",?\s+(?=\d+:)", "-", self.field_text("origin")))
         origin = parse_time_as_utc(stated, "%Y/%m/%d-%H:%M:%S", "%m/%d/%Y-%H:%M:%S", "%m/%d/%y-%H:%M:%S")
         if origin and origin.year >= 2000 + FIRST_YEAR:  # Python reads years up to 68 as 20xx.
@@ -214,7 +214,7 @@ class Header(TextLines):
         if origin is None and (minute := self.field_pattern_match("origin minute")):
             day, month, year = re.split(r"[.,\s]+", minute[1])
             origin = parse_time_as_utc(f"{day} {month[:3]} {year} {minute[2]} {minute[3]}", "%d %b %Y %H %M")
-        return origin, epicentre_entries(*self.field_coordinates("hypocentre")) if any(
+        return origin, epicentre_metadata(*self.field_coordinates("hypocentre")) if any(
             self.field_coordinates("hypocentre")
         ) else {}
 
@@ -266,20 +266,20 @@ class Header(TextLines):
     def create_component(
         self, axis: str, direction: Direction, samples: FloatArray, sampling_interval: float, **metadata: Any
     ) -> RecordComponent:
-        """Create a component of the file from samples, ``metadata``, and the station and earthquake in the header.
+        """Create a record component from samples, ``metadata``, and the station and earthquake in the file's header.
 
         The header's fields ``station``, ``event``, ``coordinates``, ``magnitude`` and ``epicentre`` are added.
         """
         usual = {"station": self.field_text("station"), "event": " ".join(self.field_text("event").split())}
-        extra = self.extra_entries_of_stated_numbers({"magnitude": "magnitude"}) | metadata.pop("extra", {})
-        extra |= epicentre_entries(*metadata.pop("epicentre", self.field_coordinates("epicentre")))
+        extra = self.number_fields_as_metadata({"magnitude": "magnitude"}) | metadata.pop("extra", {})
+        extra |= epicentre_metadata(*metadata.pop("epicentre", self.field_coordinates("epicentre")))
         metadata = usual | {"coordinates": self.field_coordinates("coordinates")} | metadata
         return RecordComponent.from_file(
             self.source, axis, direction, samples, sampling_interval, extra=extra, **metadata
         )
 
 
-def epicentre_entries(latitude_deg: float | None, longitude_deg: float | None) -> dict[str, Any]:
-    """Return an epicentre as entries of `Record.extra`; {} if latitude or longitude, degrees, is unknown or wrong."""
-    place = place_on_globe(latitude_deg, longitude_deg)
+def epicentre_metadata(latitude_deg: float | None, longitude_deg: float | None) -> dict[str, Any]:
+    """Return an epicentre, degrees, as metadata (`Record.extra`); {} if latitude or longitude is unknown or wrong."""
+    place = normalise_coordinates(latitude_deg, longitude_deg)
     return {} if None in place else {"event_latitude": place[0], "event_longitude": place[1]}

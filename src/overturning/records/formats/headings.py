@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from overturning.records.component import UNKNOWN, Direction, direction_of_channel_code, parse_axis_direction
+from overturning.records.component import UNKNOWN, Direction, direction_from_channel_code, parse_axis_direction
 from overturning.records.formats.lines import FLOAT
 from overturning.units import UNITS
 
@@ -54,7 +54,7 @@ def first_number_line_index(lines: Sequence[str]) -> int:
 
 
 def read_heading_cells(lines: Sequence[str], separator: str | None, column_count: int) -> list[list[str]]:
-    """Return the cells of each heading line, that is a line above the numbers with one cell per column.
+    """Split each heading line (a line above the numbers with one cell per column) into its cells.
 
     Cells are separated like the numbers or by blanks; cells of several words by at least two blanks. A line of prose
     may have as many words as there are columns by chance, so each cell between blanks must contain a letter.
@@ -85,7 +85,7 @@ def heading_direction(heading: str) -> Direction:
     for word in re.split(r"[\s_.:,()\[\]]+", heading):
         prefixed = _PREFIXED.fullmatch(word)
         if _SEED.fullmatch(word.upper()) and len(word) == 3:
-            named.add(direction_of_channel_code(word))
+            named.add(direction_from_channel_code(word))
         elif re.search("[A-Za-z]", word) and word != "s":  # "s" stands for seconds, not south.
             named.add(parse_axis_direction(prefixed[1] if prefixed else word))
     named.discard(UNKNOWN)
@@ -95,7 +95,7 @@ def heading_direction(heading: str) -> Direction:
 def unit_mismatch_notes_of_text_lines(
     file_name: str, lines: Sequence[str], separator: str | None, declared_columns: Sequence[tuple[str, str]]
 ) -> tuple[tuple[str, ...], str]:
-    """Return notes on text lines that state another unit than declared, and why to refuse the file (or "").
+    """Return notes on lines with another unit than the user states, and the reason to refuse the file (or "").
 
     Such a line applies to all columns: ``Velocity (cm/s)``, ``# units: g``. The reason names a quantity other than
     acceleration; "" if there is none. See `heading_mismatch_notes_and_refusal`.
@@ -128,7 +128,7 @@ def unit_mismatch_notes_of_text_lines(
 def heading_mismatch_notes_and_refusal(
     file_name: str, headings: Sequence[Sequence[str]], declared_columns: Sequence[tuple[str, str]]
 ) -> tuple[tuple[str, ...], str]:
-    """Return notes on headings that state another axis or unit than declared, and why to refuse the file (or "").
+    """Return notes on headings with another axis or unit than the user states, and the reason to refuse the file.
 
     The reason names a quantity other than acceleration; "" if there is none.
 

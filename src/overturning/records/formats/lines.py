@@ -51,7 +51,7 @@ class TextLines:
         return float(match[1].replace("D", "E").replace("d", "e"))
 
     def utc_time(self, line_index: int, date: Sequence[int], hour: int, minute: int, seconds: float) -> datetime:
-        """Return the UTC time for year, month, day, hour, minute and seconds; a RecordError if they are invalid."""
+        """Convert year, month, day, hour, minute and seconds in a line to a UTC time; a RecordError if invalid."""
         year, month, of_month = date
         try:
             return datetime(year, month, of_month, hour, minute, tzinfo=UTC) + timedelta(seconds=seconds)
@@ -92,7 +92,7 @@ class TextLines:
         self, first_line: int, *, width: int, per_line: int, count: int, ends_file: bool = False
     ) -> tuple[FloatArray, int, tuple[str, ...]]:
         """Read ``count`` samples in fixed-width columns; return also the next line's index and notes."""
-        values = self.read_fixed_columns(first_line, width=width, per_line=per_line, count=count)
+        values = self.read_fixed_width_numbers(first_line, width=width, per_line=per_line, count=count)
         return values, *self.skip_surplus_lines(first_line + -(-count // per_line), count, ends_file=ends_file)
 
     def skip_surplus_lines(
@@ -157,7 +157,7 @@ class TextLines:
         self._check_last_number_is_complete()
         return values
 
-    def read_fixed_columns(self, first_line: int, *, width: int, per_line: int, count: int) -> FloatArray:
+    def read_fixed_width_numbers(self, first_line: int, *, width: int, per_line: int, count: int) -> FloatArray:
         """Read ``count`` numbers in fixed-width columns, which need no blanks in between (FORTRAN ``8F10.3``).
 
         Later lines are ignored. Raises a RecordError if lines are missing or a column holds no number.
@@ -192,7 +192,7 @@ class TextLines:
         return cells
 
     def _check_cells_and_create_line_error(self, line_index: int, cells: Sequence[str], problem: str) -> RecordError:
-        """Return an error about a line with a given problem; if a cell is no number, raise an error about the cell."""
+        """Create an error about a problem in a line; if a cell of it is no number, raise an error about the cell."""
         for cell in cells:
             self.parse_number(cell, line_index, "a sample")
         return self.line_error(line_index, f"{problem}: get the file again")
@@ -217,9 +217,9 @@ class TextLines:
             if len(before) != len(last):
                 raise self.line_error(len(self.lines) - 1, f"the last number, {words[1]!r}, is cut; get the file again")
 
-    def read_fixed_integers(self, first_line: int, *, width: int, per_line: int, count: int) -> NDArray[np.int64]:
+    def read_fixed_width_integers(self, first_line: int, *, width: int, per_line: int, count: int) -> NDArray[np.int64]:
         """Read whole numbers in fixed-width columns (FORTRAN ``10I8``), each of up to nine digits."""
-        values = self.read_fixed_columns(first_line, width=width, per_line=per_line, count=count)
+        values = self.read_fixed_width_numbers(first_line, width=width, per_line=per_line, count=count)
         wrong = np.flatnonzero((np.abs(values) >= 1e9) | (values != np.round(values)))
         if wrong.size:
             at = first_line + int(wrong[0]) // per_line
@@ -233,7 +233,7 @@ _ComponentReader = Callable[[TextLines], tuple[RecordComponent, int]]
 def reads_consecutive_components(
     first_line_pattern: str, remedy: str
 ) -> Callable[[_ComponentReader], Callable[[SourceFile], list[RecordComponent]]]:
-    """Return a decorator that applies a reader of one component to all components of a file, one after the other.
+    """Return a decorator that turns a reader of one component into a reader of all components of a file.
 
     Each component begins with a line that fits ``first_line_pattern``. The decorated function gets the lines from there
     on and returns the component and the number of its lines. Blank lines are skipped. A RecordError names the line at

@@ -11,7 +11,7 @@ from overturning.errors import RecordError, RecordRefusalReasons
 from overturning.records.component import (
     RecordComponent,
     channel_direction_mismatch_notes,
-    known_direction_or_that_of_channel_code,
+    direction_with_channel_code_fallback,
     surface_or_borehole_sensor,
 )
 from overturning.records.declared_properties import DeclaredFileProperties
@@ -85,7 +85,7 @@ def stream_components_in_m_s2(
 def _component_of_trace(
     trace: Any, inventory: Any, source_file: SourceFile, declared_properties: DeclaredFileProperties
 ) -> RecordComponent:
-    """Convert one obspy trace to a component, m/s²; a RecordError if the channel's StationXML is unsuitable."""
+    """Convert one obspy trace to a record component, m/s²; a RecordError if the channel's StationXML is unsuitable."""
     channel, moment, code = f"{source_file.name}: channel {trace.id}", trace.stats.starttime, trace.stats.channel
     epoch = find_channel_epoch(trace, inventory, source_file, declared_properties)
     unit, scale = epoch.unit, acceleration_unit_in_m_s2(epoch.unit)
@@ -100,7 +100,7 @@ def _component_of_trace(
         raise RecordError(
             f"{channel} is of an accelerometer by its code (N), but in {unit} in the StationXML; correct its units"
         )
-    direction, coded = known_direction_or_that_of_channel_code(
+    direction, coded = direction_with_channel_code_fallback(
         code, epoch.direction, f"{channel}: the StationXML states no azimuth and dip"
     )
     # The code does not replace a direction that the StationXML calls unknown.
@@ -130,7 +130,7 @@ def _component_of_trace(
         unit=declared_properties.unit
         if declared_properties.unit and UNITS.get(declared_properties.unit) == scale
         else "",
-        extra={"removed": removed, "network": trace.stats.network} | epoch.trusted_contradictions_entry,
+        extra={"removed": removed, "network": trace.stats.network} | epoch.trusted_contradictions_metadata,
         notes=tuple(notes),
     )
 

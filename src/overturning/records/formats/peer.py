@@ -7,7 +7,7 @@ format. The header states no peak; the earthquake's date has no time.
 import re
 from typing import Any, Final
 
-from overturning.records.component import RecordComponent, known_direction_or_that_of_channel_code, parse_axis_direction
+from overturning.records.component import RecordComponent, direction_with_channel_code_fallback, parse_axis_direction
 from overturning.records.formats.header import Fields, Header
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
@@ -38,7 +38,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
         event, station = f"{', '.join(parts[:dated])} {parts[dated]}", parts[dated + 1 : -1]
     corners = header.field_pattern_match("corners")
     filtered = {"agency_processing": f"band-pass filter {corners[1]} to {corners[2]} Hz"} if corners else {}
-    direction, coded = known_direction_or_that_of_channel_code(
+    direction, coded = direction_with_channel_code_fallback(
         axis, parse_axis_direction(axis), f"{source_file.name}: its header states no azimuth"
     )
     more: Any = {"station": ", ".join(station), "event": event, "processed": True, "extra": filtered}

@@ -11,12 +11,12 @@ from overturning.records.component import (
     HeaderPeak,
     RecordComponent,
     channel_direction_mismatch_notes,
-    direction_of_azimuth_and_dip,
-    known_direction_or_that_of_channel_code,
+    direction_from_azimuth_and_dip,
+    direction_with_channel_code_fallback,
     surface_or_borehole_sensor,
 )
 from overturning.records.declared_properties import DeclaredFileProperties
-from overturning.records.formats.header import epicentre_entries
+from overturning.records.formats.header import epicentre_metadata
 from overturning.records.formats.miniseed import read_obspy_stream, stream_components_in_m_s2
 from overturning.records.formats.stationxml import inventory_has_channel_of_trace, read_stationxml_inventory
 from overturning.records.source import SourceFile
@@ -62,7 +62,7 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
 def _component_of_trace(
     trace: Any, source_file: SourceFile, unit: str, declared_properties: DeclaredFileProperties
 ) -> RecordComponent:
-    """Convert a SAC trace in a declared unit to a component, m/s²; a RecordError if it is not acceleration."""
+    """Convert a SAC trace, whose unit is given, to a record component, m/s²; a RecordError if it is no acceleration."""
     header, scale = trace.stats.sac, UNITS[unit]
 
     def header_number(header_key: str) -> float | None:
@@ -80,16 +80,16 @@ def _component_of_trace(
     dated, moment, late = header_number("nzyear") is not None, trace.stats.starttime, header_number("o")
     after = None if late is None or not dated else late - (header_number("b") or 0.0)
     origin = (moment + after).datetime.replace(tzinfo=UTC) if after is not None and abs(after) < 1e6 else None
-    epicentre = epicentre_entries(header_number("evla"), header_number("evlo"))
+    epicentre = epicentre_metadata(header_number("evla"), header_number("evlo"))
     # SAC's CMPINC is counted from upwards: 0 up, 90 horizontal, 180 down.
     azimuth, inclination = header_number("cmpaz"), header_number("cmpinc")
     channel = f"{source_file.name}: channel {trace.id}"
     dip = None if inclination is None else inclination - 90.0
-    direction, notes = direction_of_azimuth_and_dip(trace.stats.channel, azimuth, dip, channel)
+    direction, notes = direction_from_azimuth_and_dip(trace.stats.channel, azimuth, dip, channel)
     notes += channel_direction_mismatch_notes(trace.stats.channel, direction, "its header")
     if azimuth is None or inclination is None:
         why = f"{source_file.name}: its header states no direction (CMPAZ, CMPINC)"
-        direction, coded = known_direction_or_that_of_channel_code(trace.stats.channel, direction, why)
+        direction, coded = direction_with_channel_code_fallback(trace.stats.channel, direction, why)
         notes += coded
     if (factor := header_number("scale")) not in (None, 0.0, 1.0):
         notes += (
@@ -106,7 +106,7 @@ def _component_of_trace(
         event=str(header.get("kevnm", "")).strip(),
         origin=origin,
         coordinates=(header_number("stla"), header_number("stlo")),
-        peak=HeaderPeak.of_signed_value(extreme * scale, 2e-7) if extreme is not None else None,
+        peak=HeaderPeak.from_signed_acceleration(extreme * scale, 2e-7) if extreme is not None else None,
         sensor=surface_or_borehole_sensor(header_number("stdp")),
         location=trace.stats.location,
         processed=bool(declared_properties.processed),

@@ -16,7 +16,7 @@ from overturning.records.component import (
     HeaderPeak,
     RecordComponent,
     axis_direction_from_name_or_code,
-    direction_of_azimuth_and_dip,
+    direction_from_azimuth_and_dip,
 )
 from overturning.records.formats.header import parse_time_as_utc
 from overturning.records.formats.lines import TextLines
@@ -40,8 +40,8 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     if kind not in KINDS:
         raise text.line_error(0, f"{kind!r}; only accelerograms are read (kinds 1 and 2): get that file")
     text.check_header_length(HEADER_LINES)
-    whole = text.read_fixed_integers(TEXT_LINES, width=10, per_line=8, count=48)
-    real = text.read_fixed_columns(17, width=15, per_line=5, count=50)
+    whole = text.read_fixed_width_integers(TEXT_LINES, width=10, per_line=8, count=48)
+    real = text.read_fixed_width_numbers(17, width=15, per_line=5, count=50)
     known = {index: float(value) for index, value in enumerate(real) if value != real[0]}
     if 1 not in known:
         why = f"no sampling rate: {real[1]:.2g} is the format's word for undefined, so samples are not evenly spaced"
@@ -64,7 +64,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             event=re.sub(r"^\s*\d+\s+\d+\s+\d+\s+\d*\s*", "", lines[3]).strip(),
             coordinates=(known.get(10), known.get(11)),
             # The header has seven digits, the data have five: they may differ by half a unit of the data's last digit.
-            peak=HeaderPeak.of_signed_value(extreme * GAL, 1e-4, line=23) if extreme is not None else None,
+            peak=HeaderPeak.from_signed_acceleration(extreme * GAL, 1e-4, line=23) if extreme is not None else None,
             location=_sensor_location(whole),
             processed=KINDS[kind],
             extra={"magnitude": known[5]} if 5 in known else {},
@@ -97,7 +97,7 @@ def _axis_name_direction_and_notes(
     # The integers count from upwards: 0 up, 90 horizontal, 180 down.
     from_up, azimuth = (None if number == NULL else float(number) for number in header_integers[12:14])
     dip = None if from_up is None else from_up - 90.0
-    coded, notes = direction_of_azimuth_and_dip("", azimuth, dip, f"{lines.source.name}: axis {axis}")
+    coded, notes = direction_from_azimuth_and_dip("", azimuth, dip, f"{lines.source.name}: axis {axis}")
     return axis, axis_direction_from_name_or_code(axis, coded, partial(lines.line_error, 5)), notes
 
 
@@ -112,7 +112,7 @@ def _sensor_location(header_integers: np.ndarray) -> str:
 def _flagged_problem_and_longitude_notes(
     file_name: str, header_integers: np.ndarray, header_reals: dict[int, float]
 ) -> list[str]:
-    """Return notes on a problem that the header flags, and on a longitude that may be counted to the west."""
+    """Return notes on a problem that the header flags, and on a longitude that may be positive to the west."""
     flagged = (
         [f"{file_name}: its header flags a problem with the record; read its comments"]
         if header_integers[17] == 1

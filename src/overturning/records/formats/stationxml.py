@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.errors import RecordError
-from overturning.records.component import UNKNOWN, Direction, direction_of_azimuth_and_dip
+from overturning.records.component import UNKNOWN, Direction, direction_from_azimuth_and_dip
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.source import SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY
@@ -92,8 +92,8 @@ class ChannelEpoch:
     trusted: tuple[str, ...]  # contradictions that --trust-data goes on over
 
     @property
-    def trusted_contradictions_entry(self) -> dict[str, tuple[str, ...]]:
-        """Return contradictions that the user accepts as an entry of a component's ``extra``; {} if there are none."""
+    def trusted_contradictions_metadata(self) -> dict[str, tuple[str, ...]]:
+        """Return contradictions in the StationXML that the user accepts, as metadata of a component; {} if none."""
         return {"trusted": self.trusted} if self.trusted else {}
 
 
@@ -135,7 +135,7 @@ def _channel_at_trace_start(
     trace: Any, inventory: Any, channel_label: str, report_contradiction: Callable[[str, str], None]
 ) -> Any:
     """Return the StationXML channel valid at a trace's start; report a contradiction if it changes in the trace."""
-    fitting = _active_channels(trace, inventory, trace.stats.starttime)
+    fitting = _channels_active_at_time(trace, inventory, trace.stats.starttime)
     if not fitting:
         why = f"at {trace.stats.starttime} is not in the StationXML given"
         raise RecordError(f"{channel_label} {why}; get it with level=response for that channel and time")
@@ -148,7 +148,7 @@ def _channel_at_trace_start(
             f"has {len(fitting)} epochs in the StationXML that fit {trace.stats.starttime} and differ: {listed}",
             "end the one that was over, in the StationXML",
         )
-    later = _active_channels(trace, inventory, trace.stats.endtime)
+    later = _channels_active_at_time(trace, inventory, trace.stats.endtime)
     if later and all(_channel_values_for_comparison(one) != _channel_values_for_comparison(channel) for one in later):
         report_contradiction(
             f"changes in the StationXML while it records: {_gain_and_direction_text(channel)}, "
@@ -221,7 +221,7 @@ def _stage_gain_and_difference(response: Any, gain: float) -> tuple[float, float
     if not stated.size or not stated.all():
         return np.nan, 0.0
     frequency = response.instrument_sensitivity.frequency
-    shifted = stated * [_gain_ratio(stage, frequency) for stage in stages]
+    shifted = stated * [_stage_gain_ratio(stage, frequency) for stage in stages]
     products = float(stated.prod()), float(shifted.prod())
     pairs = [(made, max(abs(made / gain - 1.0), abs(gain / made - 1.0))) for made in products]
     return min(pairs, key=lambda pair: pair[1])
@@ -231,8 +231,8 @@ _ANGULAR_PER_HERTZ: Final = {"LAPLACE (RADIANS/SECOND)": 2.0 * np.pi, "LAPLACE (
 """Imaginary part of the Laplace variable at 1 Hz, by type of transfer function."""
 
 
-def _gain_ratio(stage: Any, frequency: float | None) -> float:
-    """Return a stage's gain at a frequency, Hz, divided by its gain at the frequency for which the gain is stated.
+def _stage_gain_ratio(stage: Any, frequency: float | None) -> float:
+    """Return the gain of a response stage at a frequency, Hz, divided by its gain at the frequency that it states.
 
     The ratio is 1 for a stage without analogue poles and zeros, or where one of the two frequencies is not stated or
     has no gain.
@@ -269,7 +269,7 @@ def normalise_filter_coefficient_sums(response: Any, channel_label: str) -> tupl
     return normalised, tuple(notes)
 
 
-def _active_channels(trace: Any, inventory: Any, time: Any) -> list[Any]:
+def _channels_active_at_time(trace: Any, inventory: Any, time: Any) -> list[Any]:
     """Return the StationXML channels of a trace that were active at a time, ordered by their start."""
     codes = trace.stats
     found = [
@@ -285,7 +285,7 @@ def _active_channels(trace: Any, inventory: Any, time: Any) -> list[Any]:
 
 
 def _channel_values_for_comparison(channel: Any) -> tuple[Any, ...]:
-    """Return a channel's properties that affect a record, for comparison with another epoch of the channel."""
+    """Return a channel's properties that affect a record, to test whether two epochs of the channel differ."""
     response = channel.response
     sensitivity = getattr(response, "instrument_sensitivity", None)
     stages = [
@@ -308,7 +308,7 @@ def _channel_direction(channel: Any, channel_label: str) -> tuple[Direction, str
 
     A RecordError names a channel that is neither horizontal nor vertical.
     """
-    direction, notes = direction_of_azimuth_and_dip(channel.code, channel.azimuth, channel.dip, channel_label)
+    direction, notes = direction_from_azimuth_and_dip(channel.code, channel.azimuth, channel.dip, channel_label)
     if direction[1]:
         return direction, "", notes
     texts = [channel.description, *(comment.value for comment in channel.comments)]

@@ -137,7 +137,7 @@ NO_ACCELERATION: Final = "it holds no acceleration"
 
 
 def holds_no_acceleration(source_file: SourceFile) -> bool:
-    """Return True if a file begins like a file of velocities, displacements, spectra or PEER search results."""
+    """Return True if a file seems to hold velocities, displacements, spectra or search results, not acceleration."""
     if source_file.name.lower() == "_searchresults.csv":
         return True
     return bool(_NO_ACCELERATION.match(re.sub(rb"\r+\n", b"\n", source_file.first_bytes)))
@@ -178,7 +178,7 @@ FORMATS: Final = (
 
 
 def find_format_by_name(format_name: str) -> RecordFileFormat | None:
-    """Return the file format with a given name; None for "auto"; raise an ArgumentError if there is none."""
+    """Return the record file format with a given name; None for "auto"; an ArgumentError for an unknown name."""
     found = next((form for form in FORMATS if form.name == format_name), None)
     if format_name != "auto" and found is None:
         known = ", ".join(["auto", "fema-p695", "synthetic", *(form.name for form in FORMATS)])

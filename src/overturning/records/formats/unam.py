@@ -110,7 +110,7 @@ def _station_coordinates(header: Header) -> tuple[float, float]:
 
 
 def _origin_and_start_times(header: Header) -> tuple[datetime, datetime]:
-    """Return the UTC times of origin and first sample; the first sample's day is that nearest to the origin."""
+    """Return the UTC times of origin and first sample; the file does not state the day of the first sample."""
     day = header.field_text("FECHA DEL SISMO")
     origin, start = (
         header.field_utc_time(

@@ -18,7 +18,7 @@ from overturning.records.component import (
     CODED_SENSES,
     RecordComponent,
     axis_direction_from_name_or_code,
-    direction_of_azimuth_code,
+    direction_from_azimuth_code,
 )
 from overturning.records.formats.header import PLACE, Fields, Header, parse_time_as_utc
 from overturning.records.formats.lines import FLOAT, TextLines, reads_consecutive_components
@@ -53,18 +53,18 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     header, text = Header.find_fields(channel_lines, FIELDS, TEXT_LINES, min_lines=TEXT_LINES + 14), channel_lines.lines
     # The narrow variant has its reals two lines earlier and four pairs per line.
     narrow = "." in text[TEXT_LINES + 5]
-    whole = channel_lines.read_fixed_integers(
+    whole = channel_lines.read_fixed_width_integers(
         TEXT_LINES, width=4 if narrow else 5, per_line=20 if narrow else 16, count=100
     )
     reals_at = TEXT_LINES + (5 if narrow else 7)
-    real = channel_lines.read_fixed_columns(reals_at, width=10, per_line=8, count=50)
+    real = channel_lines.read_fixed_width_numbers(reals_at, width=10, per_line=8, count=50)
     if abs(real[4] - 0.1) > 1e-6:
         raise channel_lines.line_error(reals_at, f"a unit of {real[4]:g} g, but the text says g/10; get the file again")
     code, count = int(whole[26]), int(whole[27])
     header.check_sample_count("NO. OF POINTS", count)
     per_line, first = (8 if narrow else 10), reals_at + 7
     pairs = replace(channel_lines, lines=[line[1:] for line in text])
-    values = pairs.read_fixed_columns(first, width=7, per_line=per_line, count=2 * count)
+    values = pairs.read_fixed_width_numbers(first, width=7, per_line=per_line, count=2 * count)
     end, notes = channel_lines.skip_surplus_lines(first + -(-2 * count // per_line), count)
     time, samples = values[0::2], values[1::2] * 0.1 * STANDARD_GRAVITY
     if abs(time[-1] - header.field_number("DURATION")) > 0.011:
@@ -76,7 +76,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
         header.field_text("COMP"),
         axis_direction_from_name_or_code(
             header.field_text("COMP"),
-            CODED_SENSES.get(code, direction_of_azimuth_code(code)),
+            CODED_SENSES.get(code, direction_from_azimuth_code(code)),
             partial(header.line_error, "COMP"),
         ),
         samples,

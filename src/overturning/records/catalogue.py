@@ -121,7 +121,7 @@ PLACES: Final = ("coordinates_source", "fault_trace", "fault_trace_source")
 """Entries of a record's ``extra`` that the cube stores; see `RecordDescription.coordinate_source_and_fault_trace`."""
 
 LABELS: Final = tuple(name for name in RecordDescription.model_fields if name not in ("id", "source"))
-"""Columns that do not change the samples of a record: after a change of these no new sweep is needed."""
+"""Columns that do not affect the samples of a record: if one of them changes, no simulation is repeated."""
 
 
 class RecordTableRow(FilePropertyColumns, RecordDescription, frozen=True):

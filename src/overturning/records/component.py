@@ -120,10 +120,10 @@ def direction_with_channel_code_fallback(
 
 
 MAX_INCLINATION_DEG: Final = 5.0
-"""Largest angle between an axis and the horizontal or the vertical at which it is read as such, degrees."""
+"""Largest angle between the horizontal (or vertical) and an axis that is read as horizontal (vertical), degrees."""
 
 MAX_SILENT_INCLINATION_DEG: Final = 1.0
-"""Largest such angle without a note, degrees."""
+"""Largest angle between an axis and the horizontal or the vertical that needs no note, degrees."""
 
 
 def direction_from_azimuth_and_dip(

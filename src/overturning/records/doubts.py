@@ -28,7 +28,7 @@ DOUBT_KINDS: Final = {
     "a dead vertical axis": DEAD_VERTICAL,
     "a doubtful sampling interval": DOUBTFUL_INTERVAL,
 }
-"""Phrase in the notes of `sample_quality_notes` by which the kind of a doubt is recognised, by its name."""
+"""Phrase by which each kind of data problem is recognised in the notes of `sample_quality_notes`, by name."""
 
 
 def data_problem_kinds_in_notes(notes: Iterable[str]) -> list[str]:

@@ -11,13 +11,13 @@ from overturning.errors import ConfigError
 from overturning.records.record import Record
 
 HALF_WINDOW: Final = 500
-"""Number of samples of a fingerprint before and after its peak."""
+"""Number of samples before and after the peak in a fingerprint (resampled acceleration) of a record."""
 
 INTERVAL: Final = 0.01
 """Time between the samples of a fingerprint, s."""
 
 SMOOTHING: Final = 11
-"""Number of samples in the moving average; it removes differences of rate and digits between formats."""
+"""Number of samples in the moving average, which removes differences of rate and digits between file formats."""
 
 MAX_SIZE_DIFFERENCE: Final = 0.03
 """Largest relative difference in size (root of the energy) of two motions that are compared."""

@@ -22,10 +22,10 @@ MAX_GAIN_DIFFERENCE: Final = 0.05
 """Largest relative difference of a channel's gain from the product of its stages; evalresp warns from there on."""
 
 MAX_VELOCITY_GAIN_DIFFERENCE: Final = 1.0
-"""Largest such difference for a velocity sensor, whose stages may state their gains at different frequencies."""
+"""Like `MAX_GAIN_DIFFERENCE`, for a velocity sensor, whose stages may state their gains at different frequencies."""
 
 MAX_SILENT_GAIN_DIFFERENCE: Final = 0.005
-"""Largest such difference without a note; a peak may differ as much from the peak that a header states."""
+"""Largest difference of a gain from its stages without a note; header peaks may differ as much from the samples."""
 
 MAX_RATE_DIFFERENCE: Final = 0.01
 """Largest relative difference between the sampling rates of a trace and of its channel."""

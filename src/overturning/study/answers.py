@@ -17,7 +17,7 @@ CaseOutcomes = NDArray[np.void]
 
 
 def empty_outcome_array(case_count: int, element_count: int) -> CaseOutcomes:
-    """Return an array for the outcomes of cases (flag and fall azimuth per element, block steps), not yet filled."""
+    """Create an empty array for outcomes of cases: fall flag and azimuth per scene element, and time steps."""
     answers = np.zeros(
         case_count,
         [("overturned", np.int8, (element_count,)), ("azimuth", "f4", (element_count,)), ("block_steps", np.int64)],
@@ -44,10 +44,10 @@ class OutcomeDifferenceCounts(BaseModel):
 def count_outcome_differences(
     first_flags: NDArray[np.int8], second_flags: NDArray[np.int8], fall_azimuths_differ: NDArray[np.bool_] | None = None
 ) -> OutcomeDifferenceCounts:
-    """Count the cases in which two arrays of flags differ: 1 or −1 (fallen), 0 (stands), −128 (no outcome).
+    """Count the cases in which two arrays of fall flags differ: 1 or −1 (fallen), 0 (stands), −128 (no outcome).
 
-    `fall_azimuths_differ` is True for 3-D cases whose two falls have different directions; in planar models the flags
-    show it.
+    `fall_azimuths_differ` is True for 3-D cases that fall twice but in different directions; in 2-D models the sign of
+    the flag shows the direction.
     """
     known = (first_flags != INT8_MISSING) & (second_flags != INT8_MISSING)
     fell, fell_too = first_flags != 0, second_flags != 0
@@ -76,6 +76,6 @@ def fall_azimuths_differ(
 
 
 def outcomes_differ(first_outcomes: CaseOutcomes, second_outcomes: CaseOutcomes) -> NDArray[np.bool_]:
-    """Return a mask, shape (n,): True for cases in which the outcome of any element differs."""
+    """True for cases in which two computations differ in the fall of any scene element, shape (cases,)."""
     flags_differ = first_outcomes["overturned"] != second_outcomes["overturned"]
     return np.asarray((flags_differ | fall_azimuths_differ(first_outcomes, second_outcomes)).any(axis=1))

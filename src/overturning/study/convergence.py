@@ -18,13 +18,13 @@ MIN_AZIMUTH_SHIFT_DEG: Final = 30.0
 """Smallest change of azimuth of a fall that counts as moved, degrees."""
 
 WARN_ABOVE: Final = 0.01
-"""Share of changed flags above which the report warns; cells with a divided ensemble are not counted."""
+"""Share of changed fall flags above which the report warns; cases whose ensemble members disagree do not count."""
 
 
 class OutcomeChangesOfElement(OutcomeDifferenceCounts):
-    """Numbers of cases in which a second computation changes the outcome of one element; "" is a single block."""
+    """Numbers of cases in which a second, more exact computation changes whether or how one scene element falls."""
 
-    element: str
+    element: str  # name of the element; "" for a single block
     undivided: int  # cases with an outcome in both whose ensemble is not divided
     flags_undivided: int  # of these, fall in one computation and stand in the other
     sides_undivided: int  # of these, that fall to the other side
@@ -34,13 +34,13 @@ class OutcomeChangesOfElement(OutcomeDifferenceCounts):
 
 
 class RigidComparison(OutcomeChangesOfElement):
-    """Numbers of cases in which the study's outcome differs from that of the exact rigid block."""
+    """Numbers of cases in which the outcome of the study differs from the solution for an exactly rigid block."""
 
     cells: int  # number of cells of the study with blocks that cannot slide
 
 
 class RerunResult(BaseModel):
-    """Result of computing cases again in one way: changed outcomes by element, or why that was not possible."""
+    """Result of computing cases again, with finer steps or stiffer springs: changed outcomes, or why it failed."""
 
     block_steps: int
     outcomes: list[OutcomeChangesOfElement]
@@ -48,7 +48,7 @@ class RerunResult(BaseModel):
 
 
 class ChangesWithFinerSteps(BaseModel):
-    """Numbers of cases whose outcome changes with finer time steps: in all, checked again, confirmed, chaotic."""
+    """Numbers of cases whose outcome changes with finer time steps, and of those confirmed or found chaotic."""
 
     changed: int
     looked_at: int
@@ -66,7 +66,7 @@ class RecordChanges(BaseModel):
 
 
 class FallChangesWithAmplitude(BaseModel):
-    """Numbers of 3-D falls that change if the motion's amplitude is changed by a share of up to `AMPLITUDE_REACH`."""
+    """Numbers of 3-D falls that change if the motion is weaker or stronger by a share of up to `AMPLITUDE_REACH`."""
 
     falls: int  # falls of the study that were run again
     moved: int  # of these, azimuth moves by `MIN_AZIMUTH_SHIFT_DEG` or more under one of the motions

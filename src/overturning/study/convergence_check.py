@@ -108,7 +108,7 @@ def check_convergence(
 
 
 class _CaseReruns:
-    """Random sample of a study's cases that is computed again in several ways, with the outcomes of each way."""
+    """Random sample of a study's cases, computed again with finer steps, stiffer springs etc., with all outcomes."""
 
     def __init__(
         self, study: Study, records: Sequence[Record], sample: CellSample, threads: int, progress: Progress | None
@@ -124,7 +124,7 @@ class _CaseReruns:
         self.refused: dict[str, str] = {}
 
     def rerun_affordable_cases(self, rerun_kind: str, step_factor: float, allowed_steps: int) -> bool:
-        """Compute as many cases of the sample again as `allowed_steps` permit; False if they cannot be computed."""
+        """Rerun as many cases as a limit on time steps (`allowed_steps`) permits; False if they cannot be computed."""
         most = len(self.sample.record)
         size = min(PILOT_CASES, most, max(self.sample.computed // 12, 1))
         while size > 0:
@@ -169,14 +169,14 @@ class _CaseReruns:
         return answers
 
     def count_changed_outcomes(self, rerun_kind: str, case_count: int) -> RerunResult:
-        """Count the changed outcomes among the first `case_count` cases, for one kind of second computation."""
+        """Count the outcomes that one kind of rerun (such as finer steps) changes in the first `case_count` cases."""
         if rerun_kind in self.refused:
             return RerunResult(block_steps=0, outcomes=[], refused=self.refused[rerun_kind])
         outcomes = self._count_changes_by_element(self.answers[rerun_kind][:case_count])
         return RerunResult(block_steps=int(self.answers[rerun_kind]["block_steps"].sum()), outcomes=outcomes)
 
     def _count_changes_by_element(self, rerun_outcomes: CaseOutcomes) -> list[OutcomeChangesOfElement]:
-        """Count, for each element, the cases whose outcome differs between the study and a second computation."""
+        """Count, for each scene element, the cases whose outcome differs between the study and a second computation."""
         count, outcomes = len(rerun_outcomes), []
         own = self.sample.answers[:count]
         away = fall_azimuths_differ(own, rerun_outcomes)
@@ -212,13 +212,13 @@ class _CaseReruns:
         return found
 
     def _known_and_changed_with_finer_steps(self, case_count: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Return masks of the first cases: outcome known with normal and finer time steps, and outcome changed."""
+        """Return masks of the first cases: known outcome with both normal and finer time steps, and changed outcome."""
         own, finer = self.sample.answers[:case_count], self.answers["finer"][:case_count]
         known = ((finer["overturned"] != INT8_MISSING) & (own["overturned"] != INT8_MISSING)).all(axis=1)
         return known, known & outcomes_differ(finer, own)
 
     def confirm_changed_outcomes(self, case_count: int, allowed_steps: int) -> ChangesWithFinerSteps:
-        """Compute the cases changed by finer steps again: with the finest steps, and with a perturbed motion."""
+        """Test outcomes changed by finer time steps: rerun them with the finest steps, and with a perturbed motion."""
         finer = self.answers["finer"][:case_count]
         changed = np.flatnonzero(self._known_and_changed_with_finer_steps(case_count)[1])
         # Cost: steps half as long (2), and the finer steps once more (1).
@@ -237,7 +237,7 @@ class _CaseReruns:
         )
 
     def rerun_with_changed_amplitude(self, case_count: int, allowed_steps: int) -> FallChangesWithAmplitude | None:
-        """Simulate 3-D falls among the first cases again with weaker and stronger motion; return None in 2-D."""
+        """Simulate 3-D falls again with slightly weaker and stronger motion; count changed ones; None in 2-D."""
         own, finer = self.sample.answers[:case_count], self.answers["finer"][:case_count]
         if self.one_component:
             return None
@@ -263,7 +263,7 @@ class _CaseReruns:
 
 
 def simulate_rigid_block(motion: Motion, cases: Cases) -> Any:
-    """Simulate cases as exact rigid blocks; no outcome if the ground accelerates downwards by g or more."""
+    """Simulate cases as exactly rigid blocks; no outcome if the ground accelerates downwards by g or more."""
     from overturning.dem.block.rigid import rocking  # imported lazily: imports Numba
 
     found, lowest = rocking(motion, cases), 0.0 if motion.up is None else float(motion.up.min())
@@ -274,7 +274,8 @@ def simulate_rigid_block(motion: Motion, cases: Cases) -> Any:
 def case_rerun_functions(study: Study) -> dict[str, Callable[[Motion, Cases], CaseResults]]:
     """Return functions that compute cases again: unchanged, with finer or finest time steps, or stiffer springs.
 
-    A step given in seconds shrinks with the period of the stiffer contact; an automatic one follows the stable one.
+    With stiffer springs, a time step given in seconds is shortened like the period of the contact; an automatic time
+    step follows the stable step.
     """
     numerics, model = numerical_options_of_study(study), variant_model(study)
     step = numerics.time_step

@@ -85,14 +85,14 @@ def write_ro_crate(study: Study, results_folder: Path, produced_files: Sequence[
     study : Study
         The study, as it was run.
     results_folder : Path
-        The folder.
+        Folder with the results of the study.
     produced_files : sequence of Path
         Files and folders of results to describe, the cube among them, all in that folder.
 
     Raises
     ------
     ResultError
-        If one of them is missing, or the cube cannot be read.
+        If a produced file is missing, or the cube cannot be read.
     """
     import yaml
     from rocrate.rocrate import ROCrate
@@ -163,7 +163,7 @@ def _citation_metadata_of_program() -> dict[str, Any]:
 
 
 def _list_or_single_value(listed_values: Iterable[Any]) -> Any:
-    """Return values as a list, or a single value without a list, as the RO-Crate profile requires."""
+    """Return values as a list, or the only value without a list, as RO-Crate metadata require."""
     listed = list(listed_values)
     return listed[0] if len(listed) == 1 else listed
 

@@ -34,7 +34,7 @@ _COORDINATES: Final = ("record_id", "station", "event", "fault_normal")
 
 
 def _first_missing_variable(cube: "xr.Dataset") -> str:
-    """Return "no NAME" for the first variable that a results cube lacks or has in a wrong shape; else ""."""
+    """Return "no NAME" for the first variable that a results file lacks or has in a wrong shape; else ""."""
     flags = cube["overturned"]
     grid = set(flags.dims)
     model = model_of_cube(cube)
@@ -61,7 +61,7 @@ def open_cube(
 ) -> "xr.Dataset":
     """Open a results cube, the NetCDF file with the outcomes of all cases of a study, as an xarray dataset.
 
-    The record of an id is ``cube.sel(record="rinaldi")``.
+    Select a record by its id: ``cube.sel(record="rinaldi")``.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def open_cube(
     ResultError
         If there is no cube at this path, or the cube has no such element or factor.
     ArgumentError
-        If the path is none, the factor no number, or `chunks` an unknown word.
+        If the path, the factor or `chunks` is invalid.
     """
     import xarray as xr
 
@@ -129,7 +129,7 @@ def open_cube(
 def open_cube_by_record(
     cube_path: Path, element: str | None = "reference", amplitude: float | None = 1.0
 ) -> "xr.Dataset":
-    """Open a results cube for processing by record: a small one in memory, a large one read record by record."""
+    """Open a results cube for processing by record: a small cube in memory, a large one read one record at a time."""
     cube = open_cube(cube_path, None, element, amplitude)
     if sum(values.size for values in cube.data_vars.values()) <= IN_MEMORY:
         return cube.load()
@@ -139,7 +139,7 @@ def open_cube_by_record(
 
 @contextmanager
 def _small_chunk_cache(chunks_read_once: bool) -> Iterator[None]:
-    """Context manager that limits the memory for HDF5 chunks, if each chunk is read only once."""
+    """Context manager that reduces the HDF5 chunk cache if each chunk of a file is read only once, to save memory."""
     import netCDF4
 
     before = netCDF4.get_chunk_cache()
@@ -231,12 +231,12 @@ def index_of_record(cube: "xr.Dataset", record_id: str | None) -> int:
 
 
 def parse_json_attribute(cube: "xr.Dataset", attribute_name: str, expected_type: type) -> Any:
-    """Return the content of a JSON attribute of a results cube; a ResultError if missing or of another type."""
+    """Parse a JSON attribute of a results cube; a ResultError if it is missing, damaged or of another type."""
     return _parse_json(cube.attrs.get(attribute_name), attribute_name, expected_type)
 
 
 def _parse_json(text: Any, attribute_name: str, expected_type: type) -> Any:
-    """Return the content of the text of a JSON attribute; a ResultError if there is none, or of another type."""
+    """Parse the JSON text of a cube's attribute; a ResultError if it is missing, damaged or of another type."""
     try:
         found = json.loads(text)
         if not isinstance(found, expected_type):
@@ -256,15 +256,15 @@ def study_of_cube(cube: "xr.Dataset") -> Study:
 
 @lru_cache(maxsize=16)
 def _study_from_json(text: str) -> Study:
-    """Return the study of a cube's attribute; a figure needs it several times, and its validation takes 10 ms."""
+    """Parse and validate the study in a cube's JSON attribute; cached, since figures need it several times."""
     return study_from_content(_parse_json(text, "study", dict), "study in the cube")
 
 
 def study_for_presentation(cube: "xr.Dataset", study: Study | None = None) -> Study | None:
     """Return the study whose title, question and figure settings apply to a results cube; None without a study.
 
-    It is the given study, otherwise that of the configuration next to the cube if it has the same name, otherwise that
-    in the cube, which has no title and no question.
+    This is the given study, otherwise the study file next to the cube if it has the same name, otherwise the study
+    stored in the cube, which has no title and no question.
     """
     if study is not None:
         return study
@@ -328,7 +328,7 @@ def element_name_of_cube(cube: "xr.Dataset") -> str:
 
 
 def motion_folder_of_cube(cube_path: Path, study: Study, variant: str) -> Path:
-    """Return the folder of the input motions of a results cube; variants with soil layers have their own folder."""
+    """Return the folder of the input motions of a results cube; motions on top of soil layers have their own folder."""
     return cube_path.parent / "motion" / (variant if variant_settings(study, variant).site else "")
 
 

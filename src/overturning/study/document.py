@@ -30,7 +30,7 @@ def study_yaml_schema_text() -> str:
 
 
 def _resolve_schema_reference(schema: dict[str, Any], entry: dict[str, Any]) -> dict[str, Any]:
-    """Return an entry of a JSON schema, with its reference replaced by the definition that is referred to."""
+    """Return an entry of a JSON schema, with its reference (``$ref``) replaced by the definition it refers to."""
     optional = entry.get("anyOf", ())
     forms = optional if len(optional) == 2 and optional[1] == {"type": "null"} else entry.get("oneOf", ())
     for form in (entry, *forms):  # text, settings or null: use the keys of the settings
@@ -43,7 +43,7 @@ def _resolve_schema_reference(schema: dict[str, Any], entry: dict[str, Any]) -> 
 def _key_table_rows(
     schema: dict[str, Any], section_schema: dict[str, Any], key_prefix: str
 ) -> list[tuple[str, dict[str, Any], bool]]:
-    """Return, for each key in a part of a JSON schema: the key, its schema entry, and True if it is required."""
+    """Return, for each key of a study section: the key, its entry in the JSON schema, and True if it is required."""
     entries = []
     said = section_schema.get("default") or {}  # of settings within settings, whose own keys may be needed
     for name, raw in section_schema.get("properties", {}).items():
@@ -111,7 +111,7 @@ friction: [0.58, 1.0]
 def study_template(
     name: str, records: Sequence[str], title: str = "", step: float = 15.0, statistic: str = "share"
 ) -> str:
-    """Return the text of a new, unchecked study file with given records and primary statistic."""
+    """Return the text of a new study file with the given records and primary statistic; the text is not validated."""
     quoted = json.dumps(title or name, ensure_ascii=False)
     return _TEXT.format(name=name, title=quoted, records=", ".join(records), step=step, statistic=statistic)
 
@@ -121,5 +121,5 @@ _OF_REPOSITORY: Final = re.compile(r"<!-- repository -->\n.*?<!-- end of reposit
 
 
 def project_readme(config_readme_text: str) -> str:
-    """Return config/README.md for a new project, without references to docs/ and to studies that it lacks."""
+    """Adapt the text of config/README.md to a new project, which lacks the folder docs/ and the example studies."""
     return _LINK.sub(r"\1", _OF_REPOSITORY.sub("", config_readme_text))

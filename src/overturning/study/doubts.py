@@ -66,7 +66,7 @@ def implausible_setting_warnings(study: Study) -> Iterator[str]:
 
 
 def _compared_variant_warnings(study: Study) -> Iterator[str]:
-    """Yield a warning if the variant that the primary statistic compares differs from the study in several settings."""
+    """Yield a warning if the variant that is compared with the study differs from it in more than one setting."""
     if (variant := study.primary.against) is None:
         return
     settings = names_of_differing_settings(study, NOMINAL, variant)
@@ -79,7 +79,7 @@ def _compared_variant_warnings(study: Study) -> Iterator[str]:
 
 
 def _repeated_variant_warnings(study: Study) -> Iterator[str]:
-    """Yield a warning for each variant with the settings of the study or of a variant before it."""
+    """Yield a warning for each variant of a study whose settings equal those of the study or of an earlier variant."""
     names = [NOMINAL, *study.variants]
     for place, name in enumerate(names[1:], 1):
         for earlier in names[:place]:
@@ -91,7 +91,7 @@ def _repeated_variant_warnings(study: Study) -> Iterator[str]:
 
 
 def _too_few_azimuths_warnings(study: Study) -> Iterator[str]:
-    """Yield a warning if the planes of a 2-D study are so few that they impose the axis of the falls."""
+    """Yield a warning if a 2-D study has so few azimuths that they, not the motion, determine the axis of the falls."""
     azimuths = study.azimuths_or_orientations_deg
     if study.orientation is None and plane_choice_imposes_fall_axis(azimuths):
         planes = sorted({azimuth % PLANE_PERIOD for azimuth in azimuths})
@@ -103,9 +103,9 @@ def _too_few_azimuths_warnings(study: Study) -> Iterator[str]:
 
 
 def skipped_range_end_warnings(study_content: Mapping[str, Any]) -> Iterator[str]:
-    """Yield a warning for each range of values in a study file whose steps do not lead to its stop.
+    """Yield a warning for each range (start, stop, step) in a study file whose steps do not end exactly at its stop.
 
-    `study_content` are the keys and values of a valid study file.
+    `study_content` holds the keys and values of a valid study file.
     """
     for key in ("height", "b_over_h", "friction", "amplitude"):
         value = study_content.get(key)
@@ -171,7 +171,7 @@ def _density_warnings(key: str, density: float) -> Iterator[str]:
 
 
 def _soil_layer_warnings(key: str, site: SoilSite) -> Iterator[str]:
-    """Yield a warning for each implausible wave velocity or density of soil and rock."""
+    """Yield a warning for each implausible shear-wave velocity or density of soil layers and the rock below them."""
     below: list[tuple[str, SoilLayer | RockHalfSpace]] = [
         (f"layers.{number}", one) for number, one in enumerate(site.layers)
     ]
@@ -193,7 +193,7 @@ def _scene_material_warnings(key: str, scene: Scene) -> Iterator[str]:
 
 
 def _self_moving_scene_warnings(key: str, scene: Scene, study: Study) -> Iterator[str]:
-    """Yield a warning for the first B/H of a study at which elements of a 2-D scene fall or slide by themselves."""
+    """Yield a warning for the first B/H of a study at which a 2-D scene falls or slides without ground motion."""
     for b_over_h in study.b_over_h:
         reason = reason_scene_moves_by_itself(scene, None, b_over_h, min(study.friction))
         if reason:
@@ -202,7 +202,7 @@ def _self_moving_scene_warnings(key: str, scene: Scene, study: Study) -> Iterato
 
 
 def _overhang_warnings(key: str, scene: Scene, study: Study) -> Iterator[str]:
-    """Yield a warning for the first B/H of a study at which stones of a 3-D stack overhang and meet a lower face."""
+    """Yield a warning for the first B/H at which overhanging stones of a 3-D stack could touch a face not modelled."""
     for b_over_h in study.b_over_h:
         if touches := unsimulated_overhang_contact_warnings(stack_stones(scene, None, b_over_h)):
             yield (
@@ -215,7 +215,8 @@ def _overhang_warnings(key: str, scene: Scene, study: Study) -> Iterator[str]:
 def _population_range_warnings(study: Study, population: StonePopulation) -> Iterator[str]:
     """Yield a warning if many stones of a population lie outside the heights, B/H or frictions that are simulated.
 
-    Such stones take the nearest value. Sizes are uniformly distributed, so quantiles represent the stones.
+    The outcome of such a stone is that of the nearest simulated value. Sizes are uniformly distributed, so 50 quantiles
+    represent the stones.
     """
     quantile = (np.arange(50) + 0.5) / 50
 

@@ -33,7 +33,7 @@ Z_95: Final = NormalDist().inv_cdf(0.975)
 """Two-sided 95 % point of the normal distribution."""
 
 SCRAMBLES: Final = 2
-"""Number of independent scrambles; the difference of their means shows the sampling error of the probability."""
+"""Number of scrambled Sobol sequences; the difference of their means shows the error of the fall probability."""
 
 BOUNDARY_REACH: Final = 2
 """Number of cells on either side of a change of outcome along B/H that are run with `where: boundary`."""
@@ -42,7 +42,7 @@ MIN_AZIMUTH_CHANGE_DEG: Final = 30.0
 """Smallest angle between the falls of neighbouring 3-D cells that counts as a change of outcome, degrees."""
 
 BATCH: Final = 8
-"""Number of members in a batch, half from each scramble; convergence of a cell is tested after each batch."""
+"""Number of runs in a batch, half from each Sobol sequence; convergence of a case is tested after each batch."""
 
 MAX_MOTION_SAMPLES = 20_000_000
 """Largest number of samples of rotated motions in memory (160 MB)."""
@@ -63,7 +63,7 @@ class EnsembleMembers:
     Attributes
     ----------
     scramble : ndarray of int, shape (n,)
-        Scramble of the member, 0 or 1.
+        Number of the scrambled Sobol sequence from which the run is drawn, 0 or 1.
     amplitude, b_over_h, friction, damping : ndarray, shape (n,)
         Factors on the nominal values.
     azimuth_deg : ndarray, shape (n,)
@@ -73,7 +73,7 @@ class EnsembleMembers:
     orientation_deg : ndarray, shape (n,)
         Rotation of the body on the ground, added to its orientation, degrees clockwise.
     relief : ndarray, shape (n,)
-        Relief under the base of a scanned stone, m; NaN: that of the body.
+        Height above the lowest point up to which points of a scanned stone's base bear, m; NaN: as for the body.
     """
 
     scramble: NDArray[np.int64]
@@ -88,17 +88,17 @@ class EnsembleMembers:
 
     @property
     def varies_relief(self) -> bool:
-        """True if the relief under the base differs between members."""
+        """True if the runs differ in relief, the height up to which points of a scanned stone's base bear."""
         return bool(np.isfinite(self.relief).all() and self.relief.size)
 
     @property
     def has_high_relief(self) -> NDArray[np.bool_]:
-        """True for members whose relief lies in the upper half of its distribution, shape (n,)."""
+        """True for runs whose relief (height up to which base points bear) is above the median, shape (n,)."""
         return np.asarray(self.relief > np.median(self.relief))
 
     @property
     def stored_columns(self) -> tuple[str, ...]:
-        """Names of the columns of the members' file: without those that do not vary."""
+        """Names of the parameter changes that are stored in a CSV file: those that vary between the runs."""
         varies = {"relief": self.varies_relief, "orientation_deg": bool(self.orientation_deg.any())}
         return tuple(name for name in COLUMNS if varies.get(name, True))
 
@@ -108,11 +108,11 @@ class EnsembleMembers:
         return int(self.scramble.size)
 
     def select_members(self, member_numbers: NDArray[np.intp]) -> "EnsembleMembers":
-        """Return an ensemble with only the members of the given numbers."""
+        """Return an ensemble with only the members (runs with changed parameters) of the given numbers."""
         return EnsembleMembers(*(getattr(self, name)[member_numbers] for name in COLUMNS))
 
     def member_number_batches(self, batch_size: int) -> list[NDArray[np.intp]]:
-        """Return batches of member numbers in running order; each batch has members from both Sobol sequences."""
+        """Divide the runs (members) of the ensemble into batches, each with runs from both Sobol sequences."""
         own = [np.flatnonzero(self.scramble == scramble) for scramble in range(SCRAMBLES)]
         each = batch_size // SCRAMBLES
         starts = range(0, max(places.size for places in own), each)
@@ -128,7 +128,7 @@ class EnsembleMembers:
 
     @classmethod
     def read_csv(cls, csv_path: Path) -> Self:
-        """Read ensemble members from a CSV file of `write_csv`; a `ResultError` if missing, damaged or unsuitable."""
+        """Read the parameter changes of all ensemble runs from a CSV file; a `ResultError` if missing or unsuitable."""
         if csv_path.exists() and not checksum_at_end_matches(csv_path):
             raise ResultError(
                 f"{csv_path}: damaged, or no table of ensemble members; run the study again to recreate it"
@@ -251,9 +251,9 @@ def intervals_within_half_width(
 def fall_shares_by_relief(
     member_flags: NDArray[np.int8], has_high_relief: NDArray[np.bool_]
 ) -> dict[str, NDArray[Any]]:
-    """Return the shares of falls among members of low and of high relief, by variable, each of shape (cells,).
+    """Return the shares of falls among ensemble runs with low and with high relief (bearing height of the base).
 
-    Flags have shape (cells, members); a share is NaN if no member of that half has an outcome.
+    Each share has shape (cells,), flags (cells, members); a share is NaN if no run of that half has an outcome.
     """
     known = member_flags != INT8_MISSING
     counts = [((known & half).sum(axis=1), ((member_flags == 1) & half).sum(axis=1)) for half in (
@@ -265,7 +265,7 @@ def fall_shares_by_relief(
 
 
 def subtask_progress_callback(progress: Progress | None, begin_share: float, end_share: float) -> Progress | None:
-    """Return a progress callback for a part of a task; it reports the progress of the whole task to `progress`."""
+    """Return a callback that converts the progress of a part of a task to that of the whole, for `progress`."""
     if progress is None:
         return None
     return lambda done, total: progress(
@@ -284,7 +284,7 @@ class EnsembleRunner:
 
     @property
     def variables(self) -> tuple[OutcomeVariable, ...]:
-        """Variables that describe the ensemble of each cell."""
+        """Output variables with the ensemble results of each case, such as the probability of a fall."""
         return (*self.model.ensemble_variables, *(RELIEF_VARIABLES if self.members.varies_relief else ()))
 
     def run_members_of_cells(
@@ -295,11 +295,11 @@ class EnsembleRunner:
         run_cases: Runner,
         progress: Progress | None = None,
     ) -> tuple[Arrays, int]:
-        """Run the ensemble of each selected case; return the ensemble variables and the cost in steps × stones.
+        """Run the ensemble of each case, or each near a change of outcome; return results and cost (steps × stones).
 
         `nominal_outcomes` has `overturned`, shape (a, h, b, …) or (a, h, b, …, elements), and the mark of cells
-        that are copied from others by symmetry; these are not run. `run_cases` runs the cases of members. The
-        variables have shape (a, h, b, …), with elements if `overturned` has them; missing floats are NaN.
+        that are copied from others by symmetry; these are not run. `run_cases` simulates given cases. The variables
+        have shape (a, h, b, …), with elements if `overturned` has them; missing floats are NaN.
         """
         overturned, marked, members = nominal_outcomes["overturned"], nominal_outcomes[self.model.copied], self.members
         azimuths = nominal_outcomes.get("fall_azimuth")
@@ -341,7 +341,7 @@ class EnsembleRunner:
         fall_azimuth_deg: FloatArray,
         progress: Progress | None,
     ) -> int:
-        """Run ensemble members in batches until each cell converges; fill in the outcomes, return steps × stones."""
+        """Run ensemble members in batches until each case converges; fill in the outcomes, return steps × stones."""
         batches, block_steps = self.members.member_number_batches(BATCH), 0
         unsettled = np.arange(len(cells))
         for index, batch in enumerate(batches):
@@ -386,7 +386,7 @@ class EnsembleRunner:
         )
 
     def _copy_to_symmetric_cells(self, grid: CaseGrid, ensemble_arrays: Arrays, copied_cells: NDArray[Any]) -> None:
-        """Copy ensemble variables to cells that were not simulated, from those equal to them by symmetry."""
+        """Fill the ensemble results of cases that were not simulated from the cases equal to them by symmetry."""
         source = self.model.computed_cell_of_each_direction(grid).cell
         for column in range(source.shape[1]):
             # In the 3-D model the period depends on the aspect, the dimension before friction.

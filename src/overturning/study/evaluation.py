@@ -98,7 +98,7 @@ class PrimaryStatistic(StrictModel):
 
 
 class SurveySettings(StrictModel):
-    """Survey of fallen stones, with which the falls predicted at its site are compared."""
+    """Survey of fallen stones, with which the study's predicted falls at the site of the survey are compared."""
 
     stones: str = Field(
         min_length=1, description="survey of fallen stones (CSV, see docs/formats.md); path from the project's folder"

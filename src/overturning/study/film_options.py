@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def film_command_options(cube: "xr.Dataset") -> dict[str, Any]:
-    """Return options of `overturning one` that make films of a results cube's cases, and sizes of the stone.
+    """Return options of the command `overturning one` with which it films cases of a results cube, and stone sizes.
 
     Returns
     -------
@@ -56,7 +56,7 @@ def film_command_options(cube: "xr.Dataset") -> dict[str, Any]:
 
 
 def _unsupported_motion_reasons_and_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
-    """Return reasons why `overturning one` cannot apply a study's motions, and the options for these motions."""
+    """Return reasons why `overturning one` cannot simulate a study's motions, and its options for these motions."""
     own = variant_settings(study, variant)
     missing = []
     if study.processing is not None:
@@ -76,7 +76,7 @@ def _unsupported_motion_reasons_and_options(study: Study, variant: str) -> tuple
 
 
 def _unsupported_model_reasons_and_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
-    """Return reasons why `overturning one` cannot simulate a study's model, and the options for this model."""
+    """Return reasons why `overturning one` cannot simulate a study's block or scene, and its options for that model."""
     contact = variant_contact(study, variant)
     ratio = contact.damping_ratio
     missing = [] if contact.stiffness_ratio == 1.0 else ["the contact has a stiffness ratio of its own"]

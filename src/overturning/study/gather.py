@@ -50,9 +50,9 @@ def merge_sweep_parts(
 ) -> None:
     """Merge files with outcomes of records and chunks of cases into the results cube of a study or variant.
 
-    A part has cells of one record, from any piece of the grid; the order of parts does not matter. At most one variable
-    of one record is in memory. A `ResultError` is raised if a part belongs to another study or a cell is in no part, a
-    `ConfigError` if two records have the same samples.
+    Each file has cases of one record; the order of the files does not matter. At most one variable of one record is in
+    memory. A `ResultError` is raised if a file belongs to another study or a case is in no file, a `ConfigError` if two
+    records have the same samples.
     """
     from netCDF4 import Dataset
 
@@ -169,7 +169,7 @@ def _add_station_coordinates(add_record_coordinate: Callable[..., None], records
 
 @cache
 def _package_version(package_name: str) -> str:
-    """Return the version of an installed package; reading it takes 2 ms, for each of several cubes."""
+    """Return the version of an installed package; cached, since reading it takes 2 ms."""
     return metadata.version(package_name)
 
 

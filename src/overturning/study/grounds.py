@@ -12,7 +12,7 @@ from overturning.study.sections import Variant
 
 
 def soil_cube_name(study: Study, soil: SoilSite | None) -> str:
-    """Return the name of the results cube for motions on top of given soil layers, such as "nominal" without soil.
+    """Return the name of the results cube that was computed with motions on top of given soil layers.
 
     The name is "nominal" without soil, that of a variant which changes nothing but the soil to these layers, or
     otherwise derived from the layers, so that equal layers are computed once.
@@ -26,9 +26,9 @@ def soil_cube_name(study: Study, soil: SoilSite | None) -> str:
 
 
 def soil_cube_names_of_survey(study: Study, survey: SurveySettings) -> tuple[str, dict[str, str]]:
-    """Return the name of the results cube for a survey, and those for sites with other soil layers, by site.
+    """Return the name of the results cube for a survey, and by site the cubes of sites with other soil layers.
 
-    See `soil_cube_name`. A cemetery with the layers of the whole survey is left out.
+    See `soil_cube_name`. A site (cemetery) with the soil layers of the whole survey is left out.
     """
     default = soil_cube_name(study, survey.site)
     named = {site: soil_cube_name(study, soil) for site, soil in survey.sites.items()}
@@ -36,9 +36,10 @@ def soil_cube_names_of_survey(study: Study, survey: SurveySettings) -> tuple[str
 
 
 def soil_layers_with_own_cube(study: Study) -> dict[str, tuple[SoilSite, list[str]]]:
-    """Return soil layers that need a results cube of their own, and the records to apply, by name of the cube.
+    """Return, by name of the cube, soil layers that need their own results cube, and the records to simulate on them.
 
-    The soil layers of variants are left out, since variants have cubes. Records are in the order of the study.
+    The soil layers of a study's variants are left out, since each variant has a cube. Records are in the order of the
+    study.
     """
     soils, records = dict[str, SoilSite](), dict[str, set[str | None]]()
     for survey in study.surveys:

@@ -29,7 +29,7 @@ FREQUENCIES = np.geomspace(0.1, 50.0, 55)
 def write_intensity_measures(study: Study, records: Sequence[Record], output_path: Path) -> None:
     """Compute intensity measures, such as PGA, of all records along a study's azimuths; write them as NetCDF.
 
-    The file (NetCDF) holds the measures by azimuth (``record, azimuth``), those of whole records (JMA intensity, RotD
+    The file holds the measures by azimuth (``record, azimuth``), those of whole records (JMA intensity, RotD
     of PGA and PGV, peaks before and after processing), and RotD spectra and Fourier amplitude spectra
     (``record, period`` and ``record, frequency``).
     """

@@ -87,7 +87,7 @@ def load_study_from_file_or_json(file_or_json: str) -> Study:
 
 
 def study_without_absolute_paths(study: Study) -> dict[str, Any]:
-    """Return a study's settings as a dictionary, with only the file name of each absolute path."""
+    """Return a study's settings as a dictionary in which absolute paths are shortened to the file name."""
     data = study.model_dump(mode="json")
     for key in ("table", "folder"):
         data["records"][key] = path_without_absolute_folder(data["records"][key])

@@ -43,7 +43,7 @@ def incompatible_setting_messages(study: Any) -> Iterator[str]:
 
 
 def _population_conflicts(study: Any) -> Iterator[str]:
-    """Yield a message for each setting of population or ensemble that only a 3-D body can have."""
+    """Yield a message for each setting of stone population or ensemble that needs a 3-D body if the study has none."""
     if study.body is None and (study.ensemble.relief is not None or study.ensemble.orientation):
         yield "ensemble.relief, ensemble.orientation: only a single 3-D body has them; give `body`, or leave them out"
     if study.body is None and study.population is not None:
@@ -53,7 +53,7 @@ def _population_conflicts(study: Any) -> Iterator[str]:
 
 
 def _variant_conflicts(study: Any) -> Iterator[str]:
-    """Yield a message for each setting that is incompatible with a variant of the study."""
+    """Yield a message for each invalid variant (a repetition of the study with some settings changed)."""
     if "nominal" in study.variants:
         yield "variants: the name nominal is that of the study's own contact; choose another"
     if bare := [name for name, variant in study.variants.items() if variant == Variant()]:

@@ -15,7 +15,7 @@ from overturning.model.variables import OutcomeVariable
 
 
 def open_netcdf_unscaled(path: Path, file_description: str, remedy: str, check_checksum: bool = False) -> Any:
-    """Open a netCDF4 file so that raw values are read; the ResultError on failure states the remedy.
+    """Open a netCDF4 file for reading stored values without masking and scaling; the ResultError states a remedy.
 
     A file whose checksum does not match is refused; with `check_checksum`, also a file without a checksum.
     """
@@ -35,7 +35,7 @@ def open_netcdf_unscaled(path: Path, file_description: str, remedy: str, check_c
 def add_coordinate(
     file: Any, dimension: str, name: str, dtype: Any, values: Iterable[Any], fill_value: Any = None, **attributes: Any
 ) -> None:
-    """Create a coordinate in an open netCDF4 file; None among the values is stored as the fill value."""
+    """Create a coordinate variable in an open netCDF4 file; None among the values is stored as the fill value."""
     variable = file.createVariable(name, dtype, (dimension,), fill_value=fill_value)
     variable.setncatts(attributes)
     variable.set_auto_maskandscale(False)
@@ -65,11 +65,11 @@ def add_grid_dimensions(file: Any, grid: CaseGrid) -> None:
 
 
 CHUNK: Final = 1 << 20
-"""Number of values in a chunk of a file (and in a dask chunk), unless a single direction has more."""
+"""Number of values in an HDF5 or dask chunk of a variable, unless a single azimuth or orientation has more."""
 
 
 def chunk_shape_of_variable(shape: tuple[int, ...]) -> tuple[int, ...]:
-    """Return the HDF5 chunk shape of a variable for one record: the whole grid, or some of its directions."""
+    """Return the HDF5 chunk shape of a variable for one record: all of its cases, or those of some directions."""
     return (min(shape[0], max(1, CHUNK // max(1, prod(shape[1:])))), *shape[1:])
 
 

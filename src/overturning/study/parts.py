@@ -21,7 +21,7 @@ from overturning.study.schema import Study
 
 @dataclass(frozen=True)
 class SweepChunk:
-    """Chunk of the cases of a record: its number, and the number of chunks into which the cases are divided."""
+    """Chunk (one job's part) of the cases of a record: its number, and the number of chunks of the record."""
 
     number: int = 1  # from 1
     of: int = 1
@@ -48,22 +48,22 @@ _REMEDY: Final = "run again to recreate it"
 
 
 def sweep_part_path(folder: Path, record_id: str, chunk: SweepChunk) -> Path:
-    """Return the path of the file with the outcomes of one record and chunk, such as ``rinaldi.3-of-8.nc``."""
+    """Return the path of the file with one chunk of the outcomes of a record, such as ``rinaldi.3-of-8.nc``."""
     return folder / f"{record_id}.{chunk}.nc"
 
 
 def sweep_part_paths(folder: Path, record_ids: Iterable[str], chunk_count: int) -> list[Path]:
-    """Return the paths of the files with the outcomes of all given records and all chunks."""
+    """Return the paths of all outcome files: one for each given record and each chunk of its cases."""
     all_chunks = [SweepChunk(number, chunk_count) for number in range(1, chunk_count + 1)]
     return [sweep_part_path(folder, record, chunk) for record in record_ids for chunk in all_chunks]
 
 
 def grid_of_chunk(study: Study, grid: CaseGrid, chunk: SweepChunk, variant: str = NOMINAL) -> CaseGrid:
-    """Return the part of a variant's parameter grid that is simulated in one chunk.
+    """Return the part of a parameter grid that one job (chunk) of a sweep simulates.
 
     Only the directions are divided, in alternation, so that chunks have similar run times. Directions that are copied
     from each other by symmetry stay together, and so do all B/H, since the ensemble compares neighbours along B/H.
-    Some chunks are empty if there are more chunks than groups.
+    Some chunks are empty if there are more chunks than groups of such directions.
     """
     name = grid.dimension_names[0]
     directions = grid[name]
@@ -82,7 +82,7 @@ def write_sweep_part(
     attributes: dict[str, str | int],
     variables: tuple[OutcomeVariable, ...] = VARIABLES,
 ) -> None:
-    """Write the outcomes of one chunk of cases to a NetCDF file, which has only attributes if there are none."""
+    """Write the outcomes of one chunk of cases to a NetCDF file; without cases the file has only attributes."""
     from netCDF4 import Dataset
 
     with atomic_write(path) as part, Dataset(part, "w", format="NETCDF4") as file:
@@ -116,7 +116,7 @@ def record_and_variant_of_part(path: Path) -> tuple[str, str]:
 
 @contextmanager
 def open_sweep_part(path: Path, grid: CaseGrid, variables: Sequence[OutcomeVariable]) -> Iterator[OpenedSweepPartFile]:
-    """Open a file with outcomes of a chunk of cases; a `ResultError` if its cases are not in the grid."""
+    """Open a file with outcomes of a chunk of cases; a `ResultError` if its cases are not in the study's grid."""
     with open_netcdf_unscaled(path, "read", _REMEDY, check_checksum=True) as file:
         if not file.dimensions:  # empty chunk
             yield OpenedSweepPartFile(file, [np.zeros(0, np.intp)] * len(grid.dimension_names))

@@ -86,7 +86,8 @@ class StudySizeEstimate:
 def expected_job_seconds_by_rule(study: Study, chunks_per_record: int = 1) -> dict[str, float]:
     """Estimate the processor time, s, of one job of each workflow rule, to a factor of about two.
 
-    ``record_figures`` is the time per record. A sweep is one job per record, variant and chunk.
+    The rule ``record_figures`` has the time per record. The rule ``sweep`` (simulation) has one job per record, variant
+    and chunk of cases.
     """
     records, members, scales = len(study.records.use), study.ensemble.members, len(study.amplitude)
     runs = scales + members * (_RUN_AGAIN if study.ensemble.where == "boundary" else 1.0)  # members at one amplitude
@@ -202,7 +203,7 @@ def check_record_files(study: Study, study_file: str) -> tuple[dict[str, RecordT
 
 
 def read_and_check_records(study: Study, record_rows: dict[str, RecordTableRow]) -> tuple[str, ...]:
-    """Read and process records and plan their cases as a run would; a `ConfigError` lists those that fail.
+    """Read and process a study's records and prepare their cases as a run would; a `ConfigError` lists failures.
 
     Returns notes on the assignment of records to earthquakes, on skipped or resampled data, and on records too weak to
     move any stone.
@@ -238,7 +239,7 @@ def read_and_check_records(study: Study, record_rows: dict[str, RecordTableRow])
 def can_compute_fault_alignment(record_rows: Iterable[RecordTableRow]) -> bool:
     """True if the alignment of falls with the fault can be computed: fault strike known for some record.
 
-    Its records are those with a velocity pulse if the others are their control, otherwise all records.
+    If only some records have a velocity pulse, the strike of one of these must be known (the others are the control).
     """
     records = list(record_rows)
     with_control = {True, False} <= {entry.pulse for entry in records}
@@ -281,9 +282,9 @@ def _check_cases_at_grid_limits(study: Study, sampling_interval: float) -> None:
 
 
 def _replace_argument_by_study_key(message: str, variant: str) -> str:
-    """Return a message about an argument of the simulation with the key of the study in place of the argument.
+    """Replace the name of a simulation argument in an error message by the key of the study that sets it.
 
-    A message about another argument gets the name of the variant, unless it is of the study itself.
+    A message about an argument without a key gets the name of the variant, unless it concerns the study itself.
     """
     name, rest = message.partition(":")[::2]
     own = "" if variant == NOMINAL else f"variants.{variant}."
@@ -317,7 +318,7 @@ def _record_moves_no_block(study: Study, record: "Record") -> bool:
 
 
 def _format_problems(problems: list[str]) -> str:
-    """Return problems as one text for an error message, one line each; a long list is cut."""
+    """Join problems to the text of an error message, one line each; a long list is cut."""
     more = [f"… and {len(problems) - MAX_LISTED_PROBLEMS} more"] if len(problems) > MAX_LISTED_PROBLEMS else []
     return "\n       ".join([*problems[:MAX_LISTED_PROBLEMS], *more])
 

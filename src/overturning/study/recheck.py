@@ -35,7 +35,7 @@ from overturning.study.sweep import (
 
 @dataclass
 class RecheckResult:
-    """Result of simulating cells of a results cube again: number of cells, and a line per different value."""
+    """Result of simulating some cases of a results cube again: their number, and a line for each different value."""
 
     of: int  # number of cells of the cube
     content_as_stated: bool  # True if the values match the hash in the file
@@ -50,10 +50,10 @@ class RecheckResult:
 
 
 def hash_of_outcomes_in_cube(cube_path: Path) -> str:
-    """Return the hash of the outcomes that a cube holds, which differs from the stated one if they were changed.
+    """Return the hash of the outcomes in a results cube, to detect a cube that another program has changed.
 
-    A file with the checksum of its run is unchanged, so its stated hash is correct. Another program that saves the cube
-    leaves no checksum and keeps the attribute ``content_sha256`` whatever it changes, so the hash is computed.
+    If the file has the correct checksum of its run, it is unchanged: the hash that it states (``content_sha256``) is
+    returned. Another program that saves the cube leaves no checksum but keeps that attribute, so the hash is computed.
     """
     with open_cube(cube_path, element=None, amplitude=None) as cube:
         variables, stated = cube_variables_of_study(study_of_cube(cube)), str(cube.attrs["content_sha256"])
@@ -86,7 +86,7 @@ def recheck(
 
     @cache
     def stored_motion_of_record(record_id: str) -> Motion:
-        """Return the stored motion of a record, as the variant of the results cube uses it."""
+        """Read the stored motion of a record, without its vertical component if the results cube is without it."""
         if not (of_record := folder / f"{record_id}.nc").is_file():
             raise ResultError(f"{of_record}: no such motion; name the folder of the motions with --motions")
         return motion_for_variant(study, read_record_from_motion_file(of_record), variant)
@@ -115,7 +115,7 @@ def recheck(
 def _recompute_cell(
     motion: Motion, grid: CaseGrid, cell_position: list[int], study: Study, variant: str, with_ensemble: bool
 ) -> dict[str, Any]:
-    """Simulate one cell again (or the cell whose symmetric copy it is); return its values by variable."""
+    """Simulate one case of the grid again, or the case of which it is a symmetric copy; return values by variable."""
     sources = variant_model(study, variant).computed_cell_of_each_direction(grid).cell[cell_position[0]]
     source = int(sources[cell_position[3] if sources.size > 1 else 0])
     directions = list(dict.fromkeys([source, cell_position[0]] if study.simulation.leave_out else [cell_position[0]]))

@@ -41,7 +41,7 @@ FILES_WITH_END: Final = (
     *(f"figures/{name}.*" for name in ("axes", "rose", "plane", "earthquakes", "follow")),
     *(f"figures/{folder}/*.*" for folder in ("polar", "blocks", "intensity", "maps", "survey", "illustrative")),
 )
-"""Patterns of the files without checksum whose end is looked at; files of the user are not among them."""
+"""Patterns of the files without checksum whose end is checked; files of the user are not among them."""
 _FIGURE: Final = rf"\.(?:{'|'.join(FORMATS)})"
 _OPTIONAL_RESULTS: Final = re.compile(
     r"convergence\.json|members\.csv|survey/\d+\.(?:json|motion\.nc)"
@@ -148,7 +148,7 @@ def remove_damaged_results(results_folder: Path) -> list[Path]:
 
 
 def _is_complete_file(path: Path) -> bool:
-    """Return whether a file ends as complete files of its kind do; it does not if, for instance, the disk was full."""
+    """True if a file ends as complete files of its kind do; it may not if, for instance, the disk was full."""
     if (ends := ENDS.get(path.suffix)) is None or not path.is_file():
         return True
     with path.open("rb") as file:
@@ -159,7 +159,7 @@ def _is_complete_file(path: Path) -> bool:
 def remove_results_no_longer_made(results_folder: Path, made: Collection[str]) -> list[str]:
     """Remove tables, curves and figures that a study does not make, because its settings have changed.
 
-    They would be taken for results of the present settings. Simulations stay, and so do files with other names.
+    Users would mistake these files for results of the present settings. Simulations and files with other names stay.
 
     Parameters
     ----------
@@ -239,7 +239,7 @@ def back_up_cubes(results_folder: Path) -> None:
 
 
 def restore_cubes(results_folder: Path) -> None:
-    """Restore results cubes that an interrupted run deleted; they are marked as out of date by old file times."""
+    """Restore results cubes that an interrupted run deleted; old file times mark them as outdated."""
     for kept in results_folder.glob(".cube*.nc.kept"):
         path = kept.with_name(kept.name.removeprefix(".").removesuffix(".kept"))
         if path.exists():

@@ -29,7 +29,7 @@ _ROUNDING: Final = 1e-6
 
 @dataclass(frozen=True)
 class CellSample:
-    """Random sample of cells of a results cube, in the order in which they are computed again, with outcomes."""
+    """Random sample of the cases of a results cube with their outcomes, in the order in which they are run again."""
 
     record: NDArray[np.int64]  # position of the record, shape (n,)
     index: NDArray[np.int64]  # positions along the dimensions of the study, shape (n, 4), or (n, 5) in space
@@ -47,10 +47,10 @@ class CellSample:
 def choose_random_cells(
     settings: ConvergenceCheckSettings, record_count: int, computed_cells: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Choose n cells at random; return their record indices, shape (n,), and grid indices, shape (n, dimensions).
+    """Choose n cases of a study at random; return their record indices (n,) and grid indices (n, dimensions).
 
-    The first cells of the choice are a random choice, too. `computed_cells` has the shape of the grid and holds for
-    every record; cells that are False are copies of others by symmetry and are not chosen.
+    The first cases of the choice are a random choice, too. `computed_cells` has the shape of the grid and is the same
+    for every record; where it is False, the case is a symmetric copy of another and is not chosen.
     """
     cells = np.argwhere(computed_cells)
     wanted = max(settings.at_least, round(settings.share * record_count * computed_cells.size))
@@ -59,7 +59,7 @@ def choose_random_cells(
 
 
 def mask_of_cells_comparable_with_rigid_block(study: Study) -> NDArray[np.bool_]:
-    """Return a mask of the grid: True for single rectangular blocks with too much friction to slide."""
+    """Return a mask of a study's grid: True for single rectangular blocks with too much friction to slide."""
     model, grid = variant_model(study), variant_grid(study)
     if not (isinstance(model, PlanarModel) and model.scene.is_single_block):
         return np.zeros(grid.shape, np.bool_)
@@ -72,11 +72,10 @@ def mask_of_cells_comparable_with_rigid_block(study: Study) -> NDArray[np.bool_]
 def read_cell_sample(
     cube: Path, settings: ConvergenceCheckSettings, candidate_cells: NDArray[np.bool_] | None = None
 ) -> CellSample:
-    """Choose cells of a results cube at random, and read their outcomes from the cube.
+    """Choose cases of a results cube at random, and read their outcomes from the cube.
 
-    A ResultError is raised if the cube cannot be read.
-
-    Cells are chosen among those that were computed and, if given, are True in `candidate_cells`, shaped like the grid.
+    A case can be chosen if it was computed (not copied by symmetry) and, if given, is True in `candidate_cells`, shaped
+    like the grid. A ResultError is raised if the cube cannot be read.
     """
     with open_netcdf_unscaled(cube, "opened", "run the study again") as file:
         records = file.dimensions["record"].size
@@ -88,7 +87,7 @@ def read_cell_sample(
         place = np.argsort(np.argsort(record, kind="stable"))
 
         def values_of_chosen_cells(variable_name: str) -> NDArray[Any]:
-            """Return a variable's values at the n chosen cells, shape (n, elements), read one record at a time."""
+            """Read a variable of the n chosen cases from the cube, shape (n, elements), one record at a time."""
             of = [file[variable_name][(at, *recorded)][tuple(index[record == at].T)] for at in range(records)]
             return np.concatenate(of)[place].reshape(record.size, -1)
 
@@ -117,7 +116,7 @@ def read_cell_sample(
 
 
 def read_rigid_block_sample(cube: Path, study: Study) -> CellSample | None:
-    """Choose up to `MAX_RIGID_CELLS` cells for comparison with the exact rigid block; None if none is suitable."""
+    """Choose up to `MAX_RIGID_CELLS` cases to compare with an exactly rigid block; None if no case is suitable."""
     among = mask_of_cells_comparable_with_rigid_block(study)
     settings = study.verification
     if not among.any() or isinstance(settings, str):

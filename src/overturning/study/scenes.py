@@ -28,16 +28,16 @@ if TYPE_CHECKING:
     import xarray as xr
 
 NOMINAL = "nominal"
-"""Name of the setting of the study itself among its variants."""
+"""Name of the study itself in the list of its variants."""
 
 
 def variant_names(study: Study) -> list[str]:
-    """Return the names of a study's variants; the first is "nominal", the study itself."""
+    """Return "nominal" (the study itself) and the names of its variants (the study with some settings changed)."""
     return [NOMINAL, *study.variants]
 
 
 def variant_settings(study: Study, variant: str = NOMINAL) -> Variant:
-    """Return the settings in which a variant differs from its study; the other settings are None.
+    """Return the settings of a study that a variant (a repetition of the study) changes; the others are None.
 
     A `ConfigError` is raised if the study has no such variant.
     """
@@ -47,13 +47,13 @@ def variant_settings(study: Study, variant: str = NOMINAL) -> Variant:
 
 
 def variant_contact(study: Study, variant: str = NOMINAL) -> ContactSettings:
-    """Return the contact settings of a variant; those not set are the study's."""
+    """Return the contact settings of a variant of a study, which are the study's unless the variant changes them."""
     own = variant_settings(study, variant).contact
     return study.contact if own is None else own
 
 
 def variant_scene(study: Study, variant: str = NOMINAL) -> Scene:
-    """Return the scene of a variant; the default gravestone has the study's density and contact settings."""
+    """Return the scene of a study or variant; the default gravestone gets the study's density and contact settings."""
     scene = variant_settings(study, variant).scene or study.scene
     if scene != gravestone():
         return scene
@@ -61,14 +61,14 @@ def variant_scene(study: Study, variant: str = NOMINAL) -> Scene:
 
 
 def select_element(cube: "xr.Dataset", element: str) -> "xr.Dataset":
-    """Select the element `element` from a results cube; a cube without that dimension is returned as it is."""
+    """Select the outcomes of one scene element from a results cube; a cube of one element is returned unchanged."""
     return cube.sel(element=element) if "element" in cube.dims else cube
 
 
 def compared_elements(study: Study, variant: str) -> tuple[str, str]:
-    """Return the names of the elements by which a study and its variant `variant` are compared.
+    """Return the names of the scene elements whose outcomes are compared between a study and one of its variants.
 
-    They are the elements whose outcomes are shown by default. If these have different names, and one of them is in both
+    These are the elements whose outcomes are shown by default. If they have different names, and one of them is in both
     scenes, this element is compared.
     """
     scenes = [variant_scene(study, name) for name in (NOMINAL, variant)]
@@ -78,7 +78,7 @@ def compared_elements(study: Study, variant: str) -> tuple[str, str]:
 
 
 def variant_model(study: Study, variant: str = NOMINAL) -> Model:
-    """Return the mechanical model of a variant: 2-D scene, 3-D body or stack.
+    """Return the mechanical model of a study or of one of its variants: 2-D scene, 3-D body or stack.
 
     A `ConfigError` is raised if the study has no such variant.
     """
@@ -92,7 +92,7 @@ def variant_model(study: Study, variant: str = NOMINAL) -> Model:
 
 
 def variant_grid(study: Study, variant: str = NOMINAL) -> CaseGrid:
-    """Return the parameter grid of a variant: azimuths or orientations, height, B/H, friction and others."""
+    """Return the parameter grid of a study or variant: azimuths or orientations, height, B/H, friction and others."""
     model = variant_model(study, variant)
     values = {
         "height": study.height, "b_over_h": study.b_over_h, "aspect": study.aspect_ratios_d_over_b,
@@ -107,7 +107,7 @@ def variant_grid(study: Study, variant: str = NOMINAL) -> CaseGrid:
 
 
 def cube_covers_study_grid(cube: "xr.Dataset", study: Study) -> bool:
-    """Return whether a results cube has every direction, block, friction and amplitude of its study or variant."""
+    """True if a results cube has every direction, block size, friction and amplitude of its study or variant."""
     grid = variant_grid(study, cube.attrs["variant"])
     whole = grid.rows | ({"amplitude": np.array(grid.amplitude)} if grid.amplitude else {})
     return all(cube.sizes.get(name) == row.size and np.allclose(cube[name], row) for name, row in whole.items())
@@ -121,7 +121,7 @@ def directions_as_int16_if_whole(directions_deg: Sequence[float]) -> NDArray[Any
 
 @dataclass(frozen=True)
 class StudyToSceneSizeConversion:
-    """Conversion of the heights and B/H of a study to those of the reference element in a variant's scene."""
+    """Conversion of the study's heights and B/H to those of the stone that sets the size of a variant's scene."""
 
     factor: float = 1.0  # on the study's heights
     own_ratio: float | None = None  # B/H of the scene, if the B/H of the study belong to another reference element
@@ -129,7 +129,7 @@ class StudyToSceneSizeConversion:
 
     @classmethod
     def for_variant(cls, study: Study, variant: str) -> "StudyToSceneSizeConversion":
-        """Return the size conversion of a variant, whose scene is scaled by the same factor as the study's scene."""
+        """Create the conversion of stone sizes from a study to a variant; both scenes are scaled by the same factor."""
         scene = variant_settings(study, variant).scene or study.scene
         if scene == study.scene:
             return cls(digits=None if scene == gravestone() else 12)
@@ -140,11 +140,11 @@ class StudyToSceneSizeConversion:
         )
 
     def to_scene_heights(self, height: FloatArray) -> FloatArray:
-        """Convert heights of the study's stone to heights of the reference element in the scene, m."""
+        """Convert heights of the study's stone, m, to those of the stone that sets the size of the variant's scene."""
         return height if self.factor == 1.0 else np.round(height * self.factor, 10)
 
     def to_scene_b_over_h(self, b_over_h: FloatArray, nominal_b_over_h: FloatArray) -> FloatArray:
-        """Convert B/H of the study's stone to B/H of the reference element in the scene."""
+        """Convert B/H of the study's stone to those of the stone that sets the size of the variant's scene."""
         if self.own_ratio is not None:
             # The scene keeps its own B/H, multiplied by the deviation of the member from the nominal B/H.
             b_over_h = self.own_ratio * (
@@ -154,7 +154,7 @@ class StudyToSceneSizeConversion:
 
 
 def variant_size_note(study: Study, variant: str) -> str:
-    """Return a note if height and B/H of a variant's stone differ from those of the study; else ""."""
+    """Return a note if the stone of a study's variant has another height or B/H than that of the study; else ""."""
     sizes = StudyToSceneSizeConversion.for_variant(study, variant)
     own, stone = study.scene.size_reference_element_name, variant_scene(study, variant).size_reference_element_name
     said = [] if sizes.factor == 1.0 else [f"{sizes.factor:.3g} times that height"]
@@ -165,20 +165,20 @@ def variant_size_note(study: Study, variant: str) -> str:
 def numerical_options_of_study(
     study: Study, threads: int = 1, progress: Progress | None = None, client: Any = None
 ) -> NumericalOptions:
-    """Return numerical options (scheme, time step, threads) from a study's settings."""
+    """Return the numerical options of a study: integration scheme, time step, threads and progress callback."""
     given = study.simulation
     scheme, taken = given.scheme or DEFAULT_SCHEME, {"threads": threads, "progress": progress, "client": client}
     return NumericalOptions(scheme=scheme, time_step=given.time_step, leave_out=given.leave_out, **taken)
 
 
 def variant_uses_vertical_motion(study: Study, variant: str = NOMINAL) -> bool:
-    """True if a variant applies the vertical motion of records that have one."""
+    """True if a study or variant applies the vertical ground motion of records that have a vertical component."""
     own = variant_settings(study, variant).vertical
     return study.simulation.vertical if own is None else own
 
 
 def names_of_differing_settings(study: Study, variant: str, other_variant: str) -> list[str]:
-    """Return which settings (scene, contact, vertical motion, site) differ between two variants of a study."""
+    """Name the settings (scene, contact, vertical motion, site) in which two variants of a study differ."""
     one, other = variant_settings(study, variant), variant_settings(study, other_variant)
     differing = {
         "scene": (one.scene or study.scene) != (other.scene or study.scene),
@@ -190,5 +190,5 @@ def names_of_differing_settings(study: Study, variant: str, other_variant: str) 
 
 
 def motion_for_variant(study: Study, record: Record, variant: str = NOMINAL) -> Motion:
-    """Return the input motion of a record for a variant, with or without its vertical component."""
+    """Return the motion of a record for a study or variant, which may omit the vertical component."""
     return Motion.of(record if variant_uses_vertical_motion(study, variant) else replace(record, up=None))

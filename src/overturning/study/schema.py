@@ -160,7 +160,7 @@ class Study(StrictModel):
 
     @model_serializer(mode="wrap")
     def _leave_out_azimuths_of_a_stack(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Return the study as a dictionary; azimuths are left out for a stack, which may not have any."""
+        """Return the study as a dictionary; azimuths are left out for a 3-D stack, which has orientations instead."""
         content: dict[str, Any] = handler(self)
         if self.is_stack:
             content.pop("azimuth", None)

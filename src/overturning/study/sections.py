@@ -145,7 +145,7 @@ class ConvergenceCheckSettings(StrictModel):
 
 
 _SCAN_KEYS: Final = ("mesh_unit", "relief", "scan")
-"""Keys of a body that are stored only if they are given, so that other studies keep their text and hash."""
+"""Keys of a scanned body, stored only if they are given, so that other studies keep their text and hash."""
 
 Aspect = Annotated[float, Field(gt=0, le=10)]
 Sides = Annotated[int, Field(ge=3, le=96)]
@@ -163,9 +163,9 @@ class ScanProperties(StrictModel):
 
 
 def read_scan_of_body(body_settings: Mapping[str, Any]) -> "ScanResult":
-    """Read the stone in the mesh file of the keys `mesh`, `mesh_unit` and `relief` of the body of a study.
+    """Read a scanned stone from its mesh file; file, unit and relief are keys of the study's body settings.
 
-    An `OverturningError` says what is wrong with the file.
+    An `OverturningError` names the problem of an unsuitable file.
     """
     from overturning.model.mesh import read_scan
 
@@ -243,7 +243,7 @@ class BodySettings(StrictModel):
 
     @model_serializer(mode="wrap")
     def _leave_out_keys_of_scans(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Return the settings as a dictionary, without the keys of scans if the body is none."""
+        """Return the settings as a dictionary, without the keys for scanned stones if the body is not a scan."""
         content: dict[str, Any] = handler(self)
         return {key: value for key, value in content.items() if value is not None or key not in _SCAN_KEYS}
 
@@ -276,7 +276,7 @@ class BodySettings(StrictModel):
 def _create_scanned_stone(
     vertices: tuple[tuple[float, float, float], ...], properties: ScanProperties, relief: float
 ) -> "Shape":
-    """Return the stone of a scan; made once, because its outlines take a second."""
+    """Create the body of a scanned stone; cached, because computing its outlines takes a second."""
     from overturning.model.scan import ScannedStone
 
     return ScannedStone(vertices, properties.centre_of_mass, properties.inertia, relief)

@@ -14,7 +14,7 @@ _KINDS: Final = {".py", ".html", ".css", ".js", ".typ", ".j2", ".yaml"}
 
 @cache
 def package_source_hash(*folders_and_files: str) -> str:
-    """Return a hash of the package's source files: all top-level modules, and those in the given folders.
+    """Compute a hash of source files of this package: its top-level modules, and the given folders or files.
 
     Parameters
     ----------

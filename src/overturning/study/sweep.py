@@ -43,7 +43,7 @@ _LOADING_AMPLITUDE = 3.0
 
 
 def cube_variables_of_study(study: Study) -> tuple[OutcomeVariable, ...]:
-    """Return the variables in the results cube of a study: outcomes, and ensemble results if there are any."""
+    """Return the variables in the results cube of a study: outcomes, and ensemble results if it has an ensemble."""
     model = variant_model(study)
     return (
         *model.variables,
@@ -56,7 +56,7 @@ def cube_variables_of_study(study: Study) -> tuple[OutcomeVariable, ...]:
 def create_ensemble_runner(
     study: Study, variant: str = NOMINAL, members: EnsembleMembers | None = None, run_all_cells: bool = False
 ) -> EnsembleRunner:
-    """Return the ensemble of a variant with given members, or with newly drawn ones if none are given."""
+    """Create the ensemble runner of a study or variant, with the given parameter changes or newly drawn ones."""
     settings = study.ensemble
     run_all_cells = run_all_cells or settings.where == "everywhere"
     return EnsembleRunner(
@@ -67,10 +67,10 @@ def create_ensemble_runner(
 def simulate_variant(
     study: Study, variant: str, motion: Motion, grid: CaseGrid, numerics: NumericalOptions
 ) -> dict[str, NDArray[Any]]:
-    """Simulate all cases of a variant on a parameter grid; return the outcome arrays by variable name.
+    """Simulate all cases of a parameter grid for a study or variant; return outcome arrays by variable name.
 
     The scene of a variant is scaled by the same factor as that of the study. B/H applies to its reference element if
-    this has the same name as in the study; otherwise the scene keeps its own B/H and the outcome is repeated.
+    this has the same name as in the study; otherwise the scene keeps its own B/H, and each B/H has the same outcome.
     """
     model, sizes = variant_model(study, variant), StudyToSceneSizeConversion.for_variant(study, variant)
     sized = grid.replace_values(height=sizes.to_scene_heights(grid["height"]))
@@ -84,12 +84,12 @@ def simulate_variant(
 
 
 def create_member_case_runner(study: Study, variant: str, motion: Motion, numerics: NumericalOptions) -> Runner:
-    """Return a function that simulates ensemble members of a variant, whose sizes refer to the study's stone."""
+    """Return a function that simulates ensemble runs of a study or variant, given the sizes of the study's stone."""
     model: Any = variant_model(study, variant)
     sizes = StudyToSceneSizeConversion.for_variant(study, variant)
 
     def run_members(cases: Cases, progress: Progress | None, relief: float | None = None) -> CaseResults:
-        """Simulate cases of ensemble members after converting their sizes to those of the variant's scene."""
+        """Simulate ensemble runs, after converting the sizes of the study's stone to those of the variant's scene."""
         height, b_over_h = np.asarray(cases.height), np.asarray(cases.b_over_h)
         ratio = sizes.to_scene_b_over_h(b_over_h, np.array(study.b_over_h))
         sized = replace(cases, height=sizes.to_scene_heights(height), b_over_h=ratio)
@@ -109,7 +109,7 @@ def sweep_cases_of_record(
     chunk: SweepChunk = WHOLE,
     numerics: NumericalOptions | None = None,
 ) -> None:
-    """Simulate all cases of one record, or one chunk of them, and write the outcomes to a NetCDF file.
+    """Simulate all cases of one record, or a chunk (part) of them, and write the outcomes to a NetCDF file.
 
     Ensemble members (sets of parameter changes) are drawn from the settings of the study if not given. `numerics` are
     from `numerical_options_of_study`, with threads, progress and cluster. The file also has the number of block steps,
@@ -150,7 +150,7 @@ def sweep_cases_of_record(
 
 
 def load_kernels(study: Study, record: Record, variant: str = NOMINAL) -> None:
-    """Load the compiled simulation code of a sweep into this process, by simulating one case that moves."""
+    """Load the compiled simulation code of a study into this process, by simulating one case that moves."""
     grid = variant_grid(study, variant)
     one_case = grid.replace_values(**{name: grid[name][:1] for name in grid.dimension_names})
     motion = motion_for_variant(study, record, variant).scaled_by(_LOADING_AMPLITUDE)

@@ -66,7 +66,7 @@ class AzimuthRange(StrictModel):
 
 
 def _to_value_list(value: Any) -> Any:
-    """Convert a range or a single value of a setting to a list; return a list unchanged."""
+    """Convert the value of a study setting, a range or single number, to a list of values; a list stays unchanged."""
     if isinstance(value, dict):
         return ValueRange.model_validate(value).expand_values()
     return [value] if isinstance(value, int | float | str) else value
@@ -83,4 +83,4 @@ def _sort_unique_values(listed_values: tuple[float, ...]) -> tuple[float, ...]:
 
 _Value = TypeVar("_Value", bound=float)
 Values = Annotated[tuple[_Value, ...], BeforeValidator(_to_value_list), AfterValidator(_sort_unique_values)]
-"""Values as a study gives them: one, a list, or start, stop and step."""
+"""Type of a study setting with several values: one number, a list, or start, stop and step."""

@@ -24,7 +24,7 @@ _STEPS = "Steps of the workflow (run by Snakemake)"
 
 
 class _GroupWithHelpHeadings(TyperGroup):
-    """Command group whose help sorts commands under the heading of their `rich_help_panel`, also without rich."""
+    """Command group whose help lists commands under headings (`rich_help_panel`), without the package rich."""
 
     @override
     def format_commands(self, ctx: Any, formatter: Any) -> None:
@@ -105,12 +105,12 @@ def _root_command(
 
 @cache
 def _create_command_line() -> Any:
-    """Return all commands with their options, made once in a process, which may run several command lines."""
+    """Create the command-line program with all commands; cached, since a process may run several command lines."""
     return get_command(app)
 
 
 def run_command_line(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line program `overturning`; print a user's error in one or two lines and exit with status 1.
+    """Run the command-line program `overturning` with the given arguments (default: those of this process).
 
     For an error that a user can cause, it prints one or two lines on standard error and exits with status 1; a
     traceback is a bug of this package.

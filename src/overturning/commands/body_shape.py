@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def body_shape_from_options(body_options: BodyOptions, density: float | None) -> "tuple[Shape, list[str]]":
-    """Return the shape that the options give, and lines of text about a scan; `density` is in kg/m³."""
+    """Create the shape of a 3-D body from options; also return text lines on a scan; `density` is in kg/m³."""
     from overturning.errors import ArgumentError
     from overturning.model.shapes import shape_from_name_or_sides
 

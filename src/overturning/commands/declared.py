@@ -44,7 +44,7 @@ def dataclass_fields_as_options(command: Callable[..., None]) -> Callable[..., N
 
 
 def _option_flag(field_name: str) -> str:
-    """Return the name of the command-line option for a field of `FileOptions`: the field name without unit."""
+    """Return the command-line option for a field of `FileOptions`, such as --azimuths for ``azimuths_deg``."""
     return f"--{field_name.removesuffix('_deg').removesuffix('_s').replace('_', '-')}"
 
 
@@ -72,7 +72,7 @@ class FileOptions:
     vertical_sense: Annotated[str, _file_property_option("vertical_sense")] = ""
 
     def declared_properties(self) -> DeclaredFileProperties:
-        """Return the options as `DeclaredFileProperties`; the ArgumentError for an invalid value names its option."""
+        """Convert the options to declared file properties; the ArgumentError for an invalid value names its option."""
         from overturning.errors import ArgumentError
         from overturning.records.formats.table import find_format_by_name
 

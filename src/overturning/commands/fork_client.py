@@ -31,7 +31,7 @@ STARTED: Final = b"+"
 
 
 def installation_paths() -> list[str]:
-    """Return Python's path and the package's folder, which must be equal for fork server and client."""
+    """Return the paths of Python and of this package, which must be the same in fork server and client."""
     return [sys.executable, os.path.dirname(os.path.dirname(os.path.abspath(__file__)))]
 
 
@@ -129,4 +129,4 @@ def start_fork_server(measurements: str | os.PathLike[str]) -> Callable[[], None
 
 
 def _do_nothing() -> None:
-    """Do nothing: stands for the function that ends the fork server, if there is no server."""
+    """Do nothing; used in place of the function that stops the fork server if no server was started."""

@@ -58,7 +58,7 @@ class ForkServer:
         self._interrupt_handler: Any = signal.SIG_DFL  # that of the steps
 
     def serve(self) -> None:
-        """Answer requests until the process that started the server has ended, and all steps have ended."""
+        """Run workflow steps on request until the process that started the server, and all steps, have ended."""
         # Ctrl-C stops steps and workflow; the server ends after them.
         self._interrupt_handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
         ended_step, wake_up = socket.socketpair()
@@ -84,7 +84,7 @@ class ForkServer:
                     os.kill(key.data, signal.SIGKILL)
 
     def _fork_process_for_step(self) -> None:
-        """Accept a request and fork a copy of this process for it."""
+        """Accept a client's request to run a workflow step, and fork a copy of this process that runs it."""
         connection = self._listener.accept()[0]
         connection.settimeout(_REQUEST_TIMEOUT)
         try:
@@ -114,7 +114,7 @@ class ForkServer:
         self._selector.register(connection, selectors.EVENT_READ, process)
 
     def _preload_modules_for_command(self, arguments: list[str]) -> None:
-        """Import the modules that a command needs; for a sweep, load the simulation code compiled by an earlier one."""
+        """Import the modules that a command needs, before the fork; for a simulation, also load compiled code."""
         with contextlib.suppress(Exception):  # the step reports it
             for name in _MODULES.get(arguments[0], ()):
                 import_module(name)
@@ -153,7 +153,7 @@ class ForkServer:
 
 
 def _option_values(arguments: list[str]) -> dict[str, str]:
-    """Return the values of the options among the arguments of a step, by option."""
+    """Return the values of command-line options, by option, from the arguments of a workflow step."""
     return dict(pairwise(arguments))
 
 
@@ -169,7 +169,7 @@ def _receive_request(connection: socket.socket) -> tuple[dict[str, Any], list[in
 
 
 def _load_kernels_of_sweep(arguments: list[str]) -> None:
-    """Load the compiled simulation code that an earlier sweep of the same study has stored on disk."""
+    """Load compiled simulation code that an earlier simulation step of the same study has stored on disk."""
     from overturning.records.store import read_record_from_motion_file
     from overturning.study.load import load_study_from_file_or_json
     from overturning.study.sweep import load_kernels

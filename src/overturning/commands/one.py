@@ -158,7 +158,7 @@ def _check_stack_options(planar_model_options: PlanarModelOptions, body_options:
 
 
 def _check_planar_options(planar_model_options: PlanarModelOptions, body_options: BodyOptions) -> None:
-    """Raise an error if options for a 3-D body are given for a 2-D simulation, or no azimuth."""
+    """Raise an error if a 2-D simulation has options for a 3-D body, or has no azimuth."""
     from overturning.errors import ArgumentError
 
     default = vars(BodyOptions())

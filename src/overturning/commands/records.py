@@ -184,7 +184,7 @@ def fetch_file_from_url(
 
 @dataclass(frozen=True)
 class WaveformWindowOptions:
-    """Options for the time window of the waveforms: start and end, or an earthquake with times before and after."""
+    """Options for the time window of waveforms to download: start and end, or an earthquake and times around it."""
 
     start: Annotated[str, typer.Option(help="start of the window, UTC: 2016-11-13T11:02:00")] = ""
     end: Annotated[str, typer.Option(help="end of the window, UTC")] = ""

@@ -111,9 +111,9 @@ def _parse_site_cubes(site_cubes: Sequence[str]) -> dict[str, Path]:
 
 
 def _check_survey_can_be_compared(table: "SurveyTable", path: Path, cubes_by_site: Mapping[str, Path]) -> None:
-    """Raise an error if no stone of a survey counts, or the option --site-cube names a site that no stone has.
+    """Raise an error if a survey has no stone to compare, or the option --site-cube names a site that no stone has.
 
-    Without cubes nothing is compared, and nothing is checked.
+    Nothing is checked if no results cube is given, since nothing is compared then.
     """
     from overturning.errors import closest_name_hint
     from overturning.surveys.stones import check_has_counted_stone
@@ -137,7 +137,7 @@ def _compare_survey_with_cube(
 ) -> None:
     """Compare a survey with the falls that results cubes predict; print, draw and store the comparison.
 
-    Cubes are given by site, with "" for all sites that are not named.
+    Results cubes are given by site; the key "" stands for all sites that are not named.
     """
     from overturning.findings.survey_commands import SurveyCommandResults
     from overturning.findings.surveys import survey_findings
@@ -193,7 +193,7 @@ def _compare_displacements(
 ) -> None:
     """Compare falls, shifts and twists of a survey with those of a 3-D study; print, store, draw the observed falls.
 
-    `cubes` are the cube for all sites that are not named, and those of single sites.
+    `cubes` are the results cube for all sites that are not named, and the cubes of single sites.
     """
     from overturning.findings.observed import observed_survey_findings
     from overturning.findings.survey_commands import SurveyCommandResults

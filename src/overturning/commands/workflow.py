@@ -142,7 +142,7 @@ def simulate_cases_of_record(
     members: Annotated[Path | None, typer.Option(help="members of the ensemble (CSV)")] = None,
     threads: Threads = 1,
 ) -> None:
-    """Simulate all cases of one record, or one of several chunks of them, and write the outcomes."""
+    """Simulate all cases of one record, or one chunk (part) of them, and write the outcomes."""
     from overturning.records.store import read_record_from_motion_file
     from overturning.study.ensemble import EnsembleMembers
     from overturning.study.load import load_study_from_file_or_json

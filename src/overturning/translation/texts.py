@@ -90,7 +90,7 @@ def _label_and_figure_translations(language: str) -> dict[str, str]:
 
 
 def translate_label(text: str, translation_table: Mapping[str, str]) -> str:
-    """Translate a text that a table lists as a whole; return the text itself if the table lacks it."""
+    """Look up the translation of a whole text in a table; return the text itself if the table lacks it."""
     found = _translation_from_table(text, tuple(translation_table.items()))
     return text if found is None else found
 
@@ -98,7 +98,7 @@ def translate_label(text: str, translation_table: Mapping[str, str]) -> str:
 def translate(text: str, language: str | None = None) -> str:
     """Translate a text of a figure or film, by default into the current language; unknown parts stay English.
 
-    Lines of a text that have an entry only together, since a sentence was broken, are translated together.
+    Lines that the table lists only as one sentence are translated together.
     """
     language = language or current_language()
     if language == ENGLISH:
@@ -131,11 +131,11 @@ def installed_fonts_of_language(language: str) -> list[str]:
 
 
 _FOUND: dict[tuple[str, ...], list[str]] = {}
-"""Installed fonts, by the names that were searched for."""
+"""Cache of the installed fonts, by the font names that were searched for."""
 
 
 def font_language_of_text(text: str) -> str:
-    """Return the language whose fonts a text in a figure needs: Japanese for names in Japanese, else the current."""
+    """Return the language whose fonts a figure text needs: Japanese for Japanese letters, else the current language."""
     return "ja" if any(character >= _FIRST_CJK for character in text) else current_language()
 
 
@@ -148,7 +148,7 @@ def check_font_is_installed(language: str, file_name: str) -> None:
 
 
 class _TranslationPattern(NamedTuple):
-    """English text with placeholders (``{}`` or ``{name}``) as a pattern, with its translation."""
+    """Table entry with placeholders: a regular expression for the English text, and its translation."""
 
     pattern: "re.Pattern[str]"
     names: tuple[str, ...]  # of the fields in the English text; "" for a number
@@ -159,7 +159,7 @@ class _TranslationPattern(NamedTuple):
 def _exact_and_pattern_translations(
     table_entries: tuple[tuple[str, str], ...],
 ) -> tuple[dict[str, str], list[_TranslationPattern]]:
-    """Return a table's translations by English text, and a list of those whose text has placeholders."""
+    """Return the translations in a table by English text, and patterns for the texts with placeholders."""
     found = []
     for english, translation in table_entries:
         fixed, names = _FIELD.split(english)[::2], tuple(_FIELD.findall(english))
@@ -173,7 +173,7 @@ def _exact_and_pattern_translations(
 
 @lru_cache(maxsize=4096)
 def _translation_from_table(text: str, table_entries: tuple[tuple[str, str], ...]) -> str | None:
-    """Return the translation of a text that a table lists, exactly or with placeholders; None if there is none."""
+    """Look up the translation of a text in a table, exactly or by a pattern with placeholders; None if absent."""
     exact, entries = _exact_and_pattern_translations(table_entries)
     if text in exact:
         return exact[text]

@@ -4,7 +4,12 @@ import pytest
 from overturning.errors import ConfigError, MissingDataError
 from overturning.records.catalogue import LABELS, PLACES, RecordTableRow, paths_of_record_files, read_record_table
 from overturning.records.fault_trace import parse_fault_trace
-from overturning.records.read import NO_SOURCE, add_table_labels, read_record, read_record_without_table_labels
+from overturning.records.read import (
+    NO_SOURCE,
+    add_labels_from_record_table,
+    read_record,
+    read_record_without_table_labels,
+)
 from overturning.records.store import write_record_to_motion_file
 from tests.expect import refused
 from tests.records.record_writers import geonet_text
@@ -110,7 +115,7 @@ def test_labels_are_all_columns_that_change_no_sample(tmp_path):
     write_record_to_motion_file(bare, tmp_path / "bare.nc")
     write_record_to_motion_file(labelled, tmp_path / "labelled.nc")
     assert (tmp_path / "bare.nc").read_bytes() == (tmp_path / "labelled.nc").read_bytes()
-    described = add_table_labels(bare, LABELLED)
+    described = add_labels_from_record_table(bare, LABELLED)
     assert (described.station, described.event, described.latitude) == ("Church", "Darfield 2010", -43.5)
     assert described.extra["magnitude"] == 7.1
     assert {name: described.extra[name] for name in PLACES} == {
@@ -139,7 +144,7 @@ def test_coordinates_of_the_table_without_a_source_are_told(tmp_path):
     samples = read_record_without_table_labels(RecordTableRow(id="mine", source="mine.V2A"), tmp_path)
     stated = {"station_latitude_deg": -43.5, "station_longitude_deg": 172.5}
     of_file, bare, sourced = (
-        add_table_labels(samples, RecordTableRow(id="mine", source="mine.V2A", **cells))
+        add_labels_from_record_table(samples, RecordTableRow(id="mine", source="mine.V2A", **cells))
         for cells in ({}, stated, stated | {"coordinates_source": "survey of 2011"})
     )
     assert of_file.latitude is not None

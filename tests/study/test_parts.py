@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from overturning.errors import ArgumentError
-from overturning.study.netcdf import chunk_shape_of_variable
+from overturning.study.netcdf import hdf5_chunk_shape
 from overturning.study.parts import SweepChunk, grid_of_chunk
 from overturning.study.scenes import variant_grid
 from tests.study.small_study import cube_of, pulse, study
@@ -74,4 +74,4 @@ def test_a_text_that_names_no_chunk_is_refused(text: str) -> None:
 def test_a_chunk_of_a_file_holds_whole_directions_of_about_a_million_values(
     grid: tuple[int, ...], chunk: tuple[int, ...]
 ) -> None:
-    assert chunk_shape_of_variable(grid) == chunk
+    assert hdf5_chunk_shape(grid) == chunk

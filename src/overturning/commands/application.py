@@ -28,6 +28,7 @@ class _GroupWithHelpHeadings(TyperGroup):
 
     @override
     def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the list of commands in the help text, under their headings."""
         panels: dict[str, list[tuple[str, str]]] = {"Commands": []}
         for name in self.list_commands(ctx):
             command = self.get_command(ctx, name)

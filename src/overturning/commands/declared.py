@@ -34,6 +34,7 @@ def dataclass_fields_as_options(command: Callable[..., None]) -> Callable[..., N
         options += [one.replace(kind=one.KEYWORD_ONLY, annotation=types[one.name]) for one in several]
 
     def run_with_options(**given: Any) -> None:
+        """Build the dataclasses from the options, and call the command with them."""
         made = {name: kind(**{one.name: given.pop(one.name) for one in fields(kind)}) for name, kind in groups.items()}
         command(**made, **given)
 

@@ -121,6 +121,7 @@ def start_fork_server(measurements: str | os.PathLike[str]) -> Callable[[], None
     os.environ[SERVER_VARIABLE] = path
 
     def stop_fork_server() -> None:
+        """End the server by closing its input, and wait until it has ended."""
         os.environ.pop(SERVER_VARIABLE, None)
         server.communicate()  # its input ends, and so does the server
 

@@ -184,7 +184,7 @@ def _simulate_stack(
     from overturning.model.stack import Stack
 
     stones = _load_or_create_scene(planar_model_options, stone_options.damping_ratio)
-    model, friction = Stack(stones), _friction_of_scene(stones, stone_options)
+    model, friction = Stack(stones), _checked_friction_coefficient(stones, stone_options)
     paths = [
         _trajectory_in_file_time(
             trajectory(
@@ -207,7 +207,7 @@ def _simulate_stack(
     )
 
 
-def _friction_of_scene(scene: "Scene", stone_options: StoneOptions) -> float:
+def _checked_friction_coefficient(scene: "Scene", stone_options: StoneOptions) -> float:
     """Return the coefficient of friction; raise an error if both the option and the scene define it."""
     from overturning.errors import ArgumentError
 
@@ -235,7 +235,7 @@ def _simulate_planar(
     own_height, own_ratio = default_height_and_b_over_h(stones)
     height = own_height if stone_options.height is None else stone_options.height
     b_over_h = own_ratio if stone_options.b_over_h is None else stone_options.b_over_h
-    friction = _friction_of_scene(stones, stone_options)
+    friction = _checked_friction_coefficient(stones, stone_options)
     paths = [
         _trajectory_in_file_time(
             trajectory(

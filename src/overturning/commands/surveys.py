@@ -309,6 +309,7 @@ def infer_motion_from_survey(
     began = said = time.monotonic()
 
     def print_progress(done_count: int, total_count: int) -> None:
+        """Print the number of computed motions and the remaining time, at most every two seconds."""
         nonlocal said
         now = time.monotonic()
         if 0 < done_count < total_count and now - said > 2:

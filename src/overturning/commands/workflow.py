@@ -32,6 +32,7 @@ def _create_percent_progress_printer() -> Callable[[int, int], None]:
     last, said = time.monotonic(), 0
 
     def print_progress(done_count: int, total_count: int) -> None:
+        """Print the progress in per cent if it has risen, at most once a second."""
         nonlocal last, said
         now, share = time.monotonic(), 100 * done_count // total_count if total_count else 100
         if share > said and now - last >= 1.0:
@@ -108,9 +109,9 @@ def add_record_labels(
     for name, entry in record_table_rows(settings, settings.name).items():
         path = motions / f"{name}.nc"
         before = read_unprocessed_record_from_motion_file(path)
-        labelled = None if before is None else read.add_table_labels(before, entry)
+        labelled = None if before is None else read.add_labels_from_record_table(before, entry)
         write_record_to_motion_file(
-            read.add_table_labels(read_record_from_motion_file(path), entry),
+            read.add_labels_from_record_table(read_record_from_motion_file(path), entry),
             output / path.name,
             unprocessed_record=labelled,
         )

@@ -89,6 +89,7 @@ class RecordDescription(BaseModel, extra="forbid", frozen=True, use_attribute_do
 
     @model_validator(mode="after")
     def _check_coordinate_pairs(self) -> "RecordDescription":
+        """Raise a ValueError if latitude or longitude of a place is missing, or the source of a fault trace."""
         for place in ("station", "epicentre"):
             pair = [f"{place}_{name}_deg" for name in ("latitude", "longitude")]
             empty = [column for column in pair if getattr(self, column) is None]
@@ -199,7 +200,7 @@ def _source_names_with_paths(table_row: RecordTableRow, data_dir: Path) -> list[
 
     Without this error, a record whose vertical component is missing would be read as one with two components.
     """
-    archives = [path for path in _sorted_files(data_dir, "*") if _has_archive_extension(path)]
+    archives = [path for path in _sorted_matching_files(data_dir, "*") if _has_archive_extension(path)]
     located: list[tuple[str, Path]] = []
     missing: list[str] = []
     for word in table_row.source.split():
@@ -207,7 +208,7 @@ def _source_names_with_paths(table_row: RecordTableRow, data_dir: Path) -> list[
             located.append((word.removeprefix(EXAMPLE), _example_file_path(table_row, word.removeprefix(EXAMPLE))))
             continue
         named = [data_dir / word] if (data_dir / word).is_file() else []
-        matching = [path for path in _sorted_files(data_dir, f"{word}.*") if not has_non_record_name(path)]
+        matching = [path for path in _sorted_matching_files(data_dir, f"{word}.*") if not has_non_record_name(path)]
         plain = [path for path in matching if not _has_archive_extension(path)]
         holding = (
             named
@@ -227,14 +228,14 @@ def _example_file_path(table_row: RecordTableRow, example_name: str) -> Path:
     folder = Path(__file__).parent / "examples"
     path = folder / f"{example_name}.zip"
     if not path.is_file():
-        known = ", ".join(file.stem for file in _sorted_files(folder, "*.zip"))
+        known = ", ".join(file.stem for file in _sorted_matching_files(folder, "*.zip"))
         raise MissingDataError(
             f"record {table_row.id}: no example {example_name!r} comes with the package; there is {known}"
         )
     return path
 
 
-def _sorted_files(folder: Path, pattern: str) -> list[Path]:
+def _sorted_matching_files(folder: Path, pattern: str) -> list[Path]:
     """Return the files of a folder that match a pattern, in order of their names; empty if the folder is missing."""
     return sorted(path for path in folder.glob(pattern) if path.is_file()) if folder.is_dir() else []
 

@@ -173,12 +173,12 @@ def format_record_check(record_check: RecordCheckResult) -> str:
         f"{'with' if record.up is not None else 'without'} vertical component",
         *(f"  {_format_component_summary(c)}" for c in record_check.components),
         *(f"  {note}" for note in notes_for_check_report(record, record_check.components[0].sensor)),
-        f"  north and east: {_format_peaks(record_check.used or record)}",
+        f"  north and east: {_format_pga_pgv_pgd(record_check.used or record)}",
     ]
     return "\n".join(lines)
 
 
-def _format_peaks(processed_record: Record) -> str:
+def _format_pga_pgv_pgd(processed_record: Record) -> str:
     """Return a text with PGA, PGV and PGD of a processed record; PGD is in parentheses if the record drifts."""
     pga, pgv, pgd = (
         f"{100 * peak:.1f}"

@@ -65,6 +65,7 @@ class DeclaredFileProperties(FilePropertyColumns, frozen=True):
 
     @model_validator(mode="after")
     def _check_columns_format(self) -> "DeclaredFileProperties":
+        """Raise a ValueError if columns are given for another format than CSV."""
         if self.columns and self.format not in ("auto", "csv"):
             raise ValueError(f"columns: only csv has them, the format is {self.format!r}; leave out one of both")
         return self

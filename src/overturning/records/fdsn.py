@@ -80,6 +80,7 @@ def fetch_fdsn_record(
     what = f"{request.server} {request.network}.{request.station}"
 
     def send_with_retries(send_request: Callable[[], Any]) -> Any:
+        """Send a request to the server, and repeat it after connection errors."""
         return call_with_retries(lambda: _send_fdsn_request(send_request, what), what, tries, wait)
 
     client = send_with_retries(lambda: _connect_to_fdsn_server(request.server, timeout))

@@ -45,7 +45,7 @@ def read_record(table_row: RecordTableRow, data_dir: Path | str) -> Record:
     Raises a `MissingDataError` that names missing files and their source, a `RecordError` if files cannot be read or
     are inconsistent, a `ConfigError` for an unknown format.
     """
-    return add_table_labels(read_record_without_table_labels(table_row, data_dir), table_row)
+    return add_labels_from_record_table(read_record_without_table_labels(table_row, data_dir), table_row)
 
 
 def read_record_without_table_labels(table_row: RecordTableRow, data_dir: Path | str) -> Record:
@@ -81,7 +81,7 @@ def read_record_without_table_labels(table_row: RecordTableRow, data_dir: Path |
     return record
 
 
-def add_table_labels(record: Record, table_row: RecordTableRow) -> Record:
+def add_labels_from_record_table(record: Record, table_row: RecordTableRow) -> Record:
     """Add station, event, fault strike, coordinates and licence from the row of the record table to a record."""
     stated = _drop_empty_values(table_row.model_dump(include={"station", "event", "licence", "fault_strike_deg"}))
     stated |= _drop_empty_values(

@@ -84,6 +84,7 @@ class Record(Accelerogram):
 
     @property
     def _label_in_repr(self) -> str:
+        """Id, station and earthquake of the record, for its printed representation."""
         place = ", ".join(text for text in (self.station, self.event) if text)
         return f"Record {self.record_id}" + (f" ({place})" if place else "")
 

@@ -214,6 +214,7 @@ def _zip_members(archive_file: SourceFile) -> Iterator[_Member]:
         for info in archive.infolist():
 
             def read_zip_member(max_bytes: int, member_info: zipfile.ZipInfo = info) -> bytes:
+                """Unpack up to ``max_bytes`` bytes of one member of the zip file."""
                 with archive.open(member_info) as stream:
                     return stream.read(max_bytes)
 

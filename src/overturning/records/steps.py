@@ -186,6 +186,7 @@ class Baseline(_ProcessingStep):
 
     @model_validator(mode="after")
     def _check_time_order(self) -> "Baseline":
+        """Raise a ValueError unless the times t1, t2 and the start of the fit ascend."""
         if (self.t1_s is None) != (self.t2_s is None):
             raise ValueError("t1_s and t2_s: give both or neither")
         if self.t1_s is not None and self.t2_s is not None and not self.t1_s < self.t2_s <= self.fit_from_s:
@@ -256,6 +257,7 @@ class Cut(_ProcessingStep):
 
     @model_validator(mode="after")
     def _check_time_order(self) -> "Cut":
+        """Raise a ValueError unless the end lies after the start."""
         if self.end_s is not None and self.end_s <= self.start_s:
             raise ValueError(f"end_s {self.end_s:g} must lie after start_s {self.start_s:g}")
         return self

@@ -58,7 +58,7 @@ def cut_to_common_window(
     interval = _common_sampling_interval(components)
     _check_station_distances(components, refusals_out)
     offsets = _samples_before_common_start(components, interval, refusals_out)
-    spread = _checked_length_difference(components, interval, refusals_out)
+    spread = _checked_duration_difference_s(components, interval, refusals_out)
     length = min(c.samples.size - offset for c, offset in zip(components, offsets, strict=True))
     if length < 2:
         raise RecordError(f"{components[0].file}: components have no common window")
@@ -118,7 +118,7 @@ def _samples_before_common_start(
     return [round((latest - start).total_seconds() / sampling_interval) for start in starts]
 
 
-def _checked_length_difference(
+def _checked_duration_difference_s(
     components: Sequence[RecordComponent], sampling_interval: float, refusals_out: AssemblyRefusalCollector
 ) -> float:
     """Return the longest minus the shortest duration, s; report a contradiction if several files differ too much."""

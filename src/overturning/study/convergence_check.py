@@ -204,14 +204,14 @@ class _CaseReruns:
 
     def count_changes_by_record(self, case_count: int, record_ids: Sequence[str]) -> list[RecordChanges]:
         """Count, by record, the outcomes that finer time steps change among the first `case_count` cases."""
-        known, changed = self._known_and_changed_with_finer_steps(case_count)
+        known, changed = self._masks_of_known_and_changed_outcomes(case_count)
         record, found = self.sample.record[:case_count], []
         for number, name in enumerate(record_ids):
             mine = known & (record == number)
             found.append(RecordChanges(record=name, cases=int(mine.sum()), changed=int((changed & mine).sum())))
         return found
 
-    def _known_and_changed_with_finer_steps(self, case_count: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    def _masks_of_known_and_changed_outcomes(self, case_count: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Return masks of the first cases: known outcome with both normal and finer time steps, and changed outcome."""
         own, finer = self.sample.answers[:case_count], self.answers["finer"][:case_count]
         known = ((finer["overturned"] != INT8_MISSING) & (own["overturned"] != INT8_MISSING)).all(axis=1)
@@ -220,7 +220,7 @@ class _CaseReruns:
     def confirm_changed_outcomes(self, case_count: int, allowed_steps: int) -> ChangesWithFinerSteps:
         """Test outcomes changed by finer time steps: rerun them with the finest steps, and with a perturbed motion."""
         finer = self.answers["finer"][:case_count]
-        changed = np.flatnonzero(self._known_and_changed_with_finer_steps(case_count)[1])
+        changed = np.flatnonzero(self._masks_of_known_and_changed_outcomes(case_count)[1])
         # Cost: steps half as long (2), and the finer steps once more (1).
         rows = changed[3 * np.cumsum(finer["block_steps"][changed]) <= allowed_steps]
         finest, nudged = (

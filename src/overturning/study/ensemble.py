@@ -97,7 +97,7 @@ class EnsembleMembers:
         return np.asarray(self.relief > np.median(self.relief))
 
     @property
-    def stored_columns(self) -> tuple[str, ...]:
+    def stored_column_names(self) -> tuple[str, ...]:
         """Names of the parameter changes that are stored in a CSV file: those that vary between the runs."""
         varies = {"relief": self.varies_relief, "orientation_deg": bool(self.orientation_deg.any())}
         return tuple(name for name in COLUMNS if varies.get(name, True))
@@ -120,7 +120,7 @@ class EnsembleMembers:
 
     def write_csv(self, csv_path: Path) -> None:
         """Write the parameter changes of all ensemble runs as CSV, with a SHA-256 checksum as last line."""
-        names = self.stored_columns
+        names = self.stored_column_names
         rows = zip(*(getattr(self, name).tolist() for name in names), strict=True)
         with atomic_write(csv_path) as part:
             part.write_text("".join(f"{','.join(map(str, row))}\n" for row in (names, *rows)), encoding="utf-8")

@@ -68,9 +68,11 @@ def _azimuth_independent_measures(records: Sequence[Record], periods: FloatArray
     variables: dict[str, Any] = {}
 
     def add_variable(name: str, dimensions: str, values: Any, units: str, long_name: str) -> None:
+        """Add an intensity measure with its unit and description; dimension names are separated by blanks."""
         variables[name] = (dimensions.split(), np.asarray(values), {"units": units, "long_name": long_name})
 
     def add_measure_by_record(name: str, units: str, long_name: str) -> None:
+        """Add an intensity measure with one value per record; NaN where it is undefined."""
         add_variable(name, "record", [np.nan if one[name] is None else one[name] for one in columns], units, long_name)
 
     add_measure_by_record("jma_intensity", "1", "JMA instrumental intensity; missing without a vertical component")

@@ -28,21 +28,21 @@ def incompatible_setting_messages(study: Any) -> Iterator[str]:
     contacts = {f"variants.{name}.": one.contact for name, one in study.variants.items() if one.contact is not None}
     contacts[""] = study.contact
     if study.body is not None:
-        yield from _body_conflicts(study, study.body, contacts)
+        yield from _body_conflict_messages(study, study.body, contacts)
     elif study.is_stack:
-        yield from _stack_conflicts(study)
-    yield from _population_conflicts(study)
-    yield from _scene_conflicts(study, contacts)
-    yield from _variant_conflicts(study)
-    yield from _primary_statistic_conflicts(study)
-    yield from _research_question_conflicts(study)
+        yield from _stack_conflict_messages(study)
+    yield from _population_conflict_messages(study)
+    yield from _scene_conflict_messages(study, contacts)
+    yield from _variant_conflict_messages(study)
+    yield from _primary_statistic_conflict_messages(study)
+    yield from _research_question_conflict_messages(study)
     for key in ("height", "friction"):
         if (one := getattr(study.figures, key)) is not None and one not in getattr(study, key):
             yield f"figures.{key}: {one:g} is not computed; add it to {key}, or name one of them"
-    yield from _survey_and_published_value_conflicts(study)
+    yield from _survey_and_published_value_conflict_messages(study)
 
 
-def _population_conflicts(study: Any) -> Iterator[str]:
+def _population_conflict_messages(study: Any) -> Iterator[str]:
     """Yield a message for each setting of stone population or ensemble that needs a 3-D body if the study has none."""
     if study.body is None and (study.ensemble.relief is not None or study.ensemble.orientation):
         yield "ensemble.relief, ensemble.orientation: only a single 3-D body has them; give `body`, or leave them out"
@@ -52,7 +52,7 @@ def _population_conflicts(study: Any) -> Iterator[str]:
             yield f"population.{said[0]}: only 3-D stones have shifts and rotations; give `body`"
 
 
-def _variant_conflicts(study: Any) -> Iterator[str]:
+def _variant_conflict_messages(study: Any) -> Iterator[str]:
     """Yield a message for each invalid variant (a repetition of the study with some settings changed)."""
     if "nominal" in study.variants:
         yield "variants: the name nominal is that of the study's own contact; choose another"
@@ -63,7 +63,7 @@ def _variant_conflicts(study: Any) -> Iterator[str]:
         yield f"variants.{on_soil[0]}.site: the study has a site too; make that a variant as well"
 
 
-def _survey_and_published_value_conflicts(study: Any) -> Iterator[str]:
+def _survey_and_published_value_conflict_messages(study: Any) -> Iterator[str]:
     """Yield a message for each setting that is incompatible with the study's surveys or published values."""
     for row in study.published:
         if row.record not in study.records.use:
@@ -85,7 +85,7 @@ def _survey_and_published_value_conflicts(study: Any) -> Iterator[str]:
             )
 
 
-def _body_conflicts(study: Any, body: BodySettings, contacts: dict[str, ContactSettings]) -> Iterator[str]:
+def _body_conflict_messages(study: Any, body: BodySettings, contacts: dict[str, ContactSettings]) -> Iterator[str]:
     """Yield a message for each setting that is incompatible with a 3-D body."""
     for key, reason in _PLANAR_ONLY.items():
         if getattr(study, key) != (gravestone() if key == "scene" else type(study).model_fields[key].default):
@@ -114,7 +114,7 @@ def _body_conflicts(study: Any, body: BodySettings, contacts: dict[str, ContactS
         yield "ensemble.initial_tilt: a 3-D body starts at rest; leave it at 0"
 
 
-def _stack_conflicts(study: Any) -> Iterator[str]:
+def _stack_conflict_messages(study: Any) -> Iterator[str]:
     """Yield a message for each setting that is incompatible with the 3-D simulation of a scene."""
     if study.scene == gravestone():
         yield "orientation: only a 3-D body or a stack has one; give `body` or `scene`, or `azimuth` instead"
@@ -137,7 +137,7 @@ def _stack_conflicts(study: Any) -> Iterator[str]:
         yield f"simulation.scheme: a 3-D stack supports {DEFAULT_SCHEME!r} only; leave the key out"
 
 
-def _primary_statistic_conflicts(study: Any) -> Iterator[str]:
+def _primary_statistic_conflict_messages(study: Any) -> Iterator[str]:
     """Yield a message for each setting that is incompatible with the primary statistic."""
     statistic, against = study.primary.statistic, study.primary.against
     if statistic == "published" and not study.published:
@@ -151,7 +151,7 @@ def _primary_statistic_conflicts(study: Any) -> Iterator[str]:
         yield f"primary.against: {against!r} is none of the variants{known}"
 
 
-def _research_question_conflicts(study: Any) -> Iterator[str]:
+def _research_question_conflict_messages(study: Any) -> Iterator[str]:
     """Yield a message for each setting that is incompatible with the kind of question of the study."""
     if study.asks == "survey" and not (study.surveys or study.published):
         yield "asks: survey, and there is nothing to compare with; give `surveys` or `published`"
@@ -160,7 +160,7 @@ def _research_question_conflicts(study: Any) -> Iterator[str]:
     if study.asks not in CONTRASTS:
         return
     if (against := study.primary.against) is not None and against not in study.variants:
-        return  # named by `_primary_statistic_conflicts`
+        return  # named by `_primary_statistic_conflict_messages`
     if against is None:
         yield f"asks: {study.asks}, compared with which variant? name one in primary.against"
         return
@@ -169,7 +169,7 @@ def _research_question_conflicts(study: Any) -> Iterator[str]:
         yield f"asks: {study.asks}, but variant {against!r} has none of its own; change it there"
 
 
-def _scene_conflicts(study: Any, contacts: dict[str, ContactSettings]) -> Iterator[str]:
+def _scene_conflict_messages(study: Any, contacts: dict[str, ContactSettings]) -> Iterator[str]:
     """Yield a message for each setting that is incompatible with a 2-D scene."""
     scenes = {f"variants.{name}.": one.scene or study.scene for name, one in study.variants.items()}
     scenes[""] = study.scene

@@ -68,7 +68,7 @@ CHUNK: Final = 1 << 20
 """Number of values in an HDF5 or dask chunk of a variable, unless a single azimuth or orientation has more."""
 
 
-def chunk_shape_of_variable(shape: tuple[int, ...]) -> tuple[int, ...]:
+def hdf5_chunk_shape(shape: tuple[int, ...]) -> tuple[int, ...]:
     """Return the HDF5 chunk shape of a variable for one record: all of its cases, or those of some directions."""
     return (min(shape[0], max(1, CHUNK // max(1, prod(shape[1:])))), *shape[1:])
 
@@ -76,7 +76,7 @@ def chunk_shape_of_variable(shape: tuple[int, ...]) -> tuple[int, ...]:
 def add_variable(file: Any, variable: OutcomeVariable, grid: CaseGrid, *leading_dimensions: str) -> Any:
     """Create an outcome variable over a grid in an open netCDF4 file, with all values missing."""
     dimensions = (*leading_dimensions, *grid.cube_dimensions_of_variable(variable))
-    own = chunk_shape_of_variable(grid.cube_shape_of_variable(variable)[1 if grid.amplitude else 0 :])
+    own = hdf5_chunk_shape(grid.cube_shape_of_variable(variable)[1 if grid.amplitude else 0 :])
     created = file.createVariable(
         variable.name, variable.dtype, dimensions, fill_value=variable.fill_value_in_file,
         zlib=True, complevel=1, shuffle=variable.dtype != "i1", chunksizes=(1,) * (len(dimensions) - len(own)) + own,

@@ -313,10 +313,10 @@ class OrientationRange(StrictModel):
                 f"orientation: a step of {self.step:g}° does not divide {period:g}°, after which the stack looks the "
                 "same; choose one that does"
             )
-        self._check_start()
+        self._check_start_below_step()
         return tuple(round(self.start + self.step * number, 10) for number in range(count))
 
-    def _check_start(self) -> None:
+    def _check_start_below_step(self) -> None:
         """Raise a ValueError if the first orientation is not below the step."""
         if self.start >= self.step:
             raise ValueError(f"orientation.start: {self.start:g}°; it must lie below the step, {self.step:g}°")
@@ -337,5 +337,5 @@ class OrientationRange(StrictModel):
             grid = orientations_over_symmetry_period_deg(self.step, shape, body.aspect)
         except ArgumentError as error:
             raise ValueError(str(error)) from None
-        self._check_start()
+        self._check_start_below_step()
         return tuple(round(self.start + value, 10) for value in grid.tolist())

@@ -22,7 +22,8 @@ class ValueRange(StrictModel):
     step: float = Field(gt=0, description="distance between values")
 
     @model_validator(mode="after")
-    def _check_not_empty(self) -> Self:
+    def _check_order_and_value_count(self) -> Self:
+        """Raise a ValueError if stop lies below start, or if the range has too many values."""
         if self.stop < self.start:
             raise ValueError(f"empty range: stop {self.stop:g} lies below start {self.start:g}")
         if (self.stop - self.start) / self.step > _MAX_VALUES:
@@ -46,7 +47,8 @@ class AzimuthRange(StrictModel):
     )
 
     @model_validator(mode="after")
-    def _check_not_empty(self) -> Self:
+    def _check_order_and_azimuth_count(self) -> Self:
+        """Raise a ValueError if the range is empty, has too many azimuths, or does not close the full circle."""
         if self.stop <= self.start:
             raise ValueError(f"empty range: stop {self.stop:g} does not lie above start {self.start:g}")
         steps = (self.stop - self.start) / self.step

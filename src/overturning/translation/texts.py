@@ -103,7 +103,7 @@ def translate(text: str, language: str | None = None) -> str:
     language = language or current_language()
     if language == ENGLISH:
         return text
-    return _translate_broken_text(text, tuple(_label_and_figure_translations(language).items()))
+    return _translate_wrapped_text(text, tuple(_label_and_figure_translations(language).items()))
 
 
 def translate_strings(data: Any, language: str | None = None) -> Any:
@@ -187,10 +187,10 @@ def _translation_from_table(text: str, table_entries: tuple[tuple[str, str], ...
     return None
 
 
-def _translate_broken_text(text: str, table_entries: tuple[tuple[str, str], ...]) -> str:
+def _translate_wrapped_text(text: str, table_entries: tuple[tuple[str, str], ...]) -> str:
     """Translate a text of several lines; lines are joined if this leaves fewer English words.
 
-    A sentence that was broken to fit has no entry by its lines, and may be one part of a list: "stands; leans to 62 %
+    A sentence that was wrapped has no entry for each line, and may be one part of a list: "stands; leans to 62 %
     of the angle at which it would topple at" with the next line "rest".
     """
     lines, best = text.split("\n"), _translate_text_lines(text, table_entries)

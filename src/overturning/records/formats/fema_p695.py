@@ -40,7 +40,7 @@ def read_components(record_source: str) -> list[RecordComponent]:
         )
     try:
         with zipfile.ZipFile(ARCHIVE) as archive:
-            records = {row["ID"]: row for row in _csv_rows(archive, f"{record_set}/records.csv")}
+            records = {row["ID"]: row for row in _read_csv_rows(archive, f"{record_set}/records.csv")}
             if number not in records:
                 known = sorted(map(int, records))
                 raise RecordError(f"source {record_source!r}: {record_set} has the ids {known[0]} to {known[-1]}")
@@ -56,7 +56,7 @@ def read_components(record_source: str) -> list[RecordComponent]:
     return components
 
 
-def _csv_rows(archive: zipfile.ZipFile, name: str) -> list[dict[str, str]]:
+def _read_csv_rows(archive: zipfile.ZipFile, name: str) -> list[dict[str, str]]:
     """Return the rows of a CSV table in the zip archive, each as a dictionary by column."""
     return list(csv.DictReader(io.StringIO(archive.read(name).decode())))
 
@@ -65,7 +65,7 @@ def _read_both_components(archive: zipfile.ZipFile, source: str, record: dict[st
     """Read both horizontal components of a FEMA P-695 record, given its row in the table of its record set."""
     record_set, number = source.split(":")
     components = []
-    for row in _csv_rows(archive, f"{record_set}/components.csv"):
+    for row in _read_csv_rows(archive, f"{record_set}/components.csv"):
         if row["RecordID"] != number:
             continue
         in_g = np.array(

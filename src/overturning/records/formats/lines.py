@@ -241,6 +241,7 @@ def reads_consecutive_components(
     """
 
     def read_all_components(read_component: _ComponentReader, source_file: SourceFile) -> list[RecordComponent]:
+        """Read the components of a file one after the other, with the decorated reader of one component."""
         components, at = [], 0
         while at < len(source_file.lines):
             line, length = source_file.lines[at].strip(), 1

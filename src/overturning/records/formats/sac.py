@@ -66,6 +66,7 @@ def _component_of_trace(
     header, scale = trace.stats.sac, UNITS[unit]
 
     def header_number(header_key: str) -> float | None:
+        """Return a number of the SAC header; None if it is undefined."""
         value = header.get(header_key)
         return None if value is None or value == UNDEFINED else float(value)
 

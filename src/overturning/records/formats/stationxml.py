@@ -109,6 +109,7 @@ def find_channel_epoch(
     trusted: list[str] = []
 
     def report_contradiction(contradiction: str, remedy: str) -> None:
+        """Raise a RecordError for a contradiction; if the user trusts the data, only store the contradiction."""
         if not declared_properties.trust_data:
             raise RecordError(f"{name} {contradiction}; {remedy}, or say --trust-data")
         trusted.append(f"{name} {contradiction}")

@@ -28,10 +28,10 @@ from overturning.commands.fork_client import HEADER_BYTES, SERVER_VARIABLE, STAR
 _MODULES: Final = {
     "read": ("overturning.records.processing", "overturning.records.read", "overturning.study.load", "netCDF4"),
     "members": ("scipy.stats",),
-    "rotate": ("overturning.study.intensity", "scipy.fft", "xarray"),
+    "rotate": ("overturning.study.intensity", "scipy.fft", "xarray", "dask.base"),
     "sweep": ("overturning.study.sweep", "overturning.dem.block.plan"),
     "record-figures": ("overturning.figures.record", "matplotlib.backends.backend_svg"),
-    "findings": ("overturning.findings.results",),
+    "findings": ("overturning.findings.collect",),
 }
 """Modules that the server imports before the first step of a command, because later steps use them, too."""
 

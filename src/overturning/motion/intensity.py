@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from overturning.arrays import FloatArray
+from overturning.arrays import FloatArray, create_xarray_dataset
 from overturning.motion.direction import checked_azimuths, north_east_cosines_of_azimuths
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Accelerogram
@@ -68,15 +68,13 @@ def intensity_measures_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) 
 
 def intensity_dataset_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) -> "xarray.Dataset":
     """Return the intensity measures of a motion along azimuths, degrees clockwise from north, as an xarray dataset."""
-    import xarray as xr
-
     azimuths = checked_azimuths(azimuth_deg)
     variables = {
         name: ("azimuth", values, {"units": MEASURES[name][0], "long_name": MEASURES[name][1]})
         for name, values in intensity_measures_by_azimuth(motion, azimuths).items()
     }
     coordinate = ("azimuth", azimuths, {"units": "degree", "long_name": "azimuth of the motion, clockwise from north"})
-    return xr.Dataset(variables, {"azimuth": coordinate})
+    return create_xarray_dataset(variables, {"azimuth": coordinate}, {})
 
 
 def jma_intensity_and_peaks_of_record(

@@ -57,7 +57,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 def pytest_collection_finish() -> None:
     """Keep garbage collection away from modules and tests: they stay, and looking at all of them takes seconds."""
-    gc.collect()
     gc.freeze()
     gc.set_threshold(20_000, 50, 100)
 

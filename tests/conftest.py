@@ -19,6 +19,9 @@ would compile the same kernel at the same time, and a second variant of a kernel
 SOURCES = ("test_layers.py", "test_locks.py")
 """Files whose tests search the same Python sources for imports: in one process, so that each is parsed once."""
 
+WORKFLOW = ("test_study.py", "test_messages.py", "test_imports.py")
+"""Files whose tests plan studies by Snakemake: in one process, so that it is imported once (0.7 s)."""
+
 FIRST = (
     *KERNELS, "test_body_closed_forms.py", "test_rocking.py", "test_study.py", "test_messages.py",
     "test_in_browsers.py", "test_explorer_in_browsers.py", "test_commands_on_results.py", "test_japanese_figures.py",
@@ -28,12 +31,13 @@ FIRST = (
 
 
 class KernelScheduling(LoadFileScheduling):
-    """Tests of a file run in one process, those of all files in `KERNELS` in one, and those of `SOURCES` too."""
+    """Tests of a file run in one process, and so do those of all files in `KERNELS`, `SOURCES` or `WORKFLOW`."""
 
     def _split_scope(self, nodeid: str) -> str:
         file = super()._split_scope(nodeid)
         name = file.rpartition("/")[2]
-        return "kernels" if name in KERNELS else "sources" if name in SOURCES else file
+        groups = {"kernels": KERNELS, "sources": SOURCES, "workflow": WORKFLOW}
+        return next((group for group, names in groups.items() if name in names), file)
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -69,10 +69,10 @@ def _update_largest_filtered_motion(
     """Filter a motion and update, in place, the largest value along each azimuth; skip samples that are too small.
 
     A sample that is nearer to the origin than the smallest of all largest values so far cannot be the largest along
-    any azimuth. Otherwise each group of azimuths is tested: |p · u| ≤ |p · m| + |p × m| |sin δ| for the sample p
-    and an azimuth u at the angle δ from the middle azimuth m of the group. The fourth column of `groups` becomes the
-    bound that a sample must reach. If a sample is not finite, all results are NaN. The function has plain loops only,
-    which compile in a fraction of the time.
+    any azimuth; neither can one without motion. Otherwise each group of azimuths is tested:
+    |p · u| ≤ |p · m| + |p × m| |sin δ| for the sample p and an azimuth u at the angle δ from the middle azimuth m of
+    the group. The fourth column of `groups` becomes the bound that a sample must reach. If a sample is not finite, all
+    results are NaN. The function has plain loops only, which compile in a fraction of the time.
     """
     count = cosines.shape[0]
     b0, b1, b2 = coefficients[0, 0], coefficients[0, 1], coefficients[0, 2]
@@ -83,7 +83,7 @@ def _update_largest_filtered_motion(
         n, e = north_1 + b0 * x, east_1 + b0 * y
         north_1, east_1 = (north_2 + x * b1) - n * a1, (east_2 + y * b1) - e * a1
         north_2, east_2 = x * b2 - n * a2, y * b2 - e * a2
-        if n * n + e * e < least * least * _MARGIN:
+        if n == e == 0.0 or n * n + e * e < least * least * _MARGIN:
             continue
         least = math.inf
         for group in range(groups.shape[0]):

@@ -23,7 +23,7 @@ const faults = [];
 addEventListener("error", (event) => faults.push(event.message));
 for (const kind of ["error", "warn"]) console[kind] = (...words) => faults.push(words.join(" "));
 const until = async (holds) => {
-  for (let i = 0; i < 400 && !holds(); i++) await new Promise((done) => setTimeout(done, 50));
+  for (let i = 0; i < 2000 && !holds(); i++) await new Promise((done) => setTimeout(done, 10));
   if (!holds()) throw new Error(`did not come true: ${holds}`); };
 const press = (on, key) => on.dispatchEvent(new KeyboardEvent("keydown", {key, bubbles: true, cancelable: true}));
 const set = (box, value, kind) => { box.value = value; box.dispatchEvent(new Event(kind)); };

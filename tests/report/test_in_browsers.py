@@ -25,7 +25,7 @@ const look = () => seen.push([data.state, Number(data.time), data.forces, data.e
 await until(() => data.ready === "true");
 look();
 film.querySelector(".film-play").click();
-await until(() => data.state === "playing" && data.time > 0.2);
+await until(() => data.state === "playing" && data.time > 0.1);
 await until(() => data.state === "ended");
 look();
 const outcomes = [...document.querySelectorAll(".film-outcome")].map((one) => one.textContent);
@@ -35,7 +35,7 @@ press(document.body, " ");
 await until(() => data.time > 0.1);
 press(document.body, " ");
 const paused = data.state;
-set(film.querySelector("input[type=range]"), 0.3, "input");
+set(film.querySelector("input[type=range]"), 0.1, "input");
 look();
 const [, half, full] = film.querySelectorAll(".film-speed input");
 full.click();
@@ -149,7 +149,7 @@ def said(request: pytest.FixtureRequest, rendered: tuple[str, bytes], tmp_path_f
         "slender": trajectory(rest, "rectangle", height=0.01, b_over_h=0.1, orientation_deg=0.0),
     }
     pages = {
-        "film": (film_page_html(two_panels(duration=0.4, title=NAME)), FILM),
+        "film": (film_page_html(two_panels(duration=0.2, title=NAME)), FILM),
         "three": (film_page_html(Film("three", 0.0, 0.02, (*film.panels, film.panels[0]))), THREE),
     }
     with pytest.MonkeyPatch.context() as patch:  # frames for print, which these scripts do not look at
@@ -182,13 +182,13 @@ def test_a_film_plays_and_obeys_its_keys(said: dict[str, Any]) -> None:
     assert film["rates"] == ["1", "0.5"]
     assert film["seen"] == [
         ["paused", 0, "false", "false", "0.2"],
-        ["ended", 0.4, "false", "false", "0.2"],
+        ["ended", 0.2, "false", "false", "0.2"],
         ["paused", 0, "false", "false", "0.2"],
         ["paused", 0.02, "false", "false", "0.2"],
         ["paused", 0.02, "true", "false", "0.2"],
         ["paused", 0.02, "true", "true", "0.2"],
         ["paused", 0.02, "true", "true", "0.5"],
-        ["paused", 0.3, "true", "true", "0.5"],
+        ["paused", 0.1, "true", "true", "0.5"],
     ]
 
 

@@ -82,6 +82,7 @@ def rotation_slip_and_uplift_figure(trajectories: Sequence[xr.Dataset], title: s
         upper.set_title(
             fill(f"{heading}: {_outcome_label(trajectory)}", int(18 * width / len(trajectories) / 1.25)),
             fontsize=9,
+            y=1.0,  # a place that needs no measurement of the ticks
             parse_math=False,
         )
     for row in rows[1:]:  # at rest nothing but rounding errors would be drawn, on a scale of 1e-17

@@ -56,7 +56,7 @@ def fall_probabilities_of_arcs(
     (sectors,), sum to 1. An arc from an azimuth to itself has the probability 0. The azimuths, degrees, are arrays of
     one shape, or numbers.
     """
-    below = np.concatenate([[0.0], np.cumsum(np.tile(sector_probabilities, 2))])
+    below = np.concatenate([[0.0], sector_probabilities, sector_probabilities]).cumsum()
     start = sectors.borders[0]
     borders = np.append(sectors.borders[:-1], sectors.borders + 360.0) - start
     first, last = np.asarray(begin_deg, np.float64), np.asarray(end_deg, np.float64)

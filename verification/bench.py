@@ -19,7 +19,7 @@ import typer
 from numba import njit
 
 from overturning.dem.block.loops import SCHEMES
-from overturning.dem.block.rigid import rocking
+from overturning.dem.block.rigid import simulate_rigid_rocking
 from overturning.dem.block.state import ROWS, TICKS
 from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate_as_arrays
@@ -135,13 +135,15 @@ def measure_sweep() -> list[MeasuredFigure]:
     motion = read_default_motions()["rinaldi"]
     axes = (np.arange(0.0, 360.0, 5.0), [0.6, 1.2], [0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4], [NO_SLIDING])
     cases = case_grid(*axes)
-    rigid = np.stack([rocking(motion.scaled_by(factor), cases).overturned for factor in (1.0, 0.99, 1.01)])
+    rigid = np.stack(
+        [simulate_rigid_rocking(motion.scaled_by(factor), cases).overturned for factor in (1.0, 0.99, 1.01)]
+    )
     firm = (rigid == rigid[0]).all(axis=0)
     # As a user runs it; the second run omits the mirrored half of the grid.
     given: dict[str, Any] = dict(zip(("azimuth_deg", "height", "b_over_h", "friction"), axes, strict=True))
     whole = minimum_processor_time(lambda: run_cases(motion, cases, leave_out=False), 15) / cases.case_count
     default = minimum_processor_time(lambda: simulate_as_arrays(motion, **given), 15) / cases.case_count
-    exact = minimum_processor_time(lambda: rocking(motion, cases)) / cases.case_count
+    exact = minimum_processor_time(lambda: simulate_rigid_rocking(motion, cases)) / cases.case_count
     return [
         MeasuredFigure("cases of the sweep", cases.case_count),
         MeasuredFigure("time per case, nothing left out", whole * 1e3, "ms"),

@@ -17,7 +17,7 @@ import typer
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.block.rigid import rocking
+from overturning.dem.block.rigid import simulate_rigid_rocking
 from overturning.dem.block.state import MAX_FRICTION
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import simulate_cases
@@ -277,7 +277,8 @@ def damping_ratio(thin: ThinnedStudy) -> Bodies:
         "3-D kernel": run_three_d,
     }
     weaker, exact, stronger = (
-        [rocking(motion.scaled_by(factor), cases) for motion, _ in groups] for factor in (0.99, 1.0, 1.01)
+        [simulate_rigid_rocking(motion.scaled_by(factor), cases) for motion, _ in groups]
+        for factor in (0.99, 1.0, 1.01)
     )
     side, peak = (np.concatenate(part) for part in zip(*exact, strict=True))
     firm = np.all([np.concatenate([one.overturned for one in other]) == side for other in (weaker, stronger)], axis=0)

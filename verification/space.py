@@ -117,8 +117,8 @@ def prism_outcomes(motion: Motion, cases: Cases, numerics: NumericalOptions) -> 
     """Return outcomes of prisms in double precision; the single precision of a cube would hide small errors."""
     plan = plan_simulation(Body(RectangularPrism()), motion, cases, numerics)
     found: Outcome = {}
-    for group in np.unique(plan.queue_number_by_case):
-        chosen = np.flatnonzero(plan.queue_number_by_case == group)
+    for group in np.unique(plan.parallel_group_by_case):
+        chosen = np.flatnonzero(plan.parallel_group_by_case == group)
         computed, _ = plan.compute_cases(chosen, np.zeros(1, np.int64))
         for name, values in computed.items():
             found.setdefault(name, np.full(cases.case_count, np.nan))[chosen] = values

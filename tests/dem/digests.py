@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from overturning.dem.block.rigid import rocking
+from overturning.dem.block.rigid import simulate_rigid_rocking
 from overturning.dem.faces import simulate_grid_and_body_face_planes
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import simulate_cases
@@ -73,7 +73,7 @@ def of_cases(model: Model | Scene, cases: Cases, up: bool = False, **options: An
 
 
 def of_rigid(up: bool, order: int) -> dict[str, Any]:
-    return rocking(ground(up), drawn(60, 4, tilted=True), order)._asdict()
+    return simulate_rigid_rocking(ground(up), drawn(60, 4, tilted=True), order)._asdict()
 
 
 def of_faces() -> dict[str, Any]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from overturning.dem.body.plan import SimulationPlan3D
 from overturning.dem.numerics import NumericalOptions
-from overturning.dem.run import plan_simulation, split_into_queues
+from overturning.dem.run import plan_simulation, split_into_case_groups
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.results import CaseResults
@@ -37,8 +37,8 @@ def simulate_under_each(model: Body | Stack, motions: list[Motion], cases: Cases
     assert isinstance(plan, SimulationPlan3D)
     found = plan.initial_results()
     moving = np.flatnonzero(~plan.stays_at_rest & ~plan.too_soft)
-    order = moving[np.argsort(plan.queue_number_by_case[moving], kind="stable")]
-    for queue in split_into_queues(order, plan.queue_number_by_case, split_long_groups=False):
+    order = moving[np.argsort(plan.parallel_group_by_case[moving], kind="stable")]
+    for queue in split_into_case_groups(order, plan.parallel_group_by_case, split_long_groups=False):
         found.store_outcomes(queue, plan.compute_cases(queue, np.zeros(1, np.int64))[0])
     return CaseResults(
         **{name: values.reshape(len(plans), -1, *values.shape[1:]) for name, values in vars(found).items()}

@@ -80,7 +80,7 @@ def test_the_package_changes_nothing_in_numba_or_llvm_for_others() -> None:
 
         numba.njit(lambda x: x + 1.0)(1.0)
         before = state()
-        from overturning.dem.kernel.queue import run_queue
+        from overturning.dem.kernel.queue import run_case_queue
         from overturning.dem.simulate import simulate_as_arrays
         after = state()
         print([name for name in before if before[name] != after.get(name)])
@@ -141,4 +141,4 @@ def test_the_cache_folder_depends_on_all_modules_that_kernels_import() -> None:
         if name.startswith("overturning.dem.") and "numba" in path.read_text(encoding="utf-8"):
             types = {"overturning.arrays", "overturning.motion.motion"}  # nothing in them is compiled
             assert {modules()[other] for other in imports(name) - types} <= {*kernel_cache._COMPILED}, name
-    assert queue.run_queue._cache._cache_path == str(cache_directory())
+    assert queue.run_case_queue._cache._cache_path == str(cache_directory())

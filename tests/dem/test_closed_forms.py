@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from overturning.dem.block.rigid import rocking
+from overturning.dem.block.rigid import simulate_rigid_rocking
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import run_cases, simulate_cases
 from overturning.dem.trajectory import trajectory
@@ -264,7 +264,7 @@ def test_a_squat_block_lands_and_stays() -> None:
         Motion(along, 0 * along, sampling_interval=record.sampling_interval),
         Cases(0.0, height, b_over_h, 10.0),
     )
-    expected = rocking(motion, case).peak_rotation[0]
+    expected = simulate_rigid_rocking(motion, case).peak_rotation[0]
     for general in (False, True):
         found = simulate_cases(gravestone(), motion, case, NumericalOptions(general=general))
         assert found.peak_rotation.ravel()[0] == pytest.approx(expected, abs=0.01)

@@ -9,7 +9,13 @@ from numba import njit
 from overturning.dem.block import plan as block
 from overturning.dem.body import plan as body
 from overturning.dem.kernel import mechanics
-from overturning.dem.kernel.lanes import OPTIONS, LaneTupleAccess, TupleRowLayout, aligned_zeros, whole_vectors
+from overturning.dem.kernel.lanes import (
+    OPTIONS,
+    StateTupleAccess,
+    TupleRowLayout,
+    cache_line_aligned_zeros,
+    whole_vectors,
+)
 from overturning.dem.polygon import plan as polygon
 from overturning.dem.stack import plan as stack
 
@@ -29,10 +35,10 @@ class Other(NamedTuple):
     mass: float
 
 
-def compiled(access: LaneTupleAccess) -> LaneTupleAccess:
+def compiled(access: StateTupleAccess) -> StateTupleAccess:
     """Return the access functions compiled so that Python can call them."""
     load, store, store_unless = access
-    return LaneTupleAccess(
+    return StateTupleAccess(
         njit(lambda array, j: load(array, j)),
         njit(lambda array, j, value: store(array, j, value)),
         njit(lambda array, j, keep, value: store_unless(array, j, keep, value)),
@@ -45,8 +51,8 @@ rotate_pair = njit(lambda c, s, turn: mechanics.rotate_cosine_and_sine(c, s, tur
 clamp = njit(lambda force, limit: mechanics.clamp_magnitude(force, limit))
 
 ROWS = TupleRowLayout(4, Other, Pair)
-PAIR, TWO = compiled(ROWS.lane_access(Pair)), compiled(ROWS.lane_access(Pair, "two"))
-NO_SPRINGS = compiled(ROWS.lane_access(Pair, unused_fields=["spring"]))
+PAIR, TWO = compiled(ROWS.tuple_access(Pair)), compiled(ROWS.tuple_access(Pair, "two"))
+NO_SPRINGS = compiled(ROWS.tuple_access(Pair, unused_fields=["spring"]))
 
 
 def lanes() -> np.ndarray:
@@ -89,7 +95,7 @@ def test_store_unless_keeps_a_lane_and_omitted_fields_are_not_stored() -> None:
 def test_compiled_code_allocates_aligned_zeros() -> None:
     @njit(**OPTIONS)
     def allocated(size: int) -> np.ndarray:
-        return aligned_zeros(size)
+        return cache_line_aligned_zeros(size)
 
     for size in (1, 100, 4032):
         numbers = allocated(size)  # not a copy: Python gets the array at its address

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from overturning.dem.block.rigid import rocking
+from overturning.dem.block.rigid import simulate_rigid_rocking
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
@@ -41,7 +41,7 @@ def test_a_slender_block_under_a_half_sine_follows_the_closed_form(ratio: float)
     wave = np.append(np.sin(np.pi * np.arange(samples + 1) / samples), 0.0)
     motion = Motion(wave, 0 * wave, sampling_interval=period / samples, trust_data=True)
     strengths = np.linspace(1.1, 12.0, 110)
-    found = rocking(motion, Cases(0.0, height, slender, 1.0, amplitude=strengths * slender * G))
+    found = simulate_rigid_rocking(motion, Cases(0.0, height, slender, 1.0, amplitude=strengths * slender * G))
     expected = np.array([slender_under_half_sine(strength, ratio) for strength in strengths])
     falls, stands = np.isinf(expected), np.isfinite(expected)
     assert falls.sum() > 8
@@ -98,7 +98,7 @@ def test_real_records_agree_with_scipys_integrator(number: int, height: float, b
     part = strong_part(number, 2.0, 3.0)
     north, up = factor * part.north, 0.5 * factor * part.east
     motion = Motion(north, 0 * north, up, sampling_interval=part.sampling_interval, trust_data=True)
-    found = rocking(motion, Cases([0.0, 180.0], height, b_over_h, 1.0))
+    found = simulate_rigid_rocking(motion, Cases([0.0, 180.0], height, b_over_h, 1.0))
     side, peak = by_scipy(motion, height, b_over_h)
     assert found.overturned.tolist() == [side, -side]
     assert found.peak_rotation[0] == pytest.approx(peak, rel=1e-3 if side == 0 else 1e-9)
@@ -109,18 +109,18 @@ def test_results_are_bit_equal_for_mirrored_cases_and_any_other_cases() -> None:
     part = strong_part(9, 2.0, 6.0)
     motion = Motion(part.north, part.east, 0.4 * part.north, sampling_interval=part.sampling_interval)
     azimuth, ratio = (one.ravel() for one in np.meshgrid(np.arange(0.0, 360.0, 10.0), [0.1, 0.25, 0.4, 1.5]))
-    found = rocking(motion, Cases(azimuth, 0.6, ratio, 1.0))
+    found = simulate_rigid_rocking(motion, Cases(azimuth, 0.6, ratio, 1.0))
     assert np.unique(found.overturned).size == 3
-    turned = rocking(motion, Cases((azimuth + 180.0) % 360.0, 0.6, ratio, 1.0))
+    turned = simulate_rigid_rocking(motion, Cases((azimuth + 180.0) % 360.0, 0.6, ratio, 1.0))
     np.testing.assert_array_equal(turned.overturned, -found.overturned)
     np.testing.assert_array_equal(turned.peak_rotation, found.peak_rotation)
-    alone = rocking(motion, Cases(azimuth[5:6], 0.6, ratio[5:6], 1.0))
+    alone = simulate_rigid_rocking(motion, Cases(azimuth[5:6], 0.6, ratio[5:6], 1.0))
     assert alone.peak_rotation.tobytes() == found.peak_rotation[5:6].tobytes()
 
 
 def test_a_block_released_from_a_tilt_never_exceeds_it() -> None:
     quiet = Motion(np.zeros(4000), np.zeros(4000), sampling_interval=0.005)
-    found = rocking(quiet, Cases(0.0, 1.0, 0.3, 1.0, initial_tilt=[0.1, -0.1]))
+    found = simulate_rigid_rocking(quiet, Cases(0.0, 1.0, 0.3, 1.0, initial_tilt=[0.1, -0.1]))
     assert found.overturned.tolist() == [0, 0]
     np.testing.assert_array_equal(found.peak_rotation, 0.1 / np.round(np.arctan(0.3), 12))
 
@@ -143,7 +143,7 @@ def test_a_block_lifts_off_lands_and_turns_more_than_once_within_a_sample(
     """Samples over g B/H. The first three blocks lift off and land within a sample, the others turn back twice."""
     along = np.append(start, np.zeros(round(0.4 / interval))) * b_over_h * G
     motion = Motion(along, 0 * along, sampling_interval=interval, trust_data=True)
-    found = rocking(motion, Cases([0.0, 180.0], height, b_over_h, 1.0))
+    found = simulate_rigid_rocking(motion, Cases([0.0, 180.0], height, b_over_h, 1.0))
     side, peak = by_small_steps(along, interval, height, b_over_h)
     assert found.overturned.tolist() == [side, -side]
     assert found.peak_rotation == pytest.approx([peak, peak], rel=5e-3)
@@ -161,7 +161,9 @@ def answers_in_noise(parts: int) -> list[np.ndarray]:
             height, ratio = np.exp(generator.uniform(-1.2, 1.1, 40)), generator.uniform(0.05, 0.4, 40)
             motion = Motion(fine, 0 * fine, sampling_interval=interval / parts, trust_data=True)
             amplitude = np.repeat([0.999, 1.0, 1.001], 40)
-            found = rocking(motion, Cases(0.0, np.tile(height, 3), np.tile(ratio, 3), 1.0, amplitude=amplitude))
+            found = simulate_rigid_rocking(
+                motion, Cases(0.0, np.tile(height, 3), np.tile(ratio, 3), 1.0, amplitude=amplitude)
+            )
             answers.append(np.stack([found.overturned, found.peak_rotation]).reshape(2, 3, 40))
     return answers
 

@@ -9,7 +9,7 @@ import xarray as xr
 from overturning.dem import plan
 from overturning.dem.block.plan import BlockSimulationPlan
 from overturning.dem.block.tables import RESULT, ROW
-from overturning.dem.kernel.queue import extend_trajectory, run_queue
+from overturning.dem.kernel.queue import extend_trajectory, run_case_queue
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.plan import SimulationPlan
 from overturning.dem.polygon import arrays
@@ -142,7 +142,7 @@ def test_outcomes_of_the_opposite_azimuth_change_sign() -> None:
 def test_a_path_is_computed_once_for_any_number_of_rows(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     calls = list[int]()
     monkeypatch.setattr(
-        SimulationPlan, "queue", staticmethod(lambda *arguments: calls.append(1) or run_queue(*arguments))
+        SimulationPlan, "queue", staticmethod(lambda *arguments: calls.append(1) or run_case_queue(*arguments))
     )
     time = np.arange(60) * 0.01
     wave = Motion(5.0 * np.sin(11.0 * time), 0 * time, sampling_interval=0.01)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numba import typeof
 
-from overturning.dem.kernel.queue import run_queue
+from overturning.dem.kernel.queue import run_case_queue
 from overturning.dem.plan import SimulationPlan
 from overturning.dem.polygon import cundall, equations, rows
 from overturning.dem.polygon.case_end import record_slip_and_upright_time
@@ -138,11 +138,11 @@ def library_of_kernel(compute: Callable[[], Any], monkeypatch: pytest.MonkeyPatc
 
     def queue(*arguments: Any) -> Any:
         called.append(tuple(map(typeof, arguments)))
-        return run_queue(*arguments)
+        return run_case_queue(*arguments)
 
     monkeypatch.setattr(SimulationPlan, "queue", staticmethod(queue))
     compute()
-    return run_queue.overloads[called[0]].library
+    return run_case_queue.overloads[called[0]].library
 
 
 @pytest.mark.parametrize("name", ["body", "stack"])

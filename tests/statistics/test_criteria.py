@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.dem.block.rigid import rocking
+from overturning.dem.block.rigid import simulate_rigid_rocking
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
@@ -67,7 +67,7 @@ def one_sine(factors: Any, ratio: float, height: float, slender: float) -> np.nd
     """Return the sides of the rocking block under sines of given multiples of West's acceleration, ω = ratio p."""
     period = 2 * math.pi / (ratio * float(block_frequency_parameter(height, slender)))
     motion = Motion(np.sin(2 * math.pi * np.arange(801) / 800), np.zeros(801), sampling_interval=period / 800)
-    return rocking(
+    return simulate_rigid_rocking(
         motion, Cases(0.0, height, slender, 1.0, amplitude=np.multiply(factors, 9.80665 * slender))
     ).overturned
 

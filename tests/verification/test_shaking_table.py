@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from overturning.arrays import FloatArray
-from overturning.dem.block.rigid import rocking
+from overturning.dem.block.rigid import simulate_rigid_rocking
 from overturning.errors import ResultError
 from overturning.model.cases import Cases
 from overturning.statistics.bootstrap import (
@@ -225,7 +225,7 @@ def test_small_table_fit_recovers_a_known_block() -> None:
     """The block lies between the centres; each half of its tests is predicted from the other alone."""
     grid = [(pga, ratio) for pga in np.linspace(0.1, 1.0, 10) for ratio in np.linspace(0.03, 0.3, 8)]
     motions = [small_table.one_cosine_cycle(*pair) for pair in grid]
-    fell = [bool(rocking(motion, Cases(0.0, 0.2, 0.15, 1.0)).overturned[0]) for motion in motions]
+    fell = [bool(simulate_rigid_rocking(motion, Cases(0.0, 0.2, 0.15, 1.0)).overturned[0]) for motion in motions]
     tests = pd.DataFrame(grid, columns=["pga", "ratio"]).assign(fell=fell).sample(frac=1.0, random_state=1)
     shares = small_table.neighbourhood_fractions(tests)
     probabilities, centres = small_table.predict_held_out(tests, shares)

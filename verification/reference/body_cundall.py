@@ -68,11 +68,11 @@ from overturning.dem.kernel.lanes import (
     OPTIONS,
     OWNER,
     TupleRowLayout,
-    aligned_zeros,
+    cache_line_aligned_zeros,
     create_elementwise_tuple_functions,
 )
 from overturning.dem.kernel.mechanics import clamp_friction_and_stretch, updated_maximum
-from overturning.dem.kernel.queue import run_queue
+from overturning.dem.kernel.queue import run_case_queue
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.time_step import IntegrationScheme, parse_scheme, steps_per_sample
 from overturning.kernel_cache import cache_compiled_kernel
@@ -288,25 +288,25 @@ def advance_body_one_step(
 # Side by side ---------------------------------------------------------------------------------------------------------
 
 UNUSED: Final = ("power", "loss", "torque", "slid", "bend")
-load_body, load_state, load_frame = (ROWS.lane_access(of).load for of in (Constants, BodyState, Matrix3))
-load_base_contact, store_base_contact, _ = ROWS.lane_access(BaseContactState)
+load_body, load_state, load_frame = (ROWS.tuple_access(of).load for of in (Constants, BodyState, Matrix3))
+load_base_contact, store_base_contact, _ = ROWS.tuple_access(BaseContactState)
 ACTING: Final = TupleRowLayout(COLUMNS, ContactTotals)
 ACTING_SIZE: Final = ACTING.size
-load_acting, store_acting, _ = ACTING.lane_access(ContactTotals)
+load_acting, store_acting, _ = ACTING.tuple_access(ContactTotals)
 no_wrench = create_elementwise_tuple_functions(ContactWrench).zero
-load_shaking = ROWS.lane_access(BodyBaseMotion, unused_fields=UNUSED).load
+load_shaking = ROWS.tuple_access(BodyBaseMotion, unused_fields=UNUSED).load
 load_peaks, load_account = (
-    ROWS.lane_access(BodyPeakValues).load,
-    ROWS.lane_access(BodyEnergyAndMomentumAccount, unused_fields=UNUSED).load,
+    ROWS.tuple_access(BodyPeakValues).load,
+    ROWS.tuple_access(BodyEnergyAndMomentumAccount, unused_fields=UNUSED).load,
 )
-store_state, store_frame = (ROWS.lane_access(of).store for of in (BodyState, Matrix3))
+store_state, store_frame = (ROWS.tuple_access(of).store for of in (BodyState, Matrix3))
 store_peaks, store_account = (
-    ROWS.lane_access(BodyPeakValues).store,
-    ROWS.lane_access(BodyEnergyAndMomentumAccount, unused_fields=UNUSED).store,
+    ROWS.tuple_access(BodyPeakValues).store,
+    ROWS.tuple_access(BodyEnergyAndMomentumAccount, unused_fields=UNUSED).store,
 )
 load_vertex, (load_memory, store_memory, _) = (
-    VERTEX.lane_access(BodyVertex).load,
-    VERTEX.lane_access(ContactPointAtStepStartAndEnd, "old", unused_fields=UNUSED),
+    VERTEX.tuple_access(BodyVertex).load,
+    VERTEX.tuple_access(ContactPointAtStepStartAndEnd, "old", unused_fields=UNUSED),
 )
 OF_A_VERTEX: Final = VERTEX.size
 
@@ -466,7 +466,7 @@ def sample_loop(has_rim: bool) -> Any:
         steps: int,
         ticks: float,  # noqa: ARG001
     ) -> None:
-        half, acting = count // 2 * OF_A_VERTEX, aligned_zeros(ACTING_SIZE)
+        half, acting = count // 2 * OF_A_VERTEX, cache_line_aligned_zeros(ACTING_SIZE)
         shift_momenta(state, columns, -0.5)
         for _ in range(steps):
             reset_contact_forces(state, acting, columns)
@@ -488,12 +488,12 @@ def sample_loop(has_rim: bool) -> Any:
 
 
 LOOPS.update({CundallVertices: sample_loop(False), CundallRim: sample_loop(True)})
-_queue = njit(nogil=True, **OPTIONS)(run_queue.py_func)
+_queue = njit(nogil=True, **OPTIONS)(run_case_queue.py_func)
 
 
 @njit(nogil=True, **OPTIONS)
 def run_cundall(inputs: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int]:
-    """Run a queue of cases like `run_queue`, with a compiled-code cache separate from that of the package."""
+    """Run a queue of cases like `run_case_queue`, with a compiled-code cache separate from that of the package."""
     return _queue(inputs, order, counter, path)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from overturning.arrays import FloatArray
-from overturning.dem.block.rigid import rocking
+from overturning.dem.block.rigid import simulate_rigid_rocking
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.statistics.logistic import fit_logistic_model
@@ -66,7 +66,7 @@ def neighbourhood_fractions(tests: pd.DataFrame) -> FloatArray:
     grid = np.meshgrid(B_OVER_H, HEIGHT, indexing="ij")
     cases = Cases(0.0, grid[1].ravel(), grid[0].ravel(), 1.0)
     pairs, of_test = np.unique(tests[["pga", "ratio"]].to_numpy(), axis=0, return_inverse=True)
-    fell = np.array([rocking(one_cosine_cycle(*pair), cases).overturned != 0 for pair in pairs])
+    fell = np.array([simulate_rigid_rocking(one_cosine_cycle(*pair), cases).overturned != 0 for pair in pairs])
     of_pair = fell.reshape(len(pairs), B_OVER_H.size, HEIGHT.size).astype(float)
     near = [
         (np.abs(np.log(values[:, None] / values)) < width).astype(float)

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from overturning.arrays import FloatArray
-from overturning.dem.block.rigid import ORDER, rocking
+from overturning.dem.block.rigid import ORDER, simulate_rigid_rocking
 from overturning.dem.time_step import AUTO_FRACTION, DEFAULT_SCHEME, parse_scheme
 from overturning.model.contact import STATIC_PENETRATION, Contact
 from overturning.model.results import CaseResults
@@ -201,7 +201,7 @@ def measure_energy_balance() -> Iterator[Row]:
 
 def run_exact_block(groups: Sequence[CaseGroup], order: int = EXACT, factor: float = 1.0) -> tuple[Flags, FloatArray]:
     """Return sides and peak rotations of Housner's rocking block, under motions multiplied by `factor`."""
-    found = [rocking(motion.scaled_by(factor), cases, order) for motion, cases in groups]
+    found = [simulate_rigid_rocking(motion.scaled_by(factor), cases, order) for motion, cases in groups]
     return np.concatenate([one.overturned for one in found]), np.concatenate([one.peak_rotation for one in found])
 
 

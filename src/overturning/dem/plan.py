@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.balance import rerun_cases_until_energy_balances
 from overturning.dem.kernel.ground import GroundMotion, largest_acceleration_ahead_of_samples
-from overturning.dem.kernel.queue import QueueSettings, run_queue
+from overturning.dem.kernel.queue import QueueSettings, run_case_queue
 from overturning.dem.numerics import NumericalOptions
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
@@ -57,7 +57,7 @@ class SimulationPlan(ABC):
 
     split_long_queues: ClassVar[bool] = False
     """True if a long queue is split in two, so that two threads share its work."""
-    queue: ClassVar[Any] = staticmethod(run_queue)
+    queue: ClassVar[Any] = staticmethod(run_case_queue)
     """Function that runs a queue of cases."""
     result_dtype: ClassVar[Any]
     """Dtype of the kernel's result table; its columns include `status`, `energy_error` and `block_steps`."""
@@ -85,7 +85,7 @@ class SimulationPlan(ABC):
     table: NDArray[np.void]  # shape (n,): the kernel's table of cases
 
     @property
-    def queue_number_by_case(self) -> NDArray[np.int64]:
+    def parallel_group_by_case(self) -> NDArray[np.int64]:
         """Group number of each case, shape (n,); cases with the same number are simulated in parallel."""
         return self.steps
 
@@ -160,7 +160,7 @@ class SimulationPlan(ABC):
     def compute_single_case(self, aftermath: float = 0.0) -> tuple[CaseResults, Trajectory]:
         """Simulate the single case of the plan; return its results and its trajectory.
 
-        The trajectory goes on for `aftermath` seconds after the outcome is known.
+        The trajectory continues for `aftermath` seconds after the outcome is known.
         """
         results, path, only = (
             self.initial_results(),

@@ -28,7 +28,7 @@ LIGHT_CORNER_SHARE: Final = 0.9
 """Upper limit of the rest threshold, as a share of the acceleration at which the lighter corner slips."""
 
 
-def find_quiet_windows(
+def find_strong_motion_ranges(
     motion: Motion,
     ground_row: NDArray[np.int64],
     amplitude: FloatArray,
@@ -37,8 +37,8 @@ def find_quiet_windows(
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
     """Return, for each case, the range of samples outside which the base motion is too weak to move a block at rest.
 
-    A rigid block cannot start to rock before |a| > (g + a_up) B/H, nor to slide before |a| > μ (g + a_up). Between
-    two samples both accelerations are linear in time, so that their ratio is largest at one of the samples.
+    A rigid block cannot start to rock before |a| > (g + a_up) B/H, nor to slide before |a| > μ (g + a_up). Between two
+    samples both accelerations are linear in time, so that their ratio is largest at one of the samples.
 
     Parameters
     ----------
@@ -126,9 +126,9 @@ def dynamic_overshoot_bound(
 ) -> FloatArray:
     """Return an upper bound of the ratio of dynamic to static contact force for base motions with a single peak.
 
-    The lower of two bounds: the integral of |h|, where h is the force after an impulse of the base, for any motion; and
-    for a motion that is linear between samples, the vibration that its kinks excite: 4/x each, x = ω Δt, with decay
-    exp(−ξ x) per sample.
+    It is the lower of two bounds. The first, for any motion, is the integral of |h|, where h is the force after an
+    impulse of the base. The second is for a motion that is linear between samples: each kink of the motion excites a
+    vibration of 4/x, x = ω Δt, which decays by exp(−ξ x) per sample.
 
     Parameters
     ----------

@@ -96,13 +96,15 @@ def simulate_cases(
     moving = np.flatnonzero(~plan.stays_at_rest & ~plan.too_soft)
     length = plan.steps[moving] * np.maximum(motion.sample_count - plan.first[moving], 1)
     # The longest cases of a group first, so that all lanes finish at about the same time.
-    order = moving[np.lexsort((-length, plan.queue_number_by_case[moving]))]
+    order = moving[np.lexsort((-length, plan.parallel_group_by_case[moving]))]
 
-    def compute_queue(case_numbers: NDArray[np.int64]) -> None:
+    def simulate_case_group(case_numbers: NDArray[np.int64]) -> None:
         results.store_outcomes(case_numbers, plan.compute_cases(case_numbers, counter)[0])
 
-    queues = split_into_queues(order, plan.queue_number_by_case, plan.split_long_queues)
-    run_queues_in_threads(compute_queue, queues, numerics, counter, int(length.sum()) * len(model.free_element_names))
+    queues = split_into_case_groups(order, plan.parallel_group_by_case, plan.split_long_queues)
+    simulate_groups_in_threads(
+        simulate_case_group, queues, numerics, counter, int(length.sum()) * len(model.free_element_names)
+    )
     return results
 
 
@@ -136,16 +138,16 @@ def run_cases(
     return simulate_cases(model, as_motion(motion), cases, NumericalOptions(**options))
 
 
-def split_into_queues(
-    ordered_cases: NDArray[np.int64], queue_number_by_case: NDArray[np.int64], split_long_groups: bool
+def split_into_case_groups(
+    ordered_cases: NDArray[np.int64], parallel_group_by_case: NDArray[np.int64], split_long_groups: bool
 ) -> list[NDArray[np.int64]]:
     """Split cases into groups of at most `MAX_QUEUE_LENGTH` cases, all of a group with the same group number.
 
-    `ordered_cases` are indices of cases, ordered by their number in `queue_number_by_case`. If `split_long_groups`,
-    128 or more cases of one number make at least two queues, so that two threads share them.
+    `ordered_cases` are indices of cases, ordered by their number in `parallel_group_by_case`. If `split_long_groups`,
+    128 or more cases of one number make at least two groups, so that two threads share them.
     """
     queues = []
-    for chosen in np.split(ordered_cases, np.flatnonzero(np.diff(queue_number_by_case[ordered_cases])) + 1):
+    for chosen in np.split(ordered_cases, np.flatnonzero(np.diff(parallel_group_by_case[ordered_cases])) + 1):
         if chosen.size:
             count = max(-(-chosen.size // MAX_QUEUE_LENGTH), min(2, chosen.size // 64) if split_long_groups else 1)
             # Interleaved, so that long and short cases are spread evenly.
@@ -153,8 +155,8 @@ def split_into_queues(
     return queues
 
 
-def run_queues_in_threads(
-    compute_queue: Callable[[NDArray[np.int64]], None],
+def simulate_groups_in_threads(
+    simulate_case_group: Callable[[NDArray[np.int64]], None],
     queues: list[NDArray[np.int64]],
     numerics: NumericalOptions,
     steps_done: NDArray[np.int64],
@@ -162,11 +164,11 @@ def run_queues_in_threads(
 ) -> None:
     """Simulate groups of cases on `numerics.threads` threads, and report the number of steps done and expected.
 
-    Block steps are time steps times stones; `compute_queue` adds those done to `steps_done`, shape (1,).
+    Steps are counted as time steps times stones; `simulate_case_group` adds those done to `steps_done`, shape (1,).
     """
     progress = numerics.progress
     with ThreadPoolExecutor(max_workers=numerics.threads) as pool:
-        waiting = {pool.submit(compute_queue, chosen) for chosen in queues}
+        waiting = {pool.submit(simulate_case_group, chosen) for chosen in queues}
         while waiting:
             finished, waiting = wait(waiting, timeout=0.2 if progress else None, return_when=FIRST_COMPLETED)
             for future in finished:

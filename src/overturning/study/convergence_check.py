@@ -264,9 +264,9 @@ class _CaseReruns:
 
 def simulate_rigid_block(motion: Motion, cases: Cases) -> Any:
     """Simulate cases as exactly rigid blocks; no outcome if the ground accelerates downwards by g or more."""
-    from overturning.dem.block.rigid import rocking  # imported lazily: imports Numba
+    from overturning.dem.block.rigid import simulate_rigid_rocking  # imported lazily: imports Numba
 
-    found, lowest = rocking(motion, cases), 0.0 if motion.up is None else float(motion.up.min())
+    found, lowest = simulate_rigid_rocking(motion, cases), 0.0 if motion.up is None else float(motion.up.min())
     left = np.asarray(cases.amplitude) * lowest <= -STANDARD_GRAVITY
     return found._replace(overturned=np.where(left, np.int8(INT8_MISSING), found.overturned))
 

@@ -6,9 +6,9 @@ from numba import njit
 from overturning.dem.kernel.lanes import borrowed
 from overturning.dem.kernel.queue import allocate_workspace, load_motion_of_next_sample, start_case
 from overturning.dem.polygon import equations, rows
-from overturning.dem.polygon.rules import finish_sample, view_scene_arrays_without_reference_counts
-from overturning.dem.polygon.step import compute_step
-from overturning.dem.polygon.suspended_pairs import resume_pairs_that_may_touch
+from overturning.dem.polygon.rules import update_elements_after_sample, view_scene_arrays_without_reference_counts
+from overturning.dem.polygon.step import advance_scene_one_step
+from overturning.dem.polygon.suspended_pairs import resume_contact_tests_after_motion
 from overturning.kernel_cache import cache_compiled_kernel
 
 
@@ -59,14 +59,14 @@ def steps_of(inputs, samples, sleep):  # type: ignore[no-untyped-def]
         load_motion_of_next_sample(inputs, workspace, cases, rows.COLUMNS)
         for n in range(inputs.settings.steps_per_check):
             if not sleep:
-                resume_pairs_that_may_touch(state, scene, workspace.pairs, np.inf)
-            compute_step(
+                resume_contact_tests_after_motion(state, scene, workspace.pairs, np.inf)
+            advance_scene_one_step(
                 inputs.ground.up, state, borrowed(workspace.matrix), borrowed(workspace.pattern),
                 borrowed(workspace.pairs), borrowed(workspace.moves), scene, inputs.settings.ticks,
             )  # fmt: skip
             if n + sample > 0:
                 most = max(most, workspace.pairs.count[0])
-        finish_sample(state, scene, inputs.settings.ticks, inputs.settings.interval)
+        update_elements_after_sample(state, scene, inputs.settings.ticks, inputs.settings.interval)
     found = state[: rows.CASE_SIZE + scene.elements.shape[1] * rows.ELEMENT_SIZE].copy()
     # Use the owners once more, so that borrowed arrays are not freed earlier.
     held = workspace.owner[0] + workspace.matrix[0] + workspace.pattern.count[0]

@@ -1,12 +1,8 @@
 """The centred scheme for a block: trapezoidal rule, springs and dashpots at the end of the step (docs/method.md).
 
-The step of one block has three parts, as in docs/method.md: `predict_block` and `solve_velocity_changes` are here,
-`compute_corner_forces` and `complete_block_step` in `overturning.dem.block.commit`. `overturning.dem.block.loops` has
-the loops over the blocks.
-
-Signs: a corner's penetration u and its upward velocity u̇_z give n = K u − h u̇_z upwards, its stretch t and
-velocity u̇_x along s give f = K_s t + h u̇_x against s. Left and right corner are summed as one pair, which makes the
-mirrored case exact.
+The step of one block has three parts, as in docs/method.md: `predict_block_at_step_end` and `solve_velocity_changes`
+are here, `compute_corner_forces` and `complete_block_step` in `overturning.dem.block.commit`.
+`overturning.dem.block.loops` has the loops over the blocks.
 """
 
 import math
@@ -46,7 +42,7 @@ LEAST_FREEDOM: Final = 0.25
 
 
 @njit(**INLINE)
-def predict_corner(
+def predict_corner_at_step_end(
     side: float, block: BlockConstants, previous_corner: CornerState, extrapolated_block: ExtrapolatedBlock
 ) -> PredictedCorner:
     """Predict position, velocity and spring stretch of a corner of a block at the end of a step (centred scheme).
@@ -67,7 +63,7 @@ def predict_corner(
 
 
 @njit(**INLINE)
-def predict_block(
+def predict_block_at_step_end(
     block: BlockConstants,
     state: BlockState,
     step_ticks: float,
@@ -86,7 +82,10 @@ def predict_block(
     past = tick - ticks_per_sample
     past = past if past > 0.0 else 0.0
     at = ExtrapolatedBlock(x, z, c, sn, ex, ez, ew)
-    left, right = predict_corner(-1.0, block, state.left, at), predict_corner(1.0, block, state.right, at)
+    left, right = (
+        predict_corner_at_step_end(-1.0, block, state.left, at),
+        predict_corner_at_step_end(1.0, block, state.right, at),
+    )
     push, lift = (
         base_acceleration_up_to_next_sample(inertial_accelerations.push, tick, past),
         base_acceleration_up_to_next_sample(inertial_accelerations.lift, tick, past),
@@ -119,16 +118,17 @@ def predict_normal_force_and_contact(
     block: BlockConstants,
     predicted_corner: PredictedCorner,
     previous_corner: CornerState,
-    is_fine_step: bool,
+    forces_decide_contact: bool,
     is_flat_landing: bool,
 ) -> tuple[float, bool]:
     """Return the predicted normal force at a corner per block mass (m/s²), and True if the corner is in contact.
 
-    In a fine step the predicted force decides. In a longer step it overshoots too far; the last state is used.
+    In a step that resolves the contact vibration (`forces_decide_contact`), the predicted force decides about contact.
+    In a longer step this force would be too large; a corner that was in contact after the last step stays in contact.
     """
     n = block.stiffness * predicted_corner.depth - block.dashpot * predicted_corner.uz
     return n, ((is_flat_landing | (n > 0.0)) & (predicted_corner.depth > 0.0)) | (
-        (not is_fine_step) & (previous_corner.normal != 0.0)
+        (not forces_decide_contact) & (previous_corner.normal != 0.0)
     )
 
 
@@ -138,11 +138,12 @@ def assume_corner_friction(
 ) -> AssumedCornerFriction:
     """Return a corner's trial tangential force, and whether the equations of the step assume that the corner slides.
 
-    In a fine step they are predicted; in a longer one, sliding is that of the step before.
+    In a step that resolves the contact vibration, sliding is predicted from the forces. A longer step assumes the
+    sliding of the step before, and is repeated if this assumption proves wrong.
 
-    A long step for which they prove wrong is repeated. A normal force on a sliding corner must push it out; where
-    friction would rotate the block further in instead (Painlevé's paradox, possible from μ = 4/3), the corner sticks.
-    In a flat landing both corners slide or stick together (`flat_landing_friction`).
+    A normal force on a sliding corner must push it out; where friction would rotate the block further in instead
+    (Painlevé's paradox, possible from μ = 4/3), the corner sticks. In a flat landing both corners slide or stick
+    together (`flat_landing_friction`).
     """
     slid, fine = assumed_contact.slid, assumed_contact.fine
     f = block.tangential * predicted_corner.stretch + block.dashpot * predicted_corner.ux
@@ -156,28 +157,30 @@ def assume_corner_friction(
 
 
 @njit(**INLINE)
-def signed_friction_and_sliding(
+def signed_friction_coefficient_and_sliding(
     corner_friction: AssumedCornerFriction, other_corner_friction: AssumedCornerFriction, other_in_contact: bool
 ) -> tuple[float, bool]:
-    """Return the friction coefficient ±μ with the sign of a corner's force (0: it sticks), and True if it slides.
+    """Return ±μ with the sign of a corner's friction force (0: the corner sticks), and True if the corner slides.
 
-    A corner that is not free to slide sticks, unless the other corner sticks: then it can only rotate out.
+    A corner sticks if sliding friction would turn it into the base (Painlevé's paradox), unless the other corner
+    sticks: then the block can only rotate about the other corner, which lifts this one.
     """
     free = corner_friction.free | (other_in_contact & (not other_corner_friction.slides))
     return (corner_friction.slid if free else 0.0), corner_friction.slides & free
 
 
 @njit(**INLINE)
-def resting_normal_force_and_velocity_derivative(
+def normal_force_and_velocity_derivative(
     block: BlockConstants,
     predicted_corner: PredictedCorner,
     half_step_time: float,
     normal_force: float,
     is_in_contact: bool,
 ) -> tuple[float, float]:
-    """Return a corner's normal force for zero velocity at the end of the step, and its decrease per upward velocity.
+    """Return a corner's normal force at zero velocity, and its decrease per upward velocity, for a step's equations.
 
-    The force is per mass, m/s²; the decrease is that per m/s of upward velocity of the corner, times half the step.
+    The force at the end of the step is per mass, m/s²; the decrease is that per m/s of upward velocity of the corner,
+    times half the step.
     """
     normal = block.dashpot + half_step_time * block.stiffness
     return (normal_force + normal * predicted_corner.uz if is_in_contact else 0.0), (
@@ -197,7 +200,7 @@ def corner_equation_terms(
     signed_friction: float,
 ) -> CornerEquationTerms:
     """Return one corner's terms in the linear equations for a block's velocities at the end of a step."""
-    normal_force, press = resting_normal_force_and_velocity_derivative(
+    normal_force, press = normal_force_and_velocity_derivative(
         block, predicted_corner, half_step_time, normal_force, is_in_contact
     )
     tangential = block.dashpot + half_step_time * block.tangential
@@ -217,18 +220,18 @@ def solve_velocity_changes(
     block: BlockConstants,
     state: BlockState,
     assumed_slip: AssumedSlipDirections,
-    is_fine_step: bool,
+    forces_decide_contact: bool,
     predicted_block: PredictedBlock,
 ) -> BlockVelocityChange:
     """Solve the linear equations of a step, with friction, for the corrections of a block's predicted velocities.
 
-    The three equations are solved by elimination without pivoting: the matrix is the identity plus a positive part,
-    except for sliding corners, which are made to stick before they reduce it too much.
+    The three equations are solved by elimination without pivoting: the matrix is the identity plus a positive part.
+    Sliding corners, whose friction could reduce it too much, are made to stick instead.
     """
     half, inertia, left, right = predicted_block.half, block.inertia, predicted_block.left, predicted_block.right
     held = block_lands_flat(block, state, (left.depth, left.uz), (right.depth, right.uz))
-    nl, on_l = predict_normal_force_and_contact(block, left, state.left, is_fine_step, held)
-    nr, on_r = predict_normal_force_and_contact(block, right, state.right, is_fine_step, held)
+    nl, on_l = predict_normal_force_and_contact(block, left, state.left, forces_decide_contact, held)
+    nr, on_r = predict_normal_force_and_contact(block, right, state.right, forces_decide_contact, held)
     # A corner in the air has no force, so the last step does not tell whether it slid.
     drifts, drift, tilting = flat_landing_friction(block, held, predicted_block.ex, predicted_block.ez)
     lever_l, lever_r = tilting * left.drop, tilting * right.drop
@@ -237,7 +240,7 @@ def solve_velocity_changes(
         left,
         nl,
         AssumedCornerContact(
-            assumed_slip.left, is_fine_step | (state.left.normal == 0.0), held, drifts, drift, tilting
+            assumed_slip.left, forces_decide_contact | (state.left.normal == 0.0), held, drifts, drift, tilting
         ),
     )
     guess_r = assume_corner_friction(
@@ -245,11 +248,11 @@ def solve_velocity_changes(
         right,
         nr,
         AssumedCornerContact(
-            assumed_slip.right, is_fine_step | (state.right.normal == 0.0), held, drifts, drift, tilting
+            assumed_slip.right, forces_decide_contact | (state.right.normal == 0.0), held, drifts, drift, tilting
         ),
     )
-    slid_l, slides_l = signed_friction_and_sliding(guess_l, guess_r, on_r)
-    slid_r, slides_r = signed_friction_and_sliding(guess_r, guess_l, on_l)
+    slid_l, slides_l = signed_friction_coefficient_and_sliding(guess_l, guess_r, on_r)
+    slid_r, slides_r = signed_friction_coefficient_and_sliding(guess_r, guess_l, on_l)
     p = corner_equation_terms(block, left, half, nl, on_l, guess_l.f, slides_l, slid_l)
     q = corner_equation_terms(block, right, half, nr, on_r, guess_r.f, slides_r, slid_r)
     hx = predicted_block.vx + half * (predicted_block.push - (p.f + q.f))
@@ -280,16 +283,16 @@ def solve_velocity_changes_without_friction(
     block: BlockConstants,
     state: BlockState,
     assumed_slip: AssumedSlipDirections,  # noqa: ARG001, as `solve_velocity_changes`
-    is_fine_step: bool,
+    forces_decide_contact: bool,
     predicted_block: PredictedBlock,
 ) -> BlockVelocityChange:
     """Solve the linear equations of a frictionless step for the corrections of a block's predicted velocities."""
     half, inertia, left, right = predicted_block.half, block.inertia, predicted_block.left, predicted_block.right
     held = block_lands_flat(block, state, (left.depth, left.uz), (right.depth, right.uz))
-    nl, on_l = predict_normal_force_and_contact(block, left, state.left, is_fine_step, held)
-    nr, on_r = predict_normal_force_and_contact(block, right, state.right, is_fine_step, held)
-    nl, press_l = resting_normal_force_and_velocity_derivative(block, left, half, nl, on_l)
-    nr, press_r = resting_normal_force_and_velocity_derivative(block, right, half, nr, on_r)
+    nl, on_l = predict_normal_force_and_contact(block, left, state.left, forces_decide_contact, held)
+    nr, on_r = predict_normal_force_and_contact(block, right, state.right, forces_decide_contact, held)
+    nl, press_l = normal_force_and_velocity_derivative(block, left, half, nl, on_l)
+    nr, press_r = normal_force_and_velocity_derivative(block, right, half, nr, on_r)
     ex = predicted_block.vx + half * predicted_block.push
     hz = predicted_block.vz + half * ((nl + nr) - (GRAVITY + predicted_block.lift))
     hw = predicted_block.vw - half * (inertia * (left.arm * nl + right.arm * nr))

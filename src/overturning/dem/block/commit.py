@@ -4,7 +4,7 @@ import math
 
 from numba import njit
 
-from overturning.dem.block.landing import remaining_landing_time
+from overturning.dem.block.landing import remaining_flat_landing_time
 from overturning.dem.block.state import (
     GENTLE_STEPS,
     AssumedCornerContact,
@@ -40,8 +40,9 @@ def compute_corner_forces(
 ) -> SolvedCornerContact:
     """Return a corner's contact force at the end of a step, limited by friction, and the corner's new state.
 
-    Velocity corrections act on the position over half a step. A corner that the solution pushes out again has touched
-    the base. (A corner in the air counts as slipping; its direction is never used.)
+    The velocity corrections of the step's equations change the position by half a step times the correction. A corner
+    that was predicted to be in the base but is pushed out by these corrections counts as a change of contact. A corner
+    in the air is marked as sliding, which has no effect.
     """
     du, dw = (
         velocity_change.vx - predicted_corner.drop * velocity_change.vw,
@@ -107,7 +108,7 @@ def block_step_contact_changes(
     block: BlockConstants,
     case_step_control: CaseStepControl,
     step_ticks: float,
-    is_fine_step: bool,
+    forces_decide_contact: bool,
     solved_corners: SolvedCornerContactPair,
     with_friction: bool,
 ) -> StepContactChanges:
@@ -128,7 +129,10 @@ def block_step_contact_changes(
             slides=False,
             stands=stands,
         )
-    wrong, back = (left.wrong | right.wrong) & (not is_fine_step), (left.back | right.back) & (not is_fine_step)
+    wrong, back = (
+        (left.wrong | right.wrong) & (not forces_decide_contact),
+        (left.back | right.back) & (not forces_decide_contact),
+    )
     slides = (left.found != 0.0) & (right.found != 0.0) & (left.corner.normal + right.corner.normal > 0.0)
     return StepContactChanges(
         changed=changed,
@@ -145,7 +149,7 @@ def block_step_contact_changes(
 @njit(**INLINE)
 def slip_directions_for_next_attempt(
     assumed_slip: AssumedSlipDirections,
-    is_fine_step: bool,
+    forces_decide_contact: bool,
     solved_corners: SolvedCornerContactPair,
     is_retry: bool,
     keeps_assumed_slip: bool,
@@ -154,7 +158,10 @@ def slip_directions_for_next_attempt(
 
     The solved step gives the new friction; a repeated step keeps the old assumption of a corner if it was correct.
     """
-    of_left, of_right = (0.0 if is_fine_step else assumed_slip.left), (0.0 if is_fine_step else assumed_slip.right)
+    of_left, of_right = (
+        (0.0 if forces_decide_contact else assumed_slip.left),
+        (0.0 if forces_decide_contact else assumed_slip.right),
+    )
     left, right = solved_corners.left, solved_corners.right
     keeps_left, keeps_right = (
         keeps_assumed_slip | (is_retry & (not left.wrong)),
@@ -164,12 +171,13 @@ def slip_directions_for_next_attempt(
 
 
 @njit(**INLINE)
-def contact_time_beyond_half_step(
+def contact_time_minus_half_step(
     half_step_time: float, corner: SolvedCornerContact, other_corner: SolvedCornerContact
 ) -> float:
-    """Return the time (s) by which a corner contact that closed in this step acts beyond half the step; 0 for others.
+    """Return the contact time (s) of a corner that closed in this step, less half the step; 0 for other corners.
 
-    One division serves both corners.
+    A contact that closes within a step acts only in the rest of the step, while the equations assume half of it. One
+    division serves both corners.
     """
     inverse = 2.0 * half_step_time / (corner.sunk * other_corner.sunk)
     time = corner.corner.depth * (inverse * other_corner.sunk) - half_step_time
@@ -203,7 +211,7 @@ def complete_block_step(
     )
     aw = block.inertia * (left.moment + right.moment)
     vx, vz, vw = predicted_block.vx + half * ax, predicted_block.vz + half * az, predicted_block.vw + half * aw
-    pl, pr = contact_time_beyond_half_step(half, left, right), contact_time_beyond_half_step(half, right, left)
+    pl, pr = contact_time_minus_half_step(half, left, right), contact_time_minus_half_step(half, right, left)
     vx = vx - (pl * left.f + pr * right.f) if with_friction else vx
     vz, vw = vz + (pl * nl + pr * nr), vw + block.inertia * (pl * left.moment + pr * right.moment)
     # Work of the base motion; loss in dashpots, friction, and contacts that open or close within the step.
@@ -222,7 +230,7 @@ def complete_block_step(
         tick if abs(angle) < block.alpha else peaks.last_upright,
     )
     account = BlockEnergyAccount(account.work + half * (account.power + power), lost, power, loss)
-    landing = remaining_landing_time(block, s, 2.0 * half)
+    landing = remaining_flat_landing_time(block, s, 2.0 * half)
     state = BlockState(
         x=x,
         z=z,

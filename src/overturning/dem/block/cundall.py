@@ -4,7 +4,7 @@ from typing import Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.block.landing import block_lands_flat, flat_landing_friction, remaining_landing_time
+from overturning.dem.block.landing import block_lands_flat, flat_landing_friction, remaining_flat_landing_time
 from overturning.dem.block.state import (
     TICKS,
     BlockConstants,
@@ -61,8 +61,8 @@ def corner_contact_force(
 ) -> CornerContactForce:
     """Compute the contact force of a corner of a block in a step of Cundall's scheme.
 
-    `dashpot_rate` is the dashpot over the time step, which multiplies displacements. `flat_landing` holds whether the
-    block lands flat, and the results of `flat_landing_friction`.
+    `dashpot_rate` is the dashpot constant divided by the time step, which multiplies displacements. `flat_landing`
+    holds whether both corners land in one impact, and the results of `flat_landing_friction`.
     """
     held, drifts, drift, tilting = flat_landing
     arm, drop = corner_position(side, block, state.cos, state.sin)
@@ -169,6 +169,6 @@ def advance_block_one_step(
         left=left.corner,
         right=right.corner,
         tick=tick,
-        landing=remaining_landing_time(block, state, dt),
+        landing=remaining_flat_landing_time(block, state, dt),
     )
     return moved, peaks, BlockEnergyAccount(energy_account.work + dt * power, lost, 0.0, 0.0)

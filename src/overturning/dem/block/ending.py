@@ -28,17 +28,19 @@ from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-load_block, load_state, load_peaks = (ROWS.lane_access(of).load for of in (BlockConstants, BlockState, BlockPeakValues))
-load_account, load_course = ROWS.lane_access(BlockEnergyAccount).load, ROWS.lane_access(CaseProgress).load
-load_inertial_accelerations = ROWS.lane_access(BlockInertialAccelerations).load
+load_block, load_state, load_peaks = (
+    ROWS.tuple_access(of).load for of in (BlockConstants, BlockState, BlockPeakValues)
+)
+load_account, load_course = ROWS.tuple_access(BlockEnergyAccount).load, ROWS.tuple_access(CaseProgress).load
+load_inertial_accelerations = ROWS.tuple_access(BlockInertialAccelerations).load
 LATE_TILT: Final = ROWS.row_start(LateTilt, "ratio")
 
 
 @njit(**INLINE)
-def velocities_at_whole_step(
+def velocities_at_time_of_position(
     block: BlockConstants, state: BlockState, velocity_lag: float
 ) -> tuple[float, float, float]:
-    """Return a block's velocities at the time of its position; those in `state` lag by `velocity_lag` time steps."""
+    """Return a block's velocities at the time of its position; the stored ones lag by `velocity_lag` time steps."""
     time = velocity_lag * TICKS * block.step
     return state.vx + time * state.ax, state.vz + time * state.az, state.vw + time * state.aw
 
@@ -46,7 +48,7 @@ def velocities_at_whole_step(
 @njit(**INLINE)
 def block_energy_per_mass(block: BlockConstants, state: BlockState, velocity_lag: float) -> float:
     """Return the sum of kinetic, gravitational and spring energy of a block per mass, m²/s²."""
-    vx, vz, vw = velocities_at_whole_step(block, state, velocity_lag)
+    vx, vz, vw = velocities_at_time_of_position(block, state, velocity_lag)
     motion = (vx * vx + vz * vz) + vw * vw / block.inertia
     ul, ur, tl, tr = max(state.left.depth, 0.0), max(state.right.depth, 0.0), state.left.spring, state.right.spring
     springs = block.stiffness * (ul * ul + ur * ur) + block.tangential * (tl * tl + tr * tr)
@@ -67,7 +69,7 @@ def tilt_energy_per_mass(block: BlockConstants, peak_rotation: float) -> float:
 def outcome_is_final(
     block: BlockConstants, state: BlockState, peak_rotation: float, energy_barrier: float, velocity_lag: float
 ) -> bool:
-    """True if a block can no longer fall and its peak rotation and slip are final; the base is at rest by then."""
+    """True if a block on a base at rest can no longer fall, and its peak rotation and slip can no longer change."""
     now = block_energy_per_mass(block, state, velocity_lag)
     if not (now < energy_barrier and abs(state.angle) < block.alpha):
         return False
@@ -76,12 +78,15 @@ def outcome_is_final(
     if now + 0.5 * GRAVITY * GRAVITY / block.stiffness > tilt_energy_per_mass(block, peak_rotation):
         return False
     # Let it slide to its end; without friction it never stops.
-    return abs(remaining_slide(block, state)) < STILL_TO_SLIDE or block.friction == 0.0
+    return abs(remaining_slide_distance(block, state)) < STILL_TO_SLIDE or block.friction == 0.0
 
 
 @njit(**INLINE)
-def remaining_slide(block: BlockConstants, state: BlockState) -> float:
-    """Return the displacement (m) along x, v²/2μg, over which friction stops a block; 0 if there is no friction."""
+def remaining_slide_distance(block: BlockConstants, state: BlockState) -> float:
+    """Return the signed distance (m) that a block still slides along x until friction stops it; 0 if μ = 0.
+
+    It is v²/2μg, with the velocity v of the block.
+    """
     speed = state.vx - block.half_height * state.cos * state.vw
     return float(speed * abs(speed) / (2.0 * GRAVITY * block.friction) if block.friction > 0.0 else 0.0)
 
@@ -90,7 +95,7 @@ def remaining_slide(block: BlockConstants, state: BlockState) -> float:
 def case_status(
     state: Any, lane: int, velocity_lag: float, ticks_per_sample: float, last_sample: float, max_penetration: float
 ) -> int:
-    """Return the `CaseStatus` after a sample of the case in column `lane` of the state array; `GOES_ON`: not ended."""
+    """Return the `CaseStatus` of the case in column `lane` of the state array after a sample; `GOES_ON`: not ended."""
     block, s, peaks, course = (
         load_block(state, lane),
         load_state(state, lane),
@@ -136,7 +141,7 @@ def write_case_results(
     result_row.peak_rotation = (0.5 * np.pi if fallen else min(peaks.angle, 0.5 * np.pi)) / block.alpha
     peak_slip, residual_slip = peaks.slip, base_displacement(block, s.x, s.sin)
     if status == CaseStatus.SIMULATED and not fallen and course.sample + s.tick / ticks_per_sample >= course.after:
-        residual_slip += remaining_slide(block, s)
+        residual_slip += remaining_slide_distance(block, s)
         peak_slip = max(peak_slip, abs(residual_slip))
     result_row.peak_slip, result_row.residual_slip = peak_slip, residual_slip
     result_row.peak_penetration = peaks.depth
@@ -152,5 +157,5 @@ def record_block_motion(
     block, s, push = load_block(state, lane), load_state(state, lane), load_inertial_accelerations(state, lane).push
     trajectory_row.time = (load_course(state, lane).sample + s.tick / ticks_per_sample) * sampling_interval
     trajectory_row.x, trajectory_row.z, trajectory_row.angle = s.x, s.z, s.angle
-    trajectory_row.vx, trajectory_row.vz, trajectory_row.vw = velocities_at_whole_step(block, s, velocity_lag)
+    trajectory_row.vx, trajectory_row.vz, trajectory_row.vw = velocities_at_time_of_position(block, s, velocity_lag)
     trajectory_row.ground = -(push.value + push.slope * s.tick)

@@ -16,8 +16,8 @@ def block_is_airborne(state: BlockState) -> bool:
 
 
 @njit(**INLINE)
-def remaining_landing_time(block: BlockConstants, state: BlockState, time_step: float) -> float:
-    """Return the remaining time (s) of a block's flat landing after a step; the full duration for an airborne block."""
+def remaining_flat_landing_time(block: BlockConstants, state: BlockState, time_step: float) -> float:
+    """Return the remaining time (s) of a block's landing on both corners; the full duration for an airborne block."""
     return block.landing if block_is_airborne(state) else state.landing - time_step
 
 
@@ -29,8 +29,9 @@ def block_lands_flat(
 
     `left_corner` and `right_corner` are the penetration (m) and upward velocity (m/s) of a corner after the step.
 
-    In a plastic landing the impulse must not be tensile. The impulse of a dashpot is h times the penetration, which is
-    positive as long as the corner is in the ground, so the dashpot may pull.
+    In a plastic landing the impulse on the block must not pull it down. The impulse of a dashpot is the dashpot
+    constant times the penetration, which is positive as long as the corner is in the ground, so the dashpot may pull
+    for a while.
     """
     both = base_end_touches_within_time(block.together, left_corner[0], left_corner[1]) & base_end_touches_within_time(
         block.together, right_corner[0], right_corner[1]
@@ -42,12 +43,10 @@ def block_lands_flat(
 def flat_landing_friction(
     block: BlockConstants, is_flat_landing: bool, vx: float, vz: float
 ) -> tuple[bool, float, float]:
-    """Return, for a landing on both corners, if the block slides, ±μ, and the rotating share of friction's moment.
+    """Return whether a block landing on both corners slides, ±μ, and the share of friction's moment that rotates it.
 
-    The friction coefficient ±μ has the sign of `vx`. The share is the part of the moment that rotates the block.
-
-    The velocity of the centre decides. If μ ≤ B/H, the resultant impulse passes through the base, which
-    therefore takes the whole moment of friction.
+    The friction coefficient ±μ has the sign of `vx`. Velocities are those of the centre. If μ ≤ B/H, the resultant
+    impulse passes through the base, so that normal forces balance the whole moment of friction.
     """
     slides = is_flat_landing & base_slides_in_flat_landing(block.friction, vx, vz)
     return slides, math.copysign(block.friction, vx), (block.tilting if slides else 1.0)

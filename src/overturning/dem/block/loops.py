@@ -33,7 +33,7 @@ from overturning.dem.kernel.lanes import INNER, whole_vectors
 from overturning.dem.time_step import IntegrationScheme
 
 
-class CundallSchemeConstants(NamedTuple):
+class BlockCundallSchemeConstants(NamedTuple):
     """Constants of Cundall's scheme for blocks: lag of velocities, and steps allowed beyond the end of a sample."""
 
     lag: float = 0.5
@@ -42,7 +42,7 @@ class CundallSchemeConstants(NamedTuple):
     """Number of steps that may follow the end of a sample before the motion of the next sample must be loaded."""
 
 
-class CentredSchemeConstants(NamedTuple):
+class BlockCentredSchemeConstants(NamedTuple):
     """Constants of the centred scheme for blocks: lag of velocities, and steps allowed beyond the end of a sample."""
 
     lag: float = 0.0
@@ -59,21 +59,24 @@ def unused_block_state_fields(with_vertical: bool, with_friction: bool) -> list[
 
 @cache
 def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) -> Any:
-    """Return the compiled time loop of the centred scheme for blocks, with or without vertical motion, friction."""
+    """Return the compiled time-stepping loop of the centred scheme for blocks.
+
+    It is compiled with or without vertical base motion, and with or without friction.
+    """
     unused = unused_block_state_fields(with_vertical, with_friction)
     solution = centred.solve_velocity_changes if with_friction else centred.solve_velocity_changes_without_friction
     load_block, load_inertial_accelerations, load_step_control = (
-        ROWS.lane_access(BlockConstants).load,
-        ROWS.lane_access(BlockInertialAccelerations).load,
-        ROWS.lane_access(CaseStepControl).load,
+        ROWS.tuple_access(BlockConstants).load,
+        ROWS.tuple_access(BlockInertialAccelerations).load,
+        ROWS.tuple_access(CaseStepControl).load,
     )
-    load_state = ROWS.lane_access(BlockState, unused_fields=unused).load
-    load_attempt = ROWS.lane_access(StepAttempt, unused_fields=[] if with_friction else ["tries"]).load
-    load_assumed_slip = ROWS.lane_access(
+    load_state = ROWS.tuple_access(BlockState, unused_fields=unused).load
+    load_attempt = ROWS.tuple_access(StepAttempt, unused_fields=[] if with_friction else ["tries"]).load
+    load_assumed_slip = ROWS.tuple_access(
         AssumedSlipDirections, unused_fields=[] if with_friction else ["left", "right"]
     ).load
-    load_predicted, store_predicted, _ = ROWS.lane_access(PredictedBlock, unused_fields=unused)
-    store_change = ROWS.lane_access(BlockVelocityChange, unused_fields=unused).store
+    load_predicted, store_predicted, _ = ROWS.tuple_access(PredictedBlock, unused_fields=unused)
+    store_change = ROWS.tuple_access(BlockVelocityChange, unused_fields=unused).store
     complete_block_steps = create_step_completion_loop(with_vertical, with_friction)
 
     @njit(**INNER)
@@ -88,7 +91,9 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
             store_predicted(
                 state,
                 j,
-                centred.predict_block(block, s, length, load_inertial_accelerations(state, j), ticks_per_sample),
+                centred.predict_block_at_step_end(
+                    block, s, length, load_inertial_accelerations(state, j), ticks_per_sample
+                ),
             )
 
     @njit(**INNER)
@@ -113,16 +118,16 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
 def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any:
     """Return the compiled loop that computes contact forces of blocks and accepts or rejects each block's step."""
     unused = unused_block_state_fields(with_vertical, with_friction)
-    load_block, load_step_control = ROWS.lane_access(BlockConstants).load, ROWS.lane_access(CaseStepControl).load
-    load_state, _, store_state = ROWS.lane_access(BlockState, unused_fields=unused)
-    load_attempt, store_attempt, _ = ROWS.lane_access(StepAttempt, unused_fields=[] if with_friction else ["tries"])
-    store_assumed_slip = ROWS.lane_access(
+    load_block, load_step_control = ROWS.tuple_access(BlockConstants).load, ROWS.tuple_access(CaseStepControl).load
+    load_state, _, store_state = ROWS.tuple_access(BlockState, unused_fields=unused)
+    load_attempt, store_attempt, _ = ROWS.tuple_access(StepAttempt, unused_fields=[] if with_friction else ["tries"])
+    store_assumed_slip = ROWS.tuple_access(
         AssumedSlipDirections, unused_fields=[] if with_friction else ["left", "right"]
     ).store
-    load_peaks, _, store_peaks = ROWS.lane_access(BlockPeakValues)
-    load_account, _, store_account = ROWS.lane_access(BlockEnergyAccount)
-    load_predicted = ROWS.lane_access(PredictedBlock, unused_fields=unused).load
-    load_change = ROWS.lane_access(BlockVelocityChange, unused_fields=unused).load
+    load_peaks, _, store_peaks = ROWS.tuple_access(BlockPeakValues)
+    load_account, _, store_account = ROWS.tuple_access(BlockEnergyAccount)
+    load_predicted = ROWS.tuple_access(PredictedBlock, unused_fields=unused).load
+    load_change = ROWS.tuple_access(BlockVelocityChange, unused_fields=unused).load
 
     @njit(**INNER)
     def complete_block_steps(
@@ -168,19 +173,17 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
 
 @cache
 def create_cundall_time_stepping_loop(with_vertical: bool, with_friction: bool) -> Any:  # noqa: ARG001
-    """Return the compiled time loop of Cundall's scheme for blocks, with or without vertical motion and friction.
+    """Return the compiled time-stepping loop of Cundall's scheme for blocks.
 
-    Parameters are those of `create_centred_time_stepping_loop`.
-
-    There is no variant without friction: tangential springs then carry no force.
+    It is compiled with or without vertical base motion, and with or without friction.
     """
     load_block, load_inertial_accelerations = (
-        ROWS.lane_access(BlockConstants).load,
-        ROWS.lane_access(BlockInertialAccelerations).load,
+        ROWS.tuple_access(BlockConstants).load,
+        ROWS.tuple_access(BlockInertialAccelerations).load,
     )
-    load_state, store_state, _ = ROWS.lane_access(BlockState, unused_fields=["normal"])
-    load_peaks, store_peaks, _ = ROWS.lane_access(BlockPeakValues)
-    load_account, store_account, _ = ROWS.lane_access(BlockEnergyAccount, unused_fields=["power", "loss"])
+    load_state, store_state, _ = ROWS.tuple_access(BlockState, unused_fields=["normal"])
+    load_peaks, store_peaks, _ = ROWS.tuple_access(BlockPeakValues)
+    load_account, store_account, _ = ROWS.tuple_access(BlockEnergyAccount, unused_fields=["power", "loss"])
 
     @njit(**INNER)
     def advance_blocks(
@@ -204,16 +207,17 @@ def create_cundall_time_stepping_loop(with_vertical: bool, with_friction: bool) 
 
 
 SCHEMES: Final[dict[IntegrationScheme, tuple[Any, Any]]] = {
-    IntegrationScheme.CUNDALL: (CundallSchemeConstants(), create_cundall_time_stepping_loop),
-    IntegrationScheme.CENTRED: (CentredSchemeConstants(), create_centred_time_stepping_loop),
+    IntegrationScheme.CUNDALL: (BlockCundallSchemeConstants(), create_cundall_time_stepping_loop),
+    IntegrationScheme.CENTRED: (BlockCentredSchemeConstants(), create_centred_time_stepping_loop),
 }
 """Constants of each scheme and the function that makes its step function; the type of the constants selects it."""
 
 
 def select_time_stepping_loop(scheme: Any, vertical_acceleration: Any, with_friction: Any) -> Any:
-    """Return a scheme's compiled time loop for blocks, with or without vertical base motion and friction.
+    """Return a scheme's compiled time-stepping loop for blocks, with or without vertical base motion and friction.
 
-    `vertical_acceleration` and `with_friction` are None for the variants without vertical motion and without friction.
+    `vertical_acceleration` is None for the loop without vertical motion, `with_friction` is None for that without
+    friction.
     """
     make = next(make for one, make in SCHEMES.values() if type(one) is scheme.instance_class)
     return make(not isinstance(vertical_acceleration, types.NoneType), not isinstance(with_friction, types.NoneType))

@@ -25,7 +25,7 @@ from overturning.dem.plan import (
 from overturning.dem.quiet import (
     REST_THRESHOLD_FACTOR,
     dynamic_overshoot_bound,
-    find_quiet_windows,
+    find_strong_motion_ranges,
     rest_acceleration_threshold,
 )
 from overturning.dem.time_step import (
@@ -58,14 +58,20 @@ class BlockSimulationPlan(SimulationPlan):
     scheme: IntegrationScheme
 
     @property
-    def queue_number_by_case(self) -> NDArray[np.int64]:
-        """Group number of each case, shape (n,): a group has equal step lengths, and all or no cases have friction."""
+    def parallel_group_by_case(self) -> NDArray[np.int64]:
+        """Group number of each case, shape (n,); the cases of a group are computed in parallel.
+
+        They have equal step lengths, and all or none of them have friction.
+        """
         return group_numbers_of_equal_cases(self.steps, self.table["standing"], self.table["friction"] == 0)
 
     def kernel_input(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
     ) -> BlockKernelInput:
-        """Return the kernel's input for block cases with equal step lengths, all or none of them with friction."""
+        """Return the kernel's input for block cases with equal step lengths, all or none of them with friction.
+
+        Each time step is divided by `step_divisor`.
+        """
         scheme, queued = (
             SCHEMES[self.scheme][0],
             self.common_kernel_input_fields(case_numbers, result_tables, step_divisor, TICKS, COLUMNS),
@@ -188,7 +194,7 @@ def plan_block_simulation(
     )
     rest_limit = np.zeros(cases.case_count)
     if numerics.leave_out:
-        first, quiet, stays_at_rest = find_quiet_windows(
+        first, quiet, stays_at_rest = find_strong_motion_ranges(
             motion, row, amplitude, ground[:, :samples], np.minimum(ratio, friction)
         )
         first[tilt != 0], stays_at_rest[tilt != 0] = 0, False

@@ -93,8 +93,11 @@ class RigidRockingOutcomes(NamedTuple):
 
 
 @njit(**INNER)
-def _base_motion_after(base_motion: LinearBaseMotion, delay: float) -> LinearBaseMotion:
-    """Return the linear base motion seen from a time origin that is `delay` (sampling intervals) later."""
+def _base_motion_from_later_origin(base_motion: LinearBaseMotion, delay: float) -> LinearBaseMotion:
+    """Return a linear base motion as a function of time, with a time origin that is `delay` later.
+
+    Times are in sampling intervals.
+    """
     ground, weight = (
         base_motion.ground + base_motion.ground_slope * delay,
         base_motion.weight + base_motion.weight_slope * delay,
@@ -110,7 +113,7 @@ def _rocking_side_and_start_time(
 
     The side is 0, and the time `remaining_time`, if it does not start. Times are in samples.
     """
-    end = _base_motion_after(base_motion, remaining_time)
+    end = _base_motion_from_later_origin(base_motion, remaining_time)
     side = -1.0 if base_motion.ground > 0.0 else 1.0
     if -side * base_motion.ground > base_motion.weight * b_over_h:
         return side, 0.0
@@ -199,9 +202,7 @@ def _limit_step_to_two_turning_points(taylor_series: Any, step_length: float) ->
 
 @njit(**INNER)
 def _first_two_turning_points(taylor_series: Any, step_length: float, starts_to_rock: bool) -> tuple[float, float]:
-    """Return the times of the first and the second turning point of the rotation of a block in a step.
-
-    For a turning point that the step does not have, the step length is returned.
+    """Return the times of the first two turning points of a block's rotation in a step, else the step's length.
 
     A block that starts to rock moves away from the base, even if rounding gives the first term the opposite sign.
     """
@@ -292,13 +293,13 @@ def _simulate_rigid_block(
         while t < 1.0:
             starts = side == 0.0
             if starts:
-                side, wait = _rocking_side_and_start_time(_base_motion_after(sample, t), 1.0 - t, tangent)
+                side, wait = _rocking_side_and_start_time(_base_motion_from_later_origin(sample, t), 1.0 - t, tangent)
                 if side == 0.0:
                     break
                 t += wait
                 angle[0], velocity[0], sine[0], cosine[0] = 0.0, 0.0, case_parameters.sine, case_parameters.cosine
             end = min((np.floor(t * case_parameters.steps + 1e-9) + 1.0) / case_parameters.steps, 1.0)
-            _fill_taylor_series(taylor_series, side, _base_motion_after(sample, t), case_parameters.square)
+            _fill_taylor_series(taylor_series, side, _base_motion_from_later_origin(sample, t), case_parameters.square)
             length = _limit_step_to_two_turning_points(taylor_series, end - t)
             end = end if length == end - t else t + length
             first, second = _first_two_turning_points(taylor_series, length, starts)
@@ -347,7 +348,7 @@ def _simulate_rigid_blocks(
 cache_compiled_kernel(_simulate_rigid_blocks)
 
 
-def rocking(motion: Motion, cases: Cases, series_order: int = ORDER) -> RigidRockingOutcomes:
+def simulate_rigid_rocking(motion: Motion, cases: Cases, series_order: int = ORDER) -> RigidRockingOutcomes:
     """Simulate rigid blocks that rock without sliding or bouncing, whatever their friction.
 
     Parameters

@@ -39,7 +39,7 @@ from overturning.dem.kernel.ground import (
     count_skippable_samples,
     is_rest_check_sample,
 )
-from overturning.dem.kernel.lanes import INLINE, INNER, aligned_zeros, whole_vectors
+from overturning.dem.kernel.lanes import INLINE, INNER, cache_line_aligned_zeros, whole_vectors
 from overturning.dem.kernel.mechanics import LANDING, max_touch_delay_of_one_impact, normalise_cosine_and_sine
 from overturning.dem.kernel.queue import QueueSettings, extend_trajectory, register_model_functions
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -64,22 +64,22 @@ class BlockKernelInput(NamedTuple):
 
 
 class BlockWorkspace(NamedTuple):
-    """Array with the states of the blocks that the kernel computes in parallel, one column (lane) per block."""
+    """State array of the blocks that the kernel computes in parallel, one column (lane) per block."""
 
     state: Any
 
 
-load_block, store_block, _ = ROWS.lane_access(BlockConstants)
-load_state, store_state, _ = ROWS.lane_access(BlockState)
-load_peaks, store_peaks, _ = ROWS.lane_access(BlockPeakValues)
-load_course, store_course, _ = ROWS.lane_access(CaseProgress)
+load_block, store_block, _ = ROWS.tuple_access(BlockConstants)
+load_state, store_state, _ = ROWS.tuple_access(BlockState)
+load_peaks, store_peaks, _ = ROWS.tuple_access(BlockPeakValues)
+load_course, store_course, _ = ROWS.tuple_access(CaseProgress)
 store_attempt, store_assumed_slip, store_step_control = (
-    ROWS.lane_access(of).store for of in (StepAttempt, AssumedSlipDirections, CaseStepControl)
+    ROWS.tuple_access(of).store for of in (StepAttempt, AssumedSlipDirections, CaseStepControl)
 )
-load_assumed_slip = ROWS.lane_access(AssumedSlipDirections).load
+load_assumed_slip = ROWS.tuple_access(AssumedSlipDirections).load
 store_push, store_lift = (
-    ROWS.lane_access(BlockInertialAccelerations, "push").store,
-    ROWS.lane_access(BlockInertialAccelerations, "lift").store,
+    ROWS.tuple_access(BlockInertialAccelerations, "push").store,
+    ROWS.tuple_access(BlockInertialAccelerations, "lift").store,
 )
 NUMBERS: Final = ROWS.count
 COS, SIN, TICK, LAST_UPRIGHT = (
@@ -96,18 +96,18 @@ SAMPLE, UPRIGHT_UNTIL = ROWS.row_start(CaseProgress, "sample"), ROWS.row_start(C
 
 def allocate_workspace(kernel_input: Any) -> Any:  # noqa: ARG001, its type selects this function
     """Allocate the array for the states of the blocks that are simulated in parallel, one column (lane) each."""
-    return BlockWorkspace(aligned_zeros(NUMBERS * COLUMNS))
+    return BlockWorkspace(cache_line_aligned_zeros(NUMBERS * COLUMNS))
 
 
 def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
     """Load a case's block into column `lane` of the state array, in equilibrium on both corners or tilted on one."""
-    initialise_lane(
+    write_initial_block_state(
         workspace.state, lane, kernel_input.cases[case], kernel_input.settings.interval, kernel_input.settings.ticks
     )
 
 
 @njit(**INNER)
-def initialise_lane(
+def write_initial_block_state(
     state: Any, lane: int, case_parameters: Any, sampling_interval: float, ticks_per_sample: float
 ) -> None:
     """Write constants and initial state of a case's block into column `lane` of the state array."""
@@ -187,7 +187,7 @@ def initialise_lane(
 
 def load_motion_of_next_sample(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
     """Load the base motion of the next sample for each case, and rescale (cos θ, sin θ) of each block to length 1."""
-    load_next_sample_into_lanes(
+    load_base_motion_of_sample(
         workspace.state,
         lane_count,
         kernel_input.row,
@@ -199,7 +199,7 @@ def load_motion_of_next_sample(kernel_input: Any, workspace: Any, lane_cases: An
 
 
 @njit(**INNER)
-def load_next_sample_into_lanes(
+def load_base_motion_of_sample(
     state: Any,
     lane_count: int,
     motion_rows: Any,
@@ -263,11 +263,9 @@ def advance_one_sample(
     return trajectory, recorded_row_count
 
 
-def mark_lanes_that_may_have_ended(
-    kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any
-) -> int:
+def mark_possibly_ended_cases(kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any) -> int:
     """Mark, by a quick test, the cases that may have ended; return the number of marked cases."""
-    return mark_possibly_ended_lanes(
+    return mark_possibly_ended_block_cases(
         workspace.state,
         active_lane_count,
         end_marks_out,
@@ -278,7 +276,7 @@ def mark_lanes_that_may_have_ended(
 
 
 @njit(**INNER)
-def mark_possibly_ended_lanes(
+def mark_possibly_ended_block_cases(
     state: Any,
     active_lane_count: int,
     end_marks_out: Any,
@@ -303,7 +301,7 @@ def skip_quiet_samples(
     kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts_out: Any
 ) -> None:
     """Skip, for blocks at rest, the samples in which the base motion cannot move the block."""
-    skip_samples_at_rest(
+    skip_samples_of_resting_blocks(
         workspace.state,
         lane_cases,
         active_lane_count,
@@ -315,7 +313,7 @@ def skip_quiet_samples(
 
 
 @njit(**INNER)
-def skip_samples_at_rest(
+def skip_samples_of_resting_blocks(
     state: Any,
     lane_cases: Any,
     active_lane_count: int,
@@ -369,7 +367,7 @@ def largest_motion_component(horizontal: float, vertical: float, rotational: flo
     return most if most > turn else turn
 
 
-def status_if_case_in_lane_ended(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:  # noqa: ARG001
+def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:  # noqa: ARG001
     """Return the `CaseStatus` of the case in column `lane` of the state array; `GOES_ON` if it has not ended."""
     return case_status(
         workspace.state,
@@ -381,7 +379,7 @@ def status_if_case_in_lane_ended(kernel_input: Any, workspace: Any, lane: int, c
     )
 
 
-def write_lane_results(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:
+def write_results_of_ended_case(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:
     """Write the results of the case in column `lane` of the state array into the table of results."""
     write_case_results(
         workspace.state,
@@ -395,5 +393,5 @@ def write_lane_results(kernel_input: Any, workspace: Any, lane: int, case: int, 
 
 register_model_functions(
     BlockKernelInput, allocate_workspace, start_case, load_motion_of_next_sample, advance_one_sample,
-    mark_lanes_that_may_have_ended, skip_quiet_samples, status_if_case_in_lane_ended, write_lane_results,
+    mark_possibly_ended_cases, skip_quiet_samples, current_case_status, write_results_of_ended_case,
 )  # fmt: skip

@@ -84,7 +84,7 @@ class CornerState(NamedTuple):
 
 
 class AssumedCornerContact(NamedTuple):
-    """Assumptions of a centred-scheme step about a corner: sticking or sliding, and impact on both corners at once."""
+    """Contact of a corner as assumed in a step of the centred scheme: sticking or sliding, flat landing."""
 
     slid: float
     """±μ if the corner slides, else 0."""
@@ -134,7 +134,10 @@ class AssumedSlipDirections(NamedTuple):
 
 
 class BlockPeakValues(NamedTuple):
-    """Largest rotation (rad), base slip (m) and penetration (m) so far; last tick below the critical angle, or −1."""
+    """Largest rotation (rad), slip (m) and penetration (m) so far, and last tick (time unit) below the critical angle.
+
+    The tick is −1 if the block was not below its critical angle in this sample.
+    """
 
     angle: float
     slip: float
@@ -143,7 +146,7 @@ class BlockPeakValues(NamedTuple):
 
 
 class BlockEnergyAccount(NamedTuple):
-    """Energy account of a block per mass: work done by the base and energy lost so far, and their present rates.
+    """Work done by the base on a block and energy lost so far, per mass, and their present rates.
 
     `work` and `lost` are in m²/s², their rates `power` and `loss` in m²/s³.
     """
@@ -231,7 +234,7 @@ class BlockVelocityChange(NamedTuple):
 
 
 class AssumedCornerFriction(NamedTuple):
-    """Trial friction force of a block's corner, and sticking or sliding, as assumed in the equations of a step."""
+    """Predicted tangential force at a block's corner, and whether a step's equations assume that the corner slides."""
 
     f: float
     """Predicted tangential force per mass, m/s²."""
@@ -246,7 +249,8 @@ class AssumedCornerFriction(NamedTuple):
 class CornerEquationTerms(NamedTuple):
     """Contribution of a corner to the three equations for the velocities of a block, per mass.
 
-    The forces are those for zero velocity at the end of the step; `press`, `stick` and `slide` multiply velocities.
+    The forces are those for zero velocity at the end of the step. `press`, `stick` and `slide` are the factors of the
+    velocities: of the normal force, and of the tangential force of a sticking and of a sliding corner.
     """
 
     n: float
@@ -262,7 +266,7 @@ class CornerEquationTerms(NamedTuple):
 
 
 class SolvedCornerContact(NamedTuple):
-    """State, forces and contact changes of a block's corner from the solution of the equations of a step."""
+    """Force, new state and contact changes of a block's corner, from the solution of the equations of a step."""
 
     corner: CornerState
     """State for the next step."""
@@ -295,7 +299,7 @@ class SolvedCornerContact(NamedTuple):
 
 
 class SolvedCornerContactPair(NamedTuple):
-    """State, forces and contact changes of both corners of a block from the solution of the equations of a step."""
+    """Forces, new states and contact changes of both corners of a block, from the solved equations of a step."""
 
     left: SolvedCornerContact
     right: SolvedCornerContact

@@ -33,7 +33,7 @@ RESTS: Final = 0.5
 
 @njit(**INLINE)
 def vertex_belongs_to_base(body: BodyConstants, vertex: BodyVertex) -> bool:
-    """True if the vertex with number `vertex` of a body is a vertex of the body's base."""
+    """True if a vertex of a body is as deep below the centre as the base, so that it is a vertex of the base."""
     return vertex.own.z <= -LEVEL * body.foot
 
 
@@ -45,14 +45,14 @@ def point_rests_on_spring(body: BodyConstants, point_history: ContactPointHistor
 
 
 @njit(**INLINE)
-def base_contact_including_vertex(
+def update_base_contact_with_vertex(
     body: BodyConstants,
     base_contact: BaseContactState,
     body_axes: Matrix3,
     vertex: BodyVertex,
     point_history: ContactPointHistory,
 ) -> BaseContactState:
-    """Return `base_contact` updated with one base vertex, if this is lower or higher than all vertices before it."""
+    """Return the contact state of a body's base, updated if this base vertex is its lowest or highest one so far."""
     height, below, still = (
         matrix_times_vector(body_axes, vertex.own).z,
         vertex_belongs_to_base(body, vertex),
@@ -76,9 +76,11 @@ def vertex_contact_is_deferred(
     vertex_height: float,
     point_history: ContactPointHistory,
 ) -> bool:
-    """True if a base vertex gets no load yet: it waits until the lowest and the highest base vertex touch the ground.
+    """True if a base vertex that lies between the ends of a landing base carries no load until both ends rest.
 
-    `vertex_height` is the height of the vertex relative to the centre, m.
+    The ends are the lowest and the highest base vertex. A rigid base that lands flat is stopped by the impulse at its
+    ends; springs in between would share this impulse. `vertex_height` is the height of the vertex relative to the
+    centre, m.
     """
     slack = body.ends * (base_contact.high - base_contact.low)
     between = (
@@ -91,7 +93,10 @@ def vertex_contact_is_deferred(
 
 @njit(**INLINE)
 def base_lands_flat(base_contact: BaseContactState) -> bool:
-    """True if all points of a base land in one impact, in which dashpots may pull (see `dem.block.landing`)."""
+    """True if all points of a body's base touch the ground in one impact, in which dashpots may pull.
+
+    See `dem.block.landing`.
+    """
     return base_contact.landing > 0.0
 
 
@@ -105,7 +110,10 @@ def longest_landing_time_including_point(
 
 @njit(**INLINE)
 def landing_time_of_new_contact(body: BodyConstants, base_contact: BaseContactState) -> float:
-    """Return the landing time left for a new contact point, s: as for points in contact, or the full duration."""
+    """Return the remaining landing time (s) of a contact point that touches now.
+
+    It is that of the points already in contact, or the full duration of a flat landing if there are none.
+    """
     return body.landing if base_contact.longest_landing == IN_THE_AIR else base_contact.longest_landing
 
 
@@ -115,12 +123,12 @@ def both_extreme_base_points_rest(base_contact: BaseContactState) -> bool:
     return (base_contact.low_rests > 0.0) & (base_contact.high_rests > 0.0)
 
 
-load_body, load_frame = ROWS.lane_access(BodyConstants).load, ROWS.lane_access(Matrix3).load
-load_state = ROWS.lane_access(BodyState).load
-load_base_contact, store_base_contact, _ = ROWS.lane_access(BaseContactState)
+load_body, load_frame = ROWS.tuple_access(BodyConstants).load, ROWS.tuple_access(Matrix3).load
+load_state = ROWS.tuple_access(BodyState).load
+load_base_contact, store_base_contact, _ = ROWS.tuple_access(BaseContactState)
 load_vertex, load_memory = (
-    VERTEX.lane_access(BodyVertex).load,
-    VERTEX.lane_access(ContactPointAtStepStartAndEnd, "old").load,
+    VERTEX.tuple_access(BodyVertex).load,
+    VERTEX.tuple_access(ContactPointAtStepStartAndEnd, "old").load,
 )
 OF_A_VERTEX: Final = VERTEX.size
 LANDING_OF, DEPTH_OF = (
@@ -142,12 +150,11 @@ def any_base_lands_flat(state: Any, lane_count: int) -> bool:
 
 @njit(**APART)
 def mark_bases_tilted_by_friction(state: Any, vertex_rows: Any, row_count: int, lane_count: int) -> None:
-    """Set `BaseContactState.tilting` to 1 where friction tilts a body that slides while its base lands flat.
+    """Set `BaseContactState.tilting` to 1 for bodies that friction tilts while their base lands flat and slides.
 
-    The value is read only in lanes whose base lands flat.
-    The resultant of normal forces and friction passes through the centre if they act at the distance μ h ahead of it,
-    in the direction of sliding; h is the height of the centre. If that point lies within the base, the normal forces
-    balance the moment of friction.
+    The value is read only for bodies whose base lands flat. The resultant of normal forces and friction passes through
+    the centre if they act at the distance μ h ahead of it, in the direction of sliding; h is the height of the centre.
+    If that point lies within the base, the normal forces balance the moment of friction.
     """
     for point in range(0, row_count, OF_A_VERTEX):
         one = vertex_rows[point : point + OF_A_VERTEX]
@@ -163,9 +170,10 @@ def mark_bases_tilted_by_friction(state: Any, vertex_rows: Any, row_count: int, 
 def update_base_contacts(
     state: Any, vertex_rows: Any, opposite_start_index: int, base_vertex_count: int, lane_count: int, has_rim: Any
 ) -> None:
-    """Update the contact state of each body's base, from the base vertices or from the round rim.
+    """Update the contact state of each body's base, from the base vertices or from the points of a round rim.
 
-    The rows of the opposite vertices start at index `opposite_start_index` of `vertex_rows`.
+    The vertices form opposite pairs; the rows of the second vertices of the pairs start at index `opposite_start_index`
+    of `vertex_rows`.
     """
     if has_rim:
         # The ends are the lowest and the highest point of the rim.
@@ -207,6 +215,6 @@ def update_base_contacts(
         one = vertex_rows[point : point + OF_A_VERTEX]
         for j in range(whole_vectors(lane_count)):
             base_contact = load_base_contact(state, j)
-            store_base_contact(state, j, base_contact_including_vertex(
+            store_base_contact(state, j, update_base_contact_with_vertex(
                 load_body(state, j), base_contact, load_frame(state, j), load_vertex(one, j), load_memory(one, j)
             ))  # fmt: skip

@@ -20,7 +20,7 @@ from overturning.dem.body.state import (
     PredictedBody,
     PredictedContactPoint,
     angular_velocity_from_momentum,
-    rotate_over_step,
+    rotate_body_over_step,
 )
 from overturning.dem.body.vectors import (
     Matrix3,
@@ -52,7 +52,7 @@ LEAST_FREEDOM: Final = 0.25
 
 @njit(**INLINE)
 def centre_acceleration(force_per_mass: Vector3, inertial_acceleration: Vector3) -> Vector3:
-    """Return the acceleration (m/s²) of a body's centre in the frame of the base, from contact force and gravity."""
+    """Return the acceleration (m/s²) of a body's centre relative to the base, from contact force and base motion."""
     return Vector3(
         force_per_mass.x + inertial_acceleration.x,
         force_per_mass.y + inertial_acceleration.y,
@@ -75,7 +75,7 @@ def predict_body_at_step_end(
         extrapolate_vector(state.velocity, half, state.acceleration),
         extrapolate_vector(state.momentum, half, state.moment),
     )
-    turn, spin = rotate_over_step(body.inverse, state.turn, momentum, state.moment, dt)
+    turn, spin = rotate_body_over_step(body.inverse, state.turn, momentum, state.moment, dt)
     at_end = Vector3(
         base_acceleration_up_to_next_sample(shaking.push_x, tick, past),
         base_acceleration_up_to_next_sample(shaking.push_y, tick, past),
@@ -97,11 +97,11 @@ def predict_body_at_step_end(
 def rim_point_position_from_centre(
     body: BodyConstants, body_axes: Matrix3, lean_component: float, transverse_component: float
 ) -> Vector3:
-    """Return the vector (m) from the centre of a body to a point of the rim of its round base.
+    """Return the vector (m) from the centre of a body to one of four contact points on the rim of its round base.
 
     `lean_component` and `transverse_component` (−1, 0 or 1) give the direction of the point from the axis: along the
-    lean and across it. The lowest point of the rim is always one of the four points, and all four carry equally if the
-    rim lies flat. For an upright body the direction is arbitrary.
+    direction in which the body leans, and across it. The lowest point of the rim is always one of the four points, and
+    all four carry equally if the rim lies flat. For an upright body the direction is arbitrary.
     """
     square = body_axes.xz * body_axes.xz + body_axes.yz * body_axes.yz
     leans = square > 1e-30
@@ -116,8 +116,11 @@ def rim_point_position_from_centre(
 
 
 @njit(**INLINE)
-def is_fine_step(case_step_control: CaseStepControl, step_attempt: StepAttempt) -> bool:
-    """True if an attempted step is short enough to decide contact and slip from the predicted forces."""
+def predicted_forces_decide_contact(case_step_control: CaseStepControl, step_attempt: StepAttempt) -> bool:
+    """True if an attempted step resolves the contact vibration, so that predicted forces decide about contact and slip.
+
+    Longer steps use the contact state after the last step.
+    """
     return step_attempt.length <= FINE * case_step_control.finest
 
 
@@ -127,8 +130,8 @@ def flat_landing_slip_direction(
 ) -> tuple[float, float, bool, float]:
     """Return slip direction of a point in a flat landing, whether it slides, and the share of friction that tilts.
 
-    The tilting share is the part of the moment of its friction that tilts the body. `landing` holds whether the body
-    lands flat, and that share for a point that slides meanwhile (`BaseContactState.tilting`). See
+    The last value is the part of the moment of the point's friction that tilts the body. `landing` holds whether the
+    body lands flat, and that part for a point that slides meanwhile (`BaseContactState.tilting`). See
     `overturning.dem.kernel.mechanics.base_slides_in_flat_landing`; only the rotation about the vertical is included.
     """
     lands_flat, tilting = landing
@@ -146,15 +149,17 @@ def predict_contact_point(
     body_axes: Matrix3,
     lever_arm: Vector3,
     point_history: ContactPointHistory,
-    step_is_fine: bool,
+    forces_decide_contact: bool,
     has_rim: bool,
     contact_rule: tuple[bool, bool, float, float],
 ) -> PredictedContactPoint:
     """Predict a body's contact point at the end of a step, and whether it is assumed to touch and to slide.
 
-    In a fine step the predicted forces decide about contact and slip. In a longer step they overshoot too far; the last
-    state of the point is used. `contact_rule` holds whether the point carries only later, whether the body lands flat,
-    the landing time of the point if it touches now (s), and the tilting share of the base (`BaseContactState.tilting`).
+    If the step resolves the contact vibration (`forces_decide_contact`), the predicted forces decide about contact and
+    slip. In a longer step these forces would be too large; the state of the point after the last step is used.
+    `contact_rule` holds whether the point carries load only later in a flat landing, whether the body lands flat, the
+    landing time of the point if it touches now (s), and the share of friction that tilts the base
+    (`BaseContactState.tilting`).
     """
     deferred, flat, new_landing, base_tilting = contact_rule
     u = plus(predicted_body.end, cross_product(predicted_body.spin, lever_arm))
@@ -174,19 +179,19 @@ def predict_contact_point(
     depth = -(predicted_body.place.z + lever_arm.z)
     depth = 0.0 if deferred & (depth > 0.0) else depth
     n = body.stiffness * depth - body.dashpot * u.z
-    in_contact = ((n > 0.0) | flat) & (depth > 0.0) if step_is_fine else point_history.normal != 0.0
+    in_contact = ((n > 0.0) | flat) & (depth > 0.0) if forces_decide_contact else point_history.normal != 0.0
     hx, hy = -(body.tangential * tx) - body.dashpot * u.x, -(body.tangential * ty) - body.dashpot * u.y
     square = hx * hx + hy * hy
     some = square > 0.0
     one = 1.0 / math.sqrt(square if some else 1.0)
     dx, dy = hx * one, hy * one
-    most = body.friction * (n if step_is_fine else point_history.normal)
+    most = body.friction * (n if forces_decide_contact else point_history.normal)
     smooth = body.friction == 0.0
     drift_x, drift_y, drifts, tilting = flat_landing_slip_direction(
         body, lever_arm, predicted_body.end, predicted_body.spin, (flat, base_tilting)
     )
     dx, dy = (-drift_x if drifts else dx), (-drift_y if drifts else dy)
-    slides = square > most * most if step_is_fine else point_history.slid > 0.0
+    slides = square > most * most if forces_decide_contact else point_history.slid > 0.0
     slides = drifts if flat else slides | smooth
     # A normal force on a sliding point must push it out; where friction would rotate the body in instead, it sticks.
     turn = angular_velocity_from_momentum(body.inverse, body_axes, Vector3(
@@ -217,8 +222,10 @@ def predict_contact_point(
 
 
 @njit(**INLINE)
-def friction_share_of_holding_force(friction_limit: float, squared_holding_force: float, point_slides: bool) -> float:
-    """Return the ratio, at most 1, of the friction limit to the force that would stop a sliding contact point."""
+def friction_limit_over_sticking_force(
+    friction_limit: float, squared_holding_force: float, point_slides: bool
+) -> float:
+    """Return the ratio, at most 1, of a sliding point's friction limit to the force that would make it stick."""
     part = friction_limit / math.sqrt(squared_holding_force if point_slides else 1.0)
     part = part if part < 1.0 else 1.0
     return part if part > 0.0 else 0.0
@@ -230,7 +237,7 @@ def contact_equation_terms(
     half_step_time: float,
     predicted_point: PredictedContactPoint,
     point_history: ContactPointHistory,
-    step_is_fine: bool,
+    forces_decide_contact: bool,
 ) -> ContactEquationTerms:
     """Return the terms of one contact point in the linear equations for a body's velocity corrections in a step.
 
@@ -251,8 +258,8 @@ def contact_equation_terms(
         -(body.tangential * predicted_point.tx) - body.dashpot * u.x,
         -(body.tangential * predicted_point.ty) - body.dashpot * u.y,
     )
-    part = friction_share_of_holding_force(
-        body.friction * (n if step_is_fine else point_history.normal), hx * hx + hy * hy, slides
+    part = friction_limit_over_sticking_force(
+        body.friction * (n if forces_decide_contact else point_history.normal), hx * hx + hy * hy, slides
     )
     mx, my = body.friction * predicted_point.dx, body.friction * predicted_point.dy
     fx, fy = (mx * n if slides else hx), (my * n if slides else hy)

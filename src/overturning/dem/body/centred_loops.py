@@ -14,9 +14,9 @@ from overturning.dem.body.base_contact import (
 )
 from overturning.dem.body.centred import (
     contact_equation_terms,
-    is_fine_step,
     predict_body_at_step_end,
     predict_contact_point,
+    predicted_forces_decide_contact,
     rim_point_position_from_centre,
     solve_velocity_change,
 )
@@ -43,7 +43,7 @@ from overturning.dem.body.state import (
     ContactEquationTerms,
     ContactForceSum,
     ContactPointAtStepStartAndEnd,
-    LargestContactChanges,
+    LargestBodyContactChanges,
     PredictedBody,
     PredictedContactPoint,
     StepRejectionFlags,
@@ -52,30 +52,30 @@ from overturning.dem.body.vectors import Matrix3, matrix_times_vector, rotation_
 from overturning.dem.kernel.clock import BODY, CaseStepControl, StepAttempt, choose_next_step_attempt
 from overturning.dem.kernel.lanes import APART, INNER, create_elementwise_tuple_functions, select, whole_vectors
 
-load_body, load_shaking = ROWS.lane_access(BodyConstants).load, ROWS.lane_access(BodyBaseMotion).load
-load_frame, store_frame, _ = ROWS.lane_access(Matrix3)
-load_state, _, store_state = ROWS.lane_access(BodyState)
-load_limits = ROWS.lane_access(BodyTerminationLimits).load
-load_base_contact, store_base_contact, _ = ROWS.lane_access(BaseContactState)
-load_peaks, _, store_peaks = ROWS.lane_access(BodyPeakValues)
-load_account, _, store_account = ROWS.lane_access(BodyEnergyAndMomentumAccount)
-load_attempt, store_attempt, _ = ROWS.lane_access(StepAttempt)
-load_rejection, store_rejection, _ = ROWS.lane_access(StepRejectionFlags)
-load_step_control = ROWS.lane_access(CaseStepControl).load
-load_predicted, store_predicted, _ = ROWS.lane_access(PredictedBody)
-load_equations, store_equations, _ = ROWS.lane_access(ContactEquationTerms)
-load_change, store_change, _ = ROWS.lane_access(BodyVelocityChange)
-load_sum, store_sum, _ = ROWS.lane_access(ContactForceSum)
-load_largest, store_largest, _ = ROWS.lane_access(LargestContactChanges)
+load_body, load_shaking = ROWS.tuple_access(BodyConstants).load, ROWS.tuple_access(BodyBaseMotion).load
+load_frame, store_frame, _ = ROWS.tuple_access(Matrix3)
+load_state, _, store_state = ROWS.tuple_access(BodyState)
+load_limits = ROWS.tuple_access(BodyTerminationLimits).load
+load_base_contact, store_base_contact, _ = ROWS.tuple_access(BaseContactState)
+load_peaks, _, store_peaks = ROWS.tuple_access(BodyPeakValues)
+load_account, _, store_account = ROWS.tuple_access(BodyEnergyAndMomentumAccount)
+load_attempt, store_attempt, _ = ROWS.tuple_access(StepAttempt)
+load_rejection, store_rejection, _ = ROWS.tuple_access(StepRejectionFlags)
+load_step_control = ROWS.tuple_access(CaseStepControl).load
+load_predicted, store_predicted, _ = ROWS.tuple_access(PredictedBody)
+load_equations, store_equations, _ = ROWS.tuple_access(ContactEquationTerms)
+load_change, store_change, _ = ROWS.tuple_access(BodyVelocityChange)
+load_sum, store_sum, _ = ROWS.tuple_access(ContactForceSum)
+load_largest, store_largest, _ = ROWS.tuple_access(LargestBodyContactChanges)
 add_equations, add_sum, larger_of = (
     create_elementwise_tuple_functions(ContactEquationTerms).plus,
     create_elementwise_tuple_functions(ContactForceSum).plus,
-    create_elementwise_tuple_functions(LargestContactChanges).largest,
+    create_elementwise_tuple_functions(LargestBodyContactChanges).largest,
 )
-load_vertex = VERTEX.lane_access(BodyVertex).load
-load_memory, _, store_memory = VERTEX.lane_access(ContactPointAtStepStartAndEnd, "old")
-load_point, store_point, _ = VERTEX.lane_access(PredictedContactPoint)
-load_next, store_next, _ = VERTEX.lane_access(ContactPointAtStepStartAndEnd, "new")
+load_vertex = VERTEX.tuple_access(BodyVertex).load
+load_memory, _, store_memory = VERTEX.tuple_access(ContactPointAtStepStartAndEnd, "old")
+load_point, store_point, _ = VERTEX.tuple_access(PredictedContactPoint)
+load_next, store_next, _ = VERTEX.tuple_access(ContactPointAtStepStartAndEnd, "new")
 OF_A_VERTEX: Final = VERTEX.size
 SLID: Final = VERTEX.row_start(ContactPointAtStepStartAndEnd, "old.slid")
 
@@ -100,7 +100,7 @@ def predict_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: Any, lane_c
     """Predict penetration, contact and sliding of two opposite base vertices at the step end, for all cases."""
     for j in range(whole_vectors(lane_count)):
         body, w, f = load_body(state, j), load_predicted(state, j), load_frame(state, j)
-        fine = is_fine_step(load_step_control(state, j), load_attempt(state, j))
+        fine = predicted_forces_decide_contact(load_step_control(state, j), load_attempt(state, j))
         p, q, base_contact = load_vertex(vertex_rows, j), load_vertex(opposite_rows, j), load_base_contact(state, j)
         flat, new_landing = base_lands_flat(base_contact), landing_time_of_new_contact(body, base_contact)
         a, b = matrix_times_vector(f, p.own), matrix_times_vector(f, q.own)
@@ -151,11 +151,11 @@ def predict_rim_point_pair(
 ) -> None:
     """Predict penetration, contact and sliding of two opposite rim points at the step end, for all cases.
 
-    For `lean_component` and `transverse_component` see `rim_point_position_from_centre`.
+    `lean_component` and `transverse_component` select the points (see `rim_point_position_from_centre`).
     """
     for j in range(whole_vectors(lane_count)):
         body, w, f = load_body(state, j), load_predicted(state, j), load_frame(state, j)
-        fine = is_fine_step(load_step_control(state, j), load_attempt(state, j))
+        fine = predicted_forces_decide_contact(load_step_control(state, j), load_attempt(state, j))
         left, right, between = (
             load_memory(point_rows, j),
             load_memory(opposite_rows, j),
@@ -207,7 +207,7 @@ def add_point_pair_to_equations(
     """
     for j in range(whole_vectors(lane_count)):
         body, half = load_body(state, j), load_predicted(state, j).half
-        fine = is_fine_step(load_step_control(state, j), load_attempt(state, j))
+        fine = predicted_forces_decide_contact(load_step_control(state, j), load_attempt(state, j))
         a = contact_equation_terms(body, half, load_point(point_rows, j), load_memory(point_rows, j), fine)
         b = contact_equation_terms(body, half, load_point(opposite_rows, j), load_memory(opposite_rows, j), fine)
         part = add_equations(a, b)
@@ -235,7 +235,7 @@ def compute_point_pair_forces(
     """
     for j in range(whole_vectors(lane_count)):
         body, w, d = load_body(state, j), load_predicted(state, j), load_change(state, j)
-        fine = is_fine_step(load_step_control(state, j), load_attempt(state, j))
+        fine = predicted_forces_decide_contact(load_step_control(state, j), load_attempt(state, j))
         a, findings_a, next_a = compute_point_forces(
             body, w, load_point(point_rows, j), load_memory(point_rows, j), d, fine, has_rim
         )
@@ -277,7 +277,7 @@ def accept_or_reject_steps(state: Any, lane_count: int, ticks_per_sample: float,
 
 @njit(**APART)
 def store_contact_point_states_after_accepted_steps(state: Any, point_rows: Any, lane_count: int) -> None:
-    """Store a contact point's new state where the step is accepted; elsewhere store only whether the point slid."""
+    """Store a contact point's new state if the step is accepted; after a rejected step only whether the point slid."""
     for j in range(whole_vectors(lane_count)):
         new, rejected = load_next(point_rows, j), load_rejection(state, j)
         store_memory(point_rows, j, rejected.again > 0.0, new)

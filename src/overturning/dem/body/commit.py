@@ -15,7 +15,7 @@ from overturning.dem.body.state import (
     BodyVelocityChange,
     ContactForceSum,
     ContactPointHistory,
-    LargestContactChanges,
+    LargestBodyContactChanges,
     PredictedBody,
     PredictedContactPoint,
     lean_as_squared_sine,
@@ -47,7 +47,7 @@ def released_spring_energy(
     stretch_before_slip: tuple[float, float],
     stretch_after_slip: tuple[float, float],
 ) -> float:
-    """Return the energy that the springs of a contact point release in a step, per mass, m²/s².
+    """Return the spring energy of a contact point that is lost in a step by slip or opening, per mass, m²/s².
 
     `stretch_before_slip` is the tangential stretch before slip and `stretch_after_slip` that after slip, m.
     """
@@ -76,13 +76,14 @@ def contact_changes_of_point(
     velocity: Vector3,
     friction_limit: float,
     slips: bool,
-    step_is_fine: bool,
-) -> LargestContactChanges:
+    forces_decide_contact: bool,
+) -> LargestBodyContactChanges:
     """Return the changes (opening, closing, sliding…) of one contact point of a body in an attempted step.
 
-    In a fine step, no assumed state of the point counts as wrong.
+    If the predicted forces decided about its contact (`forces_decide_contact`), sliding contrary to the assumption does
+    not count as a change.
     """
-    carries, assumed, long = friction_limit > 0.0, predicted_point.slides > 0.0, not step_is_fine
+    carries, assumed, long = friction_limit > 0.0, predicted_point.slides > 0.0, not forces_decide_contact
     deeper = predicted_point.depth if predicted_point.depth > penetration else penetration
     wrong = carries & (slips != assumed)
     backwards = carries & assumed & (force.x * predicted_point.dx + force.y * predicted_point.dy < 0.0)
@@ -96,7 +97,7 @@ def contact_changes_of_point(
         )
     )
     changed = -penetration if point_history.depth > 0.0 else deeper
-    return LargestContactChanges(
+    return LargestBodyContactChanges(
         changed, 1.0 if wrong & long else 0.0, 1.0 if backwards & long else 0.0, 1.0 if carries & (not slips) else 0.0,
         1.0 if back & long else 0.0, 0.0 if force.z > 0.0 else 1.0, penetration,
     )  # fmt: skip
@@ -109,9 +110,9 @@ def compute_point_forces(
     predicted_point: PredictedContactPoint,
     point_history: ContactPointHistory,
     velocity_change: BodyVelocityChange,
-    step_is_fine: bool,
+    forces_decide_contact: bool,
     has_rim: bool,
-) -> tuple[ContactForceSum, LargestContactChanges, ContactPointHistory]:
+) -> tuple[ContactForceSum, LargestBodyContactChanges, ContactPointHistory]:
     """Return forces, contact changes and new state of a contact point of a body at the end of a step."""
     half, r, e = (
         predicted_body.half,
@@ -151,7 +152,9 @@ def compute_point_forces(
     landing = (predicted_point.new_landing if fresh else point_history.landing) - 2.0 * half
     force = Vector3(fx, fy, n)
     moment = cross_product(lever, force)
-    findings = contact_changes_of_point(predicted_point, point_history, depth, force, u, most, slips, step_is_fine)
+    findings = contact_changes_of_point(
+        predicted_point, point_history, depth, force, u, most, slips, forces_decide_contact
+    )
     x, y = (
         (u.x if has_rim else (predicted_body.place.x + r.x) + half * e.x),
         (u.y if has_rim else (predicted_body.place.y + r.y) + half * e.y),
@@ -176,7 +179,7 @@ def compute_point_forces(
 
 @njit(**INLINE)
 def rim_contact_point_moves_fast(
-    state: BodyState, predicted_body: PredictedBody, largest_contact_changes: LargestContactChanges
+    state: BodyState, predicted_body: PredictedBody, largest_contact_changes: LargestBodyContactChanges
 ) -> bool:
     """True if the lowest point of a tilted round base moves along its rim by an angle above `FAST_TURN` in the step."""
     a, b = rotation_matrix(state.turn), rotation_matrix(predicted_body.turn)
@@ -212,7 +215,7 @@ def base_motion_stays_below_limit(
 
 @njit(**INLINE)
 def step_contact_changes(
-    largest_contact_changes: LargestContactChanges, normal_force: float, rim_turns_fast: bool, shaking_is_weak: bool
+    largest_contact_changes: LargestBodyContactChanges, normal_force: float, rim_turns_fast: bool, shaking_is_weak: bool
 ) -> StepContactChanges:
     """Return the contact changes of a body in an attempted step, by which the step is accepted or rejected."""
     slides = (largest_contact_changes.holds == 0.0) & (normal_force > 0.0)

@@ -38,7 +38,7 @@ from overturning.dem.kernel.ending import (
     UPRIGHT,
     CaseProgress,
     LateTilt,
-    SlideEnd,
+    SlideEndSample,
     body_is_still,
     case_waits_for_slides_to_stop,
     updated_late_tilt,
@@ -48,15 +48,15 @@ from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-load_body, load_state, load_peaks = (ROWS.lane_access(of).load for of in (BodyConstants, BodyState, BodyPeakValues))
+load_body, load_state, load_peaks = (ROWS.tuple_access(of).load for of in (BodyConstants, BodyState, BodyPeakValues))
 load_account, load_course, load_limits = (
-    ROWS.lane_access(of).load for of in (BodyEnergyAndMomentumAccount, CaseProgress, BodyTerminationLimits)
+    ROWS.tuple_access(of).load for of in (BodyEnergyAndMomentumAccount, CaseProgress, BodyTerminationLimits)
 )
-load_shaking = ROWS.lane_access(BodyBaseMotion).load
-load_memory = VERTEX.lane_access(ContactPointAtStepStartAndEnd, "old").load
+load_shaking = ROWS.tuple_access(BodyBaseMotion).load
+load_memory = VERTEX.tuple_access(ContactPointAtStepStartAndEnd, "old").load
 VERTEX_SIZE: Final = VERTEX.size
 LENGTH: Final = ROWS.row_start(StepAttempt, "length")
-LATE_TILT, SLIDE_END = ROWS.row_start(LateTilt, "ratio"), ROWS.row_start(SlideEnd, "sample")
+LATE_TILT, SLIDE_END = ROWS.row_start(LateTilt, "ratio"), ROWS.row_start(SlideEndSample, "sample")
 
 
 @njit(**INLINE)
@@ -104,7 +104,7 @@ def count_penetrating_vertices(vertex_rows: Any, vertex_count: int, lane: int) -
 
 @njit(**INLINE)
 def tilt_energy_per_mass(body: BodyConstants, edge_distance: float, lean: float) -> float:
-    """Return the energy per mass (m²/s²) to tilt a body over the nearest base edge by a tilt with sin² = `lean`."""
+    """Return the energy per mass (m²/s²) to tilt a body over its nearest base edge; `lean` is sin² of the tilt."""
     square = min(lean, body.critical)
     return float(GRAVITY * (edge_distance * np.sqrt(square) - body.foot * square / (1.0 + np.sqrt(1.0 - square))))
 
@@ -169,7 +169,7 @@ def case_status(
     last_sample: float,
     fall_sectors: Any,
 ) -> int:
-    """Return the `CaseStatus` after a sample of the case in column `lane` of the state array; `GOES_ON`: not ended."""
+    """Return the `CaseStatus` of the case in column `lane` of the state array after a sample; `GOES_ON`: not ended."""
     count = vertex_rows.size // VERTEX_SIZE
     body, s, peaks = load_body(state, lane), load_state(state, lane), load_peaks(state, lane)
     course, limits = load_course(state, lane), load_limits(state, lane)

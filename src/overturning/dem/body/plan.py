@@ -28,7 +28,7 @@ from overturning.dem.plan import SimulationPlan, group_numbers_of_equal_cases
 from overturning.dem.quiet import (
     REST_THRESHOLD_FACTOR,
     dynamic_overshoot_bound,
-    find_quiet_windows,
+    find_strong_motion_ranges,
     rest_acceleration_threshold,
 )
 from overturning.dem.time_step import IntegrationScheme, parse_scheme, shortest_contact_time, steps_per_sample
@@ -62,8 +62,11 @@ class SimulationPlan3D(SimulationPlan):
     cosines: FloatArray  # shape (n, 2): direction cosines of the orientation, north and east
 
     @property
-    def queue_number_by_case(self) -> NDArray[np.int64]:
-        """Group number of each case, shape (n,): cases with equal step lengths get the same number."""
+    def parallel_group_by_case(self) -> NDArray[np.int64]:
+        """Group number of each case, shape (n,); the cases of a group are computed in parallel.
+
+        They have equal step lengths.
+        """
         return group_numbers_of_equal_cases(self.steps, self.table["standing"])
 
     @property
@@ -72,7 +75,7 @@ class SimulationPlan3D(SimulationPlan):
         up = super().vertical_base_acceleration
         return np.zeros(self.motion.sample_count + 3) if up is None else up
 
-    def queued_kernel_input_fields(
+    def kernel_input_fields_3d(
         self,
         case_numbers: NDArray[np.int64],
         result_tables: dict[str, NDArray[np.void]],
@@ -81,7 +84,7 @@ class SimulationPlan3D(SimulationPlan):
     ) -> dict[str, Any]:
         """Return the kernel input fields common to all 3-D models, for a group of cases with equal step lengths.
 
-        The time steps are divided by `step_divisor`; `column_count` cases are computed side by side.
+        The time steps are divided by `step_divisor`; `column_count` cases are computed in parallel.
         """
         ticks = self.ticks_per_step
         queued = self.common_kernel_input_fields(case_numbers, result_tables, step_divisor, ticks, column_count)
@@ -108,7 +111,7 @@ class BodySimulationPlan(SimulationPlan3D):
 
     @property
     def base_shape_loop_tag(self) -> Any:
-        """Tuple whose type selects the compiled time loop, for bodies with a round or with a polygonal base."""
+        """Empty tuple whose type selects the compiled time loop: for a round base, or for a base with vertices."""
         return RoundBaseLoopTag() if self.solids[0].radius > 0 else PolygonalBaseLoopTag()
 
     def kernel_input(
@@ -116,7 +119,7 @@ class BodySimulationPlan(SimulationPlan3D):
     ) -> BodyKernelInput:
         """Return the body kernel's input for cases with equal step lengths, each step divided by `step_divisor`."""
         return BodyKernelInput(
-            **self.queued_kernel_input_fields(case_numbers, result_tables, step_divisor, COLUMNS),
+            **self.kernel_input_fields_3d(case_numbers, result_tables, step_divisor, COLUMNS),
             base_shape_loop_tag=self.base_shape_loop_tag,
             bodies=self.bodies,
             points=self.points,
@@ -148,21 +151,19 @@ class BodySimulationPlan(SimulationPlan3D):
         return BodyTrajectory(trajectory_rows, (cosine, sine), *self.model.shape.drawn_corners_and_edges(*size))
 
 
-def quiet_windows_in_any_direction(
+def strong_motion_ranges_in_any_direction(
     motion: Motion, amplitude: FloatArray, motion_threshold: FloatArray, leave_out: bool
 ) -> tuple[NDArray[np.int64], FloatArray, NDArray[np.bool_]]:
-    """Find the samples of a motion that are too weak, in any direction, to move a 3-D model at rest.
-
-    Returns, for each case, the first sample to compute, the sample from which on a model at rest stays at rest, and
-    whether the model rests throughout. Unless `leave_out`, all samples are computed (0, infinity and False).
-    """
+    """Find the range of samples outside which a motion is too weak, in any direction, to move a 3-D model at rest."""
     count = amplitude.size
     if not leave_out:
         return np.zeros(count, np.int64), np.full(count, np.inf), np.zeros(count, np.bool_)
     # Uplift over the nearest edge needs the smallest acceleration. Between samples the length of the acceleration
     # vector is convex, so that its maximum is at a sample.
     strongest = np.sqrt(motion.north**2 + motion.east**2)[None, :]
-    first, calm, rests = find_quiet_windows(motion, np.zeros(count, np.int64), amplitude, strongest, motion_threshold)
+    first, calm, rests = find_strong_motion_ranges(
+        motion, np.zeros(count, np.int64), amplitude, strongest, motion_threshold
+    )
     return first, calm.astype(np.float64), rests
 
 
@@ -193,7 +194,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     row, cosines, along = base_accelerations_by_orientation(motion, cases)
     rest_limit, threshold = np.zeros(cases.case_count), np.minimum((reach / foot)[which], friction)
     leaves_out = numerics.leave_out and start is None
-    first, calm, stays_at_rest = quiet_windows_in_any_direction(motion, amplitude, threshold, leaves_out)
+    first, calm, stays_at_rest = strong_motion_ranges_in_any_direction(motion, amplitude, threshold, leaves_out)
     if leaves_out:
         rest_limit = _rest_acceleration_thresholds(made, which, laws, dashpot, friction, interval)
     table = np.zeros(cases.case_count, CASE)
@@ -337,7 +338,7 @@ def base_accelerations_by_orientation(motion: Motion, cases: Cases) -> tuple[NDA
 
 
 def _largest_penetration_at_rest(body: RigidSolid, rest_pose: FloatArray) -> float:
-    """Return the penetration, m, of the base vertex that is deepest in the ground in the pose at rest."""
+    """Return the largest penetration (m) of a base vertex into the ground, in the pose of a body at rest."""
     x, y = body.points[: body.base, :2].T
     return float(np.max(body.centre_height - rest_pose[2] - (rest_pose[3] * y - rest_pose[4] * x)))
 

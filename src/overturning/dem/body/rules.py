@@ -19,7 +19,7 @@ from overturning.dem.body.ending import (
     sum_of_state_components,
     write_case_results,
 )
-from overturning.dem.body.start import initialise_body_in_lane
+from overturning.dem.body.start import write_initial_body_state
 from overturning.dem.body.state import (
     COLUMNS,
     ROWS,
@@ -33,7 +33,7 @@ from overturning.dem.body.state import (
     BodyVertex,
     ContactPointAtStepStartAndEnd,
     LoadedSampleNumber,
-    base_motion_over_sample,
+    inertial_acceleration_over_sample,
 )
 from overturning.dem.body.vectors import (
     normalise_quaternion,
@@ -53,7 +53,7 @@ from overturning.dem.kernel.ground import (
     is_rest_check_sample,
     upcoming_motion_is_below_rest_limit,
 )
-from overturning.dem.kernel.lanes import INNER, aligned_zeros, whole_vectors
+from overturning.dem.kernel.lanes import INNER, cache_line_aligned_zeros, whole_vectors
 from overturning.dem.kernel.queue import (
     QueueSettings,
     create_lookup_by_type,
@@ -64,13 +64,13 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
 class PolygonalBaseLoopTag(NamedTuple):
-    """Type that selects, at compile time, the time loop for bodies whose base has vertices (see `LOOPS`)."""
+    """Type that selects, at compile time, the time-stepping loop for bodies with a polygonal base (see `LOOPS`)."""
 
     round: bool = False
 
 
 class RoundBaseLoopTag(NamedTuple):
-    """Type that selects, at compile time, the time loop for bodies whose base has a round rim (see `LOOPS`)."""
+    """Type that selects, at compile time, the time-stepping loop for bodies with a round base (see `LOOPS`)."""
 
     round: bool = True
 
@@ -111,18 +111,18 @@ class BodyWorkspace(NamedTuple):
     """Rows of the vertices: a view of `state`."""
 
 
-load_body, store_body, _ = ROWS.lane_access(BodyConstants)
-load_state, store_state, _ = ROWS.lane_access(BodyState)
-store_turn = ROWS.lane_access(BodyState, "turn").store
-load_peaks, store_peaks, _ = ROWS.lane_access(BodyPeakValues)
-load_course, store_course, _ = ROWS.lane_access(CaseProgress)
-load_limits, store_limits, _ = ROWS.lane_access(BodyTerminationLimits)
+load_body, store_body, _ = ROWS.tuple_access(BodyConstants)
+load_state, store_state, _ = ROWS.tuple_access(BodyState)
+store_turn = ROWS.tuple_access(BodyState, "turn").store
+load_peaks, store_peaks, _ = ROWS.tuple_access(BodyPeakValues)
+load_course, store_course, _ = ROWS.tuple_access(CaseProgress)
+load_limits, store_limits, _ = ROWS.tuple_access(BodyTerminationLimits)
 store_shaking, store_attempt, store_step_control = (
-    ROWS.lane_access(of).store for of in (BodyBaseMotion, StepAttempt, CaseStepControl)
+    ROWS.tuple_access(of).store for of in (BodyBaseMotion, StepAttempt, CaseStepControl)
 )
 store_vertex, store_memory = (
-    VERTEX.lane_access(BodyVertex).store,
-    VERTEX.lane_access(ContactPointAtStepStartAndEnd, "old").store,
+    VERTEX.tuple_access(BodyVertex).store,
+    VERTEX.tuple_access(ContactPointAtStepStartAndEnd, "old").store,
 )
 NUMBERS: Final = ROWS.count
 OF_A_VERTEX: Final = VERTEX.size
@@ -138,7 +138,7 @@ loop_of = create_lookup_by_type(LOOPS)
 
 def allocate_workspace(kernel_input: Any) -> Any:
     """Return empty state arrays of bodies and their vertices, one column (lane) per case computed in parallel."""
-    state = aligned_zeros(NUMBERS * COLUMNS + kernel_input.points.shape[1] * OF_A_VERTEX)
+    state = cache_line_aligned_zeros(NUMBERS * COLUMNS + kernel_input.points.shape[1] * OF_A_VERTEX)
     return BodyWorkspace(state, state[NUMBERS * COLUMNS :])
 
 
@@ -150,20 +150,20 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
         kernel_input.points[given.body],
         kernel_input.settings.interval,
     )
-    initialise_body_in_lane(
+    write_initial_body_state(
         workspace.state, workspace.vertices, lane, given, body, points, interval, kernel_input.settings.ticks
     )
 
 
 def load_motion_of_next_sample(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
     """Load the base motion of the next sample for each case, and rescale each quaternion to length 1."""
-    load_next_sample_into_lanes(
+    load_base_motion_of_sample(
         workspace.state, lane_count, kernel_input.row, lane_cases, kernel_input.ground, kernel_input.settings
     )
 
 
 @njit(**INNER)
-def load_next_sample_into_lanes(
+def load_base_motion_of_sample(
     state: Any, lane_count: int, motion_rows: Any, lane_cases: Any, ground_motion: Any, queue_settings: QueueSettings
 ) -> None:
     """Load the base motion of the current sample for each case, and rescale each quaternion to length 1."""
@@ -188,7 +188,7 @@ def load_next_sample_into_lanes(
         state[LOADED + j] = course.sample + 1.0
         i = min(int(course.sample), last)
         horizontal = along[motion_rows[lane_cases[j]]]
-        store_shaking(state, j, base_motion_over_sample(horizontal, up, i, course.amplitude, scale))
+        store_shaking(state, j, inertial_acceleration_over_sample(horizontal, up, i, course.amplitude, scale))
 
 
 def advance_one_sample(
@@ -218,11 +218,9 @@ def advance_one_sample(
     return trajectory, recorded_row_count
 
 
-def mark_lanes_that_may_have_ended(
-    kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any
-) -> int:
+def mark_possibly_ended_cases(kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any) -> int:
     """Set `end_marks_out` to 1 for each case that may have ended, else 0; return the number of ones."""
-    return mark_possibly_ended_lanes(
+    return mark_possibly_ended_body_cases(
         workspace.state,
         active_lane_count,
         end_marks_out,
@@ -232,7 +230,7 @@ def mark_lanes_that_may_have_ended(
 
 
 @njit(**INNER)
-def mark_possibly_ended_lanes(
+def mark_possibly_ended_body_cases(
     state: Any, active_lane_count: int, end_marks_out: Any, ticks_per_sample: float, last_sample: float
 ) -> int:
     """Mark and count the cases that may have ended: a fall, an invalid state, or no strong motion left."""
@@ -253,7 +251,7 @@ def mark_possibly_ended_lanes(
 
 
 @njit(**INNER)
-def mark_possibly_resting_lanes(state: Any, active_lane_count: int) -> int:
+def mark_possibly_resting_bodies(state: Any, active_lane_count: int) -> int:
     """Mark and count, by a quick test, the cases whose body may be at rest (`CaseRestState.at_rest` = 1)."""
     number = 0
     for j in range(active_lane_count):
@@ -279,7 +277,7 @@ def skip_quiet_samples(
         kernel_input.base,
     )
     count = kernel_input.points.shape[1]
-    if mark_possibly_resting_lanes(state, active_lane_count) == 0:
+    if mark_possibly_resting_bodies(state, active_lane_count) == 0:
         return
     for j in range(active_lane_count):
         course, over = load_course(state, j), state[TICK + j] * (1.0 / settings.ticks)
@@ -296,7 +294,7 @@ def skip_quiet_samples(
             skipped_sample_counts_out[j] += samples
 
 
-def status_if_case_in_lane_ended(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
+def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
     """Return the `CaseStatus` of case number `case`, stored in column `lane`; `GOES_ON` if it has not ended."""
     end, sectors = float(kernel_input.settings.samples), kernel_input.sectors[kernel_input.cases[case].body]
     return case_status(
@@ -304,7 +302,7 @@ def status_if_case_in_lane_ended(kernel_input: Any, workspace: Any, lane: int, c
     )
 
 
-def write_lane_results(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:
+def write_results_of_ended_case(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:
     """Write the results of case number `case`, stored in column `lane`, into `kernel_input.results`."""
     sectors = kernel_input.sectors[kernel_input.cases[case].body]
     write_case_results(workspace.state, workspace.vertices, lane, status, kernel_input.results[case], sectors)
@@ -312,5 +310,5 @@ def write_lane_results(kernel_input: Any, workspace: Any, lane: int, case: int, 
 
 register_model_functions(
     BodyKernelInput, allocate_workspace, start_case, load_motion_of_next_sample, advance_one_sample,
-    mark_lanes_that_may_have_ended, skip_quiet_samples, status_if_case_in_lane_ended, write_lane_results,
+    mark_possibly_ended_cases, skip_quiet_samples, current_case_status, write_results_of_ended_case,
 )  # fmt: skip

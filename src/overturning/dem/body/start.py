@@ -39,20 +39,20 @@ from overturning.dem.kernel.mechanics import LANDING
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 store_body, store_state, store_peaks, store_course, store_limits, store_attempt, store_step_control = (
-    ROWS.lane_access(of).store
+    ROWS.tuple_access(of).store
     for of in (
         BodyConstants, BodyState, BodyPeakValues, CaseProgress, BodyTerminationLimits, StepAttempt, CaseStepControl
     )
 )  # fmt: skip
-store_vertex = VERTEX.lane_access(BodyVertex).store
-store_memory = VERTEX.lane_access(ContactPointAtStepStartAndEnd, "old").store
+store_vertex = VERTEX.tuple_access(BodyVertex).store
+store_memory = VERTEX.tuple_access(ContactPointAtStepStartAndEnd, "old").store
 NUMBERS: Final = ROWS.count
 OF_A_VERTEX: Final = VERTEX.size
 REST_LIMIT: Final = ROWS.row_start(CaseRestState, "rest_limit")
 
 
 @njit(**INNER)
-def initialise_body_in_lane(
+def write_initial_body_state(
     state: Any, vertex_rows: Any, lane: int, case_parameters: Any, body_constants: Any, vertex_positions: Any,
     sampling_interval: float, ticks_per_sample: float,
 ) -> None:  # fmt: skip
@@ -60,7 +60,7 @@ def initialise_body_in_lane(
     for row in range(NUMBERS):
         state[row * COLUMNS + lane] = 0.0
     body = body_constants_of_case(case_parameters, body_constants, sampling_interval / ticks_per_sample)
-    begin = initialise_vertices_in_lane(vertex_rows, lane, body, case_parameters.start, vertex_positions)
+    begin = write_initial_vertex_states(vertex_rows, lane, body, case_parameters.start, vertex_positions)
     store_body(state, lane, body)
     case_step_control = CaseStepControl(
         case_parameters.finest, case_parameters.standing, case_parameters.dwell, case_parameters.settled
@@ -107,12 +107,13 @@ def body_constants_of_case(case_parameters: Any, body_constants: Any, tick_lengt
 
 
 @njit(**INNER)
-def initialise_vertices_in_lane(
+def write_initial_vertex_states(
     vertex_rows: Any, lane: int, body: BodyConstants, start: Any, vertex_positions: Any
 ) -> BodyState:
     """Write a body's vertices at their start positions into column `lane`; return the body's initial state.
 
-    `start` has the pose and velocities, of type `START`; acceleration and moment are those of gravity and springs.
+    `start` has the pose and velocities, of type `START`; the initial acceleration and moment are those of gravity and
+    springs.
     """
     place, turn = Vector3(start.x, start.y, start.z), Quaternion(start.qw, start.qx, start.qy, start.qz)
     v, w, f = Vector3(start.vx, start.vy, start.vz), Vector3(start.wx, start.wy, start.wz), rotation_matrix(turn)

@@ -23,7 +23,7 @@ from overturning.dem.body.vectors import (
     transpose,
 )
 from overturning.dem.kernel.clock import BODY, CaseStepControl, StepAttempt
-from overturning.dem.kernel.ending import CaseProgress, CaseRestState, LateTilt, SlideEnd
+from overturning.dem.kernel.ending import CaseProgress, CaseRestState, LateTilt, SlideEndSample
 from overturning.dem.kernel.ground import LinearBaseAcceleration, base_acceleration_over_sample
 from overturning.dem.kernel.lanes import INLINE, INNER, TupleRowLayout
 
@@ -134,7 +134,7 @@ IN_THE_AIR: Final = -1e300
 
 
 class BaseContactState(NamedTuple):
-    """Contact state of a body's base: lowest and highest vertex, landing times, share of friction that tilts."""
+    """Contact state of a body's base: lowest and highest vertex, landing times left, share of friction that tilts."""
 
     low: float
     """Height of the lowest base vertex relative to the centre, m; negative."""
@@ -153,7 +153,10 @@ class BaseContactState(NamedTuple):
 
 
 class BodyPeakValues(NamedTuple):
-    """Largest lean (sin² of tilt), squared slip (m²) and penetration (m) so far; last upright tick of this sample."""
+    """Largest lean (sin² of tilt), squared slip (m²) and penetration (m) so far; last upright tick of this sample.
+
+    A tick is the unit of time of the steps.
+    """
 
     lean: float
     slip: float
@@ -242,7 +245,7 @@ class PredictedContactPoint(NamedTuple):
 
 
 class StepRejectionFlags(NamedTuple):
-    """Flags (1 or 0): `again`, the step is rejected; `sooner`, the next attempt assumes the same contact state."""
+    """Flags (1 or 0) of an attempted step: the step is rejected; the next attempt assumes the same contact state."""
 
     again: float
     sooner: float
@@ -307,7 +310,7 @@ class ContactForceSum(NamedTuple):
     """Energy released by springs, m²/s²."""
 
 
-class LargestContactChanges(NamedTuple):
+class LargestBodyContactChanges(NamedTuple):
     """Contact changes in an attempted step: for each kind of change, the largest value over a body's contact points."""
 
     changed: float
@@ -330,19 +333,19 @@ ROWS: Final = TupleRowLayout(
     COLUMNS, BodyConstants, CaseStepControl, BodyState, Matrix3, BaseContactState, BodyPeakValues,
     BodyEnergyAndMomentumAccount, BodyBaseMotion, LoadedSampleNumber, CaseProgress, BodyTerminationLimits,
     StepAttempt, StepRejectionFlags, PredictedBody, ContactEquationTerms, BodyVelocityChange, ContactForceSum,
-    LargestContactChanges, CaseRestState, LateTilt, SlideEnd,
+    LargestBodyContactChanges, CaseRestState, LateTilt, SlideEndSample,
 )  # fmt: skip
 VERTEX: Final = TupleRowLayout(COLUMNS, BodyVertex, ContactPointAtStepStartAndEnd, PredictedContactPoint)
 
 
 @njit(**INNER)
-def base_motion_over_sample(
+def inertial_acceleration_over_sample(
     horizontal: Any, up: Any, sample: int, amplitude_factor: float, samples_per_tick: float
 ) -> BodyBaseMotion:
     """Return the inertial accelerations in the frame of the base, × a factor, linear from `sample` to the next one.
 
-    `horizontal` holds the accelerations along x and y, shape (2, samples), and `up` the upward acceleration, m/s². A
-    base that accelerates one way pushes what stands on it the other way.
+    `horizontal` holds the accelerations of the base along x and y, shape (2, samples), and `up` its upward
+    acceleration, m/s². The inertial accelerations are opposite to those of the base.
     """
     return BodyBaseMotion(
         base_acceleration_over_sample(horizontal[0], sample, -amplitude_factor, samples_per_tick),
@@ -363,7 +366,7 @@ def angular_velocity_from_momentum(
 
 
 @njit(**INLINE)
-def rotate_over_step(
+def rotate_body_over_step(
     inverse_inertia: SymmetricMatrix, turn: Quaternion, momentum_at_mid_step: Vector3, moment: Vector3, step: float
 ) -> tuple[Quaternion, Vector3]:
     """Return the rotation (quaternion) and angular velocity of a body after a step (s) with constant moment."""

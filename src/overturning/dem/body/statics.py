@@ -40,11 +40,11 @@ def pose_at_rest(body: RigidSolid, normal_stiffness: float) -> FloatArray:
 
 @lru_cache(SOLIDS_KEPT)
 def largest_unit_spring_eigenvalue(body: RigidSolid) -> float:
-    """Return the largest eigenvalue ω² of a body on equal springs, each with a stiffness per body mass of 1/s².
+    """Return the largest eigenvalue ω² of a body on equal springs at its vertices, for the stable time step.
 
-    Each further spring only raises the eigenvalue: the body has a higher frequency on all vertices of a face than on an
-    edge or a single vertex. The tilt does not matter for isotropic springs. So the maximum over the faces that can lie
-    flat, each with all its vertices, is enough.
+    Each spring has the stiffness 1/s² per body mass. Each further spring only raises the eigenvalue: the body has a
+    higher frequency on all vertices of a face than on an edge or a single vertex. The tilt does not matter for
+    isotropic springs. So the maximum over the faces that can lie flat, each with all its vertices, is enough.
     """
     faces = (np.arange(body.base), *body.facets)
     return max(highest_eigenvalue(_stiffness_matrix_of_unit_springs(body, face)) for face in faces)
@@ -52,19 +52,19 @@ def largest_unit_spring_eigenvalue(body: RigidSolid) -> float:
 
 @lru_cache(SOLIDS_KEPT)
 def smallest_unit_spring_eigenvalue(body: RigidSolid) -> float:
-    """Return the smallest eigenvalue ω² of an upright body on springs of 1/s² per mass at its base vertices.
+    """Return the smallest eigenvalue ω² of an upright body on equal springs at its base vertices.
 
-    See `largest_unit_spring_eigenvalue`.
+    Each spring has the stiffness 1/s² per body mass, as in `largest_unit_spring_eigenvalue`.
     """
     return lowest_eigenvalue(_stiffness_matrix_of_unit_springs(body, np.arange(body.base)))
 
 
 @lru_cache(SOLIDS_KEPT)
 def vertex_unloading_acceleration_and_least_load(body: RigidSolid) -> tuple[float, float]:
-    """Return the base acceleration |a|/g that unloads a base vertex, and the ratio of least to mean vertex load.
+    """Return the base acceleration |a|/g that unloads a base vertex, and the ratio of least to mean load of vertices.
 
-    The first is a horizontal acceleration over g, in the most unfavourable direction; the second is that of the upright
-    body at rest. Both are 0 if a vertex carries no load at rest.
+    The acceleration is horizontal, in the most unfavourable direction; the ratio is that of the upright body at rest.
+    Both values are 0 if a vertex carries no load at rest.
     """
     x, y = body.points[: body.base, :2].T
     rows = np.stack([np.ones(body.base), x, y])

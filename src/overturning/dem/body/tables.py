@@ -9,7 +9,10 @@ from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
 
 
 class BodyInitialStateTableColumns(NamedTuple):
-    """Initial pose and velocities of a body: columns; x towards the orientation's azimuth, y left of x, z up."""
+    """Initial pose and velocities of a body: columns of the kernel's table of cases.
+
+    The axis x points towards the azimuth of the orientation, y left of x, z up.
+    """
 
     x: float
     """Position of the centre along x, m."""

@@ -23,7 +23,7 @@ def rerun_cases_until_energy_balances(
 ) -> None:
     """Simulate cases; repeat those whose energy balance has too large an error, with finer and finer steps.
 
-    Cases whose energy still does not balance after `MAX_RERUNS` reruns are marked unstable.
+    Cases whose energy still does not balance after `MAX_RERUNS` reruns get the status `unstable`.
 
     Parameters
     ----------

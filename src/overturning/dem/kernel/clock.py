@@ -91,7 +91,7 @@ class CaseStepControl(NamedTuple):
 
 
 class StepAttempt(NamedTuple):
-    """Next time step to attempt: its length, steps to do before a longer one is tried, and repetitions so far."""
+    """Next time step to attempt: its length, number of steps before a longer one is tried, and repetitions so far."""
 
     length: float
     """Length, ticks."""

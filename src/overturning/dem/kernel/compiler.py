@@ -41,7 +41,7 @@ class InnerFunctionLlvmTranslator(KernelLlvmTranslator):
     """Translator to LLVM of functions that only compiled code calls."""
 
     def create_cpython_wrapper(self, release_gil: bool = False) -> None:
-        """Generate no entry point for Python; all these functions share one (`InnerFunctionLibrary`)."""
+        """Omit the entry point for calls from Python: all these functions share one (see `InnerFunctionLibrary`)."""
 
 
 class KernelLibrary(JITCodeLibrary):
@@ -63,18 +63,21 @@ class KernelLibrary(JITCodeLibrary):
         passes.run(self._final_module, self._codegen._pass_builder())
 
 
-class _CodeWithoutEnvironment:
-    """Stand-in for a code generator; inner functions use no Python objects."""
+class _CodeGeneratorWithoutPythonObjects:
+    """Substitute for Numba's code generator, for functions that only compiled code calls.
+
+    These functions use no Python objects.
+    """
 
     def set_env(self, env_name: str, env: Any) -> None:
-        """Store no Python objects for a function; kernels loaded from the cache have none either."""
+        """Ignore the Python objects that Numba would store for a function: compiled kernels use none."""
 
 
 class InnerFunctionLibrary(JITCodeLibrary):
     """LLVM code of a function that only compiled code calls: it is linked into its callers.
 
     Machine code is generated for the calling kernel only. For inlined functions LLVM's optimisation is left to the
-    caller, too. Both for each inner function would take a quarter of the compilation.
+    caller, too. To do both for each such function would take a quarter of the compilation time.
 
     Attributes
     ----------
@@ -85,9 +88,9 @@ class InnerFunctionLibrary(JITCodeLibrary):
     is_inlined: bool = False
 
     @property
-    def codegen(self) -> "_CodeWithoutEnvironment":
-        """Object with the one method that Numba calls for a function it has translated."""
-        return _CodeWithoutEnvironment()
+    def codegen(self) -> "_CodeGeneratorWithoutPythonObjects":
+        """Code generator that Numba calls after it has translated a function; it has only the method `set_env`."""
+        return _CodeGeneratorWithoutPythonObjects()
 
     def _optimize_final_module(self) -> None:
         if not self.is_inlined:
@@ -97,14 +100,14 @@ class InnerFunctionLibrary(JITCodeLibrary):
         self._finalized = True
 
     def get_pointer_to_function(self, name: str) -> int:  # noqa: ARG002
-        """Return the address of the code that runs if Python calls the function `name`: it raises a TypeError."""
+        """Return the address of the code that runs if Python calls the function `name`: it raises a `TypeError`."""
         self._ensure_finalized()
-        return int(_entry_that_raises(self._codegen).get_pointer_to_function(ENTRY))
+        return int(_build_raising_entry_point(self._codegen).get_pointer_to_function(ENTRY))
 
 
 @cache
-def _entry_that_raises(codegen: Any) -> Any:
-    """Return a library with the function `ENTRY`, which has the arguments of a Python call and raises an error."""
+def _build_raising_entry_point(codegen: Any) -> Any:
+    """Return a library with the function `ENTRY`, which raises an error if Python calls it."""
     module, pointer = ir.Module(ENTRY), ir.IntType(8).as_pointer()
     builder = ir.IRBuilder(
         ir.Function(module, ir.FunctionType(pointer, [pointer] * 3), ENTRY).append_basic_block("start")
@@ -118,7 +121,7 @@ def _entry_that_raises(codegen: Any) -> Any:
 
 @register_pass(mutates_CFG=True, analysis_only=False)
 class KernelLoweringPass(NativeLowering):
-    """Compiler pass that translates a function to LLVM if Python calls the function (a kernel)."""
+    """Compiler pass that translates a kernel (a function that Python calls) to LLVM."""
 
     _name = "kernel_lowering"
 
@@ -153,7 +156,10 @@ class InnerFunctionLoweringPass(NativeLowering):
 
 
 def _build_compiler_pipeline(compiler_state: Any, lowering_pass: type) -> Any:
-    """Return Numba's compiler passes, with `lowering_pass` in place of Numba's own and without array expressions."""
+    """Return Numba's compiler passes, with `lowering_pass` instead of Numba's translation to LLVM.
+
+    Numba's pass that rewrites array expressions is left out.
+    """
     passes = DefaultPassBuilder.define_nopython_pipeline(compiler_state)
     # No kernel has array expressions; searching for them takes a tenth of the time.
     passes.passes = [
@@ -169,7 +175,7 @@ class KernelCompiler(CompilerBase):
     """Compiler of kernel functions that Python calls."""
 
     def define_pipelines(self) -> list[Any]:
-        """Return Numba's pipeline of compiler passes, with `KernelLoweringPass` as its lowering pass."""
+        """Return the compiler passes for kernels: Numba's own, but `KernelLoweringPass` translates to LLVM."""
         return [_build_compiler_pipeline(self.state, KernelLoweringPass)]
 
 
@@ -177,7 +183,7 @@ class InnerFunctionCompiler(CompilerBase):
     """Compiler of kernel functions that only compiled code calls."""
 
     def define_pipelines(self) -> list[Any]:
-        """Return Numba's pipeline of compiler passes, with `InnerFunctionLoweringPass` as its lowering pass."""
+        """Return the compiler passes: Numba's own, but `InnerFunctionLoweringPass` translates to LLVM."""
         return [_build_compiler_pipeline(self.state, InnerFunctionLoweringPass)]
 
 
@@ -185,6 +191,6 @@ class NoAliasFunctionCompiler(InnerFunctionCompiler):
     """Compiler of kernel functions that only compiled code calls, with array arguments that never overlap."""
 
     def define_pipelines(self) -> list[Any]:
-        """Return the pipeline of `InnerFunctionCompiler`; array arguments are marked ``noalias`` (never overlap)."""
+        """Return the passes of `InnerFunctionCompiler`; array arguments are marked ``noalias`` (never overlap)."""
         self.state.flags.noalias = True
         return super().define_pipelines()

@@ -48,7 +48,7 @@ class CaseProgress(NamedTuple):
 
 
 class LateTilt(NamedTuple):
-    """Largest tilt of a body over its critical angle, from half-way between the ends of the record and of the case.
+    """Largest ratio of tilt to critical angle in the second half of the time from the record's end to the case's end.
 
     It is 1 if the body was in the air, above the height at which it balances on its rim.
     """
@@ -56,8 +56,8 @@ class LateTilt(NamedTuple):
     ratio: float
 
 
-class SlideEnd(NamedTuple):
-    """Sample up to which a case is simulated because a stone slides at the end of the case; 0 before this end."""
+class SlideEndSample(NamedTuple):
+    """Sample up to which a case is continued at its end because a stone still slides; 0 before that is known."""
 
     sample: float
 
@@ -146,11 +146,11 @@ def updated_late_tilt(
 def case_waits_for_slides_to_stop(
     state: Any, slide_end_row: int, sample: float, sliding_time: float, sampling_interval: float
 ) -> bool:
-    """True if a case is simulated further because of slides or spins at its end.
+    """True if a case is simulated further at its end because a body still slides or spins.
 
-    At the first call, the sample at which friction has stopped them is stored in `state[slide_end_row]`, which is 0
-    before. `sliding_time` (s) is the time in which friction would stop the fastest slide or spin if there were no
-    other, or 0. A slide and a spin of one body slow each other down less than alone, and end together.
+    At the first call, the sample at which friction has stopped the motion is stored in `state[slide_end_row]`, which is
+    0 before. `sliding_time` (s) is the time in which friction would stop the fastest slide or spin on its own, or 0. A
+    slide and a spin of one body slow each other down less than each would slow down on its own, and end together.
     """
     # The sample is not computed again: a cylinder that rolls on its rim without loss would be simulated for ever.
     if state[slide_end_row] == 0.0:

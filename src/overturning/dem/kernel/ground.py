@@ -25,7 +25,7 @@ UNLOADED: Final = 2.0
 
 
 class GroundMotion(NamedTuple):
-    """Acceleration of the base at each sample, with zeros after the record, and the largest value after each sample."""
+    """Base acceleration at each sample, with zeros after the record, and the largest one in a window after it."""
 
     along: FloatArray
     """Horizontal acceleration, m/s²: along each azimuth, shape (azimuths, samples + 3), or along x and y of a
@@ -125,7 +125,10 @@ def largest_acceleration_ahead_of_samples(acceleration_magnitude: FloatArray, sa
 
 @njit(**INLINE)
 def is_rest_check_sample(sample: float) -> bool:
-    """True if rest of a body is tested at this sample: one of the first `REST_CHECKS_PER_BLOCK` of its block."""
+    """True if the program tests at this sample whether a body is at rest, so that samples can be skipped.
+
+    These are the first `REST_CHECKS_PER_BLOCK` samples of each block of `REST_CHECK_BLOCK` samples.
+    """
     blocks = sample * (1.0 / REST_CHECK_BLOCK)
     return blocks - math.floor(blocks) < REST_CHECKS_PER_BLOCK / REST_CHECK_BLOCK
 
@@ -134,10 +137,11 @@ def is_rest_check_sample(sample: float) -> bool:
 def upcoming_motion_is_below_rest_limit(
     ground: GroundMotion, ground_row: int, sample: float, amplitude: float, rest_limit: float
 ) -> bool:
-    """True if the base motion of the following samples (`REST_CHECK_BLOCK`, `LEAD`) cannot move a body at rest.
+    """True if the base motion in a time window after `sample` cannot move a body at rest.
 
-    `amplitude` multiplies the motion; the body resists a horizontal acceleration of `rest_limit` · g. An acceleration
-    is linear between samples, so it is largest at one of them.
+    The window is that of `largest_acceleration_ahead_of_samples`. `amplitude` multiplies the motion; the body resists a
+    horizontal acceleration of `rest_limit` · g. An acceleration is linear between samples, so it is largest at one of
+    them.
     """
     block, look = min(int(sample) // REST_CHECK_BLOCK, ground.loudest_up.shape[0] - 1), int(sample) % REST_CHECK_BLOCK
     across, up = ground.loudest[ground_row, block, look], ground.loudest_up[block, look]

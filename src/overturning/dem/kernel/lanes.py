@@ -7,11 +7,11 @@ loads the tuples, calls the functions and stores the results. LLVM vectorises su
 - every function that it calls is compiled with `INLINE`;
 - there is no branch on a case's numbers: use ``a if c else b`` instead, and `select` if one of the two values is the
   one already stored;
-- the arrays are aligned (`aligned_zeros`): vectors that straddle two cache lines reduce the speed by a fifth.
+- the arrays are aligned (`cache_line_aligned_zeros`): vectors that straddle two cache lines are a fifth slower.
 
 Three other forms are not vectorised, or are slow: a named tuple *of arrays* (each array has its own base address and
 may overlap the others); a choice between two whole tuples before they are stored, or between numbers within a tuple's
-own arguments; and a conditional (masked) store. `LaneTupleAccess.store_unless` selects number by number instead.
+own arguments; and a conditional (masked) store. `StateTupleAccess.store_unless` selects number by number instead.
 """
 
 import hashlib
@@ -82,15 +82,15 @@ _LINE: Final = 8
 
 
 @njit(**OWNER)
-def aligned_zeros(length: int) -> Any:
-    """Return a float64 array of zeros aligned to a cache line; Numba's own arrays are aligned to 32 bytes only."""
+def cache_line_aligned_zeros(length: int) -> Any:
+    """Return a float64 array of zeros aligned to a cache line of 64 bytes; Numba aligns its arrays to 32 bytes."""
     numbers = np.zeros(length + _LINE)
     skip = -(numbers.ctypes.data // 8) % _LINE
     return numbers[skip : skip + length]
 
 
 def _view_arrays_without_reference_counts(_typing_context: Any, array_type: Any) -> Any:
-    """Generate code that returns a view of an array, or of nested tuples of arrays, whose references are not counted.
+    """Generate code that returns a view of an array, or of a tuple of arrays, without counting references to it.
 
     Reference counts of slices took a fifth of the time. The caller must keep the arrays alive.
     """
@@ -119,7 +119,8 @@ def create_window_slicer(window_length: int, first_index: int = 0, stride: int |
     """Return a compiled function ``window(array, k)`` that returns the k-th slice of fixed length of an array.
 
     A slice has `window_length` values from ``first_index + k * stride`` on; `stride` defaults to `window_length`. The
-    array is flat and borrowed. Unlike an ordinary slice it has no bounds checks, which take long to compile.
+    array is flat, and references to it are not counted. Unlike an ordinary slice it has no bounds checks, which take
+    long to compile.
     """
 
     def slice_window(_typing_context: Any, array: Any, window_index: Any) -> Any:  # noqa: ARG001
@@ -149,8 +150,8 @@ def _select_value_without_branch(_typing_context: Any, condition: Any, first_val
 select: Final[Any] = intrinsic(_select_value_without_branch)
 
 
-def _state_multiple_of_vector_length(_typing_context: Any, lane_count: Any) -> Any:
-    """Generate code that returns a number of lanes, and from which LLVM concludes that it is a multiple of `_LINE`."""
+def _assume_vector_length_multiple(_typing_context: Any, lane_count: Any) -> Any:
+    """Generate code that returns a number of lanes (cases in parallel), known to LLVM as a multiple of `_LINE`."""
 
     def generate_llvm_code(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
         multiple = builder.and_(arguments[0], ir.Constant(arguments[0].type, -_LINE))
@@ -160,14 +161,14 @@ def _state_multiple_of_vector_length(_typing_context: Any, lane_count: Any) -> A
     return types.intp(lane_count), generate_llvm_code
 
 
-whole_vectors: Final[Any] = intrinsic(_state_multiple_of_vector_length)
+whole_vectors: Final[Any] = intrinsic(_assume_vector_length_multiple)
 """``whole_vectors(n)`` returns n, a positive multiple of 8, so that LLVM omits the loop for what a vector leaves over.
 
 Kernels compute all lanes up to the next multiple of 8. Without it each loop is compiled twice."""
 
 
 def _hide_number_from_llvm(_typing_context: Any, number: Any) -> Any:
-    """Generate code that returns a number unchanged, but hidden from LLVM, which then assumes nothing about it."""
+    """Generate code that returns a number unchanged but hidden from LLVM, which then unrolls no loop over it."""
 
     def generate_llvm_code(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
         kind = ir.FunctionType(arguments[0].type, [arguments[0].type])
@@ -180,7 +181,7 @@ unknown: Final[Any] = intrinsic(_hide_number_from_llvm)
 """``unknown(n)`` returns n, hidden from LLVM: a short loop of n passes is then vectorised, not unrolled."""
 
 
-class LaneTupleAccess(NamedTuple):
+class StateTupleAccess(NamedTuple):
     """Compiled functions that read a named tuple from a column (lane) of the state array, and write it there."""
 
     load: Any
@@ -243,15 +244,15 @@ class TupleRowLayout:
         self.count: Final = len(numbers)
         self.size: Final = lane_count * self.count
         self._rows = {number: lane_count * row for row, number in enumerate(numbers)}
-        self._made: dict[tuple[object, ...], LaneTupleAccess] = {}
+        self._made: dict[tuple[object, ...], StateTupleAccess] = {}
 
     def row_start(self, tuple_type: type, field_path: str) -> int:
         """Return the array index at which the values of a field start; its path is, for example, ``left.spring``."""
         return self._rows[tuple_type, field_path]
 
-    def lane_access(
+    def tuple_access(
         self, tuple_type: type, field_path: str = "", unused_fields: Collection[str] = ()
-    ) -> LaneTupleAccess:
+    ) -> StateTupleAccess:
         """Return the compiled functions that read and write a named tuple in a column (lane) of the array.
 
         Parameters
@@ -269,12 +270,12 @@ class TupleRowLayout:
         inner = [inner for inner in number_field_paths(kind) if not set(inner.split(".")) & set(unused_fields)]
         key = (tuple_type, field_path, *inner)
         if key not in self._made:
-            self._made[key] = self._create_lane_access(tuple_type, kind, prefix, inner)
+            self._made[key] = self._create_tuple_access(tuple_type, kind, prefix, inner)
         return self._made[key]
 
-    def _create_lane_access(
+    def _create_tuple_access(
         self, tuple_type: type, inner_type: type, field_prefix: str, stored_field_paths: list[str]
-    ) -> LaneTupleAccess:
+    ) -> StateTupleAccess:
         """Return the compiled functions that read and write a named tuple, which may be a field of a larger tuple."""
         rows = [
             self._rows[tuple_type, field_prefix + path] if path in stored_field_paths else None
@@ -284,7 +285,7 @@ class TupleRowLayout:
         name = (
             f"{inner_type.__module__}.{inner_type.__qualname__}.{hashlib.sha256(str(rows).encode()).hexdigest()[:16]}"
         )
-        return LaneTupleAccess(
+        return StateTupleAccess(
             create_tuple_loader(inner_type, rows, name),
             create_tuple_storer(inner_type, rows, name),
             create_conditional_tuple_storer(inner_type, rows, name),

@@ -41,10 +41,11 @@ def clamp_magnitude(force: float, limit: float) -> float:
 
 @njit(**INLINE)
 def base_slides_in_flat_landing(friction: float, slip_velocity: float, opening_velocity: float) -> bool:
-    """True if a base that lands flat slides: tangential slip velocity at least μ × opening velocity (m/s).
+    """True if a base that lands flat slides: its tangential velocity is at least μ × its upward velocity (m/s).
 
-    The dashpots stop the heave first, and the contribution of the rotation to the slip only later. Friction in a
-    plastic landing depends on the slip that remains afterwards, so rotation is left out: all ends slide the same way.
+    The dashpots stop the vertical motion first, and the contribution of the rotation to the slip only later. Friction
+    in a plastic landing depends on the slip that remains afterwards, so rotation is left out: all contact points slide
+    the same way.
     """
     return abs(slip_velocity) >= friction * abs(opening_velocity)
 
@@ -53,9 +54,9 @@ def base_slides_in_flat_landing(friction: float, slip_velocity: float, opening_v
 def max_touch_delay_of_one_impact(stiffness: float, dashpot: float) -> float:
     """Return the longest time (s) between the touches of a base's two ends that still counts as one impact.
 
-    Stiffness (1/s²) and dashpot (1/s) of an end are per mass. The time is m/h, in which the dashpot of one end alone
-    stops the mass: the other end touches before the first one has stopped the body. A spring with a weaker dashpot
-    (h² < K m) has no such short time; h/K is then shorter.
+    Stiffness (1/s²) and dashpot (1/s) of an end are per mass. The time is m/h (mass over dashpot), in which the
+    dashpot of one end alone stops the mass: the other end touches before the first one has stopped the body. For a
+    weaker dashpot (h² < K m, K: stiffness) it is the shorter time h/K.
     """
     return min(1.0 / dashpot, dashpot / stiffness) if dashpot > 0.0 else 0.0
 
@@ -85,10 +86,10 @@ def clamp_friction_and_stretch(
     compliance: float,
     flat_landing: tuple[bool, bool],
 ) -> tuple[float, float, float, float, bool]:
-    """Limit the friction force and the spring stretch of a contact point; return both, and True if the point slips.
+    """Limit friction force and spring stretch of a contact point; return both, and True if the point slips.
 
-    Force and stretch keep their directions. `flat_landing` is (True if the point is in a flat landing, True
-    if it slides meanwhile; see `base_slides_in_flat_landing`).
+    Force and stretch keep their directions. `flat_landing` holds whether the point is in a flat landing, and whether it
+    slides meanwhile (see `base_slides_in_flat_landing`).
     """
     (held, drifts), square, stretch = (
         flat_landing,

@@ -1,9 +1,4 @@
-"""Queue of cases for the lanes of a kernel: a lane whose case has ended takes the next case.
-
-The queue is independent of the model. Each model has a named tuple with the input of its kernel, and functions that
-are selected by the type of that tuple (`register_model_functions`): Numba caches machine code selected by type, but not
-that of closures. Lanes do not share data, so the result of a case depends on the case alone.
-"""
+"""Queue of cases for the lanes of a kernel: a lane whose case has ended gets the next case of the queue."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, Protocol
@@ -15,7 +10,7 @@ from numpy.typing import NDArray
 
 from overturning.dem.kernel.ending import GOES_ON
 from overturning.dem.kernel.ground import GroundMotion
-from overturning.dem.kernel.lanes import INLINE, INNER, OPTIONS, OWNER, QUEUE, aligned_zeros, borrowed
+from overturning.dem.kernel.lanes import INLINE, INNER, OPTIONS, OWNER, QUEUE, borrowed, cache_line_aligned_zeros
 from overturning.kernel_cache import cache_compiled_kernel
 from overturning.model.status import CaseStatus
 
@@ -98,12 +93,12 @@ def advance_one_sample(
     raise NotImplementedError
 
 
-def mark_lanes_that_may_have_ended(
+def mark_possibly_ended_cases(
     kernel_input: KernelInput, workspace: KernelWorkspace, active_lane_count: int, end_marks_out: Any
 ) -> int:
     """Set the mark of each active case to 1 if it may have ended, else to 0; return the number of ones.
 
-    A quick test for all lanes at once; `status_if_case_in_lane_ended` decides.
+    This quick test covers all cases at once; `current_case_status` decides.
     """
     raise NotImplementedError
 
@@ -125,12 +120,12 @@ def skip_quiet_samples(
     raise NotImplementedError
 
 
-def status_if_case_in_lane_ended(kernel_input: KernelInput, workspace: KernelWorkspace, lane: int, case: int) -> int:
+def current_case_status(kernel_input: KernelInput, workspace: KernelWorkspace, lane: int, case: int) -> int:
     """Return the `CaseStatus` of the case in column `lane` of the state array if it has ended, else `GOES_ON`."""
     raise NotImplementedError
 
 
-def write_lane_results(
+def write_results_of_ended_case(
     kernel_input: KernelInput, workspace: KernelWorkspace, lane: int, case: int, status: int
 ) -> None:
     """Write the results of the case in column `lane` of the state array into the table of results.
@@ -143,7 +138,7 @@ def write_lane_results(
 def register_model_functions(kernel_input_type: type, *functions: Callable[..., Any]) -> None:
     """Register a model's functions under the type of its kernel input, by which compiled code selects them.
 
-    Each function has the name of one of the functions of this module that have no implementation.
+    Each function has the name of a function of this module that only declares the parameters.
     """
     for function in functions:
 
@@ -172,7 +167,7 @@ def create_lookup_by_type(value_by_type: Mapping[Any, Any]) -> Callable[[Any], A
 
 
 @njit(**INNER)
-def copy_lane(state: Any, lane_count: int, source_lane: int, target_lane: int) -> None:
+def copy_case_state(state: Any, lane_count: int, source_lane: int, target_lane: int) -> None:
     """Copy the state of a case from column `source_lane` of the state array to column `target_lane`."""
     for row in range(state.size // lane_count):
         state[row * lane_count + target_lane] = state[row * lane_count + source_lane]
@@ -193,8 +188,10 @@ def extend_trajectory(trajectory: Any, min_rows: int, max_rows: int) -> Any:
 
 
 @njit(**QUEUE)
-def run_queue(kernel_input: Any, ordered_cases: Any, steps_done: Any, trajectory: Any) -> tuple[Any, int]:
-    """Simulate a group of cases with equal numbers of steps per sample, several in parallel, until all have ended.
+def run_case_queue(kernel_input: Any, ordered_cases: Any, steps_done: Any, trajectory: Any) -> tuple[Any, int]:
+    """Simulate a group of cases, several in parallel, until all have ended; the next case starts when one has ended.
+
+    All cases have equal numbers of steps per sample.
 
     Parameters
     ----------
@@ -217,7 +214,7 @@ def run_queue(kernel_input: Any, ordered_cases: Any, steps_done: Any, trajectory
     kernel_input = borrowed(kernel_input)  # the caller keeps the arrays alive
     settings, workspace = kernel_input.settings, allocate_workspace(kernel_input)
     lanes, steps, results = settings.lanes, settings.steps_per_check * settings.step_weight, kernel_input.results
-    case, done, due = np.zeros(lanes, np.int64), np.zeros(lanes, np.int64), aligned_zeros(lanes)
+    case, done, due = np.zeros(lanes, np.int64), np.zeros(lanes, np.int64), cache_line_aligned_zeros(lanes)
     left_out = np.zeros(lanes, np.int64)
     # Force int64; Numba would type these as literals and compile every callee twice.
     none = int(np.int64(0))
@@ -243,24 +240,24 @@ def run_queue(kernel_input: Any, ordered_cases: Any, steps_done: Any, trajectory
         for lane in range(active):
             done[lane] += steps
             spent += 1 if done[lane] >= settings.budget else 0
-        lane = none if mark_lanes_that_may_have_ended(kernel_input, workspace, active, due) + spent > 0 else active
+        lane = none if mark_possibly_ended_cases(kernel_input, workspace, active, due) + spent > 0 else active
         while lane < active:
             status, over = GOES_ON, done[lane] >= settings.budget
             if over or due[lane] > 0.0:
-                status = status_if_case_in_lane_ended(kernel_input, workspace, lane, case[lane])
+                status = current_case_status(kernel_input, workspace, lane, case[lane])
                 # A case that is unstable when its budget runs out is reported as over budget.
                 status = CaseStatus.OVER_BUDGET if over and status != CaseStatus.SIMULATED else status
             if status == GOES_ON:
                 lane += 1
                 continue
-            write_lane_results(kernel_input, workspace, lane, case[lane], status)
+            write_results_of_ended_case(kernel_input, workspace, lane, case[lane], status)
             results[case[lane]].status, results[case[lane]].block_steps = status, done[lane]
             results[case[lane]].samples_left_out = left_out[lane]
             # The last active lane moves into the free lane.
             active -= 1
             case[lane], done[lane], due[lane] = case[active], done[active], due[active]
             left_out[lane] = left_out[active]
-            copy_lane(workspace.state, lanes, active, lane)
+            copy_case_state(workspace.state, lanes, active, lane)
 
 
-cache_compiled_kernel(run_queue)
+cache_compiled_kernel(run_case_queue)

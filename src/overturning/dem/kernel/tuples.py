@@ -18,7 +18,7 @@ from numba.extending import intrinsic
 
 
 def number_field_paths(tuple_type: type, path_prefix: str = "") -> Iterator[str]:
-    """Yield the field path of each number of a tuple type, such as ``left.spring``, depth first."""
+    """Yield the path of field names to each number of a named tuple type, such as ``left.spring``, depth first."""
     for name, kind in get_type_hints(tuple_type).items():
         if hasattr(kind, "_fields"):
             yield from number_field_paths(kind, f"{path_prefix}{name}.")
@@ -54,8 +54,8 @@ def build_tuple(context: Any, builder: Any, tuple_type: type, numbers: Iterator[
 def select_value_with_llvm_freeze(builder: Any, condition: Any, first_value: Any, second_value: Any) -> Any:
     """Select one of two values by a condition, in LLVM code that needs no branch.
 
-    LLVM turns the store of a value that was just loaded from the same place into a conditional store. ``freeze`` hides
-    that the values are equal.
+    LLVM would turn the store of a value just loaded from the same place into a conditional store, which is slower.
+    LLVM's instruction ``freeze`` hides that both values are equal.
     """
     # The builder has no method for this instruction.
     frozen = [Instruction(builder.block, value.type, "freeze", [value]) for value in (first_value, second_value)]

@@ -161,7 +161,7 @@ def build_scene_arrays(prepared_scenes: list[PreparedScene]) -> SceneArrays:
 
 
 def state_column_at_rest(prepared_scene: PreparedScene) -> FloatArray:
-    """Return the values of one column (case) of the state array, shape (rows,), for the scene at rest."""
+    """Return the state array's values for one case, with the scene at rest: one column of the array, shape (rows,)."""
     elements = [_element_state_at_rest(prepared_scene, index) for index in range(len(prepared_scene.placed))]
     pieces = placed_pieces_of_pairs(prepared_scene.placed, prepared_scene.pairs)
     pairs = [_pair_state_at_rest(prepared_scene, index, *of_pair) for index, of_pair in enumerate(pieces)]
@@ -215,18 +215,18 @@ def _pair_state_at_rest(prepared_scene: PreparedScene, index: int, a: PlacedElem
     """Return the contact state at rest of two convex pieces, `a` and `b`, of elements of the prepared scene."""
     placed, laws, pair = prepared_scene.placed, prepared_scene.laws, prepared_scene.pairs[index]
     tangential = laws.tangential[index]
-    ends = [k.SegmentEndHistory(0.0, k.OPEN, 0.0, 0.0, 0.0)] * 2
+    ends = [k.PlanarContactPointHistory(0.0, k.OPEN, 0.0, 0.0, 0.0)] * 2
     for end in prepared_scene.loaded:
         if end.pair == index:
-            carrier = k.MINE if _contact_vertex_belongs_to_first_element(a, b, end.side) else k.THEIRS
-            ends[end.side] = k.SegmentEndHistory(end.slip, carrier, 0.0, 0.0, 0.0)
+            carrier = k.VERTEX_OF_A if _contact_vertex_belongs_to_first_element(a, b, end.side) else k.VERTEX_OF_B
+            ends[end.side] = k.PlanarContactPointHistory(end.slip, carrier, 0.0, 0.0, 0.0)
     seen, face = k.VertexPositionAtFace(0.0, 0.0), k.ElementFace(0.0, 0.0, 0.0, 0.0, 0.0)
     settled = np.inf if nearest_faces_never_change(placed) else 0.0
     return k.PairState(
         face_a=face,
         face_b=face,
         bounds=k.ContactVertexRanges(0.0, 0.0, 0.0, 0.0),
-        law=k.ContactLaw(
+        law=k.ContactPointLaw(
             laws.normal[index],
             tangential,
             laws.dashpot[index],
@@ -245,7 +245,7 @@ def _pair_state_at_rest(prepared_scene: PreparedScene, index: int, a: PlacedElem
 
 
 def pair_uses_flat_landing_rule(elements: list[PlacedElement], index_a: int, index_b: int) -> bool:
-    """True if the rule for landing on a whole face in one impact applies to two elements (docs/method.md).
+    """True if two elements use the contact rule for landing on a whole face in one impact (docs/method.md).
 
     Both elements must be heavy enough: a slab of a hundredth of the mass of the stone above it opens and closes its
     contacts in nearly every step, and dashpots that pull in each of these landings multiply the steps by 10 to 90.
@@ -275,10 +275,10 @@ def nearest_faces_never_change(elements: list[PlacedElement]) -> bool:
 
 
 def _contact_vertex_belongs_to_first_element(
-    first_element: PlacedElement, second_element: PlacedElement, end_number: int
+    first_element: PlacedElement, second_element: PlacedElement, point_number: int
 ) -> bool:
-    """True if the contact vertex at an end (0 or 1) of two elements' contact segment belongs to the first element."""
-    point = contact_segment_ends(first_element, second_element)[end_number].point
+    """True if the vertex at contact point `end_number` (0 or 1) of two elements is a vertex of the first element."""
+    point = contact_segment_ends(first_element, second_element)[point_number].point
     return bool(
         min(np.hypot(x - point[0], z - point[1]) for x, z in first_element.vertices_in_scene)
         < 1e-9 * first_element.smaller_side
@@ -288,7 +288,7 @@ def _contact_vertex_belongs_to_first_element(
 def fall_rotations_to_both_sides(element: PlacedElement) -> tuple[float, float]:
     """Return the rotations to −x and to +x at which an element counts as fallen, rad.
 
-    These are `FLAT` times the rotations onto the next face, or the rotation given in the scene file.
+    They are `FLAT` times the rotations onto the next face, or the rotation given in the scene file.
     """
     brings_down = element.element.fallen_rotation_deg in (None, 90.0)
     back, on = element.fall_threshold_rotations_rad

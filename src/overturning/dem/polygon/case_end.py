@@ -20,7 +20,7 @@ from overturning.dem.polygon.resting import (
     all_elements_in_place,
     all_elements_upright,
     any_element_airborne,
-    count_touching_segment_ends,
+    count_closed_contact_points,
     element_has_tipped,
     element_has_tipped_or_dropped,
     last_support_time,
@@ -45,10 +45,10 @@ SUPPORT_GAP: Final = 0.1
 def case_status(
     state: Any, lane: int, scene: Any, stable_from_sample: Any, last_sample: float, sampling_interval: float
 ) -> int:
-    """Return the `CaseStatus` after a sample of the case in column `lane` of the state array; `GOES_ON`: not ended.
+    """Return the `CaseStatus` of the case in column `lane` of the state array after a sample; `GOES_ON`: not ended.
 
     The record ends at sample `last_sample`. `stable_from_sample` holds the sample from which each group of elements
-    that can move as one stands for good, shape (groups,).
+    that can move as one cannot be moved any more, shape (groups,).
     """
     case = rows.load_case(state, lane)
     element_rules, limits = scene.elements[int(case.variant)], scene.limits[int(case.variant)]
@@ -65,10 +65,10 @@ def case_status(
     if case.sample < last_sample and case.sample < case.calm:
         return GOES_ON
     # A scene at rest after the last time at which it could start to move stays at rest: there is no kinetic energy,
-    # and every standing element has at least two loaded ends.
+    # and every standing element has at least two loaded points.
     if (
         moving < limits.rest_energy
-        and count_touching_segment_ends_of_standing_elements(state, lane, scene, element_rules) >= 2 * standing
+        and count_contact_points_of_standing_elements(state, lane, scene, element_rules) >= 2 * standing
     ):
         return CaseStatus.SIMULATED
     if case.sample < last_sample:
@@ -109,7 +109,7 @@ def no_element_can_fall_later(
 def outcomes_are_final(
     state: Any, lane: int, scene: Any, element_rules: Any, smallest_barrier: float, max_gap: float
 ) -> bool:
-    """True if all elements stand with too little energy to fall, to exceed their largest rotation or to slide on."""
+    """True if all elements stand, with too little energy to fall, to exceed their peak rotation or to slide further."""
     if not all_elements_in_place(state, lane, scene, element_rules, max_gap):
         return False
     spare = case_energy(state, lane, scene) - rows.load_case(state, lane).energy
@@ -170,10 +170,10 @@ def completed_fall_side(element: ElementState, element_rules: Any) -> float:
 
 @njit(**INNER)
 def any_element_can_fall_without_base_motion(state: Any, lane: int, element_rules: Any, gravity: float) -> bool:
-    """True if the energy of any standing element suffices to overturn it while the base is at rest.
+    """True if any standing element has enough energy to overturn while the base is at rest.
 
-    An element needs its energy barrier or, without a tipping angle, 1 % of the potential energy that it loses down to
-    its fall limit.
+    An element needs its energy barrier (energy to overturn) or, without a tipping angle, 1 % of the potential energy
+    that it loses down to its fall limit.
     """
     for i in range(element_rules.size):
         item = rows.load_element(rows.of_element(state, i), lane)
@@ -227,14 +227,14 @@ def deepest_pair_penetration(state: Any, lane: int, scene: Any) -> float:
 
 
 @njit(**INNER)
-def count_touching_segment_ends_of_standing_elements(state: Any, lane: int, scene: Any, element_rules: Any) -> int:
-    """Count the contact points of standing free elements; a point between two such elements counts twice."""
+def count_contact_points_of_standing_elements(state: Any, lane: int, scene: Any, element_rules: Any) -> int:
+    """Count the closed contact points of standing free elements; a point between two such elements counts twice."""
     total = 0
     for p in range(scene.layout.shape[0]):
         q, a, b = rows.pair_and_element_rows(state, scene, p)
         for e, i in ((a, scene.layout[p, 0]), (b, scene.layout[p, 1])):
             if element_rules[i].is_free > 0.0 and e[rows.SIDE + lane] == 0.0:
-                total += count_touching_segment_ends(rows.load_pair(q, lane))
+                total += count_closed_contact_points(rows.load_pair(q, lane))
     return total
 
 
@@ -262,7 +262,7 @@ def rest_of_record_cannot_move_groups(
 
 @njit(**INNER)
 def element_stands_safely(element: ElementState, energy_barrier: float) -> bool:
-    """True if an element is nearly upright, nearly in place and nearly at rest, so that weak shaking cannot move it."""
+    """True if an element is nearly upright, in place and at rest, so that weak shaking cannot move it."""
     return bool(
         abs(element.pose.angle) < SAFE_TILT * element.inertia.critical
         and abs(element.record.slip) < SAFE_SLIP * abs(element.home.base_z)
@@ -343,7 +343,7 @@ def record_support_time(
     """Store, if two stacked elements touch, the present time as the upper one's last time on its support."""
     for j in range(rows.COLUMNS):
         pair, case = rows.load_pair(pair_rows, j), rows.load_case(case_rows, j)
-        touches = count_touching_segment_ends(pair) > 0
+        touches = count_closed_contact_points(pair) > 0
         now = (case.sample + case.shaking.tick * samples_per_tick) * sampling_interval
         element_a_rows[rows.CARRIED_UNTIL + j] = select(
             touches & (pair.stands > 0.0), now, element_a_rows[rows.CARRIED_UNTIL + j]

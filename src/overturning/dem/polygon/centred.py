@@ -4,8 +4,8 @@
 `compute_pair_forces_after_solution` computes the forces of the pair from the solution, and
 `overturning.dem.kernel.clock` chooses the next step.
 
-Signs: an end's penetration u and opening velocity v give n = K u − h v, its stretch s and slip velocity w give
-t = −(K_s s + h w).
+Signs: at a contact point, penetration u and opening velocity v give n = K u − h v; spring stretch s and slip velocity w
+give t = −(K_s s + h w).
 """
 
 import math
@@ -18,35 +18,35 @@ from overturning.dem.kernel.lanes import APART, INLINE, create_elementwise_tuple
 from overturning.dem.kernel.mechanics import clamp_magnitude
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.equations import add_pair_force_to_right_sides, add_pair_matrix_to_submatrices
-from overturning.dem.polygon.faces import SegmentEnd, SharedSegment, find_shared_segment
+from overturning.dem.polygon.faces import ContactSegment, PlanarContactPoint, find_contact_segment
 from overturning.dem.polygon.landing import (
     PairMotionAndInertia,
+    contact_points_with_landing_levers,
     correct_slip_for_friction_work,
     flat_landing_slip_and_friction,
     pair_lands_flat,
-    segment_ends_with_flat_landing_levers,
 )
 from overturning.dem.polygon.mechanics import (
-    AssumedSegmentEndSlip,
+    AssumedPlanarContactSlip,
     PairRelativeVector,
     PairVelocityToForceMatrix,
-    SegmentEndForce,
-    SegmentEndResult,
+    PlanarContactPointForce,
+    PlanarContactPointResult,
     add_pair_force_to_elements,
-    contact_vertex_owner_code,
+    contact_vertex_owner,
     limit_friction_force,
     opening_and_slip_rates,
     pair_history_after_step,
-    sum_segment_end_forces,
+    sum_contact_point_forces,
     tangential_spring_stretch,
     velocity_of_a_relative_to_b,
 )
 from overturning.dem.polygon.state import (
     OPEN,
     CaseState,
-    ContactLaw,
+    ContactPointLaw,
     FaceVertexPositions,
-    SegmentEndHistory,
+    PlanarContactPointHistory,
     StoredStepContactChanges,
     VertexPositionAtFace,
 )
@@ -54,11 +54,11 @@ from overturning.dem.polygon.state import (
 FINE: Final = SCENE.fine
 
 LEAST_FREEDOM: Final = 0.25
-"""Least effect of a normal force on a sliding end, as a share of its effect on free particles; below it, it sticks."""
+"""Least effect of a normal force on a sliding point, as a share of that on free particles; below it, it sticks."""
 
 
-class PredictedSegmentEnd(NamedTuple):
-    """Predicted forces and contact state at one end of two faces' contact segment, input of a step's equations."""
+class PredictedPlanarContactPoint(NamedTuple):
+    """Predicted forces and contact state at a contact point of two elements, input of a step's equations."""
 
     n: float
     """Predicted normal force, N."""
@@ -67,52 +67,53 @@ class PredictedSegmentEnd(NamedTuple):
     stretch: float
     """Predicted stretch of the tangential spring, m."""
     on: bool
-    """True if the end is in contact."""
+    """True if the point is in contact."""
     slides: bool
-    """True if the end slides."""
+    """True if the point slides."""
     slid: float
-    """±μ if the end slides."""
+    """±μ if the point slides."""
     free: bool
-    """True if a normal force pushes the end out while it slides."""
+    """True if a normal force pushes the point out while it slides."""
 
 
 plus = create_elementwise_tuple_functions(PairVelocityToForceMatrix).plus
 
 
 @njit(**INLINE)
-def predict_segment_end(
-    contact_law: ContactLaw,
-    end_history: SegmentEndHistory,
+def predict_planar_contact_point(
+    contact_law: ContactPointLaw,
+    point_history: PlanarContactPointHistory,
     signed_friction: float,
-    segment_end: SegmentEnd,
-    shared_segment: SharedSegment,
+    contact_point: PlanarContactPoint,
+    contact_segment: ContactSegment,
     pair_motion: PairMotionAndInertia,
-    fine_step_and_flat_landing: tuple[bool, bool],
-) -> PredictedSegmentEnd:
-    """Predict contact and friction at one end of two faces' contact segment, for the equations of a step.
+    step_and_landing_flags: tuple[bool, bool],
+) -> PredictedPlanarContactPoint:
+    """Predict contact and friction at a contact point of two elements, for the equations of a step.
 
-    In long steps the prediction overshoots too far. A normal force on a sliding end must push it out; where friction
-    would rotate an element further in instead (Painlevé's paradox), the end sticks. `fine_step_and_flat_landing` holds
-    whether the step is fine, and whether the pair is held in a flat landing.
+    In a step that does not resolve the contact vibration, the predicted forces would be too large, and the contact
+    state after the last step is used. A normal force on a sliding point must push it out; where friction would rotate
+    an element further in instead (Painlevé's paradox), the point sticks. `step_and_landing_flags` holds whether the
+    predicted forces decide about contact, and whether the pair is in a flat landing.
     """
-    (fine, held), a, b = fine_step_and_flat_landing, pair_motion.a, pair_motion.b
-    opening, slipping = opening_and_slip_rates(segment_end, pair_motion.velocity)
-    n, drag = contact_law.normal * segment_end.depth - contact_law.dashpot * opening, contact_law.dashpot * slipping
-    stretch = tangential_spring_stretch(end_history, segment_end, shared_segment, contact_law.compliance, drag)
+    (fine, held), a, b = step_and_landing_flags, pair_motion.a, pair_motion.b
+    opening, slipping = opening_and_slip_rates(contact_point, pair_motion.velocity)
+    n, drag = contact_law.normal * contact_point.depth - contact_law.dashpot * opening, contact_law.dashpot * slipping
+    stretch = tangential_spring_stretch(point_history, contact_point, contact_segment, contact_law.compliance, drag)
     t = -(contact_law.tangential * stretch) - drag
-    pressed = (held | (n > 0.0)) & (segment_end.closed > 0.0)
-    on = (pressed | ((not fine) & (end_history.normal != 0.0))) & (segment_end.faces > 0.0)
+    pressed = (held | (n > 0.0)) & (contact_point.closed > 0.0)
+    on = (pressed | ((not fine) & (point_history.normal != 0.0))) & (contact_point.faces > 0.0)
     excess = abs(t) - contact_law.friction * n if fine else abs(signed_friction)
     signed_friction = math.copysign(contact_law.friction, t) if fine else signed_friction
-    drifts, drift = flat_landing_slip_and_friction(contact_law, segment_end, pair_motion.velocity, a, b, held)
+    drifts, drift = flat_landing_slip_and_friction(contact_law, contact_point, pair_motion.velocity, a, b, held)
     signed_friction = drift if held else signed_friction
     particles = a.inverse_mass + b.inverse_mass
-    along = a.inverse_inertia * (segment_end.a.n * (segment_end.a.n + signed_friction * segment_end.a.t))
+    along = a.inverse_inertia * (contact_point.a.n * (contact_point.a.n + signed_friction * contact_point.a.t))
     freedom = particles + (
-        along + b.inverse_inertia * (segment_end.b.n * (segment_end.b.n + signed_friction * segment_end.b.t))
+        along + b.inverse_inertia * (contact_point.b.n * (contact_point.b.n + signed_friction * contact_point.b.t))
     )
     slides = drifts if held else (excess > 0.0) | (contact_law.friction == 0.0)
-    return PredictedSegmentEnd(n, t, stretch, on, slides, signed_friction, freedom > LEAST_FREEDOM * particles)
+    return PredictedPlanarContactPoint(n, t, stretch, on, slides, signed_friction, freedom > LEAST_FREEDOM * particles)
 
 
 @njit(**INLINE)
@@ -134,31 +135,32 @@ def matrix_of_force_per_velocity(
 
 
 @njit(**INLINE)
-def segment_end_equation_terms(
-    contact_law: ContactLaw,
+def planar_contact_equation_terms(
+    contact_law: ContactPointLaw,
     half_step_time: float,
-    segment_end: SegmentEnd,
-    predicted_end: PredictedSegmentEnd,
-    other_predicted_end: PredictedSegmentEnd,
-) -> tuple[PairVelocityToForceMatrix, SegmentEndForce, float]:
-    """Return the equation matrix of one end of a contact segment, its forces, and ±μ if the end slides (else 0).
+    contact_point: PlanarContactPoint,
+    predicted_point: PredictedPlanarContactPoint,
+    other_predicted_point: PredictedPlanarContactPoint,
+) -> tuple[PairVelocityToForceMatrix, PlanarContactPointForce, float]:
+    """Return the equation matrix of a contact point of two elements, its forces, and ±μ if the point slides (else 0).
 
-    An end that is not free to slide sticks, unless the other end already sticks.
+    A point sticks where sliding would turn an element into the other (Painlevé's paradox), unless the other contact
+    point of the pair already sticks.
     """
-    free = predicted_end.free | (other_predicted_end.on & (not other_predicted_end.slides))
-    slides = predicted_end.slides & free
-    slid = predicted_end.slid if slides else 0.0
-    press = contact_law.dashpot + half_step_time * contact_law.normal if predicted_end.on else 0.0
-    stick = contact_law.dashpot + half_step_time * contact_law.tangential if predicted_end.on else 0.0
+    free = predicted_point.free | (other_predicted_point.on & (not other_predicted_point.slides))
+    slides = predicted_point.slides & free
+    slid = predicted_point.slid if slides else 0.0
+    press = contact_law.dashpot + half_step_time * contact_law.normal if predicted_point.on else 0.0
+    stick = contact_law.dashpot + half_step_time * contact_law.tangential if predicted_point.on else 0.0
     stick = 0.0 if slides else stick
-    n = predicted_end.n if predicted_end.on else 0.0
-    t = slid * n if slides else predicted_end.t
-    t = t if predicted_end.on else 0.0
+    n = predicted_point.n if predicted_point.on else 0.0
+    t = slid * n if slides else predicted_point.t
+    t = t if predicted_point.on else 0.0
     along, across = (
-        PairRelativeVector(segment_end.nx, segment_end.nz, segment_end.a.n, segment_end.b.n),
-        PairRelativeVector(segment_end.nz, -segment_end.nx, segment_end.a.t, segment_end.b.t),
+        PairRelativeVector(contact_point.nx, contact_point.nz, contact_point.a.n, contact_point.b.n),
+        PairRelativeVector(contact_point.nz, -contact_point.nx, contact_point.a.t, contact_point.b.t),
     )
-    # The force of a sliding end is inclined by the friction angle.
+    # The force of a sliding point is inclined by the friction angle.
     inclined = PairRelativeVector(
         along.x + slid * across.x, along.z + slid * across.z, along.a + slid * across.a, along.b + slid * across.b
     )
@@ -166,12 +168,15 @@ def segment_end_equation_terms(
         matrix_of_force_per_velocity(press, inclined, along),
         matrix_of_force_per_velocity(stick, across, across),
     )
-    return plus(normal, tangent), SegmentEndForce(n, t, predicted_end.stretch), slid
+    return plus(normal, tangent), PlanarContactPointForce(n, t, predicted_point.stretch), slid
 
 
 @njit(**INLINE)
-def is_fine_step(case: CaseState) -> bool:
-    """True if the step of a case is short enough to decide contact and slip from the predicted forces."""
+def predicted_forces_decide_contact(case: CaseState) -> bool:
+    """True if the step of a case resolves the contact vibration, so that predicted forces decide contact and slip.
+
+    Longer steps use the contact state after the last step.
+    """
     return case.attempt.length <= FINE * case.step_control.finest
 
 
@@ -190,76 +195,76 @@ def add_pair_to_equations(
             rows.load_element(element_b_rows, j),
         )
         case, law, old = rows.load_case(case_rows, j), pair.law, pair.history
-        fine, half = is_fine_step(case), 0.5 * (case.step * case.attempt.length)
-        ends = find_shared_segment(pair, first.trial.pose, second.trial.pose)
-        rows.store_ends(pair_rows, j, ends)
+        fine, half = predicted_forces_decide_contact(case), 0.5 * (case.step * case.attempt.length)
+        segment = find_contact_segment(pair, first.trial.pose, second.trial.pose)
+        rows.store_segment(pair_rows, j, segment)
         both = PairMotionAndInertia(
             velocity_of_a_relative_to_b(first.trial.end, second.trial.end), first.inertia, second.inertia
         )
-        kind = (fine, pair_lands_flat(law, old, ends, both))
-        end_1, end_2 = segment_ends_with_flat_landing_levers(law, ends, both, kind[1])
-        g1 = predict_segment_end(law, old.one, pair.slid_one, ends.one, ends, both, kind)
-        g2 = predict_segment_end(law, old.two, pair.slid_two, ends.two, ends, both, kind)
-        p1, f1, slid_1 = segment_end_equation_terms(law, half, end_1, g1, g2)
-        p2, f2, slid_2 = segment_end_equation_terms(law, half, end_2, g2, g1)
-        rows.store_predicted_one(pair_rows, j, AssumedSegmentEndSlip(g1.stretch, slid_1))
-        rows.store_predicted_two(pair_rows, j, AssumedSegmentEndSlip(g2.stretch, slid_2))
+        kind = (fine, pair_lands_flat(law, old, segment, both))
+        point_1, point_2 = contact_points_with_landing_levers(law, segment, both, kind[1])
+        g1 = predict_planar_contact_point(law, old.one, pair.slid_one, segment.one, segment, both, kind)
+        g2 = predict_planar_contact_point(law, old.two, pair.slid_two, segment.two, segment, both, kind)
+        p1, f1, slid_1 = planar_contact_equation_terms(law, half, point_1, g1, g2)
+        p2, f2, slid_2 = planar_contact_equation_terms(law, half, point_2, g2, g1)
+        rows.store_predicted_one(pair_rows, j, AssumedPlanarContactSlip(g1.stretch, slid_1))
+        rows.store_predicted_two(pair_rows, j, AssumedPlanarContactSlip(g2.stretch, slid_2))
         add_pair_matrix_to_submatrices(submatrices, empty_flags, j, plus(p1, p2), half, first.inertia, second.inertia)
-        action, on, by = sum_segment_end_forces(end_1, end_2, f1, f2), first.trial.change, second.trial.change
+        action, on, by = sum_contact_point_forces(point_1, point_2, f1, f2), first.trial.change, second.trial.change
         on, by = add_pair_force_to_right_sides(on, by, action, half, first.inertia, second.inertia)
         rows.store_change(element_a_rows, j, on)
         rows.store_change(element_b_rows, j, by)
 
 
-class SolvedSegmentEnd(NamedTuple):
-    """Contact state at one end of two faces' contact segment after the equations of a step are solved."""
+class SolvedPlanarContactPoint(NamedTuple):
+    """Contact state at a contact point of two elements after the equations of a step are solved."""
 
-    now: SegmentEndResult
+    now: PlanarContactPointResult
     further: float
     """Slip added by the solution, m."""
     found: float
-    """±μ if the end slips, else 0."""
+    """±μ if the point slips, else 0."""
     changed: bool
-    """True if the end has opened or closed."""
+    """True if the point has opened or closed."""
     wrong: bool
-    """True if the end sticks or slides contrary to the assumption."""
+    """True if the point sticks or slides contrary to the assumption."""
     reversed: bool
-    """True if the end was assumed to slide against its velocity (slip reversal)."""
+    """True if the point was assumed to slide against its velocity (slip reversal)."""
     back: bool
     """True if its friction had the opposite sign before."""
 
 
 @njit(**INLINE)
-def solved_segment_end(
-    contact_law: ContactLaw,
-    end_history: SegmentEndHistory,
-    segment_end: SegmentEnd,
-    assumed_slip: AssumedSegmentEndSlip,
+def solved_planar_contact_point(
+    contact_law: ContactPointLaw,
+    point_history: PlanarContactPointHistory,
+    contact_point: PlanarContactPoint,
+    assumed_slip: AssumedPlanarContactSlip,
     motion_and_change: tuple[PairMotionAndInertia, PairRelativeVector],
     half_step_time: float,
-    fine_step_and_flat_landing: tuple[bool, bool],
-) -> SolvedSegmentEnd:
-    """Return the contact state at one end of a contact segment from solved velocities; friction limits the force.
+    step_and_landing_flags: tuple[bool, bool],
+) -> SolvedPlanarContactPoint:
+    """Return the contact state at a contact point of two elements from solved velocities; friction limits the force.
 
-    There is no tension except in a flat landing, and friction is at most μ times the normal force. Velocity
-    corrections act on the poses over half a step. The spring of a slipping end is shortened to the force that friction
-    can hold. (An end in the air counts as slipping; its direction is never used.) `motion_and_change` holds the motion
-    of the pair and the velocity correction, `fine_step_and_flat_landing` whether the step is fine and whether the pair
-    is held in a flat landing.
+    There is no tension except in a flat landing, and friction is at most μ times the normal force. The velocity
+    corrections change the poses by half a step times the correction. The spring of a slipping point is shortened to the
+    force that friction can hold. A point in the air is marked as sliding, which has no effect. `motion_and_change`
+    holds the motion of the pair and the velocity correction, `step_and_landing_flags` whether the predicted forces
+    decided about contact and whether the pair is in a flat landing.
     """
-    ((u, a, b), d), (fine, held) = motion_and_change, fine_step_and_flat_landing
-    opening, slipping = opening_and_slip_rates(segment_end, u)
-    more_open, more_slip = opening_and_slip_rates(segment_end, d)
+    ((u, a, b), d), (fine, held) = motion_and_change, step_and_landing_flags
+    opening, slipping = opening_and_slip_rates(contact_point, u)
+    more_open, more_slip = opening_and_slip_rates(contact_point, d)
     opening, slipping = opening + more_open, slipping + more_slip
-    depth, stretch = segment_end.depth - half_step_time * more_open, assumed_slip.stretch + half_step_time * more_slip
-    touches, was = segment_end.faces > 0.0, end_history.carrier != OPEN
+    depth, stretch = contact_point.depth - half_step_time * more_open, assumed_slip.stretch + half_step_time * more_slip
+    touches, was = contact_point.faces > 0.0, point_history.carrier != OPEN
     inside = (depth > 0.0) & touches
     n = contact_law.normal * depth - contact_law.dashpot * opening
     n = (n if held | (n > 0.0) else 0.0) if inside else 0.0
     most = contact_law.friction * n
     t = -(contact_law.tangential * stretch) - contact_law.dashpot * slipping
     whole = PairRelativeVector(u.x + d.x, u.z + d.z, u.a + d.a, u.b + d.b)
-    (drifts, drift), loaded = flat_landing_slip_and_friction(contact_law, segment_end, whole, a, b, held), most > 0.0
+    (drifts, drift), loaded = flat_landing_slip_and_friction(contact_law, contact_point, whole, a, b, held), most > 0.0
     force, holds, slips = limit_friction_force(t, n, contact_law, (held & inside, drifts, drift))
     found = (drift if held else math.copysign(contact_law.friction, t)) if slips else 0.0
     spring = clamp_magnitude(stretch, holds * contact_law.compliance) if slips else stretch
@@ -267,14 +272,14 @@ def solved_segment_end(
     assumed = 0.0 if fine else assumed_slip.slid
     changed = (
         (inside != was)
-        | ((not was) & (touches & (segment_end.depth > 0.0)))
-        | (was & (end_history.carrier != contact_vertex_owner_code(segment_end)))
+        | ((not was) & (touches & (contact_point.depth > 0.0)))
+        | (was & (point_history.carrier != contact_vertex_owner(contact_point)))
     )
-    wrong, back = (found != assumed) & loaded, (found * end_history.tangent < 0.0) & loaded
-    now = SegmentEndResult(
-        SegmentEndForce(n, force, spring), depth, segment_end.slip + half_step_time * more_slip, inside
+    wrong, back = (found != assumed) & loaded, (found * point_history.tangent < 0.0) & loaded
+    now = PlanarContactPointResult(
+        PlanarContactPointForce(n, force, spring), depth, contact_point.slip + half_step_time * more_slip, inside
     )
-    return SolvedSegmentEnd(
+    return SolvedPlanarContactPoint(
         now, half_step_time * more_slip, found, changed, wrong, (assumed * slipping > 0.0) & loaded, back
     )
 
@@ -283,17 +288,17 @@ def solved_segment_end(
 def vertex_positions_from_contact_solution(
     vertex_a: VertexPositionAtFace,
     vertex_b: VertexPositionAtFace,
-    segment_end: SegmentEnd,
-    end_solution: SolvedSegmentEnd,
+    contact_point: PlanarContactPoint,
+    point_solution: SolvedPlanarContactPoint,
 ) -> tuple[VertexPositionAtFace, VertexPositionAtFace]:
-    """Return the positions of both vertices near an end of a contact segment, after the equations are solved."""
-    mine, depth = segment_end.mine > 0.0, end_solution.now.depth
+    """Return the positions of both vertices near a contact point, after the equations are solved."""
+    mine, depth = contact_point.mine > 0.0, point_solution.now.depth
     return (
         VertexPositionAtFace(
-            depth if mine else vertex_a.depth, vertex_a.place - end_solution.further if mine else vertex_a.place
+            depth if mine else vertex_a.depth, vertex_a.place - point_solution.further if mine else vertex_a.place
         ),
         VertexPositionAtFace(
-            vertex_b.depth if mine else depth, vertex_b.place if mine else vertex_b.place + end_solution.further
+            vertex_b.depth if mine else depth, vertex_b.place if mine else vertex_b.place + point_solution.further
         ),
     )
 
@@ -310,30 +315,30 @@ def compute_pair_forces_after_solution(
             rows.load_element(element_a_rows, j),
             rows.load_element(element_b_rows, j),
         )
-        case, on, by, law, ends = rows.load_case(case_rows, j), first.trial, second.trial, pair.law, step.ends
-        fine, half, old = is_fine_step(case), 0.5 * (case.step * case.attempt.length), case.findings
+        case, on, by, law, segment = rows.load_case(case_rows, j), first.trial, second.trial, pair.law, step.segment
+        fine, half, old = predicted_forces_decide_contact(case), 0.5 * (case.step * case.attempt.length), case.findings
         moves = (
             PairMotionAndInertia(velocity_of_a_relative_to_b(on.end, by.end), first.inertia, second.inertia),
             velocity_of_a_relative_to_b(on.change, by.change),
         )
-        kind = (fine, pair_lands_flat(law, pair.history, ends, moves[0]))
+        kind = (fine, pair_lands_flat(law, pair.history, segment, moves[0]))
         (u, d), inertia_a, inertia_b = (moves[0].velocity, moves[1]), first.inertia, second.inertia
         solved = PairMotionAndInertia(
             PairRelativeVector(u.x + d.x, u.z + d.z, u.a + d.a, u.b + d.b), inertia_a, inertia_b
         )
-        end_1, end_2 = segment_ends_with_flat_landing_levers(law, ends, solved, kind[1])
-        s1 = solved_segment_end(law, pair.history.one, ends.one, step.one, moves, half, kind)
-        s2 = solved_segment_end(law, pair.history.two, ends.two, step.two, moves, half, kind)
+        point_1, point_2 = contact_points_with_landing_levers(law, segment, solved, kind[1])
+        s1 = solved_planar_contact_point(law, pair.history.one, segment.one, step.one, moves, half, kind)
+        s2 = solved_planar_contact_point(law, pair.history.two, segment.two, step.two, moves, half, kind)
         on_a, on_b = add_pair_force_to_elements(
-            first.force, second.force, sum_segment_end_forces(end_1, end_2, s1.now.force, s2.now.force)
+            first.force, second.force, sum_contact_point_forces(point_1, point_2, s1.now.force, s2.now.force)
         )
         rows.store_force(element_a_rows, j, on_a)
         rows.store_force(element_b_rows, j, on_b)
-        a1, b2 = vertex_positions_from_contact_solution(ends.now.a1, ends.now.b2, ends.one, s1)
-        a2, b1 = vertex_positions_from_contact_solution(ends.now.a2, ends.now.b1, ends.two, s2)
+        a1, b2 = vertex_positions_from_contact_solution(segment.now.a1, segment.now.b2, segment.one, s1)
+        a2, b1 = vertex_positions_from_contact_solution(segment.now.a2, segment.now.b1, segment.two, s2)
         rows.store_corrected(pair_rows, j, pair_history_after_step(
-            pair.history, ends, FaceVertexPositions(a1, a2, b1, b2),
-            correct_slip_for_friction_work(ends, (end_1, end_2), (s1.now, s2.now)), law, 2.0 * half
+            pair.history, segment, FaceVertexPositions(a1, a2, b1, b2),
+            correct_slip_for_friction_work(segment, (point_1, point_2), (s1.now, s2.now)), law, 2.0 * half
         ))  # fmt: skip
         pair_rows[rows.SLID_ONE + j], pair_rows[rows.SLID_TWO + j] = s1.found, s2.found
         slide = (s1.found != 0.0) & (s2.found != 0.0) & (s1.now.force.n + s2.now.force.n > 0.0)

@@ -1,4 +1,4 @@
-"""Contact history of a pair's ends: reset, initial values at rest, and transfer to other faces after a search."""
+"""History of a pair's contact points: reset, initial values at rest, and transfer to other faces after a search."""
 
 from typing import Any
 
@@ -7,23 +7,32 @@ from numba import njit
 from overturning.dem.kernel.lanes import INNER
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import contact_vertex_position, polygon_face, rotate_to_scene_axes
-from overturning.dem.polygon.state import OPEN, THEIRS, TRANSFERRED, ElementFace, PairState, Pose, SegmentEndHistory
+from overturning.dem.polygon.state import (
+    OPEN,
+    TRANSFERRED,
+    VERTEX_OF_B,
+    ElementFace,
+    PairState,
+    PlanarContactPointHistory,
+    Pose,
+)
 
 
 @njit(**INNER)
 def reset_contact_history(pair_rows: Any, lane: int) -> None:
-    """Reset both ends of two elements' contact segment to no contact and no force, for the case in column `lane`."""
-    rows.store_memory(pair_rows, lane, SegmentEndHistory(0.0, OPEN, 0.0, 0.0, 0.0))
-    rows.store_memory(pair_rows, lane + rows.SECOND, SegmentEndHistory(0.0, OPEN, 0.0, 0.0, 0.0))
+    """Reset both contact points of two elements to no contact and no force, for the case in column `lane`."""
+    rows.store_memory(pair_rows, lane, PlanarContactPointHistory(0.0, OPEN, 0.0, 0.0, 0.0))
+    rows.store_memory(pair_rows, lane + rows.SECOND, PlanarContactPointHistory(0.0, OPEN, 0.0, 0.0, 0.0))
 
 
 @njit(**INNER)
 def transfer_contact_history(
     pair_rows: Any, pose_a: Pose, pose_b: Pose, lane: int, old_face_a: int, old_face_b: int, faces_a: Any, faces_b: Any
 ) -> None:
-    """Transfer the contact state of two elements' previous nearest faces to the ends of their new nearest faces.
+    """Transfer the contact state of two elements from their previous nearest faces to the new ones.
 
-    The force is resolved along normal and tangent of the new end; the next step sets the spring's stretch accordingly.
+    The force is resolved along normal and tangent of the new contact point; the next step sets the spring's stretch
+    accordingly.
     """
     pair = rows.load_pair(pair_rows, lane)
     face_a, face_b, vertices = int(pair.nearest.face_a), int(pair.nearest.face_b), pair.history.before
@@ -32,11 +41,11 @@ def transfer_contact_history(
         old = pair.history.one if end == 0 else pair.history.two
         if old.carrier == OPEN:
             continue
-        mine = old.carrier != THEIRS
+        mine = old.carrier != VERTEX_OF_B
         if mine:
-            target = face_end_that_takes_over_vertex(faces_a, old_face_a + end, face_a, face_a + 1)
+            target = contact_point_taking_over_vertex(faces_a, old_face_a + end, face_a, face_a + 1)
         else:
-            target = face_end_that_takes_over_vertex(faces_b, old_face_b + 1 - end, face_b + 1, face_b)
+            target = contact_point_taking_over_vertex(faces_b, old_face_b + 1 - end, face_b + 1, face_b)
         old_x, old_z = normal_force_direction_on_a(
             pose_a, pose_b, polygon_face(faces_a, old_face_a), polygon_face(faces_b, old_face_b), mine
         )
@@ -47,17 +56,18 @@ def transfer_contact_history(
         there = rows.load_memory(pair_rows, lane + target * rows.SECOND)
         if there.carrier == OPEN or there.normal < n:
             rows.store_memory(
-                pair_rows, lane + target * rows.SECOND, SegmentEndHistory(old.spring, TRANSFERRED, n, t, 0.0)
+                pair_rows, lane + target * rows.SECOND, PlanarContactPointHistory(old.spring, TRANSFERRED, n, t, 0.0)
             )
 
 
 @njit(**INNER)
-def face_end_that_takes_over_vertex(
+def contact_point_taking_over_vertex(
     faces: Any, vertex_index: int, first_end_vertex: int, second_end_vertex: int
 ) -> int:
-    """Return which end (0 or 1) of a new nearest face takes over the contact of the vertex `vertex_index`.
+    """Return which contact point (0 or 1) of the new nearest faces takes over the contact of vertex `vertex_index`.
 
-    This is the end at the same vertex, else the nearer one. Vertex indices are taken modulo the number of vertices.
+    It is the point at the same vertex, else that at the nearer end of the face. Vertex indices are taken modulo the
+    number of vertices.
     """
     count = faces.shape[0]
     vertex_index, first_end_vertex, second_end_vertex = (
@@ -92,11 +102,11 @@ def normal_force_direction_on_a(
 
 @njit(**INNER)
 def contact_vertex_position_from_a(
-    pair: PairState, pose_a: Pose, pose_b: Pose, end_number: int, vertex_is_of_a: bool
+    pair: PairState, pose_a: Pose, pose_b: Pose, point_number: int, vertex_is_of_a: bool
 ) -> tuple[float, float]:
-    """Return the vector (m) from element a's centre to the contact vertex at an end (0 or 1) of a contact segment."""
+    """Return the vector (m) from element a's centre to the vertex at contact point `point_number` (0 or 1)."""
     own = pair.face_a if vertex_is_of_a else pair.face_b
-    along = own.low if vertex_is_of_a == (end_number == 0) else own.high
+    along = own.low if vertex_is_of_a == (point_number == 0) else own.high
     x, z = own.off * own.nx - along * own.nz, own.off * own.nz + along * own.nx
     if vertex_is_of_a:
         return rotate_to_scene_axes(pose_a, x, z)
@@ -114,5 +124,5 @@ def set_pair_forces_at_rest(pair_rows: Any, lane: int) -> None:
             n = max(pair.law.normal * contact_vertex_position(old, end, pair.history.before).depth, 0.0)
             t = -pair.law.tangential * old.spring
             rows.store_memory(
-                pair_rows, lane + end * rows.SECOND, SegmentEndHistory(old.spring, old.carrier, n, t, 0.0)
+                pair_rows, lane + end * rows.SECOND, PlanarContactPointHistory(old.spring, old.carrier, n, t, 0.0)
             )

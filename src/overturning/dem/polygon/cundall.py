@@ -11,17 +11,17 @@ from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
 from overturning.dem.kernel.mechanics import clamp_magnitude, updated_maximum
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.faces import SegmentEnd, SharedSegment, find_shared_segment
+from overturning.dem.polygon.faces import ContactSegment, PlanarContactPoint, find_contact_segment
 from overturning.dem.polygon.landing import (
     PairMotionAndInertia,
+    contact_points_with_landing_levers,
     correct_slip_for_friction_work,
     flat_landing_slip_and_friction,
     pair_lands_flat,
-    segment_ends_with_flat_landing_levers,
 )
 from overturning.dem.polygon.mechanics import (
-    SegmentEndForce,
-    SegmentEndResult,
+    PlanarContactPointForce,
+    PlanarContactPointResult,
     add_pair_force_to_elements,
     element_acceleration,
     extrapolate_pose,
@@ -29,16 +29,16 @@ from overturning.dem.polygon.mechanics import (
     limit_friction_force,
     pair_history_after_step,
     power_against_inertial_and_holding_forces,
-    sum_segment_end_forces,
+    sum_contact_point_forces,
     tangential_spring_stretch,
     velocity_of_a_relative_to_b,
 )
-from overturning.dem.polygon.search import update_nearest_faces_in_lanes
-from overturning.dem.polygon.state import ContactLaw, ElementStepTotals, PlanarVector, SegmentEndHistory
-from overturning.dem.polygon.suspended_pairs import resume_pairs_for_step, suspend_pair_if_distant
+from overturning.dem.polygon.search import update_nearest_faces_of_all_cases
+from overturning.dem.polygon.state import ContactPointLaw, ElementStepTotals, PlanarContactPointHistory, PlanarVector
+from overturning.dem.polygon.suspended_pairs import resume_contact_tests_for_step, suspend_contact_tests_if_distant
 
 
-class CundallSchemeConstants(NamedTuple):
+class SceneCundallSchemeConstants(NamedTuple):
     """Constants of Cundall's scheme: lag of velocities behind poses, and ticks (time units) in a whole step."""
 
     lag: float = 0.5
@@ -48,29 +48,31 @@ class CundallSchemeConstants(NamedTuple):
 
 
 @njit(**INLINE)
-def compute_segment_end_force(
-    contact_law: ContactLaw,
-    end_history: SegmentEndHistory,
-    segment_end: SegmentEnd,
-    shared_segment: SharedSegment,
+def compute_planar_contact_force(
+    contact_law: ContactPointLaw,
+    point_history: PlanarContactPointHistory,
+    contact_point: PlanarContactPoint,
+    contact_segment: ContactSegment,
     steps_per_second: float,
     flat_landing_state: tuple[bool, bool, float],
-) -> SegmentEndResult:
-    """Return force, penetration and slip at one end of a contact segment from its spring, dashpot and friction.
+) -> PlanarContactPointResult:
+    """Return force, penetration and slip at a contact point of two elements from spring, dashpot and friction.
 
     See `overturning.dem.polygon.mechanics.limit_friction_force` for `flat_landing_state`.
     """
     fade = contact_law.dashpot * steps_per_second
-    n = contact_law.normal * segment_end.depth + fade * (segment_end.depth - segment_end.before)
-    n = n if segment_end.closed & (flat_landing_state[0] | (n > 0.0)) else 0.0
-    drag = fade * segment_end.slip
-    stretch = tangential_spring_stretch(end_history, segment_end, shared_segment, contact_law.compliance, drag)
+    n = contact_law.normal * contact_point.depth + fade * (contact_point.depth - contact_point.before)
+    n = n if contact_point.closed & (flat_landing_state[0] | (n > 0.0)) else 0.0
+    drag = fade * contact_point.slip
+    stretch = tangential_spring_stretch(point_history, contact_point, contact_segment, contact_law.compliance, drag)
     t = -(contact_law.tangential * stretch) - drag
-    # The spring of a slipping end is shortened to the force that friction can hold.
+    # The spring of a slipping point is shortened to the force that friction can hold.
     held, drifts, drift = flat_landing_state
-    force, holds, slips = limit_friction_force(t, n, contact_law, (held & segment_end.closed, drifts, drift))
+    force, holds, slips = limit_friction_force(t, n, contact_law, (held & contact_point.closed, drifts, drift))
     spring = clamp_magnitude(stretch, holds * contact_law.compliance) if slips else stretch
-    return SegmentEndResult(SegmentEndForce(n, force, spring), segment_end.depth, segment_end.slip, segment_end.closed)
+    return PlanarContactPointResult(
+        PlanarContactPointForce(n, force, spring), contact_point.depth, contact_point.slip, contact_point.closed
+    )
 
 
 @njit(**APART)
@@ -83,23 +85,25 @@ def compute_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_rows: Any
             rows.load_element(element_b_rows, j),
         )
         case, old = rows.load_case(case_rows, j), pair.history
-        ends = find_shared_segment(pair, first.pose, second.pose)
+        segment = find_contact_segment(pair, first.pose, second.pose)
         u, own_a, own_b = velocity_of_a_relative_to_b(first.velocity, second.velocity), first.inertia, second.inertia
-        held = pair_lands_flat(pair.law, old, ends, PairMotionAndInertia(u, own_a, own_b))
-        end_1, end_2 = segment_ends_with_flat_landing_levers(
-            pair.law, ends, PairMotionAndInertia(u, own_a, own_b), held
+        held = pair_lands_flat(pair.law, old, segment, PairMotionAndInertia(u, own_a, own_b))
+        point_1, point_2 = contact_points_with_landing_levers(
+            pair.law, segment, PairMotionAndInertia(u, own_a, own_b), held
         )
-        flat_one = (held, *flat_landing_slip_and_friction(pair.law, ends.one, u, own_a, own_b, held))
-        flat_two = (held, *flat_landing_slip_and_friction(pair.law, ends.two, u, own_a, own_b, held))
-        one = compute_segment_end_force(pair.law, old.one, ends.one, ends, case.rate, flat_one)
-        two = compute_segment_end_force(pair.law, old.two, ends.two, ends, case.rate, flat_two)
+        flat_one = (held, *flat_landing_slip_and_friction(pair.law, segment.one, u, own_a, own_b, held))
+        flat_two = (held, *flat_landing_slip_and_friction(pair.law, segment.two, u, own_a, own_b, held))
+        one = compute_planar_contact_force(pair.law, old.one, segment.one, segment, case.rate, flat_one)
+        two = compute_planar_contact_force(pair.law, old.two, segment.two, segment, case.rate, flat_two)
         on_a, on_b = add_pair_force_to_elements(
-            first.force, second.force, sum_segment_end_forces(end_1, end_2, one.force, two.force)
+            first.force, second.force, sum_contact_point_forces(point_1, point_2, one.force, two.force)
         )
         rows.store_force(element_a_rows, j, on_a)
         rows.store_force(element_b_rows, j, on_b)
-        results = correct_slip_for_friction_work(ends, (end_1, end_2), (one, two))
-        rows.store_history(pair_rows, j, pair_history_after_step(old, ends, ends.now, results, pair.law, case.step))
+        results = correct_slip_for_friction_work(segment, (point_1, point_2), (one, two))
+        rows.store_history(
+            pair_rows, j, pair_history_after_step(old, segment, segment.now, results, pair.law, case.step)
+        )
 
 
 @njit(**APART)
@@ -131,7 +135,7 @@ def advance_element(vertical_base_acceleration: Any, element_rows: Any, case_row
 
 
 @njit(**INNER)
-def compute_step(
+def advance_scene_one_step(
     vertical_base_acceleration: Any,
     state: Any,
     matrix: Any,  # noqa: ARG001, used by the centred scheme only
@@ -142,17 +146,17 @@ def compute_step(
     ticks_per_sample: float,  # noqa: ARG001, each step is one tick
 ) -> None:
     """Advance a scene by a step of Cundall's scheme, for all cases in parallel; vertical base motion may be None."""
-    resume_pairs_for_step(state, scene, active_pairs, movable_flags.size)
+    resume_contact_tests_for_step(state, scene, active_pairs, movable_flags.size)
     kept = 0
     for n in range(active_pairs.count[0]):
         p = active_pairs.active[n]
         q, a, b = rows.pair_and_element_rows(state, scene, p)
-        near = update_nearest_faces_in_lanes(
+        near = update_nearest_faces_of_all_cases(
             state, q, a, b, scene.layout[p, 2], scene.layout[p, 3], scene.sizes, scene.shapes
         )
         if near:
             compute_pair_forces(q, a, b, state)
-        if near or suspend_pair_if_distant(q, a, b, p, active_pairs):
+        if near or suspend_contact_tests_if_distant(q, a, b, p, active_pairs):
             active_pairs.active[kept] = p
             kept += 1
     active_pairs.count[0] = kept

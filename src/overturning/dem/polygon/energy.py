@@ -7,7 +7,7 @@ from numba import njit
 from overturning.dem.kernel.lanes import INNER
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import contact_vertex_position, earlier_vertex_positions
-from overturning.dem.polygon.state import OPEN, THEIRS, ElementState, PairState
+from overturning.dem.polygon.state import OPEN, VERTEX_OF_B, ElementState, PairState
 
 
 @njit(**INNER)
@@ -53,7 +53,7 @@ def element_kinetic_energy(element: ElementState) -> float:
 
 @njit(**INNER)
 def contact_work_of_last_half_step(state: Any, lane: int, scene: Any) -> float:
-    """Return the work (J) of all contact forces of a scene in the half step that velocities lag behind forces.
+    """Return the work (J) of a scene's contact forces in the last half step, by which velocities lag behind forces.
 
     The work of a contact force is force times displacement: half of it in the half step before the whole step at which
     the force acts, half in the half step after it. `pair_history_after_step` adds the second half only with the next
@@ -71,6 +71,6 @@ def contact_work_of_last_half_step(state: Any, lane: int, scene: Any) -> float:
             memory = history.one if end == 0 else history.two
             old, new = contact_vertex_position(memory, end, history.before), contact_vertex_position(memory, end, later)
             slip = old.place - new.place
-            slip = -slip if memory.carrier == THEIRS else slip
+            slip = -slip if memory.carrier == VERTEX_OF_B else slip
             work += 0.5 * (memory.normal * (new.depth - old.depth) - memory.tangent * slip)
     return work

@@ -2,8 +2,8 @@
 
 The equations are multiplied by half the step and the inverse masses, so that the matrix is the unit matrix plus the
 terms of the contacts. Gaussian elimination works on 3 × 3 submatrices in the order of the elements, without pivoting:
-the terms of sticking contacts are positive semidefinite, and a sliding end is made to stick before its terms could make
-the matrix singular.
+the terms of sticking contacts are positive semidefinite, and a sliding point is made to stick before its terms could
+make the matrix singular.
 """
 
 from typing import Any, Final, NamedTuple
@@ -42,12 +42,12 @@ class EquationSubmatrix(NamedTuple):
 
 SUBMATRIX: Final = TupleRowLayout(rows.COLUMNS, EquationSubmatrix)
 SIZE: Final = SUBMATRIX.size
-load, store, _ = SUBMATRIX.lane_access(EquationSubmatrix)
+load, store, _ = SUBMATRIX.tuple_access(EquationSubmatrix)
 minus = create_elementwise_tuple_functions(EquationSubmatrix).minus
 
 
 class PairSubmatrices(NamedTuple):
-    """Four equation submatrices of elements a and b: first letter, whose force; second letter, whose velocity."""
+    """Four equation submatrices of elements a and b; `ab`: force on a by the velocity of b, and so on."""
 
     aa: Any
     ab: Any
@@ -336,8 +336,13 @@ def solve_velocity_changes(state: Any, matrix: Any, nonzero_pattern: NonzeroPatt
 
 
 @njit(inline="always", **INNER)
-def free_submatrix_or_placeholder(matrix: Any, equation_flags: Any, row: int, column: int, spare_number: int) -> Any:
-    """Return equation submatrix (`row`, `column`), or a dummy one if either element moves with the base."""
+def equation_submatrix_or_placeholder(
+    matrix: Any, equation_flags: Any, row: int, column: int, spare_number: int
+) -> Any:
+    """Return equation submatrix (`row`, `column`), or an unused one if either element has no unknown velocity.
+
+    Elements that are driven or held have none.
+    """
     return of_submatrix(
         matrix,
         row * equation_flags.size + column
@@ -358,12 +363,12 @@ def pair_submatrices(
         mark_submatrix_nonzero(nonzero_pattern, element_a, element_b)
         mark_submatrix_nonzero(nonzero_pattern, element_b, element_a)
     aa, ab = (
-        free_submatrix_or_placeholder(matrix, equation_flags, element_a, element_a, 0),
-        free_submatrix_or_placeholder(matrix, equation_flags, element_a, element_b, 1),
+        equation_submatrix_or_placeholder(matrix, equation_flags, element_a, element_a, 0),
+        equation_submatrix_or_placeholder(matrix, equation_flags, element_a, element_b, 1),
     )
     return PairSubmatrices(
         aa,
         ab,
-        free_submatrix_or_placeholder(matrix, equation_flags, element_b, element_a, 2),
-        free_submatrix_or_placeholder(matrix, equation_flags, element_b, element_b, 3),
+        equation_submatrix_or_placeholder(matrix, equation_flags, element_b, element_a, 2),
+        equation_submatrix_or_placeholder(matrix, equation_flags, element_b, element_b, 3),
     ), fresh

@@ -1,4 +1,4 @@
-"""Relative position of the nearest faces of a pair: depths and places of their four vertices, and both segment ends."""
+"""Relative position of the nearest faces of a pair: their four vertices, and both contact points."""
 
 from typing import Any, NamedTuple
 
@@ -7,13 +7,13 @@ from numba import njit
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.dem.kernel.mechanics import rotate_cosine_and_sine
 from overturning.dem.polygon.state import (
-    THEIRS,
+    VERTEX_OF_B,
     ElementFace,
     ElementState,
     FaceVertexPositions,
     PairState,
+    PlanarContactPointHistory,
     Pose,
-    SegmentEndHistory,
     VertexPositionAtFace,
 )
 
@@ -25,11 +25,14 @@ class ForceLeverArms(NamedTuple):
     t: float
 
 
-class SegmentEnd(NamedTuple):
-    """End of the contact segment of two faces: its contact vertex, normal, penetration, slip and lever arms."""
+class PlanarContactPoint(NamedTuple):
+    """Contact point of two elements: vertex at which it lies, normal, penetration, slip and lever arms.
+
+    The nearest faces of two elements overlap along a segment; a contact point lies at each end of it.
+    """
 
     mine: bool
-    """True if the contact vertex of this end belongs to a, False if to b."""
+    """True if the contact vertex belongs to a, False if to b."""
     faces: bool
     """True if the vertex lies opposite the other face."""
     closed: bool
@@ -50,16 +53,16 @@ class SegmentEnd(NamedTuple):
     """Lever arms about the centre of b."""
 
 
-class SharedSegment(NamedTuple):
-    """Contact segment of two opposite faces: rotation between the faces, both ends, and the vertices of both faces.
+class ContactSegment(NamedTuple):
+    """Segment along which the nearest faces of two elements overlap, with a contact point at each end.
 
     `turn_q` and `turn_r` are the cosine and sine of the rotation between both faces, as in `RelativeFacePosition`.
     """
 
     turn_q: float
     turn_r: float
-    one: SegmentEnd
-    two: SegmentEnd
+    one: PlanarContactPoint
+    two: PlanarContactPoint
     now: FaceVertexPositions
 
 
@@ -186,7 +189,7 @@ def locate_vertex_of_b(
     relative_position: RelativeFacePosition,
     previous_position: VertexPositionAtFace,
 ) -> LocatedVertex:
-    """Return where a vertex of element b lies at a face of a: depth behind it, place along it, slip, lever arms.
+    """Return where a vertex of element b lies at a face of a: depth behind the face, place along it, slip, lever arms.
 
     The place increases with the slip of a.
     """
@@ -211,7 +214,7 @@ def locate_face_vertices(
     relative_position: RelativeFacePosition,
     previous_positions: FaceVertexPositions,
 ) -> tuple[LocatedVertex, LocatedVertex, LocatedVertex, LocatedVertex]:
-    """Return positions of the end vertices of two opposite faces, first of a's face, then of b's face."""
+    """Return positions of the four vertices of two opposite faces, first of a's face, then of b's face."""
     return (
         locate_vertex_of_a(face_a.off, face_a.low, face_b.off, relative_position, previous_positions.a1),
         locate_vertex_of_a(face_a.off, face_a.high, face_b.off, relative_position, previous_positions.a2),
@@ -221,16 +224,16 @@ def locate_face_vertices(
 
 
 @njit(**INLINE)
-def build_segment_end(
+def build_planar_contact_point(
     vertex_is_of_a: bool,
     vertex_is_opposite: bool,
     relative_position: RelativeFacePosition,
     vertex_a: LocatedVertex,
     vertex_b: LocatedVertex,
-) -> SegmentEnd:
-    """Return one end of two faces' contact segment, at `vertex_a` if `vertex_is_of_a`, else at `vertex_b`."""
+) -> PlanarContactPoint:
+    """Return a contact point of two elements: at `vertex_a` if `vertex_is_of_a`, else at `vertex_b`."""
     depth = vertex_a.seen.depth if vertex_is_of_a else vertex_b.seen.depth
-    return SegmentEnd(
+    return PlanarContactPoint(
         mine=vertex_is_of_a,
         faces=vertex_is_opposite,
         closed=vertex_is_opposite & (depth > 0.0),
@@ -249,16 +252,17 @@ def build_segment_end(
 
 
 @njit(**INLINE)
-def find_shared_segment(pair: PairState, pose_a: Pose, pose_b: Pose) -> SharedSegment:
-    """Return the contact segment of two elements' nearest faces, with open ends if the elements are too far apart."""
-    return find_shared_segment_at_poses(pair, pose_a, pose_b, pair.nearest.ahead >= pair.nearest.reach)
+def find_contact_segment(pair: PairState, pose_a: Pose, pose_b: Pose) -> ContactSegment:
+    """Return the overlap of two elements' nearest faces, with open contact points if they are too far apart."""
+    return find_contact_segment_at_poses(pair, pose_a, pose_b, pair.nearest.ahead >= pair.nearest.reach)
 
 
 @njit(**INLINE)
-def find_shared_segment_at_poses(pair: PairState, pose_a: Pose, pose_b: Pose, may_touch: bool) -> SharedSegment:
-    """Return the contact segment of two elements' nearest faces at given poses; with open ends unless `may_touch`.
+def find_contact_segment_at_poses(pair: PairState, pose_a: Pose, pose_b: Pose, may_touch: bool) -> ContactSegment:
+    """Return the overlap of two elements' nearest faces at given poses; with open contact points unless `may_touch`.
 
-    End 1 lies at a's first or b's second vertex, end 2 at a's second or b's first: at the inner of these two vertices.
+    Contact point 1 lies at a's first or b's second vertex, point 2 at a's second or b's first: at the inner of these
+    two vertices.
     """
     f = relative_face_position(pair.face_a, pair.face_b, pose_a, pose_b)
     a1, a2, b1, b2 = locate_face_vertices(pair.face_a, pair.face_b, f, pair.history.before)
@@ -272,10 +276,10 @@ def find_shared_segment_at_poses(pair: PairState, pose_a: Pose, pose_b: Pose, ma
         (not mine_2) & (b1.seen.place >= bottom) & (b1.seen.place <= to.two_b)
     )
     one, two = (
-        build_segment_end(mine_1, in_1 & may_touch, f, a1, b2),
-        build_segment_end(mine_2, in_2 & may_touch, f, a2, b1),
+        build_planar_contact_point(mine_1, in_1 & may_touch, f, a1, b2),
+        build_planar_contact_point(mine_2, in_2 & may_touch, f, a2, b1),
     )
-    return SharedSegment(f.turn_q, f.turn_r, one, two, FaceVertexPositions(a1.seen, a2.seen, b1.seen, b2.seen))
+    return ContactSegment(f.turn_q, f.turn_r, one, two, FaceVertexPositions(a1.seen, a2.seen, b1.seen, b2.seen))
 
 
 @njit(**INNER)
@@ -305,9 +309,9 @@ def earlier_pose(element: ElementState, elapsed_time: float) -> Pose:
 
 @njit(**INNER)
 def contact_vertex_position(
-    end_history: SegmentEndHistory, end_number: int, vertex_positions: FaceVertexPositions
+    point_history: PlanarContactPointHistory, point_number: int, vertex_positions: FaceVertexPositions
 ) -> VertexPositionAtFace:
-    """Return the position of the vertex that carries end `end_number` (0 or 1) of a contact segment."""
-    if end_history.carrier != THEIRS:
-        return vertex_positions.a1 if end_number == 0 else vertex_positions.a2
-    return vertex_positions.b2 if end_number == 0 else vertex_positions.b1
+    """Return the position of the vertex at which contact point `point_number` (0 or 1) lies."""
+    if point_history.carrier != VERTEX_OF_B:
+        return vertex_positions.a1 if point_number == 0 else vertex_positions.a2
+    return vertex_positions.b2 if point_number == 0 else vertex_positions.b1

@@ -1,6 +1,7 @@
-"""Mechanics shared by both schemes: motion of an element, tangential spring, friction, forces of a segment end.
+"""Mechanics shared by both schemes: motion of an element, tangential spring, friction, forces of a contact point.
 
-An end's force is ``n (n_x, n_z) + t (n_z, −n_x)`` on the pair's first element a, and the opposite on the second, b.
+The force at a contact point is ``n (n_x, n_z) + t (n_z, −n_x)`` on the pair's first element a, and the opposite on
+the second, b.
 """
 
 from typing import NamedTuple
@@ -9,24 +10,24 @@ from numba import njit
 
 from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.kernel.mechanics import clamp_magnitude, rotate_cosine_and_sine, updated_maximum
-from overturning.dem.polygon.faces import SegmentEnd, SharedSegment
+from overturning.dem.polygon.faces import ContactSegment, PlanarContactPoint
 from overturning.dem.polygon.state import (
-    MINE,
     OPEN,
-    THEIRS,
     TRANSFERRED,
-    ContactLaw,
+    VERTEX_OF_A,
+    VERTEX_OF_B,
+    ContactPointLaw,
     ElementState,
     FaceVertexPositions,
     PairHistory,
+    PlanarContactPointHistory,
     PlanarVector,
     Pose,
-    SegmentEndHistory,
 )
 
 
-class SegmentEndForce(NamedTuple):
-    """Normal and tangential force at one end of two faces' contact segment, and stretch of the tangential spring."""
+class PlanarContactPointForce(NamedTuple):
+    """Normal and tangential force at a contact point of two elements, and stretch of the tangential spring."""
 
     n: float
     """Normal force, N."""
@@ -36,16 +37,16 @@ class SegmentEndForce(NamedTuple):
     """Stretch of the tangential spring after slip, m."""
 
 
-class SegmentEndResult(NamedTuple):
-    """Force, penetration and slip at one end of two faces' contact segment after a step."""
+class PlanarContactPointResult(NamedTuple):
+    """Force, penetration and slip at a contact point of two elements after a step."""
 
-    force: SegmentEndForce
+    force: PlanarContactPointForce
     depth: float
     """Penetration, m."""
     slip: float
     """Slip in the step, m."""
     inside: bool
-    """True if the end is in contact."""
+    """True if the point is in contact."""
 
 
 class PairForce(NamedTuple):
@@ -61,13 +62,13 @@ class PairForce(NamedTuple):
     """Moment of the same force about the centre of b, N m; the opposite acts on b."""
 
 
-class AssumedSegmentEndSlip(NamedTuple):
-    """Spring stretch and sliding direction assumed at one end of a contact segment in the equations of a step."""
+class AssumedPlanarContactSlip(NamedTuple):
+    """Spring stretch and sliding direction assumed at a contact point of two elements in the equations of a step."""
 
     stretch: float
     """Predicted stretch of the tangential spring, m."""
     slid: float
-    """±μ if the end is assumed to slide, else 0."""
+    """±μ if the point is assumed to slide, else 0."""
 
 
 class PairRelativeVector(NamedTuple):
@@ -156,42 +157,47 @@ def power_against_inertial_and_holding_forces(
 
 
 @njit(**INLINE)
-def contact_vertex_owner_code(segment_end: SegmentEnd) -> float:
-    """Return `MINE` if the contact vertex at an end of a contact segment belongs to element a, `THEIRS` if to b."""
-    return MINE if segment_end.mine > 0.0 else THEIRS
+def contact_vertex_owner(contact_point: PlanarContactPoint) -> float:
+    """Return `VERTEX_OF_A` if a contact point lies at a vertex of element a, `VERTEX_OF_B` if at a vertex of b."""
+    return VERTEX_OF_A if contact_point.mine > 0.0 else VERTEX_OF_B
 
 
 @njit(**INLINE)
 def tangential_spring_stretch(
-    end_history: SegmentEndHistory,
-    segment_end: SegmentEnd,
-    shared_segment: SharedSegment,
+    point_history: PlanarContactPointHistory,
+    contact_point: PlanarContactPoint,
+    contact_segment: ContactSegment,
     compliance: float,
     damping_force: float,
 ) -> float:
-    """Return the tangential spring's stretch (m) at one end of a contact segment, before friction limits it.
+    """Return the stretch (m) of the tangential spring at a contact point of two elements, before friction limits it.
 
-    The slip of the step is added. If another vertex now carries the end, the stretch is set such that the force does
-    not change. A new contact starts with 0.
+    The slip of the step is added. If the contact point now lies at another vertex, the stretch is set such that the
+    force does not change. A new contact starts with 0.
     """
-    carrier = contact_vertex_owner_code(segment_end)
-    share = -((carrier * shared_segment.turn_r) * end_history.normal) - end_history.tangent * shared_segment.turn_q
-    share = end_history.tangent if end_history.carrier == TRANSFERRED else share
+    carrier = contact_vertex_owner(contact_point)
+    share = (
+        -((carrier * contact_segment.turn_r) * point_history.normal) - point_history.tangent * contact_segment.turn_q
+    )
+    share = point_history.tangent if point_history.carrier == TRANSFERRED else share
     equivalent = -(share + damping_force) * compliance
-    stretch = end_history.spring + segment_end.slip if end_history.carrier == carrier else equivalent
-    return stretch if end_history.carrier != OPEN else 0.0
+    stretch = point_history.spring + contact_point.slip if point_history.carrier == carrier else equivalent
+    return stretch if point_history.carrier != OPEN else 0.0
 
 
 @njit(**INLINE)
-def sum_segment_end_forces(
-    end_1: SegmentEnd, end_2: SegmentEnd, force_1: SegmentEndForce, force_2: SegmentEndForce
+def sum_contact_point_forces(
+    point_1: PlanarContactPoint,
+    point_2: PlanarContactPoint,
+    force_1: PlanarContactPointForce,
+    force_2: PlanarContactPointForce,
 ) -> PairForce:
-    """Return the sum of the contact forces at both ends of a contact segment, with moments about both elements."""
+    """Return the sum of the contact forces at both contact points of two elements, with moments about both elements."""
     return PairForce(
-        (force_1.n * end_1.nx + force_1.t * end_1.nz) + (force_2.n * end_2.nx + force_2.t * end_2.nz),
-        (force_1.n * end_1.nz - force_1.t * end_1.nx) + (force_2.n * end_2.nz - force_2.t * end_2.nx),
-        (end_1.a.n * force_1.n + end_1.a.t * force_1.t) + (end_2.a.n * force_2.n + end_2.a.t * force_2.t),
-        (end_1.b.n * force_1.n + end_1.b.t * force_1.t) + (end_2.b.n * force_2.n + end_2.b.t * force_2.t),
+        (force_1.n * point_1.nx + force_1.t * point_1.nz) + (force_2.n * point_2.nx + force_2.t * point_2.nz),
+        (force_1.n * point_1.nz - force_1.t * point_1.nx) + (force_2.n * point_2.nz - force_2.t * point_2.nx),
+        (point_1.a.n * force_1.n + point_1.a.t * force_1.t) + (point_2.a.n * force_2.n + point_2.a.t * force_2.t),
+        (point_1.b.n * force_1.n + point_1.b.t * force_1.t) + (point_2.b.n * force_2.n + point_2.b.t * force_2.t),
     )
 
 
@@ -213,25 +219,25 @@ def velocity_of_a_relative_to_b(velocity_a: PlanarVector, velocity_b: PlanarVect
 
 
 @njit(**INLINE)
-def opening_and_slip_rates(segment_end: SegmentEnd, velocity: PairRelativeVector) -> tuple[float, float]:
-    """Return the opening and slip rates (m/s) at one end of a contact segment, from `velocity` of a relative to b."""
-    opening = (segment_end.nx * velocity.x + segment_end.nz * velocity.z) + (
-        velocity.a * segment_end.a.n - velocity.b * segment_end.b.n
+def opening_and_slip_rates(contact_point: PlanarContactPoint, velocity: PairRelativeVector) -> tuple[float, float]:
+    """Return opening and slip rates (m/s) at a contact point of two elements, from `velocity` of a relative to b."""
+    opening = (contact_point.nx * velocity.x + contact_point.nz * velocity.z) + (
+        velocity.a * contact_point.a.n - velocity.b * contact_point.b.n
     )
-    return opening, (segment_end.nz * velocity.x - segment_end.nx * velocity.z) + (
-        velocity.a * segment_end.a.t - velocity.b * segment_end.b.t
+    return opening, (contact_point.nz * velocity.x - contact_point.nx * velocity.z) + (
+        velocity.a * contact_point.a.t - velocity.b * contact_point.b.t
     )
 
 
 @njit(**INLINE)
 def limit_friction_force(
-    trial_force: float, normal_force: float, contact_law: ContactLaw, flat_landing_state: tuple[bool, bool, float]
+    trial_force: float, normal_force: float, contact_law: ContactPointLaw, flat_landing_state: tuple[bool, bool, float]
 ) -> tuple[float, float, bool]:
     """Return the friction force (N), its limit μ × normal force (N), and True if the contact slips.
 
-    `trial_force` is the force without friction limit (N), `normal_force` the normal force (N).
-    `flat_landing_state` holds whether the end is in contact in a flat landing, and both results of
-    `flat_landing_slip_and_friction`: an end that has not touched yet has no friction.
+    `trial_force` is the force without friction limit (N), `normal_force` the normal force (N). `flat_landing_state`
+    holds whether the point is in contact in a flat landing, and both results of `flat_landing_slip_and_friction`: a
+    point that has not touched yet has no friction.
     """
     (held, drifts, drift), limit = flat_landing_state, contact_law.friction * normal_force
     slips = drifts if held else abs(trial_force) > limit
@@ -240,61 +246,66 @@ def limit_friction_force(
 
 
 @njit(**INLINE)
-def segment_end_history_after_step(
-    end_history: SegmentEndHistory,
-    other_end_history: SegmentEndHistory,
-    segment_end: SegmentEnd,
-    end_result: SegmentEndResult,
-    contact_law: ContactLaw,
+def contact_point_history_after_step(
+    point_history: PlanarContactPointHistory,
+    other_point_history: PlanarContactPointHistory,
+    contact_point: PlanarContactPoint,
+    point_result: PlanarContactPointResult,
+    contact_law: ContactPointLaw,
     elapsed_time: float,
-) -> SegmentEndHistory:
-    """Return the contact state at one end of a contact segment after a step, from the states of both ends before.
+) -> PlanarContactPointHistory:
+    """Return the state of a contact point of two elements after a step, from the states of both points before.
 
-    The landing of an end that touches now ends together with that of the other end, if that one is already in contact.
+    The landing of a point that touches now ends together with that of the other point, if that one is already in
+    contact.
     """
-    begun = contact_law.landing if other_end_history.carrier == OPEN else other_end_history.landing - elapsed_time
-    left = end_history.landing - elapsed_time if end_history.carrier != OPEN else begun
-    carrier = contact_vertex_owner_code(segment_end) if end_result.inside else OPEN
-    return SegmentEndHistory(
-        end_result.force.spring, carrier, end_result.force.n, end_result.force.t, left if end_result.inside else 0.0
+    begun = contact_law.landing if other_point_history.carrier == OPEN else other_point_history.landing - elapsed_time
+    left = point_history.landing - elapsed_time if point_history.carrier != OPEN else begun
+    carrier = contact_vertex_owner(contact_point) if point_result.inside else OPEN
+    return PlanarContactPointHistory(
+        point_result.force.spring,
+        carrier,
+        point_result.force.n,
+        point_result.force.t,
+        left if point_result.inside else 0.0,
     )
 
 
 @njit(**INLINE)
-def twice_energy_absorbed_by_segment_end(
-    end_history: SegmentEndHistory, segment_end: SegmentEnd, end_result: SegmentEndResult
+def twice_energy_absorbed_at_contact_point(
+    point_history: PlanarContactPointHistory, contact_point: PlanarContactPoint, point_result: PlanarContactPointResult
 ) -> float:
-    """Return twice the energy (J) that the contact at one end of a contact segment absorbed in a step."""
-    value = (end_history.normal + end_result.force.n) * (end_result.depth - segment_end.before) - (
-        end_history.tangent + end_result.force.t
-    ) * end_result.slip
-    return value if (end_history.carrier != OPEN) | end_result.inside else 0.0
+    """Return twice the energy (J) that the contact at a contact point of two elements absorbed in a step."""
+    value = (point_history.normal + point_result.force.n) * (point_result.depth - contact_point.before) - (
+        point_history.tangent + point_result.force.t
+    ) * point_result.slip
+    return value if (point_history.carrier != OPEN) | point_result.inside else 0.0
 
 
 @njit(**INLINE)
 def pair_history_after_step(
     pair_history: PairHistory,
-    shared_segment: SharedSegment,
+    contact_segment: ContactSegment,
     vertex_positions: FaceVertexPositions,
-    end_results: tuple[SegmentEndResult, SegmentEndResult],
-    contact_law: ContactLaw,
+    point_results: tuple[PlanarContactPointResult, PlanarContactPointResult],
+    contact_law: ContactPointLaw,
     elapsed_time: float,
 ) -> PairHistory:
     """Return the contact state of two elements after a step that ends with the given vertex positions."""
-    s1, s2 = end_results
+    s1, s2 = point_results
     deepest = updated_maximum(pair_history.deepest, s1.depth if s1.inside else 0.0)
     deepest = updated_maximum(deepest, s2.depth if s2.inside else 0.0)
     absorbed = 0.5 * (
-        twice_energy_absorbed_by_segment_end(pair_history.one, shared_segment.one, s1)
-        + twice_energy_absorbed_by_segment_end(pair_history.two, shared_segment.two, s2)
+        twice_energy_absorbed_at_contact_point(pair_history.one, contact_segment.one, s1)
+        + twice_energy_absorbed_at_contact_point(pair_history.two, contact_segment.two, s2)
     )
     return PairHistory(
         vertex_positions,
-        segment_end_history_after_step(
-            pair_history.one, pair_history.two, shared_segment.one, s1, contact_law, elapsed_time
+        contact_point_history_after_step(
+            pair_history.one, pair_history.two, contact_segment.one, s1, contact_law, elapsed_time
         ),
-        segment_end_history_after_step(
-            pair_history.two, pair_history.one, shared_segment.two, s2, contact_law, elapsed_time
+        contact_point_history_after_step(
+            pair_history.two, pair_history.one, contact_segment.two, s2, contact_law, elapsed_time
         ),
         deepest,
         pair_history.absorbed + absorbed,

@@ -15,7 +15,7 @@ from overturning.dem.path import PlanarTrajectory
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.contact_history import contact_vertex_position_from_a, normal_force_direction_on_a
 from overturning.dem.polygon.prepare import PreparedScene
-from overturning.dem.polygon.state import MINE, OPEN
+from overturning.dem.polygon.state import OPEN, VERTEX_OF_A
 
 TIME, GROUND = range(2)
 POSE_COLUMNS: Final = 6
@@ -30,7 +30,7 @@ mean of normal force × place (x, z)."""
 def record_motion_of_all_elements(
     state: Any, element_count: int, sampling_interval: float, ticks_per_sample: float, trajectory_row: Any
 ) -> None:
-    """Write time, base acceleration and each element's pose and velocity, first simulated case, into a row."""
+    """Write time, base acceleration and each element's pose and velocity in the first simulated case into a row."""
     case = rows.load_case(state, 0)
     trajectory_row[TIME] = (case.sample + case.shaking.tick / ticks_per_sample) * sampling_interval
     trajectory_row[GROUND] = base_acceleration_at_tick(case.shaking.base, case.shaking.tick)
@@ -51,7 +51,10 @@ def record_motion_of_all_elements(
 def add_contact_forces_to_trajectory(
     state: Any, scene: Any, sample_share: float, trajectory_rows: Any, row_index: int
 ) -> None:
-    """Add the first simulated case's contact forces, times `sample_share`, to row `row_index` of a trajectory."""
+    """Add the first simulated case's contact forces, times `sample_share`, to row `row_index` of a trajectory.
+
+    The sum over the steps of a sample is the mean force.
+    """
     for p in range(scene.layout.shape[0]):
         q, first, second = rows.pair_and_element_rows(state, scene, p)
         pair, a, b = rows.load_pair(q, 0), rows.load_pose(first, 0), rows.load_pose(second, 0)
@@ -59,7 +62,11 @@ def add_contact_forces_to_trajectory(
             memory = pair.history.one if end == 0 else pair.history.two
             if memory.carrier == OPEN:
                 continue
-            n, tangent, mine = sample_share * memory.normal, sample_share * memory.tangent, memory.carrier == MINE
+            n, tangent, mine = (
+                sample_share * memory.normal,
+                sample_share * memory.tangent,
+                memory.carrier == VERTEX_OF_A,
+            )
             (rx, rz), (nx, nz) = (
                 contact_vertex_position_from_a(pair, a, b, end, mine),
                 normal_force_direction_on_a(a, b, pair.face_a, pair.face_b, mine),

@@ -22,7 +22,7 @@ from overturning.dem.quiet import (
     SAFE_SHARE,
     SCENE_REST_THRESHOLD_FACTOR,
     dynamic_overshoot_bound,
-    find_quiet_windows,
+    find_strong_motion_ranges,
     rest_acceleration_threshold,
 )
 from overturning.dem.time_step import (
@@ -111,7 +111,7 @@ class PolygonSimulationPlan(SimulationPlan):
     ) -> FloatArray:
         """Return a trajectory extended by `aftermath` s after the end of the given one; the case is computed again.
 
-        The case is computed again; the trajectory is returned unchanged if the longer computation takes other steps.
+        The trajectory is returned unchanged if the longer computation takes other steps.
         """
         interval, table = self.motion.sampling_interval, self.table.copy()
         table["kept_until"] = np.ceil((trajectory[-1, TIME] + aftermath) / interval)
@@ -178,7 +178,11 @@ def plan_scene_simulation(
         # Thresholds are shares of gravity: dividing amplitudes by this ratio gives the equivalent motion on Earth.
         share = scene.gravity / STANDARD_GRAVITY
         quiet = partial(
-            find_quiet_windows, motion, row, np.asarray(cases.amplitude) / share, ground[:, : motion.sample_count]
+            find_strong_motion_ranges,
+            motion,
+            row,
+            np.asarray(cases.amplitude) / share,
+            ground[:, : motion.sample_count],
         )
         onset = np.zeros(cases.case_count)
         for number, item in enumerate(variants):
@@ -234,10 +238,10 @@ def step_settings_of_variants(
     sampling_interval: float,
     rocking_time_constant: FloatArray,
 ) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
-    """Return, for each scene variant, steps per sample, finest step (ticks), and automatic/chosen step ratio.
+    """Return, for each scene variant (size and damping), steps per sample, finest step (ticks), and step ratio.
 
-    `squared_frequency` and `damping_rate` are ω² (1/s²) and damping rate (1/s) of the highest mode of each variant,
-    `rocking_time_constant` is 1/p (s).
+    The step ratio is that of the automatic to the chosen time step. `squared_frequency` and `damping_rate` are ω²
+    (1/s²) and damping rate (1/s) of the highest mode of each variant, `rocking_time_constant` is 1/p (s).
     """
     if scheme != IntegrationScheme.CENTRED:
         return (

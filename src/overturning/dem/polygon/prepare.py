@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.limits import exceeds_penetration_limit
 from overturning.dem.polygon.statics import (
-    LoadedSegmentEnd,
+    LoadedContactPoint,
     PairContactLaws,
     compute_pair_contact_laws,
+    contact_points_at_rest,
     largest_spring_and_dashpot_eigenvalues,
     smallest_spring_eigenvalue,
     static_equilibrium,
-    supporting_segment_ends,
-    touching_segment_ends_at_rest,
+    supporting_contact_points,
 )
 from overturning.model.geometry import (
     ContactSegmentEnd,
@@ -40,7 +40,7 @@ class PreparedScene:
     pairs: list[ConvexPiecePair]  # elements, or their convex pieces, that can meet
     laws: PairContactLaws
     displacement: FloatArray  # shape (elements, 3): x, z (m) and rotation (rad) at rest, relative to `placed`
-    loaded: list[LoadedSegmentEnd]  # ends that carry load at rest
+    loaded: list[LoadedContactPoint]  # contact points that carry load at rest
     at_rest: bool  # True if the scene has a static equilibrium
     square: float  # largest eigenvalue of the springs, 1/s²
     rate: float  # largest eigenvalue of the dashpots, 1/s
@@ -128,7 +128,7 @@ class PreparedScene:
         )
 
     def support_and_stack_base(self, element_index: int) -> tuple[int, int]:
-        """Return the index of an element's support, and of the held element at the bottom of its stack, else −1."""
+        """Return the indices of an element's support and of the held element at the bottom of its stack, else −1."""
         last = element_index
         while not self.placed[last].is_driven_or_held and self.support[last] != last:
             last = int(self.support[last])
@@ -156,11 +156,11 @@ def prepare_scene(scene: Scene, height: float | None = None, b_over_h: float | N
     """Compute equilibrium, contact constants and thresholds of a scene whose reference element has the given size."""
     placed = place_elements(scene, height, b_over_h)
     pairs = convex_piece_pairs_that_can_touch(placed)
-    joints = touching_segment_ends_at_rest(placed, pairs)
+    joints = contact_points_at_rest(placed, pairs)
     laws = compute_pair_contact_laws(scene, placed, pairs, joints)
     equilibrium = static_equilibrium(scene, placed, joints, laws.normal, laws.tangential)
     displacement, loaded = equilibrium or (np.zeros((len(placed), 3)), [])
-    bearing = supporting_segment_ends(scene, placed, pairs, joints, loaded)
+    bearing = supporting_contact_points(scene, placed, pairs, joints, loaded)
     stands = _find_supports(placed, pairs, bearing)
     threshold, parts, safe = _rocking_onset_accelerations(placed, stands)
     # A held element moves relative to the others.
@@ -223,7 +223,7 @@ def smallest_element_side(elements: Elements) -> float:
 
 
 Supports = dict[int, dict[int, list[ContactSegmentEnd]]]
-"""Loaded ends, by the element that stands on them and the element that carries it."""
+"""Loaded contact points, by the element that stands on them and the element that carries it."""
 
 MAX_PARALLEL_SINE: Final = 0.05
 """Sine of the angle between two normals up to which they count as parallel."""
@@ -232,10 +232,12 @@ MIN_TIPPING_ANGLE: Final = 1e-6
 """Smallest tipping angle, rad; an element with a smaller one counts as having none."""
 
 
-def _find_supports(elements: Elements, pairs: list[ConvexPiecePair], loaded_ends: list[LoadedSegmentEnd]) -> Supports:
+def _find_supports(
+    elements: Elements, pairs: list[ConvexPiecePair], loaded_points: list[LoadedContactPoint]
+) -> Supports:
     """Return, for each free element, the elements that carry it at rest, with the loaded contact points."""
     result: Supports = {}
-    for index, _, end, _, _ in loaded_ends:
+    for index, _, end, _, _ in loaded_points:
         i, j = pairs[index][:2]
         upper, lower = (i, j) if end.normal[1] > 0 else (j, i)
         if not elements[upper].is_driven_or_held and abs(end.normal[1]) > 1e-3:
@@ -244,15 +246,15 @@ def _find_supports(elements: Elements, pairs: list[ConvexPiecePair], loaded_ends
 
 
 def _find_freely_standing_elements(
-    elements: Elements, pairs: list[ConvexPiecePair], loaded_ends: list[LoadedSegmentEnd]
+    elements: Elements, pairs: list[ConvexPiecePair], loaded_points: list[LoadedContactPoint]
 ) -> NDArray[np.bool_]:
-    """Return a mask, shape (elements,): True if all loaded contacts of an element at rest have parallel normals.
+    """Return a mask of the elements that stand freely: all loaded contacts of an element have parallel normals.
 
-    An arch stone, a stone in a groove and one that leans on a wall are held by faces that are not parallel; they have
-    no tipping angle.
+    Its shape is (elements,). An arch stone, a stone in a groove and one that leans on a wall are held by faces that are
+    not parallel; they have no tipping angle.
     """
     normals: list[list[tuple[float, float]]] = [[] for _ in elements]
-    for index, _, end, _, _ in loaded_ends:
+    for index, _, end, _, _ in loaded_points:
         for k in pairs[index][:2]:
             normals[k].append(end.normal)
     result = np.zeros(len(elements), np.bool_)

@@ -8,18 +8,18 @@ from numba import njit
 from overturning.dem.kernel.ending import STILL_TO_SLIDE, UPRIGHT, body_is_still
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.faces import find_shared_segment_at_poses
-from overturning.dem.polygon.state import OPEN, ElementState, PairState, SegmentEndHistory
+from overturning.dem.polygon.faces import find_contact_segment_at_poses
+from overturning.dem.polygon.state import OPEN, ElementState, PairState, PlanarContactPointHistory
 
 IN_PLACE: Final = 0.2
 """Largest slip of an element at rest, as a share of α × height of its centre above the base: its joints then carry
 nearly their original load."""
 
-ENDS_PER_JOINT: Final = 2
-"""Number of segment ends of a joint."""
+POINTS_PER_JOINT: Final = 2
+"""Number of contact points of a joint (contact of two elements)."""
 
 SLIDING_SHARE: Final = 1.0 - 1e-9
-"""An end slides if its friction force is at least this share of µ × normal force."""
+"""A contact point slides if its friction force is at least this share of µ × normal force."""
 
 
 @njit(**INNER)
@@ -35,8 +35,8 @@ def element_has_tipped_or_dropped(element: ElementState, element_rules: Any) -> 
 
 
 @njit(**INLINE)
-def count_touching_segment_ends(pair: PairState) -> int:
-    """Count the ends of two elements' contact segment that touch, 0 to 2."""
+def count_closed_contact_points(pair: PairState) -> int:
+    """Count the contact points of two elements at which these touch, 0 to 2."""
     return (1 if pair.history.one.carrier != OPEN else 0) + (1 if pair.history.two.carrier != OPEN else 0)
 
 
@@ -55,8 +55,8 @@ def last_support_time(state: Any, lane: int, scene: Any, element_index: int, max
         if pair.stands == 0.0 or element_index != scene.layout[p, 0 if pair.stands > 0.0 else 1]:
             continue
         had = True
-        ends = find_shared_segment_at_poses(pair, rows.load_pose(a, lane), rows.load_pose(b, lane), True)
-        if (ends.one.faces and ends.one.depth > -max_gap) or (ends.two.faces and ends.two.depth > -max_gap):
+        segment = find_contact_segment_at_poses(pair, rows.load_pose(a, lane), rows.load_pose(b, lane), True)
+        if (segment.one.faces and segment.one.depth > -max_gap) or (segment.two.faces and segment.two.depth > -max_gap):
             on = b if pair.stands > 0.0 else a
             if on[rows.SIDE + lane] == 0.0:
                 return np.inf
@@ -91,18 +91,18 @@ def any_element_airborne(state: Any, lane: int, scene: Any, element_rules: Any, 
         for p in range(scene.layout.shape[0]):
             if scene.layout[p, 0] == i or scene.layout[p, 1] == i:
                 q, _, _ = rows.pair_and_element_rows(state, scene, p)
-                touching += count_touching_segment_ends(rows.load_pair(q, lane))
+                touching += count_closed_contact_points(rows.load_pair(q, lane))
         if touching == 0 and last_support_time(state, lane, scene, i, max_gap) < np.inf:
             return True
     return False
 
 
 @njit(**INLINE)
-def segment_end_is_sliding(pair: PairState, end_history: SegmentEndHistory) -> bool:
-    """True if one end of two elements' contact segment slides: its friction force has reached the limit."""
+def contact_point_is_sliding(pair: PairState, point_history: PlanarContactPointHistory) -> bool:
+    """True if a contact point of two elements slides: its friction force has reached the limit."""
     return bool(
-        end_history.carrier != OPEN
-        and abs(end_history.tangent) >= SLIDING_SHARE * pair.law.friction * end_history.normal
+        point_history.carrier != OPEN
+        and abs(point_history.tangent) >= SLIDING_SHARE * pair.law.friction * point_history.normal
     )
 
 
@@ -123,7 +123,7 @@ def longest_sliding_time(state: Any, lane: int, scene: Any) -> float:
         q, a, b = rows.pair_and_element_rows(state, scene, p)
         pair = rows.load_pair(q, lane)
         if pair.stands == 0.0 or not (
-            segment_end_is_sliding(pair, pair.history.one) or segment_end_is_sliding(pair, pair.history.two)
+            contact_point_is_sliding(pair, pair.history.one) or contact_point_is_sliding(pair, pair.history.two)
         ):
             continue
         upper, lower = (a, b) if pair.stands > 0.0 else (b, a)
@@ -172,7 +172,7 @@ def all_elements_at_rest(state: Any, lane: int, scene: Any) -> bool:
         q, _, _ = rows.pair_and_element_rows(state, scene, p)
         pair = rows.load_pair(q, lane)
         slides = pair.slid_one != 0.0 or pair.slid_two != 0.0  # an open end may be marked as sliding
-        if count_touching_segment_ends(pair) != (0 if pair.stands == 0.0 else ENDS_PER_JOINT) or (
+        if count_closed_contact_points(pair) != (0 if pair.stands == 0.0 else POINTS_PER_JOINT) or (
             pair.stands != 0.0 and slides
         ):
             return False

@@ -13,8 +13,8 @@ from typing import Any, Final, NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.lanes import INNER, TupleRowLayout, create_elementwise_tuple_functions, create_window_slicer
-from overturning.dem.polygon.faces import SharedSegment
-from overturning.dem.polygon.mechanics import AssumedSegmentEndSlip
+from overturning.dem.polygon.faces import ContactSegment
+from overturning.dem.polygon.mechanics import AssumedPlanarContactSlip
 from overturning.dem.polygon.state import CaseState, ElementState, PairHistory, PairState, StoredStepContactChanges
 
 COLUMNS: Final = 8
@@ -24,9 +24,9 @@ COLUMNS: Final = 8
 class PairStepResults(NamedTuple):
     """Intermediate contact results for two elements in a centred-scheme step, from prediction to solution."""
 
-    ends: SharedSegment
-    one: AssumedSegmentEndSlip
-    two: AssumedSegmentEndSlip
+    segment: ContactSegment
+    one: AssumedPlanarContactSlip
+    two: AssumedPlanarContactSlip
     corrected: PairHistory
     """History at the end of the step, used only if the step is accepted."""
 
@@ -36,41 +36,41 @@ ELEMENT: Final = TupleRowLayout(COLUMNS, ElementState)
 PAIR: Final = TupleRowLayout(COLUMNS, PairState, PairStepResults)
 CASE_SIZE, ELEMENT_SIZE, PAIR_SIZE = CASE.size, ELEMENT.size, PAIR.size
 
-load_case, store_case, _ = CASE.lane_access(CaseState)
-_, store_base, _ = CASE.lane_access(CaseState, "shaking.base")
-_, store_up, _ = CASE.lane_access(CaseState, "shaking.up")
-_, store_attempt, _ = CASE.lane_access(CaseState, "attempt")
-_, store_decision, _ = CASE.lane_access(CaseState, "decision")
-_, store_findings, _ = CASE.lane_access(CaseState, "findings")
+load_case, store_case, _ = CASE.tuple_access(CaseState)
+_, store_base, _ = CASE.tuple_access(CaseState, "shaking.base")
+_, store_up, _ = CASE.tuple_access(CaseState, "shaking.up")
+_, store_attempt, _ = CASE.tuple_access(CaseState, "attempt")
+_, store_decision, _ = CASE.tuple_access(CaseState, "decision")
+_, store_findings, _ = CASE.tuple_access(CaseState, "findings")
 no_findings = create_elementwise_tuple_functions(StoredStepContactChanges).zero
-load_element, _, _ = ELEMENT.lane_access(ElementState)
-load_pose, store_pose, keep_pose = ELEMENT.lane_access(ElementState, "pose")
-_, store_velocity, keep_velocity = ELEMENT.lane_access(ElementState, "velocity")
-_, store_trial, _ = ELEMENT.lane_access(ElementState, "trial")
-load_change, store_change, _ = ELEMENT.lane_access(ElementState, "trial.change")
-_, store_acceleration, keep_acceleration = ELEMENT.lane_access(ElementState, "acceleration")
-load_force, store_force, _ = ELEMENT.lane_access(ElementState, "force")
-load_inertia, _, _ = ELEMENT.lane_access(ElementState, "inertia")
-_, store_totals, keep_totals = ELEMENT.lane_access(ElementState, "totals")
-_, store_travel, _ = ELEMENT.lane_access(ElementState, "travel")
-_, store_record, _ = ELEMENT.lane_access(ElementState, "record")
-load_home, store_home, _ = ELEMENT.lane_access(ElementState, "home")
-load_pair, _, _ = PAIR.lane_access(PairState)
-_, store_face_a, _ = PAIR.lane_access(PairState, "face_a")
-_, store_face_b, _ = PAIR.lane_access(PairState, "face_b")
-_, store_bounds, _ = PAIR.lane_access(PairState, "bounds")
-_, store_law, _ = PAIR.lane_access(PairState, "law")
-load_nearest, store_nearest, _ = PAIR.lane_access(PairState, "nearest")
-_, store_history, keep_history = PAIR.lane_access(PairState, "history")
-_, store_vertices, _ = PAIR.lane_access(PairState, "history.before")
-load_memory, store_memory, _ = PAIR.lane_access(PairState, "history.one")
-load_step, _, _ = PAIR.lane_access(PairStepResults)
-_, store_ends, _ = PAIR.lane_access(PairStepResults, "ends", ("turn_q", "turn_r", "closed"))
-_, store_predicted_one, _ = PAIR.lane_access(PairStepResults, "one")
-_, store_predicted_two, _ = PAIR.lane_access(PairStepResults, "two")
-_, store_corrected, _ = PAIR.lane_access(PairStepResults, "corrected")
+load_element, _, _ = ELEMENT.tuple_access(ElementState)
+load_pose, store_pose, keep_pose = ELEMENT.tuple_access(ElementState, "pose")
+_, store_velocity, keep_velocity = ELEMENT.tuple_access(ElementState, "velocity")
+_, store_trial, _ = ELEMENT.tuple_access(ElementState, "trial")
+load_change, store_change, _ = ELEMENT.tuple_access(ElementState, "trial.change")
+_, store_acceleration, keep_acceleration = ELEMENT.tuple_access(ElementState, "acceleration")
+load_force, store_force, _ = ELEMENT.tuple_access(ElementState, "force")
+load_inertia, _, _ = ELEMENT.tuple_access(ElementState, "inertia")
+_, store_totals, keep_totals = ELEMENT.tuple_access(ElementState, "totals")
+_, store_travel, _ = ELEMENT.tuple_access(ElementState, "travel")
+_, store_record, _ = ELEMENT.tuple_access(ElementState, "record")
+load_home, store_home, _ = ELEMENT.tuple_access(ElementState, "home")
+load_pair, _, _ = PAIR.tuple_access(PairState)
+_, store_face_a, _ = PAIR.tuple_access(PairState, "face_a")
+_, store_face_b, _ = PAIR.tuple_access(PairState, "face_b")
+_, store_bounds, _ = PAIR.tuple_access(PairState, "bounds")
+_, store_law, _ = PAIR.tuple_access(PairState, "law")
+load_nearest, store_nearest, _ = PAIR.tuple_access(PairState, "nearest")
+_, store_history, keep_history = PAIR.tuple_access(PairState, "history")
+_, store_vertices, _ = PAIR.tuple_access(PairState, "history.before")
+load_memory, store_memory, _ = PAIR.tuple_access(PairState, "history.one")
+load_step, _, _ = PAIR.tuple_access(PairStepResults)
+_, store_segment, _ = PAIR.tuple_access(PairStepResults, "segment", ("turn_q", "turn_r", "closed"))
+_, store_predicted_one, _ = PAIR.tuple_access(PairStepResults, "one")
+_, store_predicted_two, _ = PAIR.tuple_access(PairStepResults, "two")
+_, store_corrected, _ = PAIR.tuple_access(PairStepResults, "corrected")
 
-# Rows that are accessed singly. SECOND is the offset from a row of end 1's memory to the same row of end 2's.
+# Rows that are accessed singly. SECOND is the offset from a row of the history of contact point 1 to that of point 2.
 _OF_CASE = (
     "shaking.tick sample energy variant last_check slide_end.sample attempt.length findings.changed decision.again"
 )

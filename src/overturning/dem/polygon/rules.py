@@ -3,10 +3,10 @@
 Signs: x points to the azimuth, z up, rotation is positive clockwise (towards the azimuth). The point (p, q) of an
 element is at ``(x + c p + s q, z − s p + c q)`` with c, s the cosine and sine of its rotation; a force (X, Z) at the
 place (p', q') from the centre has the moment ``q' X − p' Z``. The tangent of a face with outward normal n is
-``(−n_z, n_x)``; an end's force is ``f_n n + f_t (n_z, −n_x)`` on the pair's first element.
+``(−n_z, n_x)``; the force at a contact point is ``f_n n + f_t (n_z, −n_x)`` on the pair's first element.
 
 docs/scenes.md derives the rules, `overturning.dem.polygon.rows` defines the memory layout. A scheme is one file with a
-named tuple of constants and a function `compute_step`, and an entry in `SCHEMES` and `STEPS`.
+named tuple of constants and a function `advance_scene_one_step`, and an entry in `SCHEMES` and `STEPS`.
 """
 
 from typing import Any, Final, NamedTuple
@@ -24,7 +24,7 @@ from overturning.dem.kernel.ground import (
     is_rest_check_sample,
     upcoming_motion_is_below_rest_limit,
 )
-from overturning.dem.kernel.lanes import APART, INLINE, INNER, aligned_zeros, borrowed
+from overturning.dem.kernel.lanes import APART, INLINE, INNER, borrowed, cache_line_aligned_zeros
 from overturning.dem.kernel.mechanics import normalise_cosine_and_sine
 from overturning.dem.kernel.queue import (
     QueueSettings,
@@ -45,19 +45,22 @@ from overturning.dem.polygon.energy import case_energy
 from overturning.dem.polygon.equations import SIZE, SPARE, create_empty_nonzero_pattern
 from overturning.dem.polygon.path import POSE_COLUMNS, add_contact_forces_to_trajectory, record_motion_of_all_elements
 from overturning.dem.polygon.resting import all_elements_at_rest
-from overturning.dem.polygon.start import CHECK_INTERVAL, initialise_case_in_lane, initialise_pairs_in_lane
+from overturning.dem.polygon.start import CHECK_INTERVAL, write_initial_case_state, write_initial_pair_states
 from overturning.dem.polygon.state import Pose
-from overturning.dem.polygon.suspended_pairs import create_active_pairs, resume_pairs_that_may_touch
+from overturning.dem.polygon.suspended_pairs import create_active_pairs, resume_contact_tests_after_motion
 from overturning.dem.time_step import IntegrationScheme
 from overturning.model.status import CaseStatus
 
 SCHEMES: Final[dict[IntegrationScheme, Any]] = {
-    IntegrationScheme.CUNDALL: cundall.CundallSchemeConstants(),
-    IntegrationScheme.CENTRED: step.CentredSchemeConstants(),
+    IntegrationScheme.CUNDALL: cundall.SceneCundallSchemeConstants(),
+    IntegrationScheme.CENTRED: step.SceneCentredSchemeConstants(),
 }
 """Constants of each scheme; their type selects the step function."""
 
-STEPS: Final = {cundall.CundallSchemeConstants: cundall.compute_step, step.CentredSchemeConstants: step.compute_step}
+STEPS: Final = {
+    cundall.SceneCundallSchemeConstants: cundall.advance_scene_one_step,
+    step.SceneCentredSchemeConstants: step.advance_scene_one_step,
+}
 
 
 class SceneKernelInput(NamedTuple):
@@ -109,11 +112,11 @@ def allocate_workspace(kernel_input: Any) -> Any:
         kernel_input.scene.layout.shape[0],
         kernel_input.scene.initial,
     )
-    owner = aligned_zeros(initial.shape[1] * rows.COLUMNS)
+    owner = cache_line_aligned_zeros(initial.shape[1] * rows.COLUMNS)
     moves = np.zeros(elements, np.bool_)
     for i in range(elements):
         moves[i] = initial[0, (rows.CASE_SIZE + i * rows.ELEMENT_SIZE + rows.FRAME) // rows.COLUMNS] != 0.0
-    matrix = aligned_zeros((elements * elements + SPARE) * SIZE)
+    matrix = cache_line_aligned_zeros((elements * elements + SPARE) * SIZE)
     return SceneWorkspace(
         borrowed(owner), owner, matrix, create_empty_nonzero_pattern(elements), create_active_pairs(pairs), moves
     )
@@ -144,14 +147,14 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
     """Load case number `case` into column `lane`: the scene at rest, with the case's friction and damping."""
     state, scene, given, v = workspace.state, kernel_input.scene, kernel_input.cases[case], kernel_input.variant[case]
     ticks, interval = kernel_input.settings.ticks, kernel_input.settings.interval
-    resume_pairs_that_may_touch(state, scene, workspace.pairs, np.inf)
+    resume_contact_tests_after_motion(state, scene, workspace.pairs, np.inf)
     for row in range(scene.initial.shape[1]):
         state[row * rows.COLUMNS + lane] = scene.initial[v, row]
-    initialise_case_in_lane(state, lane, given, float(v), interval, ticks, kernel_input.scheme.lag)
+    write_initial_case_state(state, lane, given, float(v), interval, ticks, kernel_input.scheme.lag)
     for i in range(scene.elements.shape[1]):
         e = rows.of_element(state, i)
         e[rows.UPRIGHT_UNTIL + lane] = e[rows.CARRIED_UNTIL + lane] = given.first * interval
-    initialise_pairs_in_lane(state, lane, given, scene, scene.shapes[v])
+    write_initial_pair_states(state, lane, given, scene, scene.shapes[v])
     state[rows.ENERGY + lane] = case_energy(state, lane, scene)
 
 
@@ -213,7 +216,7 @@ def advance_one_sample(
     recorded_row_count: int,
 ) -> tuple[Any, int]:
     """Advance all cases in parallel by one sample; return the first case's trajectory and its number of rows."""
-    compute_step, settings, lag = step_of(kernel_input.scheme), kernel_input.settings, kernel_input.scheme.lag
+    advance_scene_one_step, settings, lag = step_of(kernel_input.scheme), kernel_input.settings, kernel_input.scheme.lag
     scene, up, state = (
         view_scene_arrays_without_reference_counts(kernel_input.scene),
         kernel_input.ground.up,
@@ -234,7 +237,7 @@ def advance_one_sample(
             return trajectory, -1
     for _ in range(steps_per_check):
         if trajectory.shape[0] == 0:
-            compute_step(up, state, matrix, pattern, pairs, moves, scene, ticks)
+            advance_scene_one_step(up, state, matrix, pattern, pairs, moves, scene, ticks)
             continue
         tick, share = state[rows.TICK], state[rows.LENGTH] / ticks
         # Record once for each sample, even if its first step is repeated.
@@ -247,18 +250,18 @@ def advance_one_sample(
             for column in range(early.shape[1]):  # a loop: a slice assignment would compile its error message, too
                 early[0, column] = 0.0
             add_contact_forces_to_trajectory(state, scene, (0.5 - lag) * share, early, early.shape[0] - 1)
-        compute_step(up, state, matrix, pattern, pairs, moves, scene, ticks)
+        advance_scene_one_step(up, state, matrix, pattern, pairs, moves, scene, ticks)
         if with_forces and not state[rows.AGAIN] > 0.0:
             for column in range(early.shape[1]):
                 trajectory[recorded_row_count - 1, column] += early[0, column]
             add_contact_forces_to_trajectory(state, scene, (0.5 + lag) * share, trajectory, recorded_row_count - 1)
-    finish_sample(state, scene, ticks, interval)
+    update_elements_after_sample(state, scene, ticks, interval)
     return trajectory, recorded_row_count
 
 
 @njit(**INNER)
-def finish_sample(state: Any, scene: Any, ticks_per_sample: float, sampling_interval: float) -> None:
-    """Store slip and last times upright and on the support of each element after a sample; start the next one."""
+def update_elements_after_sample(state: Any, scene: Any, ticks_per_sample: float, sampling_interval: float) -> None:
+    """Store slip and last times upright and on the support of each element after a sample; start the next sample."""
     element_rules = scene.elements[0]
     for i in range(element_rules.size):
         if element_rules[i].rides >= 0.0 and element_rules[i].is_free > 0.0:
@@ -283,9 +286,7 @@ def finish_sample(state: Any, scene: Any, ticks_per_sample: float, sampling_inte
         state[rows.TICK + j] = tick - ticks_per_sample if tick >= ticks_per_sample else tick
 
 
-def mark_lanes_that_may_have_ended(
-    kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any
-) -> int:
+def mark_possibly_ended_cases(kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any) -> int:
     """Set `end_marks_out` to 1 for each case due to be tested for its end, else 0; return their number."""
     stride, count = max(int(CHECK_INTERVAL / kernel_input.settings.interval), 1), 0
     for j in range(active_lane_count):
@@ -321,7 +322,7 @@ def skip_quiet_samples(
             skipped_sample_counts_out[j] += samples
 
 
-def status_if_case_in_lane_ended(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
+def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
     """Return the `CaseStatus` of case number `case`, stored in column `lane`; `GOES_ON` if it has not ended."""
     status = case_status(
         workspace.state,
@@ -335,12 +336,12 @@ def status_if_case_in_lane_ended(kernel_input: Any, workspace: Any, lane: int, c
     return GOES_ON if kept else status
 
 
-def write_lane_results(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:  # noqa: ARG001
+def write_results_of_ended_case(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:  # noqa: ARG001
     """Mark fallen elements of case number `case`, stored in column `lane`, and write its results into the tables."""
     write_case_results(workspace.state, lane, kernel_input.scene, kernel_input.results[case], kernel_input.each[case])
 
 
 register_model_functions(
     SceneKernelInput, allocate_workspace, start_case, load_motion_of_next_sample, advance_one_sample,
-    mark_lanes_that_may_have_ended, skip_quiet_samples, status_if_case_in_lane_ended, write_lane_results,
+    mark_possibly_ended_cases, skip_quiet_samples, current_case_status, write_results_of_ended_case,
 )  # fmt: skip

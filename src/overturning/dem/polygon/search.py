@@ -117,7 +117,7 @@ def largest_motion_keeping_nearest_faces(
 ) -> float:
     """Return the relative motion (m) of elements a and b up to which their nearest faces cannot change.
 
-    A gap changes by at most the motion, a product of normals by at most the rotation.
+    A gap between the faces changes by at most the motion, a product of normals by at most the rotation.
     """
     limit = 0.4 * lever_arm * nearest_face_pair.play
     for k in range(faces_a.shape[0] + faces_b.shape[0]):
@@ -140,8 +140,8 @@ def update_nearest_faces(
 ) -> None:
     """Update two elements' nearest faces, the motion for which these stay valid, and the contact state.
 
-    The face with the largest separation from the other element is nearest; its partner is the most nearly opposite
-    face of the other element. A pair that has no faces yet (a case at rest) keeps its contact history.
+    The face with the largest separation from the other element is nearest; its partner is the most nearly opposite face
+    of the other element. A pair whose faces have not been searched yet (a case at rest) keeps its contact history.
     """
     old, first, second = (
         rows.load_nearest(pair_rows, lane),
@@ -228,7 +228,7 @@ def add_last_step_to_pair_motion(pair_rows: Any, element_a_rows: Any, element_b_
 
 
 @njit(**INNER)
-def update_nearest_faces_in_lanes(
+def update_nearest_faces_of_all_cases(
     state: Any,
     pair_rows: Any,
     element_a_rows: Any,

@@ -6,21 +6,21 @@ import numpy as np
 from numba import njit
 
 from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
-from overturning.dem.kernel.ending import SlideEnd
+from overturning.dem.kernel.ending import SlideEndSample
 from overturning.dem.kernel.ground import LinearBaseAcceleration
 from overturning.dem.kernel.lanes import INNER
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.contact_history import set_pair_forces_at_rest
 from overturning.dem.polygon.energy import pair_spring_energy
 from overturning.dem.polygon.search import update_nearest_faces
-from overturning.dem.polygon.state import BaseMotion, CaseState, ContactLaw, StepAcceptance
+from overturning.dem.polygon.state import BaseMotion, CaseState, ContactPointLaw, StepAcceptance
 
 CHECK_INTERVAL: Final = 0.1
 """Interval at which a case is tested for its end, s of the record; at least one sample."""
 
 
 @njit(**INNER)
-def initialise_case_in_lane(
+def write_initial_case_state(
     state: Any,
     lane: int,
     case_parameters: Any,
@@ -59,13 +59,13 @@ def initialise_case_in_lane(
             energy=0.0,
             variant=variant_index,
             last_check=last_check,
-            slide_end=SlideEnd(0.0),
+            slide_end=SlideEndSample(0.0),
         ),
     )
 
 
 @njit(**INNER)
-def initialise_pairs_in_lane(state: Any, lane: int, case_parameters: Any, scene: Any, piece_faces: Any) -> None:
+def write_initial_pair_states(state: Any, lane: int, case_parameters: Any, scene: Any, piece_faces: Any) -> None:
     """Write contact law, nearest faces and loads at rest of all contacts of a scene into column `lane`."""
     lag = rows.load_case(state, lane).lag
     for p in range(scene.layout.shape[0]):
@@ -74,7 +74,7 @@ def initialise_pairs_in_lane(state: Any, lane: int, case_parameters: Any, scene:
         law, settled = pair.law, pair.nearest.limit == np.inf
         friction = law.friction if law.friction >= 0.0 else case_parameters.friction
         dashpot = law.dashpot * case_parameters.damping
-        rows.store_law(q, lane, ContactLaw(
+        rows.store_law(q, lane, ContactPointLaw(
             law.normal, law.tangential, dashpot, friction, law.compliance, law.landing * dashpot / law.normal
         ))  # fmt: skip
         update_nearest_faces(

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
-from overturning.dem.kernel.ending import SlideEnd
+from overturning.dem.kernel.ending import SlideEndSample
 from overturning.dem.kernel.ground import LinearBaseAcceleration
 
 
@@ -69,7 +69,7 @@ class CaseState(NamedTuple):
     """Index of the variant of the scene."""
     last_check: float
     """Index of the `CHECK_INTERVAL` of the record in which the case was last tested for its end."""
-    slide_end: SlideEnd
+    slide_end: SlideEndSample
 
 
 class Pose(NamedTuple):
@@ -221,8 +221,8 @@ class ElementFace(NamedTuple):
     """Place of the second end along the tangent, m."""
 
 
-class ContactLaw(NamedTuple):
-    """Contact law at one end of two faces' contact segment: springs, dashpot and friction."""
+class ContactPointLaw(NamedTuple):
+    """Contact law at a contact point of two elements: springs, dashpot and friction."""
 
     normal: float
     """Normal stiffness K, N/m."""
@@ -241,17 +241,17 @@ class ContactLaw(NamedTuple):
 class ContactVertexRanges(NamedTuple):
     """Limits (m) along the other face within which a face's vertex can be in contact; ±infinity if it never can.
 
-    Vertices on the cut between two convex pieces of an element carry no end.
+    Vertices on the cut between two convex pieces of an element are no contact points.
     """
 
     one_a: float
-    """Smallest place of a's first vertex, for end 1."""
+    """Smallest place of a's first vertex, for contact point 1."""
     one_b: float
-    """Smallest place of b's second vertex, for end 1."""
+    """Smallest place of b's second vertex, for contact point 1."""
     two_a: float
-    """Largest place of a's second vertex, for end 2."""
+    """Largest place of a's second vertex, for contact point 2."""
     two_b: float
-    """Largest place of b's first vertex, for end 2."""
+    """Largest place of b's first vertex, for contact point 2."""
 
 
 class NearestFaces(NamedTuple):
@@ -291,13 +291,13 @@ class FaceVertexPositions(NamedTuple):
     b2: VertexPositionAtFace
 
 
-class SegmentEndHistory(NamedTuple):
-    """Contact state at one end of two faces' contact segment after the last step: stretch, vertex, forces, landing."""
+class PlanarContactPointHistory(NamedTuple):
+    """State of a contact point of two elements after the last step: spring stretch, vertex, forces, landing time."""
 
     spring: float
     """Stretch of the tangential spring, m."""
     carrier: float
-    """Vertex that carries the end: `OPEN`, `MINE`, `THEIRS` or `TRANSFERRED`."""
+    """Vertex at the contact point: `OPEN`, `VERTEX_OF_A`, `VERTEX_OF_B` or `TRANSFERRED`."""
     normal: float
     """Normal force, N."""
     tangent: float
@@ -306,19 +306,19 @@ class SegmentEndHistory(NamedTuple):
     """Remaining time of a flat landing, s; 0 or less if there is none."""
 
 
-OPEN, MINE, THEIRS, TRANSFERRED = 0.0, 1.0, -1.0, 2.0
-"""Values of `SegmentEndHistory.carrier`: no contact, a's vertex, b's vertex, contact transferred from other faces."""
+OPEN, VERTEX_OF_A, VERTEX_OF_B, TRANSFERRED = 0.0, 1.0, -1.0, 2.0
+"""Values of `PlanarContactPointHistory.carrier`: no contact, a's vertex, b's vertex, transferred from other faces."""
 
 
 class PairHistory(NamedTuple):
-    """Contact state of two elements after the last step: vertex positions, both segment ends, absorbed energy."""
+    """Contact state of two elements after the last step: vertex positions, both contact points, absorbed energy."""
 
     before: FaceVertexPositions
     """Positions of the vertices at the last step."""
-    one: SegmentEndHistory
-    """History of end 1."""
-    two: SegmentEndHistory
-    """History of end 2."""
+    one: PlanarContactPointHistory
+    """History of contact point 1."""
+    two: PlanarContactPointHistory
+    """History of contact point 2."""
     deepest: float
     """Largest penetration so far, m."""
     absorbed: float
@@ -331,12 +331,12 @@ class PairState(NamedTuple):
     face_a: ElementFace
     face_b: ElementFace
     bounds: ContactVertexRanges
-    law: ContactLaw
+    law: ContactPointLaw
     nearest: NearestFaces
     history: PairHistory
     slid_one: float
-    """±μ if end 1 was sliding at the last solution, else 0 (centred scheme)."""
+    """±μ if contact point 1 was sliding at the last solution, else 0 (centred scheme)."""
     slid_two: float
-    """±μ if end 2 was sliding at the last solution, else 0 (centred scheme)."""
+    """±μ if contact point 2 was sliding at the last solution, else 0 (centred scheme)."""
     stands: float
     """1 if a was carried by b at rest, −1 if b was carried by a, else 0."""

@@ -21,12 +21,12 @@ from overturning.model.scene import Scene
 MAX_FLUSH_LEAN: Final = np.radians(0.1)
 """Lean up to which an element counts as standing flush on its face when its tipping angle is computed, rad."""
 
-ENDS_PER_FACE: Final = 2
-"""Number of segment ends of a face that stands flush."""
+POINTS_PER_FACE: Final = 2
+"""Number of contact points of a face that stands flush on another."""
 
 
-class LoadedSegmentEnd(NamedTuple):
-    """Contact point loaded at rest: index of the element pair, end (0 or 1) of the segment, spring stretches (m)."""
+class LoadedContactPoint(NamedTuple):
+    """Contact point loaded at rest: index of the element pair, number (0 or 1), geometry, spring stretches (m)."""
 
     pair: int
     side: int
@@ -35,7 +35,7 @@ class LoadedSegmentEnd(NamedTuple):
     slip: float
 
 
-class TouchingSegmentEndDerivatives(NamedTuple):
+class ContactPointDisplacementDerivatives(NamedTuple):
     """Contact point at rest, with the derivatives of its approach and slip by the displacements of all elements."""
 
     touch: TouchingSegmentEnd
@@ -63,9 +63,9 @@ def _displacement_slices_of_free_elements(elements: list[PlacedElement]) -> dict
     return {i: slice(3 * n, 3 * n + 3) for n, i in enumerate(free)}
 
 
-def touching_segment_ends_at_rest(
+def contact_points_at_rest(
     elements: list[PlacedElement], pairs: list[ConvexPiecePair], max_lean: float = 0.0
-) -> list[TouchingSegmentEndDerivatives]:
+) -> list[ContactPointDisplacementDerivatives]:
     """Return the contact points of the elements at rest, with derivatives of approach and slip by displacements.
 
     Two faces touch if the angle between them is at most `max_lean`, rad.
@@ -75,33 +75,33 @@ def touching_segment_ends_at_rest(
 
 def _add_displacement_derivatives(
     elements: list[PlacedElement], pairs: list[ConvexPiecePair], ends: list[TouchingSegmentEnd]
-) -> list[TouchingSegmentEndDerivatives]:
+) -> list[ContactPointDisplacementDerivatives]:
     """Return contact points with the derivatives of their approach and slip by the elements' displacements."""
     return [
-        TouchingSegmentEndDerivatives(
-            touch, *_segment_end_displacement_derivatives(elements, pairs[touch.pair], touch.end)
+        ContactPointDisplacementDerivatives(
+            touch, *_contact_point_displacement_derivatives(elements, pairs[touch.pair], touch.end)
         )
         for touch in ends
     ]
 
 
-def supporting_segment_ends(
+def supporting_contact_points(
     scene: Scene,
     elements: list[PlacedElement],
     pairs: list[ConvexPiecePair],
-    end_derivatives: list[TouchingSegmentEndDerivatives],
-    loaded_ends: list[LoadedSegmentEnd],
-) -> list[LoadedSegmentEnd]:
+    point_derivatives: list[ContactPointDisplacementDerivatives],
+    loaded_points: list[LoadedContactPoint],
+) -> list[LoadedContactPoint]:
     """Return the loaded contact points on which elements stand upright; inclinations below a limit are ignored.
 
     Otherwise a lean of 1e-6 would leave the whole scene without static equilibrium, and without tipping angles. An
     element that leans by more is left out if it prevents the equilibrium of the others.
     """
-    flush = touching_segment_ends_at_rest(elements, pairs, MAX_FLUSH_LEAN)
-    if len(flush) == len(end_derivatives) and (loaded_ends or not end_derivatives):
-        return loaded_ends
+    flush = contact_points_at_rest(elements, pairs, MAX_FLUSH_LEAN)
+    if len(flush) == len(point_derivatives) and (loaded_points or not point_derivatives):
+        return loaded_points
     upper = [pairs[pair].a if end.normal[1] > 0 else pairs[pair].b for (pair, _, end), _, _ in flush]
-    leaning = {k for k, item in enumerate(elements) if not item.is_driven_or_held and upper.count(k) < ENDS_PER_FACE}
+    leaning = {k for k, item in enumerate(elements) if not item.is_driven_or_held and upper.count(k) < POINTS_PER_FACE}
     held = [
         replace(item, element=item.element.model_copy(update={"kind": "held"})) if k in leaning else item
         for k, item in enumerate(elements)
@@ -121,29 +121,32 @@ def supporting_segment_ends(
     return []
 
 
-def _segment_end_displacement_derivatives(
-    elements: list[PlacedElement], pair: ConvexPiecePair, shared_end: ContactSegmentEnd
+def _contact_point_displacement_derivatives(
+    elements: list[PlacedElement], pair: ConvexPiecePair, touching_point: ContactSegmentEnd
 ) -> tuple[FloatArray, FloatArray]:
     """Return the derivatives of a contact point's approach and slip by all displacements, each of shape (3 n,)."""
     number = _displacement_slices_of_free_elements(elements)
     approach, slip = np.zeros(3 * len(number)), np.zeros(3 * len(number))
     for k, sign in ((pair.a, 1.0), (pair.b, -1.0)):
         if k in number:
-            rx, rz = shared_end.point[0] - elements[k].x, shared_end.point[1] - elements[k].z
-            for row, (ux, uz), direction in ((approach, shared_end.normal, -1.0), (slip, shared_end.tangent, 1.0)):
+            rx, rz = touching_point.point[0] - elements[k].x, touching_point.point[1] - elements[k].z
+            for row, (ux, uz), direction in (
+                (approach, touching_point.normal, -1.0),
+                (slip, touching_point.tangent, 1.0),
+            ):
                 row[number[k]] = sign * direction * np.array([ux, uz, ux * rz - uz * rx])
     return approach, slip
 
 
 def _contact_stiffness_matrix(
     displacement_count: int,
-    end_derivatives: list[TouchingSegmentEndDerivatives],
+    point_derivatives: list[ContactPointDisplacementDerivatives],
     normal_stiffness: FloatArray,
     tangential_stiffness: FloatArray,
 ) -> FloatArray:
     """Return the stiffness matrix of all contact springs, shape (displacement_count, displacement_count)."""
     matrix = np.zeros((displacement_count, displacement_count))
-    for touch, approach, slip in end_derivatives:
+    for touch, approach, slip in point_derivatives:
         matrix += normal_stiffness[touch.pair] * np.outer(approach, approach) + tangential_stiffness[
             touch.pair
         ] * np.outer(slip, slip)
@@ -153,31 +156,31 @@ def _contact_stiffness_matrix(
 def static_equilibrium(
     scene: Scene,
     elements: list[PlacedElement],
-    end_derivatives: list[TouchingSegmentEndDerivatives],
+    point_derivatives: list[ContactPointDisplacementDerivatives],
     normal_stiffness: FloatArray,
     tangential_stiffness: FloatArray,
-) -> tuple[FloatArray, list[LoadedSegmentEnd]] | None:
+) -> tuple[FloatArray, list[LoadedContactPoint]] | None:
     """Return displacements and loaded contact points of a scene in equilibrium on its springs, without tension.
 
     Returns
     -------
-    tuple of ndarray and list of LoadedSegmentEnd, or None
-        Displacements of the elements, shape (elements, 3), m and rad, and the ends that carry load. None without
-        equilibrium: an element slides off or falls by itself.
+    tuple of ndarray and list of LoadedContactPoint, or None
+        Displacements of the elements, shape (elements, 3), m and rad, and the contact points that carry load. None
+        without equilibrium: an element slides off or falls by itself.
     """
     # A frictionless contact has no tangential spring; a very soft one keeps the matrix regular.
-    held, end_derivatives = np.maximum(tangential_stiffness, 1e-9 * normal_stiffness), end_derivatives.copy()
+    held, point_derivatives = np.maximum(tangential_stiffness, 1e-9 * normal_stiffness), point_derivatives.copy()
     number = _displacement_slices_of_free_elements(elements)
     load = np.concatenate([(0.0, -elements[k].mass * scene.gravity, 0.0) for k in number])
-    while end_derivatives:
+    while point_derivatives:
         solution = solve_positive_definite_system(
-            _contact_stiffness_matrix(load.size, end_derivatives, normal_stiffness, held), load
+            _contact_stiffness_matrix(load.size, point_derivatives, normal_stiffness, held), load
         )
         if solution is None:
             return None
         ends = [
-            LoadedSegmentEnd(*touch, float((approach * solution).sum()), float((slip * solution).sum()))
-            for touch, approach, slip in end_derivatives
+            LoadedContactPoint(*touch, float((approach * solution).sum()), float((slip * solution).sum()))
+            for touch, approach, slip in point_derivatives
         ]
         least = min(ends, key=lambda end: end.approach)
         if least.approach > 1e-9 * max(end.approach for end in ends):
@@ -185,7 +188,7 @@ def static_equilibrium(
             for k, at in number.items():
                 displacement[k] = solution[at]
             return displacement, ends
-        del end_derivatives[ends.index(least)]  # this end is in tension
+        del point_derivatives[ends.index(least)]  # this point is in tension
     return None
 
 
@@ -193,7 +196,7 @@ def compute_pair_contact_laws(
     scene: Scene,
     elements: list[PlacedElement],
     pairs: list[ConvexPiecePair],
-    end_derivatives: list[TouchingSegmentEndDerivatives],
+    point_derivatives: list[ContactPointDisplacementDerivatives],
 ) -> PairContactLaws:
     """Return springs, dashpots and friction of all contacts; stiffness "auto" follows from the load at rest.
 
@@ -202,7 +205,7 @@ def compute_pair_contact_laws(
     standing on its smaller side.
     """
     ones = np.ones(len(pairs))
-    equilibrium = static_equilibrium(scene, elements, end_derivatives, ones, ones)
+    equilibrium = static_equilibrium(scene, elements, point_derivatives, ones, ones)
     whole = [pair[:2] for pair in pairs]
     together = np.array(
         [whole.index(both) for both in whole], dtype=np.int64
@@ -210,7 +213,7 @@ def compute_pair_contact_laws(
     carried, width = np.zeros(len(pairs)), np.zeros(len(pairs))
     for end in equilibrium[1] if equilibrium is not None else ():
         carried[together[end.pair]] += end.approach
-    for one, other in combinations((joint.touch for joint in end_derivatives), 2):
+    for one, other in combinations((joint.touch for joint in point_derivatives), 2):
         if together[one.pair] == together[other.pair]:
             (x, z), (u, w) = one.end.point, other.end.point
             apart = np.sqrt((x - u) ** 2 + (z - w) ** 2)  # libm's hypot depends on the processor
@@ -246,7 +249,7 @@ def compute_pair_contact_laws(
 def largest_spring_and_dashpot_eigenvalues(
     elements: list[PlacedElement],
     pairs: list[ConvexPiecePair],
-    end_derivatives: list[TouchingSegmentEndDerivatives],
+    point_derivatives: list[ContactPointDisplacementDerivatives],
     pair_laws: PairContactLaws,
 ) -> tuple[float, float]:
     """Return the largest eigenvalues of the springs (ω², 1/s²) and of the dashpots (1/s) for the stable time step.
@@ -256,7 +259,7 @@ def largest_spring_and_dashpot_eigenvalues(
     """
     root, values = _inverse_root_masses_and_inertias(elements), []
     for normal, tangential in ((pair_laws.normal, pair_laws.tangential), (pair_laws.dashpot, pair_laws.dashpot)):
-        matrix = _contact_stiffness_matrix(root.size, end_derivatives, normal, tangential)
+        matrix = _contact_stiffness_matrix(root.size, point_derivatives, normal, tangential)
         highest = highest_eigenvalue(root[:, None] * matrix * root)
         for index, pair in enumerate(pairs):
             compliance = 0.0
@@ -269,11 +272,13 @@ def largest_spring_and_dashpot_eigenvalues(
 
 
 def smallest_spring_eigenvalue(
-    elements: list[PlacedElement], end_derivatives: list[TouchingSegmentEndDerivatives], pair_laws: PairContactLaws
+    elements: list[PlacedElement],
+    point_derivatives: list[ContactPointDisplacementDerivatives],
+    pair_laws: PairContactLaws,
 ) -> float:
     """Return the lowest eigenvalue ω² of a scene on its contact springs, 1/s²; 0 if an element moves freely."""
     root = _inverse_root_masses_and_inertias(elements)
-    matrix = _contact_stiffness_matrix(root.size, end_derivatives, pair_laws.normal, pair_laws.tangential)
+    matrix = _contact_stiffness_matrix(root.size, point_derivatives, pair_laws.normal, pair_laws.tangential)
     return lowest_eigenvalue(root[:, None] * matrix * root)
 
 

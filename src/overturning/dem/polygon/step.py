@@ -12,7 +12,7 @@ from overturning.dem.polygon import rows
 from overturning.dem.polygon.centred import (
     add_pair_to_equations,
     compute_pair_forces_after_solution,
-    is_fine_step,
+    predicted_forces_decide_contact,
     store_accepted_pair_history,
 )
 from overturning.dem.polygon.equations import clear_nonzero_pattern, pair_submatrices, solve_velocity_changes
@@ -22,7 +22,7 @@ from overturning.dem.polygon.mechanics import (
     extrapolate_velocity,
     power_against_inertial_and_holding_forces,
 )
-from overturning.dem.polygon.search import update_nearest_faces_in_lanes
+from overturning.dem.polygon.search import update_nearest_faces_of_all_cases
 from overturning.dem.polygon.state import (
     CaseState,
     ElementConstants,
@@ -32,10 +32,10 @@ from overturning.dem.polygon.state import (
     PredictedElement,
     StepAcceptance,
 )
-from overturning.dem.polygon.suspended_pairs import resume_pairs_for_step, suspend_pair_if_distant
+from overturning.dem.polygon.suspended_pairs import resume_contact_tests_for_step, suspend_contact_tests_if_distant
 
 
-class CentredSchemeConstants(NamedTuple):
+class SceneCentredSchemeConstants(NamedTuple):
     """Constants of the centred scheme: lag of velocities behind poses, and ticks (time units) in a whole step."""
 
     lag: float = 0.0
@@ -48,9 +48,10 @@ class CentredSchemeConstants(NamedTuple):
 def base_acceleration_at_step_end(
     vertical_base_acceleration: Any, case: CaseState, inertia: ElementConstants, ticks_per_sample: float
 ) -> tuple[float, float]:
-    """Return the base acceleration (horizontal, vertical, m/s²) at the step's end; 0 if the element moves with it.
+    """Return the base acceleration (horizontal, vertical, m/s²) acting on an element at the end of a step.
 
-    Both are 0 for an element that moves with the base; `vertical_base_acceleration` is None if the base moves level.
+    Both are 0 for an element that moves with the base. `vertical_base_acceleration` is None if the base moves only
+    horizontally.
     """
     tick = case.shaking.tick + case.attempt.length
     past = tick - ticks_per_sample
@@ -124,7 +125,7 @@ def reset_step_contact_changes(case_rows: Any) -> None:
 @njit(**INLINE)
 def step_contact_changes(case: CaseState) -> StepContactChanges:
     """Return the contact changes of a case in an attempted step, by which the step is accepted or rejected."""
-    findings, long = case.findings, not is_fine_step(case)
+    findings, long = case.findings, not predicted_forces_decide_contact(case)
     wrong, reverse, back = (findings.wrong > 0.0) & long, (findings.reversed > 0.0) & long, (findings.back > 0.0) & long
     return StepContactChanges(
         changed=findings.changed > 0.0,
@@ -161,7 +162,7 @@ def advance_clocks_of_accepted_steps(case_rows: Any) -> None:
 
 
 @njit(**INNER)
-def compute_step(
+def advance_scene_one_step(
     vertical_base_acceleration: Any,
     state: Any,
     matrix: Any,
@@ -179,12 +180,12 @@ def compute_step(
         predict_element_motion(
             vertical_base_acceleration, rows.of_element(state, i), state, ticks_per_sample, scene.gravity
         )
-    resume_pairs_for_step(state, scene, active_pairs, size)
+    resume_contact_tests_for_step(state, scene, active_pairs, size)
     kept = 0
     for n in range(active_pairs.count[0]):
         p = active_pairs.active[n]
         q, a, b = rows.pair_and_element_rows(state, scene, p)
-        near[p] = update_nearest_faces_in_lanes(
+        near[p] = update_nearest_faces_of_all_cases(
             state, q, a, b, scene.layout[p, 2], scene.layout[p, 3], scene.sizes, scene.shapes
         )
         if near[p]:
@@ -192,7 +193,7 @@ def compute_step(
                 matrix, nonzero_pattern, movable_flags, scene.layout[p, 0], scene.layout[p, 1]
             )
             add_pair_to_equations(q, a, b, state, into, fresh)
-        if near[p] or suspend_pair_if_distant(q, a, b, p, active_pairs):
+        if near[p] or suspend_contact_tests_if_distant(q, a, b, p, active_pairs):
             active_pairs.active[kept] = p
             kept += 1
     active_pairs.count[0] = kept

@@ -93,7 +93,7 @@ def summed_motion_of_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: A
 
 
 @njit(**APART)
-def suspend_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> None:
+def suspend_contact_tests_of_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> None:
     """Stop contact tests of two distant elements; store their relative motion minus both elements' summed motions."""
     for j in range(rows.COLUMNS):
         motion = summed_motion_of_pair(pair_rows, element_a_rows, element_b_rows, j)
@@ -101,7 +101,7 @@ def suspend_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> No
 
 
 @njit(**APART)
-def resume_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> None:
+def resume_contact_tests_of_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> None:
     """Resume contact tests of two elements; add both elements' summed motions to their stored relative motion."""
     for j in range(rows.COLUMNS):
         motion = summed_motion_of_pair(pair_rows, element_a_rows, element_b_rows, j)
@@ -110,7 +110,10 @@ def resume_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> Non
 
 @njit(**INNER)
 def motion_needed_for_contact(pair_rows: Any) -> tuple[float, float]:
-    """Return the relative motion (m) after which two elements could touch, and their lever arm (m); 0, 0 if near."""
+    """Return the relative motion (m) after which two elements could touch, and their lever arm (m); 0, 0 if near.
+
+    The lever arm converts relative rotation to motion.
+    """
     slack, lever = np.inf, 0.0
     for j in range(rows.COLUMNS):
         reach, ahead = pair_rows[rows.REACH + j], pair_rows[rows.AHEAD + j]
@@ -122,14 +125,17 @@ def motion_needed_for_contact(pair_rows: Any) -> tuple[float, float]:
 
 
 @njit(**INNER)
-def resume_pairs_that_may_touch(state: Any, scene: Any, active_pairs: ActivePairs, summed_motion: float) -> None:
-    """Test again for contact the distant element pairs that could touch after `summed_motion` (m); infinity: all."""
+def resume_contact_tests_after_motion(state: Any, scene: Any, active_pairs: ActivePairs, summed_motion: float) -> None:
+    """Test again for contact those distant element pairs that could touch after the motion `summed_motion` (m).
+
+    It is the largest sum of the motions of any two elements; infinity resumes all tests.
+    """
     count, following = 0, np.inf
     for p in range(active_pairs.resumes_at.size):
         at = active_pairs.resumes_at[p]
         if at != ACTIVE and not summed_motion < at:
             q, a, b = rows.pair_and_element_rows(state, scene, p)
-            resume_pair(q, a, b)
+            resume_contact_tests_of_pair(q, a, b)
             active_pairs.resumes_at[p] = at = ACTIVE
         if at == ACTIVE:
             active_pairs.active[count] = p
@@ -142,8 +148,8 @@ def resume_pairs_that_may_touch(state: Any, scene: Any, active_pairs: ActivePair
 
 
 @njit(**INNER)
-def resume_pairs_for_step(state: Any, scene: Any, active_pairs: ActivePairs, element_count: int) -> None:
-    """Add the last step's motion to the total of each element pair; test distant pairs again that could touch now."""
+def resume_contact_tests_for_step(state: Any, scene: Any, active_pairs: ActivePairs, element_count: int) -> None:
+    """Add the last step's motion to the sums of motions; test distant pairs again that could touch in this step."""
     if active_pairs.count[0] == active_pairs.resumes_at.size:
         return
     largest, lever = active_pairs.largest, active_pairs.travel[LEVER]
@@ -161,20 +167,20 @@ def resume_pairs_for_step(state: Any, scene: Any, active_pairs: ActivePairs, ele
     active_pairs.travel[TRAVEL] += 2.0 * last
     travel = active_pairs.travel[TRAVEL] + 4.0 * ahead
     if not travel < active_pairs.travel[NEXT]:
-        resume_pairs_that_may_touch(state, scene, active_pairs, travel)
+        resume_contact_tests_after_motion(state, scene, active_pairs, travel)
     for i in range(element_count):
         add_last_step_to_summed_motion(rows.of_element(state, i))
 
 
 @njit(**INNER)
-def suspend_pair_if_distant(
+def suspend_contact_tests_if_distant(
     pair_rows: Any, element_a_rows: Any, element_b_rows: Any, pair_index: int, active_pairs: ActivePairs
 ) -> bool:
-    """Stop testing two elements for contact if too far apart to touch soon; return True if they stay tested."""
+    """Stop testing two elements for contact if they are too far apart to touch soon; return True if still tested."""
     slack, lever = motion_needed_for_contact(pair_rows)
     if slack <= 0.0:
         return True
-    suspend_pair(pair_rows, element_a_rows, element_b_rows)
+    suspend_contact_tests_of_pair(pair_rows, element_a_rows, element_b_rows)
     active_pairs.resumes_at[pair_index] = active_pairs.travel[TRAVEL] + (1.0 - 1e-9) * slack
     active_pairs.travel[NEXT] = min(active_pairs.travel[NEXT], active_pairs.resumes_at[pair_index])
     active_pairs.travel[LEVER] = max(active_pairs.travel[LEVER], lever)

@@ -14,6 +14,7 @@ from overturning.dem.stack.joint_state import (
     JOINT,
     POINT,
     ClippedSide,
+    ContactNormalSums,
     ContactPointPosition,
     FaceCorner,
     JointAtStepStartAndEnd,
@@ -25,8 +26,7 @@ from overturning.dem.stack.joint_state import (
     JointPose,
     JointRelativeMotion,
     PointAtStepStartAndEnd,
-    RimLoad,
-    RimSide,
+    SideOverhang,
     SolvedJointPointSums,
     SumOfForceTimesDistance,
 )
@@ -36,7 +36,7 @@ from overturning.dem.stack.state import (
     DiagonalBlockAndRightSide,
     EliminatedStone,
     JointEnergyLosses,
-    LargestContactChanges,
+    LargestStackContactChanges,
     PredictedStone,
     StackClock,
     StackConstants,
@@ -53,57 +53,57 @@ from overturning.dem.stack.state import (
 of_stone = create_window_slicer(STONE.size, CASE.size)
 """Return the rows of a stone."""
 
-load_account, store_account, store_account_unless = CASE.lane_access(StackEnergyAccount)
-load_attempt, store_attempt, _ = CASE.lane_access(StepAttempt)
-load_case, store_case, _ = CASE.lane_access(StackConstants)
-load_clock, store_clock, _ = CASE.lane_access(CaseStepControl)
-load_course, store_course, _ = CASE.lane_access(CaseProgress)
-load_findings, store_findings, _ = CASE.lane_access(LargestContactChanges)
-load_inertial, store_inertial, _ = CASE.lane_access(Vector3)
-load_losses, store_losses, _ = CASE.lane_access(JointEnergyLosses)
-load_rejection, store_rejection, _ = CASE.lane_access(StepRejectionFlags)
-load_rest, store_rest, _ = CASE.lane_access(StackRestState)
-load_shaking, store_shaking, _ = CASE.lane_access(BodyBaseMotion)
-load_time, store_time, _ = CASE.lane_access(StackClock)
+load_account, store_account, store_account_unless = CASE.tuple_access(StackEnergyAccount)
+load_attempt, store_attempt, _ = CASE.tuple_access(StepAttempt)
+load_case, store_case, _ = CASE.tuple_access(StackConstants)
+load_clock, store_clock, _ = CASE.tuple_access(CaseStepControl)
+load_course, store_course, _ = CASE.tuple_access(CaseProgress)
+load_findings, store_findings, _ = CASE.tuple_access(LargestStackContactChanges)
+load_inertial, store_inertial, _ = CASE.tuple_access(Vector3)
+load_losses, store_losses, _ = CASE.tuple_access(JointEnergyLosses)
+load_rejection, store_rejection, _ = CASE.tuple_access(StepRejectionFlags)
+load_rest, store_rest, _ = CASE.tuple_access(StackRestState)
+load_shaking, store_shaking, _ = CASE.tuple_access(BodyBaseMotion)
+load_time, store_time, _ = CASE.tuple_access(StackClock)
 
-load_axes, store_axes, _ = STONE.lane_access(Matrix3)
-load_change, store_change, _ = STONE.lane_access(StoneVelocityChange)
-load_constants, store_constants, _ = STONE.lane_access(StoneConstants)
-load_diagonal, store_diagonal, _ = STONE.lane_access(DiagonalBlockAndRightSide)
-load_elimination, store_elimination, _ = STONE.lane_access(EliminatedStone)
-load_outcome, store_outcome, _ = STONE.lane_access(StoneFallState)
-load_peaks, store_peaks, store_peaks_unless = STONE.lane_access(StonePeakTilt)
-load_predicted, store_predicted, _ = STONE.lane_access(PredictedStone)
-load_stone, store_stone, store_stone_unless = STONE.lane_access(StoneState)
-load_sum, store_sum, _ = STONE.lane_access(StoneContactForceSums)
-store_turn = STONE.lane_access(StoneState, "turn").store
+load_axes, store_axes, _ = STONE.tuple_access(Matrix3)
+load_change, store_change, _ = STONE.tuple_access(StoneVelocityChange)
+load_constants, store_constants, _ = STONE.tuple_access(StoneConstants)
+load_diagonal, store_diagonal, _ = STONE.tuple_access(DiagonalBlockAndRightSide)
+load_elimination, store_elimination, _ = STONE.tuple_access(EliminatedStone)
+load_outcome, store_outcome, _ = STONE.tuple_access(StoneFallState)
+load_peaks, store_peaks, store_peaks_unless = STONE.tuple_access(StonePeakTilt)
+load_predicted, store_predicted, _ = STONE.tuple_access(PredictedStone)
+load_stone, store_stone, store_stone_unless = STONE.tuple_access(StoneState)
+load_sum, store_sum, _ = STONE.tuple_access(StoneContactForceSums)
+store_turn = STONE.tuple_access(StoneState, "turn").store
 
-load_arm, store_arm, _ = JOINT.lane_access(SumOfForceTimesDistance)
-load_equations, store_equations, _ = JOINT.lane_access(JointEquations)
-load_frame, store_frame, _ = JOINT.lane_access(JointRelativeMotion)
-load_friction, store_friction, _ = JOINT.lane_access(JointFriction)
-load_history, store_history, store_history_unless = JOINT.lane_access(JointAtStepStartAndEnd, "old")
-load_joint, store_joint, _ = JOINT.lane_access(JointConstants)
-load_joint_change, store_joint_change, _ = JOINT.lane_access(JointEquations, "wrench")
-load_joint_pose, store_joint_pose, _ = JOINT.lane_access(JointPose)
-load_landing, store_landing, _ = JOINT.lane_access(JointLandingTimes)
-load_next_history, store_next_history, _ = JOINT.lane_access(JointAtStepStartAndEnd, "new")
-load_normal, store_normal, _ = JOINT.lane_access(JointNormalForceSums)
-load_rim, store_rim, _ = JOINT.lane_access(RimLoad)
-load_point_sum, store_point_sum, _ = JOINT.lane_access(SolvedJointPointSums, "at_end")
+load_arm, store_arm, _ = JOINT.tuple_access(SumOfForceTimesDistance)
+load_equations, store_equations, _ = JOINT.tuple_access(JointEquations)
+load_frame, store_frame, _ = JOINT.tuple_access(JointRelativeMotion)
+load_friction, store_friction, _ = JOINT.tuple_access(JointFriction)
+load_history, store_history, store_history_unless = JOINT.tuple_access(JointAtStepStartAndEnd, "old")
+load_joint, store_joint, _ = JOINT.tuple_access(JointConstants)
+load_joint_change, store_joint_change, _ = JOINT.tuple_access(JointEquations, "wrench")
+load_joint_pose, store_joint_pose, _ = JOINT.tuple_access(JointPose)
+load_landing, store_landing, _ = JOINT.tuple_access(JointLandingTimes)
+load_next_history, store_next_history, _ = JOINT.tuple_access(JointAtStepStartAndEnd, "new")
+load_normal, store_normal, _ = JOINT.tuple_access(JointNormalForceSums)
+load_rim, store_rim, _ = JOINT.tuple_access(ContactNormalSums)
+load_point_sum, store_point_sum, _ = JOINT.tuple_access(SolvedJointPointSums, "at_end")
 
-load_clip, store_clip, _ = POINT.lane_access(ClippedSide)
-load_next_point, store_next_point, _ = POINT.lane_access(PointAtStepStartAndEnd, "new")
-load_outline, store_outline, _ = POINT.lane_access(FaceCorner)
-load_place, store_place, _ = POINT.lane_access(ContactPointPosition)
-load_rim_side, store_rim_side, _ = POINT.lane_access(RimSide)
-load_point, _, store_point_unless = POINT.lane_access(PointAtStepStartAndEnd, "old")
+load_clip, store_clip, _ = POINT.tuple_access(ClippedSide)
+load_next_point, store_next_point, _ = POINT.tuple_access(PointAtStepStartAndEnd, "new")
+load_outline, store_outline, _ = POINT.tuple_access(FaceCorner)
+load_place, store_place, _ = POINT.tuple_access(ContactPointPosition)
+load_rim_side, store_rim_side, _ = POINT.tuple_access(SideOverhang)
+load_point, _, store_point_unless = POINT.tuple_access(PointAtStepStartAndEnd, "old")
 
 add_losses, no_losses = (
     create_elementwise_tuple_functions(JointEnergyLosses).plus,
     create_elementwise_tuple_functions(JointEnergyLosses).zero,
 )
 larger_of, no_findings = (
-    create_elementwise_tuple_functions(LargestContactChanges).largest,
-    create_elementwise_tuple_functions(LargestContactChanges).zero,
+    create_elementwise_tuple_functions(LargestStackContactChanges).largest,
+    create_elementwise_tuple_functions(LargestStackContactChanges).zero,
 )

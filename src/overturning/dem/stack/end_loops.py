@@ -142,7 +142,7 @@ def relative_velocity_change_of_joint(
 def store_relative_velocity_changes(
     upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int, on_ground: Any
 ) -> None:
-    """Store the solved change of the relative velocity at the contact of a stone with its support, in all stacks."""
+    """Store the solved change of the relative velocity of a stone and its support at their contact, in all stacks."""
     for j in range(whole_vectors(lane_count)):
         stone, one = load_predicted(upper_rows, j), load_change(upper_rows, j)
         if on_ground is None:
@@ -175,7 +175,7 @@ def compute_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
 
 
 @njit(**APART)
-def add_point_to_pressure_arm_sum(joint_rows: Any, point: Any, lane_count: int) -> None:
+def add_point_to_force_distance_sum(joint_rows: Any, point: Any, lane_count: int) -> None:
     """Add one contact point's normal force × distance from the centre of pressure (N·m) to the contact's sum."""
     for j in range(whole_vectors(lane_count)):
         total, place, new = load_point_sum(joint_rows, j), load_place(point, j), load_next_point(point, j)
@@ -223,7 +223,10 @@ def compute_joint_wrench(
 
 @njit(**APART)
 def mark_joints_with_crossing_points(joint_rows: Any, point: Any, lane_count: int) -> None:
-    """Mark each contact of two stones with a loaded point that is not a corner of the upper stone's base."""
+    """Mark each contact of two stones that has a loaded point other than a corner of the upper stone's base.
+
+    Such a base extends beyond the rim of the face below.
+    """
     for j in range(whole_vectors(lane_count)):
         joint_rows[NEW_CROSSED + j] = select(point[WEIGHT + j] > 0.0, 1.0, joint_rows[NEW_CROSSED + j])
 
@@ -253,7 +256,7 @@ def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: fl
 
 @njit(**APART)
 def complete_stone_step(case_rows: Any, rows: Any, lane_count: int, is_first: Any) -> None:
-    """Store a stone's new state in stacks whose step is accepted, and add the work of the moving ground on it."""
+    """Store a stone's new state in stacks whose step is accepted, and add the work that the ground does on it."""
     for j in range(whole_vectors(lane_count)):
         half, again, push = (
             load_time(case_rows, j).half,

@@ -17,7 +17,7 @@ from overturning.dem.body.vectors import (
     rotation_matrix,
     transpose,
 )
-from overturning.dem.kernel.ending import GOES_ON, CaseProgress, SlideEnd, case_waits_for_slides_to_stop
+from overturning.dem.kernel.ending import GOES_ON, CaseProgress, SlideEndSample, case_waits_for_slides_to_stop
 from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.dem.quiet import REST_THRESHOLD_FACTOR, SAFE_SHARE
@@ -61,7 +61,7 @@ CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = CASE.size, STONE.size, JOINT.size, POINT.
 ENERGY, SAMPLE, SLIDE_END = (
     CASE.row_start(CaseProgress, "energy"),
     CASE.row_start(CaseProgress, "sample"),
-    CASE.row_start(SlideEnd, "sample"),
+    CASE.row_start(SlideEndSample, "sample"),
 )
 
 
@@ -149,7 +149,7 @@ def stone_hangs_over_rim(state: Any, lane: int, stone_index: int, stone_count: i
 
 @njit(**INNER)
 def depth_below_place_on_support(state: Any, lane: int, stone_index: int) -> float:
-    """Return how far a stone's centre lies below its place on the face that carries it, along that face's normal, m."""
+    """Return how far a stone's centre lies below its position at rest on its support, along the face's normal, m."""
     rows = of_stone(state, stone_index)
     upper, stone = load_constants(rows, lane), load_stone(rows, lane)
     if stone_index == 0:
@@ -178,12 +178,12 @@ def first_fallen_stone(state: Any, lane: int, stone_count: int, corner_limit: in
 
 
 @njit(**INNER)
-def remove_fallen_stones(
+def stop_simulating_fallen_stones(
     state: Any, lane: int, stone_count: int, corner_limit: int, ticks_per_sample: float, heights: Any
 ) -> bool:
     """Stop the simulation of the lowest fallen stone and of all stones above it; True if no stone remains.
 
-    The energy account goes on with the stones that are left.
+    The energy account continues with the stones that remain.
     """
     fallen = first_fallen_stone(state, lane, stone_count, corner_limit)
     if fallen == stone_count:
@@ -211,7 +211,7 @@ def remove_fallen_stones(
 
 
 @njit(**INNER)
-def stack_status(
+def stack_case_status(
     state: Any,
     lane: int,
     stone_count: int,
@@ -239,7 +239,7 @@ def stack_status(
         loaded = loaded and load_history(state[at : at + JOINT_SIZE], lane).normal > 0.0
     if load_account(state, lane).depth > case.deepest:
         return CaseStatus.UNSTABLE
-    if remove_fallen_stones(state, lane, stone_count, corner_limit, ticks_per_sample, stones_at_rest.rest):
+    if stop_simulating_fallen_stones(state, lane, stone_count, corner_limit, ticks_per_sample, stones_at_rest.rest):
         return CaseStatus.SIMULATED
     sample = course.sample + time.tick / ticks_per_sample
     if (
@@ -264,10 +264,11 @@ def stack_status(
 
 @njit(**INNER)
 def stack_cannot_fall(state: Any, lane: int, corner_limit: int, stones_at_rest: Any) -> bool:
-    """True if no stone has fallen, and the energy of the stack does not suffice to overturn any part of it.
+    """True if no stone has fallen, and the energy of the stack does not suffice to overturn the stones above any joint.
 
-    A part needs the energy `CaseProgress.barrier` to overturn, less what slips take away: at least the square of the
-    share of its base that is left remains. On the ground, which has no rim, a slip takes nothing away.
+    This needs the energy `CaseProgress.barrier`, less what slips take away: at least the square of the share of the
+    base that is left remains. On the ground, which has no rim, a slip takes nothing away. A joint is the contact of a
+    stone with its support.
     """
     case, course = load_case(state, lane), load_course(state, lane)
     # Horizontal position of the upper face below, and of the centre of its stone at rest.

@@ -10,7 +10,7 @@ from typing import Final
 
 from numba import njit
 
-from overturning.dem.body.centred import friction_share_of_holding_force
+from overturning.dem.body.centred import friction_limit_over_sticking_force
 from overturning.dem.body.vectors import Matrix3, Vector3
 from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.kernel.mechanics import base_slides_in_flat_landing
@@ -29,7 +29,7 @@ from overturning.dem.stack.joint_state import (
     squared_length,
     unit_tangential_vector,
 )
-from overturning.dem.stack.state import ForceVelocityBlocks, JointEnergyLosses, LargestContactChanges, Wrench
+from overturning.dem.stack.state import ForceVelocityBlocks, JointEnergyLosses, LargestStackContactChanges, Wrench
 
 LEAST_WEIGHT: Final = 1e-3
 """Smallest weight of a point that asks for a finer step when it opens or closes."""
@@ -42,25 +42,25 @@ def point_opening_rate(frame: JointRelativeMotion, position: ContactPointPositio
 
 
 @njit(**INLINE)
-def predicted_force_per_weight_and_contact(
+def predicted_point_force_and_contact(
     joint: JointConstants, frame: JointRelativeMotion, position: ContactPointPosition, previous: PointHistory,
     state: tuple[bool, bool, bool],
 ) -> tuple[float, bool]:  # fmt: skip
     """Return a contact point's predicted normal force over its weight factor, N, and True if it is in contact.
 
-    In a fine step the predicted forces decide about contact, in a longer one the last state. A point that did not
-    belong to the patch before has no last state.
+    In a step that resolves the contact vibration the predicted forces decide about contact, in a longer one the contact
+    state after the last step. A point that did not belong to the contact patch before has no such state.
     """
-    step_is_fine, lands_flat, waits = state
+    forces_decide_contact, lands_flat, waits = state
     depth = -position.z - previous.offset
     pressure = joint.stiffness * depth - joint.dashpot * point_opening_rate(frame, position)
     now = ((pressure > 0.0) | lands_flat) & (depth > 0.0)
-    decides = step_is_fine | (previous.weight == 0.0)
+    decides = forces_decide_contact | (previous.weight == 0.0)
     return pressure, (now if decides else previous.pressure != 0.0) & (position.weight > 0.0) & (not waits)
 
 
 @njit(**INLINE)
-def joint_sum_terms_of_point(
+def normal_force_sum_terms_of_point(
     joint: JointConstants, half_step: float, position: ContactPointPosition, pressure: float, in_contact: bool
 ) -> JointNormalForceSums:
     """Return one contact point's terms in the sums of force and moment between two stones in a step's equations."""
@@ -73,7 +73,7 @@ def joint_sum_terms_of_point(
 
 
 @njit(**INLINE)
-def tangential_spring_force(
+def tangential_contact_force(
     joint: JointConstants, stretch: TangentialVector, velocity: TangentialVector
 ) -> TangentialVector:
     """Return the tangential force between two stones (x, y, twist) from springs and dashpots at their contact, N."""
@@ -89,7 +89,7 @@ def flat_landing_slip_direction(
 ) -> tuple[TangentialVector, bool]:
     """Return the direction in which the upper stone slides in a flat landing, and True if it slides.
 
-    Of the rotation only that about the normal is included; see
+    Only the part of the rotation about the normal is included; see
     `overturning.dem.kernel.mechanics.base_slides_in_flat_landing`. `position` holds the centre of pressure and the mean
     distance of the forces from it, m.
     """
@@ -130,10 +130,10 @@ def predict_friction(
 ) -> JointFriction:  # fmt: skip
     """Predict tangential spring stretch, sliding and friction direction between two stones for a step's equations.
 
-    `state` holds whether the step is fine, whether the joint lands flat, and the height of the centre of the upper
-    stone above its base.
+    `state` holds whether the predicted forces decide about sliding, whether the base lands flat, and the height of the
+    centre of the upper stone above its base.
     """
-    step_is_fine, lands_flat, centre_height = state
+    forces_decide_contact, lands_flat, centre_height = state
     was, loaded = previous.normal > 0.0, sums.force > 0.0
     one = 1.0 / (sums.force if loaded else 1.0)
     cx = previous.cx if was else (sums.x * one if loaded else 0.0)
@@ -142,12 +142,12 @@ def predict_friction(
     stretch = scale_tangential_vector(
         1.0 if was else 0.0, extend_spring_stretch(previous.stretch, half_step, previous.velocity, velocity)
     )
-    force = tangential_spring_force(joint, stretch, velocity)
-    most = joint.friction * (sums.force if step_is_fine | (not was) else previous.normal)
+    force = tangential_contact_force(joint, stretch, velocity)
+    most = joint.friction * (sums.force if forces_decide_contact | (not was) else previous.normal)
     slip, drifts = flat_landing_slip_direction(joint, frame.velocity, frame.spin, centre_height, (cx, cy, previous.arm))
     drifts = drifts & lands_flat
     square, smooth = squared_length(force), joint.friction == 0.0
-    decides = step_is_fine | (not was)
+    decides = forces_decide_contact | (not was)
     slides = square > most * most if decides else previous.slid > 0.0
     slides = drifts if lands_flat else slides | smooth
     slides = slides & ((square > 0.0) | smooth | drifts)
@@ -170,8 +170,8 @@ def joint_equation_terms(
     `normal` is the normal force that limits friction across the direction of sliding, N.
     """
     in_contact, slides, d = friction.on > 0.0, friction.slides > 0.0, friction.direction
-    held = tangential_spring_force(joint, friction.stretch, friction.velocity)
-    part = friction_share_of_holding_force(joint.friction * normal, squared_length(held), slides)
+    held = tangential_contact_force(joint, friction.stretch, friction.velocity)
+    part = friction_limit_over_sticking_force(joint.friction * normal, squared_length(held), slides)
     mu = joint.friction if slides & in_contact else 0.0
     mx, my, mt = mu * d.x, mu * d.y, mu * d.twist
     fx, fy, ft = (
@@ -222,12 +222,13 @@ def joint_equation_terms(
 def solve_point_contact(
     joint: JointConstants, frame: JointRelativeMotion, position: ContactPointPosition, previous: PointHistory,
     change: tuple[Vector3, Vector3], step: tuple[float, bool, float, bool, bool],
-) -> tuple[PointForceAndImpulse, LargestContactChanges, JointEnergyLosses, PointHistory]:  # fmt: skip
+) -> tuple[PointForceAndImpulse, LargestStackContactChanges, JointEnergyLosses, PointHistory]:  # fmt: skip
     """Return normal force, contact changes, losses and new state of a contact point from a step's solved equations.
 
-    `change` is the change of the relative velocity at the origin and of the relative angular velocity; `step` holds
-    half of the step (s), whether the joint lands flat, the landing time of a point that touches now (s), whether the
-    point waits, and whether the joint has points since the last step, which it has not when a case begins.
+    `change` is the change of the relative velocity at the origin and of the relative angular velocity. `step` holds
+    half of the step (s), whether the base lands flat, the landing time of a point that touches now (s), whether the
+    point carries load only later in the landing, and whether the joint has points since the last step, which it has not
+    when a case begins.
     """
     half_step, lands_flat, new_landing, waits, joint_has_points = step
     w = position.weight
@@ -263,7 +264,7 @@ def solve_point_contact(
     both = (depth if inside else 0.0) * (previous.depth if was else depth if joins else 0.0)
     let_go = 0.5 * joint.stiffness * ((w * over if inside | was else 0.0) + both * (previous.weight - w))
     let_go = let_go if counts | had else 0.0
-    findings = LargestContactChanges(
+    findings = LargestStackContactChanges(
         changed=changed if heavy else 0.0, wrong=0.0, reversed=0.0, holds=0.0, back=0.0,
         off=1.0 if heavy & (not (pressure > 0.0)) & (offset == 0.0) & (not between) else 0.0,
         depth=depth if counts else 0.0, loaded=0.0,
@@ -285,15 +286,15 @@ def solve_point_contact(
 
 
 @njit(**INLINE)
-def changes_of_friction(
+def friction_contact_changes(
     direction: TangentialVector, force: TangentialVector, velocity: TangentialVector, stretch: TangentialVector,
     state: tuple[bool, bool, bool], slides: tuple[bool, bool],
-) -> LargestContactChanges:  # fmt: skip
-    """Return where the friction between two stones at a step's end differs from that which its equations assume.
+) -> LargestStackContactChanges:  # fmt: skip
+    """Return the differences of the friction between two stones at a step's end from that which its equations assume.
 
     `direction` is the assumed direction of friction, `stretch` that of its springs at the step's start. `state` holds
-    whether friction has a limit above 0, whether the contact carries a force, and whether the step is not fine;
-    `slides` whether the contact was assumed to slide and whether it slides.
+    whether friction has a limit above 0, whether the contact carries a force, and whether the contact state of the last
+    step was assumed; `slides` whether the contact was assumed to slide and whether it slides.
     """
     (carries, loaded, coarse), (assumed, slips) = state, slides
     wrong = carries & (slips != assumed)
@@ -308,7 +309,7 @@ def changes_of_friction(
             | ((force.x * velocity.x + force.y * velocity.y) + force.twist * velocity.twist > 0.0)
         )
     )
-    return LargestContactChanges(
+    return LargestStackContactChanges(
         changed=0.0, wrong=1.0 if wrong & coarse else 0.0, reversed=1.0 if backwards & coarse else 0.0,
         holds=1.0 if carries & (not slips) else 0.0, back=1.0 if back & coarse else 0.0, off=0.0, depth=0.0,
         loaded=1.0 if loaded else 0.0,
@@ -320,13 +321,14 @@ def solve_joint_contact(
     joint: JointConstants, frame: JointRelativeMotion, friction: JointFriction,
     points: tuple[PointForceAndImpulse, float], change: tuple[Vector3, Vector3], previous: JointHistory,
     step: tuple[float, bool, bool, float],
-) -> tuple[Wrench, Wrench, LargestContactChanges, JointEnergyLosses, JointHistory]:  # fmt: skip
+) -> tuple[Wrench, Wrench, LargestStackContactChanges, JointEnergyLosses, JointHistory]:  # fmt: skip
     """Return force, moment, contact changes, losses and new state between two stones from a step's solved equations.
 
-    `points` holds the sums over its points and Σ n r (N·m); `step` half of the step (s), whether it is fine, whether
-    the joint lands flat, and the height of the upper stone's centre above its base (m).
+    `points` holds the sums over the contact points and Σ n r (normal force × distance from the centre of pressure,
+    N·m); `step` half of the step (s), whether the predicted forces decided about sliding, whether the base lands flat,
+    and the height of the upper stone's centre above its base (m).
     """
-    half_step, step_is_fine, lands_flat, centre_height = step
+    half_step, forces_decide_contact, lands_flat, centre_height = step
     ends, arm_sum = points
     cx, cy, arm = friction.cx, friction.cy, friction.arm
     more = slip_velocity(change[0], change[1], cx, cy, arm)
@@ -338,7 +340,7 @@ def solve_joint_contact(
         1.0 if loaded else 0.0, extend_spring_stretch(friction.stretch, half_step, more, zero)
     )
     most = joint.friction * ends.force
-    force = tangential_spring_force(joint, stretch, velocity)
+    force = tangential_contact_force(joint, stretch, velocity)
     at_origin = Vector3(frame.velocity.x + change[0].x, frame.velocity.y + change[0].y, frame.velocity.z + change[0].z)
     spin = Vector3(frame.spin.x + change[1].x, frame.spin.y + change[1].y, frame.spin.z + change[1].z)
     slip, drifts = flat_landing_slip_direction(joint, at_origin, spin, centre_height, (cx, cy, arm))
@@ -367,9 +369,9 @@ def solve_joint_contact(
         s.twist + kept.twist
     ) * (stretch.twist - kept.twist)
     let_go = 0.5 * k * (released if loaded else (squared_length(s) if previous.normal > 0.0 else 0.0))
-    findings = changes_of_friction(
+    findings = friction_contact_changes(
         friction.direction, TangentialVector(fx, fy, ft), velocity, s,
-        (most > 0.0, loaded, not step_is_fine), (friction.slides > 0.0, slips),
+        (most > 0.0, loaded, not forces_decide_contact), (friction.slides > 0.0, slips),
     )  # fmt: skip
     one = 1.0 / (ends.force if loaded else 1.0)
     early = ends.early * one if loaded else 0.0

@@ -41,7 +41,7 @@ class JointConstants(NamedTuple):
 
 
 class TangentialVector(NamedTuple):
-    """Tangential vector between two stones: x, y, and twist × mean distance of the forces from their centre."""
+    """Tangential vector between two stones: x, y, and twist × mean distance of forces from the pressure's centre."""
 
     x: float
     y: float
@@ -128,7 +128,10 @@ class JointRelativeMotion(NamedTuple):
 
 
 class JointPose(NamedTuple):
-    """Axes and origin of the frame of a joint, in the axes of the ground at the predicted end of a step."""
+    """Axes and origin of the coordinate frame of a joint (contact of two stones), in the axes of the ground.
+
+    They are those at the predicted end of a step.
+    """
 
     axes: Matrix3
     """Directions of the axes of the frame, as columns; z is the normal of contact."""
@@ -136,8 +139,11 @@ class JointPose(NamedTuple):
     """Position of the origin, m."""
 
 
-class RimLoad(NamedTuple):
-    """Sums over the points of a partial patch, weighted by weight × penetration (m), from which its normal follows."""
+class ContactNormalSums(NamedTuple):
+    """Sums over the contact points of two stones that overlap in part, from which the normal of contact follows.
+
+    Each point counts with its weight × penetration (m).
+    """
 
     load: float
     """Weight × penetration, m."""
@@ -237,8 +243,8 @@ class ClippedSide(NamedTuple):
     """Length of the part, m."""
 
 
-class RimSide(NamedTuple):
-    """Overhang of the upper base beyond a side of the lower face, and slopes of the normals where sides cross."""
+class SideOverhang(NamedTuple):
+    """Overhang of the upper base beyond a side of the lower face, and slopes of contact normals where sides cross."""
 
     overhang: float
     """Largest distance by which a corner of the upper base lies beyond the side, m."""
@@ -290,7 +296,10 @@ class SolvedJointPointSums(NamedTuple):
 
 
 JOINT: Final = TupleRowLayout(
-    COLUMNS, JointConstants, JointAtStepStartAndEnd, JointLandingTimes, JointPose, RimLoad, JointRelativeMotion,
-    JointNormalForceSums, SumOfForceTimesDistance, JointFriction, JointEquations, SolvedJointPointSums,
+    COLUMNS, JointConstants, JointAtStepStartAndEnd, JointLandingTimes, JointPose, ContactNormalSums,
+    JointRelativeMotion, JointNormalForceSums, SumOfForceTimesDistance, JointFriction, JointEquations,
+    SolvedJointPointSums,
 )  # fmt: skip
-POINT: Final = TupleRowLayout(COLUMNS, FaceCorner, ContactPointPosition, ClippedSide, RimSide, PointAtStepStartAndEnd)
+POINT: Final = TupleRowLayout(
+    COLUMNS, FaceCorner, ContactPointPosition, ClippedSide, SideOverhang, PointAtStepStartAndEnd
+)

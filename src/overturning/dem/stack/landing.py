@@ -1,4 +1,4 @@
-"""Flat landings of a joint: how long its points land, and which of them wait."""
+"""Flat landings of a joint (contact of two stones): landing times of its points, and points without load meanwhile."""
 
 from typing import Final
 
@@ -35,12 +35,12 @@ def point_contact_is_deferred(
     previous: PointHistory,
     distance_from_rim: float,
 ) -> bool:
-    """True if a contact point gets no load in a flat landing, because it lies between the two ends of the patch.
+    """True if a contact point gets no load in a flat landing, because it lies between both ends of the contact.
 
-    A flat base that lands on all its corners at once is stopped by the impulse at its far end; corners in between
-    take up their springs only afterwards (docs/method.md). No point waits while a corner of the base is near the rim of
-    the face below (`distance_from_rim`, m, negative beyond it): the points where both rims cross move along them, and
-    would begin to wait again and again.
+    A flat base that lands on all its corners at once is stopped by the impulse at its far end; corners in between take
+    up their springs only afterwards (docs/method.md). No point is deferred while a corner of the base is near the rim
+    of the face below (`distance_from_rim`, m, negative beyond it): the points where both rims cross move along them,
+    and would be deferred again and again.
     """
     spread = landing.highest - landing.lowest
     is_open = (previous.depth <= 0.0) & (previous.weight > 0.0) & (previous.offset == 0.0)

@@ -47,7 +47,7 @@ from overturning.dem.stack.joint_state import (
     JointPose,
     JointRelativeMotion,
     PointAtStepStartAndEnd,
-    RimSide,
+    SideOverhang,
 )
 from overturning.dem.stack.state import STONE, PredictedStone, StoneConstants, StoneFallState
 
@@ -129,7 +129,9 @@ def predict_motion_relative_to_stone_below(upper_rows: Any, lower_rows: Any, joi
 
 
 @njit(**INLINE)
-def corner_position_and_share(frame: JointRelativeMotion, corner: FaceCorner, present: float) -> ContactPointPosition:
+def base_corner_position_and_weight(
+    frame: JointRelativeMotion, corner: FaceCorner, present: float
+) -> ContactPointPosition:
     """Return the position of a base corner on the lower face, and its share of the stiffness if all corners rest."""
     return ContactPointPosition(
         frame.corner.x + (corner.x * frame.along_x.x + corner.y * frame.along_y.x),
@@ -143,7 +145,9 @@ def corner_position_and_share(frame: JointRelativeMotion, corner: FaceCorner, pr
 def predict_base_corner_position(upper_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
     """Compute the predicted position of one corner of a stone's base on its support, for all stacks in parallel."""
     for j in range(whole_vectors(lane_count)):
-        place = corner_position_and_share(load_frame(joint_rows, j), load_outline(point, j), upper_rows[PRESENT + j])
+        place = base_corner_position_and_weight(
+            load_frame(joint_rows, j), load_outline(point, j), upper_rows[PRESENT + j]
+        )
         store_place(point, j, place)
 
 
@@ -180,7 +184,7 @@ def patch_covers_whole_base(joint_rows: Any, points: Any, upper_count: int, lowe
 
 
 @njit(**INNER)
-def any_lane_uses_point(point: Any, lane_count: int) -> bool:
+def any_stack_uses_contact_point(point: Any, lane_count: int) -> bool:
     """True if a contact point has a stiffness weight above 0 in any of the stacks, now or after the last step."""
     number = 0
     for j in range(whole_vectors(lane_count)):
@@ -189,7 +193,7 @@ def any_lane_uses_point(point: Any, lane_count: int) -> bool:
 
 
 @njit(**INLINE)
-def clip_side(clip: ClippedSide, at_begin: float, at_end: float) -> ClippedSide:
+def clip_side_by_half_plane(clip: ClippedSide, at_begin: float, at_end: float) -> ClippedSide:
     """Clip a part of a face's side by a half plane, given how far both ends of the side lie inside the half plane."""
     crosses = (at_begin < 0.0) != (at_end < 0.0)
     share = at_begin / (at_begin - at_end if crosses else 1.0)
@@ -214,18 +218,18 @@ def reset_clipped_side(point: Any, lane_count: int) -> None:
 
 
 @njit(**APART)
-def clip_upper_side(point: Any, next_corner: Any, side: Any, lane_count: int) -> None:
+def clip_side_of_upper_base(point: Any, next_corner: Any, side: Any, lane_count: int) -> None:
     """Clip a side of the upper stone's base by the line of one side of the lower face, for all stacks in parallel."""
     for j in range(whole_vectors(lane_count)):
         a, b, limit = load_place(point, j), load_place(next_corner, j), load_outline(side, j)
-        store_clip(point, j, clip_side(
+        store_clip(point, j, clip_side_by_half_plane(
             load_clip(point, j), limit.reach - (limit.nx * a.x + limit.ny * a.y),
             limit.reach - (limit.nx * b.x + limit.ny * b.y),
         ))  # fmt: skip
 
 
 @njit(**APART)
-def finish_clipped_upper_side(joint_rows: Any, point: Any, next_corner: Any, lane_count: int) -> None:
+def add_clipped_base_side_length(joint_rows: Any, point: Any, next_corner: Any, lane_count: int) -> None:
     """Compute the length of a side of a stone's base after clipping, and add it to the contact patch's perimeter."""
     for j in range(whole_vectors(lane_count)):
         a, b = load_place(point, j), load_place(next_corner, j)
@@ -235,49 +239,59 @@ def finish_clipped_upper_side(joint_rows: Any, point: Any, next_corner: Any, lan
 
 
 @njit(**INNER)
-def clip_upper_sides(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> None:
+def clip_sides_of_upper_base(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> None:
     """Clip all sides of a stone's base by the face below, and add their lengths to the contact patch's perimeter."""
     for i in range(upper_count):
         point, following = points[i * P : (i + 1) * P], (i + 1) % upper_count
         next_corner = points[following * P : (following + 1) * P]
         reset_clipped_side(point, lane_count)
         for k in range(lower_count):
-            clip_upper_side(point, next_corner, points[(upper_count + k) * P : (upper_count + k + 1) * P], lane_count)
-        finish_clipped_upper_side(joint_rows, point, next_corner, lane_count)
+            clip_side_of_upper_base(
+                point, next_corner, points[(upper_count + k) * P : (upper_count + k + 1) * P], lane_count
+            )
+        add_clipped_base_side_length(joint_rows, point, next_corner, lane_count)
 
 
 @njit(**INLINE)
-def signed_area_inside_side(a: ContactPointPosition, b: ContactPointPosition, x: float, y: float) -> float:
-    """Return twice the area (m²) of triangle a, b, point: positive inside side a–b of an anticlockwise polygon."""
+def twice_signed_triangle_area(a: ContactPointPosition, b: ContactPointPosition, x: float, y: float) -> float:
+    """Return twice the area (m²) of triangle a, b, (x, y): positive if the point is inside side a–b of a polygon.
+
+    The corners of the polygon are in anticlockwise order.
+    """
     return (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x)
 
 
 @njit(**INLINE)
 def normal_slope_of_crossing_sides(lower: FaceCorner, a: ContactPointPosition, b: ContactPointPosition) -> float:
-    """Return the slope (≥ 0), across a side of the lower face, of the normal to that side and to side a–b above."""
+    """Return the slope (≥ 0) of the contact normal where side a–b of the upper base crosses a lower face's side.
+
+    The normal is perpendicular to both sides; the slope is that across the side of the lower face.
+    """
     across = lower.nx * (b.x - a.x) + lower.ny * (b.y - a.y)
     slope = (a.z - b.z) / (across if across != 0.0 else 1.0)
     return slope if (across != 0.0) & (slope > 0.0) else 0.0
 
 
 @njit(**APART)
-def clear_rim_side(side: Any, lane_count: int) -> None:
+def clear_side_overhang(side: Any, lane_count: int) -> None:
     """Clear overhang and slopes of the contact normals of a side of the lower face, for all stacks in parallel."""
     for j in range(whole_vectors(lane_count)):
-        store_rim_side(side, j, RimSide(-1e300, 0.0, 0.0))
+        store_rim_side(side, j, SideOverhang(-1e300, 0.0, 0.0))
 
 
 @njit(**APART)
-def clip_lower_side(side: Any, next_corner: Any, begin: Any, end: Any, lane_count: int) -> None:
+def clip_side_of_lower_face(side: Any, next_corner: Any, begin: Any, end: Any, lane_count: int) -> None:
     """Clip a side of the lower face by one side of the upper stone's base, for all stacks in parallel."""
     for j in range(whole_vectors(lane_count)):
         a, b = load_place(begin, j), load_place(end, j)
         c, d = load_outline(side, j), load_outline(next_corner, j)
         old, rim = load_clip(side, j), load_rim_side(side, j)
-        new = clip_side(old, signed_area_inside_side(a, b, c.x, c.y), signed_area_inside_side(a, b, d.x, d.y))
+        new = clip_side_by_half_plane(
+            old, twice_signed_triangle_area(a, b, c.x, c.y), twice_signed_triangle_area(a, b, d.x, d.y)
+        )
         slope, beyond = normal_slope_of_crossing_sides(c, a, b), (c.nx * a.x + c.ny * a.y) - c.reach
         store_clip(side, j, new)
-        store_rim_side(side, j, RimSide(
+        store_rim_side(side, j, SideOverhang(
             overhang=beyond if beyond > rim.overhang else rim.overhang,
             begin_slope=slope if new.begin > old.begin else rim.begin_slope,
             end_slope=slope if new.end < old.end else rim.end_slope,
@@ -285,7 +299,7 @@ def clip_lower_side(side: Any, next_corner: Any, begin: Any, end: Any, lane_coun
 
 
 @njit(**APART)
-def finish_clipped_lower_side(joint_rows: Any, side: Any, next_corner: Any, lane_count: int) -> None:
+def add_clipped_lower_side_length(joint_rows: Any, side: Any, next_corner: Any, lane_count: int) -> None:
     """Compute the length of a side of the lower face after clipping, and add it to the contact patch's perimeter."""
     for j in range(whole_vectors(lane_count)):
         c, d = load_outline(side, j), load_outline(next_corner, j)
@@ -295,18 +309,20 @@ def finish_clipped_lower_side(joint_rows: Any, side: Any, next_corner: Any, lane
 
 
 @njit(**INNER)
-def clip_lower_sides(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> None:
+def clip_sides_of_lower_face(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> None:
     """Clip all sides of the lower face by the upper stone's base, and add their lengths to the patch's perimeter."""
     for k in range(lower_count):
         following = (k + 1) % lower_count
         side = points[(upper_count + k) * P : (upper_count + k + 1) * P]
         next_corner = points[(upper_count + following) * P : (upper_count + following + 1) * P]
         reset_clipped_side(side, lane_count)
-        clear_rim_side(side, lane_count)
+        clear_side_overhang(side, lane_count)
         for i in range(upper_count):
             n = (i + 1) % upper_count
-            clip_lower_side(side, next_corner, points[i * P : (i + 1) * P], points[n * P : (n + 1) * P], lane_count)
-        finish_clipped_lower_side(joint_rows, side, next_corner, lane_count)
+            clip_side_of_lower_face(
+                side, next_corner, points[i * P : (i + 1) * P], points[n * P : (n + 1) * P], lane_count
+            )
+        add_clipped_lower_side_length(joint_rows, side, next_corner, lane_count)
 
 
 @njit(**INLINE)
@@ -329,12 +345,12 @@ def base_point_above_lower_face(frame: JointRelativeMotion, x: float, y: float, 
 
 
 @njit(**APART)
-def place_lower_points(
+def place_contact_points_of_lower_side(
     joint_rows: Any, side: Any, next_corner: Any, previous_side: Any, start: Any, end: Any, lane_count: int
 ) -> None:
-    """Store positions and shares of stiffness of the three possible contact points of one corner of a lower face.
+    """Store positions and shares of stiffness of the three possible contact points of one side of a lower face.
 
-    They are the corner itself and both ends of the side that starts at the corner, after clipping to the upper face.
+    They are the corner at which the side starts and both ends of the side after clipping to the upper face.
     """
     for j in range(whole_vectors(lane_count)):
         frame, c, d = load_frame(joint_rows, j), load_outline(side, j), load_outline(next_corner, j)
@@ -354,10 +370,13 @@ def place_lower_points(
 
 
 @njit(**APART)
-def place_upper_points(
+def place_contact_points_of_base_side(
     joint_rows: Any, point: Any, next_corner: Any, previous_side: Any, start: Any, end: Any, lane_count: int
 ) -> None:
-    """Store both ends of a clipped side of a stone's base, and the stiffness weight of the side's first corner."""
+    """Store the contact points at both ends of a clipped side of a stone's base, and the weight of its first corner.
+
+    A weight is a share of the contact stiffness.
+    """
     for j in range(whole_vectors(lane_count)):
         frame, a, b = load_frame(joint_rows, j), load_place(point, j), load_place(next_corner, j)
         own, previous = load_clip(point, j), load_clip(previous_side, j)
@@ -377,14 +396,14 @@ def place_points_of_partial_patch(
     corners, crossings = upper_count + lower_count, 2 * (upper_count + lower_count)
     for k in range(lower_count):
         following, before = (k + 1) % lower_count, (k + lower_count - 1) % lower_count
-        place_lower_points(
+        place_contact_points_of_lower_side(
             joint_rows, point_window(points, upper_count + k), point_window(points, upper_count + following),
             point_window(points, upper_count + before), point_window(points, corners + upper_count + k),
             point_window(points, crossings + upper_count + k), lane_count,
         )  # fmt: skip
     for i in range(upper_count):
         following, before = (i + 1) % upper_count, (i + upper_count - 1) % upper_count
-        place_upper_points(
+        place_contact_points_of_base_side(
             joint_rows, point_window(points, i), point_window(points, following), point_window(points, before),
             point_window(points, corners + i), point_window(points, crossings + i), lane_count,
         )  # fmt: skip

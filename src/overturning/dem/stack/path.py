@@ -101,7 +101,7 @@ class StackTrajectory:
 def trajectory_with_aftermath(
     rows: FloatArray, has_fallen: NDArray[np.bool_], sampling_interval: float, aftermath: float
 ) -> FloatArray:
-    """Return a trajectory with rows for `aftermath` seconds after its end, all as the last row but for the time.
+    """Return a trajectory with rows for `aftermath` seconds after its end, all equal to the last row but for the time.
 
     The rows have steps of `sampling_interval`, s; none are added if no stone has fallen at the end of the case
     (`has_fallen`, shape (stones,)). In these rows fallen stones are marked as not simulated.

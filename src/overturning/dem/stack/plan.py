@@ -11,8 +11,8 @@ from overturning.arrays import FloatArray
 from overturning.dem.body.plan import (
     SimulationPlan3D,
     base_accelerations_by_orientation,
-    quiet_windows_in_any_direction,
     steps_per_sample_and_clock_settings,
+    strong_motion_ranges_in_any_direction,
 )
 from overturning.dem.kernel.clock import STACK
 from overturning.dem.limits import MAX_PENETRATION, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
@@ -86,7 +86,7 @@ class StackSimulationPlan(SimulationPlan3D):
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
     ) -> StackKernelInput:
         """Return the stack kernel's input for cases with equal steps per sample, steps divided by `step_divisor`."""
-        queued = self.queued_kernel_input_fields(case_numbers, result_tables, step_divisor, COLUMNS)
+        queued = self.kernel_input_fields_3d(case_numbers, result_tables, step_divisor, COLUMNS)
         return StackKernelInput(
             **queued, each=result_tables["each"], friction=self.friction[case_numbers], stones=self.stones,
             joints=self.joints, corners=self.corners, outlines=self.outlines,
@@ -169,16 +169,16 @@ def _check_stack_arguments(cases: Cases, numerics: NumericalOptions) -> None:
         raise ArgumentError(f"aspect: {np.unique(cases.aspect).tolist()}; a stack has the depths of its scene")
 
 
-def _rest_shares(
+def _rest_to_motion_onset_ratios(
     stacks: list[list[StackStone]],
     joints: list[JointTable],
     stack_indices: NDArray[np.int64],
     damping_factor: FloatArray,
     sampling_interval: float,
 ) -> FloatArray:
-    """Return the share of the acceleration of motion onset up to which a stack at rest stays at rest, for each case.
+    """Return, for each case, the share of the onset acceleration of motion up to which a stack at rest stays at rest.
 
-    The joint with the shortest delay (dashpot over spring) damps least.
+    The joint (contact of two stones) with the shortest delay (dashpot over spring) damps least.
     """
     slowest = np.array([
         lowest_eigenvalue(stiffness_matrix(stones, table, unit_mass_factors(stones)))
@@ -213,7 +213,10 @@ def plan_stack_simulation(
     period = np.sqrt(np.sqrt(foot**2 + reach**2) / (0.75 * STANDARD_GRAVITY)).min(axis=1)
     # The slowest rocking is that of all stones above a joint.
     slowest_period = np.array([
-        np.sqrt(np.sqrt(table.reach**2 + table.height**2) / (0.75 * STANDARD_GRAVITY)).max() for table in joints
+        np.sqrt(
+            np.sqrt(table.nearest_side_distance**2 + table.mass_centre_height**2) / (0.75 * STANDARD_GRAVITY)
+        ).max()
+        for table in joints
     ])  # fmt: skip
     interval, samples = motion.sampling_interval, motion.sample_count
     rate = (square * delay)[which] * np.asarray(cases.damping_factor)
@@ -225,19 +228,19 @@ def plan_stack_simulation(
     pace["settled"] = np.where(pace["finest"] < LONGEST_FINEST_STEP, pace["dwell"], pace["settled"])
     rest_share = np.zeros(cases.case_count)
     if numerics.leave_out:
-        rest_share = _rest_shares(stacks, joints, which, np.asarray(cases.damping_factor), interval)
+        rest_share = _rest_to_motion_onset_ratios(stacks, joints, which, np.asarray(cases.damping_factor), interval)
     amplitude = np.asarray(cases.amplitude)
     row, cosines, along = base_accelerations_by_orientation(motion, cases)
     threshold = np.zeros(cases.case_count)
     for index, table in enumerate(joints):
         of_stack = which == index
         threshold[of_stack] = motion_onset_acceleration(table, friction[of_stack])
-    first, calm, at_rest = quiet_windows_in_any_direction(motion, amplitude, threshold, numerics.leave_out)
+    first, calm, at_rest = strong_motion_ranges_in_any_direction(motion, amplitude, threshold, numerics.leave_out)
     weight = tables["mass"].sum(axis=1) * STANDARD_GRAVITY
     barrier = np.array([
         min(
             patch.mass * STANDARD_GRAVITY * (math.sqrt(r**2 + patch.height**2) - patch.height)
-            for r, patch in zip(table.reach, table.patches, strict=True)
+            for r, patch in zip(table.nearest_side_distance, table.patches, strict=True)
         )
         for table in joints
     ])  # fmt: skip
@@ -247,7 +250,7 @@ def plan_stack_simulation(
         "stack": which, "amplitude": amplitude, "damping_factor": cases.damping_factor,
         "deepest": (MAX_PENETRATION * np.minimum(reach, foot).min(axis=1))[which],
         "steady": REST_THRESHOLD_FACTOR * threshold, "still": (1e-9 * weight * reach.min(axis=1))[which],
-        "reach": np.array([table.reach.min() for table in joints])[which],
+        "reach": np.array([table.nearest_side_distance.min() for table in joints])[which],
         "rest_share": rest_share, "rest_bound": rest_share * friction.min(axis=1),
         "first": first, "calm": calm, "barrier": barrier[which], "spring_energy": springs[which],
         "after": samples + np.ceil(MAX_TIME_AFTER_RECORD * slowest_period[which] / interval), **pace,

@@ -4,7 +4,7 @@ from typing import Any, Final
 
 from numba import njit
 
-from overturning.dem.body.state import IN_THE_AIR, rotate_over_step
+from overturning.dem.body.state import IN_THE_AIR, rotate_body_over_step
 from overturning.dem.body.vectors import (
     SymmetricMatrix,
     Vector3,
@@ -57,9 +57,9 @@ from overturning.dem.stack.access import (
 )
 from overturning.dem.stack.joint import (
     joint_equation_terms,
-    joint_sum_terms_of_point,
+    normal_force_sum_terms_of_point,
     predict_friction,
-    predicted_force_per_weight_and_contact,
+    predicted_point_force_and_contact,
 )
 from overturning.dem.stack.joint_state import (
     JointLandingTimes,
@@ -103,14 +103,14 @@ FINE: Final = STACK.fine
 
 
 @njit(**INLINE)
-def predict_stone(inverse: SymmetricMatrix, state: StoneState, step_length: float) -> PredictedStone:
+def predict_stone_at_step_end(inverse: SymmetricMatrix, state: StoneState, step_length: float) -> PredictedStone:
     """Predict pose and velocities of a stone at the end of a step, with constant force and moment."""
     half = 0.5 * step_length
     v, momentum = (
         extrapolate_vector(state.velocity, half, state.acceleration),
         extrapolate_vector(state.momentum, half, state.moment),
     )
-    turn, spin = rotate_over_step(inverse, state.turn, momentum, state.moment, step_length)
+    turn, spin = rotate_body_over_step(inverse, state.turn, momentum, state.moment, step_length)
     return PredictedStone(
         place=extrapolate_vector(state.place, step_length, v), turn=turn, velocity=v, momentum=momentum,
         end=extrapolate_vector(v, half, state.acceleration), spin=spin,
@@ -139,7 +139,7 @@ def predict_stones(case_rows: Any, rows: Any, lane_count: int) -> None:
     """Predict one stone of each stack at the end of the step, and set up the stone's equations of motion."""
     for j in range(whole_vectors(lane_count)):
         constants, state, half = load_constants(rows, j), load_stone(rows, j), load_time(case_rows, j).half
-        predicted = predict_stone(constants.inverse, state, 2.0 * half)
+        predicted = predict_stone_at_step_end(constants.inverse, state, 2.0 * half)
         axes = rotation_matrix(predicted.turn)
         store_predicted(rows, j, predicted)
         store_axes(rows, j, axes)
@@ -164,7 +164,7 @@ def clear_joint_sums(joint_rows: Any, lane_count: int) -> None:
 
 
 @njit(**APART)
-def add_point_to_joint_landing(joint_rows: Any, point: Any, lane_count: int) -> None:
+def include_point_in_landing_times(joint_rows: Any, point: Any, lane_count: int) -> None:
     """Include one contact point in the landing times of two stones, for all stacks in parallel."""
     for j in range(whole_vectors(lane_count)):
         store_landing(
@@ -182,10 +182,10 @@ def predict_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
         landing, old, half = load_landing(joint_rows, j), load_point(point, j), load_time(case_rows, j).half
         waits = point_contact_is_deferred(joint, landing, place, old, frame.inside)
         fine = load_attempt(case_rows, j).length <= FINE * load_clock(case_rows, j).finest
-        pressure, on = predicted_force_per_weight_and_contact(
+        pressure, on = predicted_point_force_and_contact(
             joint, frame, place, old, (fine, joint_lands_flat(landing), waits)
         )
-        terms = joint_sum_terms_of_point(joint, half, place, pressure, on)
+        terms = normal_force_sum_terms_of_point(joint, half, place, pressure, on)
         store_normal(joint_rows, j, add_normal(load_normal(joint_rows, j), terms))
 
 
@@ -243,5 +243,7 @@ def compute_upper_stone_velocity_changes(upper_rows: Any, lower_rows: Any, lane_
     """Compute the velocity correction of an upper stone from that of the stone below, for all stacks in parallel."""
     for j in range(whole_vectors(lane_count)):
         solution, below = load_elimination(upper_rows, j), load_change(lower_rows, j)
-        e = wrench_plus(solution.alone, matrix_6x6_times_wrench(solution.below, Wrench(below.velocity, below.spin)))
+        e = wrench_plus(
+            solution.fixed_part, matrix_6x6_times_wrench(solution.factor_below, Wrench(below.velocity, below.spin))
+        )
         store_change(upper_rows, j, StoneVelocityChange(e.force, e.moment))

@@ -44,8 +44,8 @@ LEAST_WIDTH: Final = 1e-3
 """Least width of a contact patch, as a share of its length, whose points give a plane of pressure."""
 
 
-class CarriedPart(NamedTuple):
-    """Part of a stack above a joint: its mass (kg), and its mass times the position of its centre (kg m)."""
+class StonesAboveJoint(NamedTuple):
+    """Stones above a joint (contact of two stones): their mass (kg), and mass times position of their centre (kg m)."""
 
     mass: float
     x: float
@@ -54,7 +54,7 @@ class CarriedPart(NamedTuple):
 
 
 class WeightMoments(NamedTuple):
-    """Sums over the points of a joint: their weight, and its first (m) and second moments (m²)."""
+    """Sums over the contact points of two stones: weight (share of stiffness), its first and second moments."""
 
     weight: float
     x: float
@@ -65,7 +65,7 @@ class WeightMoments(NamedTuple):
 
 
 @njit(**INNER)
-def mark_possibly_resting_lanes(state: Any, stone_count: int, active_lane_count: int) -> int:
+def mark_possibly_resting_stacks(state: Any, stone_count: int, active_lane_count: int) -> int:
     """Mark and count, by a quick test, the stacks that may be at rest (`StackRestState.at_rest` = 1)."""
     number = 0
     for j in range(active_lane_count):
@@ -108,8 +108,8 @@ def all_contact_points_carry_load(state: Any, lane: int, stone_count: int, corne
 
 
 @njit(**INNER)
-def moments_of_weights(points: Any, lane: int) -> WeightMoments:
-    """Return the sum of the weights of a joint's points, and the moments of these weights."""
+def contact_weight_moments(points: Any, lane: int) -> WeightMoments:
+    """Return the sum of the weights (shares of stiffness) of two stones' contact points, and its moments."""
     total = WeightMoments(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for i in range(points.size // P):
         rows = points[i * P : (i + 1) * P]
@@ -123,12 +123,12 @@ def moments_of_weights(points: Any, lane: int) -> WeightMoments:
 
 @njit(**INNER)
 def unloading_acceleration(points: Any, lane: int, centre: Vector3) -> float:
-    """Return the base acceleration over g, in the most unfavourable direction, that unloads a point of a joint.
+    """Return the base acceleration over g, in the worst direction, that unloads a contact point of two stones.
 
     `centre` is the centre of mass of the stones above, in the frame of the lower face, m. The pressure is a linear
-    function of the position in the patch. The result is 0 for a patch without width, or if a point carries no load.
+    function of the position in the contact. The result is 0 for a contact without width, or if a point carries no load.
     """
-    total = moments_of_weights(points, lane)
+    total = contact_weight_moments(points, lane)
     if not total.weight > 0.0:
         return 0.0
     x, y = total.x / total.weight, total.y / total.weight
@@ -153,20 +153,20 @@ def unloading_acceleration(points: Any, lane: int, centre: Vector3) -> float:
 
 @njit(**INNER)
 def motion_onset_of_present_stack(state: Any, lane: int, stone_count: int, corner_limit: int) -> float:
-    """Return the base acceleration over g at which a joint of a stack at rest slides, or a point loses its load.
+    """Return the base acceleration over g at which a contact of a stack at rest slides, or a contact point unloads.
 
-    It follows from the stack as it stands: stones may have slid before, or fallen. The result is 0 if a joint is open
+    It follows from the stack as it stands: stones may have slid before, or fallen. The result is 0 if a contact is open
     or slides.
     """
     first, size = CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
-    onset, above = np.inf, CarriedPart(0.0, 0.0, 0.0, 0.0)
+    onset, above = np.inf, StonesAboveJoint(0.0, 0.0, 0.0, 0.0)
     for k in range(stone_count):
         s = stone_count - 1 - k
         rows = of_stone(state, s)
         if not load_outcome(rows, lane).present > 0.0:
             continue
         mass, place = load_constants(rows, lane).mass, load_stone(rows, lane).place
-        above = CarriedPart(
+        above = StonesAboveJoint(
             above.mass + mass, above.x + mass * place.x, above.y + mass * place.y, above.z + mass * place.z
         )
         joint = state[first + s * size : first + (s + 1) * size]
@@ -220,9 +220,9 @@ def stones_are_still(state: Any, lane: int, stone_count: int, rest_limit: float)
 
 @njit(**INNER)
 def sliding_time_of_upright_stack(state: Any, lane: int, stone_count: int, corner_limit: int) -> float:
-    """Return the time (s) until friction has stopped all sliding joints of an upright stack.
+    """Return the time (s) until friction has stopped all sliding contacts of the stones of an upright stack.
 
-    The result is 0 if a stone leans, or if no joint would slide farther than `STILL_TO_SLIDE` before it stops.
+    The result is 0 if a stone leans, or if no contact would slide farther than `STILL_TO_SLIDE` before it stops.
     """
     longest, first, size = 0.0, CASE_SIZE + stone_count * STONE_SIZE, joint_state_size(corner_limit)
     for s in range(stone_count):

@@ -39,10 +39,10 @@ from overturning.dem.stack.access import (
     store_rim,
 )
 from overturning.dem.stack.joint_state import (
+    ContactNormalSums,
     ContactPointPosition,
     JointPose,
     JointRelativeMotion,
-    RimLoad,
 )
 from overturning.dem.stack.patch import point_window, relative_motion_in_contact_frame
 
@@ -61,53 +61,67 @@ def inclination_of_base(frame: JointRelativeMotion) -> tuple[float, float]:
 
 
 @njit(**INLINE)
-def share_of_overhang(overhang: float, reach: float) -> float:
-    """Return how far a side's normal counts, 0 to 1: in full from an overhang of `FULL_OVERHANG` times its distance."""
+def rim_normal_weight(overhang: float, reach: float) -> float:
+    """Return the weight, 0 to 1, with which the normal at a side of the lower face's rim counts in the contact normal.
+
+    It is proportional to the overhang of the upper base, and 1 from an overhang of `FULL_OVERHANG` times the distance
+    `reach` of the side from the centre.
+    """
     share = overhang / (FULL_OVERHANG * reach)
     share = share if share > 0.0 else 0.0
     return share if share < 1.0 else 1.0
 
 
 @njit(**INLINE)
-def rim_load_with_point(rim: RimLoad, place: ContactPointPosition, slope: tuple[float, float]) -> RimLoad:
+def contact_normal_sums_with_point(
+    rim: ContactNormalSums, place: ContactPointPosition, slope: tuple[float, float]
+) -> ContactNormalSums:
     """Return the sums for the normal of contact with one more contact point, whose normal has the slope `slope`."""
     load = place.weight * (-place.z if place.z < 0.0 else 0.0)
-    return RimLoad(
+    return ContactNormalSums(
         rim.load + load, rim.x + load * place.x, rim.y + load * place.y, rim.slope_x + load * slope[0],
         rim.slope_y + load * slope[1],
     )  # fmt: skip
 
 
 @njit(**APART)
-def clear_rim_loads(joint_rows: Any, lane_count: int) -> None:
+def clear_contact_normal_sums(joint_rows: Any, lane_count: int) -> None:
     """Clear the sums from which the normal of contact of two stones follows, for all stacks in parallel."""
     for j in range(whole_vectors(lane_count)):
-        store_rim(joint_rows, j, RimLoad(0.0, 0.0, 0.0, 0.0, 0.0))
+        store_rim(joint_rows, j, ContactNormalSums(0.0, 0.0, 0.0, 0.0, 0.0))
 
 
 @njit(**APART)
-def add_base_corner_load(joint_rows: Any, point: Any, lane_count: int) -> None:
+def add_base_corner_to_normal_sums(joint_rows: Any, point: Any, lane_count: int) -> None:
     """Add one corner of the upper stone's base to the sums for the normal of contact, for all stacks in parallel."""
     for j in range(whole_vectors(lane_count)):
-        store_rim(joint_rows, j, rim_load_with_point(load_rim(joint_rows, j), load_place(point, j), (0.0, 0.0)))
+        store_rim(
+            joint_rows, j, contact_normal_sums_with_point(load_rim(joint_rows, j), load_place(point, j), (0.0, 0.0))
+        )
 
 
 @njit(**APART)
-def add_rim_point_loads(joint_rows: Any, side: Any, previous_side: Any, start: Any, end: Any, lane_count: int) -> None:
+def add_rim_points_to_normal_sums(
+    joint_rows: Any, side: Any, previous_side: Any, start: Any, end: Any, lane_count: int
+) -> None:
     """Add a corner of the lower face and both ends of its side to the sums for the normal of contact."""
     for j in range(whole_vectors(lane_count)):
         own, previous = load_outline(side, j), load_outline(previous_side, j)
         slope_x, slope_y = inclination_of_base(load_frame(joint_rows, j))
         rim, other = load_rim_side(side, j), load_rim_side(previous_side, j)
-        full, corner = share_of_overhang(rim.overhang, own.reach), share_of_overhang(other.overhang, previous.reach)
+        full, corner = rim_normal_weight(rim.overhang, own.reach), rim_normal_weight(other.overhang, previous.reach)
         corner = full if full < corner else corner
         # Sides that cross at a small angle would have a horizontal normal.
         most = math.sqrt(slope_x * slope_x + slope_y * slope_y)
         begin = full * (rim.begin_slope if rim.begin_slope < most else most)
         last = full * (rim.end_slope if rim.end_slope < most else most)
-        loads = rim_load_with_point(load_rim(joint_rows, j), load_place(side, j), (corner * slope_x, corner * slope_y))
-        loads = rim_load_with_point(loads, load_place(start, j), (begin * own.nx, begin * own.ny))
-        store_rim(joint_rows, j, rim_load_with_point(loads, load_place(end, j), (last * own.nx, last * own.ny)))
+        loads = contact_normal_sums_with_point(
+            load_rim(joint_rows, j), load_place(side, j), (corner * slope_x, corner * slope_y)
+        )
+        loads = contact_normal_sums_with_point(loads, load_place(start, j), (begin * own.nx, begin * own.ny))
+        store_rim(
+            joint_rows, j, contact_normal_sums_with_point(loads, load_place(end, j), (last * own.nx, last * own.ny))
+        )
 
 
 @njit(**INLINE)
@@ -121,8 +135,8 @@ def rotation_to_normal(normal: Vector3) -> Matrix3:
 
 
 @njit(**INLINE)
-def pose_with_mean_normal(rim: RimLoad) -> JointPose:
-    """Return axes and origin of the frame of contact of two stones, with the mean normal, in the lower face's frame.
+def contact_frame_with_mean_normal(rim: ContactNormalSums) -> JointPose:
+    """Return axes and origin of the coordinate frame of a contact, with the mean normal, in the lower face's frame.
 
     The origin is the foot, from the centre of the lower face, on the plane through the mean position of the loads that
     is normal to the force.
@@ -136,19 +150,19 @@ def pose_with_mean_normal(rim: RimLoad) -> JointPose:
 
 
 @njit(**APART)
-def turn_contact_point(joint_rows: Any, point: Any, lane_count: int) -> None:
-    """Express one contact point in the turned frame of its contact: position in the plane, and distance along z."""
+def rotate_point_to_mean_normal(joint_rows: Any, point: Any, lane_count: int) -> None:
+    """Express one contact point in the frame rotated to the mean normal: position in the plane, distance along z."""
     for j in range(whole_vectors(lane_count)):
-        pose, place = pose_with_mean_normal(load_rim(joint_rows, j)), load_place(point, j)
+        pose, place = contact_frame_with_mean_normal(load_rim(joint_rows, j)), load_place(point, j)
         turned = matrix_times_vector(transpose(pose.axes), minus(Vector3(place.x, place.y, 0.0), pose.origin))
         store_place(point, j, ContactPointPosition(turned.x, turned.y, pose.axes.zz * place.z, place.weight))
 
 
 @njit(**APART)
-def turn_joint_frame(upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
-    """Turn the frame of contact of two stones to the mean normal, and express their relative motion in that frame."""
+def rotate_contact_frame_to_mean_normal(upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
+    """Rotate the coordinate frame of two stones' contact to the mean normal; express their relative motion in it."""
     for j in range(whole_vectors(lane_count)):
-        turn, pose = pose_with_mean_normal(load_rim(joint_rows, j)), load_joint_pose(joint_rows, j)
+        turn, pose = contact_frame_with_mean_normal(load_rim(joint_rows, j)), load_joint_pose(joint_rows, j)
         old = load_frame(joint_rows, j)
         axes = matrix_product(pose.axes, turn.axes)
         origin = plus(pose.origin, matrix_times_vector(pose.axes, turn.origin))
@@ -160,7 +174,7 @@ def turn_joint_frame(upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_cou
 
 
 @njit(**APART)
-def keep_normal_beyond_critical_lean(upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
+def keep_lower_normal_beyond_critical_lean(upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Keep the normal of the lower face where a stone leans beyond the critical angle of its base, for all stacks.
 
     Such a stone has fallen as soon as a corner of its base is below the rim (`stone_hangs_over_rim`).
@@ -168,25 +182,28 @@ def keep_normal_beyond_critical_lean(upper_rows: Any, joint_rows: Any, lane_coun
     for j in range(whole_vectors(lane_count)):
         rim, axes = load_rim(joint_rows, j), load_axes(upper_rows, j)
         upright = lean_as_squared_sine(axes) < load_constants(upper_rows, j).base_critical
-        store_rim(joint_rows, j, RimLoad(
+        store_rim(joint_rows, j, ContactNormalSums(
             rim.load, rim.x, rim.y, rim.slope_x if upright else 0.0, rim.slope_y if upright else 0.0
         ))  # fmt: skip
 
 
 @njit(**INNER)
-def sum_rim_loads(
+def sum_contact_normals(
     upper_rows: Any, joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int
 ) -> None:
-    """Sum loads, positions and normals of the points of a partial patch, from which the normal of contact follows."""
+    """Sum loads, positions and normals of two stones' contact points, from which their mean normal of contact follows.
+
+    Only a part of the base rests on the face below.
+    """
     corners, crossings = upper_count + lower_count, 2 * (upper_count + lower_count)
-    clear_rim_loads(joint_rows, lane_count)
+    clear_contact_normal_sums(joint_rows, lane_count)
     for i in range(upper_count):
-        add_base_corner_load(joint_rows, point_window(points, i), lane_count)
+        add_base_corner_to_normal_sums(joint_rows, point_window(points, i), lane_count)
     for k in range(lower_count):
-        add_rim_point_loads(
+        add_rim_points_to_normal_sums(
             joint_rows, point_window(points, upper_count + k),
             point_window(points, upper_count + (k + lower_count - 1) % lower_count),
             point_window(points, corners + upper_count + k), point_window(points, crossings + upper_count + k),
             lane_count,
         )  # fmt: skip
-    keep_normal_beyond_critical_lean(upper_rows, joint_rows, lane_count)
+    keep_lower_normal_beyond_critical_lean(upper_rows, joint_rows, lane_count)

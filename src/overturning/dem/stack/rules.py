@@ -7,7 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.body.state import LoadedSampleNumber, base_motion_over_sample, lean_as_squared_sine
+from overturning.dem.body.state import LoadedSampleNumber, inertial_acceleration_over_sample, lean_as_squared_sine
 from overturning.dem.body.vectors import (
     Quaternion,
     SymmetricMatrix,
@@ -23,7 +23,7 @@ from overturning.dem.kernel.ground import (
     is_rest_check_sample,
     upcoming_motion_is_below_rest_limit,
 )
-from overturning.dem.kernel.lanes import INNER, aligned_zeros, whole_vectors
+from overturning.dem.kernel.lanes import INNER, cache_line_aligned_zeros, whole_vectors
 from overturning.dem.kernel.queue import QueueSettings, extend_trajectory, register_model_functions
 from overturning.dem.stack.access import (
     load_course,
@@ -49,7 +49,7 @@ from overturning.dem.stack.access import (
 from overturning.dem.stack.ending import (
     first_fallen_stone,
     record_stack_motion,
-    stack_status,
+    stack_case_status,
     sum_of_stone_state_components,
     write_stack_results,
 )
@@ -61,7 +61,7 @@ from overturning.dem.stack.joint_state import (
     JointHistory,
     TangentialVector,
 )
-from overturning.dem.stack.rest import AT_REST, mark_possibly_resting_lanes, stack_rest_limit
+from overturning.dem.stack.rest import AT_REST, mark_possibly_resting_stacks, stack_rest_limit
 from overturning.dem.stack.state import (
     CASE,
     COLUMNS,
@@ -120,13 +120,13 @@ def allocate_workspace(kernel_input: Any) -> Any:
     """Allocate the state arrays of the stacks that are simulated in parallel, one column (lane) each."""
     stones, corners = kernel_input.outlines.shape[1], kernel_input.outlines.shape[3]
     size = CASE_SIZE + stones * (STONE_SIZE + joint_state_size(corners))
-    return StackWorkspace(aligned_zeros(size), np.zeros((stones, 1 + 6 * corners), np.int64))
+    return StackWorkspace(cache_line_aligned_zeros(size), np.zeros((stones, 1 + 6 * corners), np.int64))
 
 
 def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
     """Load the initial state of case number `case`, a stack at rest, into column `lane` of the state array."""
     given, settings = kernel_input.cases[case], kernel_input.settings
-    initialise_lane(
+    write_initial_stack_state(
         workspace.state, lane, given, (kernel_input.stones[given.stack], kernel_input.joints[given.stack]),
         kernel_input.friction[case], kernel_input.outlines[given.stack], kernel_input.corners,
         (settings.interval, settings.ticks),
@@ -134,7 +134,7 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
 
 
 @njit(**INNER)
-def initialise_lane(
+def write_initial_stack_state(
     state: Any, lane: int, case: Any, stones_and_joints: tuple[Any, Any], friction: Any, outlines: Any, corners: Any,
     sample: tuple[float, float],
 ) -> None:  # fmt: skip
@@ -153,9 +153,9 @@ def initialise_lane(
     store_rest(state, lane, StackRestState(case.rest_share, case.rest_bound, 0.0))
     store_attempt(state, lane, StepAttempt(case.finest, case.dwell, 0.0))
     for s in range(stones.size):
-        initialise_stone(of_stone(state, s), lane, stones[s])
+        write_initial_stone_state(of_stone(state, s), lane, stones[s])
         at = first + s * size
-        initialise_joint(
+        write_initial_joint_state(
             state[at : at + size], lane, joints[s], friction[s], case.damping_factor, stones[s].foot, stones[s].reach
         )
         for i in range(corners[s]):
@@ -174,7 +174,7 @@ def initialise_lane(
 
 
 @njit(**INNER)
-def initialise_stone(rows: Any, lane: int, constants: Any) -> None:
+def write_initial_stone_state(rows: Any, lane: int, constants: Any) -> None:
     """Write the constants and the initial state of a stone into column `lane` of its rows of the state array."""
     store_constants(rows, lane, StoneConstants(
         inverse=SymmetricMatrix(
@@ -195,7 +195,7 @@ def initialise_stone(rows: Any, lane: int, constants: Any) -> None:
 
 
 @njit(**INNER)
-def initialise_joint(
+def write_initial_joint_state(
     rows: Any,
     lane: int,
     constants: Any,
@@ -219,7 +219,7 @@ def initialise_joint(
 
 def load_motion_of_next_sample(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
     """Load the base motion of the next sample for each stack, and rescale all quaternions to length 1."""
-    load_next_sample_into_lanes(
+    load_base_motion_of_sample(
         workspace.state,
         kernel_input.corners.size,
         lane_count,
@@ -231,7 +231,7 @@ def load_motion_of_next_sample(kernel_input: Any, workspace: Any, lane_cases: An
 
 
 @njit(**INNER)
-def load_next_sample_into_lanes(
+def load_base_motion_of_sample(
     state: Any,
     stone_count: int,
     lane_count: int,
@@ -262,7 +262,7 @@ def load_next_sample_into_lanes(
         state[LOADED + j] = course.sample + 1.0
         i = min(int(course.sample), last)
         horizontal = along[motion_rows[lane_cases[j]]]
-        store_shaking(state, j, base_motion_over_sample(horizontal, up, i, course.amplitude, scale))
+        store_shaking(state, j, inertial_acceleration_over_sample(horizontal, up, i, course.amplitude, scale))
 
 
 def advance_one_sample(
@@ -289,11 +289,9 @@ def advance_one_sample(
     return trajectory, recorded_row_count
 
 
-def mark_lanes_that_may_have_ended(
-    kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any
-) -> int:
+def mark_possibly_ended_cases(kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any) -> int:
     """Mark and count the stacks whose case may have ended or in which a stone may have fallen."""
-    return mark_possibly_ended_lanes(
+    return mark_possibly_ended_stack_cases(
         workspace.state,
         kernel_input.corners.size,
         kernel_input.outlines.shape[3],
@@ -305,7 +303,7 @@ def mark_lanes_that_may_have_ended(
 
 
 @njit(**INNER)
-def mark_possibly_ended_lanes(
+def mark_possibly_ended_stack_cases(
     state: Any,
     stone_count: int,
     corner_limit: int,
@@ -334,7 +332,7 @@ def skip_quiet_samples(
     """Skip, for each stack at rest, the samples whose base motion is too weak to move the stack."""
     settings, state, ground, row = kernel_input.settings, workspace.state, kernel_input.ground, kernel_input.row
     stones, corners = kernel_input.corners.size, kernel_input.outlines.shape[3]
-    if mark_possibly_resting_lanes(state, stones, active_lane_count) == 0:
+    if mark_possibly_resting_stacks(state, stones, active_lane_count) == 0:
         return
     for j in range(active_lane_count):
         course, bound = load_course(state, j), load_rest(state, j).bound
@@ -352,16 +350,16 @@ def skip_quiet_samples(
             skipped_sample_counts_out[j] += samples
 
 
-def status_if_case_in_lane_ended(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
+def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
     """Stop simulating fallen stones; return the `CaseStatus` of the case in column `lane`; `GOES_ON`: not ended."""
     stones, corners = kernel_input.corners.size, kernel_input.outlines.shape[3]
-    return stack_status(
+    return stack_case_status(
         workspace.state, lane, stones, corners, kernel_input.settings.ticks, float(kernel_input.settings.samples),
         kernel_input.stones[kernel_input.cases[case].stack],
     )  # fmt: skip
 
 
-def write_lane_results(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:
+def write_results_of_ended_case(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:
     """Write the results of case number `case`, stored in column `lane`, into the tables of results."""
     stones, corners = kernel_input.corners.size, kernel_input.outlines.shape[3]
     write_stack_results(
@@ -372,5 +370,5 @@ def write_lane_results(kernel_input: Any, workspace: Any, lane: int, case: int, 
 
 register_model_functions(
     StackKernelInput, allocate_workspace, start_case, load_motion_of_next_sample, advance_one_sample,
-    mark_lanes_that_may_have_ended, skip_quiet_samples, status_if_case_in_lane_ended, write_lane_results,
+    mark_possibly_ended_cases, skip_quiet_samples, current_case_status, write_results_of_ended_case,
 )  # fmt: skip

@@ -75,7 +75,8 @@ def shift_matrix_to_centres(
 ) -> ForceVelocityBlocks:
     """Return a contact's matrix from the velocity of one stone to the force on another, about both stones' centres.
 
-    The arms lead from the centres to the origin of the joint: of the stone on which it acts, and of the one that moves.
+    `row_arm` leads from the centre of the stone on which the force acts to the origin of the contact, `column_arm` from
+    the centre of the stone that moves.
     """
     fw = matrix_minus(joint_matrix.fw, matrix_times_cross_matrix(joint_matrix.fv, column_arm))
     return ForceVelocityBlocks(
@@ -179,7 +180,7 @@ def eliminate_stone(
 ) -> tuple[EliminatedStone, DiagonalBlockAndRightSide]:
     """Eliminate a stone from a stack's equations; return its solution, and the reduced equations of the stone below.
 
-    `diagonal` and `lower` do not contain the joint between the two stones yet.
+    `diagonal` and `lower` do not contain the contact of the two stones yet.
     """
     joint_matrix, wrench = joint.blocks, scale_wrench(half_step, joint.wrench)
     own = sum_of_6x6_matrices(diagonal.blocks, shift_matrix_to_centres(joint_matrix, upper_arm, upper_arm))
@@ -188,16 +189,19 @@ def eliminate_stone(
         shift_matrix_to_centres(joint_matrix, lower_arm, upper_arm),
     )
     inverse = inverse_of_6x6_matrix(own)
-    below = product_of_6x6_matrices(inverse, coupling)
-    alone = matrix_6x6_times_wrench(inverse, wrench_plus(diagonal.right, shift_wrench_to_centre(wrench, upper_arm)))
-    # e = alone + below · e_below: the coupling has a minus sign.
-    return EliminatedStone(below, alone), DiagonalBlockAndRightSide(
+    factor_below = product_of_6x6_matrices(inverse, coupling)
+    fixed_part = matrix_6x6_times_wrench(
+        inverse, wrench_plus(diagonal.right, shift_wrench_to_centre(wrench, upper_arm))
+    )
+    # e = fixed part + factor · e_below: the coupling has a minus sign.
+    return EliminatedStone(factor_below, fixed_part), DiagonalBlockAndRightSide(
         difference_of_6x6_matrices(
             sum_of_6x6_matrices(lower.blocks, shift_matrix_to_centres(joint_matrix, lower_arm, lower_arm)),
-            product_of_6x6_matrices(back, below),
+            product_of_6x6_matrices(back, factor_below),
         ),
         wrench_plus(
-            wrench_minus(lower.right, shift_wrench_to_centre(wrench, lower_arm)), matrix_6x6_times_wrench(back, alone)
+            wrench_minus(lower.right, shift_wrench_to_centre(wrench, lower_arm)),
+            matrix_6x6_times_wrench(back, fixed_part),
         ),
     )
 

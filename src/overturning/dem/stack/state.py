@@ -14,7 +14,7 @@ from typing import Final, NamedTuple
 from overturning.dem.body.state import BodyBaseMotion, LoadedSampleNumber, StepRejectionFlags
 from overturning.dem.body.vectors import Matrix3, Quaternion, SymmetricMatrix, Vector3
 from overturning.dem.kernel.clock import STACK, CaseStepControl, StepAttempt
-from overturning.dem.kernel.ending import CaseProgress, SlideEnd
+from overturning.dem.kernel.ending import CaseProgress, SlideEndSample
 from overturning.dem.kernel.lanes import TupleRowLayout
 
 COLUMNS: Final = 8
@@ -68,7 +68,7 @@ class StackEnergyAccount(NamedTuple):
     """Largest penetration so far, m."""
 
 
-class LargestContactChanges(NamedTuple):
+class LargestStackContactChanges(NamedTuple):
     """Contact changes of a stack in an attempted step: the largest value of each kind over all contacts."""
 
     changed: float
@@ -137,7 +137,10 @@ class StoneState(NamedTuple):
 
 
 class StonePeakTilt(NamedTuple):
-    """Largest lean of a stone so far (sin² of its tilt), and the last tick below its critical angle (−1: none)."""
+    """Largest lean of a stone so far (sin² of its tilt), and the last tick (time unit) below its critical angle.
+
+    The tick is −1 if there was none in this sample.
+    """
 
     lean: float
     last_upright: float
@@ -193,10 +196,13 @@ class DiagonalBlockAndRightSide(NamedTuple):
 
 
 class EliminatedStone(NamedTuple):
-    """Velocity correction of a stone: `alone` + `below` × (velocity correction of the stone below)."""
+    """Velocity correction of a stone eliminated from the equations, as a function of that of the stone below.
 
-    below: ForceVelocityBlocks
-    alone: Wrench
+    It is `fixed_part` + `factor_below` × (velocity correction of the stone below).
+    """
+
+    factor_below: ForceVelocityBlocks
+    fixed_part: Wrench
 
 
 class StoneVelocityChange(NamedTuple):
@@ -215,8 +221,8 @@ class StoneContactForceSums(NamedTuple):
 
 CASE: Final = TupleRowLayout(
     COLUMNS, CaseStepControl, StackConstants, StackRestState, StackClock, StackEnergyAccount, BodyBaseMotion,
-    LoadedSampleNumber, CaseProgress, StepAttempt, StepRejectionFlags, LargestContactChanges, JointEnergyLosses,
-    Vector3, SlideEnd,
+    LoadedSampleNumber, CaseProgress, StepAttempt, StepRejectionFlags, LargestStackContactChanges, JointEnergyLosses,
+    Vector3, SlideEndSample,
 )  # fmt: skip
 STONE: Final = TupleRowLayout(
     COLUMNS, StoneConstants, StoneState, StonePeakTilt, StoneFallState, PredictedStone, Matrix3,

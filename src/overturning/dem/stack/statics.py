@@ -34,13 +34,13 @@ class JointTable:
     patches: list[ContactPatchAtRest]
 
     @property
-    def reach(self) -> FloatArray:
-        """Distance, in each contact patch, from the point below the centre of mass above to the nearest side, m."""
+    def nearest_side_distance(self) -> FloatArray:
+        """Distance, in each contact, from the point below the mass centre of stones above to the nearest side, m."""
         return np.array([patch.reach.min() for patch in self.patches])
 
     @property
-    def height(self) -> FloatArray:
-        """Height, above each contact patch, of the common centre of mass of all stones above the patch, m."""
+    def mass_centre_height(self) -> FloatArray:
+        """Height, above each contact, of the common centre of mass of all stones above the contact, m."""
         return np.array([patch.height for patch in self.patches])
 
 
@@ -94,10 +94,10 @@ def stone_table(stones: list[StackStone], joints: JointTable) -> NDArray[np.void
 
 
 def distance_and_height_over_nearest_patch_side(stone: StackStone, patch: ContactPatchAtRest) -> tuple[float, float]:
-    """Return the distance (m) and height (m) of the centre of mass that tips over the nearest side of a contact patch.
+    """Return distance (m) and height (m), from the nearest side of a contact, of the centre of mass that tips over it.
 
-    The centre is that of the stone; if it is held down by stones above, outside the patch, that of all stones above the
-    patch.
+    The centre is that of the stone; if it is held down by stones above, outside the contact, that of all stones above
+    the contact.
     """
     base = stone.nearest_base_side_distance
     side = float(polygon_side_distances(patch.corners, stone.x).min())
@@ -250,7 +250,7 @@ def spring_energy_at_rest(stones: list[StackStone], joints: JointTable) -> float
 def motion_onset_acceleration(joints: JointTable, friction: FloatArray) -> FloatArray:
     """Return the base acceleration |a|/g below which no contact of a stack opens or slides, shape (n,).
 
-    Joint k opens at the least ratio of the distance of a side of its patch to the height of the centre of all stones
+    Contact k opens at the least ratio of the distance of one of its sides to the height of the centre of all stones
     above, and slides at µ.
     """
-    return np.minimum(float(np.min(joints.reach / joints.height)), friction.min(axis=1))
+    return np.minimum(float(np.min(joints.nearest_side_distance / joints.mass_centre_height)), friction.min(axis=1))

@@ -7,7 +7,7 @@ from numba import njit
 from overturning.dem.kernel.lanes import INNER
 from overturning.dem.stack.end_loops import (
     accept_or_reject_steps,
-    add_point_to_pressure_arm_sum,
+    add_point_to_force_distance_sum,
     complete_stone_step,
     compute_joint_wrench,
     compute_point_normal_force,
@@ -18,9 +18,9 @@ from overturning.dem.stack.end_loops import (
 )
 from overturning.dem.stack.joint_state import JOINT, POINT
 from overturning.dem.stack.patch import (
-    any_lane_uses_point,
-    clip_lower_sides,
-    clip_upper_sides,
+    any_stack_uses_contact_point,
+    clip_sides_of_lower_face,
+    clip_sides_of_upper_base,
     patch_covers_whole_base,
     place_points_of_partial_patch,
     point_window,
@@ -29,10 +29,10 @@ from overturning.dem.stack.patch import (
     predict_motion_relative_to_stone_below,
 )
 from overturning.dem.stack.predict_loops import (
-    add_point_to_joint_landing,
     clear_joint_sums,
     compute_upper_stone_velocity_changes,
     eliminate_upper_stones,
+    include_point_in_landing_times,
     predict_inertial_acceleration,
     predict_joint_friction,
     predict_point_normal_force,
@@ -40,7 +40,11 @@ from overturning.dem.stack.predict_loops import (
     rotate_joint_equations,
     solve_lowest_stones,
 )
-from overturning.dem.stack.rim import sum_rim_loads, turn_contact_point, turn_joint_frame
+from overturning.dem.stack.rim import (
+    rotate_contact_frame_to_mean_normal,
+    rotate_point_to_mean_normal,
+    sum_contact_normals,
+)
 from overturning.dem.stack.state import CASE, STONE
 
 CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = CASE.size, STONE.size, JOINT.size, POINT.size
@@ -53,7 +57,7 @@ def joint_state_size(corner_limit: int) -> int:
 
 
 @njit(**INNER)
-def predict_patch_forces(
+def predict_contact_patch_forces(
     case_rows: Any,
     upper_rows: Any,
     lower_rows: Any,
@@ -66,7 +70,7 @@ def predict_patch_forces(
     """Compute the contact points of two stones at the predicted step end, and sum their predicted forces.
 
     `corner_counts` holds the numbers of corners of the base and of the lower face (0 on the ground). The numbers of the
-    points that have weight in any lane are written to `used_points`, after their count.
+    points that have weight in any stack are written to `used_points`, after their count.
     """
     upper_count, lower_count = corner_counts
     predict_base_corner_positions(upper_rows, joint_rows, points, upper_count, lane_count)
@@ -74,27 +78,27 @@ def predict_patch_forces(
         used_points[1 + i] = i
     count = upper_count
     if lower_count > 0 and not patch_covers_whole_base(joint_rows, points, upper_count, lower_count, lane_count):
-        clip_upper_sides(joint_rows, points, upper_count, lower_count, lane_count)
-        clip_lower_sides(joint_rows, points, upper_count, lower_count, lane_count)
+        clip_sides_of_upper_base(joint_rows, points, upper_count, lower_count, lane_count)
+        clip_sides_of_lower_face(joint_rows, points, upper_count, lower_count, lane_count)
         place_points_of_partial_patch(joint_rows, points, upper_count, lower_count, lane_count)
-        sum_rim_loads(upper_rows, joint_rows, points, upper_count, lower_count, lane_count)
-        turn_joint_frame(upper_rows, lower_rows, joint_rows, lane_count)
+        sum_contact_normals(upper_rows, joint_rows, points, upper_count, lower_count, lane_count)
+        rotate_contact_frame_to_mean_normal(upper_rows, lower_rows, joint_rows, lane_count)
         for i in range(upper_count, 3 * (upper_count + lower_count)):
             used_points[1 + count] = i
-            count += 1 if any_lane_uses_point(point_window(points, i), lane_count) else 0
+            count += 1 if any_stack_uses_contact_point(point_window(points, i), lane_count) else 0
         for n in range(count):
-            turn_contact_point(joint_rows, point_window(points, used_points[1 + n]), lane_count)
+            rotate_point_to_mean_normal(joint_rows, point_window(points, used_points[1 + n]), lane_count)
     used_points[0] = count
     clear_joint_sums(joint_rows, lane_count)
     for n in range(count):
-        add_point_to_joint_landing(joint_rows, point_window(points, used_points[1 + n]), lane_count)
+        include_point_in_landing_times(joint_rows, point_window(points, used_points[1 + n]), lane_count)
     for n in range(count):
         predict_point_normal_force(case_rows, joint_rows, point_window(points, used_points[1 + n]), lane_count)
     predict_joint_friction(case_rows, upper_rows, joint_rows, lane_count)
 
 
 @njit(**INNER)
-def compute_patch_forces(
+def compute_contact_patch_forces(
     case_rows: Any,
     upper_rows: Any,
     lower_rows: Any,
@@ -109,7 +113,7 @@ def compute_patch_forces(
     for n in range(used_points[0]):
         compute_point_normal_force(case_rows, joint_rows, point_window(points, used_points[1 + n]), lane_count)
     for n in range(used_points[0]):
-        add_point_to_pressure_arm_sum(joint_rows, point_window(points, used_points[1 + n]), lane_count)
+        add_point_to_force_distance_sum(joint_rows, point_window(points, used_points[1 + n]), lane_count)
     compute_joint_wrench(case_rows, upper_rows, lower_rows, joint_rows, lane_count, on_ground)
 
 
@@ -159,14 +163,14 @@ def advance_stacks(
             joint, points = state[at : at + JOINT_SIZE], state[at + JOINT_SIZE : at + size]
             if s == 0:
                 predict_motion_relative_to_ground(stone, joint, lane_count)
-                predict_patch_forces(
+                predict_contact_patch_forces(
                     case, stone, stone, joint, points, (int(corner_counts[s]), 0), used_points[s], lane_count
                 )
             else:
                 lower = state[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]
                 predict_motion_relative_to_stone_below(stone, lower, joint, lane_count)
                 both = (int(corner_counts[s]), int(corner_counts[s - 1]))
-                predict_patch_forces(case, stone, lower, joint, points, both, used_points[s], lane_count)
+                predict_contact_patch_forces(case, stone, lower, joint, points, both, used_points[s], lane_count)
                 rotate_joint_equations(joint, lane_count)
         for s in range(stone_count - 1, 0, -1):
             stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
@@ -187,10 +191,10 @@ def advance_stacks(
             at = first + s * size
             joint, points = state[at : at + JOINT_SIZE], state[at + JOINT_SIZE : at + size]
             if s == 0:
-                compute_patch_forces(case, stone, stone, joint, points, used_points[s], lane_count, 1)
+                compute_contact_patch_forces(case, stone, stone, joint, points, used_points[s], lane_count, 1)
             else:
                 lower = state[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]
-                compute_patch_forces(case, stone, lower, joint, points, used_points[s], lane_count, None)
+                compute_contact_patch_forces(case, stone, lower, joint, points, used_points[s], lane_count, None)
                 for n in range(corner_counts[s], used_points[s, 0]):
                     mark_joints_with_crossing_points(joint, point_window(points, used_points[s, 1 + n]), lane_count)
         accept_or_reject_steps(case, lane_count, ticks_per_sample)

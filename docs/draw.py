@@ -13,7 +13,12 @@ from pen import Pen, Point
 
 from overturning.figures.style import FALLS, FAULT, MISSING
 from overturning.model.element import Element
-from overturning.model.geometry import PlacedElement, contact_segment_ends, nearest_faces_and_separation, place_elements
+from overturning.model.geometry import (
+    PlacedElement,
+    contact_points_of_elements,
+    nearest_faces_and_separation,
+    place_elements,
+)
 from overturning.model.scene import Scene
 
 IMAGES = Path(__file__).parent / "images"
@@ -289,7 +294,7 @@ def faces() -> Pen:
             for end in ends:
                 if abs(end[0]) < 1.35:
                     pen.dot(at(end), 4, fill="#ffffff", stroke=colour)
-        for end in contact_segment_ends(a, b):
+        for end in contact_points_of_elements(a, b):
             if math.isfinite(end.gap):
                 pen.dot(at(end.point), 4)
     return pen

@@ -97,8 +97,8 @@ class ConvexPiecePair(NamedTuple):
 
 
 @dataclass(frozen=True)
-class ContactSegmentEnd:
-    """One end of the contact segment of two elements, along which their nearest faces overlap."""
+class PlacedContactPoint:
+    """Contact point of two elements: an end of the segment along which their nearest faces overlap."""
 
     gap: float  # m, negative if the elements overlap; infinite if there is no common segment
     point: tuple[float, float]  # the vertex, m
@@ -106,12 +106,12 @@ class ContactSegmentEnd:
     tangent: tuple[float, float]  # direction in which slip of the first counts
 
 
-class TouchingSegmentEnd(NamedTuple):
-    """End of a contact segment where two elements touch: index of the piece pair, number of the end, and geometry."""
+class TouchingContactPoint(NamedTuple):
+    """Contact point at which two elements touch: index of the piece pair, number of the point, and geometry."""
 
     pair: int
     side: int
-    end: ContactSegmentEnd
+    end: PlacedContactPoint
 
 
 def place_elements(
@@ -233,10 +233,10 @@ def nearest_faces_and_separation(first_element: PlacedElement, second_element: P
     return int(best[2]), int(best[3]), float(-best[0])
 
 
-def contact_segment_ends(
+def contact_points_of_elements(
     first_element: PlacedElement, second_element: PlacedElement
-) -> tuple[ContactSegmentEnd, ContactSegmentEnd]:
-    """Return both ends of the contact segment of two convex elements, along which their nearest faces overlap.
+) -> tuple[PlacedContactPoint, PlacedContactPoint]:
+    """Return both contact points of two convex elements: the ends of the segment along which their faces overlap.
 
     At each end, the inner one of the two vertices counts.
     """
@@ -244,21 +244,21 @@ def contact_segment_ends(
     fa, fb = first_element.shape.face_table[face_a], second_element.shape.face_table[face_b]
     delta = np.array([first_element.x - second_element.x, first_element.z - second_element.z])
 
-    def position_and_segment_end_at_vertex(
+    def position_and_contact_point_at_vertex(
         element: PlacedElement,
         vertex: FloatArray,
         shift: FloatArray,
         opposite_face: FloatArray,
         normal_sign: float,
         may_touch: float,
-    ) -> tuple[float, ContactSegmentEnd]:
-        """Return a vertex's position (m) along the opposite face, and the end of the contact segment there."""
+    ) -> tuple[float, PlacedContactPoint]:
+        """Return a vertex's position (m) along the opposite face, and the contact point there."""
         x, z = vertex + shift
         gap = opposite_face[4] * x + opposite_face[5] * z - opposite_face[6]
         along = opposite_face[4] * z - opposite_face[5] * x - opposite_face[7]
         nx, nz = normal_sign * float(opposite_face[4]), normal_sign * float(opposite_face[5])
         point = float(vertex[0] + element.x), float(vertex[1] + element.z)
-        return along, ContactSegmentEnd(
+        return along, PlacedContactPoint(
             float(gap) if abs(along) <= opposite_face[8] and may_touch * opposite_face[11] else np.inf,
             point,
             (nx, nz),
@@ -267,14 +267,14 @@ def contact_segment_ends(
 
     ends = []
     for mine, theirs, side in ((0, 1, 1.0), (1, 0, -1.0)):
-        along, end = position_and_segment_end_at_vertex(
+        along, end = position_and_contact_point_at_vertex(
             first_element, fa[2 * mine : 2 * mine + 2], delta, fb, 1.0, fa[9 + mine]
         )
         other = fb[2 * theirs : 2 * theirs + 2]
         ends.append(
             end
             if side * along <= fb[8]
-            else position_and_segment_end_at_vertex(second_element, other, -delta, fa, -1.0, fb[9 + theirs])[1]
+            else position_and_contact_point_at_vertex(second_element, other, -delta, fa, -1.0, fb[9 + theirs])[1]
         )
     return ends[0], ends[1]
 
@@ -314,21 +314,21 @@ def placed_pieces_of_pairs(
     return [(parts[pair.a][pair.part_a], parts[pair.b][pair.part_b]) for pair in pairs]
 
 
-def touching_segment_ends(
+def touching_contact_points(
     placed_elements: list[PlacedElement], pairs: list[ConvexPiecePair], max_inclination: float = 0.0
-) -> list[TouchingSegmentEnd]:
-    """Return the contact points of a scene at rest: ends of contact segments at which two elements touch.
+) -> list[TouchingContactPoint]:
+    """Return the contact points of a scene at rest: those at which two elements touch.
 
     Two faces that touch at one end and are inclined by less than `max_inclination` (rad) also touch at the other end.
     """
     touching = []
     for index, (a, b) in enumerate(placed_pieces_of_pairs(placed_elements, pairs)):
-        ends, closed = contact_segment_ends(a, b), CONTACT_GAP * min(a.smaller_side, b.smaller_side)
+        ends, closed = contact_points_of_elements(a, b), CONTACT_GAP * min(a.smaller_side, b.smaller_side)
         (x, z), (u, w) = ends[0].point, ends[1].point
         far = np.sin(max_inclination) * np.sqrt((x - u) ** 2 + (z - w) ** 2)
         for side, end in enumerate(ends):
             if end.gap <= closed or (ends[1 - side].gap <= closed and end.gap < far):
-                touching.append(TouchingSegmentEnd(index, side, end))
+                touching.append(TouchingContactPoint(index, side, end))
     return touching
 
 
@@ -349,7 +349,7 @@ def first_placement_error(placed_elements: list[PlacedElement]) -> str:
             )
     pairs = convex_piece_pairs_that_can_touch(placed_elements)
     carried = {i for i, item in enumerate(placed_elements) if item.is_driven_or_held}
-    ends = touching_segment_ends(placed_elements, pairs)
+    ends = touching_contact_points(placed_elements, pairs)
     while more := {
         up
         for index, _, end in ends

@@ -13,7 +13,7 @@ from overturning.dem.limits import MAX_PENETRATION
 from overturning.dem.polygon import rows
 from overturning.dem.polygon import state as k
 from overturning.dem.polygon.prepare import PreparedScene, smallest_element_side
-from overturning.model.geometry import WIDE_GROUND, PlacedElement, contact_segment_ends, placed_pieces_of_pairs
+from overturning.model.geometry import WIDE_GROUND, PlacedElement, contact_points_of_elements, placed_pieces_of_pairs
 
 
 class SceneCaseTableColumns(NamedTuple):
@@ -278,7 +278,7 @@ def _contact_vertex_belongs_to_first_element(
     first_element: PlacedElement, second_element: PlacedElement, point_number: int
 ) -> bool:
     """True if the vertex at contact point `end_number` (0 or 1) of two elements is a vertex of the first element."""
-    point = contact_segment_ends(first_element, second_element)[point_number].point
+    point = contact_points_of_elements(first_element, second_element)[point_number].point
     return bool(
         min(np.hypot(x - point[0], z - point[1]) for x, z in first_element.vertices_in_scene)
         < 1e-9 * first_element.smaller_side

@@ -20,8 +20,8 @@ from overturning.dem.polygon.statics import (
     supporting_contact_points,
 )
 from overturning.model.geometry import (
-    ContactSegmentEnd,
     ConvexPiecePair,
+    PlacedContactPoint,
     PlacedElement,
     convex_piece_pairs_that_can_touch,
     first_placement_error,
@@ -222,7 +222,7 @@ def smallest_element_side(elements: Elements) -> float:
     return min(item.smaller_side for item in elements if not item.is_driven_or_held)
 
 
-Supports = dict[int, dict[int, list[ContactSegmentEnd]]]
+Supports = dict[int, dict[int, list[PlacedContactPoint]]]
 """Loaded contact points, by the element that stands on them and the element that carries it."""
 
 MAX_PARALLEL_SINE: Final = 0.05

@@ -10,11 +10,11 @@ from overturning.arrays import FloatArray
 from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue, solve_positive_definite_system
 from overturning.model.contact import DAMPING_RATIO
 from overturning.model.geometry import (
-    ContactSegmentEnd,
     ConvexPiecePair,
+    PlacedContactPoint,
     PlacedElement,
-    TouchingSegmentEnd,
-    touching_segment_ends,
+    TouchingContactPoint,
+    touching_contact_points,
 )
 from overturning.model.scene import Scene
 
@@ -30,7 +30,7 @@ class LoadedContactPoint(NamedTuple):
 
     pair: int
     side: int
-    end: ContactSegmentEnd
+    end: PlacedContactPoint
     approach: float
     slip: float
 
@@ -38,7 +38,7 @@ class LoadedContactPoint(NamedTuple):
 class ContactPointDisplacementDerivatives(NamedTuple):
     """Contact point at rest, with the derivatives of its approach and slip by the displacements of all elements."""
 
-    touch: TouchingSegmentEnd
+    touch: TouchingContactPoint
     approach: FloatArray
     """By x, z and rotation of each free element, shape (3 · free elements,)."""
     slip: FloatArray
@@ -70,11 +70,11 @@ def contact_points_at_rest(
 
     Two faces touch if the angle between them is at most `max_lean`, rad.
     """
-    return _add_displacement_derivatives(elements, pairs, touching_segment_ends(elements, pairs, max_lean))
+    return _add_displacement_derivatives(elements, pairs, touching_contact_points(elements, pairs, max_lean))
 
 
 def _add_displacement_derivatives(
-    elements: list[PlacedElement], pairs: list[ConvexPiecePair], ends: list[TouchingSegmentEnd]
+    elements: list[PlacedElement], pairs: list[ConvexPiecePair], ends: list[TouchingContactPoint]
 ) -> list[ContactPointDisplacementDerivatives]:
     """Return contact points with the derivatives of their approach and slip by the elements' displacements."""
     return [
@@ -122,7 +122,7 @@ def supporting_contact_points(
 
 
 def _contact_point_displacement_derivatives(
-    elements: list[PlacedElement], pair: ConvexPiecePair, touching_point: ContactSegmentEnd
+    elements: list[PlacedElement], pair: ConvexPiecePair, touching_point: PlacedContactPoint
 ) -> tuple[FloatArray, FloatArray]:
     """Return the derivatives of a contact point's approach and slip by all displacements, each of shape (3 n,)."""
     number = _displacement_slices_of_free_elements(elements)

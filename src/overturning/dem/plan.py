@@ -145,6 +145,7 @@ class SimulationPlan(ABC):
         recorded = buffer
 
         def run_case_rows(rows: NDArray[np.int64], step_divisor: int) -> None:
+            """Simulate the cases in these rows of the result table, with each time step divided by `step_divisor`."""
             nonlocal recorded
             buffer[:] = 0.0
             recorded, count = self.queue(

@@ -99,6 +99,7 @@ def simulate_cases(
     order = moving[np.lexsort((-length, plan.parallel_group_by_case[moving]))]
 
     def simulate_case_group(case_numbers: NDArray[np.int64]) -> None:
+        """Simulate the cases with these indices and store their outcomes."""
         results.store_outcomes(case_numbers, plan.compute_cases(case_numbers, counter)[0])
 
     queues = split_into_case_groups(order, plan.parallel_group_by_case, plan.split_long_queues)

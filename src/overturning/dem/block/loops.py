@@ -86,6 +86,7 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
         lane_count: int,
         ticks_per_sample: float,
     ) -> None:
+        """Predict the states of all blocks in parallel at the end of their steps."""
         for j in range(whole_vectors(lane_count)):
             block, s, length = load_block(state, j), load_state(state, j), load_attempt(state, j).length
             store_predicted(
@@ -98,6 +99,7 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
 
     @njit(**INNER)
     def solve_block_velocities(variant_marker: Any, state: Any, lane_count: int) -> None:  # noqa: ARG001
+        """Solve the equations of the step for the velocity corrections of all blocks in parallel."""
         for j in range(whole_vectors(lane_count)):
             fine = load_attempt(state, j).length <= centred.FINE * load_step_control(state, j).finest
             block, s, assumed = load_block(state, j), load_state(state, j), load_assumed_slip(state, j)
@@ -107,6 +109,7 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
     def advance_blocks(
         variant_marker: Any, state: Any, lane_count: int, step_count: int, ticks_per_sample: float
     ) -> None:
+        """Attempt `step_count` time steps of all blocks in parallel."""
         for _ in range(step_count):
             predict_blocks(variant_marker, state, lane_count, ticks_per_sample)
             solve_block_velocities(variant_marker, state, lane_count)
@@ -136,6 +139,7 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
         lane_count: int,
         ticks_per_sample: float,
     ) -> None:
+        """Compute contact forces of all blocks in parallel, and accept or reject the step of each block."""
         for j in range(whole_vectors(lane_count)):
             block, s, attempt, case_step_control = (
                 load_block(state, j),
@@ -193,6 +197,7 @@ def create_cundall_time_stepping_loop(with_vertical: bool, with_friction: bool) 
         step_count: int,
         ticks_per_sample: float,  # noqa: ARG001
     ) -> None:
+        """Advance all blocks in parallel by `step_count` time steps."""
         for _ in range(step_count):
             for j in range(whole_vectors(lane_count)):
                 s, peaks, account = cundall.advance_block_one_step(
@@ -225,9 +230,11 @@ def select_time_stepping_loop(scheme: Any, vertical_acceleration: Any, with_fric
 
 @overload(select_time_stepping_loop)
 def _overload_select_time_stepping_loop(scheme: Any, vertical_acceleration: Any, with_friction: Any) -> Any:
+    """Tell Numba which time-stepping loop `select_time_stepping_loop` returns for arguments of these types."""
     step_function = select_time_stepping_loop(scheme, vertical_acceleration, with_friction)
 
     def return_time_stepping_loop(scheme: Any, vertical_acceleration: Any, with_friction: Any) -> Any:  # noqa: ARG001
+        """Return the time-stepping loop that was selected by the types of the arguments."""
         return step_function
 
     return return_time_stepping_loop

@@ -302,6 +302,7 @@ def build_sample_step_loop(has_rim: bool) -> Any:
         step_count: int,
         ticks_per_sample: float,
     ) -> None:
+        """Attempt `step_count` time steps of all bodies in parallel."""
         half = vertex_count // 2 * OF_A_VERTEX
         for _ in range(step_count):
             predict_bodies_at_step_end(state, lane_count, ticks_per_sample)

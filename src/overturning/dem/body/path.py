@@ -45,6 +45,7 @@ class BodyTrajectory:
         to_east_north_up = partial(rotate_to_east_north_up, direction_cosines=self.cosines)
 
         def stacked_columns(*column_names: str) -> FloatArray:
+            """Return columns of the trajectory as the components of a vector, shape (samples, columns)."""
             return np.stack([self.rows[name] for name in column_names], axis=-1)
 
         quaternion = stacked_columns("qw", "qx", "qy", "qz")

@@ -96,6 +96,7 @@ def _view_arrays_without_reference_counts(_typing_context: Any, array_type: Any)
     """
 
     def remove_owner(context: Any, builder: Any, value_type: Any, value: Any) -> Any:
+        """Return the value with the owner of each array removed, so that references are not counted."""
         if isinstance(value_type, types.Array):
             view = context.make_array(value_type)(context, builder, value=value)
             view.meminfo, view.parent = view.meminfo.type(None), view.parent.type(None)
@@ -106,10 +107,11 @@ def _view_arrays_without_reference_counts(_typing_context: Any, array_type: Any)
             value = builder.insert_value(value, one, number)
         return value
 
-    def generate_llvm_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def generate_view_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        """Generate the LLVM code that returns the view of the argument."""
         return remove_owner(context, builder, signature.args[0], arguments[0])
 
-    return array_type(array_type), generate_llvm_code
+    return array_type(array_type), generate_view_code
 
 
 borrowed: Final[Any] = intrinsic(_view_arrays_without_reference_counts)
@@ -124,7 +126,10 @@ def create_window_slicer(window_length: int, first_index: int = 0, stride: int |
     """
 
     def slice_window(_typing_context: Any, array: Any, window_index: Any) -> Any:  # noqa: ARG001
-        def generate_llvm_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        """Return the type of the slice and the function that generates its LLVM code."""
+
+        def generate_slice_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            """Generate the LLVM code that returns the slice as an array."""
             length, begin, apart = (
                 context.get_constant(types.intp, n) for n in (window_length, first_index, stride or window_length)
             )
@@ -133,7 +138,7 @@ def create_window_slicer(window_length: int, first_index: int = 0, stride: int |
             view.nitems, view.shape = length, cgutils.pack_array(builder, [length])
             return view._getvalue()
 
-        return array(array, types.intp), generate_llvm_code
+        return array(array, types.intp), generate_slice_code
 
     return intrinsic(slice_window)
 
@@ -141,10 +146,11 @@ def create_window_slicer(window_length: int, first_index: int = 0, stride: int |
 def _select_value_without_branch(_typing_context: Any, condition: Any, first_value: Any, second_value: Any) -> Any:
     """Generate code that returns one of two values, by a condition, without a branch."""
 
-    def generate_llvm_code(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
+    def generate_selection_code(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
+        """Generate the LLVM code that selects one of the two values."""
         return select_value_with_llvm_freeze(builder, *arguments)
 
-    return second_value(condition, first_value, second_value), generate_llvm_code
+    return second_value(condition, first_value, second_value), generate_selection_code
 
 
 select: Final[Any] = intrinsic(_select_value_without_branch)
@@ -153,12 +159,13 @@ select: Final[Any] = intrinsic(_select_value_without_branch)
 def _assume_vector_length_multiple(_typing_context: Any, lane_count: Any) -> Any:
     """Generate code that returns a number of lanes (cases in parallel), known to LLVM as a multiple of `_LINE`."""
 
-    def generate_llvm_code(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
+    def generate_rounding_code(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
+        """Generate the LLVM code that rounds the number down to a multiple of `_LINE`, at least to `_LINE`."""
         multiple = builder.and_(arguments[0], ir.Constant(arguments[0].type, -_LINE))
         least = ir.Constant(arguments[0].type, _LINE)
         return builder.select(builder.icmp_signed(">", multiple, least), multiple, least)
 
-    return types.intp(lane_count), generate_llvm_code
+    return types.intp(lane_count), generate_rounding_code
 
 
 whole_vectors: Final[Any] = intrinsic(_assume_vector_length_multiple)
@@ -170,11 +177,12 @@ Kernels compute all lanes up to the next multiple of 8. Without it each loop is 
 def _hide_number_from_llvm(_typing_context: Any, number: Any) -> Any:
     """Generate code that returns a number unchanged but hidden from LLVM, which then unrolls no loop over it."""
 
-    def generate_llvm_code(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
+    def generate_hiding_code(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
+        """Generate empty assembler code that returns the number."""
         kind = ir.FunctionType(arguments[0].type, [arguments[0].type])
         return builder.asm(kind, "", "=r,0", [arguments[0]], side_effect=False)
 
-    return number(number), generate_llvm_code
+    return number(number), generate_hiding_code
 
 
 unknown: Final[Any] = intrinsic(_hide_number_from_llvm)
@@ -211,6 +219,7 @@ def create_elementwise_tuple_functions(tuple_type: type) -> ElementwiseTupleFunc
     name = f"{tuple_type.__module__}.{tuple_type.__qualname__}"
 
     def larger_number(builder: Any, first_number: Any, second_number: Any) -> Any:
+        """Return LLVM code for the larger of two numbers; the second one if either is NaN."""
         return select_value_with_llvm_freeze(
             builder, builder.fcmp_ordered(">", first_number, second_number), first_number, second_number
         )

@@ -145,6 +145,7 @@ def register_model_functions(kernel_input_type: type, *functions: Callable[..., 
         def implementation_for_type(
             argument_type: Any, *_: Any, function: Callable[..., Any] = function
         ) -> Callable[..., Any] | None:
+            """Return the model's function if the argument has the type of the model's kernel input, else None."""
             return function if argument_type.instance_class is kernel_input_type else None
 
         options = OWNER if function.__name__ in {"allocate_workspace", "advance_one_sample"} else INLINE
@@ -156,10 +157,12 @@ def create_lookup_by_type(value_by_type: Mapping[Any, Any]) -> Callable[[Any], A
     """Return a compiled function that looks up, in `value_by_type`, the value for the type of its argument."""
 
     def entry_for_type(marker: Any) -> Any:
+        """Return the value for the type of `marker`."""
         return value_by_type[type(marker)]
 
     @overload(entry_for_type, strict=False)
     def overload_entry_for_type(marker: Any) -> Any:
+        """Tell Numba which value `entry_for_type` returns for an argument of this type."""
         entry = value_by_type[marker.instance_class]
         return lambda marker: entry  # noqa: ARG005, Numba requires the same arguments
 

@@ -143,7 +143,8 @@ def create_tuple_loader(tuple_type: type, row_offsets: list[int | None], functio
     `row_offsets` holds the index at which the row of each number starts; None: the number has no row and is 0.
     """
 
-    def generate_llvm_instructions(context: Any, builder: Any, data_address: Any, lane: Any) -> Any:
+    def generate_load_instructions(context: Any, builder: Any, data_address: Any, lane: Any) -> Any:
+        """Generate the LLVM instructions that load the tuple's numbers from column `lane`."""
         zero = ir.Constant(ir.DoubleType(), 0.0)
         numbers = [
             zero if row is None else builder.load(_number_address(builder, data_address, row, lane))
@@ -151,14 +152,17 @@ def create_tuple_loader(tuple_type: type, row_offsets: list[int | None], functio
         ]
         return build_tuple(context, builder, tuple_type, iter(numbers))
 
-    generated = GeneratedLlvmFunction(f"load.{function_name}", generate_llvm_instructions)
+    generated = GeneratedLlvmFunction(f"load.{function_name}", generate_load_instructions)
 
     def load_tuple(_typing_context: Any, array: Any, lane: Any) -> Any:  # noqa: ARG001
-        def generate_llvm_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        """Return the type of the tuple and the function that generates the LLVM code to load it."""
+
+        def generate_load_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            """Generate the LLVM code that calls the loading function."""
             data = _first_number_address(context, builder, signature.args[0], arguments[0])
             return generated(context, builder, signature.return_type, data, arguments[1])
 
-        return numba_tuple_type(tuple_type)(array, types.uintp), generate_llvm_code
+        return numba_tuple_type(tuple_type)(array, types.uintp), generate_load_code
 
     return intrinsic(load_tuple)
 
@@ -169,24 +173,27 @@ def create_tuple_storer(tuple_type: type, row_offsets: list[int | None], functio
     Numbers whose entry of `row_offsets` is None are not written.
     """
 
-    def generate_llvm_instructions(_: Any, builder: Any, data_address: Any, lane: Any, *numbers: Any) -> None:
+    def generate_store_instructions(_: Any, builder: Any, data_address: Any, lane: Any, *numbers: Any) -> None:
+        """Generate the LLVM instructions that store the tuple's numbers in column `lane`."""
         for row, number in zip(row_offsets, numbers, strict=True):
             if row is not None:
                 builder.store(number, _number_address(builder, data_address, row, lane))
 
-    generated = GeneratedLlvmFunction(f"store.{function_name}", generate_llvm_instructions)
+    generated = GeneratedLlvmFunction(f"store.{function_name}", generate_store_instructions)
 
     def store_tuple(_typing_context: Any, array: Any, lane: Any, value_type: Any) -> Any:  # noqa: ARG001
+        """Check the types; return the function that generates the LLVM code to store the tuple."""
         _check_argument_types(tuple_type, value_type)
 
-        def generate_llvm_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        def generate_store_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            """Generate the LLVM code that calls the storing function."""
             data = _first_number_address(context, builder, signature.args[0], arguments[0])
             numbers = _convert_tuple_to_float64(context, builder, tuple_type, signature.args[2], arguments[2])
             return generated(
                 context, builder, types.void, data, arguments[1], *extract_numbers(builder, tuple_type, numbers)
             )
 
-        return types.void(array, types.uintp, value_type), generate_llvm_code
+        return types.void(array, types.uintp, value_type), generate_store_code
 
     return intrinsic(store_tuple)
 
@@ -197,20 +204,23 @@ def create_conditional_tuple_storer(tuple_type: type, row_offsets: list[int | No
     Numbers whose entry of `row_offsets` is None are not written.
     """
 
-    def generate_llvm_instructions(
+    def generate_store_instructions(
         _: Any, builder: Any, data_address: Any, lane: Any, keep: Any, *numbers: Any
     ) -> None:
+        """Generate the LLVM instructions that store the tuple's numbers in column `lane` unless `keep` is true."""
         for row, number in zip(row_offsets, numbers, strict=True):
             if row is not None:
                 at = _number_address(builder, data_address, row, lane)
                 builder.store(select_value_with_llvm_freeze(builder, keep, builder.load(at), number), at)
 
-    generated = GeneratedLlvmFunction(f"store_unless.{function_name}", generate_llvm_instructions)
+    generated = GeneratedLlvmFunction(f"store_unless.{function_name}", generate_store_instructions)
 
     def store_tuple_unless(_context: Any, array: Any, lane: Any, keep: Any, value_type: Any) -> Any:  # noqa: ARG001
+        """Check the types; return the function that generates the LLVM code to store the tuple."""
         _check_argument_types(tuple_type, value_type)
 
-        def generate_llvm_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        def generate_store_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            """Generate the LLVM code that calls the storing function."""
             data = _first_number_address(context, builder, signature.args[0], arguments[0])
             numbers = _convert_tuple_to_float64(context, builder, tuple_type, signature.args[3], arguments[3])
             return generated(
@@ -223,7 +233,7 @@ def create_conditional_tuple_storer(tuple_type: type, row_offsets: list[int | No
                 *extract_numbers(builder, tuple_type, numbers),
             )
 
-        return types.void(array, types.uintp, types.boolean, value_type), generate_llvm_code
+        return types.void(array, types.uintp, types.boolean, value_type), generate_store_code
 
     return intrinsic(store_tuple_unless)
 
@@ -238,10 +248,13 @@ def create_zero_tuple_function(tuple_type: type) -> Any:
     """Return a compiled function ``zero()`` that returns a named tuple of the given type with all numbers zero."""
 
     def zero_tuple(_typing_context: Any) -> Any:
-        def generate_llvm_code(context: Any, *_: Any) -> Any:
+        """Return the type of the tuple and the function that generates its LLVM code."""
+
+        def generate_zero_code(context: Any, *_: Any) -> Any:
+            """Generate the LLVM code of a tuple of zeros."""
             return ir.Constant(context.get_value_type(numba_tuple_type(tuple_type)), None)
 
-        return numba_tuple_type(tuple_type)(), generate_llvm_code
+        return numba_tuple_type(tuple_type)(), generate_zero_code
 
     return intrinsic(zero_tuple)
 
@@ -251,18 +264,21 @@ def create_elementwise_function(
 ) -> Any:
     """Return a compiled function ``f(a, b)`` of tuples; ``combine_numbers(builder, x, y)`` combines two numbers."""
 
-    def generate_llvm_instructions(context: Any, builder: Any, *numbers: Any) -> Any:
+    def generate_combination_instructions(context: Any, builder: Any, *numbers: Any) -> Any:
+        """Generate the LLVM instructions that combine the numbers of two tuples one by one."""
         first, second = numbers[: len(numbers) // 2], numbers[len(numbers) // 2 :]
         return build_tuple(
             context, builder, tuple_type, (combine_numbers(builder, *two) for two in zip(first, second, strict=True))
         )
 
-    generated = GeneratedLlvmFunction(function_name, generate_llvm_instructions)
+    generated = GeneratedLlvmFunction(function_name, generate_combination_instructions)
 
     def combine_tuples_elementwise(_typing_context: Any, first_tuple: Any, second_tuple: Any) -> Any:
+        """Return the type of the tuple and the function that generates the LLVM code to combine two tuples."""
         _check_argument_types(tuple_type, first_tuple, second_tuple)
 
-        def generate_llvm_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        def generate_combination_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            """Generate the LLVM code that calls the combining function."""
             two = [
                 _convert_tuple_to_float64(context, builder, tuple_type, *one)
                 for one in zip(signature.args, arguments, strict=True)
@@ -270,7 +286,7 @@ def create_elementwise_function(
             numbers = [number for one in two for number in extract_numbers(builder, tuple_type, one)]
             return generated(context, builder, signature.return_type, *numbers)
 
-        return numba_tuple_type(tuple_type)(first_tuple, second_tuple), generate_llvm_code
+        return numba_tuple_type(tuple_type)(first_tuple, second_tuple), generate_combination_code
 
     return intrinsic(combine_tuples_elementwise)
 

@@ -381,6 +381,7 @@ def _elements_that_overturn_together(
     """
 
     def moment_and_elements_of_part(element_index: int) -> tuple[float, list[int]]:
+        """Return the restoring moment over g of an element and those on it that overturn too, and their indices."""
         item, whole = elements[element_index], acceleration_share == -np.inf
         held = (
             0.0

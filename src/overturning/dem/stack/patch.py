@@ -129,9 +129,7 @@ def predict_motion_relative_to_stone_below(upper_rows: Any, lower_rows: Any, joi
 
 
 @njit(**INLINE)
-def base_corner_position_and_weight(
-    frame: JointRelativeMotion, corner: FaceCorner, present: float
-) -> ContactPointPosition:
+def base_corner_position(frame: JointRelativeMotion, corner: FaceCorner, present: float) -> ContactPointPosition:
     """Return the position of a base corner on the lower face, and its share of the stiffness if all corners rest."""
     return ContactPointPosition(
         frame.corner.x + (corner.x * frame.along_x.x + corner.y * frame.along_y.x),
@@ -145,9 +143,7 @@ def base_corner_position_and_weight(
 def predict_base_corner_position(upper_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
     """Compute the predicted position of one corner of a stone's base on its support, for all stacks in parallel."""
     for j in range(whole_vectors(lane_count)):
-        place = base_corner_position_and_weight(
-            load_frame(joint_rows, j), load_outline(point, j), upper_rows[PRESENT + j]
-        )
+        place = base_corner_position(load_frame(joint_rows, j), load_outline(point, j), upper_rows[PRESENT + j])
         store_place(point, j, place)
 
 
@@ -193,7 +189,7 @@ def any_stack_uses_contact_point(point: Any, lane_count: int) -> bool:
 
 
 @njit(**INLINE)
-def clip_side_by_half_plane(clip: ClippedSide, at_begin: float, at_end: float) -> ClippedSide:
+def clip_by_half_plane(clip: ClippedSide, at_begin: float, at_end: float) -> ClippedSide:
     """Clip a part of a face's side by a half plane, given how far both ends of the side lie inside the half plane."""
     crosses = (at_begin < 0.0) != (at_end < 0.0)
     share = at_begin / (at_begin - at_end if crosses else 1.0)
@@ -218,11 +214,11 @@ def reset_clipped_side(point: Any, lane_count: int) -> None:
 
 
 @njit(**APART)
-def clip_side_of_upper_base(point: Any, next_corner: Any, side: Any, lane_count: int) -> None:
+def clip_base_side(point: Any, next_corner: Any, side: Any, lane_count: int) -> None:
     """Clip a side of the upper stone's base by the line of one side of the lower face, for all stacks in parallel."""
     for j in range(whole_vectors(lane_count)):
         a, b, limit = load_place(point, j), load_place(next_corner, j), load_outline(side, j)
-        store_clip(point, j, clip_side_by_half_plane(
+        store_clip(point, j, clip_by_half_plane(
             load_clip(point, j), limit.reach - (limit.nx * a.x + limit.ny * a.y),
             limit.reach - (limit.nx * b.x + limit.ny * b.y),
         ))  # fmt: skip
@@ -239,25 +235,20 @@ def add_clipped_base_side_length(joint_rows: Any, point: Any, next_corner: Any, 
 
 
 @njit(**INNER)
-def clip_sides_of_upper_base(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> None:
+def clip_base_sides(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> None:
     """Clip all sides of a stone's base by the face below, and add their lengths to the contact patch's perimeter."""
     for i in range(upper_count):
         point, following = points[i * P : (i + 1) * P], (i + 1) % upper_count
         next_corner = points[following * P : (following + 1) * P]
         reset_clipped_side(point, lane_count)
         for k in range(lower_count):
-            clip_side_of_upper_base(
-                point, next_corner, points[(upper_count + k) * P : (upper_count + k + 1) * P], lane_count
-            )
+            clip_base_side(point, next_corner, points[(upper_count + k) * P : (upper_count + k + 1) * P], lane_count)
         add_clipped_base_side_length(joint_rows, point, next_corner, lane_count)
 
 
 @njit(**INLINE)
-def twice_signed_triangle_area(a: ContactPointPosition, b: ContactPointPosition, x: float, y: float) -> float:
-    """Return twice the area (m²) of triangle a, b, (x, y): positive if the point is inside side a–b of a polygon.
-
-    The corners of the polygon are in anticlockwise order.
-    """
+def twice_triangle_area(a: ContactPointPosition, b: ContactPointPosition, x: float, y: float) -> float:
+    """Return twice the area (m²) of the triangle a, b, (x, y): positive if (x, y) lies to the left of side a–b."""
     return (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x)
 
 
@@ -286,9 +277,7 @@ def clip_side_of_lower_face(side: Any, next_corner: Any, begin: Any, end: Any, l
         a, b = load_place(begin, j), load_place(end, j)
         c, d = load_outline(side, j), load_outline(next_corner, j)
         old, rim = load_clip(side, j), load_rim_side(side, j)
-        new = clip_side_by_half_plane(
-            old, twice_signed_triangle_area(a, b, c.x, c.y), twice_signed_triangle_area(a, b, d.x, d.y)
-        )
+        new = clip_by_half_plane(old, twice_triangle_area(a, b, c.x, c.y), twice_triangle_area(a, b, d.x, d.y))
         slope, beyond = normal_slope_of_crossing_sides(c, a, b), (c.nx * a.x + c.ny * a.y) - c.reach
         store_clip(side, j, new)
         store_rim_side(side, j, SideOverhang(
@@ -373,10 +362,7 @@ def place_contact_points_of_lower_side(
 def place_contact_points_of_base_side(
     joint_rows: Any, point: Any, next_corner: Any, previous_side: Any, start: Any, end: Any, lane_count: int
 ) -> None:
-    """Store the contact points at both ends of a clipped side of a stone's base, and the weight of its first corner.
-
-    A weight is a share of the contact stiffness.
-    """
+    """Store the contact points at the ends of a clipped side of a stone's base, with weights (shares of stiffness)."""
     for j in range(whole_vectors(lane_count)):
         frame, a, b = load_frame(joint_rows, j), load_place(point, j), load_place(next_corner, j)
         own, previous = load_clip(point, j), load_clip(previous_side, j)

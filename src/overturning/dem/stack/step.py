@@ -19,8 +19,8 @@ from overturning.dem.stack.end_loops import (
 from overturning.dem.stack.joint_state import JOINT, POINT
 from overturning.dem.stack.patch import (
     any_stack_uses_contact_point,
+    clip_base_sides,
     clip_sides_of_lower_face,
-    clip_sides_of_upper_base,
     patch_covers_whole_base,
     place_points_of_partial_patch,
     point_window,
@@ -78,7 +78,7 @@ def predict_contact_patch_forces(
         used_points[1 + i] = i
     count = upper_count
     if lower_count > 0 and not patch_covers_whole_base(joint_rows, points, upper_count, lower_count, lane_count):
-        clip_sides_of_upper_base(joint_rows, points, upper_count, lower_count, lane_count)
+        clip_base_sides(joint_rows, points, upper_count, lower_count, lane_count)
         clip_sides_of_lower_face(joint_rows, points, upper_count, lower_count, lane_count)
         place_points_of_partial_patch(joint_rows, points, upper_count, lower_count, lane_count)
         sum_contact_normals(upper_rows, joint_rows, points, upper_count, lower_count, lane_count)

@@ -6,8 +6,8 @@ import pytest
 from overturning.dem.block.commit import (
     SolvedCornerContact,
     SolvedCornerContactPair,
-    block_step_contact_changes,
     compute_corner_forces,
+    contact_changes_in_block_step,
 )
 from overturning.dem.block.state import (
     GENTLE_STEPS,
@@ -154,7 +154,7 @@ def rejected(steps: float, left: SolvedCornerContact, right: SolvedCornerContact
         BlockConstants(**dict.fromkeys(BlockConstants._fields, 1.0) | {"gentle": gentle}),
     )
     length = steps * case_step_control.finest
-    found = block_step_contact_changes.py_func(
+    found = contact_changes_in_block_step.py_func(
         block, case_step_control, length, False, SolvedCornerContactPair(left, right), False
     )
     return bool(

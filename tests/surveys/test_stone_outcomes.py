@@ -131,8 +131,8 @@ def test_outcomes_of_another_grid_are_not_used(
 ) -> None:
     one = library_motions[0]
     assert shipped_outcomes(one, 1.0)
-    for read in (stone_outcomes._shipped_library_aspects, stone_outcomes._shipped_library_array):
+    for read in (stone_outcomes._aspects_with_shipped_outcomes, stone_outcomes._shipped_outcome_array):
         read.cache_clear()
     monkeypatch.setattr(stone_outcomes, "FRICTIONS", (0.5, 0.65, 0.9))
     assert shipped_outcomes(one, 1.0) == {}
-    stone_outcomes._shipped_library_aspects.cache_clear()
+    stone_outcomes._aspects_with_shipped_outcomes.cache_clear()

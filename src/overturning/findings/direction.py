@@ -164,7 +164,7 @@ class PlanarModelAgreement(Finding):
     """Mean angle between the fall axes of the two models, 0 to 90."""
 
 
-def _block_selection_alignment(
+def _alignment_finding_of_block_selection(
     rule_alignment: FallAlignmentOfBlockSelection, direction_noun: str, is_study_rule: bool
 ) -> BlockSelectionAlignment:
     """Return the mean alignment of falls with the reference direction, over the blocks that one rule selects.
@@ -229,7 +229,7 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
         rows = zip(*(axes[key].to_numpy() for key in ("event", "cosine", "resultant", "axis")), strict=True)
         agreement = mean_over_earthquakes(np.where(members[name], lengths, np.nan), results.record_events)
         rules = [
-            _block_selection_alignment(one, word, one.rule is own)
+            _alignment_finding_of_block_selection(one, word, one.rule is own)
             for one in results.fault_normal_alignment_by_block_selection.get(name, [])
         ]
         known = [one.alignment.value for one in rules if one.alignment.value is not None]

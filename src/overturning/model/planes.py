@@ -78,8 +78,8 @@ def azimuth_gaps_and_step(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERI
         True where the distance to the next azimuth is at least twice both neighbouring distances and twice the step:
         at least one azimuth of a regular grid is missing. The last entry is the distance to the first azimuth.
     step : float
-        Median distance weighted by width, degrees: the step of a regular grid, also if azimuths were added between
-        its points.
+        Median of the distances without gaps, each weighted by its own length, degrees: the step of a regular grid, also
+        if azimuths were added between its points.
     """
     azimuth = np.round(np.asarray(azimuth_deg, dtype=np.float64), 6)
     gap = np.diff(azimuth, append=azimuth[:1] + period_deg)
@@ -293,7 +293,10 @@ class PlanarModel(SceneModel):
         fall_azimuth_deg: FloatArray,
         sobol_scramble_of_member: NDArray[np.int64],
     ) -> dict[str, NDArray[Any]]:
-        """Compute, for each case, the shares of ensemble runs that fall towards the azimuth and away from it."""
+        """Compute, for each case, the shares of ensemble runs that fall towards the motion's azimuth and away from it.
+
+        For each share, the difference between both Sobol scrambles (two independent halves of the runs) is added.
+        """
         known = member_flags != INT8_MISSING
         counted = known.sum(axis=1)
         found = {"members": counted if counted.ndim == 1 else counted.min(axis=1)}

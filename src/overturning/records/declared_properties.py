@@ -78,7 +78,7 @@ class DeclaredFileProperties(FilePropertyColumns, frozen=True):
 
     @property
     def texts_of_declared_axes(self) -> list[str]:
-        """Properties common to all axes that the user gives (not their azimuths), as texts for the report."""
+        """Properties of all axes of an instrument, given by the user (rotation, sense of the vertical), as texts."""
         words = [f"axes turned by {self.correction_deg:g}°"] if self.correction_deg else []
         return words + ([f"vertical {self.vertical_sense}"] if self.vertical_sense else [])
 

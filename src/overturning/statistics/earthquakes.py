@@ -342,17 +342,17 @@ def _group_alignment_with_references(
     `FallAlignmentWithReferences.means`.
     """
 
-    def earthquake_mean_of_group(
+    def mean_cosine_over_earthquakes(
         record_cosines: FloatArray, bounds: tuple[float, float] = (-1.0, 1.0)
     ) -> MeanOverEarthquakes:
         return mean_over_earthquakes(np.where(group_mask, record_cosines, np.nan), record_events, bounds=bounds)
 
-    means = {key: [earthquake_mean_of_group(one) for one in values] for key, values in reference_cosines.items()}
+    means = {key: [mean_cosine_over_earthquakes(one) for one in values] for key, values in reference_cosines.items()}
     counts = {
         name: int(np.isfinite(reference_cosines[name, True][0][group_mask]).sum()) for name, axial in means if axial
     }
     known = [name for name, records in counts.items() if records == max(counts.values()) > 0]
     first, *others = sorted(known, key=lambda name: -means[name, True][0].value) or [""]
     pairs = zip(reference_cosines[first, True], reference_cosines[others[0], True], strict=True) if others else ()
-    closer = [earthquake_mean_of_group(one - other, BOUNDS_OF_COSINE_DIFFERENCE) for one, other in pairs]
+    closer = [mean_cosine_over_earthquakes(one - other, BOUNDS_OF_COSINE_DIFFERENCE) for one, other in pairs]
     return FallAlignmentWithReferences(means, tuple([first, *others][:2]) if first else (), closer)

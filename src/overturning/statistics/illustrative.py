@@ -306,8 +306,8 @@ def case_with_differing_outcomes(
 ) -> IllustrativeCase | None:
     """Return a case whose outcome differs between two variants of a study; None if no outcome differs.
 
-    The block falls in one cube and stands in the other: it falls in the cube with more falls of this kind. If there is
-    no such case, it falls to opposite sides.
+    The block falls in one cube and stands in the other. Of the cases that fall in only one cube, the function chooses
+    one from the cube with more of them. If there is none, it chooses a case that falls to opposite sides in both cubes.
 
     Parameters
     ----------

@@ -251,7 +251,9 @@ def intervals_within_half_width(
 def fall_shares_by_relief(
     member_flags: NDArray[np.int8], has_high_relief: NDArray[np.bool_]
 ) -> dict[str, NDArray[Any]]:
-    """Return the shares of falls among ensemble runs with low and with high relief (bearing height of the base).
+    """Return the shares of falls among ensemble runs with low and with high relief of the base.
+
+    The relief is the height above the lowest point of a base up to which its points carry load.
 
     Each share has shape (cells,), flags (cells, members); a share is NaN if no run of that half has an outcome.
     """

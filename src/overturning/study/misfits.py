@@ -31,7 +31,7 @@ def incompatible_setting_messages(study: Any) -> Iterator[str]:
         yield from _body_conflict_messages(study, study.body, contacts)
     elif study.is_stack:
         yield from _stack_conflict_messages(study)
-    yield from _population_conflict_messages(study)
+    yield from _messages_on_settings_that_need_a_body(study)
     yield from _scene_conflict_messages(study, contacts)
     yield from _variant_conflict_messages(study)
     yield from _primary_statistic_conflict_messages(study)
@@ -42,7 +42,7 @@ def incompatible_setting_messages(study: Any) -> Iterator[str]:
     yield from _survey_and_published_value_conflict_messages(study)
 
 
-def _population_conflict_messages(study: Any) -> Iterator[str]:
+def _messages_on_settings_that_need_a_body(study: Any) -> Iterator[str]:
     """Yield a message for each setting of stone population or ensemble that needs a 3-D body if the study has none."""
     if study.body is None and (study.ensemble.relief is not None or study.ensemble.orientation):
         yield "ensemble.relief, ensemble.orientation: only a single 3-D body has them; give `body`, or leave them out"

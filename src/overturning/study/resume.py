@@ -183,8 +183,8 @@ def remove_results_no_longer_made(results_folder: Path, made: Collection[str]) -
 def remove_files_of_dropped_records(results_folder: Path, record_ids: Collection[str]) -> dict[str, int]:
     """Remove motions and outcomes of records that a study no longer uses from its results folder.
 
-    A record is removed only if a run has written its motion or part there, with checksum and record id; all other files
-    stay.
+    Files of a record are removed only if a run has written its motion or a part of its outcomes there: such files
+    contain a checksum and the id of the record. All other files stay.
 
     Parameters
     ----------
@@ -239,7 +239,7 @@ def back_up_cubes(results_folder: Path) -> None:
 
 
 def restore_cubes(results_folder: Path) -> None:
-    """Restore results cubes that an interrupted run deleted; old file times mark them as outdated."""
+    """Restore deleted cubes from their backups after an interrupted run; old file times make a run remake them."""
     for kept in results_folder.glob(".cube*.nc.kept"):
         path = kept.with_name(kept.name.removeprefix(".").removesuffix(".kept"))
         if path.exists():

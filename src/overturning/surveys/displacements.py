@@ -243,10 +243,11 @@ def _observed_stone(table: SurveyTable, line: int, row: SurveyRow) -> _ObservedS
 def _cases_resembling_stone(
     cells: _CaseOutcomeArrays, chosen_indices: Mapping[str, NDArray[np.intp]], used: NDArray[np.bool_]
 ) -> tuple[NDArray[np.floating], FloatArray, _ComputedStones | None]:
-    """Select the simulated cases that resemble a stone; return flags, fall azimuths, and the cases that stand.
+    """Select the simulated cases that resemble a stone, and mark them in `used`.
 
-    The cases are marked in `used`. `chosen_indices` are those of `grid_indices_like_stone`. The azimuths, degrees, are
-    those of the cases that fall in a known direction. The weights of the standing cases sum to 1.
+    Return the flags (fall or stand) of all these cases, the fall azimuths (degrees) of those that fall in a known
+    direction, and displacements of those that stand, with weights whose sum is 1. `chosen_indices` are those of
+    `grid_indices_like_stone`.
     """
     sizes = zip(cells.dimension_names, cells.flags.shape, strict=True)
     at = np.ix_(*(chosen_indices.get(name, np.arange(size)) for name, size in sizes))
@@ -338,7 +339,7 @@ def _displacement_measures(
         return float(cells.weight[among & of].sum() / total) if total > 0 else math.nan
 
     def weighted_median(values: FloatArray, among: NDArray[np.bool_]) -> float:
-        """Return the weighted median of the values in the mask `among`; NaN if there are none."""
+        """Return the median of the values in the mask `among`, weighted as the simulated cases; NaN for none."""
         order = values[among].argsort(kind="stable")
         below = cells.weight[among][order].cumsum()
         return float(values[among][order][np.searchsorted(below, below[-1] / 2)]) if below.size else math.nan

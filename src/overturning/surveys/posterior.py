@@ -70,7 +70,7 @@ class MotionPosterior:
 
     @property
     def pgv(self) -> FloatArray:
-        """PGV, m/s, of each candidate motion scaled to each peak-velocity level, shape (motions, levels)."""
+        """Peak velocity (m/s) to which each candidate motion is scaled, for each level, shape (motions, levels)."""
         return np.broadcast_to(self.level, self.probability.shape[:2])
 
     def weakest_and_strongest_level_probabilities(self) -> tuple[float, float]:

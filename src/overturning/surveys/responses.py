@@ -256,10 +256,10 @@ def _outcome_probabilities(
 ) -> NDArray[np.float32]:
     """Return the probabilities of standing and of each fall direction, for one kind of stone under one motion.
 
-    The shape is (levels, orientations, bins + 1), for direction bins and standing.
-
-    The outcomes under one motion (see `outcomes_of_needed_sizes`) are averaged over stones, with weights of
-    `StoneKind.size_grid_weights`, and over the peak velocities at the site.
+    The shape is (levels, orientations, bins + 1): peak velocities to which the motion is scaled, orientations of the
+    stone, and direction bins and standing. `outcomes_by_node` has the outcomes of each simulated size (see
+    `outcomes_of_needed_sizes`). They are averaged over sizes, with weights of `StoneKind.size_grid_weights`, and over
+    neighbouring levels, since the peak velocity differs within a site.
     """
     nodes = np.argwhere(size_grid_weights > 0).tolist()
     outcome = np.stack([outcomes_by_node[f"{h}-{b}"] for h, b in nodes])

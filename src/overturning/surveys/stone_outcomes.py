@@ -88,14 +88,14 @@ def motion_signature(candidate_motion: CandidateMotion) -> FloatArray:
 
 
 @cache
-def _shipped_library_array(name: str) -> NDArray[np.generic]:
+def _shipped_outcome_array(name: str) -> NDArray[np.generic]:
     """Return an array of `LIBRARY_FILE`, the file with simulated outcomes of stones in the package."""
     with np.load(LIBRARY_FILE) as stored:
         return np.asarray(stored[name])
 
 
 @cache
-def _shipped_library_aspects() -> frozenset[str]:
+def _aspects_with_shipped_outcomes() -> frozenset[str]:
     """Return, as text, the D/B for which the package contains simulated outcomes; none if on another grid of sizes."""
     with np.load(LIBRARY_FILE) as stored:
         if str(stored["grid"]) != outcome_grid_description():
@@ -108,15 +108,15 @@ def shipped_outcomes(candidate_motion: CandidateMotion, aspect: float) -> dict[s
 
     The result is empty for motions that are not in the package, and for a D/B without such outcomes.
     """
-    if f"{aspect:g}" not in _shipped_library_aspects():
+    if f"{aspect:g}" not in _aspects_with_shipped_outcomes():
         return {}
-    own, every = motion_signature(candidate_motion), _shipped_library_array("motions")
+    own, every = motion_signature(candidate_motion), _shipped_outcome_array("motions")
     same = np.flatnonzero(np.isclose(every, own, rtol=1e-6, atol=0.0).all(axis=1))
     if same.size != 1:
         return {}
     outcomes, sizes = (
-        _shipped_library_array(f"outcomes {aspect:g}")[same[0]],
-        _shipped_library_array(f"sizes {aspect:g}"),
+        _shipped_outcome_array(f"outcomes {aspect:g}")[same[0]],
+        _shipped_outcome_array(f"sizes {aspect:g}"),
     )
     return {f"{h}-{b}": one for (h, b), one in zip(sizes.tolist(), outcomes, strict=True)}
 

@@ -6,7 +6,10 @@ from numba import njit
 from overturning.dem.kernel.lanes import borrowed
 from overturning.dem.kernel.queue import allocate_workspace, load_motion_of_next_sample, start_case
 from overturning.dem.polygon import equations, rows
-from overturning.dem.polygon.rules import update_elements_after_sample, view_scene_arrays_without_reference_counts
+from overturning.dem.polygon.rules import (
+    record_slip_and_support_times_of_sample,
+    view_scene_arrays_without_reference_counts,
+)
 from overturning.dem.polygon.step import advance_scene_one_step
 from overturning.dem.polygon.suspended_pairs import resume_contact_tests_after_motion
 from overturning.kernel_cache import cache_compiled_kernel
@@ -66,7 +69,7 @@ def steps_of(inputs, samples, sleep):  # type: ignore[no-untyped-def]
             )  # fmt: skip
             if n + sample > 0:
                 most = max(most, workspace.pairs.count[0])
-        update_elements_after_sample(state, scene, inputs.settings.ticks, inputs.settings.interval)
+        record_slip_and_support_times_of_sample(state, scene, inputs.settings.ticks, inputs.settings.interval)
     found = state[: rows.CASE_SIZE + scene.elements.shape[1] * rows.ELEMENT_SIZE].copy()
     # Use the owners once more, so that borrowed arrays are not freed earlier.
     held = workspace.owner[0] + workspace.matrix[0] + workspace.pattern.count[0]

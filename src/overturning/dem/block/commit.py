@@ -104,7 +104,7 @@ def compute_corner_forces(
 
 
 @njit(**INLINE)
-def block_step_contact_changes(
+def contact_changes_in_block_step(
     block: BlockConstants,
     case_step_control: CaseStepControl,
     step_ticks: float,

@@ -157,7 +157,7 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
                 commit.compute_corner_forces(block, w, w.left, s.left, assumed_left, d, with_friction),
                 commit.compute_corner_forces(block, w, w.right, s.right, assumed_right, d, with_friction),
             )
-            findings = commit.block_step_contact_changes(block, case_step_control, length, fine, both, with_friction)
+            findings = commit.contact_changes_in_block_step(block, case_step_control, length, fine, both, with_friction)
             again, sooner, attempt = choose_next_step_attempt(
                 BLOCK, case_step_control, attempt, findings, s.tick + length, ticks_per_sample
             )

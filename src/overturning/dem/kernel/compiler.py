@@ -102,11 +102,11 @@ class InnerFunctionLibrary(JITCodeLibrary):
     def get_pointer_to_function(self, name: str) -> int:  # noqa: ARG002
         """Return the address of the code that runs if Python calls the function `name`: it raises a `TypeError`."""
         self._ensure_finalized()
-        return int(_build_raising_entry_point(self._codegen).get_pointer_to_function(ENTRY))
+        return int(_build_function_that_raises_error(self._codegen).get_pointer_to_function(ENTRY))
 
 
 @cache
-def _build_raising_entry_point(codegen: Any) -> Any:
+def _build_function_that_raises_error(codegen: Any) -> Any:
     """Return a library with the function `ENTRY`, which raises an error if Python calls it."""
     module, pointer = ir.Module(ENTRY), ir.IntType(8).as_pointer()
     builder = ir.IRBuilder(

@@ -250,11 +250,11 @@ def create_zero_tuple_function(tuple_type: type) -> Any:
     def zero_tuple(_typing_context: Any) -> Any:
         """Return the type of the tuple and the function that generates its LLVM code."""
 
-        def generate_zero_code(context: Any, *_: Any) -> Any:
+        def generate_code_returning_zeros(context: Any, *_: Any) -> Any:
             """Generate the LLVM code of a tuple of zeros."""
             return ir.Constant(context.get_value_type(numba_tuple_type(tuple_type)), None)
 
-        return numba_tuple_type(tuple_type)(), generate_zero_code
+        return numba_tuple_type(tuple_type)(), generate_code_returning_zeros
 
     return intrinsic(zero_tuple)
 

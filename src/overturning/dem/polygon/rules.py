@@ -255,12 +255,14 @@ def advance_one_sample(
             for column in range(early.shape[1]):
                 trajectory[recorded_row_count - 1, column] += early[0, column]
             add_contact_forces_to_trajectory(state, scene, (0.5 + lag) * share, trajectory, recorded_row_count - 1)
-    update_elements_after_sample(state, scene, ticks, interval)
+    record_slip_and_support_times_of_sample(state, scene, ticks, interval)
     return trajectory, recorded_row_count
 
 
 @njit(**INNER)
-def update_elements_after_sample(state: Any, scene: Any, ticks_per_sample: float, sampling_interval: float) -> None:
+def record_slip_and_support_times_of_sample(
+    state: Any, scene: Any, ticks_per_sample: float, sampling_interval: float
+) -> None:
     """Store slip and last times upright and on the support of each element after a sample; start the next sample."""
     element_rules = scene.elements[0]
     for i in range(element_rules.size):

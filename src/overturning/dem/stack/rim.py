@@ -73,7 +73,7 @@ def rim_normal_weight(overhang: float, reach: float) -> float:
 
 
 @njit(**INLINE)
-def contact_normal_sums_with_point(
+def add_point_to_contact_normal_sums(
     rim: ContactNormalSums, place: ContactPointPosition, slope: tuple[float, float]
 ) -> ContactNormalSums:
     """Return the sums for the normal of contact with one more contact point, whose normal has the slope `slope`."""
@@ -96,7 +96,7 @@ def add_base_corner_to_normal_sums(joint_rows: Any, point: Any, lane_count: int)
     """Add one corner of the upper stone's base to the sums for the normal of contact, for all stacks in parallel."""
     for j in range(whole_vectors(lane_count)):
         store_rim(
-            joint_rows, j, contact_normal_sums_with_point(load_rim(joint_rows, j), load_place(point, j), (0.0, 0.0))
+            joint_rows, j, add_point_to_contact_normal_sums(load_rim(joint_rows, j), load_place(point, j), (0.0, 0.0))
         )
 
 
@@ -115,12 +115,12 @@ def add_rim_points_to_normal_sums(
         most = math.sqrt(slope_x * slope_x + slope_y * slope_y)
         begin = full * (rim.begin_slope if rim.begin_slope < most else most)
         last = full * (rim.end_slope if rim.end_slope < most else most)
-        loads = contact_normal_sums_with_point(
+        loads = add_point_to_contact_normal_sums(
             load_rim(joint_rows, j), load_place(side, j), (corner * slope_x, corner * slope_y)
         )
-        loads = contact_normal_sums_with_point(loads, load_place(start, j), (begin * own.nx, begin * own.ny))
+        loads = add_point_to_contact_normal_sums(loads, load_place(start, j), (begin * own.nx, begin * own.ny))
         store_rim(
-            joint_rows, j, contact_normal_sums_with_point(loads, load_place(end, j), (last * own.nx, last * own.ny))
+            joint_rows, j, add_point_to_contact_normal_sums(loads, load_place(end, j), (last * own.nx, last * own.ny))
         )
 
 

@@ -31,7 +31,7 @@ DOCUMENTED = {
 NAMED_TUPLE = {"_fields", "_replace", "_asdict", "_make"}
 """Documented names of Python's named tuples."""
 
-CACHE = "tests/dem/test_cache.py::test_a_damaged_cache_file_is_a_miss"
+CACHE = "tests/dem/test_cache.py::test_a_damaged_cache_file_is_a_cache_miss"
 COMPILER = "tests/dem/test_cache.py::test_the_package_changes_nothing_in_numba_or_llvm_for_others"
 LANES = "tests/dem/test_lanes.py::test_store_unless_keeps_a_lane_and_omitted_fields_are_not_stored"
 VECTORS = "tests/dem/test_vector_code.py::test_small_loops_are_fully_vectorised_without_fused_multiply_add"

@@ -24,10 +24,10 @@ from overturning.study.gather import merge_sweep_parts
 from overturning.study.load import load_study_from_file_or_json
 from overturning.study.scenes import numerical_options_of_study
 from overturning.study.sweep import sweep_cases_of_record
-from tests.dem.polygon_scenes import shipped
-from tests.dem.test_polygon_identity import FIELDS, cases_of, motion_of_noise
+from tests.dem.polygon_scenes import load_shipped_scene
+from tests.dem.test_polygon_identity import RESULT_FIELDS, noisy_motion, random_cases_of_scene
 
-STUDY = {
+SMALL_STUDY = {
     "name": "bits",
     "question": "Are they the same?",
     "azimuth": {"step": 30},
@@ -37,8 +37,8 @@ STUDY = {
 }
 
 
-def outcome_hash(stored: Path, threads: int) -> str:
-    """Return the hash of all 2-D cells: both schemes and the exact rigid block, with and without vertical motion."""
+def planar_outcome_hash(stored: Path, threads: int) -> str:
+    """Return the SHA-256 of 2-D outcomes: both schemes and the exact rigid block, with and without vertical motion."""
     digest = hashlib.sha256()
     motion = np.load(stored)
     for up in (None, 0.5 * motion["east"]):
@@ -58,19 +58,19 @@ def outcome_hash(stored: Path, threads: int) -> str:
     return digest.hexdigest()
 
 
-def scene_hash(threads: int) -> str:
-    """Return the hash of all cases of two scenes."""
+def scene_outcome_hash(threads: int) -> str:
+    """Return the SHA-256 of the outcomes of random cases of two scenes."""
     digest = hashlib.sha256()
     for name in ("three-tier", "boulder"):
-        made = shipped(name)
-        found = simulate_cases(made, motion_of_noise(), cases_of(made), NumericalOptions(threads=threads))
-        for field in FIELDS:
+        made = load_shipped_scene(name)
+        found = simulate_cases(made, noisy_motion(), random_cases_of_scene(made), NumericalOptions(threads=threads))
+        for field in RESULT_FIELDS:
             digest.update(np.ascontiguousarray(getattr(found, field)).tobytes())
     return digest.hexdigest()
 
 
-def space_hash(stored: Path, threads: int) -> str:
-    """Return the hash of all 3-D cells, with the default scheme and vertical motion."""
+def body_outcome_hash(stored: Path, threads: int) -> str:
+    """Return the SHA-256 of all outcomes of a 3-D block, with the default scheme and vertical motion."""
     motion = np.load(stored)
     found = simulate_as_arrays(
         Motion(motion["north"], motion["east"], 0.5 * motion["east"], sampling_interval=float(motion["interval"])),
@@ -85,10 +85,10 @@ def space_hash(stored: Path, threads: int) -> str:
     return hashlib.sha256(b"".join(np.ascontiguousarray(found[name]).tobytes() for name in sorted(found))).hexdigest()
 
 
-def cube_hash(stored: Path, folder: Path, threads: int) -> str:
-    """Return the hash of the cube file of a small study of one stored motion."""
+def cube_file_hash(stored: Path, folder: Path, threads: int) -> str:
+    """Return the SHA-256 of the cube file (NetCDF file of all outcomes) of a small study of one stored motion."""
     record = read_record_from_motion_file(stored)
-    study = load_study_from_file_or_json(json.dumps(STUDY | {"records": {"use": [record.record_id]}}))
+    study = load_study_from_file_or_json(json.dumps(SMALL_STUDY | {"records": {"use": [record.record_id]}}))
     folder.mkdir(parents=True)
     sweep_cases_of_record(study, record, folder / "part.nc", numerics=numerical_options_of_study(study, threads))
     merge_sweep_parts(study, [record], [folder / "part.nc"], folder / "cube.nc")
@@ -97,7 +97,7 @@ def cube_hash(stored: Path, folder: Path, threads: int) -> str:
 
 if __name__ == "__main__":
     if "OVERTURNING_EVERY_TARGET" in os.environ:
-        print(outcome_hash(Path(sys.argv[1]), int(sys.argv[3])))
-        print(scene_hash(int(sys.argv[3])))
-    print(space_hash(Path(sys.argv[1]), int(sys.argv[3])))
-    print(cube_hash(Path(sys.argv[2]), Path(sys.argv[4]), int(sys.argv[3])))
+        print(planar_outcome_hash(Path(sys.argv[1]), int(sys.argv[3])))
+        print(scene_outcome_hash(int(sys.argv[3])))
+    print(body_outcome_hash(Path(sys.argv[1]), int(sys.argv[3])))
+    print(cube_file_hash(Path(sys.argv[2]), Path(sys.argv[4]), int(sys.argv[3])))

@@ -6,13 +6,13 @@ from overturning.model.body import InitialState
 from overturning.motion.motion import Motion
 
 
-def level(duration: float, interval: float = 0.01) -> Motion:
-    """Return the motion of a base at rest."""
+def motion_at_rest(duration: float, interval: float = 0.01) -> Motion:
+    """Return the motion of a base at rest; duration and sampling interval in s."""
     samples = int(duration / interval) + 1
     return Motion(np.zeros(samples), np.zeros(samples), sampling_interval=interval)
 
 
-def leaning(
+def leaning_body_state(
     tilt: float, arm: np.ndarray, turning: np.ndarray, *, sunk: float = 0.0, rolls: bool = True
 ) -> InitialState:
     """Return a body that leans towards x by `tilt` (rad) and rotates about its contact point.
@@ -27,6 +27,6 @@ def leaning(
     return InitialState((0.0, 0.0, float(-arm[2] - sunk)), quaternion, tuple(velocity), tuple(turning))
 
 
-def axes(tilt: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the axis of a body that leans towards x, and the direction from its axis to its lowest side."""
+def body_axis_and_lowest_direction(tilt: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return unit vectors along the axis of a body that leans towards x, and from its axis to its lowest side."""
     return np.array([np.sin(tilt), 0.0, np.cos(tilt)]), np.array([np.cos(tilt), 0.0, -np.sin(tilt)])

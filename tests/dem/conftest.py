@@ -8,7 +8,7 @@ from verification.reference import body_cundall
 
 
 @pytest.fixture
-def both_schemes_in_space() -> Iterator[None]:
+def cundall_scheme_for_bodies() -> Iterator[None]:
     """Let 3-D bodies use Cundall's scheme, too, from the reference implementation in `verification`."""
     with body_cundall.enable_cundall():
         yield

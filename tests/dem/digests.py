@@ -29,11 +29,11 @@ from overturning.model.scene import Scene, gravestone
 from overturning.model.shapes import Polyhedron, RectangularPrism, shape_from_name_or_sides
 from overturning.model.stack import Stack
 from overturning.motion.motion import Motion
-from tests.dem.polygon_scenes import block, scene, shipped
+from tests.dem.polygon_scenes import block_element, load_shipped_scene, scene_of_elements
 
 
 @cache
-def ground(up: bool = False, samples: int = 480) -> Motion:
+def digest_motion(up: bool = False, samples: int = 480) -> Motion:
     """Return a piecewise linear motion, weak at start and end; exact in binary, since its knots are eighths of m/s²."""
     dice = np.random.default_rng(11)
     rows = dice.integers(-48, 49, (3, samples // 16 + 1)) / 8.0
@@ -43,10 +43,10 @@ def ground(up: bool = False, samples: int = 480) -> Motion:
     return Motion(north, east, 0.75 * vertical if up else None, sampling_interval=0.01)
 
 
-def drawn(
+def draw_varied_cases(
     count: int, seed: int, size: tuple[float, float] | None = None, *, tilted: bool = False, oblong: bool = False
 ) -> Cases:
-    """Draw `count` varied cases: slender to squat, high to low, smooth to rough; or near `size`: height (m), B/H."""
+    """Draw random cases: slender to squat, high to low, smooth to rough; or blocks near `size`: height (m), B/H."""
     dice = np.random.default_rng(seed)
     heights, ratios = ([0.25, 0.6, 1.5, 4.0], [0.08, 0.15, 0.22, 0.35, 0.7, 2.0])
     if size is not None:
@@ -64,40 +64,45 @@ def drawn(
     )
 
 
-BUDGET = 8_000_000
+MAX_BLOCK_STEPS = 8_000_000
 """Largest number of block steps of a case: three times the largest number that any case takes."""
 
 
-def of_cases(model: Model | Scene, cases: Cases, up: bool = False, **options: Any) -> dict[str, Any]:
-    return vars(simulate_cases(model, ground(up), cases, NumericalOptions(**{"budget": BUDGET} | options)))
+def outcomes_of_cases(model: Model | Scene, cases: Cases, up: bool = False, **options: Any) -> dict[str, Any]:
+    """Return the outcomes of cases under `digest_motion`, by name."""
+    return vars(
+        simulate_cases(model, digest_motion(up), cases, NumericalOptions(**{"budget": MAX_BLOCK_STEPS} | options))
+    )
 
 
-def of_rigid(up: bool, order: int) -> dict[str, Any]:
-    return simulate_rigid_rocking(ground(up), drawn(60, 4, tilted=True), order)._asdict()
+def outcomes_of_rigid_blocks(up: bool, order: int) -> dict[str, Any]:
+    """Return the outcomes of 60 random rigid rocking blocks, by name; `order` is that of the integration."""
+    return simulate_rigid_rocking(digest_motion(up), draw_varied_cases(60, 4, tilted=True), order)._asdict()
 
 
-def of_faces() -> dict[str, Any]:
+def outcomes_of_body_and_face_planes() -> dict[str, Any]:
+    """Return the outcomes of 3-D blocks and of their 2-D models in the planes of their faces, by name."""
     model = Body(RectangularPrism())
     grid = create_case_grid(
         model, [0.6], [0.15, 0.3], orientation_deg=[0.0, 30.0, 90.0], aspect=[1.0, 2.0], friction=[0.6]
     )
-    return simulate_grid_and_body_face_planes(model, ground(), grid, NumericalOptions())
+    return simulate_grid_and_body_face_planes(model, digest_motion(), grid, NumericalOptions())
 
 
-SOFT = gravestone(Contact(static_penetration=1e-4, damping_ratio=0.05, stiffness_ratio=0.5), density=2000.0)
-BOUNCING = gravestone(Contact(stiffness=4e6, damping=300.0, stiffness_ratio=2.0))
+SOFT_BLOCK = gravestone(Contact(static_penetration=1e-4, damping_ratio=0.05, stiffness_ratio=0.5), density=2000.0)
+BOUNCING_BLOCK = gravestone(Contact(stiffness=4e6, damping=300.0, stiffness_ratio=2.0))
 WEDGE = Polyhedron([[0, 0, 0], [0.5, 0, 0], [0.55, 0.4, 0], [0, 0.35, 0], [0.2, 0.2, 1.1], [0.25, 0.1, 1.1]])
-STONE_AND_CAP = scene(
-    block("base", 0.5, 0.2),
+STONE_AND_CAP = scene_of_elements(
+    block_element("base", 0.5, 0.2),
     {"name": "stone", "vertices": [[-0.15, 0], [0.15, 0], [0.1, 0.7], [-0.12, 0.7]], "stands_on": "base"},
-    block("cap", 0.4, 0.1, "stone", 0.02, material="wood"),
+    block_element("cap", 0.4, 0.1, "stone", 0.02, material="wood"),
     materials={"stone": {"density": 2500}, "wood": {"density": 700}},
     contacts=[
         {"between": ["stone", "wood"], "friction": 0.4, "static_penetration": 1e-5},
         {"between": ["stone", "stone"], "damping_ratio": 0.6, "stiffness_ratio": 0.7},
     ],
 )
-BESIDE_WHAT_IS_HELD = scene(
+STONES_BESIDE_FIXED_WALL = scene_of_elements(
     {"name": "wall", "kind": "held", "width": 0.2, "height": 1.5, "at": [0.35, 0.02]},
     {"name": "stone", "width": 0.24, "height": 0.6, "stands_on": "ground", "fallen_rotation_deg": 60},
     {
@@ -108,72 +113,104 @@ BESIDE_WHAT_IS_HELD = scene(
         "rotation_deg": 0,
     },
 )
-LOOSE = scene(
-    block("one", 0.3, 0.9),
-    block("two", 0.3, 0.9, x=0.33, fallen_rotation_deg=90),
+TWO_BLOCKS_IN_A_ROW = scene_of_elements(
+    block_element("one", 0.3, 0.9),
+    block_element("two", 0.3, 0.9, x=0.33, fallen_rotation_deg=90),
     contacts=[{"between": ["stone", "stone"], "stiffness": 5e6, "damping": 2000, "friction": 0.5}],
     gravity=3.7,
 )
 SCENES = {
-    "three tiers": shipped("three-tier"),
-    "against a wall": shipped("against-a-wall"),
-    "boulder": shipped("boulder"),
-    "cross": shipped("cross"),
+    "three tiers": load_shipped_scene("three-tier"),
+    "against a wall": load_shipped_scene("against-a-wall"),
+    "boulder": load_shipped_scene("boulder"),
+    "cross": load_shipped_scene("cross"),
     "stone and cap": STONE_AND_CAP,
-    "beside what is held": BESIDE_WHAT_IS_HELD,
-    "two in a row": LOOSE,
+    "beside what is held": STONES_BESIDE_FIXED_WALL,
+    "two in a row": TWO_BLOCKS_IN_A_ROW,
 }
 
-OUTCOMES: dict[str, Callable[[], Mapping[str, Any]]] = {
-    "block": partial(of_cases, PlanarModel(), drawn(200, 1)),
-    "block, ground up and down": partial(of_cases, PlanarModel(), drawn(200, 2, tilted=True), True),
-    "block, nothing left out": partial(of_cases, PlanarModel(), drawn(100, 3), True, leave_out=False),
-    "block, finer": partial(of_cases, PlanarModel(), drawn(16, 5), True, refinement=2),
-    "block, quarter of the stable step": partial(of_cases, PlanarModel(), drawn(8, 6), time_step="0.25 stable"),
-    "block, short budget": partial(of_cases, PlanarModel(), drawn(30, 5), budget=4000),
-    "soft block": partial(of_cases, SOFT, drawn(120, 7), True),
-    "bouncing block": partial(of_cases, BOUNCING, drawn(120, 8, tilted=True)),
-    "block, Cundall": partial(of_cases, BOUNCING, drawn(40, 9), True, scheme="cundall"),
-    "soft block, Cundall": partial(of_cases, SOFT, drawn(40, 10, tilted=True), scheme="cundall"),
-    "rigid block": partial(of_rigid, False, 12),
-    "rigid block, ground up and down": partial(of_rigid, True, 8),
-    "rectangle": partial(of_cases, Body(RectangularPrism()), drawn(80, 11, oblong=True), True),
-    "rectangle, level ground": partial(
-        of_cases, Body(RectangularPrism(), VertexContact(1e-4, 0.5, 0.3)), drawn(50, 12, oblong=True)
+OUTCOME_FUNCTIONS: dict[str, Callable[[], Mapping[str, Any]]] = {
+    "block": partial(outcomes_of_cases, PlanarModel(), draw_varied_cases(200, 1)),
+    "block, ground up and down": partial(
+        outcomes_of_cases, PlanarModel(), draw_varied_cases(200, 2, tilted=True), True
     ),
-    "cylinder": partial(of_cases, Body(shape_from_name_or_sides("circle")), drawn(40, 13), True),
-    "octagon": partial(of_cases, Body(shape_from_name_or_sides(8)), drawn(30, 14), leave_out=False),
-    "wedge": partial(of_cases, Body(WEDGE), drawn(30, 15), True),
-    "rectangle with the planes of its faces": of_faces,
+    "block, nothing left out": partial(
+        outcomes_of_cases, PlanarModel(), draw_varied_cases(100, 3), True, leave_out=False
+    ),
+    "block, finer": partial(outcomes_of_cases, PlanarModel(), draw_varied_cases(16, 5), True, refinement=2),
+    "block, quarter of the stable step": partial(
+        outcomes_of_cases, PlanarModel(), draw_varied_cases(8, 6), time_step="0.25 stable"
+    ),
+    "block, short budget": partial(outcomes_of_cases, PlanarModel(), draw_varied_cases(30, 5), budget=4000),
+    "soft block": partial(outcomes_of_cases, SOFT_BLOCK, draw_varied_cases(120, 7), True),
+    "bouncing block": partial(outcomes_of_cases, BOUNCING_BLOCK, draw_varied_cases(120, 8, tilted=True)),
+    "block, Cundall": partial(outcomes_of_cases, BOUNCING_BLOCK, draw_varied_cases(40, 9), True, scheme="cundall"),
+    "soft block, Cundall": partial(
+        outcomes_of_cases, SOFT_BLOCK, draw_varied_cases(40, 10, tilted=True), scheme="cundall"
+    ),
+    "rigid block": partial(outcomes_of_rigid_blocks, False, 12),
+    "rigid block, ground up and down": partial(outcomes_of_rigid_blocks, True, 8),
+    "rectangle": partial(outcomes_of_cases, Body(RectangularPrism()), draw_varied_cases(80, 11, oblong=True), True),
+    "rectangle, level ground": partial(
+        outcomes_of_cases,
+        Body(RectangularPrism(), VertexContact(1e-4, 0.5, 0.3)),
+        draw_varied_cases(50, 12, oblong=True),
+    ),
+    "cylinder": partial(outcomes_of_cases, Body(shape_from_name_or_sides("circle")), draw_varied_cases(40, 13), True),
+    "octagon": partial(
+        outcomes_of_cases, Body(shape_from_name_or_sides(8)), draw_varied_cases(30, 14), leave_out=False
+    ),
+    "wedge": partial(outcomes_of_cases, Body(WEDGE), draw_varied_cases(30, 15), True),
+    "rectangle with the planes of its faces": outcomes_of_body_and_face_planes,
     **{
         f"scene: {name}": partial(
-            of_cases, PlanarModel(one), drawn(20, 20 + number, size_reference_height_and_b_over_h(one)), number % 2 == 1
+            outcomes_of_cases,
+            PlanarModel(one),
+            draw_varied_cases(20, 20 + number, size_reference_height_and_b_over_h(one)),
+            number % 2 == 1,
         )
         for number, (name, one) in enumerate(SCENES.items())
     },
-    "scene of a block": partial(of_cases, PlanarModel(), drawn(30, 30), True, general=True),
-    "scene of a block, Cundall": partial(of_cases, SOFT, drawn(10, 31), general=True, scheme="cundall"),
+    "scene of a block": partial(outcomes_of_cases, PlanarModel(), draw_varied_cases(30, 30), True, general=True),
+    "scene of a block, Cundall": partial(
+        outcomes_of_cases, SOFT_BLOCK, draw_varied_cases(10, 31), general=True, scheme="cundall"
+    ),
     "stack in 3-D": partial(
-        of_cases, Stack(shipped("three-tier")), drawn(16, 33, size_reference_height_and_b_over_h(shipped("three-tier")))
+        outcomes_of_cases,
+        Stack(load_shipped_scene("three-tier")),
+        draw_varied_cases(16, 33, size_reference_height_and_b_over_h(load_shipped_scene("three-tier"))),
     ),
     "stack, Cundall": partial(
-        of_cases, PlanarModel(LOOSE), drawn(6, 32, size_reference_height_and_b_over_h(LOOSE)), True, scheme="cundall"
+        outcomes_of_cases,
+        PlanarModel(TWO_BLOCKS_IN_A_ROW),
+        draw_varied_cases(6, 32, size_reference_height_and_b_over_h(TWO_BLOCKS_IN_A_ROW)),
+        True,
+        scheme="cundall",
     ),
 }
 """Functions that compute the outcomes, by name: random cases of each kernel and scheme, with fixed seeds."""
 
-EXACT = ("block", "soft block", "bouncing block", "rigid block", "rectangle", "cylinder", "octagon", "wedge")
+BIT_EXACT_PREFIXES = (
+    "block",
+    "soft block",
+    "bouncing block",
+    "rigid block",
+    "rectangle",
+    "cylinder",
+    "octagon",
+    "wedge",
+)
 """Prefixes of the names of outcomes that are compared bit by bit. For scenes only flags and statuses are compared:
 their statics use LAPACK, whose bits differ between processors."""
 
-FILE = Path(__file__).with_name("digests.json")
+DIGEST_FILE = Path(__file__).with_name("digests.json")
 
 
-def digest(name: str) -> str:
-    """Return the first 16 hexadecimal digits of the SHA-256 of an outcome."""
-    with chdir(FILE.parents[2]):  # the names of scenes are relative to the project folder
-        found = OUTCOMES[name]()
-    exact = name.startswith(EXACT)
+def outcome_digest(name: str) -> str:
+    """Return the first 16 hexadecimal digits of the SHA-256 of the outcomes that `OUTCOME_FUNCTIONS[name]` computes."""
+    with chdir(DIGEST_FILE.parents[2]):  # the names of scenes are relative to the project folder
+        found = OUTCOME_FUNCTIONS[name]()
+    exact = name.startswith(BIT_EXACT_PREFIXES)
     hashed = hashlib.sha256()
     for key in sorted(found):
         if exact or key in ("overturned", "status"):
@@ -182,4 +219,6 @@ def digest(name: str) -> str:
 
 
 if __name__ == "__main__":
-    FILE.write_text(json.dumps({name: digest(name) for name in OUTCOMES}, indent=1) + "\n", encoding="utf-8")
+    DIGEST_FILE.write_text(
+        json.dumps({name: outcome_digest(name) for name in OUTCOME_FUNCTIONS}, indent=1) + "\n", encoding="utf-8"
+    )

@@ -14,11 +14,11 @@ from overturning.model.results import CaseResults
 from overturning.model.stack import Stack
 from overturning.motion.motion import Motion
 
-OF_EACH_CASE = ("steps", "first", "stays_at_rest", "too_soft", "table", "cosines")
+PLAN_FIELDS_PER_CASE = ("steps", "first", "stays_at_rest", "too_soft", "table", "cosines")
 
 
-def simulate_under_each(model: Body | Stack, motions: list[Motion], cases: Cases, **options: Any) -> CaseResults:
-    """Simulate n cases under each of several level motions with the same times; return arrays of shape (motions, n, …).
+def simulate_under_each_motion(model: Body | Stack, motions: list[Motion], cases: Cases, **options: Any) -> CaseResults:
+    """Simulate n cases under several level motions with the same times; return arrays of shape (motions, n, …).
 
     A lane that is not used costs as much as one that is, and a case has the same bits in any lane: see
     `test_stack.test_cases_do_not_depend_on_their_neighbours`.
@@ -26,7 +26,7 @@ def simulate_under_each(model: Body | Stack, motions: list[Motion], cases: Cases
     assert len({(motion.sample_count, motion.sampling_interval) for motion in motions}) == 1
     assert all(motion.up is None for motion in motions)
     plans = [plan_simulation(model, motion, cases, NumericalOptions(**options)) for motion in motions]
-    columns = (*OF_EACH_CASE, "friction") if isinstance(model, Stack) else OF_EACH_CASE
+    columns = (*PLAN_FIELDS_PER_CASE, "friction") if isinstance(model, Stack) else PLAN_FIELDS_PER_CASE
     plan = replace(
         plans[0],
         cases=Cases(*(np.tile(getattr(cases, item.name), len(plans)) for item in fields(cases))),

@@ -16,16 +16,17 @@ from overturning.model.results import CaseResults
 from overturning.model.scene import Scene, check_scene, load_scene
 from overturning.motion.motion import Motion
 
-ROOT = Path(__file__).parents[2]
+REPOSITORY = Path(__file__).parents[2]
 GROUND = {"name": "ground", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]}
-SHIPPED = ("gravestone", "three-tier", "against-a-wall", "boulder")
+SHIPPED_SCENES = ("gravestone", "three-tier", "against-a-wall", "boulder")
 
 
-def shipped(name: str) -> Scene:
-    return load_scene(name, ROOT)
+def load_shipped_scene(name: str) -> Scene:
+    """Return a scene of the folder config/scenes by its name, such as "three-tier"."""
+    return load_scene(name, REPOSITORY)
 
 
-def scene(*elements: dict[str, Any], **keys: Any) -> Scene:
+def scene_of_elements(*elements: dict[str, Any], **keys: Any) -> Scene:
     """Return a scene of the given elements; a driven ground is added if there is none."""
     given = list(elements)
     if not any(element.get("kind") == "driven" for element in given):
@@ -33,22 +34,27 @@ def scene(*elements: dict[str, Any], **keys: Any) -> Scene:
     return check_scene({"name": "test", "elements": given, **keys})
 
 
-def block(name: str, width: float, height: float, on: str = "ground", x: float = 0.0, **keys: Any) -> dict[str, Any]:
+def block_element(
+    name: str, width: float, height: float, on: str = "ground", x: float = 0.0, **keys: Any
+) -> dict[str, Any]:
+    """Return the element of a scene file for a rectangular block that stands on another element; lengths in m."""
     return {"name": name, "width": width, "height": height, "stands_on": on, "at": [x, 0], **keys}
 
 
-def still(duration: float, interval: float = 0.01) -> Motion:
+def motion_at_rest(duration: float, interval: float = 0.01) -> Motion:
+    """Return the motion of a base at rest; duration and sampling interval in s."""
     zero = np.zeros(round(duration / interval) + 1)
     return Motion(zero, zero, sampling_interval=interval)
 
 
-def shaken(acceleration: Any, interval: float = 0.01) -> Motion:
+def motion_towards_north(acceleration: Any, interval: float = 0.01) -> Motion:
     """Return a motion towards north with the given acceleration, m/s²."""
     values = np.asarray(acceleration, dtype=np.float64)
     return Motion(values, 0 * values, sampling_interval=interval)
 
 
-def one_case(made: Scene, motion: Motion, friction: float = 1.0, **options: Any) -> PolygonSimulationPlan:
+def plan_single_case(made: Scene, motion: Motion, friction: float = 1.0, **options: Any) -> PolygonSimulationPlan:
+    """Plan a case of a scene along azimuth 0 with the sizes of its file; times at rest are simulated, too."""
     height, ratio = size_reference_height_and_b_over_h(made)
     return plan_scene_simulation(
         PlanarModel(made),
@@ -58,8 +64,13 @@ def one_case(made: Scene, motion: Motion, friction: float = 1.0, **options: Any)
     )
 
 
-def run(how: PolygonSimulationPlan, motion: Motion, more: int = 0) -> tuple[CaseResults, np.ndarray, np.ndarray]:
-    """Run a case; return results, times (s), and poses with velocities, shape (samples, elements, 6)."""
+def run_planned_case(
+    how: PolygonSimulationPlan, motion: Motion, more: int = 0
+) -> tuple[CaseResults, np.ndarray, np.ndarray]:
+    """Run a planned case; return results, times (s), and poses with velocities, shape (samples, elements, 6).
+
+    `more` is the number of samples after the record.
+    """
     rows = motion.sample_count + more
     path = np.zeros((rows, 2 + 6 * how.arrays.sizes.size))
     answers, path = how.compute_cases(np.zeros(1, np.int64), np.zeros(1, np.int64), path)
@@ -67,18 +78,19 @@ def run(how: PolygonSimulationPlan, motion: Motion, more: int = 0) -> tuple[Case
     return CaseResults(**answers), path[:, 0], path[:, 2:].reshape(len(path), -1, 6)
 
 
-def set_state(how: PolygonSimulationPlan, element: int, **values: float) -> None:
+def set_initial_state(how: PolygonSimulationPlan, element: int, **values: float) -> None:
     """Set x, z, angle, vx, vz or vw of an element at the start; it must not touch another element there."""
 
-    def put_number(path: str, number: float) -> None:
+    def set_state_number(path: str, number: float) -> None:
+        """Set one number of the element's initial state; `path` names the field, such as "pose.x"."""
         row = k.CASE.count + element * k.ELEMENT.count + k.ELEMENT.row_start(ElementState, path) // k.COLUMNS
         how.arrays.initial[0, row] = number
 
     paths = {"x": "pose.x", "z": "pose.z", "vx": "velocity.x", "vz": "velocity.z", "vw": "velocity.w"}
     for name, value in values.items():
         if name == "angle":
-            put_number("pose.angle", value)
-            put_number("pose.cos", np.cos(value))
-            put_number("pose.sin", np.sin(value))
+            set_state_number("pose.angle", value)
+            set_state_number("pose.cos", np.cos(value))
+            set_state_number("pose.sin", np.sin(value))
         else:
-            put_number(paths[name], value)
+            set_state_number(paths[name], value)

@@ -21,11 +21,11 @@ from overturning.model.shapes import RectangularPrism
 from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
-from tests.dem.polygon_scenes import block, scene, shipped
+from tests.dem.polygon_scenes import block_element, load_shipped_scene, scene_of_elements
 from tests.expect import refused
 
-WAVE = 4.0 * np.sin(np.arange(200) * 0.1)
-MOTION = Motion(WAVE, 0.3 * WAVE, sampling_interval=0.01)
+ACCELERATION = 4.0 * np.sin(np.arange(200) * 0.1)
+MOTION = Motion(ACCELERATION, 0.3 * ACCELERATION, sampling_interval=0.01)
 GRID: dict[str, Any] = {"azimuth_deg": [0.0], "height": [0.6], "b_over_h": [0.3], "friction": [1.0]}
 
 
@@ -116,7 +116,9 @@ def test_unequal_lengths_and_an_unstable_initial_tilt_are_refused() -> None:
 
 
 def test_friction_argument_is_refused_for_a_scene_that_sets_all_coefficients() -> None:
-    own = scene(block("low", 0.24, 0.6), contacts=[{"between": ["stone", "stone"], "friction": 0.5}])
+    own = scene_of_elements(
+        block_element("low", 0.24, 0.6), contacts=[{"between": ["stone", "stone"], "friction": 0.5}]
+    )
     with refused(ArgumentError, "friction: [0.1, 1.0]", "scene test has coefficients of its own"):
         simulate(MOTION, own, azimuth_deg=0.0, friction=[0.1, 1.0])
     with refused(ArgumentError, "friction: 0.1", "scene test has coefficients of its own"):
@@ -136,16 +138,22 @@ def test_friction_argument_is_refused_for_a_scene_that_sets_all_coefficients() -
         (lambda: Cases("east", 0.6, 0.3, 1.0), ["azimuth_deg: 'east'; it must be a number"]),
         (lambda: Cases(0.0, 0.6, 0.3, [1.0, None, "smooth"]), ["friction: \"[1.0, None, 'smooth']\""]),
         (lambda: Motion(["a"], [0.0], sampling_interval=0.01), ["north: \"['a']\"; it must be a number"]),
-        (lambda: Motion(WAVE, WAVE, "up", sampling_interval=0.01), ["up: 'up'; it must be a number"]),
-        (lambda: Motion(WAVE, WAVE, sampling_interval="fast"), ["sampling_interval: 'fast'"]),  # type: ignore[arg-type]
-        (lambda: Motion(WAVE, WAVE, sampling_interval=[0.01]), ["sampling_interval: shape (1,); give one number"]),  # type: ignore[arg-type]
-        (lambda: Motion(WAVE, WAVE, sampling_interval=1e-9), ["sampling_interval: 1e-09 s; give at least 1e-06 s"]),
-        (lambda: run_cases(MOTION, None, shipped("three-tier")), ["cases: a NoneType; give Cases("]),  # type: ignore[arg-type]
+        (lambda: Motion(ACCELERATION, ACCELERATION, "up", sampling_interval=0.01), ["up: 'up'; it must be a number"]),
+        (lambda: Motion(ACCELERATION, ACCELERATION, sampling_interval="fast"), ["sampling_interval: 'fast'"]),  # type: ignore[arg-type]
+        (
+            lambda: Motion(ACCELERATION, ACCELERATION, sampling_interval=[0.01]),
+            ["sampling_interval: shape (1,); give one number"],
+        ),  # type: ignore[arg-type]
+        (
+            lambda: Motion(ACCELERATION, ACCELERATION, sampling_interval=1e-9),
+            ["sampling_interval: 1e-09 s; give at least 1e-06 s"],
+        ),
+        (lambda: run_cases(MOTION, None, load_shipped_scene("three-tier")), ["cases: a NoneType; give Cases("]),  # type: ignore[arg-type]
         (lambda: Body("square"), ["shape: 'square'; give 'rectangle'"]),
         (lambda: Scene(name="one"), ["elements: this key is needed"]),  # type: ignore[call-arg]
     ],
 )
-def test_arguments_of_another_kind_are_refused_by_name(make: Callable[[], object], words: list[str]) -> None:
+def test_arguments_of_a_wrong_type_are_refused_by_name(make: Callable[[], object], words: list[str]) -> None:
     with refused(ArgumentError, *words):
         make()
 
@@ -165,13 +173,13 @@ def test_arguments_of_another_kind_are_refused_by_name(make: Callable[[], object
 )
 def test_a_length_out_of_bounds_is_refused_by_element_and_key(keys: dict[str, Any], word: str) -> None:
     with refused(ConfigError, f"element stone: {word}"):
-        scene({"name": "stone", "stands_on": "ground", **keys})
+        scene_of_elements({"name": "stone", "stands_on": "ground", **keys})
 
 
 @pytest.mark.parametrize("depth", [1e-6, 1e6])
 @pytest.mark.filterwarnings("error")
 def test_a_stack_of_the_least_or_largest_depth_has_an_outcome_or_a_reason(depth: float) -> None:
-    stone = scene({"name": "stone", "stands_on": "ground", "width": 0.3, "height": 0.6, "depth": depth})
+    stone = scene_of_elements({"name": "stone", "stands_on": "ground", "width": 0.3, "height": 0.6, "depth": depth})
     assert np.isfinite(simulate(MOTION, stone, orientation_deg=0.0).status.item())
 
 
@@ -179,22 +187,22 @@ def test_a_stack_of_the_least_or_largest_depth_has_an_outcome_or_a_reason(depth:
 def test_a_reference_element_that_is_no_stone_is_named_with_the_remedy(direction: str) -> None:
     """The reference element is the first free one: a levelling slab of 1 mm."""
     slab = {"name": "slab", "stands_on": "ground", "width": 0.5, "depth": 0.5, "height": 0.001}
-    made = scene(slab, {"name": "stone", "stands_on": "slab", "width": 0.3, "depth": 0.3, "height": 0.6})
+    made = scene_of_elements(slab, {"name": "stone", "stands_on": "slab", "width": 0.3, "depth": 0.3, "height": 0.6})
     with refused(ArgumentError, "height: element slab of scene test is 0.001 m high", "reference:"):
         simulate(MOTION, made, **{direction: 0.0})
 
 
-def test_models_with_a_contact_or_scene_of_another_kind_are_refused() -> None:
+def test_models_with_a_contact_or_scene_of_a_wrong_type_are_refused() -> None:
     with refused(ConfigError, "scene: a dict", "path or name of a file"):
         load_scene({"name": "one"})  # type: ignore[arg-type]
     with refused(ArgumentError, "scene: 'three-tier'", "load_scene"):
         Stack("three-tier")  # type: ignore[arg-type]
     with refused(ArgumentError, "contact: Contact(", "VertexContact"):
-        Stack(shipped("three-tier"), contact=Contact())  # type: ignore[arg-type]
+        Stack(load_shipped_scene("three-tier"), contact=Contact())  # type: ignore[arg-type]
     with refused(ArgumentError, "contact: VertexContact(", "a Contact"):
         gravestone(contact=VertexContact())  # type: ignore[arg-type]
     with refused(ArgumentError, "aspect: [2.0]", "depths of its scene"):
-        run_cases(MOTION, Cases([0.0], 0.636, 0.38, 0.5, aspect=2.0), Stack(shipped("three-tier")))
+        run_cases(MOTION, Cases([0.0], 0.636, 0.38, 0.5, aspect=2.0), Stack(load_shipped_scene("three-tier")))
 
 
 @pytest.mark.parametrize(
@@ -207,12 +215,12 @@ def test_models_with_a_contact_or_scene_of_another_kind_are_refused() -> None:
 )
 def test_bad_arguments_of_a_stacks_trajectory_are_refused(options: dict[str, Any], words: list[str]) -> None:
     with refused(ArgumentError, *words):
-        trajectory(MOTION, shipped("three-tier"), orientation_deg=0.0, **options)
+        trajectory(MOTION, load_shipped_scene("three-tier"), orientation_deg=0.0, **options)
 
 
 @pytest.mark.parametrize("model", [None, "three-tier", "circle", 6])
 def test_aspect_is_refused_for_models_other_than_a_rectangle(model: Any) -> None:
-    made = shipped(model) if model == "three-tier" else model
+    made = load_shipped_scene(model) if model == "three-tier" else model
     with refused(ArgumentError, "aspect: [1.0, 2.0]", "only a rectangle"):
         run_cases(MOTION, Cases(0.0, 0.6, 0.3, 1.0, aspect=[1.0, 2.0]), made)
 
@@ -220,7 +228,7 @@ def test_aspect_is_refused_for_models_other_than_a_rectangle(model: Any) -> None
 def test_a_case_with_an_energy_error_has_a_missing_flag() -> None:
     # A static penetration of a tenth of the width: rebounds leave the range of the contact law.
     soft = run_cases(
-        Motion(WAVE, WAVE, sampling_interval=0.01),
+        Motion(ACCELERATION, ACCELERATION, sampling_interval=0.01),
         Cases(0.0, 0.6, [0.1, 0.2, 0.3], 1.0),
         gravestone(Contact(static_penetration=0.1)),
         time_step="1 stable",
@@ -231,7 +239,7 @@ def test_a_case_with_an_energy_error_has_a_missing_flag() -> None:
     assert np.isnan(soft.overturning_time[marked]).all()
 
 
-def test_a_case_over_its_budget_is_marked() -> None:
+def test_a_case_over_its_budget_of_steps_is_marked() -> None:
     found = run_cases(MOTION, Cases(0.0, 0.6, 0.3, 1.0), budget=500)
     assert found.status.tolist() == [CaseStatus.OVER_BUDGET]
     assert found.overturned.tolist() == [-128]
@@ -249,7 +257,7 @@ def test_the_budget_of_a_case_covers_its_reruns(monkeypatch: pytest.MonkeyPatch)
 def test_a_case_ends_when_its_budget_is_used_up() -> None:
     """The budget of a scene counts the steps of all elements; a case may exceed its budget by the steps of a sample."""
     budget, step = 400_000, {"time_step": "0.02 stable", "leave_out": False}
-    scene, cases = shipped("three-tier"), Cases(0.0, 0.636, 0.38, 1.0)
+    scene, cases = load_shipped_scene("three-tier"), Cases(0.0, 0.636, 0.38, 1.0)
     numerics = NumericalOptions(budget=budget, **step)
     stones, steps = (
         simulate_cases(scene, MOTION, cases, numerics),

@@ -23,14 +23,14 @@ from overturning.model.solid import RigidSolid
 from overturning.model.variables import MAX_NUMBERED_FACES
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-from tests.dem.body_starts import leaning, level
+from tests.dem.body_starts import leaning_body_state, motion_at_rest
 from tests.expect import refused
 
 BOX = np.array([[x, y, z] for x in (-0.1, 0.1) for y in (-0.2, 0.2) for z in (0.0, 0.6)])
 WEDGE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.4, 0.4, 0.8], [0.4, 0.6, 0.8]], dtype=float)
 
 
-def integrated(body_vertices: np.ndarray, count: int = 60) -> tuple[np.ndarray, np.ndarray]:
+def mass_properties_by_summation(body_vertices: np.ndarray, count: int = 60) -> tuple[np.ndarray, np.ndarray]:
     """Return the centre and the inertia per mass of a convex hull, by summing over grid cells inside."""
     from scipy.spatial import ConvexHull
 
@@ -67,14 +67,15 @@ def test_a_box_given_by_vertices_equals_the_rectangle() -> None:
 def test_mass_properties_agree_with_numerical_integration(vertices: np.ndarray) -> None:
     from overturning.model.polyhedron import _convex_hull
 
-    hull = _convex_hull(np.concatenate([vertices[:0], vertices[np.unique(convex(vertices))]]))
-    kept = vertices[np.unique(convex(vertices))]
-    centre, inertia = integrated(vertices)
+    hull = _convex_hull(np.concatenate([vertices[:0], vertices[np.unique(hull_vertex_indices(vertices))]]))
+    kept = vertices[np.unique(hull_vertex_indices(vertices))]
+    centre, inertia = mass_properties_by_summation(vertices)
     np.testing.assert_allclose(kept[0] - hull.points[0], centre, atol=0.01 * np.ptp(vertices))
     np.testing.assert_allclose(hull.inertia, inertia, atol=0.01 * np.trace(inertia))
 
 
-def convex(vertices: np.ndarray) -> np.ndarray:
+def hull_vertex_indices(vertices: np.ndarray) -> np.ndarray:
+    """Return the indices of the points that are vertices of the convex hull."""
     from scipy.spatial import ConvexHull
 
     return ConvexHull(vertices).vertices
@@ -112,19 +113,22 @@ def test_vertices_that_cannot_touch_are_dropped() -> None:
     lump = lump / np.linalg.norm(lump, axis=1)[:, None] * [0.3, 0.3, 0.2]
     low = np.array([[0.12, 0.1, -0.15], [-0.13, 0.1, -0.15], [-0.1, -0.12, -0.15], [0.11, -0.1, -0.15]])
     whole = np.concatenate([low, lump[lump[:, 2] > -0.1]])
-    whole = whole[convex(whole)]
+    whole = whole[hull_vertex_indices(whole)]
     stone = Polyhedron(whole).unscaled_solid
     centred = whole - whole[0]
     for _ in range(300):
         turn, tilt = rng.uniform(0, 2 * np.pi), rng.uniform(0, stone.fall_tilt)
         down = np.array([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), -np.cos(tilt)])
         assert (stone.points @ down).max() - stone.points[0] @ down >= (centred @ down).max() - (
-            whole_of(stone, whole) - whole[0]
+            original_first_vertex(stone, whole) - whole[0]
         ) @ down - 1e-9
 
 
-def whole_of(stone: RigidSolid, whole: np.ndarray) -> np.ndarray:
-    """Return the original coordinates of the body's first vertex."""
+def original_first_vertex(stone: RigidSolid, whole: np.ndarray) -> np.ndarray:
+    """Return a body's first vertex in the coordinates it was given in, found by the shape of the base.
+
+    `whole` are the given vertices, shape (n, 3).
+    """
     lowest = whole[whole[:, 2] < whole[:, 2].min() + 1e-9]
     differences = stone.points[: stone.base, :2] - stone.points[0, :2]
     return next(
@@ -147,9 +151,11 @@ def test_an_eccentric_body_rests_on_its_springs() -> None:
     assert found["peak_tilt"].item() < 1e-3
 
 
-LEANING = np.concatenate([BOX[BOX[:, 2] == 0], BOX[BOX[:, 2] > 0] + [0.5, 0, 0]])
-KEEL = np.array([[0, 0, 0], [0.5, 0, 0], [1, 0, 0], *([x, y, 0.6] for x in (0, 1) for y in (-0.5, 0.5))])
-MANY = np.stack([np.cos(np.arange(150) * 0.0418879), np.sin(np.arange(150) * 0.0418879), np.zeros(150)], axis=1)
+LEANING_BOX = np.concatenate([BOX[BOX[:, 2] == 0], BOX[BOX[:, 2] > 0] + [0.5, 0, 0]])
+KEEL_BODY = np.array([[0, 0, 0], [0.5, 0, 0], [1, 0, 0], *([x, y, 0.6] for x in (0, 1) for y in (-0.5, 0.5))])
+CIRCLE_OF_VERTICES = np.stack(
+    [np.cos(np.arange(150) * 0.0418879), np.sin(np.arange(150) * 0.0418879), np.zeros(150)], axis=1
+)
 
 
 @pytest.mark.parametrize(
@@ -157,12 +163,12 @@ MANY = np.stack([np.cos(np.arange(150) * 0.0418879), np.sin(np.arange(150) * 0.0
     [
         (np.concatenate([BOX, [[0.0, 0.0, 0.3]]]), ["not convex", "vertex 8"]),
         (BOX * [1, 1, 0], ["no volume"]),
-        (LEANING, ["outside its base", "falls by itself"]),
+        (LEANING_BOX, ["outside its base", "falls by itself"]),
         (BOX * 1000, ["600 m", "millimetres"]),
         (BOX * 0.01, ["0.006 m"]),
-        (np.concatenate([MANY, np.add(MANY, [0, 0, 1])]), ["150 vertices", "128"]),
+        (np.concatenate([CIRCLE_OF_VERTICES, np.add(CIRCLE_OF_VERTICES, [0, 0, 1])]), ["150 vertices", "128"]),
         (WEDGE @ np.array([[1, 0, 0.3], [0, 1, 0.1], [-0.3, -0.1, 1]]), ["stands on 1 vertex"]),
-        (KEEL, ["stands on an edge", "a face lies on z"]),
+        (KEEL_BODY, ["stands on an edge", "a face lies on z"]),
         (BOX[:3], ["shape (3, 3)"]),
     ],
 )
@@ -196,7 +202,7 @@ def test_bad_arguments_are_refused_and_a_missing_vertical_component_is_noted() -
 
 @pytest.mark.parametrize("sides", [3, 4, 6, 7])
 def test_faces_of_a_prism_given_by_vertices_are_numbered_from_the_x_axis(sides: int) -> None:
-    """The numbering equals that of the named prism, also if the vertices differ in their last digit."""
+    """The numbers of the faces equal those of the named prism, also if the vertices differ in their last digit."""
     own = RegularPrism(sides).solid(0.6, 0.3, 1.0)
     ring = own.points[:sides, :2]
     for turned in (0.0, 1e-15, -1e-15):
@@ -209,7 +215,7 @@ def test_faces_of_a_prism_given_by_vertices_are_numbered_from_the_x_axis(sides: 
 
 
 def test_sides_of_a_body_with_more_sides_than_numbers_are_not_numbered() -> None:
-    """A rounded scan has hundreds of facets on which the body could rest; it falls all the same."""
+    """A rounded scan has hundreds of facets on which the body could rest; its fall is detected anyway."""
     stone = ScannedStone(round_stone(), [0.0, 0.0, 0.3], [0.03, 0.03, 0.03, 0.0, 0.0, 0.0], 0.003, "round")
     assert len(stone.unscaled_solid.faces) > MAX_NUMBERED_FACES
     push = Motion(np.repeat([3.0, 0.0], [100, 300]), np.zeros(400), sampling_interval=0.01)
@@ -242,21 +248,21 @@ def test_a_side_with_rounded_vertices_counts_as_one_face(decimals: int) -> None:
 def test_the_initial_state_rotates_with_the_body_at_equivalent_orientations() -> None:
     """The body starts at its tipping angle over its first side, moving downwards."""
     alpha, radius = np.arctan(0.4), 0.3 / np.cos(np.arctan(0.4))
-    start = leaning(alpha, np.array([0.0, 0.0, -radius]), np.array([0.0, 0.5, 0.0]))
+    start = leaning_body_state(alpha, np.array([0.0, 0.0, -radius]), np.array([0.0, 0.5, 0.0]))
     body, around = (
         Body("rectangle", start=start),
         {"height": 0.6, "b_over_h": 0.4, "orientation_deg": [0.0, 90.0, 180.0]},
     )
     for several in (around, around | {"orientation_deg": 90.0}, around | {"orientation_deg": -10.0}):
         with refused(ArgumentError, "start: it turns with the body", "leave_out=False"):
-            simulate_as_arrays(level(0.5), body, **several)
-    alone = simulate_as_arrays(level(0.5), body, **around | {"orientation_deg": 30.0})
+            simulate_as_arrays(motion_at_rest(0.5), body, **several)
+    alone = simulate_as_arrays(motion_at_rest(0.5), body, **around | {"orientation_deg": 30.0})
     assert alone["fall_azimuth"].item() == pytest.approx(30.0, abs=1e-3)
-    found = simulate_as_arrays(level(0.5), body, **around, leave_out=False)
+    found = simulate_as_arrays(motion_at_rest(0.5), body, **around, leave_out=False)
     np.testing.assert_allclose(found["fall_azimuth"].ravel(), around["orientation_deg"], atol=1e-3)
     with refused(ArgumentError, "start: quaternion", "length must be 1"):
-        simulate_as_arrays(level(0.5), Body("circle", start=InitialState((0.0, 0.0, 0.3), (2.0, 0.0, 0.0, 0.0))),
-                        **around | {"orientation_deg": 0.0})  # fmt: skip
+        start = InitialState((0.0, 0.0, 0.3), (2.0, 0.0, 0.0, 0.0))
+        simulate_as_arrays(motion_at_rest(0.5), Body("circle", start=start), **around | {"orientation_deg": 0.0})
 
 
 def test_a_grid_of_orientations_covers_one_symmetry_period() -> None:
@@ -294,7 +300,7 @@ def slab_with_bevelled_rim(bottom: float, middle: float, top: float, height: flo
     "slab", [(0.14, 0.15, 0.14, 0.04), (0.13, 0.15, 0.13, 0.10), (0.12, 0.15, 0.145, 0.05)], ids=str
 )
 def test_a_slab_that_turns_upside_down_has_fallen(slab: tuple[float, float, float, float], speed: float) -> None:
-    """It rotates about an edge of its base faster than gravity stops it; its tilt approaches 180° on its top."""
+    """The slab rotates about an edge of its base faster than gravity stops it; its tilt approaches 180° on its top."""
     shape = slab_with_bevelled_rim(*slab)
     high, wide = shape.unscaled_solid.centre_height, slab[0]
     begin = InitialState(
@@ -327,10 +333,10 @@ def test_a_slab_that_turns_upside_down_has_fallen(slab: tuple[float, float, floa
         (lambda: RegularPrism(4.5), ["sides: 4.5", "whole number"]),  # type: ignore[arg-type]
     ],
 )  # fmt: skip
-def test_arguments_of_bodies_are_named(made: Callable[[], object], words: list[str]) -> None:
+def test_invalid_arguments_of_a_body_are_named_in_the_error(made: Callable[[], object], words: list[str]) -> None:
     with refused(ArgumentError, *words):
         made()
 
 
-def test_a_number_of_sides_of_numpy_is_a_number_of_sides() -> None:
+def test_a_numpy_integer_is_accepted_as_number_of_sides() -> None:
     assert shape_from_name_or_sides(np.int64(5)) == RegularPrism(5)  # type: ignore[arg-type]

@@ -14,16 +14,16 @@ from overturning.model.shapes import RectangularPrism
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-from tests.dem.body_starts import axes, leaning, level
+from tests.dem.body_starts import body_axis_and_lowest_direction, leaning_body_state, motion_at_rest
 from tests.dem.reference.particles import slip_on_a_plane
 from tests.dem.reference.rigid_impact import plastic_landing as compiled_landing
 
-BOTH = pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
-pytestmark = pytest.mark.usefixtures("both_schemes_in_space")
+BOTH_SCHEMES = pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
+pytestmark = pytest.mark.usefixtures("cundall_scheme_for_bodies")
 
 
 def tilt_and_azimuth(path: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
-    """Return the tilt (rad) and the continuous azimuth of the lean (rad)."""
+    """Return the tilt of a trajectory's body (rad) and the continuous azimuth of its lean (rad), by time."""
     azimuth = np.unwrap(np.arctan2(path.tilt_east.values, path.tilt_north.values))
     return np.arcsin(np.hypot(path.tilt_north.values, path.tilt_east.values)), azimuth
 
@@ -57,7 +57,7 @@ def test_a_rectangle_lifts_when_the_push_leaves_its_base(aspect: float) -> None:
             assert found["overturned"].item() == falls, (one, share)
 
 
-def test_barriers_over_an_edge_and_over_a_corner() -> None:
+def test_a_body_falls_above_the_energy_barrier_of_an_edge_or_a_corner() -> None:
     body = RectangularPrism().solid(1.0, 0.4, 1.0)
     for arm in np.array([[0.2, 0.0, -0.5], [0.2, 0.2, -0.5]]):
         rise = np.sqrt(arm @ arm) - body.centre_height
@@ -66,8 +66,8 @@ def test_barriers_over_an_edge_and_over_a_corner() -> None:
         for share, falls in ((0.97, 0), (1.03, 1)):
             turning = turn * np.sqrt(2.0 * share * STANDARD_GRAVITY * rise / inertia)
             path = trajectory(
-                level(4.0),
-                Body("rectangle", VertexContact(2e-5), leaning(0.0, arm, turning)),
+                motion_at_rest(4.0),
+                Body("rectangle", VertexContact(2e-5), leaning_body_state(0.0, arm, turning)),
                 orientation_deg=0.0,
                 height=1.0,
                 b_over_h=0.4,
@@ -80,16 +80,16 @@ def test_barriers_over_an_edge_and_over_a_corner() -> None:
 # ---------------------------------------------------------------------------------------------------
 
 
-@BOTH
+@BOTH_SCHEMES
 @pytest.mark.parametrize(("precession", "axial"), [(18.2597, 4.5573), (9.1286, 0.0)])
 def test_a_cylinder_rolls_on_its_rim_with_steady_precession(precession: float, axial: float, scheme: str) -> None:
     R, H, tilt = 0.1, 0.25, 0.1
-    up, down = axes(tilt)
+    up, down = body_axis_and_lowest_direction(tilt)
     turning = precession * np.array([0.0, 0.0, 1.0]) + (axial - precession * np.cos(tilt)) * up
     contact = VertexContact()
-    start = leaning(tilt, R * down - H * up, turning, sunk=4 * contact.static_penetration * 2 * R)
+    start = leaning_body_state(tilt, R * down - H * up, turning, sunk=4 * contact.static_penetration * 2 * R)
     path = trajectory(
-        level(3 * 2 * np.pi / precession),
+        motion_at_rest(3 * 2 * np.pi / precession),
         Body("circle", contact, start),
         orientation_deg=90.0,
         height=2 * H,
@@ -105,17 +105,21 @@ def test_a_cylinder_rolls_on_its_rim_with_steady_precession(precession: float, a
     assert (azimuth[0] - azimuth[-1]) / path.time.values[turns][-1] == pytest.approx(precession, rel=1e-2)
 
 
-@BOTH
+@BOTH_SCHEMES
 @pytest.mark.parametrize("slender", [2.5, 3.0, 6.0])
 @pytest.mark.parametrize("rolls", [True, False])
-def test_angle_of_turn_of_the_contact_point_in_a_near_flat_pass(slender: float, rolls: bool, scheme: str) -> None:
+def test_the_contact_point_of_a_cylinder_turns_by_a_closed_form_when_nearly_flat(
+    slender: float, rolls: bool, scheme: str
+) -> None:
     # The closed form is the limit of ever closer passes; slender bodies need a smaller tilt.
     R, H, contact = 0.1, 0.1 * slender, VertexContact(2e-9)
     tilt, turning = (0.1, 0.005) if slender <= 3.0 else (0.2 / slender, 0.0005)
-    up, down = axes(tilt)
-    start = leaning(tilt, R * down - H * up, turning * down, sunk=4 * contact.static_penetration * 2 * R, rolls=rolls)
+    up, down = body_axis_and_lowest_direction(tilt)
+    start = leaning_body_state(
+        tilt, R * down - H * up, turning * down, sunk=4 * contact.static_penetration * 2 * R, rolls=rolls
+    )
     path = trajectory(
-        level(0.5, 0.001),
+        motion_at_rest(0.5, 0.001),
         Body("circle", contact, start),
         orientation_deg=0.0,
         height=2 * H,
@@ -140,7 +144,9 @@ def test_angle_of_turn_of_the_contact_point_in_a_near_flat_pass(slender: float, 
 # ----------------------------------------------------------------------------------------------------------
 
 
-def in_plane(body: int | str, over: str, ratio: float, half: float = 0.5) -> tuple[np.ndarray, float, float]:
+def planar_landing_geometry(
+    body: int | str, over: str, ratio: float, half: float = 0.5
+) -> tuple[np.ndarray, float, float]:
     """Return the arms of a base's vertices along the lean (m), inertia per mass (m²), and direction of the lean (rad).
 
     The body is a regular prism with apothem half·ratio and height 2·half, or a cylinder, whose rim has 720 vertices.
@@ -154,8 +160,8 @@ def in_plane(body: int | str, over: str, ratio: float, half: float = 0.5) -> tup
     return outer * np.cos(angle - turn), square + half**2 / 3, turn
 
 
-def plastic_landing(x: np.ndarray, inertia: float, height: float) -> float:
-    """Return the share of the angular velocity that remains after a flat landing, from a complementarity problem.
+def plastic_landing_ratio(x: np.ndarray, inertia: float, height: float) -> float:
+    """Return the angular velocity after over that before a flat plastic landing, from a complementarity problem.
 
     The base does not slip, so the centre of a body rotating with w about a horizontal axis moves with w · height, and
     (inertia + height²) w balances the moments of the vertical impulses p at the arms x, with 0 ≤ p ⟂ upward velocity
@@ -168,12 +174,14 @@ def plastic_landing(x: np.ndarray, inertia: float, height: float) -> float:
     return float(w)
 
 
-def landed(body: int | str, over: str, ratio: float, contact: VertexContact, scheme: str, half: float = 0.5) -> float:
-    """Return the simulated share of the angular velocity after a landing.
+def simulated_landing_ratio(
+    body: int | str, over: str, ratio: float, contact: VertexContact, scheme: str, half: float = 0.5
+) -> float:
+    """Return the simulated ratio of the angular velocities after and before a flat landing.
 
     The body is released at 0.45 α; the share follows from the height to which it rises over the other end.
     """
-    x, _, turn = in_plane(body, over, ratio, half)
+    x, _, turn = planar_landing_geometry(body, over, ratio, half)
     a = x.max()
     radius, alpha = np.hypot(a, half), np.arctan2(a, half)
     tilt = 0.45 * alpha
@@ -183,7 +191,7 @@ def landed(body: int | str, over: str, ratio: float, contact: VertexContact, sch
         (np.cos(tilt / 2), -sine * np.sin(tilt / 2), cosine * np.sin(tilt / 2), 0.0),
     )
     path = trajectory(
-        level(0.6, 0.002),
+        motion_at_rest(0.6, 0.002),
         Body(body, contact, start),
         orientation_deg=0.0,
         height=2 * half,
@@ -197,25 +205,29 @@ def landed(body: int | str, over: str, ratio: float, contact: VertexContact, sch
     return float(np.sqrt(rise(-lean[path.time.values < 0.6].min()) / rise(tilt)))
 
 
-STIFF, DAMPED = VertexContact(damping_ratio=1.0), VertexContact(damping_ratio=4.0)
+CRITICALLY_DAMPED, OVERDAMPED = VertexContact(damping_ratio=1.0), VertexContact(damping_ratio=4.0)
 
 
 @pytest.mark.parametrize("ratio", [0.35, 0.2])
 @pytest.mark.parametrize("over", ["edge", "vertex"])
 def test_a_flat_landing_is_plastic_on_any_number_of_vertices(over: str, ratio: float) -> None:
     bodies = (8, 24, 96) if over == "vertex" else (4, 6, 8, 24, 96, "circle")
-    expected = {body: plastic_landing(*in_plane(body, over, ratio)[:2], 0.5) for body in bodies}
+    expected = {body: plastic_landing_ratio(*planar_landing_geometry(body, over, ratio)[:2], 0.5) for body in bodies}
     for body, share in expected.items():
-        x, inertia, _ = in_plane(body, over, ratio)
+        x, inertia, _ = planar_landing_geometry(body, over, ratio)
         far = x.max() ** 2
         assert share == pytest.approx((inertia + 0.25 - far) / (inertia + 0.25 + far), abs=1e-6)
         # The remaining error at a damping ratio of 1 is bouncing of an end; it is of first order in the finest step.
-        assert landed(body, over, ratio, DAMPED, "centred") == pytest.approx(share, abs=1e-3)
-        assert landed(body, over, ratio, STIFF, "centred") == pytest.approx(share, abs=3e-3)
+        assert simulated_landing_ratio(body, over, ratio, OVERDAMPED, "centred") == pytest.approx(share, abs=1e-3)
+        assert simulated_landing_ratio(body, over, ratio, CRITICALLY_DAMPED, "centred") == pytest.approx(
+            share, abs=3e-3
+        )
     if over == "edge":
         assert expected[4] == pytest.approx(1.0 - 1.5 * ratio**2 / (1.0 + ratio**2), abs=1e-6)  # Housner
-        cylinder = landed("circle", over, ratio, DAMPED, "centred")
-        apart = [abs(landed(body, over, ratio, DAMPED, "centred") - cylinder) for body in (4, 8, 96)]
+        cylinder = simulated_landing_ratio("circle", over, ratio, OVERDAMPED, "centred")
+        apart = [
+            abs(simulated_landing_ratio(body, over, ratio, OVERDAMPED, "centred") - cylinder) for body in (4, 8, 96)
+        ]
         assert apart[2] < 5e-4
         assert apart[2] < apart[0]
 
@@ -224,15 +236,15 @@ def test_a_flat_landing_is_plastic_on_any_number_of_vertices(over: str, ratio: f
 @pytest.mark.parametrize("body", [8, "circle"])
 def test_a_flat_landing_is_plastic_with_both_schemes(body: int | str) -> None:
     soft = VertexContact(2e-5, damping_ratio=2.0)
-    share = plastic_landing(*in_plane(body, "edge", 0.35)[:2], 0.5)
-    assert landed(body, "edge", 0.35, soft, "cundall") == pytest.approx(share, abs=1e-3)
+    share = plastic_landing_ratio(*planar_landing_geometry(body, "edge", 0.35)[:2], 0.5)
+    assert simulated_landing_ratio(body, "edge", 0.35, soft, "cundall") == pytest.approx(share, abs=1e-3)
 
 
 # Sliding and flying
 # ------------------------------------------------------------------------------------------------------
 
 
-@BOTH
+@BOTH_SCHEMES
 def test_a_squat_block_slides_as_a_particle_with_circular_friction(scheme: str) -> None:
     t = np.arange(45) * 0.05
     shakes = t < 1.2
@@ -246,22 +258,23 @@ def test_a_squat_block_slides_as_a_particle_with_circular_friction(scheme: str) 
     assert (np.abs(found["residual_twist"]) < 0.01).all()
 
 
-def spun(path: xr.Dataset, inertia: np.ndarray) -> np.ndarray:
-    """Return the angular momentum in space, shape (time, 3), from rotation and angular velocity."""
+def angular_momentum(path: xr.Dataset, inertia: np.ndarray) -> np.ndarray:
+    """Return the angular momentum per mass in fixed axes, shape (time, 3), from rotation and angular velocity."""
     w, *v = path.quaternion.values.T
     v = np.stack(v, axis=1)
 
-    def turn(vectors: np.ndarray, sign: int) -> np.ndarray:
+    def rotate(vectors: np.ndarray, sign: int) -> np.ndarray:
+        """Rotate vectors by the body's rotation (sign 1) or back (sign −1)."""
         return vectors + 2.0 * np.cross(sign * v, np.cross(sign * v, vectors) + w[:, None] * vectors)
 
-    return turn(turn(path.angular_velocity.values, -1.0) * np.diag(inertia), 1.0)
+    return rotate(rotate(path.angular_velocity.values, -1.0) * np.diag(inertia), 1.0)
 
 
-@BOTH
+@BOTH_SCHEMES
 def test_free_flight_conserves_angular_momentum_and_energy(scheme: str) -> None:
     inertia = RectangularPrism().solid(0.6, 0.4, 1.5).inertia[[1, 0, 2]][:, [1, 0, 2]]  # the first side faces north
     path = trajectory(
-        level(1.0),
+        motion_at_rest(1.0),
         Body("rectangle", start=InitialState((0.0, 0.0, 10.0), (1.0, 0.0, 0.0, 0.0), (0.3, 0.1, 2.0), (0.5, 0.4, 0.3))),
         orientation_deg=0.0,
         height=0.6,
@@ -271,19 +284,19 @@ def test_free_flight_conserves_angular_momentum_and_energy(scheme: str) -> None:
         scheme=scheme,
     )
     path = path.isel(time=path.time.values < 1.0)  # before it lands
-    momentum = spun(path, inertia)
+    momentum = angular_momentum(path, inertia)
     np.testing.assert_allclose(momentum, momentum[:1].repeat(len(momentum), 0), atol=1e-10 * np.abs(momentum).max())
     energy = 0.5 * (path.velocity.values**2).sum(axis=1) + 0.5 * (path.angular_velocity.values * momentum).sum(axis=1)
     energy += STANDARD_GRAVITY * path.place.values[:, 2]
     np.testing.assert_allclose(energy, energy[0], rtol=1e-10)
 
 
-@BOTH
+@BOTH_SCHEMES
 def test_a_frictionless_body_does_not_rotate_about_the_vertical(scheme: str) -> None:
     arm = np.array([0.12, 0.12, -0.3])
     path = trajectory(
-        level(1.0),
-        Body("rectangle", start=leaning(0.0, arm, np.array([-0.5, 0.4, 0.3]), rolls=False)),
+        motion_at_rest(1.0),
+        Body("rectangle", start=leaning_body_state(0.0, arm, np.array([-0.5, 0.4, 0.3]), rolls=False)),
         orientation_deg=0.0,
         height=0.6,
         b_over_h=0.4,
@@ -291,7 +304,7 @@ def test_a_frictionless_body_does_not_rotate_about_the_vertical(scheme: str) -> 
         leave_out=False,
         scheme=scheme,
     )
-    momentum = spun(path, RectangularPrism().solid(0.6, 0.4, 1.0).inertia)
+    momentum = angular_momentum(path, RectangularPrism().solid(0.6, 0.4, 1.0).inertia)
     assert np.ptp(momentum[:, :2]) > 1e-3
     np.testing.assert_allclose(momentum[:, 2], momentum[0, 2], rtol=1e-10)
 
@@ -305,7 +318,7 @@ def test_a_body_dropped_flat_while_it_moves_stays_flat(
     b_over_h: float, friction: float, along: float, down: float, damping_ratio: float
 ) -> None:
     """With µ < B/H a plastic landing reduces the horizontal velocity u by µ·v; the body then slides (u − µv)²/2µg."""
-    found = dropped(b_over_h, friction, along, down, damping_ratio)
+    found = drop_moving_prism(b_over_h, friction, along, down, damping_ratio)
     assert found.overturned.item() == 0
     assert found.peak_tilt.item() < 0.1
     slip = (along - friction * down) ** 2 / (2.0 * friction * STANDARD_GRAVITY)
@@ -330,7 +343,7 @@ def test_the_base_in_the_direction_of_sliding_decides_whether_a_body_that_lands_
     shape: str | int, b_over_h: float, friction: float, along: float, down: float, angle: float, tips: bool
 ) -> None:
     """The body stays flat if the resultant, which leads the centre by µ h, passes through the base (LCP solver)."""
-    found = dropped(b_over_h, friction, along, down, 3.0, shape, angle)
+    found = drop_moving_prism(b_over_h, friction, along, down, 3.0, shape, angle)
     assert found.status.item() == CaseStatus.SIMULATED
     assert found.overturned.item() == tips
     if not tips:
@@ -361,7 +374,7 @@ def test_a_record_that_throws_up_a_sliding_body_leaves_it_flat_with_a_valid_ener
     assert found.residual_slip_north.item() == pytest.approx(planar.residual_slip.item(), rel=5e-3)
 
 
-def dropped(
+def drop_moving_prism(
     b_over_h: float, friction: float, along: float, down: float, damping_ratio: float,
     shape: str | int = "rectangle", angle: float = 0.0,
 ) -> xr.Dataset:  # fmt: skip
@@ -384,6 +397,6 @@ def dropped(
 @pytest.mark.parametrize(("along", "down"), [(2.0, 3.0), (4.0, 5.0)])
 def test_a_body_dropped_flat_with_more_friction_tips_over(along: float, down: float, damping_ratio: float) -> None:
     """With µ > B/H the impulse lies outside the base; the outcome is valid, since the energy balances."""
-    found = dropped(0.3, 0.6, along, down, damping_ratio)
+    found = drop_moving_prism(0.3, 0.6, along, down, damping_ratio)
     assert found.overturned.item() == 1
     assert found.status.item() == CaseStatus.SIMULATED

@@ -12,10 +12,10 @@ from overturning.model.shapes import Cylinder, Polyhedron, RectangularPrism, Reg
 from overturning.model.solid import RigidSolid
 from overturning.model.tipping import DIRECTIONS, fall_tilt_limits
 from overturning.motion.motion import Motion
-from tests.dem.compiled.body_end import is_fallen
+from tests.dem.compiled.body_end import kernel_counts_body_as_fallen
 
 BOX = np.array([[x, y, z] for x in (-0.1, 0.1) for y in (-0.2, 0.2) for z in (0.0, 0.6)])
-FACETED = np.array(
+FACETED_BLOCK = np.array(
     [[x, y, z] for y in (-0.3, 0.3) for x, z in ((-0.02, 0), (0.45, 0), (0.45, 0.5), (-0.34, 0.5), (-0.42, 0.24))]
 )
 """Block with a facet at the foot of its left side that touches the ground at 31°. Tipping angles: 17.6° to the left,
@@ -34,7 +34,7 @@ def test_the_fall_tilt_of_a_faceted_block_depends_on_the_side(
     motion = Motion(shaking, 0 * shaking, sampling_interval=0.004, trust_data=True)
     same = {"orientation_deg": 0.0, "friction": 2.0}
     found = simulate_as_arrays(
-        motion, Body(Polyhedron(FACETED)), **(same | {"orientation_deg": [0.0], "friction": [2.0]})
+        motion, Body(Polyhedron(FACETED_BLOCK)), **(same | {"orientation_deg": [0.0], "friction": [2.0]})
     )
     assert found["overturned"].item() == (azimuth is not None)
     # The same case with a fall tilt of 80°, which is simulated for longer.
@@ -42,7 +42,7 @@ def test_the_fall_tilt_of_a_faceted_block_depends_on_the_side(
     monkeypatch.setattr(
         polyhedron, "_least_tilt_and_resting_face_normals", lambda *arguments: (np.radians(80.0), real(*arguments)[1])
     )
-    path = trajectory(motion, Body(Polyhedron(FACETED, "longer")), **same)
+    path = trajectory(motion, Body(Polyhedron(FACETED_BLOCK, "longer")), **same)
     top = np.degrees(np.arctan2(path["tilt_east"][-1], path["tilt_north"][-1])) % 360.0
     tilt = np.degrees(np.arcsin(np.hypot(path["tilt_east"], path["tilt_north"])[-1]))
     if azimuth is None:
@@ -53,13 +53,15 @@ def test_the_fall_tilt_of_a_faceted_block_depends_on_the_side(
             assert abs((way - azimuth + 180.0) % 360.0 - 180.0) < 1.0
 
 
-def counts(stone: RigidSolid, turn: float, tilt: float) -> bool:
+def counts_as_fallen(stone: RigidSolid, turn: float, tilt: float) -> bool:
     """True if the kernel counts a body that leans by `tilt` in the direction `turn` (rad) as fallen."""
     half, least = 0.5 * tilt, np.cos(0.999 * stone.fall_tilt)
-    return is_fallen(np.cos(half), -np.sin(turn) * np.sin(half), np.cos(turn) * np.sin(half), least, stone.sectors)
+    return kernel_counts_body_as_fallen(
+        np.cos(half), -np.sin(turn) * np.sin(half), np.cos(turn) * np.sin(half), least, stone.sectors
+    )
 
 
-def lowest(points: np.ndarray, turn: float, tilts: np.ndarray) -> np.ndarray:
+def heights_of_centre(points: np.ndarray, turn: float, tilts: np.ndarray) -> np.ndarray:
     """Return the heights of the centre above the ground of a body that leans by `tilts` in a direction `turn` (rad)."""
     down = np.array([np.cos(turn) * np.sin(tilts), np.sin(turn) * np.sin(tilts), -np.cos(tilts)])
     return (points @ down).max(axis=0)
@@ -82,7 +84,7 @@ def rolls_back(points: np.ndarray, turn: float, tilt: float) -> bool:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_the_fall_tilt_is_the_next_rest_tilt_in_the_direction_of_the_lean(seed: int) -> None:
-    """In that direction the centre has a minimum there from which the body does not roll back; at least `fall_tilt`."""
+    """At the fall tilt the height of the centre has a minimum from which the body does not roll back."""
     rng = np.random.default_rng(seed)
     lump = rng.normal(size=(14, 3))
     lump = lump / np.linalg.norm(lump, axis=1)[:, None] * [0.3, 0.25, 0.25]
@@ -96,17 +98,19 @@ def test_the_fall_tilt_is_the_next_rest_tilt_in_the_direction_of_the_lean(seed: 
     for number in rng.integers(0, DIRECTIONS, 25):
         turn = 2.0 * np.pi * (number + 0.5) / DIRECTIONS
         tilts = np.arange(0.0, np.pi, np.radians(0.05))
-        heights = lowest(hull.points, turn, tilts)
+        heights = heights_of_centre(hull.points, turn, tilts)
         valleys = 1 + np.flatnonzero((heights[1:-1] < heights[:-2]) & (heights[1:-1] < heights[2:]))
         stays = (tilts[k] for k in valleys if not rolls_back(hull.points, turn, tilts[k]))
         limit = max(next(stays, np.pi), stone.fall_tilt)
         assert fall.limits[number] == pytest.approx(limit, abs=np.radians(0.1)), np.degrees(turn)
         some = rng.uniform(0.0, min(limit, 3.0), 5)
-        np.testing.assert_allclose(lowest(stone.points, turn, some), lowest(hull.points, turn, some), rtol=0, atol=1e-9)
+        np.testing.assert_allclose(
+            heights_of_centre(stone.points, turn, some), heights_of_centre(hull.points, turn, some), rtol=0, atol=1e-9
+        )
         for tilt, expected in ((0.998 * limit - 2e-3, False), (limit + 2e-3, True)):
-            assert counts(stone, turn, tilt) == expected, (np.degrees(turn), np.degrees(tilt))
+            assert counts_as_fallen(stone, turn, tilt) == expected, (np.degrees(turn), np.degrees(tilt))
     for face in stone.faces:  # lying on a face is a fall
-        assert counts(stone, np.arctan2(face[1], face[0]), np.arccos(-face[2]))
+        assert counts_as_fallen(stone, np.arctan2(face[1], face[0]), np.arccos(-face[2]))
 
 
 def test_rotationally_symmetric_shapes_have_one_fall_tilt() -> None:

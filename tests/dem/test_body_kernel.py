@@ -27,54 +27,55 @@ from overturning.model.status import CaseStatus
 from overturning.model.variables import BODY_VARIABLES, INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-from tests.dem.body_starts import level
-from tests.dem.near_field import near_field, strong_part
+from tests.dem.body_starts import motion_at_rest
+from tests.dem.near_field import read_near_field_record, strong_part_of_record
 from verification.reference.sliding import sliding_displacement
 
-SOFT = VertexContact(2e-5)
-RECTANGLE = Body("rectangle", SOFT)
-NAMES = [item.name for item in BODY_VARIABLES if item.name != "repeated"]
+SOFT_CONTACT = VertexContact(2e-5)
+RECTANGLE = Body("rectangle", SOFT_CONTACT)
+VARIABLE_NAMES = [item.name for item in BODY_VARIABLES if item.name != "repeated"]
 
 
-def part(number: int) -> Motion:
+def strong_part_with_vertical(number: int) -> Motion:
     """Return the strong part of a near-field record, with artificial vertical motion."""
-    motion = strong_part(number, 8.0, 12.0)
+    motion = strong_part_of_record(number, 8.0, 12.0)
     up = 0.4 * (motion.north - motion.east)
     return Motion(motion.north, motion.east, up, sampling_interval=motion.sampling_interval)
 
 
-BOTH = pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
-pytestmark = pytest.mark.usefixtures("both_schemes_in_space")
+BOTH_SCHEMES = pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
+pytestmark = pytest.mark.usefixtures("cundall_scheme_for_bodies")
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("number", [1, 7])
 def test_motion_along_a_face_normal_equals_the_2d_model(number: int) -> None:
-    motion, normal, _ = near_field(number)
+    motion, normal, _ = read_near_field_record(number)
     along = motion.along(normal)
     motion = Motion(along, 0.0 * along, sampling_interval=motion.sampling_interval)
     grid = {"height": [0.6], "b_over_h": [0.15, 0.25, 0.35, 0.45], "friction": [0.4, 0.8]}
     same = {"scheme": "cundall", "time_step": 3e-5, "leave_out": False}
     plane = simulate_as_arrays(motion, gravestone(Contact(static_penetration=2e-5)), azimuth_deg=[0.0], **same, **grid)
     space = simulate_as_arrays(motion, RECTANGLE, orientation_deg=[0.0], **same, **grid)
-    in_space = {name: space[name][:, :, :, 0, :] for name in NAMES}
+    in_space = {name: space[name][:, :, :, 0, :] for name in VARIABLE_NAMES}
     ahead = np.cos(np.radians(np.nan_to_num(in_space["fall_azimuth"])))
     sides = np.where(in_space["overturned"] == 1, np.round(ahead), in_space["overturned"])
     np.testing.assert_array_equal(sides, plane["overturned"])
     assert (plane["overturned"] != 0).any()
     stood = plane["overturned"] == 0
-    peak = plane["peak_rotation"] * np.degrees(np.arctan(plane_ratio(grid)))
+    peak = plane["peak_rotation"] * np.degrees(np.arctan(b_over_h_along_grid(grid)))
     np.testing.assert_allclose(in_space["peak_tilt"][stood], peak[stood], rtol=1e-6)
     # Both errors are relative to the same work, or to the same energy barrier if that is larger.
     np.testing.assert_allclose(in_space["energy_error"], plane["energy_error"], rtol=0.02, atol=1e-8)
 
 
-def plane_ratio(grid: dict[str, list[float]]) -> np.ndarray:
+def b_over_h_along_grid(grid: dict[str, list[float]]) -> np.ndarray:
+    """Return the B/H of a grid as an array that broadcasts over the cells of the 2-D model."""
     return np.array(grid["b_over_h"])[None, None, :, None]
 
 
 def test_orientations_that_symmetry_makes_equal_are_computed_once() -> None:
-    motion = part(10)
+    motion = strong_part_with_vertical(10)
     grid = {"height": [0.6], "b_over_h": [0.25], "friction": [0.6], "aspect": [1.0, 2.0]}
     found = simulate_as_arrays(motion, RECTANGLE, orientation_deg=[20.0, 110.0, 200.0, 380.0], **grid)
     assert (found["block_steps"][:, 0, 0, 0, 0] > 0).tolist() == [True, False, False, False]
@@ -86,18 +87,18 @@ def test_orientations_that_symmetry_makes_equal_are_computed_once() -> None:
 
 
 def test_results_do_not_depend_on_order_threads_or_other_cases(monkeypatch: pytest.MonkeyPatch) -> None:
-    motion = part(10)
+    motion = strong_part_with_vertical(10)
     grid = {"height": [0.5, 0.8], "b_over_h": [0.2, 0.35], "friction": [0.5]}
     turned = np.arange(0.0, 90.0, 6.0)
     whole = simulate_as_arrays(motion, RECTANGLE, orientation_deg=turned, **grid)
     threaded = simulate_as_arrays(motion, RECTANGLE, orientation_deg=turned[::-1], threads=2, **grid)
     monkeypatch.setattr(run_module, "MAX_QUEUE_LENGTH", 3)
     few = simulate_as_arrays(motion, RECTANGLE, orientation_deg=turned[::5], **grid)
-    for name in NAMES:
+    for name in VARIABLE_NAMES:
         np.testing.assert_array_equal(whole[name], threaded[name][::-1])
         np.testing.assert_array_equal(whole[name][::5], few[name])
     cell = trajectory(motion, RECTANGLE, orientation_deg=6.0, height=0.5, b_over_h=0.2, friction=0.5)
-    for name in NAMES:
+    for name in VARIABLE_NAMES:
         np.testing.assert_array_equal(float(cell[name]), float(whole[name][1, 0, 0, 0, 0]))
 
 
@@ -116,13 +117,13 @@ def test_steps_above_the_stable_limit_are_unstable(
 ) -> None:
     monkeypatch.setattr(balance, "MAX_RERUNS", 0)  # a rerun with finer steps would be stable
     body = shape.solid(0.6, ratio, aspect)
-    normal, _, dashpot = SOFT.stiffness_and_damping_per_mass(body)
+    normal, _, dashpot = SOFT_CONTACT.stiffness_and_damping_per_mass(body)
     mode = largest_unit_spring_eigenvalue(body)
     limit = float(longest_stable_step(IntegrationScheme.CUNDALL, np.array(normal * mode), np.array(dashpot * mode)))
     sunk = STANDARD_GRAVITY / (body.base * normal)
     for share, grows in ((0.95, False), (1.05, True)):
         # One step per sample, since a plan would refuse a longer step; all contacts stay closed.
-        motion = level(400 * share * limit, share * limit)
+        motion = motion_at_rest(400 * share * limit, share * limit)
         slow = 1e-4 * sunk * np.sqrt(normal)
         turning = tuple(slow / body.centre_height * np.array([1.0, 0.7, 0.3]))
         start = InitialState(
@@ -130,7 +131,7 @@ def test_steps_above_the_stable_limit_are_unstable(
         )
         cases = Cases(0.0, 0.6, ratio, 10.0, aspect=aspect)
         plan = plan_simulation(
-            Body(shape, SOFT, start), motion, cases, NumericalOptions(scheme="cundall", leave_out=False)
+            Body(shape, SOFT_CONTACT, start), motion, cases, NumericalOptions(scheme="cundall", leave_out=False)
         )
         one, only = replace(plan, steps=np.ones(1, np.int64)), np.zeros(1, np.int64)
         path = one.compute_cases(only, np.zeros(1, np.int64), np.zeros(400, ROW))[1]
@@ -141,7 +142,7 @@ def test_steps_above_the_stable_limit_are_unstable(
         assert (not late < 10.0 * early) == grows, (share, early, late)
 
 
-def test_the_highest_mode_is_not_exceeded_on_an_edge_or_a_vertex() -> None:
+def test_the_highest_contact_mode_on_an_edge_or_a_vertex_is_at_most_that_on_the_base() -> None:
     body = RectangularPrism().solid(0.6, 0.4, 1.3)
     whole = largest_unit_spring_eigenvalue(body)
     for kept in ([0, 1], [1, 2], [2]):
@@ -157,33 +158,36 @@ def test_the_highest_mode_is_not_exceeded_on_an_edge_or_a_vertex() -> None:
 def test_a_case_whose_energy_does_not_balance_is_rerun_with_shorter_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     grid = {"orientation_deg": np.arange(0.0, 90.0, 15.0), "height": [0.6], "b_over_h": [0.2, 0.35], "friction": [0.4]}
     first, finer = (
-        simulate_as_arrays(part(10), "rectangle", refinement=times, **grid) for times in (1, balance.RERUN_REFINEMENT)
+        simulate_as_arrays(strong_part_with_vertical(10), "rectangle", refinement=times, **grid)
+        for times in (1, balance.RERUN_REFINEMENT)
     )
     bound = float(np.median(first["energy_error"]))
     monkeypatch.setattr(balance, "ENERGY_BOUND", bound)
     monkeypatch.setattr(balance, "MAX_RERUNS", 1)
-    found, again = simulate_as_arrays(part(10), "rectangle", **grid), first["energy_error"] > bound
+    found, again = simulate_as_arrays(strong_part_with_vertical(10), "rectangle", **grid), first["energy_error"] > bound
     never = again & (finer["energy_error"] > bound)
     np.testing.assert_array_equal(found["status"] == CaseStatus.UNSTABLE, never)
-    for name in (*NAMES, "block_steps"):
+    for name in (*VARIABLE_NAMES, "block_steps"):
         expected = np.where(again, finer[name] + (first[name] if name == "block_steps" else 0), first[name])
         np.testing.assert_array_equal(found[name][~never], expected[~never], err_msg=name)
     cell = {"orientation_deg": 15.0, "height": 0.6, "b_over_h": 0.2, "friction": 0.4}
-    path = trajectory(part(10), "rectangle", **cell)
+    path = trajectory(strong_part_with_vertical(10), "rectangle", **cell)
     assert path.attrs["block_steps"] == found["block_steps"][1, 0, 0, 0, 0]
     assert (np.diff(path.time) > 0).all()
     # A case that never balances is marked.
     monkeypatch.setattr(balance, "ENERGY_BOUND", -1.0)
-    marked = simulate_as_arrays(part(10), "rectangle", **{name: [value] for name, value in cell.items()})
+    marked = simulate_as_arrays(
+        strong_part_with_vertical(10), "rectangle", **{name: [value] for name, value in cell.items()}
+    )
     assert (marked["status"].item(), marked["overturned"].item()) == (CaseStatus.UNSTABLE, INT8_MISSING)
     assert np.isnan(marked["fall_azimuth"].item())
 
 
-@BOTH
+@BOTH_SCHEMES
 def test_energy_and_angular_momentum_balance_on_real_records(scheme: str) -> None:
     for number in (2, 10):
         found = simulate_as_arrays(
-            part(number),
+            strong_part_with_vertical(number),
             "rectangle",
             orientation_deg=np.arange(0.0, 90.0, 18.0),
             height=[0.6],
@@ -198,7 +202,7 @@ def test_energy_and_angular_momentum_balance_on_real_records(scheme: str) -> Non
 
 @pytest.mark.long
 def test_both_schemes_find_the_same_falls() -> None:
-    motion, turned = part(10), np.arange(0.0, 90.0, 15.0)
+    motion, turned = strong_part_with_vertical(10), np.arange(0.0, 90.0, 15.0)
     grid = {"orientation_deg": turned, "height": [0.6], "b_over_h": [0.2, 0.4], "friction": [0.6]}
     found = {
         scheme: simulate_as_arrays(motion, "rectangle", scheme=scheme, **grid) for scheme in ("centred", "cundall")
@@ -228,14 +232,14 @@ def test_a_cylinder_that_wobbles_on_its_rim_stands(peak: float, height: float, b
     assert peaks[0] > 0.03  # it does not come to rest
 
 
-PULSE = 5.0 * np.sin(0.5 * np.pi * 0.005 * np.arange(401))
+SLIDING_PULSE = 5.0 * np.sin(0.5 * np.pi * 0.005 * np.arange(401))
 """Acceleration of the base that makes a body slide for long, m/s²; a sample every 0.005 s."""
 
 
 @cache
 def sliding_bodies(shape: str | int) -> xr.Dataset:
-    """Return the outcomes of a body with each friction under `PULSE`, computed side by side."""
-    motion = Motion(0.6 * PULSE, 0.8 * PULSE, sampling_interval=0.005)
+    """Return the outcomes of a body with each friction under `SLIDING_PULSE`, computed together."""
+    motion = Motion(0.6 * SLIDING_PULSE, 0.8 * SLIDING_PULSE, sampling_interval=0.005)
     axes = {"height": [0.6], "b_over_h": [0.3], "friction": [0.002, 0.01, 0.02]}
     return simulate(motion, shape, orientation_deg=[20.0], **axes)
 
@@ -243,22 +247,23 @@ def sliding_bodies(shape: str | int) -> xr.Dataset:
 @pytest.mark.parametrize("shape", ["rectangle", "circle", 6])
 @pytest.mark.parametrize("friction", [0.002, 0.01, 0.02])
 def test_a_body_that_slides_for_long_is_simulated_to_its_stop(friction: float, shape: str | int) -> None:
-    """It slides for 10 s to 3 min, far beyond 20/p after the record, with up to 300 times the energy of a fall."""
+    """The body slides for 10 s to 3 min, far beyond 20/p after the record, with up to 300 times a fall's energy."""
     found = sliding_bodies(shape).sel(friction=friction)
-    peak, residual = sliding_displacement(PULSE, 0.005, friction)
+    peak, residual = sliding_displacement(SLIDING_PULSE, 0.005, friction)
     assert found.overturned.item() == 0
     assert found.peak_slip.item() == pytest.approx(peak, rel=5e-3)
     assert found.residual_slip_north.item() == pytest.approx(0.6 * residual, rel=5e-3)
     assert found.residual_slip_east.item() == pytest.approx(0.8 * residual, rel=5e-3)
 
 
-def stop_of_a_sliding_plate(corners: np.ndarray, gyration: float, friction: float, start: np.ndarray) -> np.ndarray:
+def slide_of_plate_to_rest(corners: np.ndarray, gyration: float, friction: float, start: np.ndarray) -> np.ndarray:
     """Return the displacement (m) and rotation (rad) over which friction stops a plate with n equal loads.
 
     `start` has the velocity along x and y (m/s) and the angular velocity (rad/s).
     """
 
-    def rates(_: float, state: np.ndarray) -> np.ndarray:
+    def state_rates(_: float, state: np.ndarray) -> np.ndarray:
+        """Return the time derivative of place, rotation and their velocities."""
         cosine, sine = np.cos(state[2]), np.sin(state[2])
         arms = corners @ np.array([[cosine, sine], [-sine, cosine]])
         along = state[3:5] + state[5] * np.column_stack([-arms[:, 1], arms[:, 0]])
@@ -266,11 +271,14 @@ def stop_of_a_sliding_plate(corners: np.ndarray, gyration: float, friction: floa
         moment = (arms[:, 0] * drag[:, 1] - arms[:, 1] * drag[:, 0]).mean() / gyration**2
         return np.concatenate([state[3:], drag.mean(axis=0), [moment]])
 
-    def speed(_: float, state: np.ndarray) -> float:
+    def remaining_speed(_: float, state: np.ndarray) -> float:
+        """Return the speed of sliding and rotation minus a small bound; the plate stops where it is 0."""
         return float(np.hypot(state[3], state[4]) + gyration * abs(state[5])) - 1e-5
 
-    speed.terminal = True  # type: ignore[attr-defined]
-    found = solve_ivp(rates, (0.0, 1e4), np.append(np.zeros(3), start), events=speed, rtol=1e-8, atol=1e-9)
+    remaining_speed.terminal = True  # type: ignore[attr-defined]
+    found = solve_ivp(
+        state_rates, (0.0, 1e4), np.append(np.zeros(3), start), events=remaining_speed, rtol=1e-8, atol=1e-9
+    )
     return np.asarray(found.y[:3, -1])
 
 
@@ -279,7 +287,7 @@ def sliding_and_spinning_bodies(speed: float, spin: float, aspect: float) -> xr.
     """Return the outcomes of a plate with each friction that starts with a velocity and a rotation."""
     start = InitialState((0.0, 0.0, 0.05), (1.0, 0.0, 0.0, 0.0), (speed, 0.0, 0.0), (0.0, 0.0, spin))
     return simulate(
-        level(0.1), Body("rectangle", start=start), orientation_deg=[0.0], height=[0.1], b_over_h=[5.0],
+        motion_at_rest(0.1), Body("rectangle", start=start), orientation_deg=[0.0], height=[0.1], b_over_h=[5.0],
         friction=[0.005, 0.02], aspect=[aspect], leave_out=False,
     )  # fmt: skip
 
@@ -289,11 +297,11 @@ def sliding_and_spinning_bodies(speed: float, spin: float, aspect: float) -> xr.
 def test_a_body_that_slides_and_spins_for_long_is_simulated_to_its_stop(
     friction: float, speed: float, spin: float, aspect: float
 ) -> None:
-    """It slides and spins for 5 s to 40 s, beyond 20/p after the record; the load of its corners is the same to 2 %."""
+    """The body slides and spins for 5 s to 40 s, beyond 20/p after the record; its corners carry equal loads to 2 %."""
     found = sliding_and_spinning_bodies(speed, spin, aspect).sel(friction=friction)
     corners = 0.25 * np.array([[1.0, aspect], [1.0, -aspect], [-1.0, -aspect], [-1.0, aspect]])
     gyration = 0.5 * np.sqrt((1.0 + aspect**2) / 12.0)
-    along, left, turned = stop_of_a_sliding_plate(corners, gyration, friction, np.array([speed, 0.0, spin]))
+    along, left, turned = slide_of_plate_to_rest(corners, gyration, friction, np.array([speed, 0.0, spin]))
     assert found.overturned.item() == 0
     assert found.residual_slip_north.item() == pytest.approx(along, rel=0.01)
     assert found.residual_slip_east.item() == pytest.approx(-left, abs=0.01 * along)

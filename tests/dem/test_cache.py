@@ -21,7 +21,7 @@ from overturning.motion.motion import Motion
 from tests.test_layers import imports, modules
 
 
-def test_a_damaged_cache_file_is_a_miss(
+def test_a_damaged_cache_file_is_a_cache_miss(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
@@ -30,7 +30,7 @@ def test_a_damaged_cache_file_is_a_miss(
     caplog.set_level("DEBUG", logger="overturning")
     gc.freeze()  # what earlier tests have left need not be searched each time for the function compiled last
 
-    def compiled() -> tuple[int, int]:
+    def compile_and_count_cache_use() -> tuple[int, int]:
         """Compile like a fresh process; return the numbers of cache hits and misses."""
         gc.collect()  # Numba would find the data of the previous function in memory
         caplog.clear()
@@ -39,8 +39,8 @@ def test_a_damaged_cache_file_is_a_miss(
         assert cached(21.0) == 42.0
         return sum(cached.stats.cache_hits.values()), sum(cached.stats.cache_misses.values())
 
-    assert compiled() == (0, 1)
-    assert compiled() == (1, 0)
+    assert compile_and_count_cache_use() == (0, 1)
+    assert compile_and_count_cache_use() == (1, 0)
     assert caplog.messages == []
     for ending in ("nbc", "nbi"):
         (file,) = (tmp_path / "cache").rglob(f"*.{ending}")
@@ -49,9 +49,9 @@ def test_a_damaged_cache_file_is_a_miss(
         changed[len(content) // 2] ^= 1
         for damaged in (content[:100], content[:-1], b"", bytes(changed)):
             file.write_bytes(damaged)
-            assert compiled() == (0, 1)
+            assert compile_and_count_cache_use() == (0, 1)
             assert any("compiled again" in message for message in caplog.messages)
-            assert compiled() == (1, 0)
+            assert compile_and_count_cache_use() == (1, 0)
 
 
 def test_an_inner_function_works_for_compiled_callers_and_refuses_python() -> None:
@@ -126,13 +126,14 @@ def test_kernel_variants_compiled_by_different_processes_are_not_confused(tmp_pa
     """
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
 
-    def run(*bases: str) -> list[str]:
+    def run_program(*bases: str) -> list[str]:
+        """Run the program for some motions in a new process and return its output lines."""
         done = subprocess.run(
             [sys.executable, "-c", program, *bases], env=environment, capture_output=True, text=True, check=True
         )
         return done.stdout.splitlines()
 
-    assert run("level") + run("up") == run("level", "up")
+    assert run_program("level") + run_program("up") == run_program("level", "up")
 
 
 def test_the_cache_folder_depends_on_all_modules_that_kernels_import() -> None:

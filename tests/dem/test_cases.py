@@ -12,13 +12,15 @@ from overturning.kernel_cache import cache_directory, sources_digest
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 
-T = np.arange(400) * 0.01
-WAVE = np.sin(2 * np.pi * T / 0.9) * (T < 1.8)
+TIME = np.arange(400) * 0.01
+SINE_CYCLES = np.sin(2 * np.pi * TIME / 0.9) * (TIME < 1.8)
 
 
 def test_amplitude_is_a_factor_on_the_motion() -> None:
-    once = run_cases(Motion(4.0 * WAVE, 0 * T, 1.0 * WAVE, sampling_interval=0.01), Cases(0.0, 0.6, [0.2, 0.3], 0.5))
-    half = Motion(2.0 * WAVE, 0 * T, 0.5 * WAVE, sampling_interval=0.01)
+    once = run_cases(
+        Motion(4.0 * SINE_CYCLES, 0 * TIME, 1.0 * SINE_CYCLES, sampling_interval=0.01), Cases(0.0, 0.6, [0.2, 0.3], 0.5)
+    )
+    half = Motion(2.0 * SINE_CYCLES, 0 * TIME, 0.5 * SINE_CYCLES, sampling_interval=0.01)
     twice = run_cases(half, Cases(0.0, 0.6, [0.2, 0.3], 0.5, amplitude=2.0))
     assert once.peak_rotation.max() > 0.05
     np.testing.assert_array_equal(once.peak_rotation, twice.peak_rotation)
@@ -26,21 +28,21 @@ def test_amplitude_is_a_factor_on_the_motion() -> None:
 
 
 def test_damping_factor_changes_the_contact() -> None:
-    motion = Motion(4.0 * WAVE, 0 * T, sampling_interval=0.01)
+    motion = Motion(4.0 * SINE_CYCLES, 0 * TIME, sampling_interval=0.01)
     found = run_cases(motion, Cases(0.0, 0.6, 0.39, 1.0, damping_factor=[1.0, 0.05]))
     assert found.peak_rotation[0] != found.peak_rotation[1]
 
 
 def test_the_sign_of_the_initial_tilt_is_its_side() -> None:
-    still = Motion(0 * T, 0 * T, sampling_interval=0.01)
+    still = Motion(0 * TIME, 0 * TIME, sampling_interval=0.01)
     found = run_cases(still, Cases(0.0, 0.6, 0.3, 1.0, initial_tilt=[0.1, -0.1]))
     np.testing.assert_allclose(found.peak_rotation, 0.1 / np.arctan(0.3), rtol=1e-6)
     assert found.residual_slip[0] == -found.residual_slip[1]
 
 
 def test_a_block_is_in_free_flight_while_the_ground_falls_faster_than_it() -> None:
-    up = np.where(T < 0.3, -1.5 * 9.80665, 0.0)
-    found = run_cases(Motion(0 * T, 0 * T, up, sampling_interval=0.01), Cases(0.0, 0.6, 0.8, 1.0))
+    up = np.where(TIME < 0.3, -1.5 * 9.80665, 0.0)
+    found = run_cases(Motion(0 * TIME, 0 * TIME, up, sampling_interval=0.01), Cases(0.0, 0.6, 0.8, 1.0))
     assert found.status.tolist() == [0]
     assert found.overturned.tolist() == [0]
     assert found.energy_error[0] < 1e-2
@@ -49,7 +51,7 @@ def test_a_block_is_in_free_flight_while_the_ground_falls_faster_than_it() -> No
 def test_progress_counts_block_steps_up_to_the_whole() -> None:
     calls: list[tuple[int, int]] = []
     found = run_cases(
-        Motion(4.0 * WAVE, 0 * T, sampling_interval=0.01), Cases(0.0, 0.6, np.linspace(0.1, 0.5, 50), 0.5),
+        Motion(4.0 * SINE_CYCLES, 0 * TIME, sampling_interval=0.01), Cases(0.0, 0.6, np.linspace(0.1, 0.5, 50), 0.5),
         progress=lambda done, total: calls.append((done, total)),
     )  # fmt: skip
     assert calls[-1][0] == calls[-1][1] >= found.block_steps.sum(), "steps of cases that end early count as done"

@@ -19,8 +19,8 @@ from overturning.model.status import CaseStatus
 from overturning.motion.direction import cosine_and_sine_of_azimuth
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-from tests.dem.near_field import near_field
-from tests.dem.paths import depths, stone
+from tests.dem.near_field import read_near_field_record
+from tests.dem.paths import lower_corner_penetrations, stone_of_trajectory
 from tests.dem.reference.particles import slip_in_hops
 from verification.reference.closed_forms import (
     bounce,
@@ -31,10 +31,10 @@ from verification.reference.closed_forms import (
 )
 from verification.reference.sliding import sliding_displacement
 
-QUIET = np.zeros(400)
+NO_ACCELERATION = np.zeros(400)
 
 
-def ramp(height: float, seconds: float, upward: float = 0.0) -> Motion:
+def ramp_motion(height: float, seconds: float, upward: float = 0.0) -> Motion:
     """Return a north acceleration that rises linearly to `height` (m/s²), after 1 s in which `upward` is reached."""
     t = np.arange(int((seconds + 1.0) / 0.005) + 1) * 0.005
     up = upward * np.minimum(t, 1.0)
@@ -43,7 +43,7 @@ def ramp(height: float, seconds: float, upward: float = 0.0) -> Motion:
 
 
 def test_a_steady_base_acceleration_throws_the_block_the_opposite_way() -> None:
-    steady = Motion(np.full(400, 4.0), QUIET, sampling_interval=0.005)
+    steady = Motion(np.full(400, 4.0), NO_ACCELERATION, sampling_interval=0.005)
     found = run_cases(steady, Cases([0.0, 180.0, 90.0], 0.6, 0.2, 1.0))
     assert found.overturned.tolist() == [-1, 1, 0]
 
@@ -56,17 +56,19 @@ def test_a_block_at_rest_does_not_creep_within_a_minute() -> None:
     )  # fmt: skip
     assert float(path.time[-1]) >= 59.9
     for name in ("x", "z", "rotation"):
-        assert float(np.abs(stone(path)[name] - stone(path)[name][0]).max()) <= 1e-9
+        assert float(np.abs(stone_of_trajectory(path)[name] - stone_of_trajectory(path)[name][0]).max()) <= 1e-9
 
 
 @pytest.mark.parametrize("upward", [0.0, -0.3 * STANDARD_GRAVITY, 0.2 * STANDARD_GRAVITY])
 @pytest.mark.parametrize("b_over_h", [0.1, 0.25, 0.5])
 @pytest.mark.parametrize(("seconds", "penetration"), [(20.0, 2e-5), (4.0, 2e-6), (1.0, 2e-7)])
-def test_uplift_begins_at_the_threshold(b_over_h: float, upward: float, seconds: float, penetration: float) -> None:
+def test_uplift_begins_at_the_rocking_threshold(
+    b_over_h: float, upward: float, seconds: float, penetration: float
+) -> None:
     # The corner lags 2 ξ/ω behind the load: longer for a softer contact.
     threshold = uplift_acceleration(b_over_h, upward)
     path = trajectory(
-        ramp(1.2 * threshold, seconds, upward),
+        ramp_motion(1.2 * threshold, seconds, upward),
         gravestone(Contact(static_penetration=penetration)),
         azimuth_deg=0,
         height=0.6,
@@ -75,17 +77,17 @@ def test_uplift_begins_at_the_threshold(b_over_h: float, upward: float, seconds:
         leave_out=False,
     )
     # The corner towards +s lifts off, when its penetration reaches 0.
-    left = int(np.argmax(depths(path)[1] <= 0.0))
+    left = int(np.argmax(lower_corner_penetrations(path)[1] <= 0.0))
     assert left > 0
     assert float(path.ground_acceleration[left]) == pytest.approx(threshold, rel=1e-3)
 
 
 @pytest.mark.parametrize("upward", [0.0, -0.3 * STANDARD_GRAVITY])
 @pytest.mark.parametrize("friction", [0.1, 0.3])
-def test_both_corners_slip_at_the_threshold(friction: float, upward: float) -> None:
+def test_both_corners_slip_at_the_friction_threshold(friction: float, upward: float) -> None:
     threshold = slip_acceleration(friction, upward)
     path = trajectory(
-        ramp(1.1 * threshold, 8.0, upward),
+        ramp_motion(1.1 * threshold, 8.0, upward),
         gravestone(Contact(static_penetration=2e-6)),
         azimuth_deg=0,
         height=0.3,
@@ -94,17 +96,17 @@ def test_both_corners_slip_at_the_threshold(friction: float, upward: float) -> N
         leave_out=False,
     )
     # The onset follows from the speed, which is the integral of the ramp's excess over the threshold.
-    time, speed = path.time.values, -stone(path).velocity_x.values
+    time, speed = path.time.values, -stone_of_trajectory(path).velocity_x.values
     late = speed > 0.02
     start = time[late] - np.sqrt(2.0 * speed[late] / (1.1 * threshold / 8.0))
     onset = np.interp(np.median(start), time, path.ground_acceleration.values)
     assert onset == pytest.approx(threshold, rel=1e-3)
 
 
-def test_upward_acceleration_shifts_thresholds() -> None:
+def test_upward_acceleration_shifts_rocking_and_sliding_thresholds() -> None:
     # 15 % above the threshold with a_up = −0.3 g, 15 % below without.
     level = 0.85 * uplift_acceleration(0.2)
-    light, heavy = ramp(level, 1.5, -0.3 * STANDARD_GRAVITY), ramp(level, 1.5)
+    light, heavy = ramp_motion(level, 1.5, -0.3 * STANDARD_GRAVITY), ramp_motion(level, 1.5)
     assert run_cases(light, Cases(0.0, 0.6, 0.2, 10.0)).peak_rotation[0] > 1e-2
     assert run_cases(heavy, Cases(0.0, 0.6, 0.2, 10.0)).peak_rotation[0] == 0.0
 
@@ -116,7 +118,7 @@ def test_free_rocking_agrees_with_housner(b_over_h: float, amplitude: float) -> 
     path = trajectory(
         fine, azimuth_deg=0, height=height, b_over_h=b_over_h, friction=10.0, initial_tilt=tilt, leave_out=False
     )
-    angle, time = stone(path).rotation.values, path.time.values
+    angle, time = stone_of_trajectory(path).rotation.values, path.time.values
     crossing = int(np.argmax(angle < 0.0))
     share = angle[crossing - 1] / (angle[crossing - 1] - angle[crossing])
     quarter = time[crossing - 1] + share * (time[crossing] - time[crossing - 1])
@@ -134,13 +136,15 @@ def test_energy_in_free_rocking_never_rises(b_over_h: float) -> None:
     )
     inertia = height**2 * (1.0 + b_over_h**2) / 12.0
     stiffness = STANDARD_GRAVITY / (2.0 * STATIC_PENETRATION * b_over_h * height)
-    sunk = np.maximum(depths(path), 0.0)
+    sunk = np.maximum(lower_corner_penetrations(path), 0.0)
     energy = (
         0.5
         * (
-            stone(path).velocity_x ** 2 + stone(path).velocity_z ** 2 + inertia * stone(path).angular_velocity ** 2
+            stone_of_trajectory(path).velocity_x ** 2
+            + stone_of_trajectory(path).velocity_z ** 2
+            + inertia * stone_of_trajectory(path).angular_velocity ** 2
         ).values
-        + STANDARD_GRAVITY * (stone(path).z.values - 0.5 * height)
+        + STANDARD_GRAVITY * (stone_of_trajectory(path).z.values - 0.5 * height)
         + 0.5 * stiffness * (sunk**2).sum(axis=0)
     )
     risen = energy - np.minimum.accumulate(energy)
@@ -149,7 +153,7 @@ def test_energy_in_free_rocking_never_rises(b_over_h: float) -> None:
 
 @pytest.mark.parametrize("friction", [0.05, 0.15, 0.25])
 @pytest.mark.parametrize("period", [0.3, 1.0, 2.0])
-def test_sliding_under_a_pulse(friction: float, period: float) -> None:
+def test_slip_under_a_pulse_equals_that_of_the_sliding_block(friction: float, period: float) -> None:
     t = np.arange(600) * 0.005
     pulse = 5.0 * np.sin(2 * np.pi * t / period) * (t < period)
     found = run_cases(Motion(pulse, 0 * pulse, sampling_interval=0.005), Cases(0.0, 0.3, 2.0, friction))
@@ -159,26 +163,26 @@ def test_sliding_under_a_pulse(friction: float, period: float) -> None:
     assert found.residual_slip[0] == pytest.approx(residual, abs=2e-2 * peak)
 
 
-PULSE = 5.0 * np.sin(0.5 * np.pi * 0.005 * np.arange(401))
+SLIDING_PULSE = 5.0 * np.sin(0.5 * np.pi * 0.005 * np.arange(401))
 """Acceleration of the base that makes a block slide for long, m/s²; a sample every 0.005 s."""
-SMOOTH = (0.002, 0.01, 0.02)
+LOW_FRICTIONS = (0.002, 0.01, 0.02)
 
 
 @cache
 def sliding_blocks(height: float, b_over_h: float, scheme: str) -> CaseResults:
-    """Return the outcomes of a block with each of the frictions `SMOOTH` under `PULSE`, computed side by side."""
-    motion = Motion(PULSE, 0 * PULSE, sampling_interval=0.005)
-    return run_cases(motion, Cases(0.0, height, b_over_h, SMOOTH), scheme=scheme)
+    """Return the outcomes of a block with each of `LOW_FRICTIONS` under `SLIDING_PULSE`, computed together."""
+    motion = Motion(SLIDING_PULSE, 0 * SLIDING_PULSE, sampling_interval=0.005)
+    return run_cases(motion, Cases(0.0, height, b_over_h, LOW_FRICTIONS), scheme=scheme)
 
 
 @pytest.mark.parametrize("scheme", ["centred", "cundall"])
 @pytest.mark.parametrize(("height", "b_over_h"), [(0.3, 2.0), (0.6, 0.3), (2.0, 0.1)])
-@pytest.mark.parametrize("friction", SMOOTH)
+@pytest.mark.parametrize("friction", LOW_FRICTIONS)
 def test_a_block_that_slides_for_long_stands(friction: float, height: float, b_over_h: float, scheme: str) -> None:
-    """It slides for 10 s to 4 min, far beyond 20/p after the record, with up to 300 times the energy of a fall."""
+    """The block slides for 10 s to 4 min, far beyond 20/p after the record, with up to 300 times a fall's energy."""
     assert friction < 0.5 * b_over_h
-    found, case = sliding_blocks(height, b_over_h, scheme), SMOOTH.index(friction)
-    peak, residual = sliding_displacement(PULSE, 0.005, friction)
+    found, case = sliding_blocks(height, b_over_h, scheme), LOW_FRICTIONS.index(friction)
+    peak, residual = sliding_displacement(SLIDING_PULSE, 0.005, friction)
     assert found.overturned[case] == 0
     assert found.peak_slip[case] == pytest.approx(peak, rel=5e-3)
     assert found.residual_slip[case] == pytest.approx(residual, rel=5e-3)
@@ -195,10 +199,10 @@ def test_a_drop_follows_the_exact_bounce_of_a_damped_spring() -> None:
         azimuth_deg=0, height=0.6, b_over_h=1.0, friction=0.5, leave_out=False,
         time_step="0.02 stable",
     )  # fmt: skip
-    height, time = stone(path).z.values, path.time.values
+    height, time = stone_of_trajectory(path).z.values, path.time.values
     # Free flight: the speed at touch follows from the energy at the last sample before.
-    touch = int(np.argmax((time > 0.3) & (depths(path)[0] > 0))) - 1
-    gap, fall = -depths(path)[0][touch], -stone(path).velocity_z.values[touch]
+    touch = int(np.argmax((time > 0.3) & (lower_corner_penetrations(path)[0] > 0))) - 1
+    gap, fall = -lower_corner_penetrations(path)[0][touch], -stone_of_trajectory(path).velocity_z.values[touch]
     speed = float(np.sqrt(fall**2 + 2 * STANDARD_GRAVITY * gap))
     normal, _, dashpot = contact.stiffness_and_damping_per_mass(0.6, 0.6, 2650.0)
     duration, rebound = bounce(speed, 2.0 * float(normal), 2.0 * float(dashpot))
@@ -212,13 +216,15 @@ def test_a_drop_follows_the_exact_bounce_of_a_damped_spring() -> None:
     assert top - rest == pytest.approx(expected - rest, rel=5e-3)
 
 
-def pushed(interval: float, friction: float) -> np.ndarray:
-    """Return the acceleration of the base along s: 2.2 μg for 0.2 s, with ramps of one sample."""
+def push_acceleration(interval: float, friction: float) -> np.ndarray:
+    """Return a horizontal base acceleration that makes a block slide: 2.2 μg for 0.2 s, with ramps of one sample."""
     time = np.arange(0.0, 3.0, interval) - 0.5
     return np.where((time > -1e-9) & (time < 0.2 + 1e-9), 2.2 * friction * STANDARD_GRAVITY, 0.0)
 
 
-def slips(acceleration: np.ndarray, interval: float, heights: list[float], friction: float) -> dict[str, np.ndarray]:
+def peak_slip_by_kernel(
+    acceleration: np.ndarray, interval: float, heights: list[float], friction: float
+) -> dict[str, np.ndarray]:
     """Return the largest slip (m) of slabs of B/H 3 under a horizontal motion in the three kernels, by kernel."""
     motion = Motion(acceleration, 0.0 * acceleration, sampling_interval=interval)
     cases = Cases(0.0, np.array(heights), 3.0, friction)
@@ -232,9 +238,9 @@ def slips(acceleration: np.ndarray, interval: float, heights: list[float], frict
 
 @pytest.mark.parametrize("interval", [0.02, 0.01, 0.005])
 def test_a_slab_under_coarse_samples_slides_as_far_as_the_sliding_block(interval: float) -> None:
-    acceleration = pushed(interval, 0.3)
+    acceleration = push_acceleration(interval, 0.3)
     expected = sliding_displacement(acceleration, interval, 0.3)[0]
-    for kernel, found in slips(acceleration, interval, [0.3, 1.0, 3.0, 10.0], 0.3).items():
+    for kernel, found in peak_slip_by_kernel(acceleration, interval, [0.3, 1.0, 3.0, 10.0], 0.3).items():
         assert np.abs(found / expected - 1.0).max() <= 0.01, (kernel, found / expected)
 
 
@@ -245,19 +251,19 @@ def test_a_slab_under_coarse_samples_slides_as_far_as_the_sliding_block(interval
 )  # fmt: skip
 def test_a_slab_slides_as_far_under_a_record_and_its_interpolation(number: int, azimuth: int, friction: float) -> None:
     """Slabs 0.6 to 10 m high under records at 0.02 s, and interpolated to 0.01 s, slip like the rigid sliding block."""
-    record = near_field(number, pulse=number < 15)[0]
+    record = read_near_field_record(number, pulse=number < 15)[0]
     north, east = cosine_and_sine_of_azimuth(azimuth)
     along = record.north * north + record.east * east
     expected = sliding_displacement(along, record.sampling_interval, friction)[0]
     between = np.interp(np.arange(2 * along.size - 1) * 0.5, np.arange(along.size), along)
     for samples, interval in ((along, record.sampling_interval), (between, 0.5 * record.sampling_interval)):
-        for kernel, found in slips(samples, interval, [0.6, 1.0, 3.0, 10.0], friction).items():
+        for kernel, found in peak_slip_by_kernel(samples, interval, [0.6, 1.0, 3.0, 10.0], friction).items():
             assert np.abs(found / expected - 1.0).max() <= 0.01, (kernel, interval, found / expected)
 
 
 def test_a_squat_block_lands_and_stays() -> None:
     """At B/H 0.428 under Sepulveda the peak rotation equals that of Housner's block; landings must not bounce."""
-    record, height, b_over_h = near_field(23, pulse=False)[0], 1.597, 0.428
+    record, height, b_over_h = read_near_field_record(23, pulse=False)[0], 1.597, 0.428
     north, east = cosine_and_sine_of_azimuth(41.24)
     along = 1.4508 * (record.north * north + record.east * east)
     motion, case = (
@@ -286,7 +292,7 @@ def test_a_block_stays_flat_in_noise_that_throws_it_up(seed: int, general: bool,
     np.testing.assert_allclose(found.residual_slip, slip_in_hops(along, up, 0.026, 0.2), rtol=0.03)
 
 
-NEAR = tuple(np.round(np.linspace(0.95, 1.05, 21), 4).tolist())
+NEARBY_AMPLITUDES = tuple(np.round(np.linspace(0.95, 1.05, 21), 4).tolist())
 LANDINGS = [
     (0.3, 0.2, 1.5, 0.5),
     (0.3, 0.25, 1.3, 0.5),
@@ -297,26 +303,36 @@ LANDINGS = [
 ]
 """B/H and friction of sliding blocks, upward and horizontal acceleration (g) of the base that throws them up."""
 NEARBY_LANDINGS = [(0.3, 0.25, 1.3, 0.5), (0.3, 0.29, 1.3, 0.5), (0.5, 0.3, 2.0, 0.8)]
-"""As `LANDINGS`, for blocks that land at each of the amplitudes `NEAR`."""
+"""As `LANDINGS`, for blocks that land at each of the amplitudes `NEARBY_AMPLITUDES`."""
 
 
-def base_that_throws_up(lift: float, push: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the acceleration of the base along s and up, m/s²; a sample every 0.01 s."""
+def throwing_base_acceleration(lift: float, push: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return accelerations of a base, along and up, m/s², that throw a block up; a sample every 0.01 s.
+
+    `lift`: downward acceleration over g. `push`: horizontal acceleration over g.
+    """
     along, up = np.zeros(200), np.zeros(200)
     along[5:40], up[10:40] = push * STANDARD_GRAVITY, -lift * STANDARD_GRAVITY
     return along, up
 
 
 @cache
-def thrown_up(b_over_h: float, lift: float, push: float, general: bool, scheme: str) -> dict[Any, tuple[int, Any, Any]]:
-    """Return flag, peak rotation and residual slip of all blocks with B/H `b_over_h` under a motion, side by side.
+def simulate_thrown_up_blocks(
+    b_over_h: float, lift: float, push: float, general: bool, scheme: str
+) -> dict[Any, tuple[int, Any, Any]]:
+    """Return flag, peak rotation and residual slip of all blocks with B/H `b_over_h` that one motion throws up.
 
     The keys are friction, azimuth (degrees) and amplitude.
     """
-    along, up = base_that_throws_up(lift, push)
+    along, up = throwing_base_acceleration(lift, push)
     motion = Motion(along, 0 * along, up, sampling_interval=0.01, trust_data=True)
     cells = {(mu, turn, 1.0) for b, mu, *base in LANDINGS if (b, *base) == (b_over_h, lift, push) for turn in (0, 180)}
-    cells |= {(mu, 0, a) for b, mu, *base in NEARBY_LANDINGS if (b, *base) == (b_over_h, lift, push) for a in NEAR}
+    cells |= {
+        (mu, 0, a)
+        for b, mu, *base in NEARBY_LANDINGS
+        if (b, *base) == (b_over_h, lift, push)
+        for a in NEARBY_AMPLITUDES
+    }
     keys = sorted(cells)
     friction, azimuth, amplitude = np.array(keys).T
     cases = Cases(azimuth, 0.6, b_over_h, friction, amplitude=amplitude)
@@ -331,8 +347,8 @@ def test_a_block_that_lands_flat_while_it_slides_stays_flat(
     b_over_h: float, friction: float, lift: float, push: float, general: bool, scheme: str
 ) -> None:
     """The block is thrown up and lands with µ < B/H: the impulse acts within its base, so that no end lifts."""
-    found = thrown_up(b_over_h, lift, push, general, scheme)
-    slip = slip_in_hops(*base_that_throws_up(lift, push), 0.01, friction)
+    found = simulate_thrown_up_blocks(b_over_h, lift, push, general, scheme)
+    slip = slip_in_hops(*throwing_base_acceleration(lift, push), 0.01, friction)
     for turn, expected in ((0, slip), (180, -slip)):
         overturned, rotation, residual = found[friction, turn, 1.0]
         assert overturned == 0
@@ -365,9 +381,12 @@ def test_a_block_that_sticks_when_it_lands_flat_slips_in_flight_only(
 
 
 @cache
-def slips_near(friction: float, lift: float, push: float) -> list[float]:
-    """Return the slip (m) of a block that does not rotate, at each of the amplitudes `NEAR`."""
-    return [slip_in_hops(*base_that_throws_up(lift, push), 0.01, friction, amplitude) for amplitude in NEAR]
+def slip_at_nearby_amplitudes(friction: float, lift: float, push: float) -> list[float]:
+    """Return the slip (m) of a block that does not rotate, at each of the amplitudes `NEARBY_AMPLITUDES`."""
+    return [
+        slip_in_hops(*throwing_base_acceleration(lift, push), 0.01, friction, amplitude)
+        for amplitude in NEARBY_AMPLITUDES
+    ]
 
 
 @pytest.mark.parametrize("scheme", ["centred", "cundall"])
@@ -377,8 +396,10 @@ def test_a_flat_landing_does_not_depend_on_the_last_bits_of_a_flight(
     b_over_h: float, friction: float, lift: float, push: float, general: bool, scheme: str
 ) -> None:
     """The base leaves the ground with a rotation below 0.001 rad/s, so that one end touches microseconds earlier."""
-    found = thrown_up(b_over_h, lift, push, general, scheme)
-    overturned, rotation, residual = zip(*(found[friction, 0, amplitude] for amplitude in NEAR), strict=True)
+    found = simulate_thrown_up_blocks(b_over_h, lift, push, general, scheme)
+    overturned, rotation, residual = zip(
+        *(found[friction, 0, amplitude] for amplitude in NEARBY_AMPLITUDES), strict=True
+    )
     assert not any(overturned)
     assert max(rotation) < 0.01
-    np.testing.assert_allclose(residual, slips_near(friction, lift, push), rtol=0.03)
+    np.testing.assert_allclose(residual, slip_at_nearby_amplitudes(friction, lift, push), rtol=0.03)

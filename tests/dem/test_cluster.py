@@ -22,6 +22,7 @@ MOTION = overturning.Motion.sine(amplitude=5.0, period=0.8, azimuth_deg=60)
 
 @pytest.fixture(scope="module")
 def client() -> Iterator["Client"]:
+    """Provide a dask client with two worker processes."""
     from distributed import Client, LocalCluster  # half a second that collection need not wait
 
     with (
@@ -31,7 +32,8 @@ def client() -> Iterator["Client"]:
         yield client
 
 
-def cases() -> overturning.Cases:
+def cases_of_sweep() -> overturning.Cases:
+    """Return 2040 cases: blocks of 17 slendernesses in 120 azimuths."""
     azimuth, ratio = (grid.ravel() for grid in np.meshgrid(np.arange(0.0, 360.0, 3.0), np.linspace(0.1, 0.5, 17)))
     return overturning.Cases(azimuth, 0.6, ratio, 0.7)
 
@@ -50,13 +52,14 @@ def test_a_killed_worker_loses_no_result(client: "Client") -> None:
     killed = []
 
     def kill_one(done: int, total: int) -> None:
+        """Kill one worker when the first cases are finished."""
         if not killed:
             assert done < total, "the worker was killed too late: no tasks were left"
             killed.append(next(iter(client.run(os.getpid).values())))
             os.kill(killed[0], signal.SIGKILL)
 
-    spread = overturning.run_cases(MOTION, cases(), client=client, progress=kill_one)
-    alone = overturning.run_cases(MOTION, cases())
+    spread = overturning.run_cases(MOTION, cases_of_sweep(), client=client, progress=kill_one)
+    alone = overturning.run_cases(MOTION, cases_of_sweep())
     assert killed
     for name, values in vars(alone).items():
         np.testing.assert_array_equal(getattr(spread, name), values)
@@ -64,6 +67,6 @@ def test_a_killed_worker_loses_no_result(client: "Client") -> None:
 
 def test_an_error_on_a_worker_is_raised_locally(client: "Client") -> None:
     with pytest.raises(ArgumentError, match="time_step"):
-        overturning.run_cases(MOTION, cases(), client=client, time_step=-1.0)
+        overturning.run_cases(MOTION, cases_of_sweep(), client=client, time_step=-1.0)
     with pytest.raises(ArgumentError, match=r"client: str; give a dask.distributed.Client\(\)"):
-        overturning.run_cases(MOTION, cases(), client="here")
+        overturning.run_cases(MOTION, cases_of_sweep(), client="here")

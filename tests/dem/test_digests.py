@@ -4,11 +4,13 @@ import json
 
 import pytest
 
-from tests.dem.digests import FILE, OUTCOMES, digest
+from tests.dem.digests import DIGEST_FILE, OUTCOME_FUNCTIONS, outcome_digest
 
-KNOWN = json.loads(FILE.read_text(encoding="utf-8"))
+STORED_DIGESTS = json.loads(DIGEST_FILE.read_text(encoding="utf-8"))
 
 
-@pytest.mark.parametrize("name", OUTCOMES)
+@pytest.mark.parametrize("name", OUTCOME_FUNCTIONS)
 def test_outcomes_are_bit_equal_to_the_last_version(name: str) -> None:
-    assert digest(name) == KNOWN[name], "changed on purpose? Name it in CHANGELOG.md; python -m tests.dem.digests"
+    assert outcome_digest(name) == STORED_DIGESTS[name], (
+        "changed on purpose? Name it in CHANGELOG.md; python -m tests.dem.digests"
+    )

@@ -17,16 +17,16 @@ from overturning.model.body import Body
 from overturning.model.contact import VertexContact
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
-from tests.dem.near_field import near_field
-from tests.dem.polygon_scenes import shipped
+from tests.dem.near_field import read_near_field_record
+from tests.dem.polygon_scenes import load_shipped_scene
 
-RECORDS = (7, pytest.param(10, marks=pytest.mark.long))
-TURN = 33.0
-SIMILAR = 1.7
+RECORD_NUMBERS = (7, pytest.param(10, marks=pytest.mark.long))
+ROTATION_DEG = 33.0
+LENGTH_SCALE = 1.7
 """Factor on lengths; its root is irrational, so that scaled numbers are rounded."""
 
 
-BEARING = 8.0
+MAX_AZIMUTH_CHANGE_DEG = 8.0
 """Largest difference of the fall direction in a robust cell, degrees."""
 
 
@@ -41,13 +41,14 @@ class CellOutcomes:
 
     @property
     def stands(self) -> np.ndarray:
+        """True for cells that stand."""
         return self.fallen == 0
 
 
-Model = Callable[..., CellOutcomes]
+CellSimulator = Callable[..., CellOutcomes]
 
 
-def model_2d(height: float, **options: Any) -> Model:
+def planar_cell_simulator(height: float, **options: Any) -> CellSimulator:
     """Return a function that simulates cells of a block or scene whose reference element has a height (m).
 
     With `leave_out` a scene case may end before its record after a fall; the peaks of standing elements are then NaN.
@@ -55,7 +56,8 @@ def model_2d(height: float, **options: Any) -> Model:
     grid = {"b_over_h": [0.15, 0.25, 0.35, 0.45], "friction": [0.4, 0.8], **options}
     to_the_end = "model" not in grid or not grid.get("leave_out", True)
 
-    def simulated(motion: Motion, turn: float = 0.0, scale: float = 1.0, **more: Any) -> CellOutcomes:
+    def simulate_cells(motion: Motion, turn: float = 0.0, scale: float = 1.0, **more: Any) -> CellOutcomes:
+        """Simulate the cells with azimuths rotated by `turn` degrees and lengths multiplied by `scale`."""
         azimuth = turn + np.arange(10.0, 370.0, 40.0)
         cells = simulate_as_arrays(motion, azimuth_deg=azimuth, height=[scale * height], **grid | more)
         fallen = cells["overturned"]
@@ -67,39 +69,40 @@ def model_2d(height: float, **options: Any) -> Model:
         towards = np.where(fallen != 0, towards, np.nan)
         return CellOutcomes(*(a.ravel() for a in (fallen, towards, peak, cells["peak_slip"])))
 
-    return simulated
+    return simulate_cells
 
 
-def model_3d(strength: float, body: str | int, **options: Any) -> Model:
+def body_cell_simulator(strength: float, body: str | int, **options: Any) -> CellSimulator:
     """Return a function that simulates cells of a 3-D body under a motion multiplied by `strength`."""
     grid = {"b_over_h": [0.15, 0.25, 0.35], "friction": [0.4, 0.8], **options}
 
-    def simulated(motion: Motion, turn: float = 0.0, scale: float = 1.0) -> CellOutcomes:
+    def simulate_cells(motion: Motion, turn: float = 0.0, scale: float = 1.0) -> CellOutcomes:
+        """Simulate the cells with orientations rotated by `turn` degrees and lengths multiplied by `scale`."""
         orientation = [turn] if body == "circle" else turn + np.arange(10.0, 90.0, 15.0)
         motion = motion.scaled_by(strength)
         cells = simulate_as_arrays(motion, body, orientation_deg=orientation, height=[scale * 0.6], **grid)
         assert not np.isnan(cells["peak_tilt"][cells["overturned"] != INT8_MISSING]).any()
         return CellOutcomes(*(cells[name].ravel() for name in ("overturned", "fall_azimuth", "peak_tilt", "peak_slip")))
 
-    return simulated
+    return simulate_cells
 
 
-TIERS = {"model": shipped("three-tier"), "b_over_h": [0.2, 0.3, 0.38], "friction": [0.7]}
-MODELS: dict[str, Model] = {
-    "block": model_2d(0.6),
-    "block, scene kernel": model_2d(0.6, general=True, b_over_h=[0.2, 0.35, 0.5], friction=[0.6]),
-    "three-tier": model_2d(0.636, **TIERS),
-    "three-tier, to its end": model_2d(0.636, leave_out=False, **TIERS),
-    "3-D rectangle": model_3d(0.7, body="rectangle", aspect=[1.0, 1.5]),
-    "3-D octagon": model_3d(0.5, body=8, b_over_h=[0.2, 0.3, 0.4, 0.5]),
-    "3-D cylinder": model_3d(0.5, body="circle", b_over_h=np.arange(0.1, 0.6, 0.02)),
+THREE_TIER_GRID = {"model": load_shipped_scene("three-tier"), "b_over_h": [0.2, 0.3, 0.38], "friction": [0.7]}
+SIMULATORS: dict[str, CellSimulator] = {
+    "block": planar_cell_simulator(0.6),
+    "block, scene kernel": planar_cell_simulator(0.6, general=True, b_over_h=[0.2, 0.35, 0.5], friction=[0.6]),
+    "three-tier": planar_cell_simulator(0.636, **THREE_TIER_GRID),
+    "three-tier, to its end": planar_cell_simulator(0.636, leave_out=False, **THREE_TIER_GRID),
+    "3-D rectangle": body_cell_simulator(0.7, body="rectangle", aspect=[1.0, 1.5]),
+    "3-D octagon": body_cell_simulator(0.5, body=8, b_over_h=[0.2, 0.3, 0.4, 0.5]),
+    "3-D cylinder": body_cell_simulator(0.5, body="circle", b_over_h=np.arange(0.1, 0.6, 0.02)),
 }
 
 
 @cache
-def strong_part(number: int) -> Motion:
+def strong_part_with_vertical(number: int) -> Motion:
     """Return eight seconds around a record's peak, with artificial vertical motion, zero at both ends."""
-    motion, _, _ = near_field(number)
+    motion, _, _ = read_near_field_record(number)
     peak, around = int(np.argmax(np.hypot(motion.north, motion.east))), round(4.0 / motion.sampling_interval)
     north, east = (part[max(peak - around, 0) : peak + around].copy() for part in (motion.north, motion.east))
     for part in (north, east):
@@ -108,106 +111,108 @@ def strong_part(number: int) -> Motion:
 
 
 @cache
-def reference(model: str, number: int) -> tuple[CellOutcomes, np.ndarray]:
-    """Return the outcomes under a record, and a mask of the robust cells."""
-    motion = strong_part(number)
-    found, *others = (MODELS[model](motion.scaled_by(factor)) for factor in (1.0, 0.99, 1.01))
+def outcomes_and_robust_cells(model: str, number: int) -> tuple[CellOutcomes, np.ndarray]:
+    """Return the outcomes of a model under a record, and a mask of cells that ±1 % of amplitude hardly changes."""
+    motion = strong_part_with_vertical(number)
+    found, *others = (SIMULATORS[model](motion.scaled_by(factor)) for factor in (1.0, 0.99, 1.01))
     # A cylinder may roll on its rim beyond the end of the simulation.
     robust = found.fallen != INT8_MISSING
     for other in others:
-        robust &= (found.fallen == other.fallen) & (apart(found, other) < BEARING)
-        robust &= ~found.stands | ~(np.abs(found.peak - other.peak) >= allowed(found))
+        robust &= (found.fallen == other.fallen) & (fall_direction_difference(found, other) < MAX_AZIMUTH_CHANGE_DEG)
+        robust &= ~found.stands | ~(np.abs(found.peak - other.peak) >= max_peak_difference(found))
     # Require enough cells, both standing and fallen.
     assert robust.sum() >= 12
     assert 0.0 < found.stands[robust].mean() < 1.0
     return found, robust
 
 
-def allowed(found: CellOutcomes) -> np.ndarray:
-    """Return the largest difference of a robust cell's peak, over α (2-D) or in degrees (3-D)."""
+def max_peak_difference(found: CellOutcomes) -> np.ndarray:
+    """Return the largest allowed change of a robust cell's peak, over α (2-D) or in degrees (3-D)."""
     return 0.1 * found.peak + 2e-3
 
 
-def apart(one: CellOutcomes, other: CellOutcomes, turn: float = 0.0) -> np.ndarray:
+def fall_direction_difference(one: CellOutcomes, other: CellOutcomes, turn: float = 0.0) -> np.ndarray:
     """Return the angle between fall directions, degrees, with `other` rotated back by `turn`; 0 without a fall."""
     return np.nan_to_num(np.abs((other.azimuth - turn - one.azimuth + 180.0) % 360.0 - 180.0))
 
 
-def turned(motion: Motion, turn: float) -> Motion:
+def rotate_motion(motion: Motion, turn: float) -> Motion:
     """Return the motion rotated by `turn` degrees, clockwise from above."""
     c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
     north, east = c * motion.north - s * motion.east, s * motion.north + c * motion.east
     return Motion(north, east, motion.up, sampling_interval=motion.sampling_interval)
 
 
-def quiet_before_and_after(motion: Motion) -> Motion:
+def pad_with_quiet_samples(motion: Motion) -> Motion:
+    """Return the motion with samples of zero acceleration before and after it."""
     north, east, up = (np.pad(part, (417, 230)) for part in (motion.north, motion.east, motion.up))
     return Motion(north, east, up, sampling_interval=motion.sampling_interval)
 
 
-def halved(motion: Motion) -> Motion:
+def halve_sampling_interval(motion: Motion) -> Motion:
     """Return the same piecewise linear motion with half the sampling interval."""
     twice = np.arange(2 * motion.sample_count - 1) / 2.0
     parts = (np.interp(twice, np.arange(motion.sample_count), part) for part in (motion.north, motion.east, motion.up))
     return Motion(*parts, sampling_interval=motion.sampling_interval / 2.0)
 
 
-def similar(motion: Motion) -> Motion:
-    """Return the same accelerations with time scaled by the root of the length scale."""
-    interval = motion.sampling_interval * np.sqrt(SIMILAR)
+def scale_time(motion: Motion) -> Motion:
+    """Return the same accelerations with time scaled by the square root of `LENGTH_SCALE`."""
+    interval = motion.sampling_interval * np.sqrt(LENGTH_SCALE)
     return Motion(motion.north, motion.east, motion.up, sampling_interval=interval)
 
 
-CHANGES = {
-    "similarity": (similar, {"scale": SIMILAR}),
-    "rotation": (lambda motion: turned(motion, TURN), {"turn": TURN}),
-    "quiet samples": (quiet_before_and_after, {}),
-    "interpolation": (halved, {}),
+MOTION_CHANGES = {
+    "similarity": (scale_time, {"scale": LENGTH_SCALE}),
+    "rotation": (lambda motion: rotate_motion(motion, ROTATION_DEG), {"turn": ROTATION_DEG}),
+    "quiet samples": (pad_with_quiet_samples, {}),
+    "interpolation": (halve_sampling_interval, {}),
 }
 
 
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("change", CHANGES)
-@pytest.mark.parametrize("number", RECORDS)
+@pytest.mark.parametrize("model", SIMULATORS)
+@pytest.mark.parametrize("change", MOTION_CHANGES)
+@pytest.mark.parametrize("number", RECORD_NUMBERS)
 def test_outcomes_are_invariant(number: int, change: str, model: str) -> None:
-    found, robust = reference(model, number)
-    by, options = CHANGES[change]
-    other = MODELS[model](by(strong_part(number)), **options)
+    found, robust = outcomes_and_robust_cells(model, number)
+    by, options = MOTION_CHANGES[change]
+    other = SIMULATORS[model](by(strong_part_with_vertical(number)), **options)
     scale, turn = options.get("scale", 1.0), options.get("turn", 0.0)
     np.testing.assert_array_equal(other.fallen[robust], found.fallen[robust])
-    bearings = apart(found, other, turn)[robust]
+    bearings = fall_direction_difference(found, other, turn)[robust]
     # A body that rolls before it falls may fall in another direction.
     assert np.quantile(bearings, 0.9) < 2.0
-    assert bearings.max() < 2 * BEARING
+    assert bearings.max() < 2 * MAX_AZIMUTH_CHANGE_DEG
     stands = robust & found.stands & ~np.isnan(found.peak)
     differs = np.abs(other.peak - found.peak)
-    assert (differs <= allowed(found))[stands].all()
+    assert (differs <= max_peak_difference(found))[stands].all()
     # Remaining differences: rounding, which rocking amplifies; other step lengths if samples are shorter; and creep on
     # the springs during the 2 s of lead time, which do not scale. All are far below the effect of 1 % of amplitude.
     assert np.median(differs[stands] / (found.peak[stands] + 1e-2)) < 2e-3
     assert np.median(np.abs(other.slip / scale - found.slip)[stands]) < 1e-4
 
 
-def mirrored(motion: Motion, north: float, east: float) -> Motion:
+def mirror_motion(motion: Motion, north: float, east: float) -> Motion:
+    """Return the motion with its north and east components multiplied by 1 or −1."""
     return Motion(north * motion.north, east * motion.east, motion.up, sampling_interval=motion.sampling_interval)
 
 
 @pytest.mark.parametrize("model", ["block", "block, scene kernel", "three-tier"])
 def test_the_mirror_image_of_a_2d_case_is_exact(model: str) -> None:
-    motion = strong_part(10)
-    found, other = (MODELS[model](one, leave_out=False) for one in (motion, mirrored(motion, -1, -1)))
+    motion = strong_part_with_vertical(10)
+    found, other = (SIMULATORS[model](one, leave_out=False) for one in (motion, mirror_motion(motion, -1, -1)))
     assert not found.stands.all()
     np.testing.assert_array_equal(other.fallen, -found.fallen)
     for name in ("peak", "slip"):
         np.testing.assert_array_equal(getattr(other, name), getattr(found, name))
 
 
-@pytest.mark.usefixtures("both_schemes_in_space")
+@pytest.mark.usefixtures("cundall_scheme_for_bodies")
 @pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
 @pytest.mark.parametrize("body", ["rectangle", "circle"])
 def test_the_mirror_images_of_a_3d_case_are_exact(body: int | str, scheme: str) -> None:
     # With more vertices, a mirror image reverses the order in which pairs of opposite vertices are summed.
-    motion = strong_part(10).scaled_by(0.6)
+    motion = strong_part_with_vertical(10).scaled_by(0.6)
     grid = {
         "height": [0.6], "b_over_h": [0.2, 0.4], "aspect": [1.0, 1.5] if body == "rectangle" else [1.0],
         "friction": [0.4, 0.8],
@@ -217,7 +222,7 @@ def test_the_mirror_images_of_a_3d_case_are_exact(body: int | str, scheme: str) 
     assert len(np.unique(found["overturned"])) == 2
     same = ("peak_tilt", "peak_slip", "overturning_time", "energy_error", "overturned", "block_steps")
     for north, east in ((1, -1), (-1, 1), (-1, -1)):
-        other = simulate_as_arrays(mirrored(motion, north, east), orientation_deg=[0.0], **grid)
+        other = simulate_as_arrays(mirror_motion(motion, north, east), orientation_deg=[0.0], **grid)
         signs = {"residual_slip_north": north, "residual_slip_east": east, "residual_twist": north * east}
         for name, sign in (signs | dict.fromkeys(same, 1)).items():
             np.testing.assert_array_equal(other[name], sign * found[name], err_msg=name)

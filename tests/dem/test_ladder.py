@@ -42,19 +42,21 @@ from overturning.model.scene import gravestone
 from overturning.model.status import CaseStatus
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
-from tests.dem.polygon_scenes import shipped
+from tests.dem.polygon_scenes import load_shipped_scene
 
-WHOLE = BLOCK.whole
-NAMES = ("overturned", "peak_rotation", "peak_slip", "residual_slip", "peak_penetration", "energy_error")
+WHOLE_STEP = BLOCK.whole
+COMPARED_RESULTS = ("overturned", "peak_rotation", "peak_slip", "residual_slip", "peak_penetration", "energy_error")
 
 
-def pulse() -> Motion:
+def pulse_motion() -> Motion:
+    """Return a pulse of two cycles with north, east and vertical components."""
     t = np.arange(300) * 0.01
     along = 4.0 * np.sin(2 * np.pi * t / 0.8) * (t < 1.6)
     return Motion(along, 0.6 * along, 2.0 * np.sin(7.0 * t) * (t < 2), sampling_interval=0.01)
 
 
-def blocks() -> Cases:
+def block_cases() -> Cases:
+    """Return cases of blocks of several azimuths, heights, B/H and frictions."""
     axes = np.meshgrid([0.0, 40.0, 130.0], [0.3, 1.2], np.arange(0.1, 0.6, 0.1), [0.3, 1.0], indexing="ij")
     return Cases(*(axis.ravel() for axis in axes))
 
@@ -62,8 +64,8 @@ def blocks() -> Cases:
 @pytest.mark.parametrize("step", ["auto", "0.1 stable", 1e-4])
 def test_whole_steps_do_not_depend_on_the_contact(step: float | str) -> None:
     made = [
-        plan_simulation(PlanarModel(gravestone(Contact(static_penetration=delta, damping_ratio=ratio))), pulse(),
-        blocks(), NumericalOptions(time_step=step)).steps
+        plan_simulation(PlanarModel(gravestone(Contact(static_penetration=delta, damping_ratio=ratio))), pulse_motion(),
+        block_cases(), NumericalOptions(time_step=step)).steps
         for delta in (2e-3, 2e-5, 1e-9) for ratio in (0.02, 1.0, 8.0)
     ]  # fmt: skip
     for steps in made[1:]:
@@ -74,8 +76,10 @@ def test_whole_steps_do_not_depend_on_the_contact(step: float | str) -> None:
 @pytest.mark.parametrize("refinement", [1, 8])
 def test_the_finest_step_resolves_the_contact_however_deep_the_halving(damping_ratio: float, refinement: int) -> None:
     contact = Contact(static_penetration=1e-9, damping_ratio=damping_ratio)
-    cases = blocks()
-    made = plan_simulation(PlanarModel(gravestone(contact)), pulse(), cases, NumericalOptions(refinement=refinement))
+    cases = block_cases()
+    made = plan_simulation(
+        PlanarModel(gravestone(contact)), pulse_motion(), cases, NumericalOptions(refinement=refinement)
+    )
     width = cases.b_over_h * cases.height
     normal, tangential, dashpot = contact.stiffness_and_damping_per_mass(width, cases.height, 2650.0)
     square, rate = (
@@ -84,16 +88,16 @@ def test_the_finest_step_resolves_the_contact_however_deep_the_halving(damping_r
     )
     ticks = made.table["finest"]
     assert (ticks >= 1).all()
-    finest = 0.01 / made.steps / WHOLE * ticks * refinement
+    finest = 0.01 / made.steps / WHOLE_STEP * ticks * refinement
     assert (finest <= BLOCK.finest * shortest_contact_time(square, rate)).all()
     assert (finest > 0.49 * BLOCK.finest * shortest_contact_time(square, rate)).all()
 
 
-NOTHING = StepContactChanges(False, False, False, False, False, False, False, False)
+NO_CONTACT_CHANGES = StepContactChanges(False, False, False, False, False, False, False, False)
 
 
-def clock_of(pace: KernelStepControl, standing: float | None = None) -> CaseStepControl:
-    """Return the clock of a case whose finest step is 64 ticks."""
+def step_control_of_case(pace: KernelStepControl, standing: float | None = None) -> CaseStepControl:
+    """Return the step control of a case whose finest step is 64 ticks (time units of the kernel)."""
     return CaseStepControl(64.0, standing or pace.whole, 8.0, pace.settled)
 
 
@@ -102,7 +106,7 @@ def clock_of(pace: KernelStepControl, standing: float | None = None) -> CaseStep
 def test_every_step_lies_within_a_sample(pace: KernelStepControl, steps: int) -> None:
     whole, random = pace.whole, np.random.default_rng(1)
     sample = steps * whole
-    case_step_control = clock_of(pace, sample)
+    case_step_control = step_control_of_case(pace, sample)
     attempt, tick, change, stands = (
         StepAttempt(case_step_control.finest, case_step_control.dwell, 0.0),
         0.0,
@@ -115,7 +119,7 @@ def test_every_step_lies_within_a_sample(pace: KernelStepControl, steps: int) ->
         assert tick // sample == (end - 1.0) // sample, "a step crosses the end of a sample"
         changed = tick < change <= end
         again, _, attempt = choose_next_step_attempt.py_func(
-            pace, case_step_control, attempt, NOTHING._replace(changed=changed, stands=stands), end, sample
+            pace, case_step_control, attempt, NO_CONTACT_CHANGES._replace(changed=changed, stands=stands), end, sample
         )
         assert again == (changed and length > case_step_control.finest)
         if not again:
@@ -130,8 +134,8 @@ def test_every_step_lies_within_a_sample(pace: KernelStepControl, steps: int) ->
     assert lengths == {True: ladder | {sample}, False: ladder}
 
 
-def corrected(before: float, after: float) -> SolvedCornerContact:
-    """Return a sticking corner whose depth changes from `before` to `after` (m) in a step."""
+def solved_sticking_corner(before: float, after: float) -> SolvedCornerContact:
+    """Return a sticking corner whose penetration changes from `before` to `after` (m) in a step."""
     there = PredictedCorner(arm=1.0, drop=1.0, depth=after, stretch=0.0, ux=0.0, uz=0.0)
     block = BlockConstants(**dict.fromkeys(BlockConstants._fields, 1.0))
     nothing = BlockVelocityChange(0.0, 0.0, 0.0, 0.0, 0.0)
@@ -147,10 +151,10 @@ def corrected(before: float, after: float) -> SolvedCornerContact:
     )
 
 
-def rejected(steps: float, left: SolvedCornerContact, right: SolvedCornerContact, gentle: float = 1e-6) -> bool:
+def step_is_rejected(steps: float, left: SolvedCornerContact, right: SolvedCornerContact, gentle: float = 1e-6) -> bool:
     """True if a step of `steps` finest steps is rejected; `gentle` is the largest travel of a gentle step, m."""
     case_step_control, block = (
-        clock_of(BLOCK),
+        step_control_of_case(BLOCK),
         BlockConstants(**dict.fromkeys(BlockConstants._fields, 1.0) | {"gentle": gentle}),
     )
     length = steps * case_step_control.finest
@@ -158,38 +162,38 @@ def rejected(steps: float, left: SolvedCornerContact, right: SolvedCornerContact
         block, case_step_control, length, False, SolvedCornerContactPair(left, right), False
     )
     return bool(
-        choose_next_step_attempt.py_func(BLOCK, case_step_control, StepAttempt(length, 8.0, 0.0), found, WHOLE, WHOLE)[
-            0
-        ]
+        choose_next_step_attempt.py_func(
+            BLOCK, case_step_control, StepAttempt(length, 8.0, 0.0), found, WHOLE_STEP, WHOLE_STEP
+        )[0]
     )
 
 
 def test_a_gentle_touch_needs_no_finest_step() -> None:
-    near, far = corrected(-0.5e-6, 0.4e-6), corrected(-0.5e-6, 0.6e-6)
-    assert not rejected(GENTLE_STEPS, near, near)
-    assert rejected(GENTLE_STEPS, far, far)
-    assert rejected(2 * GENTLE_STEPS, near, near)
-    assert not rejected(1.0, corrected(-1.0, 1.0), corrected(-1.0, 1.0))
+    near, far = solved_sticking_corner(-0.5e-6, 0.4e-6), solved_sticking_corner(-0.5e-6, 0.6e-6)
+    assert not step_is_rejected(GENTLE_STEPS, near, near)
+    assert step_is_rejected(GENTLE_STEPS, far, far)
+    assert step_is_rejected(2 * GENTLE_STEPS, near, near)
+    assert not step_is_rejected(1.0, solved_sticking_corner(-1.0, 1.0), solved_sticking_corner(-1.0, 1.0))
 
 
 def test_only_a_corner_that_touches_or_leaves_makes_a_touch_less_gentle() -> None:
     """One corner moves down by 4e-7 m and touches; the other stays closed, or in the air."""
-    touches = corrected(-1e-7, 3e-7)
+    touches = solved_sticking_corner(-1e-7, 3e-7)
     assert touches.far == pytest.approx(4e-7)
-    for other in (corrected(5e-7, 6e-7), corrected(-6e-7, -5e-7)):
-        assert not rejected(GENTLE_STEPS, touches, other)
-    assert rejected(GENTLE_STEPS, touches, corrected(1e-6, -1e-6))
+    for other in (solved_sticking_corner(5e-7, 6e-7), solved_sticking_corner(-6e-7, -5e-7)):
+        assert not step_is_rejected(GENTLE_STEPS, touches, other)
+    assert step_is_rejected(GENTLE_STEPS, touches, solved_sticking_corner(1e-6, -1e-6))
 
 
 @pytest.mark.parametrize("pace", [BLOCK, SCENE, BODY])
-def test_every_long_step_has_as_many_tries_before_it_is_halved(pace: KernelStepControl) -> None:
+def test_every_long_step_has_the_same_number_of_tries_before_it_is_halved(pace: KernelStepControl) -> None:
     """Each repetition assumes other sliding points; earlier steps do not matter."""
-    case_step_control, length = clock_of(pace), 0.5 * pace.whole
+    case_step_control, length = step_control_of_case(pace), 0.5 * pace.whole
     attempt, tries, lengths = StepAttempt(length, 8.0, 0.0), [], []
     most = int(pace.tries)
     for wrong in (False, *[True] * (most + 2), False, True):
         again, _, attempt = choose_next_step_attempt.py_func(
-            pace, case_step_control, attempt, NOTHING._replace(wrong=wrong), length, WHOLE
+            pace, case_step_control, attempt, NO_CONTACT_CHANGES._replace(wrong=wrong), length, WHOLE_STEP
         )
         tries.append(attempt.tries)
         lengths.append(attempt.length)
@@ -201,7 +205,7 @@ def test_every_long_step_has_as_many_tries_before_it_is_halved(pace: KernelStepC
 @pytest.mark.parametrize("pace", [BLOCK, SCENE, BODY])
 def test_a_step_in_which_a_body_begins_to_slide_is_halved_and_begins_as_before(pace: KernelStepControl) -> None:
     """The step is halved with the same assumptions until it is short enough, and only then repeated with sliding."""
-    case_step_control, begins = clock_of(pace), NOTHING._replace(wrong=True, slides=True)
+    case_step_control, begins = step_control_of_case(pace), NO_CONTACT_CHANGES._replace(wrong=True, slides=True)
     attempt, lengths = StepAttempt(pace.whole, 8.0, 0.0), []
     while attempt.tries == 0.0:
         again, as_before, attempt = choose_next_step_attempt.py_func(
@@ -212,75 +216,77 @@ def test_a_step_in_which_a_body_begins_to_slide_is_halved_and_begins_as_before(p
         lengths.append(attempt.length)
     assert lengths[-1] == lengths[-2] == MAX_SLIP_ONSET_STEP * pace.whole
     # Sliding that was assumed is accepted in steps of any length.
-    slides = NOTHING._replace(slides=True)
+    slides = NO_CONTACT_CHANGES._replace(slides=True)
     assert not choose_next_step_attempt.py_func(
         pace, case_step_control, StepAttempt(pace.whole, 8.0, 0.0), slides, pace.whole, pace.whole
     )[0]
 
 
 @pytest.mark.parametrize("step", ["auto", "0.5 stable", "0.125 stable", 2e-4])
-def test_samples_are_steps_enough_for_a_standing_block_on_a_rigid_contact(step: float | str) -> None:
+def test_one_step_per_sample_suffices_for_a_standing_block_on_a_rigid_contact(step: float | str) -> None:
     contacts = [Contact(static_penetration=delta) for delta in (2e-5, 1e-8)]
     soft, rigid = (
-        plan_simulation(PlanarModel(gravestone(one)), pulse(), blocks(), NumericalOptions(time_step=step))
+        plan_simulation(PlanarModel(gravestone(one)), pulse_motion(), block_cases(), NumericalOptions(time_step=step))
         for one in contacts
     )
-    usual = plan_simulation(PlanarModel(gravestone(contacts[1])), pulse(), blocks(), NumericalOptions()).steps
-    assert (soft.table["standing"] == WHOLE).all()
-    standing = rigid.table["standing"] / WHOLE
+    usual = plan_simulation(
+        PlanarModel(gravestone(contacts[1])), pulse_motion(), block_cases(), NumericalOptions()
+    ).steps
+    assert (soft.table["standing"] == WHOLE_STEP).all()
+    standing = rigid.table["standing"] / WHOLE_STEP
     np.testing.assert_array_equal(rigid.steps % standing, 0.0)
     np.testing.assert_array_equal(standing, np.gcd(usual, rigid.steps))
 
 
 @pytest.mark.parametrize("general", [False, True])
-def test_a_case_that_does_not_balance_is_computed_again_in_shorter_steps(
+def test_a_case_whose_energy_does_not_balance_is_rerun_in_shorter_steps(
     general: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    cases, kernel = blocks(), {"general": general}
-    first, finer = (run_cases(pulse(), cases, refinement=times, **kernel) for times in (1, RERUN_REFINEMENT))
+    cases, kernel = block_cases(), {"general": general}
+    first, finer = (run_cases(pulse_motion(), cases, refinement=times, **kernel) for times in (1, RERUN_REFINEMENT))
     moved = first.status == CaseStatus.SIMULATED
     bound = float(np.median(first.energy_error[moved]))
     monkeypatch.setattr(balance, "ENERGY_BOUND", bound)
     monkeypatch.setattr(balance, "MAX_RERUNS", 1)
-    found = run_cases(pulse(), cases, **kernel)
+    found = run_cases(pulse_motion(), cases, **kernel)
     again = moved & (first.energy_error > bound)
     assert 0.2 < again.sum() / moved.sum() < 0.8
     never = again & (finer.energy_error > bound)
     np.testing.assert_array_equal(found.status == CaseStatus.UNSTABLE, never)
-    for name in NAMES:
+    for name in COMPARED_RESULTS:
         expected = np.where(again, getattr(finer, name), getattr(first, name))
         expected = np.where(never, INT8_MISSING, expected) if name == "overturned" else expected
         np.testing.assert_array_equal(getattr(found, name), expected, err_msg=name)
     np.testing.assert_array_equal(found.block_steps, first.block_steps + np.where(again, finer.block_steps, 0))
     one = int(np.flatnonzero(again)[0])
     cell = {name: float(getattr(cases, name)[one]) for name in ("azimuth_deg", "height", "b_over_h", "friction")}
-    path = trajectory(pulse(), **cell, **kernel)
+    path = trajectory(pulse_motion(), **cell, **kernel)
     assert path.attrs["block_steps"] == found.block_steps[one]
     assert float(path["peak_rotation"].sel(element="stone")) == found.peak_rotation[one]
     assert (np.diff(path["time"]) >= 0).all()
 
 
 @pytest.mark.parametrize("general", [False, True])
-def test_an_impossible_balance_is_marked_after_all(general: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_case_whose_energy_never_balances_is_marked(general: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(balance, "ENERGY_BOUND", -1.0)
-    found = run_cases(pulse(), Cases([0.0], [0.6], [0.3], [0.5]), general=general)
+    found = run_cases(pulse_motion(), Cases([0.0], [0.6], [0.3], [0.5]), general=general)
     assert found.status.tolist() == [CaseStatus.UNSTABLE]
     assert found.overturned.tolist() == [-128]
 
 
 @pytest.mark.parametrize("damping_ratio", [0.02, 0.25, 1.0, 16.0])
 @pytest.mark.parametrize("penetration", [2e-3, 2e-5, 1e-7, 1e-9])
-def test_no_contact_gets_a_silent_answer(penetration: float, damping_ratio: float) -> None:
+def test_cases_of_any_contact_balance_their_energy_or_are_marked(penetration: float, damping_ratio: float) -> None:
     contact = Contact(static_penetration=penetration, damping_ratio=damping_ratio)
-    found = run_cases(pulse(), blocks(), gravestone(contact))
+    found = run_cases(pulse_motion(), block_cases(), gravestone(contact))
     simulated = found.status == CaseStatus.SIMULATED
     assert (found.energy_error[simulated] <= ENERGY_BOUND).all()
     assert (found.overturned[~simulated & (found.status != CaseStatus.AT_REST)] == -128).all()
     assert simulated.sum() > 0.95 * (found.status != CaseStatus.AT_REST).sum()
 
 
-def test_where_the_default_contact_is_decided() -> None:
-    stone, scene = gravestone(), shipped("three-tier")
+def test_blocks_and_scenes_have_the_same_default_contact() -> None:
+    stone, scene = gravestone(), load_shipped_scene("three-tier")
     assert (
         stone.contact_law(*stone.elements).springs_and_dashpots
         == scene.contact_law(*scene.elements[:2]).springs_and_dashpots

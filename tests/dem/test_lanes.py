@@ -20,23 +20,29 @@ from overturning.dem.polygon import plan as polygon
 from overturning.dem.stack import plan as stack
 
 
-class Memory(NamedTuple):
+class SpringTuple(NamedTuple):
+    """Named tuple that occurs twice in `ContactPairTuple`."""
+
     spring: float
     force: float
 
 
-class Pair(NamedTuple):
+class ContactPairTuple(NamedTuple):
+    """Named tuple with nested tuples, as the kernels store in rows."""
+
     depth: float
-    one: Memory
-    two: Memory
+    one: SpringTuple
+    two: SpringTuple
 
 
-class Other(NamedTuple):
+class MassTuple(NamedTuple):
+    """Named tuple with one field, stored before `ContactPairTuple`."""
+
     mass: float
 
 
-def compiled(access: StateTupleAccess) -> StateTupleAccess:
-    """Return the access functions compiled so that Python can call them."""
+def compile_for_python(access: StateTupleAccess) -> StateTupleAccess:
+    """Return the access functions of a tuple compiled so that Python can call them."""
     load, store, store_unless = access
     return StateTupleAccess(
         njit(lambda array, j: load(array, j)),
@@ -45,60 +51,73 @@ def compiled(access: StateTupleAccess) -> StateTupleAccess:
     )
 
 
-larger = njit(lambda peak, value: mechanics.updated_maximum(peak, value))
-unit_pair = njit(lambda c, s: mechanics.normalise_cosine_and_sine(c, s))
+updated_maximum = njit(lambda peak, value: mechanics.updated_maximum(peak, value))
+normalise_pair = njit(lambda c, s: mechanics.normalise_cosine_and_sine(c, s))
 rotate_pair = njit(lambda c, s, turn: mechanics.rotate_cosine_and_sine(c, s, turn))
 clamp = njit(lambda force, limit: mechanics.clamp_magnitude(force, limit))
 
-ROWS = TupleRowLayout(4, Other, Pair)
-PAIR, TWO = compiled(ROWS.tuple_access(Pair)), compiled(ROWS.tuple_access(Pair, "two"))
-NO_SPRINGS = compiled(ROWS.tuple_access(Pair, unused_fields=["spring"]))
+ROWS = TupleRowLayout(4, MassTuple, ContactPairTuple)
+PAIR_ACCESS, SECOND_SPRING_ACCESS = (
+    compile_for_python(ROWS.tuple_access(ContactPairTuple)),
+    compile_for_python(ROWS.tuple_access(ContactPairTuple, "two")),
+)
+ACCESS_WITHOUT_SPRING_FIELD = compile_for_python(ROWS.tuple_access(ContactPairTuple, unused_fields=["spring"]))
 
 
-def lanes() -> np.ndarray:
+def numbered_rows() -> np.ndarray:
+    """Return the array of all lanes in which each number is its own index."""
     return np.arange(float(ROWS.size))
 
 
-def test_rows_follow_the_fields() -> None:
+def test_rows_of_a_lane_follow_the_fields_of_its_tuples() -> None:
     assert (ROWS.count, ROWS.size) == (6, 24)
-    assert [ROWS.row_start(Other, "mass"), ROWS.row_start(Pair, "depth"), ROWS.row_start(Pair, "two.spring")] == [
+    assert [
+        ROWS.row_start(MassTuple, "mass"),
+        ROWS.row_start(ContactPairTuple, "depth"),
+        ROWS.row_start(ContactPairTuple, "two.spring"),
+    ] == [
         0,
         4,
         16,
     ]
     with pytest.raises(KeyError):
-        ROWS.row_start(Pair, "three")
-    assert PAIR.load(lanes(), 1) == Pair(5.0, Memory(9.0, 13.0), Memory(17.0, 21.0))
-    assert TWO.load(lanes(), 3) == Memory(19.0, 23.0)
+        ROWS.row_start(ContactPairTuple, "three")
+    assert PAIR_ACCESS.load(numbered_rows(), 1) == ContactPairTuple(
+        5.0, SpringTuple(9.0, 13.0), SpringTuple(17.0, 21.0)
+    )
+    assert SECOND_SPRING_ACCESS.load(numbered_rows(), 3) == SpringTuple(19.0, 23.0)
 
 
-def test_store_and_load_use_the_same_rows() -> None:
-    array, value = lanes(), Pair(-1.0, Memory(-2.0, -3.0), Memory(-4.0, -5.0))
-    PAIR.store(array, 2, value)
-    assert PAIR.load(array, 2) == value
+def test_tuples_are_stored_in_and_loaded_from_the_same_rows() -> None:
+    array, value = numbered_rows(), ContactPairTuple(-1.0, SpringTuple(-2.0, -3.0), SpringTuple(-4.0, -5.0))
+    PAIR_ACCESS.store(array, 2, value)
+    assert PAIR_ACCESS.load(array, 2) == value
     assert np.count_nonzero(array < 0) == 5
     # In a slice of a larger array, like the rows of one of many pairs.
-    many = np.concatenate([lanes(), lanes()])
-    TWO.store(many[ROWS.size :], 0, value.two)
+    many = np.concatenate([numbered_rows(), numbered_rows()])
+    SECOND_SPRING_ACCESS.store(many[ROWS.size :], 0, value.two)
     assert np.flatnonzero(many < 0).tolist() == [24 + 16, 24 + 20]
 
 
 def test_store_unless_keeps_a_lane_and_omitted_fields_are_not_stored() -> None:
-    array, value = lanes(), Pair(-1.0, Memory(-2.0, -3.0), Memory(-4.0, -5.0))
-    PAIR.store_unless(array, 0, True, value)
-    np.testing.assert_array_equal(array, lanes())
-    NO_SPRINGS.store_unless(array, 0, False, value)
-    assert PAIR.load(array, 0) == Pair(-1.0, Memory(8.0, -3.0), Memory(16.0, -5.0))
-    assert NO_SPRINGS.load(array, 0) == Pair(-1.0, Memory(0.0, -3.0), Memory(0.0, -5.0))
+    array, value = numbered_rows(), ContactPairTuple(-1.0, SpringTuple(-2.0, -3.0), SpringTuple(-4.0, -5.0))
+    PAIR_ACCESS.store_unless(array, 0, True, value)
+    np.testing.assert_array_equal(array, numbered_rows())
+    ACCESS_WITHOUT_SPRING_FIELD.store_unless(array, 0, False, value)
+    assert PAIR_ACCESS.load(array, 0) == ContactPairTuple(-1.0, SpringTuple(8.0, -3.0), SpringTuple(16.0, -5.0))
+    assert ACCESS_WITHOUT_SPRING_FIELD.load(array, 0) == ContactPairTuple(
+        -1.0, SpringTuple(0.0, -3.0), SpringTuple(0.0, -5.0)
+    )
 
 
 def test_compiled_code_allocates_aligned_zeros() -> None:
     @njit(**OPTIONS)
-    def allocated(size: int) -> np.ndarray:
+    def allocate(size: int) -> np.ndarray:
+        """Allocate zeros in compiled code."""
         return cache_line_aligned_zeros(size)
 
     for size in (1, 100, 4032):
-        numbers = allocated(size)  # not a copy: Python gets the array at its address
+        numbers = allocate(size)  # not a copy: Python gets the array at its address
         assert (numbers.ctypes.data % 64, numbers.size, np.abs(numbers).sum()) == (0, size, 0.0)
 
 
@@ -109,17 +128,17 @@ def test_a_rotated_sine_and_cosine_stay_on_the_unit_circle() -> None:
             rotate_pair(c, s, turn), (np.cos(0.4 + turn), np.sin(0.4 + turn)), atol=2 * turn**6 + 1e-16
         )
     long = (1.0 + 1e-6) * c, (1.0 + 1e-6) * s
-    np.testing.assert_allclose(np.hypot(*unit_pair(*long)), 1.0, atol=2e-12)
+    np.testing.assert_allclose(np.hypot(*normalise_pair(*long)), 1.0, atol=2e-12)
 
 
-def test_limits_keep_the_sign_and_propagate_nan() -> None:
+def test_clamping_keeps_sign_and_nan_and_peaks_ignore_nan() -> None:
     assert [clamp(force, 2.0) for force in (3.0, -3.0, 1.0, 2.0)] == [2.0, -2.0, 1.0, 2.0]
     assert np.signbit(clamp(-1.0, 0.0))
     assert np.isnan(clamp(np.nan, 1.0))
-    assert [larger(1.0, 2.0), larger(1.0, 0.0), larger(1.0, np.nan)] == [2.0, 1.0, 1.0]
+    assert [updated_maximum(1.0, 2.0), updated_maximum(1.0, 0.0), updated_maximum(1.0, np.nan)] == [2.0, 1.0, 1.0]
 
 
-def test_the_lanes_of_all_models_fill_whole_vectors() -> None:
+def test_the_number_of_lanes_is_a_multiple_of_the_vector_length() -> None:
     """`whole_vectors` returns another number than it is given unless that is a positive multiple of 8."""
     counted = njit(lambda lane_count: whole_vectors(lane_count))
     for model in (block, body, polygon, stack):

@@ -28,9 +28,9 @@ from overturning.model.scene import Scene, gravestone
 from overturning.model.stack import Stack
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-from tests.dem.near_field import near_field
-from tests.dem.polygon_scenes import GROUND, block, scene, shipped
-from tests.dem.test_stack_answers import offset_scene
+from tests.dem.near_field import read_near_field_record
+from tests.dem.polygon_scenes import GROUND, block_element, load_shipped_scene, scene_of_elements
+from tests.dem.test_stack_answers import shaft_off_centre
 
 RECORDS = ((6, True), (8, True), (9, True), (18, False), (21, False))
 """Near-fault records (number, with pulse); the third gets vertical motion, so that thresholds vary with time."""
@@ -40,8 +40,9 @@ BLOCKS: dict[str, Any] = {
 }  # fmt: skip
 
 
-def record_of(number: int, pulse: bool) -> Motion:
-    motion, _, _ = near_field(number, pulse)
+def near_field_motion(number: int, pulse: bool) -> Motion:
+    """Return a near-field record; number 9 gets an artificial vertical component."""
+    motion, _, _ = read_near_field_record(number, pulse)
     up = 0.7 * motion.east if number == 9 else None
     return Motion(motion.north, motion.east, up, sampling_interval=motion.sampling_interval)
 
@@ -53,7 +54,7 @@ def test_skipping_rest_changes_no_flag_if_started_motion_is_simulated(
 ) -> None:
     """Skipping whole cases, and their quiet beginning and end, changes nothing; skipping within a case is off here."""
     monkeypatch.setattr(block_plan, "rest_acceleration_threshold", lambda lifts, *_: 0.0 * lifts)
-    motion = record_of(number, pulse)
+    motion = near_field_motion(number, pulse)
     short = simulate_as_arrays(motion, **BLOCKS)
     full = simulate_as_arrays(motion, **BLOCKS, leave_out=False)
     assert (full["status"] == 0).all()
@@ -68,7 +69,7 @@ def test_skipping_rest_changes_no_flag_if_started_motion_is_simulated(
 @pytest.mark.long
 def test_skipping_rest_changes_no_more_flags_than_a_1e_9_change_of_the_motion() -> None:
     changed = np.zeros(3, int)
-    for motion in (record_of(*one) for one in RECORDS):
+    for motion in (near_field_motion(*one) for one in RECORDS):
         short = simulate_as_arrays(motion, **BLOCKS)
         full, more, less = (
             simulate_as_arrays(motion.scaled_by(factor), **BLOCKS, leave_out=False)
@@ -85,10 +86,10 @@ def test_skipping_rest_of_stacks_changes_as_few_flags_as_a_1e_9_change_of_the_mo
     """The few flags that change are those of sensitive cases, so their numbers scatter (by the root of the mean)."""
     skipped, disturbed = 0, np.zeros(4, int)
     stacks: dict[str, Any] = {
-        "model": Stack(shipped("three-tier")), "orientation_deg": np.arange(0.0, 90.0, 15.0), "height": [0.8],
-        "b_over_h": [0.25, 0.35, 0.45], "friction": [0.3, 0.5, 0.7, 0.9], "threads": 2,
+        "model": Stack(load_shipped_scene("three-tier")), "orientation_deg": np.arange(0.0, 90.0, 15.0),
+        "height": [0.8], "b_over_h": [0.25, 0.35, 0.45], "friction": [0.3, 0.5, 0.7, 0.9], "threads": 2,
     }  # fmt: skip
-    for motion in (record_of(*one) for one in RECORDS[2:]):
+    for motion in (near_field_motion(*one) for one in RECORDS[2:]):
         short = simulate_as_arrays(motion, **stacks)
         full, *others = (
             simulate_as_arrays(motion.scaled_by(factor), **stacks, leave_out=False)
@@ -100,7 +101,7 @@ def test_skipping_rest_of_stacks_changes_as_few_flags_as_a_1e_9_change_of_the_mo
     assert skipped <= disturbed.mean() + 2.0 * np.sqrt(disturbed.mean()), (skipped, disturbed)
 
 
-SOFT = Contact(static_penetration=2e-5)
+SOFT_CONTACT = Contact(static_penetration=2e-5)
 """A soft contact: Cundall's step shrinks with the stiffness."""
 GRID = {
     "azimuth_deg": np.arange(0.0, 180.0, 15.0), "height": [0.6, 1.2], "b_over_h": np.arange(0.1, 0.61, 0.1),
@@ -109,10 +110,10 @@ GRID = {
 
 @pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
 def test_a_kernel_without_the_vertical_component_gives_the_same_bits(scheme: str) -> None:
-    motion, _, _ = near_field(8, True)
+    motion, _, _ = read_near_field_record(8, True)
     level = Motion(motion.north, motion.east, 0 * motion.north, sampling_interval=motion.sampling_interval)
     without, with_zeros = (
-        simulate_as_arrays(which, gravestone(SOFT), **GRID, friction=[0.33, 1.0], scheme=scheme)
+        simulate_as_arrays(which, gravestone(SOFT_CONTACT), **GRID, friction=[0.33, 1.0], scheme=scheme)
         for which in (motion, level)
     )
     assert (without["overturned"] != 0).any()
@@ -141,8 +142,10 @@ def test_the_kernel_without_tangential_springs_agrees_with_tiny_friction() -> No
 
 
 KERNELS: dict[str, tuple[Any, Any]] = {
-    "block": (None, block_plan), "scene": (shipped("three-tier"), polygon_plan), "space": ("rectangle", body_plan),
-}  # fmt: skip
+    "block": (None, block_plan),
+    "scene": (load_shipped_scene("three-tier"), polygon_plan),
+    "space": ("rectangle", body_plan),
+}
 
 
 def quiet_then_pulse(wave: str, vertical: bool, level: float) -> Motion:
@@ -162,7 +165,7 @@ def quiet_then_pulse(wave: str, vertical: bool, level: float) -> Motion:
 @pytest.mark.parametrize("vertical", [False, True])
 @pytest.mark.parametrize("wave", ["steps", "zigzag", "slow"])
 @pytest.mark.parametrize("name", KERNELS)
-def test_skipping_rest_of_a_body_does_not_change_its_fall(
+def test_skipping_rest_does_not_change_the_fall_of_a_body(
     name: str, wave: str, vertical: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Worst case: motion just below the threshold, near the contact's resonance, until the sample before a pulse."""
@@ -184,13 +187,13 @@ def test_skipping_rest_of_a_body_does_not_change_its_fall(
 
 @pytest.mark.parametrize("vertical", [False, True])
 @pytest.mark.parametrize("wave", ["steps", "slow"])
-def test_skipping_rest_of_a_stack_does_not_change_its_outcome(
+def test_skipping_rest_does_not_change_the_outcome_of_a_stack(
     wave: str, vertical: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Worst case, as for a single body; a joint with µ = 0.2 slides in the pulse, and is at rest again after it."""
     motion = quiet_then_pulse(wave, vertical, 0.08)
     given: dict[str, Any] = {"orientation_deg": [0.0, 20.0, 40.0, 80.0], "friction": [0.2, 0.6]}
-    model = Stack(shipped("three-tier"))
+    model = Stack(load_shipped_scene("three-tier"))
     short = simulate_as_arrays(motion, model=model, **given)
     monkeypatch.setattr(stack_plan, "LIGHT_CORNER_SHARE", 0.0)
     full = simulate_as_arrays(motion, model=model, **given)
@@ -208,7 +211,8 @@ def test_a_fallen_stone_flies_as_far_while_the_stones_below_rest_and_samples_are
     motion = quiet_then_pulse("slow", False, 0.05)
     case = {"orientation_deg": 0.0, "friction": 0.6, "b_over_h": 0.15}
     short, full = (
-        trajectory(motion, shipped("three-tier"), **case, aftermath=5.0, leave_out=one) for one in (True, False)
+        trajectory(motion, load_shipped_scene("three-tier"), **case, aftermath=5.0, leave_out=one)
+        for one in (True, False)
     )
     for path in (short, full):
         assert path["overturned"].to_numpy().tolist() == [0.0, 0.0, 1.0]
@@ -230,7 +234,7 @@ def test_the_rest_limit_of_a_stack_is_that_of_its_weakest_direction(towards: flo
     time, onset = np.arange(1600) * 0.005, 0.005 / 0.3 * STANDARD_GRAVITY
     # The shaft tips towards the rim when the base moves away from it.
     base = np.where(time < 0.05, 1.5, np.where((time > 4.0) & (time < 7.0), level, 0.0)) * -onset
-    given: dict[str, Any] = {"model": Stack(offset_scene(0.245)), "orientation_deg": [towards], "friction": [0.6]}
+    given: dict[str, Any] = {"model": Stack(shaft_off_centre(0.245)), "orientation_deg": [towards], "friction": [0.6]}
     turned = Motion(np.cos(np.radians(towards)) * base, 0.0 * base, sampling_interval=0.005)
     short, full = (simulate_as_arrays(turned, **given, leave_out=one) for one in (True, False))
     assert short["samples_left_out"].item() > 300
@@ -268,7 +272,7 @@ def test_a_stack_that_lost_its_counterweight_is_simulated_under_weak_motion(stre
 @pytest.mark.parametrize("gravity", [1.62, 24.8])
 def test_rest_thresholds_of_a_scene_use_its_own_gravity(gravity: float, vertical: bool) -> None:
     """The rest threshold is proportional to the weight: on the Moon a stone rocks under weaker motion."""
-    made = scene(GROUND, block("stone", 0.12, 0.6), gravity=gravity)
+    made = scene_of_elements(GROUND, block_element("stone", 0.12, 0.6), gravity=gravity)
     time = np.arange(0.0, 12.0, 0.01)
     wave = gravity * np.where((time > 5) & (time < 6.5), np.sin(2 * np.pi * (time - 5) / 0.75), 0.0)
     axes = [30.0, 90.0], [0.6, 1.2], [0.1, 0.2, 0.3], [0.15, 0.3, 0.6, 1.2]

@@ -13,13 +13,15 @@ from overturning.model.cases import Cases
 from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene
-from tests.dem.compiled.polygon_steps import eliminated, steps_of
-from tests.dem.polygon_scenes import block, scene, shaken
+from tests.dem.compiled.polygon_steps import run_samples_and_count_pairs, solve_linked_elements
+from tests.dem.polygon_scenes import block_element, motion_towards_north, scene_of_elements
 
-CHANGE = rows.ELEMENT.row_start(ElementState, "trial.change.x")
+VELOCITY_CHANGE_ROW = rows.ELEMENT.row_start(ElementState, "trial.change.x")
 
 
-def solved(size: int, links: list[tuple[int, int]], seed: int) -> tuple[int, np.ndarray, np.ndarray]:
+def solve_by_kernel_and_densely(
+    size: int, links: list[tuple[int, int]], seed: int
+) -> tuple[int, np.ndarray, np.ndarray]:
     """Return the number of nonzero submatrices after elimination, the kernel's solution, and the dense solution."""
     rng = np.random.default_rng(seed)
     blocks = np.zeros((size, size, 3, 3))
@@ -29,10 +31,15 @@ def solved(size: int, links: list[tuple[int, int]], seed: int) -> tuple[int, np.
         blocks[k, k] = 3.0 * np.eye(3) + 0.3 * rng.normal(size=(3, 3))
     right = rng.normal(size=(size, 3))
     state = np.zeros(rows.CASE_SIZE + size * rows.ELEMENT_SIZE)
-    places = rows.CASE_SIZE + np.arange(size)[:, None] * rows.ELEMENT_SIZE + CHANGE + np.arange(3) * rows.COLUMNS
+    places = (
+        rows.CASE_SIZE
+        + np.arange(size)[:, None] * rows.ELEMENT_SIZE
+        + VELOCITY_CHANGE_ROW
+        + np.arange(3) * rows.COLUMNS
+    )
     for j in range(rows.COLUMNS):
         state[places + j] = right
-    used, left_over, _, _ = eliminated(state, blocks, np.array(links, np.int64), size)
+    used, left_over, _, _ = solve_linked_elements(state, blocks, np.array(links, np.int64), size)
     assert not left_over, "the pattern is empty for the next step"
     dense = blocks.transpose(0, 2, 1, 3).reshape(3 * size, 3 * size)
     return used, state[places + 5], np.linalg.solve(dense, right.ravel()).reshape(size, 3)
@@ -42,7 +49,7 @@ def solved(size: int, links: list[tuple[int, int]], seed: int) -> tuple[int, np.
 def test_a_stack_uses_submatrices_in_proportion_to_its_elements(size: int) -> None:
     chain = [(k, k + 1) for k in range(size - 1)]
     for links in (chain, [(k, i) for i, k in chain]):
-        used, found, expected = solved(size, links, size)
+        used, found, expected = solve_by_kernel_and_densely(size, links, size)
         np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12)
         assert used == 3 * size - 2
 
@@ -52,13 +59,17 @@ def test_the_solution_for_any_contact_pattern_equals_a_dense_solution(seed: int)
     rng, size = np.random.default_rng(seed), 9
     every = [(int(i), int(k)) for i, k in rng.integers(0, size, (14, 2)) if i != k]
     links = list({tuple(sorted(pair)): pair for pair in every}.values())
-    _, found, expected = solved(size, links, seed)
+    _, found, expected = solve_by_kernel_and_densely(size, links, seed)
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12)
 
 
-def pairs_looked_at(made: Scene, peak: float, samples: int, sleep: bool) -> tuple[int, np.ndarray]:
+def count_tested_pairs(made: Scene, peak: float, samples: int, sleep: bool) -> tuple[int, np.ndarray]:
+    """Simulate a scene for some samples; return the most pairs of elements tested in a step, and the final state.
+
+    With `sleep` False, pairs that cannot touch are tested in every step, too.
+    """
     time = np.arange(0.0, 2.0, 0.01)
-    motion = shaken(peak * np.sin(2.0 * np.pi * time))
+    motion = motion_towards_north(peak * np.sin(2.0 * np.pi * time))
     planned: Any = plan_scene_simulation(
         PlanarModel(made),
         motion,
@@ -66,26 +77,29 @@ def pairs_looked_at(made: Scene, peak: float, samples: int, sleep: bool) -> tupl
         NumericalOptions(leave_out=False),
     )
     chosen = np.zeros(1, np.int64)
-    most, found, _ = steps_of(planned.kernel_input(chosen, planned.create_result_tables(1), 1), samples, sleep)
+    most, found, _ = run_samples_and_count_pairs(
+        planned.kernel_input(chosen, planned.create_result_tables(1), 1), samples, sleep
+    )
     return most, found
 
 
-def stack(count: int) -> Scene:
-    return scene(*(block(f"b{k}", 0.5, 0.2, f"b{k - 1}" if k else "ground") for k in range(count)))
+def stack_of_equal_blocks(count: int) -> Scene:
+    """Return a scene of equal blocks (0.5 m × 0.2 m), each on the one before."""
+    return scene_of_elements(*(block_element(f"b{k}", 0.5, 0.2, f"b{k - 1}" if k else "ground") for k in range(count)))
 
 
 def test_a_step_tests_only_pairs_of_neighbours() -> None:
     """With the ground, n elements make n (n + 1)/2 pairs."""
-    most = [pairs_looked_at(stack(count), 1.0, 20, True)[0] for count in (8, 16)]
+    most = [count_tested_pairs(stack_of_equal_blocks(count), 1.0, 20, True)[0] for count in (8, 16)]
     assert most[0] < 36
     # Each element is tested against the next one, and at most the one after that.
     assert (np.array(most) <= 2 * np.array([8, 16])).all()
 
 
 def test_suspended_pairs_do_not_change_the_collapse_of_a_tower() -> None:
-    made = scene(*(block(f"b{k}", 0.2, 0.4, f"b{k - 1}" if k else "ground") for k in range(5)))
-    most, state = pairs_looked_at(made, 12.0, 200, True)
-    every, expected = pairs_looked_at(made, 12.0, 200, False)
+    made = scene_of_elements(*(block_element(f"b{k}", 0.2, 0.4, f"b{k - 1}" if k else "ground") for k in range(5)))
+    most, state = count_tested_pairs(made, 12.0, 200, True)
+    every, expected = count_tested_pairs(made, 12.0, 200, False)
     assert (most, every) != (15, 15)
     poses = [rows.ELEMENT.row_start(ElementState, f"pose.{name}") for name in ("x", "z", "angle")]
     speeds = [rows.ELEMENT.row_start(ElementState, f"velocity.{name}") for name in ("x", "z", "w")]

@@ -16,21 +16,22 @@ from overturning.model.planes import PlanarModel
 from overturning.model.scene import gravestone
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
-from tests.dem.near_field import strong_part
-from tests.dem.polygon_scenes import shipped
+from tests.dem.near_field import strong_part_of_record
+from tests.dem.polygon_scenes import load_shipped_scene
 
 pytestmark = pytest.mark.long
 
-SOFT = Contact(static_penetration=2e-5)
+SOFT_CONTACT = Contact(static_penetration=2e-5)
 """The contact of both kernels."""
 
 
-def _motion(number: int) -> Motion:
-    """Return ten seconds around the record's peak, multiplied by 1.5."""
-    return strong_part(number, 4.0, 6.0).scaled_by(1.5)
+def _strong_motion(number: int) -> Motion:
+    """Return ten seconds around the peak of a near-field record, multiplied by 1.5."""
+    return strong_part_of_record(number, 4.0, 6.0).scaled_by(1.5)
 
 
-def _cases(step: int = 36) -> Cases:
+def _block_cases(step: int = 36) -> Cases:
+    """Return cases of blocks with azimuths every `step` degrees."""
     grid = np.meshgrid(
         np.arange(0, 360, step) + 1.0, [0.6, 1.1], [0.15, 0.25, 0.35, 0.45], [0.3, 0.7, 2.0], indexing="ij"
     )
@@ -38,18 +39,18 @@ def _cases(step: int = 36) -> Cases:
 
 
 @pytest.mark.parametrize("number", [6, 7])
-def test_same_flags_and_peaks_as_the_fast_kernel(number: int) -> None:
-    motion, cases = _motion(number), _cases()
+def test_scene_and_block_kernels_give_the_same_flags_and_peaks(number: int) -> None:
+    motion, cases = _strong_motion(number), _block_cases()
     general = simulate_cases(
-        gravestone(SOFT), motion, cases, NumericalOptions(scheme="cundall", leave_out=False, general=True)
+        gravestone(SOFT_CONTACT), motion, cases, NumericalOptions(scheme="cundall", leave_out=False, general=True)
     )
-    fast = run_cases(motion, cases, gravestone(SOFT), scheme="cundall", leave_out=False)
+    fast = run_cases(motion, cases, gravestone(SOFT_CONTACT), scheme="cundall", leave_out=False)
     assert (general.status == CaseStatus.SIMULATED).all()
     assert (fast.overturned != 0).sum() > 20
     np.testing.assert_array_equal(general.overturned, fast.overturned)
     # Leave out chaotic cases: those that a relative change of the motion by 1e-12 moves by more than the tolerance.
     nudged = Motion((1 + 1e-12) * motion.north, (1 + 1e-12) * motion.east, sampling_interval=motion.sampling_interval)
-    other = run_cases(nudged, cases, gravestone(SOFT), scheme="cundall", leave_out=False)
+    other = run_cases(nudged, cases, gravestone(SOFT_CONTACT), scheme="cundall", leave_out=False)
     firm = np.isclose(other.peak_rotation, fast.peak_rotation, rtol=1e-5, atol=1e-7)
     assert firm.mean() > 0.99
     # In the scene kernel an upper corner lands just before 90°, and strong damping keeps the block there.
@@ -60,12 +61,16 @@ def test_same_flags_and_peaks_as_the_fast_kernel(number: int) -> None:
     np.testing.assert_allclose(general.overturning_time[fell], fast.overturning_time[fell], atol=1e-3)
 
 
-def test_same_motion_until_the_second_impact() -> None:
-    """250 cases to 1e-9 m and rad, compared until the second change of sign, or the critical angle of a fall."""
-    whole, cases = _motion(7), _cases(17)
+def test_scene_and_block_kernels_give_the_same_motion_until_the_second_impact() -> None:
+    """250 cases agree to 1e-9 m and rad until the second change of sign, or the critical angle of a fall."""
+    whole, cases = _strong_motion(7), _block_cases(17)
     upto = round(6.5 / whole.sampling_interval)  # all second impacts occur before 4.8 s
     motion = Motion(whole.north[:upto], whole.east[:upto], sampling_interval=whole.sampling_interval)
-    model, numerics, seen = PlanarModel(gravestone(SOFT)), NumericalOptions(scheme="cundall", leave_out=False), 0
+    model, numerics, seen = (
+        PlanarModel(gravestone(SOFT_CONTACT)),
+        NumericalOptions(scheme="cundall", leave_out=False),
+        0,
+    )
     first, counter = np.zeros(1, np.int64), np.zeros(1, np.int64)
     for index in np.linspace(0, cases.case_count - 1, 250).astype(int):
         one = Cases(*(getattr(cases, name)[[index]] for name in ("azimuth_deg", "height", "b_over_h", "friction")))
@@ -90,14 +95,14 @@ def test_same_motion_until_the_second_impact() -> None:
 
 @pytest.mark.parametrize("friction", [0.15, 0.25, 0.35])
 def test_a_sliding_and_rocking_block_agrees_between_both_kernels(friction: float) -> None:
-    """Needs sliding friction proportional to the normal force within the step; otherwise energy does not balance."""
+    """Sliding friction must be proportional to the normal force within the step; otherwise energy does not balance."""
     time = np.arange(400) * 0.005
     wave = 4.5 * np.sin(2 * np.pi * time / 0.7) * (time < 0.7)
     motion = Motion(wave, 0 * wave, sampling_interval=0.005)
     grid = np.meshgrid([0.0], [0.6, 1.2], [0.12, 0.2, 0.25, 0.3, 0.4, 0.5], [friction], indexing="ij")
     cases = Cases(*(axis.ravel() for axis in grid))
-    general = simulate_cases(gravestone(SOFT), motion, cases, NumericalOptions(general=True))
-    fast = run_cases(motion, cases, gravestone(SOFT))
+    general = simulate_cases(gravestone(SOFT_CONTACT), motion, cases, NumericalOptions(general=True))
+    fast = run_cases(motion, cases, gravestone(SOFT_CONTACT))
     assert general.energy_error.max() < 1e-3
     assert (general.status == CaseStatus.SIMULATED).all()
     np.testing.assert_array_equal(general.overturned, fast.overturned)
@@ -107,9 +112,9 @@ def test_a_sliding_and_rocking_block_agrees_between_both_kernels(friction: float
 
 
 def test_the_gravestone_scene_is_computed_by_the_block_kernel() -> None:
-    motion = _motion(6)
+    motion = _strong_motion(6)
     grid = {"azimuth_deg": [0.0, 60.0, 180.0], "height": [0.6], "b_over_h": [0.2, 0.4], "friction": [0.5, 1.0]}
-    scene = simulate_as_arrays(motion, shipped("gravestone"), **grid)
+    scene = simulate_as_arrays(motion, load_shipped_scene("gravestone"), **grid)
     block = simulate_as_arrays(motion, **grid)
     assert scene.keys() == block.keys()
     for name, values in block.items():

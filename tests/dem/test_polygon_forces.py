@@ -8,13 +8,13 @@ from overturning.dem.trajectory import trajectory
 from overturning.figures.film_of_trajectory import film_of_trajectories
 from overturning.model.geometry import place_elements
 from overturning.motion.motion import Motion
-from tests.dem.polygon_scenes import shipped
+from tests.dem.polygon_scenes import load_shipped_scene
 
 G = 9.80665
 FRICTION = 0.5
 
 
-def pulse(peak: float) -> Motion:
+def sine_pulse_motion(peak: float) -> Motion:
     """Return a sine cycle of 1 s after one quiet second."""
     time = np.arange(400) * 0.01
     north = np.where((time > 1) & (time <= 2), peak * np.sin(2 * np.pi * time), 0.0)
@@ -22,40 +22,41 @@ def pulse(peak: float) -> Motion:
 
 
 @pytest.fixture(scope="module", params=["gravestone", "three-tier", "against-a-wall", "boulder"])
-def path(request: pytest.FixtureRequest) -> xr.Dataset:
-    return trajectory(pulse(6.0), shipped(request.param), azimuth_deg=0.0, friction=FRICTION)
+def scene_path(request: pytest.FixtureRequest) -> xr.Dataset:
+    """Provide the trajectory of a shipped scene under a pulse."""
+    return trajectory(sine_pulse_motion(6.0), load_shipped_scene(request.param), azimuth_deg=0.0, friction=FRICTION)
 
 
-def on_element(path: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return the sums of the forces on an element and of their moments about its centre, by time."""
-    force = np.zeros((path.sizes["time"], 2))
-    moment = np.zeros(path.sizes["time"])
-    centre = np.stack([path["x"].sel(element=name), path["z"].sel(element=name)], axis=1)
+def force_and_moment_on_element(scene_path: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return the sums of the contact forces on an element and of their moments about its centre, by time."""
+    force = np.zeros((scene_path.sizes["time"], 2))
+    moment = np.zeros(scene_path.sizes["time"])
+    centre = np.stack([scene_path["x"].sel(element=name), scene_path["z"].sel(element=name)], axis=1)
     centre[:-1] = 0.5 * (centre[1:] + centre[:-1])  # mean over each sample, like the contact places
-    for index in range(path.sizes["contact"]):
-        sign = float(path["contact_on"][index] == name) - float(path["contact_by"][index] == name)
-        each = sign * path["contact_force"].to_numpy()[:, index]
-        arm = np.nan_to_num(path["contact_place"].to_numpy()[:, index] - centre)
+    for index in range(scene_path.sizes["contact"]):
+        sign = float(scene_path["contact_on"][index] == name) - float(scene_path["contact_by"][index] == name)
+        each = sign * scene_path["contact_force"].to_numpy()[:, index]
+        arm = np.nan_to_num(scene_path["contact_place"].to_numpy()[:, index] - centre)
         force, moment = force + each, moment + arm[:, 1] * each[:, 0] - arm[:, 0] * each[:, 1]
     return force, moment
 
 
-def test_forces_change_the_momentum_of_each_element(path: xr.Dataset) -> None:
+def test_forces_change_the_momentum_of_each_element(scene_path: xr.Dataset) -> None:
     """M Δv = ∫ (Σ f − m (g + a)) dt and I Δω = ∫ Σ r × f dt from the start to any sample.
 
     Exceptions: the few samples during an impact, as velocities are known to half a step only. Contact places are means
     over a sample, so the moment is less exact.
     """
-    time, ground = path["time"].to_numpy(), path["ground_acceleration"].to_numpy()
-    known = np.flatnonzero(np.isfinite(path["contact_force"].to_numpy()).all(axis=(1, 2)))
+    time, ground = scene_path["time"].to_numpy(), scene_path["ground_acceleration"].to_numpy()
+    known = np.flatnonzero(np.isfinite(scene_path["contact_force"].to_numpy()).all(axis=(1, 2)))
     assert known.size == len(time) - known[0] > 100
     steps = np.diff(time)[known[:-1]]
-    for item in place_elements(shipped(path.attrs["scene"])):
+    for item in place_elements(load_shipped_scene(scene_path.attrs["scene"])):
         if item.is_driven_or_held:
             continue
-        force, moment = (values[known[:-1]] for values in on_element(path, item.element.name))
+        force, moment = (values[known[:-1]] for values in force_and_moment_on_element(scene_path, item.element.name))
         base = 0.5 * (ground[1:] + ground[:-1])[known[:-1]]
-        one = path.sel(element=item.element.name)
+        one = scene_path.sel(element=item.element.name)
         for rate, name, allowed in (
             (force[:, 0] / item.mass - base, "velocity_x", 0.01),
             (force[:, 1] / item.mass - G, "velocity_z", 0.01),
@@ -69,31 +70,33 @@ def test_forces_change_the_momentum_of_each_element(path: xr.Dataset) -> None:
             assert wrong[-1] < allowed * scale, name
 
 
-def test_forces_press_at_vertices_and_respect_coulomb_friction(path: xr.Dataset) -> None:
-    upright = path["contact_by"].isin(["ground", "pedestal"]).to_numpy()
-    force = path["contact_force"].to_numpy()[:, upright]
+def test_forces_press_at_vertices_and_respect_coulomb_friction(scene_path: xr.Dataset) -> None:
+    upright = scene_path["contact_by"].isin(["ground", "pedestal"]).to_numpy()
+    force = scene_path["contact_force"].to_numpy()[:, upright]
     force = force[np.isfinite(force).all(axis=(1, 2))]
     assert (force[:, :, 1] >= 0).all()
-    weight = path.attrs["weight"]
-    if path.attrs["scene"] == "against-a-wall":  # its ground is level
+    weight = scene_path.attrs["weight"]
+    if scene_path.attrs["scene"] == "against-a-wall":  # its ground is level
         assert (np.abs(force[:, :, 0]) <= FRICTION * force[:, :, 1] + 1e-9 * weight).all()
-        heights = path["contact_place"].to_numpy()[:, upright, 1]
+        heights = scene_path["contact_place"].to_numpy()[:, upright, 1]
         assert np.nanmax(np.abs(heights)) < 1e-3
     assert force[0].sum(axis=0) == pytest.approx([0.0, weight], abs=1e-3 * weight)
 
 
-def test_the_slip_of_a_base_is_that_of_the_middle_of_its_lower_side(path: xr.Dataset) -> None:
+def test_the_slip_of_a_base_is_that_of_the_middle_of_its_lower_side(scene_path: xr.Dataset) -> None:
     """The middle of the two lowest vertices is not necessarily below the centre; the ground does not rotate."""
-    item = next(one for one in place_elements(shipped(path.attrs["scene"])) if not one.is_driven_or_held)
-    way, low = path.sel(element=item.element.name), item.shape.vertices
+    item = next(
+        one for one in place_elements(load_shipped_scene(scene_path.attrs["scene"])) if not one.is_driven_or_held
+    )
+    way, low = scene_path.sel(element=item.element.name), item.shape.vertices
     low = low[low[:, 1] < low[:, 1].min() + 1e-9].mean(axis=0)
     turn = way["rotation"].to_numpy()
     x = way["x"].to_numpy() + low[0] * np.cos(turn) + low[1] * np.sin(turn)
     np.testing.assert_allclose(way["base_slip"], x - (item.x + low[0]), atol=1e-12)
 
 
-def test_the_film_shows_forces_in_weights_at_their_points_of_action(path: xr.Dataset) -> None:
-    film = film_of_trajectories([path], pulse(6.0), "film")
+def test_the_film_shows_forces_in_weights_at_their_points_of_action(scene_path: xr.Dataset) -> None:
+    film = film_of_trajectories([scene_path], sine_pulse_motion(6.0), "film")
     panel = film.panels[0]
     assert panel.force is not None
     assert panel.force_point is not None
@@ -103,12 +106,12 @@ def test_the_film_shows_forces_in_weights_at_their_points_of_action(path: xr.Dat
     assert np.isfinite(panel.force_point).all()
     standing = panel.force[0][panel.force_point[0, :, 1] < panel.force_point[0, :, 1].min() + 1e-3]
     assert standing[:, 1].sum() == pytest.approx(1.0, abs=1e-3)
-    unknown = film.frame_times > float(path["time"][-1])
+    unknown = film.frame_times > float(scene_path["time"][-1])
     assert not panel.force[unknown].any(), "forces are unknown after the last sample"
 
 
 def test_a_scene_that_stays_at_rest_has_no_forces() -> None:
-    path = trajectory(pulse(0.1), shipped("three-tier"), azimuth_deg=0.0)
+    path = trajectory(sine_pulse_motion(0.1), load_shipped_scene("three-tier"), azimuth_deg=0.0)
     assert path["status"] == 1
     assert np.isnan(path["contact_force"]).all()
-    assert film_of_trajectories([path], pulse(0.1), "still").panels[0].force is None
+    assert film_of_trajectories([path], sine_pulse_motion(0.1), "still").panels[0].force is None

@@ -12,13 +12,14 @@ from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.scene import Scene
 from overturning.model.variables import VARIABLES
 from overturning.motion.motion import Motion
-from tests.dem.near_field import strong_part
-from tests.dem.polygon_scenes import block, scene, shaken, shipped
+from tests.dem.near_field import strong_part_of_record
+from tests.dem.polygon_scenes import block_element, load_shipped_scene, motion_towards_north, scene_of_elements
 
-FIELDS = (*(item.name for item in VARIABLES if item.name != "mirrored"), "block_steps")
+RESULT_FIELDS = (*(item.name for item in VARIABLES if item.name != "mirrored"), "block_steps")
 
 
-def motion_of_noise() -> Motion:
+def noisy_motion() -> Motion:
+    """Return 4 s of motion, sines with random noise, rounded to 1e-9 m/s²."""
     time = np.arange(0, 4, 0.01)
     rng = np.random.default_rng(7)
     noise = np.convolve(rng.normal(size=(time.size)), np.ones(12) / 12, "same")
@@ -27,7 +28,8 @@ def motion_of_noise() -> Motion:
     return Motion(np.round(north, 9), np.round(east, 9), sampling_interval=0.01)
 
 
-def cases_of(made: Scene, count: int = 90) -> Cases:
+def random_cases_of_scene(made: Scene, count: int = 90) -> Cases:
+    """Return random cases of a scene: azimuth, height, B/H and friction."""
     height, ratio = size_reference_height_and_b_over_h(made)
     rng = np.random.default_rng(3)
     return Cases(
@@ -39,8 +41,8 @@ def cases_of(made: Scene, count: int = 90) -> Cases:
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["three-tier", "against-a-wall", "boulder"])
 def test_results_do_not_depend_on_threads_order_or_other_cases(name: str) -> None:
-    made, motion = shipped(name), motion_of_noise()
-    cases = cases_of(made)
+    made, motion = load_shipped_scene(name), noisy_motion()
+    cases = random_cases_of_scene(made)
     nominal = simulate_cases(made, motion, cases)
     assert (nominal.overturned != 0).any()
     order = np.random.default_rng(1).permutation(cases.case_count)[:50]
@@ -49,13 +51,13 @@ def test_results_do_not_depend_on_threads_order_or_other_cases(name: str) -> Non
     )
     threads = simulate_cases(made, motion, cases, NumericalOptions(threads=2))
     shuffled = simulate_cases(made, motion, mixed)
-    for field in FIELDS:
+    for field in RESULT_FIELDS:
         np.testing.assert_array_equal(getattr(threads, field), getattr(nominal, field))
         np.testing.assert_array_equal(getattr(shuffled, field), getattr(nominal, field)[order])
 
 
 def test_symmetric_scenes_are_mirrored_exactly() -> None:
-    made, motion = shipped("three-tier"), motion_of_noise()
+    made, motion = load_shipped_scene("three-tier"), noisy_motion()
     azimuths = [20.0, 75.0, 130.0, 200.0, 255.0, 310.0]
     both = simulate_as_arrays(motion, made, azimuth_deg=azimuths, friction=[0.4, 1.0], leave_out=False)
     half = simulate_as_arrays(motion, made, azimuth_deg=azimuths, friction=[0.4, 1.0])
@@ -69,7 +71,9 @@ def test_symmetric_scenes_are_mirrored_exactly() -> None:
 
 
 def test_lopsided_scenes_are_not_mirrored() -> None:
-    arrays = simulate_as_arrays(motion_of_noise(), shipped("boulder"), azimuth_deg=[20.0, 200.0], friction=[1.0])
+    arrays = simulate_as_arrays(
+        noisy_motion(), load_shipped_scene("boulder"), azimuth_deg=[20.0, 200.0], friction=[1.0]
+    )
     assert not arrays["mirrored"].any()
     assert arrays["overturning_time"][0] != arrays["overturning_time"][1]
 
@@ -79,11 +83,11 @@ def test_skipping_rest_changes_no_flag_and_no_side() -> None:
 
     Towards the other quadrants the motion and the scene are mirrored.
     """
-    made, azimuths = shipped("three-tier"), np.arange(0.0, 91.0, 15.0)
+    made, azimuths = load_shipped_scene("three-tier"), np.arange(0.0, 91.0, 15.0)
     time = np.arange(0, 12, 0.01)
     strong = np.where((time > 4) & (time < 7), 1.0, 0.02) * np.sin(6 * time)
     for level in (2.0, 4.5, 9.0):
-        motion = shaken(level * strong)
+        motion = motion_towards_north(level * strong)
         full = simulate_as_arrays(motion, made, azimuth_deg=azimuths, friction=[0.3, 1.0], leave_out=False)
         short = simulate_as_arrays(motion, made, azimuth_deg=azimuths, friction=[0.3, 1.0])
         np.testing.assert_array_equal(short["overturned"], full["overturned"])
@@ -92,21 +96,21 @@ def test_skipping_rest_changes_no_flag_and_no_side() -> None:
 
 @pytest.mark.parametrize(("number", "factor"), [(6, 1.0), (7, 1.5), (9, 1.0)])
 def test_ending_a_case_when_nothing_more_can_fall_changes_no_flag(number: int, factor: float) -> None:
-    """Real records: after the fall of the shaft, the bases are simulated only while the record could lift them."""
-    strong = strong_part(number, 4.0, 12.0).scaled_by(factor)
-    height, _ = size_reference_height_and_b_over_h(shipped("three-tier"))
+    """Under real records, once the shaft has fallen, the bases are simulated only while the record could lift them."""
+    strong = strong_part_of_record(number, 4.0, 12.0).scaled_by(factor)
+    height, _ = size_reference_height_and_b_over_h(load_shipped_scene("three-tier"))
     grid = np.meshgrid(np.arange(0, 180, 15.0), [height], [0.2, 0.3], [0.6, 1.0], indexing="ij")
     cases = Cases(*(axis.ravel() for axis in grid))
-    whole = simulate_cases(shipped("three-tier"), strong, cases, NumericalOptions(leave_out=False))
-    ended = simulate_cases(shipped("three-tier"), strong, cases)
+    whole = simulate_cases(load_shipped_scene("three-tier"), strong, cases, NumericalOptions(leave_out=False))
+    ended = simulate_cases(load_shipped_scene("three-tier"), strong, cases)
     assert (whole.overturned[:, 2] != 0).mean() > 0.5
     np.testing.assert_array_equal(ended.overturned, whole.overturned)
     np.testing.assert_allclose(ended.peak_rotation[:, 2], whole.peak_rotation[:, 2], rtol=5e-3)
     assert ended.block_steps.sum() < 0.7 * whole.block_steps.sum()
 
 
-def test_a_trajectory_is_the_cell_of_the_sweep() -> None:
-    made, motion = shipped("three-tier"), motion_of_noise()
+def test_a_trajectory_has_the_outcome_of_its_cell_in_the_sweep() -> None:
+    made, motion = load_shipped_scene("three-tier"), noisy_motion()
     sweep = simulate(motion, made, azimuth_deg=[30.0, 120.0], friction=[0.8])
     path = trajectory(motion, made, azimuth_deg=120.0, friction=0.8)
     cell = sweep.isel(azimuth=1, height=0, b_over_h=0, friction=0)
@@ -121,7 +125,10 @@ def test_a_trajectory_is_the_cell_of_the_sweep() -> None:
 
 
 def test_unknown_arguments_of_a_scene_are_refused() -> None:
-    made, motion = scene(block("stone", 0.3, 0.6), block("cap", 0.2, 0.1, "stone")), motion_of_noise()
+    made, motion = (
+        scene_of_elements(block_element("stone", 0.3, 0.6), block_element("cap", 0.2, 0.1, "stone")),
+        noisy_motion(),
+    )
     from overturning.errors import ArgumentError
 
     with pytest.raises(ArgumentError, match="scheme: 'euler'"):

@@ -20,33 +20,36 @@ from overturning.model.pieces import (
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
 from overturning.motion.motion import Motion
-from tests.dem.near_field import near_field
-from tests.dem.polygon_scenes import GROUND, block, scene, shaken
+from tests.dem.near_field import read_near_field_record
+from tests.dem.polygon_scenes import GROUND, block_element, motion_towards_north, scene_of_elements
 
-FOOT = [[0, 0], [0.8, 0], [0.8, 0.3], [0, 0.3]]
-STEM = [[0, 0.3], [0.3, 0.3], [0.3, 1.1], [0, 1.1]]
-L_SHAPE = [[0, 0], [0.8, 0], [0.8, 0.3], [0.3, 0.3], [0.3, 1.1], [0, 1.1]]
-CROSS = [
+FOOT_OUTLINE = [[0, 0], [0.8, 0], [0.8, 0.3], [0, 0.3]]
+STEM_OUTLINE = [[0, 0.3], [0.3, 0.3], [0.3, 1.1], [0, 1.1]]
+L_OUTLINE = [[0, 0], [0.8, 0], [0.8, 0.3], [0.3, 0.3], [0.3, 1.1], [0, 1.1]]
+CROSS_OUTLINE = [
     [-0.15, 0], [0.15, 0], [0.15, 0.6], [0.4, 0.6], [0.4, 0.9], [0.15, 0.9],
     [0.15, 1.2], [-0.15, 1.2], [-0.15, 0.9], [-0.4, 0.9], [-0.4, 0.6], [-0.15, 0.6],
 ]  # fmt: skip
 
 
-def stone(**keys: Any) -> dict[str, Any]:
+def stone_element(**keys: Any) -> dict[str, Any]:
+    """Return the element of a scene file for a stone on the ground; its shape is given by `keys`."""
     return {"name": "stone", "stands_on": "ground", **keys}
 
 
-def area_of(points: np.ndarray) -> float:
+def polygon_area(points: np.ndarray) -> float:
+    """Return the area of a polygon, m²; positive if its vertices run anticlockwise."""
     x, z = points.T
     return 0.5 * float((x * np.roll(z, -1) - np.roll(x, -1) * z).sum())
 
 
-def answers(made: Scene, motion: Motion, azimuths: Any = (0.0,), friction: float = 0.8) -> CaseResults:
+def simulate_scene(made: Scene, motion: Motion, azimuths: Any = (0.0,), friction: float = 0.8) -> CaseResults:
+    """Simulate a scene with the sizes of its file along some azimuths."""
     height, ratio = size_reference_height_and_b_over_h(made)
     return simulate_cases(made, motion, Cases(np.asarray(azimuths), height, ratio, friction))
 
 
-def star(generator: np.random.Generator, count: int) -> np.ndarray:
+def star_outline(generator: np.random.Generator, count: int) -> np.ndarray:
     """Return a star-shaped outline around the origin with random radii."""
     angles = 2 * np.pi / count * (np.arange(count) + generator.uniform(0, 0.9, count))
     return np.stack([np.cos(angles), np.sin(angles)], axis=1) * generator.uniform(0.2, 1.0, count)[:, None]
@@ -55,9 +58,9 @@ def star(generator: np.random.Generator, count: int) -> np.ndarray:
 def test_pieces_are_convex_and_fill_the_outline_with_its_sides_unchanged() -> None:
     generator = np.random.default_rng(2)
     for number in range(60):
-        points = star(generator, 4 + number % 12)
+        points = star_outline(generator, 4 + number % 12)
         pieces = convex_piece_vertex_indices(points)
-        assert sum(area_of(points[loop]) for loop in pieces) == pytest.approx(area_of(points), rel=1e-12)
+        assert sum(polygon_area(points[loop]) for loop in pieces) == pytest.approx(polygon_area(points), rel=1e-12)
         for loop in pieces:
             for k in range(len(loop)):
                 assert doubled_triangle_area(*points[[loop[k - 1], loop[k], loop[(k + 1) % len(loop)]]]) > 0
@@ -73,24 +76,26 @@ def test_pieces_are_convex_and_fill_the_outline_with_its_sides_unchanged() -> No
 
 def test_an_outline_that_crosses_itself_is_detected() -> None:
     assert polygon_crosses_itself(np.array([[0, 0], [1, 1], [1, 0], [0, 1.0]]))
-    assert not polygon_crosses_itself(np.array(L_SHAPE, dtype=float))
+    assert not polygon_crosses_itself(np.array(L_OUTLINE, dtype=float))
 
 
 def test_joined_pieces_have_the_outline_of_the_whole_in_any_order() -> None:
-    for order in permutations((FOOT, STEM)):
-        assert outline_of_joined_pieces("l", [np.array(piece, float) for piece in order]).tolist() == L_SHAPE
+    for order in permutations((FOOT_OUTLINE, STEM_OUTLINE)):
+        assert outline_of_joined_pieces("l", [np.array(piece, float) for piece in order]).tolist() == L_OUTLINE
     halves = [[[-0.1, 0], [0.02, 0], [-0.02, 0.5], [-0.1, 0.5]], [[0.02, 0], [0.1, 0], [0.1, 0.5], [-0.02, 0.5]]]
     for order in permutations(halves):
-        whole = place_elements(scene(stone(pieces=list(order))))[1]
+        whole = place_elements(scene_of_elements(stone_element(pieces=list(order))))[1]
         assert whole.shape.pieces == ()
         np.testing.assert_allclose(
-            whole.shape.vertices, place_elements(scene(block("stone", 0.2, 0.5)))[1].shape.vertices, atol=1e-15
+            whole.shape.vertices,
+            place_elements(scene_of_elements(block_element("stone", 0.2, 0.5)))[1].shape.vertices,
+            atol=1e-15,
         )
 
 
 def test_mass_centre_and_inertia_are_those_of_the_pieces_together() -> None:
     """Expected values from two rectangles: masses, weighted centres, and the parallel axis theorem."""
-    item = place_elements(scene(stone(vertices=L_SHAPE, depth=0.4)))[1]
+    item = place_elements(scene_of_elements(stone_element(vertices=L_OUTLINE, depth=0.4)))[1]
     parts = [(0.8, 0.3, 0.4, 0.15), (0.3, 0.8, 0.15, 0.7)]
     mass = [2650 * 0.4 * b * h for b, h, _, _ in parts]
     x, z = (np.average([part[k] for part in parts], weights=mass) for k in (2, 3))
@@ -103,7 +108,7 @@ def test_mass_centre_and_inertia_are_those_of_the_pieces_together() -> None:
 
 def test_an_l_shape_tips_at_arm_over_height_to_either_side() -> None:
     """Centre (0.275, 0.425), base from 0 to 0.8: it tips at 0.275/0.425 g, in the other direction at 0.525/0.425 g."""
-    made = scene(stone(vertices=L_SHAPE))
+    made = scene_of_elements(stone_element(vertices=L_OUTLINE))
     prepared = prepare_scene(made)
     assert prepared.threshold == pytest.approx(0.275 / 0.425, rel=1e-12)
     assert prepared.critical[1] == pytest.approx(np.arctan(0.275 / 0.425), rel=1e-9)
@@ -117,24 +122,24 @@ def test_an_l_shape_tips_at_arm_over_height_to_either_side() -> None:
         # A base that accelerates towards +x tips it towards −x, the side of the stem.
         push = level * np.clip(time, 0, 1)
         motion = Motion(push, 0 * push, sampling_interval=0.01, trust_data=True)  # not a plausible ground motion
-        found = answers(made, motion, friction=5.0)
+        found = simulate_scene(made, motion, friction=5.0)
         assert found.overturned[0] == (0 if stands else -sign), (share, stands)
 
 
 def test_an_arch_rests_on_four_corners_with_the_static_loads() -> None:
     arch = [[-0.5, 0], [-0.3, 0], [-0.3, 0.5], [0.3, 0.5], [0.3, 0], [0.5, 0], [0.5, 0.8], [-0.5, 0.8]]
-    prepared = prepare_scene(scene(stone(vertices=arch)))
+    prepared = prepare_scene(scene_of_elements(stone_element(vertices=arch)))
     assert len(prepared.loaded) == 4
     assert prepared.laws.carried == pytest.approx(prepared.placed[1].mass * 9.80665, rel=1e-9)
     assert prepared.threshold == pytest.approx(0.5 / prepared.placed[1].z, rel=1e-9)
 
 
 def test_a_rectangle_of_two_halves_behaves_like_the_undivided_one() -> None:
-    motion, azimuths = near_field(7)[0], np.arange(0, 360, 60.0)
-    beside = block("beside", 0.1, 0.5, x=0.6)  # so that both use the scene kernel
-    whole = answers(scene(block("stone", 0.2, 0.6), beside), motion, azimuths)
+    motion, azimuths = read_near_field_record(7)[0], np.arange(0, 360, 60.0)
+    beside = block_element("beside", 0.1, 0.5, x=0.6)  # so that both use the scene kernel
+    whole = simulate_scene(scene_of_elements(block_element("stone", 0.2, 0.6), beside), motion, azimuths)
     halves = [[[-0.1, 0], [0.0, 0], [0.05, 0.6], [-0.1, 0.6]], [[0.0, 0], [0.1, 0], [0.1, 0.6], [0.05, 0.6]]]
-    divided = answers(scene(stone(pieces=halves), beside), motion, azimuths)
+    divided = simulate_scene(scene_of_elements(stone_element(pieces=halves), beside), motion, azimuths)
     assert (whole.overturned != 0).any()
     np.testing.assert_array_equal(divided.overturned, whole.overturned)
     np.testing.assert_allclose(divided.peak_rotation, whole.peak_rotation, rtol=1e-6)
@@ -142,14 +147,15 @@ def test_a_rectangle_of_two_halves_behaves_like_the_undivided_one() -> None:
 
 def test_pieces_that_meet_at_the_corners_touch_there_once() -> None:
     """A notch of 1e-7 m in the top divides a stone into two pieces that share a lower corner."""
-    motion, azimuths = near_field(7)[0], np.arange(0, 360, 45.0)
+    motion, azimuths = read_near_field_record(7)[0], np.arange(0, 360, 45.0)
     corners = [[-0.12, 0], [0.12, 0], [0.13, 0.6], [-0.12, 0.6]]
     notched = [*corners[:3], [0.02, 0.6 - 1e-7], corners[3]]
     whole, divided = (
-        scene(stone(vertices=vertices), block("beside", 0.1, 0.5, x=0.6)) for vertices in (corners, notched)
+        scene_of_elements(stone_element(vertices=vertices), block_element("beside", 0.1, 0.5, x=0.6))
+        for vertices in (corners, notched)
     )
     assert [len(place_elements(made)[1].shape.convex_parts) for made in (whole, divided)] == [1, 2]
-    one, other = (answers(made, motion, azimuths) for made in (whole, divided))
+    one, other = (simulate_scene(made, motion, azimuths) for made in (whole, divided))
     assert 0 < (one.overturned[:, 0] != 0).sum() < azimuths.size
     np.testing.assert_array_equal(other.overturned, one.overturned)
     stands = one.overturned[:, 0] == 0
@@ -159,25 +165,28 @@ def test_pieces_that_meet_at_the_corners_touch_there_once() -> None:
 def test_a_stone_lies_in_the_corner_of_an_l() -> None:
     """A small stone rests on the foot next to the stem, is pushed against it, and neither penetrates nor leaves."""
     small = {"name": "small", "width": 0.3, "height": 0.2, "at": [0.45 + 1e-6, 0.3], "material": "ice"}
-    made = scene(
-        stone(vertices=L_SHAPE), small, materials={"stone": {}, "ice": {}},
+    made = scene_of_elements(
+        stone_element(vertices=L_OUTLINE), small, materials={"stone": {}, "ice": {}},
         contacts=[{"between": ["stone", "ice"], "friction": 0.02}],
     )  # fmt: skip
     prepared = prepare_scene(made)
     assert prepared.at_rest
     time = np.arange(0, 3, 0.01)
-    found = answers(made, shaken(0.8 * np.sin(4 * np.pi * time)))
+    found = simulate_scene(made, motion_towards_north(0.8 * np.sin(4 * np.pi * time)))
     assert found.overturned.tolist() == [[0, 0]]
     assert found.peak_slip[0, 1] > 1e-3
     assert found.peak_penetration[0] < 1e-4
     assert found.energy_error[0] < 1e-2
 
 
-@pytest.mark.parametrize("vertices", [L_SHAPE, CROSS])
+@pytest.mark.parametrize("vertices", [L_OUTLINE, CROSS_OUTLINE])
 def test_energy_is_conserved_and_mirror_images_fall_the_other_way(vertices: list[list[float]]) -> None:
-    motion, azimuths = near_field(7)[0], np.array([0.0, 90.0, 180.0, 270.0])
+    motion, azimuths = read_near_field_record(7)[0], np.array([0.0, 90.0, 180.0, 270.0])
     mirrored = [[-x, z] for x, z in vertices[::-1]]
-    one, other = (answers(scene(stone(vertices=points)), motion, azimuths) for points in (vertices, mirrored))
+    one, other = (
+        simulate_scene(scene_of_elements(stone_element(vertices=points)), motion, azimuths)
+        for points in (vertices, mirrored)
+    )
     assert one.energy_error.max() < 1e-2
     np.testing.assert_array_equal(one.overturned, -other.overturned[[2, 3, 0, 1]])
     stands = one.overturned == 0
@@ -188,18 +197,19 @@ def test_energy_is_conserved_and_mirror_images_fall_the_other_way(vertices: list
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"pieces": [FOOT, [[0.2, 0.2], [0.3, 0.2], [0.3, 1.1], [0.2, 1.1]]]},
+        ({"pieces": [FOOT_OUTLINE, [[0.2, 0.2], [0.3, 0.2], [0.3, 1.1], [0.2, 1.1]]]},
         "element stone: the pieces .* overlap by 0.1"),
-        ({"pieces": [FOOT, [[0.9, 0], [1, 0], [1, 1]]]}, "element stone: its pieces do not form one outline"),
-        ({"pieces": [FOOT, [[0.8, 0.3], [1, 0.3], [1, 1]]]}, "element stone: its pieces do not form one outline"),
-        ({"pieces": [L_SHAPE]},
+        ({"pieces": [FOOT_OUTLINE, [[0.9, 0], [1, 0], [1, 1]]]}, "element stone: its pieces do not form one outline"),
+        ({"pieces": [FOOT_OUTLINE, [[0.8, 0.3], [1, 0.3], [1, 1]]]},
+        "element stone: its pieces do not form one outline"),
+        ({"pieces": [L_OUTLINE]},
         "element stone: piece 1 is not convex; split it, or give the outline of all as vertices"),
-        ({"pieces": [FOOT, STEM[::-1]]}, "element stone, piece 2: the polygon runs clockwise"),
-        ({"pieces": [FOOT], "width": 1}, "element stone: give either width and height, or vertices, or pieces"),
+        ({"pieces": [FOOT_OUTLINE, STEM_OUTLINE[::-1]]}, "element stone, piece 2: the polygon runs clockwise"),
+        ({"pieces": [FOOT_OUTLINE], "width": 1}, "element stone: give either width and height, or vertices, or pieces"),
         ({"vertices": [[0, 0], [1, 0], [0.2, 1], [0.8, 1.2]]}, "element stone: the polygon crosses itself"),
         ({"vertices": [[0, 0], [1, 0], [1, 1], [0.5, 1], [0, 1]]}, r"element stone: vertex 3 \(0.5, 1\) lies in line"),
     ],
 )  # fmt: skip
 def test_bad_outlines_and_pieces_are_refused(change: dict[str, Any], message: str) -> None:
     with pytest.raises(ConfigError, match=message):
-        scene(GROUND, stone(**change))
+        scene_of_elements(GROUND, stone_element(**change))

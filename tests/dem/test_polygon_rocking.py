@@ -9,49 +9,68 @@ from scipy.integrate import solve_ivp
 from overturning.arrays import FloatArray
 from overturning.model.scene import Scene
 from overturning.units import STANDARD_GRAVITY
-from tests.dem.polygon_scenes import block, one_case, run, scene, set_state, shaken
-from tests.dem.reference.scalar_stack import paths
+from tests.dem.polygon_scenes import (
+    block_element,
+    motion_towards_north,
+    plan_single_case,
+    run_planned_case,
+    scene_of_elements,
+    set_initial_state,
+)
+from tests.dem.reference.scalar_stack import stack_path
 
-LOWER, UPPER = np.array([0.6, 1.0]), np.array([0.3, 0.8])
+LOWER_SIZE, UPPER_SIZE = np.array([0.6, 1.0]), np.array([0.3, 0.8])
 """Widths and heights, m; the upper block stands in the middle of the lower one."""
 
 
-def turned(angle: float, arm: FloatArray) -> FloatArray:
+def rotate_clockwise(angle: float, arm: FloatArray) -> FloatArray:
     """Return an arm (x, z) rotated clockwise by an angle, rad."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([c * arm[0] + s * arm[1], c * arm[1] - s * arm[0]])
 
 
-def stack(side: int) -> tuple[FloatArray, ...]:
+def arms_of_stack(side: int) -> tuple[FloatArray, ...]:
     """Return three arms: lower right corner to lower centre and to upper pivot; upper pivot to upper centre."""
-    corner = 0.5 * side * UPPER[0]
-    foot = -0.5 * LOWER[0]
-    return np.array([foot, 0.5 * LOWER[1]]), np.array([foot + corner, LOWER[1]]), np.array([-corner, 0.5 * UPPER[1]])
+    corner = 0.5 * side * UPPER_SIZE[0]
+    foot = -0.5 * LOWER_SIZE[0]
+    return (
+        np.array([foot, 0.5 * LOWER_SIZE[1]]),
+        np.array([foot + corner, LOWER_SIZE[1]]),
+        np.array([-corner, 0.5 * UPPER_SIZE[1]]),
+    )
 
 
-def centres(side: int, angles: FloatArray) -> FloatArray:
-    to_lower, to_corner, to_upper = stack(side)
-    foot = np.array([0.5 * LOWER[0], 0.0])
-    upper = foot + turned(angles[0], to_corner) + turned(angles[1], to_upper)
-    return np.array([foot + turned(angles[0], to_lower), upper])
+def centres_of_blocks(side: int, angles: FloatArray) -> FloatArray:
+    """Return the centres (x, z) of both blocks at given rotations, rad, m."""
+    to_lower, to_corner, to_upper = arms_of_stack(side)
+    foot = np.array([0.5 * LOWER_SIZE[0], 0.0])
+    upper = foot + rotate_clockwise(angles[0], to_corner) + rotate_clockwise(angles[1], to_upper)
+    return np.array([foot + rotate_clockwise(angles[0], to_lower), upper])
 
 
-def rigid(side: int, angles: tuple[float, float], base: Callable[[float], float], duration: float) -> FloatArray:
-    """Return both angles until the first impact, from d'Alembert's principle, shape (samples, 2)."""
-    to_lower, to_corner, to_upper = stack(side)
-    (m, n), (i, j) = ((LOWER.prod(), UPPER.prod()), (size.prod() * size @ size / 12 for size in (LOWER, UPPER)))
+def rotations_of_rigid_stack(
+    side: int, angles: tuple[float, float], base: Callable[[float], float], duration: float
+) -> FloatArray:
+    """Return both rotations until the first impact, from d'Alembert's principle, shape (samples, 2), rad."""
+    to_lower, to_corner, to_upper = arms_of_stack(side)
+    (m, n), (i, j) = (
+        (LOWER_SIZE.prod(), UPPER_SIZE.prod()),
+        (size.prod() * size @ size / 12 for size in (LOWER_SIZE, UPPER_SIZE)),
+    )
 
     def rates(time: float, state: FloatArray) -> FloatArray:
+        """Return the time derivative of both rotations and their velocities."""
         (lower, upper), (v, w) = state[:2], state[2:]
-        a, b, c = (turned(angle + 0.5 * np.pi, arm) for angle, arm in
+        a, b, c = (rotate_clockwise(angle + 0.5 * np.pi, arm) for angle, arm in
                    ((lower, to_lower), (lower, to_corner), (upper, to_upper)))  # fmt: skip
         weight = np.array([-base(time), -STANDARD_GRAVITY])
         mass = [[m * a @ a + i + n * b @ b, n * b @ c], [n * b @ c, n * c @ c + j]]
-        of_lower = weight + v * v * turned(lower, to_lower)
-        of_upper = weight + v * v * turned(lower, to_corner) + w * w * turned(upper, to_upper)
+        of_lower = weight + v * v * rotate_clockwise(lower, to_lower)
+        of_upper = weight + v * v * rotate_clockwise(lower, to_corner) + w * w * rotate_clockwise(upper, to_upper)
         return np.array([v, w, *np.linalg.solve(mass, [m * of_lower @ a + n * of_upper @ b, n * of_upper @ c])])
 
     def impact(_: float, state: FloatArray) -> float:
+        """Event function: 0 where a block meets its support."""
         return float(min(state[0], side * (state[1] - state[0])))
 
     impact.terminal = True  # type: ignore[attr-defined]
@@ -68,21 +87,25 @@ def test_a_stack_released_on_its_corners_rocks_like_two_rigid_bodies(
 ) -> None:
     """Compared until the first impact; the static penetration is 1e-7 B."""
     time = np.arange(100) * 0.005
-    motion = shaken(amplitude * np.sin(6 * time), 0.005)
-    wanted = rigid(side, angles, lambda t: float(np.interp(t, time, motion.north)), time[-1])
+    motion = motion_towards_north(amplitude * np.sin(6 * time), 0.005)
+    wanted = rotations_of_rigid_stack(side, angles, lambda t: float(np.interp(t, time, motion.north)), time[-1])
     assert np.ptp(wanted, axis=0).min() > 0.05
-    how = one_case(scene(block("lower", *LOWER), block("upper", *UPPER, "lower")), motion, 3.0)
-    for element, (angle, (x, z)) in enumerate(zip(angles, centres(side, np.array(angles)), strict=True), 1):
-        set_state(how, element, x=x, z=z, angle=angle)
-    _, times, poses = run(how, motion)
+    how = plan_single_case(
+        scene_of_elements(block_element("lower", *LOWER_SIZE), block_element("upper", *UPPER_SIZE, "lower")),
+        motion,
+        3.0,
+    )
+    for element, (angle, (x, z)) in enumerate(zip(angles, centres_of_blocks(side, np.array(angles)), strict=True), 1):
+        set_initial_state(how, element, x=x, z=z, angle=angle)
+    _, times, poses = run_planned_case(how, motion)
     end = len(wanted)
     np.testing.assert_allclose(times[1:end], time[1:end])
     np.testing.assert_allclose(poses[1:end, 1:, 2], wanted[1:], rtol=0, atol=1e-5)
-    places = [centres(side, angles) for angles in wanted[1:]]
+    places = [centres_of_blocks(side, angles) for angles in wanted[1:]]
     np.testing.assert_allclose(poses[1:end, 1:, :2], places, rtol=0, atol=1e-5)
 
 
-def impacts(angle: FloatArray) -> int:
+def count_impacts(angle: FloatArray) -> int:
     """Return how many times a rocking body changed from one corner to the other."""
     sides = np.sign(angle[np.abs(angle) > 1e-3])
     return int((np.diff(sides) != 0).sum())
@@ -104,13 +127,13 @@ def test_a_shaken_stack_agrees_with_an_independent_integration(
 ) -> None:
     """Two sine cycles, compared with the same contact law in the explicit steps of `scalar_stack`."""
     time = np.arange(200) * 0.01
-    motion = shaken(np.where(time < 4 * np.pi / rate, amplitude * np.sin(rate * time), 0.0))
-    made = scene(block("lower", *lower), block("upper", *upper, "lower"))
+    motion = motion_towards_north(np.where(time < 4 * np.pi / rate, amplitude * np.sin(rate * time), 0.0))
+    made = scene_of_elements(block_element("lower", *lower), block_element("upper", *upper, "lower"))
     law = {"between": ("stone", "stone"), "static_penetration": 2e-5, "damping_ratio": 1.0}
     made = Scene.model_validate(made.model_dump() | {"contacts": [law]})
-    plain = paths(motion.north, 0.01, np.array([lower, upper]), 2e-5, friction, 0)
-    assert impacts(plain[:, 0, 2]) + impacts(plain[:, 1, 2] - plain[:, 0, 2]) >= 3
+    plain = stack_path(motion.north, 0.01, np.array([lower, upper]), 2e-5, friction, 0)
+    assert count_impacts(plain[:, 0, 2]) + count_impacts(plain[:, 1, 2] - plain[:, 0, 2]) >= 3
     assert np.abs(plain[:, 1, 2]).max() > 0.05
     for step, bound in (("0.03 stable", 1e-4), ("auto", 5e-3)):
-        _, _, poses = run(one_case(made, motion, friction, time_step=step), motion)
+        _, _, poses = run_planned_case(plan_single_case(made, motion, friction, time_step=step), motion)
         np.testing.assert_allclose(poses[1:200, 1:, :3], plain[1:, :, :3], rtol=0, atol=bound)

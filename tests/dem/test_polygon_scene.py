@@ -20,29 +20,38 @@ from overturning.model.stack_stones import stack_stones
 from overturning.model.status import CaseStatus
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
-from tests.dem.polygon_scenes import GROUND, SHIPPED, block, one_case, scene, shaken, shipped, still
-from tests.dem.polygon_scenes import run as run_from_start
+from tests.dem.polygon_scenes import (
+    GROUND,
+    SHIPPED_SCENES,
+    block_element,
+    load_shipped_scene,
+    motion_at_rest,
+    motion_towards_north,
+    plan_single_case,
+    scene_of_elements,
+)
+from tests.dem.polygon_scenes import run_planned_case as run_from_start
 
-LOW = {"name": "low", "width": 1.0, "height": 0.5, "stands_on": "ground"}
+LOW_BLOCK = {"name": "low", "width": 1.0, "height": 0.5, "stands_on": "ground"}
 
 
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("name", SHIPPED_SCENES)
 def test_shipped_scenes_rest_and_are_skipped_below_their_threshold(name: str) -> None:
-    prepared = prepare_scene(shipped(name))
+    prepared = prepare_scene(load_shipped_scene(name))
     assert prepared.at_rest
     assert prepared.threshold > 0.25
 
 
 def test_only_symmetric_scenes_are_mirrored() -> None:
-    assert [azimuth_period_of_outcome_deg(shipped(name)) for name in SHIPPED] == [180, 180, 360, 360]
+    assert [azimuth_period_of_outcome_deg(load_shipped_scene(name)) for name in SHIPPED_SCENES] == [180, 180, 360, 360]
 
 
 def test_only_the_gravestone_uses_the_block_kernel() -> None:
-    assert [shipped(name).is_single_block for name in SHIPPED] == [True, False, False, False]
+    assert [load_shipped_scene(name).is_single_block for name in SHIPPED_SCENES] == [True, False, False, False]
 
 
 def test_the_automatic_contact_of_a_block_equals_that_of_the_block_kernel() -> None:
-    made = shipped("gravestone")
+    made = load_shipped_scene("gravestone")
     prepared = prepare_scene(made, height=1.2, b_over_h=0.3)
     stone = prepared.placed[1]
     normal, tangential, dashpot = made.contact_law(*made.elements).springs_and_dashpots.stiffness_and_damping_per_mass(
@@ -55,7 +64,7 @@ def test_the_automatic_contact_of_a_block_equals_that_of_the_block_kernel() -> N
 
 
 def test_each_contact_of_a_stack_carries_the_weight_above_it() -> None:
-    prepared = prepare_scene(shipped("three-tier"))
+    prepared = prepare_scene(load_shipped_scene("three-tier"))
     weight = [item.mass * 9.80665 for item in prepared.placed[1:]]
     carried = dict(zip((pair[:2] for pair in prepared.pairs), prepared.laws.carried, strict=True))
     assert carried[(1, 0)] == pytest.approx(sum(weight), rel=1e-9)
@@ -64,7 +73,7 @@ def test_each_contact_of_a_stack_carries_the_weight_above_it() -> None:
 
 
 def test_height_scales_all_lengths_and_slenderness_only_the_reference_element() -> None:
-    made = shipped("three-tier")
+    made = load_shipped_scene("three-tier")
     base, thin = place_elements(made), place_elements(made, height=2 * 0.636, b_over_h=0.2)
     assert thin[3].shape.width == pytest.approx(0.2 * 2 * 0.636)
     assert thin[2].shape.width == pytest.approx(2 * base[2].shape.width)
@@ -72,13 +81,14 @@ def test_height_scales_all_lengths_and_slenderness_only_the_reference_element() 
 
 
 @pytest.mark.parametrize("plan", ["circle", 8])
-def test_a_plan_has_the_mass_of_its_width_when_b_over_h_is_varied(plan: str | int) -> None:
+def test_the_mass_of_a_prism_follows_the_width_given_by_b_over_h(plan: str | int) -> None:
     """A scene that is drawn with the width 0.3 m and one that is given it by B/H are the same scene, in 2-D and 3-D."""
 
     def pillar(width: float) -> Scene:
+        """Return a shaft of a width, m, on a foot."""
         foot = {"name": "foot", "plan": plan, "width": 0.3, "height": 0.9, "stands_on": "ground"}
         shaft = {"name": "shaft", "plan": plan, "width": width, "height": 0.6, "stands_on": "foot"}
-        return scene(foot, shaft, reference="shaft")
+        return scene_of_elements(foot, shaft, reference="shaft")
 
     drawn, given = (place_elements(pillar(width), b_over_h=0.5) for width in (0.3, 0.12))
     assert given[2].mass == pytest.approx(drawn[2].mass, rel=1e-12)
@@ -92,20 +102,22 @@ def test_a_plan_has_the_mass_of_its_width_when_b_over_h_is_varied(plan: str | in
 def test_a_held_wall_pushes_a_stone_from_any_distance(gap: float) -> None:
     """The ground moves 4 m below a wall that is fixed in space: the wall stops the stone, and the ground slides on."""
     t = np.arange(0, 30, 0.01)
-    motion = shaken(0.25 * np.sin(0.4 * np.pi * (t - 1)) * ((t >= 1) & (t < 21)))
+    motion = motion_towards_north(0.25 * np.sin(0.4 * np.pi * (t - 1)) * ((t >= 1) & (t < 21)))
     wall = {"name": "wall", "kind": "held", "width": 0.5, "height": 1.5, "at": [0.3 + gap, 0]}
-    found = simulate(motion, scene(block("stone", 0.1, 0.3), wall), azimuth_deg=[0.0], friction=[0.5])
+    found = simulate(
+        motion, scene_of_elements(block_element("stone", 0.1, 0.3), wall), azimuth_deg=[0.0], friction=[0.5]
+    )
     assert found.residual_slip.item() == pytest.approx(gap - motion.displacement[0].max(), abs=1e-5)
 
 
-def test_a_contact_with_a_trace_of_load_is_made_for_more_and_not_refused() -> None:
+def test_a_contact_with_a_trace_of_load_gets_springs_for_more_and_is_not_refused() -> None:
     """Two stones that stand flush sink in unequally and press on each other with a ten-thousandth of their weight."""
-    flush = scene(block("one", 0.44, 1.01), block("other", 0.47, 1.13, x=0.455))
+    flush = scene_of_elements(block_element("one", 0.44, 1.01), block_element("other", 0.47, 1.13, x=0.455))
     prepared = prepare_scene(flush)
     carried = prepared.laws.carried
     assert 0.0 < carried[carried > 0.0].min() < 1e-3 * carried.max()
     assert prepared.laws.weight.min() > 0.1 * carried.max()
-    found = simulate(still(0.1), flush, azimuth_deg=[0.0], friction=[0.6])
+    found = simulate(motion_at_rest(0.1), flush, azimuth_deg=[0.0], friction=[0.6])
     assert found.status.item() in (CaseStatus.SIMULATED, CaseStatus.AT_REST)
 
 
@@ -118,18 +130,22 @@ def test_a_contact_with_a_trace_of_load_is_made_for_more_and_not_refused() -> No
     ],
     ids=["a ground that ends", "beside the middle of the ground", "a contact over the depth of the ground"],
 )
-def test_a_block_that_the_block_kernel_would_compute_otherwise_is_a_scene(
+def test_a_block_beyond_the_assumptions_of_the_block_kernel_is_simulated_as_a_scene(
     ground: dict[str, Any], stone: dict[str, Any], keys: dict[str, Any]
 ) -> None:
     """The ground ends 3.1 m from its middle; a block lies 10 m beside it; the ground is 1 m deep, the block 4 m."""
-    assert scene(GROUND, block("stone", 0.2, 0.8)).is_single_block
-    assert not scene({**GROUND, **ground}, {**block("stone", 0.2, 0.8), **stone}, **keys).is_single_block
+    assert scene_of_elements(GROUND, block_element("stone", 0.2, 0.8)).is_single_block
+    assert not scene_of_elements(
+        {**GROUND, **ground}, {**block_element("stone", 0.2, 0.8), **stone}, **keys
+    ).is_single_block
 
 
-def test_nearest_faces_of_a_turned_block_are_the_most_opposed_ones() -> None:
+def test_nearest_faces_of_a_rotated_block_are_the_most_opposed_ones() -> None:
     """Below 45° of rotation the lower side faces the ground most directly, above 45° the next side."""
     for angle, face in ((0.0, 0), (30.0, 0), (44.9, 0), (45.1, 1), (80.0, 1)):
-        made = scene(GROUND, {**LOW, "rotation_deg": angle, "at": [0, 1e-9]}, block("on", 0.1, 0.1, x=5))
+        made = scene_of_elements(
+            GROUND, {**LOW_BLOCK, "rotation_deg": angle, "at": [0, 1e-9]}, block_element("on", 0.1, 0.1, x=5)
+        )
         placed = place_elements(made)
         found = nearest_faces_and_separation(placed[1], placed[0])
         assert found[:2] == (face, 2), angle
@@ -139,10 +155,13 @@ def test_nearest_faces_of_a_turned_block_are_the_most_opposed_ones() -> None:
 def test_elements_separated_by_a_single_side_do_not_overlap() -> None:
     """A ridge 1 cm next to a block: only the side of the block separates them, no side of the ridge does."""
     ridge = {"name": "ridge", "vertices": [[0, 0], [0.4, 0], [0.6, 0.3], [0.4, 0.6], [0, 0.6]], "stands_on": "ground"}
-    tip = place_elements(scene(GROUND, ridge | {"at": [0, 0]}))[1].vertices_in_scene[:, 0].max()
+    tip = place_elements(scene_of_elements(GROUND, ridge | {"at": [0, 0]}))[1].vertices_in_scene[:, 0].max()
 
     def next_to(gap: float) -> Scene:
-        return scene(GROUND, ridge | {"at": [0, 0]}, block("block", 0.4, 0.6, x=float(tip + gap + 0.2)))
+        """Return the ridge with a block at a distance `gap`, m."""
+        return scene_of_elements(
+            GROUND, ridge | {"at": [0, 0]}, block_element("block", 0.4, 0.6, x=float(tip + gap + 0.2))
+        )
 
     assert {(1, 0), (2, 0), (2, 1)} <= {pair[:2] for pair in prepare_scene(next_to(0.01)).pairs}
     with pytest.raises(ConfigError, match=r"overlaps ridge by 0\.01 m"):
@@ -152,8 +171,8 @@ def test_elements_separated_by_a_single_side_do_not_overlap() -> None:
 @pytest.mark.parametrize("height", [0.6, 2.0])
 def test_a_case_is_undecided_20_over_p_after_the_record(height: float) -> None:
     """With p = √(3g/4R) of the block, R half its diagonal (Housner 1963)."""
-    motion = still(1.0)
-    how = one_case(scene(block("block", 0.4 * height, height)), motion)
+    motion = motion_at_rest(1.0)
+    how = plan_single_case(scene_of_elements(block_element("block", 0.4 * height, height)), motion)
     p = np.sqrt(0.75 * 9.80665 / (0.5 * np.hypot(0.4 * height, height)))
     assert (how.table["after"][0] - motion.sample_count) * 0.01 == pytest.approx(20 / p, abs=0.011)
 
@@ -161,35 +180,37 @@ def test_a_case_is_undecided_20_over_p_after_the_record(height: float) -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"elements": [GROUND, {**LOW, "at": [0, -0.1]}]}, "element low: overlaps ground by 0.1 m"),
-        ({"elements": [GROUND, {**LOW, "at": [0, 0.2]}]}, "element low: hangs in the air.*stands_on"),
-        ({"elements": [GROUND, LOW, {**LOW, "name": "up", "at": [3, 2]}]}, "element up: hangs in the air"),
-        ({"elements": [LOW | {"stands_on": None}, {**LOW, "name": "up", "stands_on": "low"}]},
+        ({"elements": [GROUND, {**LOW_BLOCK, "at": [0, -0.1]}]}, "element low: overlaps ground by 0.1 m"),
+        ({"elements": [GROUND, {**LOW_BLOCK, "at": [0, 0.2]}]}, "element low: hangs in the air.*stands_on"),
+        ({"elements": [GROUND, LOW_BLOCK, {**LOW_BLOCK, "name": "up", "at": [3, 2]}]}, "element up: hangs in the air"),
+        ({"elements": [LOW_BLOCK | {"stands_on": None}, {**LOW_BLOCK, "name": "up", "stands_on": "low"}]},
         "no element is driven.*kind: driven"),
         ({"elements": [GROUND, {**GROUND, "name": "wall", "at": [30, 0]}]}, "no element is free"),
-        ({"elements": [GROUND, LOW, LOW]}, "element low is listed twice"),
-        ({"elements": [GROUND, {**LOW, "stands_on": "grund"}]}, "stands_on 'grund' is not an element"),
-        ({"elements": [GROUND, {**LOW, "material": "jade"}]}, "no material 'jade'; known: stone"),
-        ({"elements": [GROUND, {**LOW, "vertices": [[0, 0], [1, 0], [0, 1]]}]}, "either width and height, or vertices"),
+        ({"elements": [GROUND, LOW_BLOCK, LOW_BLOCK]}, "element low is listed twice"),
+        ({"elements": [GROUND, {**LOW_BLOCK, "stands_on": "grund"}]}, "stands_on 'grund' is not an element"),
+        ({"elements": [GROUND, {**LOW_BLOCK, "material": "jade"}]}, "no material 'jade'; known: stone"),
+        ({"elements": [GROUND, {**LOW_BLOCK, "vertices": [[0, 0], [1, 0], [0, 1]]}]},
+        "either width and height, or vertices"),
         ({"elements": [GROUND, {"name": "p", "vertices": [[0, 0], [0, 1], [1, 0]]}]},
         "element p: the polygon runs clockwise"),
-        ({"elements": [GROUND, {**LOW, "hight": 2}]}, "elements.low.hight: unknown key"),
-        ({"elements": [GROUND, {**LOW, "width": -1}]}, "elements.low.width: .*greater than 0"),
+        ({"elements": [GROUND, {**LOW_BLOCK, "hight": 2}]}, "elements.low.hight: unknown key"),
+        ({"elements": [GROUND, {**LOW_BLOCK, "width": -1}]}, "elements.low.width: .*greater than 0"),
         ({"reference": "shaft"}, "reference: no element 'shaft'; known: ground, low"),
         ({"reference": "ground"}, "reference: ground is the ground of a single block; leave it out, or name low"),
         ({"contacts": [{"between": ["stone", "wood"]}]}, "contacts: no material 'wood'"),
         ({"contacts": [{"between": ["stone", "stone"], "damping": 1, "damping_ratio": 1}]}, "both given; keep one"),
         ({"contacts": [{"between": ["stone", "stone"], "stiffness": 1e7, "static_penetration": 1e-6}]},
         r"contacts.0: static_penetration 1e-06 and stiffness 1e\+07 N/m are both given; keep one"),
-        ({"elements": [GROUND | {"fallen_rotation_deg": 60}, LOW]},
+        ({"elements": [GROUND | {"fallen_rotation_deg": 60}, LOW_BLOCK]},
         "element ground: fallen_rotation_deg 60; what is driven cannot fall: leave it out"),
-        ({"elements": [GROUND, LOW, {**GROUND, "name": "wall", "kind": "held", "at": [30, 0], "fallen_drop": 0.2}]},
+        ({"elements": [GROUND, LOW_BLOCK,
+                       {**GROUND, "name": "wall", "kind": "held", "at": [30, 0], "fallen_drop": 0.2}]},
         "element wall: fallen_drop 0.2 m; what is held cannot fall: leave it out"),
     ],
 )  # fmt: skip
 def test_bad_scenes_are_refused(change: dict[str, object], message: str) -> None:
     with pytest.raises(ConfigError, match=message):
-        check_scene({"name": "test", "elements": [GROUND, LOW], **change}, "scene.yaml")
+        check_scene({"name": "test", "elements": [GROUND, LOW_BLOCK], **change}, "scene.yaml")
 
 
 def test_unreadable_files_are_named(tmp_path: Path) -> None:
@@ -204,7 +225,7 @@ def test_unreadable_files_are_named(tmp_path: Path) -> None:
 
 
 def test_the_boulder_has_its_closed_form_critical_angle() -> None:
-    prepared = prepare_scene(shipped("boulder"))
+    prepared = prepare_scene(load_shipped_scene("boulder"))
     assert np.isfinite(prepared.laws.normal).all()
     assert prepared.critical[1] == pytest.approx(
         np.arctan2(0.2 - (prepared.placed[1].x - 0.02), prepared.placed[1].z), rel=1e-9
@@ -214,33 +235,39 @@ def test_the_boulder_has_its_closed_form_critical_angle() -> None:
 @pytest.mark.parametrize(
     ("elements", "alone"),
     [
-        ([block("stone", 0.3, 0.6)], True),
-        ([block("stone", 0.3, 0.6, x=2.0)], True),
-        ([block("stone", 0.3, 0.6, fallen_rotation_deg=120)], False),
-        ([block("stone", 0.3, 0.6, rotation_deg=90)], False),
+        ([block_element("stone", 0.3, 0.6)], True),
+        ([block_element("stone", 0.3, 0.6, x=2.0)], True),
+        ([block_element("stone", 0.3, 0.6, fallen_rotation_deg=120)], False),
+        ([block_element("stone", 0.3, 0.6, rotation_deg=90)], False),
         ([{"name": "stone", "vertices": [[-0.2, 0], [0.2, 0], [0, 0.6]], "stands_on": "ground"}], False),
-        ([block("stone", 3.0, 1.0)], False),  # too large for this ground
-        ([block("stone", 0.3, 0.6), block("cap", 0.2, 0.1, "stone")], False),
+        ([block_element("stone", 3.0, 1.0)], False),  # too large for this ground
+        ([block_element("stone", 0.3, 0.6), block_element("cap", 0.2, 0.1, "stone")], False),
     ],
 )
-def test_a_block_on_wide_ground_is_never_searched(elements: list[dict[str, object]], alone: bool) -> None:
-    assert nearest_faces_never_change(place_elements(scene(*elements))) == alone
+def test_contact_faces_of_a_lone_block_on_wide_ground_are_never_searched(
+    elements: list[dict[str, object]], alone: bool
+) -> None:
+    assert nearest_faces_never_change(place_elements(scene_of_elements(*elements))) == alone
 
 
 @pytest.mark.parametrize("height", [0.02, 0.6, 3.0])
 def test_the_ground_is_long_enough_for_any_stone_to_slide_on(height: float) -> None:
     """A frictionless stone of any size stays in place while the ground moves by A T²/2π below it."""
     time = np.arange(0.0, 3.0, 0.01)
-    motion = shaken(np.where(time <= 2.0, 5.0 * np.sin(np.pi * time), 0.0))
-    found = simulate_cases(shipped("shaft-alone"), motion, Cases(0.0, height, 0.5, 0.0), NumericalOptions(general=True))
+    motion = motion_towards_north(np.where(time <= 2.0, 5.0 * np.sin(np.pi * time), 0.0))
+    found = simulate_cases(
+        load_shipped_scene("shaft-alone"), motion, Cases(0.0, height, 0.5, 0.0), NumericalOptions(general=True)
+    )
     assert found.overturned.tolist() == [0]
     np.testing.assert_allclose(found.peak_slip, 5.0 * 2.0**2 / (2.0 * np.pi), rtol=1e-3)
 
 
 def test_an_element_past_the_end_of_the_ground_has_a_missing_outcome() -> None:
     """Below a frictionless stone, ground 40 m wide moves by 8 m in 2 s and then at 8 m/s, past its end."""
-    motion = shaken(np.where(np.arange(450) < 200, 4.0, 0.0))
-    found = simulate_cases(shipped("shaft-alone"), motion, Cases(0.0, 0.6, 0.5, 0.0), NumericalOptions(general=True))
+    motion = motion_towards_north(np.where(np.arange(450) < 200, 4.0, 0.0))
+    found = simulate_cases(
+        load_shipped_scene("shaft-alone"), motion, Cases(0.0, 0.6, 0.5, 0.0), NumericalOptions(general=True)
+    )
     assert found.status.tolist() == [CaseStatus.UNSTABLE]
     assert found.overturned.tolist() == [INT8_MISSING]
 
@@ -248,10 +275,10 @@ def test_an_element_past_the_end_of_the_ground_has_a_missing_outcome() -> None:
 def test_a_stone_on_a_fixed_shelf_is_not_shaken() -> None:
     """Elements of kind `held` are fixed in space while the ground moves."""
     shelf = {"name": "shelf", "kind": "held", "width": 2.0, "height": 0.5, "at": [5, 0.1]}
-    made = scene(GROUND, shelf, block("stone", 0.2, 0.8, "shelf"), block("other", 0.2, 0.8))
+    made = scene_of_elements(GROUND, shelf, block_element("stone", 0.2, 0.8, "shelf"), block_element("other", 0.2, 0.8))
     time = np.arange(0, 2, 0.01)
-    motion = shaken(np.where(time < 1, 6.0 * np.sin(2 * np.pi * time), 0.0))
-    answers, at, poses = run_from_start(one_case(made, motion), motion)
+    motion = motion_towards_north(np.where(time < 1, 6.0 * np.sin(2 * np.pi * time), 0.0))
+    answers, at, poses = run_from_start(plan_single_case(made, motion), motion)
     # ü = A sin ωt for one period gives the ground u = A t/ω − A sin(ωt)/ω²; in its frame the shelf moves the
     # other way.
     omega = 2 * np.pi
@@ -269,8 +296,12 @@ def test_a_stone_on_a_fixed_shelf_is_not_shaken() -> None:
 def test_stones_on_a_fixed_shelf_stand_when_the_ground_rises(rise: float) -> None:
     """The ground rises by A T²/2π = 1.3 m towards two stones on a fixed shelf, which do not move."""
     shelf = {"name": "shelf", "kind": "held", "width": 2.0, "height": 0.5, "at": [0, 3.0]}
-    stones = block("stone", 0.3, 0.6, "shelf"), block("upper", 0.2, 0.4, "stone"), block("below", 0.3, 0.6)
-    made = scene(GROUND, shelf, *stones)
+    stones = (
+        block_element("stone", 0.3, 0.6, "shelf"),
+        block_element("upper", 0.2, 0.4, "stone"),
+        block_element("below", 0.3, 0.6),
+    )
+    made = scene_of_elements(GROUND, shelf, *stones)
     time = np.arange(0, 4, 0.01)
     up = np.where(time < 2, rise * 2.0 * np.sin(np.pi * time), 0.0)
     motion = Motion(0.001 * up, 0 * up, up, sampling_interval=0.01)

@@ -8,7 +8,7 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
 INTERVAL = 0.01
-LOUD = slice(400, 700)
+STRONG_SAMPLES = slice(400, 700)
 
 
 @pytest.mark.parametrize("vertical", [False, True])
@@ -17,7 +17,7 @@ def test_a_case_is_computed_from_before_the_first_to_after_the_last_strong_sampl
     """Samples above `SAFE_SHARE` of the rocking threshold |a| = (g + a_up) B/H count, samples just below do not."""
     slenderness, amplitude = 0.3, 2.0
     level = np.zeros(1000)
-    level[LOUD] = share * SAFE_SHARE * slenderness * STANDARD_GRAVITY / amplitude
+    level[STRONG_SAMPLES] = share * SAFE_SHARE * slenderness * STANDARD_GRAVITY / amplitude
     level[650] = 1.01 / SAFE_SHARE * level[650] / share  # one sample above the threshold itself
     # Upward acceleration makes the block heavier: the same ratio needs a stronger motion.
     up = np.full(1000, 0.5 * STANDARD_GRAVITY / amplitude) if vertical else None
@@ -27,13 +27,13 @@ def test_a_case_is_computed_from_before_the_first_to_after_the_last_strong_sampl
         motion, np.array([0]), np.array([amplitude]), north[None, :], np.array([slenderness])
     )
     assert not stays_at_rest[0]
-    begin, end = (LOUD.start, LOUD.stop - 1) if share > 1 else (650, 650)
+    begin, end = (STRONG_SAMPLES.start, STRONG_SAMPLES.stop - 1) if share > 1 else (650, 650)
     assert first[0] in (max(begin - 1 - round(LEAD / INTERVAL), 0), begin - round(LEAD / INTERVAL))
     # The motion is linear from the last strong sample to the next.
     assert end + 1 <= calm[0] <= end + 2
 
 
-def test_a_block_below_both_thresholds_never_moves() -> None:
+def test_a_block_below_its_rocking_and_sliding_thresholds_never_moves() -> None:
     north = np.full(100, 0.99 * 0.3 * STANDARD_GRAVITY)
     motion = Motion(north, 0 * north, sampling_interval=INTERVAL)
     rows, amplitudes = np.zeros(3, np.int64), np.array([1.0, 1.02, -1.02])

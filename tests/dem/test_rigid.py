@@ -11,14 +11,14 @@ from overturning.dem.block.rigid import simulate_rigid_rocking
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-from tests.dem.near_field import strong_part
-from tests.dem.reference.rigid_impact import pull_towards_rest, rocking_by_small_steps
+from tests.dem.near_field import strong_part_of_record
+from tests.dem.reference.rigid_impact import restoring_moment, rocking_by_small_steps
 from verification.reference.closed_forms import frequency_parameter, restitution
 
 G = STANDARD_GRAVITY
 
 
-def slender_under_half_sine(strength: float, ratio: float) -> float:
+def peak_rotation_under_half_sine(strength: float, ratio: float) -> float:
     """Return the largest θ/α of a slender block under a half sine with ω = ratio · p; inf if it overturns.
 
     The amplitude is `strength` times the rocking threshold. Closed form of θ̈ = p² (θ − α + a/g) from lift-off, free
@@ -42,7 +42,7 @@ def test_a_slender_block_under_a_half_sine_follows_the_closed_form(ratio: float)
     motion = Motion(wave, 0 * wave, sampling_interval=period / samples, trust_data=True)
     strengths = np.linspace(1.1, 12.0, 110)
     found = simulate_rigid_rocking(motion, Cases(0.0, height, slender, 1.0, amplitude=strengths * slender * G))
-    expected = np.array([slender_under_half_sine(strength, ratio) for strength in strengths])
+    expected = np.array([peak_rotation_under_half_sine(strength, ratio) for strength in strengths])
     falls, stands = np.isinf(expected), np.isfinite(expected)
     assert falls.sum() > 8
     assert stands.sum() > 8
@@ -50,8 +50,8 @@ def test_a_slender_block_under_a_half_sine_follows_the_closed_form(ratio: float)
     np.testing.assert_allclose(found.peak_rotation[stands], expected[stands], rtol=5e-4)
 
 
-def by_scipy(motion: Motion, height: float, b_over_h: float) -> tuple[int, float]:
-    """Return the side and the largest |θ|/α along north, by SciPy's DOP853 between events."""
+def rocking_by_scipy(motion: Motion, height: float, b_over_h: float) -> tuple[int, float]:
+    """Return the side and the largest |θ|/α of a block rocking along north, by SciPy's DOP853 between events."""
     alpha, square = math.atan(b_over_h), frequency_parameter(height, b_over_h) ** 2
     time = np.arange(motion.sample_count + 3) * motion.sampling_interval
     waves = [np.append(wave, np.zeros(3)) / G for wave in (motion.north, motion.up)]
@@ -67,18 +67,21 @@ def by_scipy(motion: Motion, height: float, b_over_h: float) -> tuple[int, float
             now, state = fine[later[0]], [0.0, 0.0]
             side = -1 if np.interp(now, time, waves[0]) > 0 else 1
 
-        def slope(t: float, y: np.ndarray, side: int = side) -> list[float]:
-            return [y[1], -square * pull_towards_rest(t, alpha * side - y[0], *waves, motion.sampling_interval)]
+        def state_rates(t: float, y: np.ndarray, side: int = side) -> list[float]:
+            """Return the time derivative of rotation and angular velocity."""
+            return [y[1], -square * restoring_moment(t, alpha * side - y[0], *waves, motion.sampling_interval)]
 
-        def lands(t: float, y: np.ndarray, side: int = side) -> float:
+        def landing_event(t: float, y: np.ndarray, side: int = side) -> float:
+            """Event function: 0 where the block lands on its base."""
             return y[0] * side
 
-        def lies(t: float, y: np.ndarray) -> float:
+        def fall_event(t: float, y: np.ndarray) -> float:
+            """Event function: 0 where the block lies on its side."""
             return abs(y[0]) - 0.5 * math.pi
 
-        lands.terminal, lands.direction, lies.terminal = True, -1, True
+        landing_event.terminal, landing_event.direction, fall_event.terminal = True, -1, True
         how = {"method": "DOP853", "rtol": 1e-9, "atol": 1e-11, "max_step": motion.sampling_interval}
-        done = solve_ivp(slope, (now, end), state, events=(lands, lies), dense_output=True, **how)
+        done = solve_ivp(state_rates, (now, end), state, events=(landing_event, fall_event), dense_output=True, **how)
         peak = max(peak, float(np.abs(done.sol(np.linspace(now, done.t[-1], 2000))[0]).max()))
         now = done.t[-1]
         if done.t_events[1].size:
@@ -94,19 +97,19 @@ def by_scipy(motion: Motion, height: float, b_over_h: float) -> tuple[int, float
      (6, 0.6, 1.0, 3.0)],
 )  # fmt: skip
 def test_real_records_agree_with_scipys_integrator(number: int, height: float, b_over_h: float, factor: float) -> None:
-    """Includes a block 2 cm high, for which a sample is divided into several steps."""
-    part = strong_part(number, 2.0, 3.0)
+    """One block is only 2 cm high, so that a sample is divided into several steps."""
+    part = strong_part_of_record(number, 2.0, 3.0)
     north, up = factor * part.north, 0.5 * factor * part.east
     motion = Motion(north, 0 * north, up, sampling_interval=part.sampling_interval, trust_data=True)
     found = simulate_rigid_rocking(motion, Cases([0.0, 180.0], height, b_over_h, 1.0))
-    side, peak = by_scipy(motion, height, b_over_h)
+    side, peak = rocking_by_scipy(motion, height, b_over_h)
     assert found.overturned.tolist() == [side, -side]
     assert found.peak_rotation[0] == pytest.approx(peak, rel=1e-3 if side == 0 else 1e-9)
     assert peak > 0.05
 
 
 def test_results_are_bit_equal_for_mirrored_cases_and_any_other_cases() -> None:
-    part = strong_part(9, 2.0, 6.0)
+    part = strong_part_of_record(9, 2.0, 6.0)
     motion = Motion(part.north, part.east, 0.4 * part.north, sampling_interval=part.sampling_interval)
     azimuth, ratio = (one.ravel() for one in np.meshgrid(np.arange(0.0, 360.0, 10.0), [0.1, 0.25, 0.4, 1.5]))
     found = simulate_rigid_rocking(motion, Cases(azimuth, 0.6, ratio, 1.0))
@@ -125,7 +128,9 @@ def test_a_block_released_from_a_tilt_never_exceeds_it() -> None:
     np.testing.assert_array_equal(found.peak_rotation, 0.1 / np.round(np.arctan(0.3), 12))
 
 
-def by_small_steps(along: np.ndarray, interval: float, height: float, b_over_h: float) -> tuple[int, float]:
+def rocking_of_block_by_small_steps(
+    along: np.ndarray, interval: float, height: float, b_over_h: float
+) -> tuple[int, float]:
     """Return the side and the largest |θ|/α by Runge–Kutta in short steps, with bisection at each impact."""
     alpha, square = math.atan(b_over_h), frequency_parameter(height, b_over_h) ** 2
     wave = np.append(along, 0.0) / G
@@ -137,20 +142,20 @@ def by_small_steps(along: np.ndarray, interval: float, height: float, b_over_h: 
     [([-1.1, 8.0], 0.02, 0.6, 0.2), ([-1.01, 8.0], 0.005, 0.6, 0.2), ([0.0, -1.2, 8.0, 0.0, -3.0], 0.01, 0.4, 0.3),
      ([0.0, 1.028, -4.054, 2.816], 0.01, 1.2659, 0.1608), ([0.0, -1.115, 1.672, 0.522], 0.005, 0.4155, 0.2649)],
 )  # fmt: skip
-def test_a_block_lifts_off_lands_and_turns_more_than_once_within_a_sample(
+def test_a_block_that_changes_motion_twice_within_a_sample_agrees_with_small_steps(
     start: list[float], interval: float, height: float, b_over_h: float
 ) -> None:
     """Samples over g B/H. The first three blocks lift off and land within a sample, the others turn back twice."""
     along = np.append(start, np.zeros(round(0.4 / interval))) * b_over_h * G
     motion = Motion(along, 0 * along, sampling_interval=interval, trust_data=True)
     found = simulate_rigid_rocking(motion, Cases([0.0, 180.0], height, b_over_h, 1.0))
-    side, peak = by_small_steps(along, interval, height, b_over_h)
+    side, peak = rocking_of_block_by_small_steps(along, interval, height, b_over_h)
     assert found.overturned.tolist() == [side, -side]
     assert found.peak_rotation == pytest.approx([peak, peak], rel=5e-3)
 
 
 @cache
-def answers_in_noise(parts: int) -> list[np.ndarray]:
+def outcomes_under_noise(parts: int) -> list[np.ndarray]:
     """Return sides and peaks, shape (2, 3 amplitudes, 40 blocks), under 9 records of noise with `parts` per sample."""
     generator, answers = np.random.default_rng(5), []
     for interval in (0.005, 0.01, 0.02):
@@ -172,7 +177,7 @@ def answers_in_noise(parts: int) -> list[np.ndarray]:
 def test_a_record_interpolated_linearly_changes_no_flag_and_no_peak(parts: int) -> None:
     """White noise from the first sample. Chaotic cells, whose peak changes with 0.1 % of amplitude, are left out."""
     cells, worst = 0, 0.0
-    for coarse, split in zip(answers_in_noise(1), answers_in_noise(parts), strict=True):
+    for coarse, split in zip(outcomes_under_noise(1), outcomes_under_noise(parts), strict=True):
         robust = np.ptp(split[1], axis=0) < 0.01
         np.testing.assert_array_equal(coarse[0][1, robust], split[0][1, robust])
         cells += int(robust.sum())

@@ -13,19 +13,19 @@ from overturning.model.scene import gravestone
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-from tests.dem.near_field import near_field
+from tests.dem.near_field import read_near_field_record
 
 INTERVAL = 0.005
-FALLING = {7: "Petrolia", 9: "Rinaldi", 10: "Sylmar Olive View"}
+OVERTURNING_RECORDS = {7: "Petrolia", 9: "Rinaldi", 10: "Sylmar Olive View"}
 
 
-def pulse(period: float) -> np.ndarray:
+def sine_cycle(period: float) -> np.ndarray:
     """Return one cycle of a sine with amplitude 1."""
     t = np.arange(round(period / INTERVAL) + 1) * INTERVAL
     return np.sin(2 * np.pi * t / period)
 
 
-def under_pulse(
+def simulate_under_pulse(
     shape: np.ndarray, axes: tuple[object, ...], friction: float, spread: float
 ) -> tuple[CaseResults, np.ndarray, np.ndarray]:
     """Return results for heights, B/H and amplitudes over g·B/H, Housner's sides, and a mask of robust cases.
@@ -46,7 +46,7 @@ def test_flags_and_sides_of_pulses_agree_with_the_rocking_solution() -> None:
     axes = [0.5, 1.0, 1.7, 2.5], [0.1, 0.2, 0.3, 0.4, 0.5], np.linspace(0.8, 6.0, 40)
     robust = agree = 0
     for period in (0.3, 0.5, 0.7, 0.9, 1.2, 1.5, 2.0):
-        found, expected, firm = under_pulse(pulse(period), axes, 10.0, 0.01)
+        found, expected, firm = simulate_under_pulse(sine_cycle(period), axes, 10.0, 0.01)
         assert (found.status <= 1).all()
         robust += int(firm.sum())
         agree += int((found.overturned == expected)[firm].sum())
@@ -57,7 +57,7 @@ def test_flags_and_sides_of_pulses_agree_with_the_rocking_solution() -> None:
 @pytest.mark.parametrize("friction", [300.0, 1e3, 1e6])
 def test_any_large_friction_gives_a_block_that_cannot_slide(friction: float) -> None:
     axes = [0.3, 1.0], [0.2, 0.3, 0.4, 0.45], np.linspace(1.1, 6.0, 12)
-    found, expected, firm = under_pulse(pulse(0.5), axes, friction, 0.03)
+    found, expected, firm = simulate_under_pulse(sine_cycle(0.5), axes, friction, 0.03)
     assert (found.status == CaseStatus.SIMULATED).all()
     assert np.unique(expected[firm]).size > 1
     assert (found.overturned == expected)[firm].all()
@@ -66,7 +66,7 @@ def test_any_large_friction_gives_a_block_that_cannot_slide(friction: float) -> 
 @pytest.mark.parametrize("scheme", ["centred", "cundall"])
 def test_peak_rotation_after_a_short_pulse_agrees_with_the_rocking_block(scheme: str) -> None:
     """The largest rotation may occur after the end of the record, while the block still rocks."""
-    shape = np.append(pulse(0.3), 0.0)
+    shape = np.append(sine_cycle(0.3), 0.0)
     height, ratio = np.array([2.28, 1.67, 1.91, 0.91]), np.array([0.134, 0.195, 0.273, 0.256])
     amplitude = np.array([3.2, 3.9, 4.2, 2.5]) * ratio * STANDARD_GRAVITY
     cases = Cases(0.0, height, ratio, 10.0, amplitude)
@@ -81,9 +81,9 @@ def test_peak_rotation_after_a_short_pulse_agrees_with_the_rocking_block(scheme:
 @pytest.mark.parametrize("number", range(1, 15))
 def test_pulse_records_overturn_in_the_fault_normal_component_only(number: int, damping_ratio: float) -> None:
     """Three of fourteen pulse records overturn B/H = 0.4, in the fault-normal component only."""
-    motion, normal, parallel = near_field(number)
+    motion, normal, parallel = read_near_field_record(number)
     grid = {"azimuth_deg": [normal, parallel], "height": [0.6], "b_over_h": [0.39, 0.4, 0.42], "friction": [1.0]}
     found = simulate_as_arrays(motion, gravestone(Contact(damping_ratio=damping_ratio)), **grid)
     assert (found["status"] <= 1).all()
     falls = (found["overturned"] != 0)[:, 0, :, 0]
-    assert falls.tolist() == [[number in FALLING] * 3, [False] * 3]
+    assert falls.tolist() == [[number in OVERTURNING_RECORDS] * 3, [False] * 3]

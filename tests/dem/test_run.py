@@ -26,11 +26,11 @@ from overturning.model.results import COUNTS
 from overturning.model.scene import check_scene, gravestone
 from overturning.model.variables import INT8_MISSING, PLANE_ENSEMBLE_VARIABLES, VARIABLES
 from overturning.motion.motion import Motion
-from tests.dem.polygon_scenes import shaken, shipped
+from tests.dem.polygon_scenes import load_shipped_scene, motion_towards_north
 from tests.expect import refused
 
 TIME = np.arange(300) * 0.01
-MOTION = shaken(np.round(6.0 * np.sin(2 * np.pi * TIME / 0.9) * (TIME < 1.8), 9))
+MOTION = motion_towards_north(np.round(6.0 * np.sin(2 * np.pi * TIME / 0.9) * (TIME < 1.8), 9))
 CASES = Cases(0.0, 0.6, [0.2, 0.3], 0.7)
 
 
@@ -52,7 +52,10 @@ def test_result_columns_of_planar_kernels_have_the_names_of_outcome_variables() 
     ],
 )
 def test_a_block_on_the_ground_uses_the_block_kernel(name: str, general: bool, kind: type) -> None:
-    assert type(plan_simulation(PlanarModel(shipped(name)), MOTION, CASES, NumericalOptions(general=general))) is kind
+    assert (
+        type(plan_simulation(PlanarModel(load_shipped_scene(name)), MOTION, CASES, NumericalOptions(general=general)))
+        is kind
+    )
 
 
 def test_the_gravestone_is_the_default_of_every_function() -> None:
@@ -73,7 +76,7 @@ def test_the_gravestone_is_the_default_of_every_function() -> None:
 
 
 @pytest.mark.parametrize(
-    "model", [None, shipped("three-tier"), "rectangle", 6], ids=["block", "scene", "rectangle", "hexagon"]
+    "model", [None, load_shipped_scene("three-tier"), "rectangle", 6], ids=["block", "scene", "rectangle", "hexagon"]
 )
 def test_grid_cases_and_paths_have_the_same_outcomes(model: Any) -> None:
     known = model_from_scene_or_shape(model)
@@ -107,7 +110,7 @@ def test_a_path_is_bit_equal_to_its_cell_at_equivalent_orientations(model: Any, 
 
 def test_a_scene_with_its_own_friction_is_computed_once_per_grid() -> None:
     law = {"between": ("stone", "stone"), "friction": 0.3}
-    scene = check_scene(shipped("gravestone").model_dump() | {"contacts": [law]})
+    scene = check_scene(load_shipped_scene("gravestone").model_dump() | {"contacts": [law]})
     model = PlanarModel(scene)
     grid = create_case_grid(model, azimuth_deg=[0.0, 180.0])
     # A study may sweep friction for another variant; a direct simulation refuses the argument.
@@ -159,15 +162,16 @@ def test_a_path_is_computed_once_for_any_number_of_rows(kind: str, monkeypatch: 
 
 
 def test_a_path_above_the_memory_limit_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(*_: Any) -> Any:
+    def queue_with_too_long_path(*_: Any) -> Any:
+        """Return a path of ten million rows in place of the kernel."""
         return np.broadcast_to(np.zeros((), ROW), 10_000_000), -1
 
     with monkeypatch.context() as patch, refused(ArgumentError, "trajectory", "GB", "at most 0.8 GB", "time_step"):
-        patch.setattr(SimulationPlan, "queue", staticmethod(full))
+        patch.setattr(SimulationPlan, "queue", staticmethod(queue_with_too_long_path))
         trajectory(MOTION, azimuth_deg=0.0, height=0.6, b_over_h=0.1)
     long = Motion(np.zeros(3_000_000), np.zeros(3_000_000), sampling_interval=0.01)
     with refused(ArgumentError, "trajectory", "at most 0.8 GB", "cut the motion"):
-        trajectory(long, shipped("three-tier"), azimuth_deg=0.0, leave_out=False)
+        trajectory(long, load_shipped_scene("three-tier"), azimuth_deg=0.0, leave_out=False)
 
 
 @pytest.mark.parametrize("model", ["block", "rectangle"])
@@ -175,18 +179,19 @@ def test_a_path_stays_within_the_memory_limit(monkeypatch: pytest.MonkeyPatch, m
     time = np.arange(60) * 0.01
     wave = Motion(5.0 * np.sin(11.0 * time), 0 * time, sampling_interval=0.01)
 
-    def computed() -> xr.Dataset:
+    def compute_path() -> xr.Dataset:
+        """Compute the path of a block or body."""
         where: dict[str, Any] = {"azimuth_deg": 0.0} if model == "block" else {"model": model, "orientation_deg": 0.0}
         return trajectory(wave, height=0.6, b_over_h=0.4, friction=0.1, leave_out=False, **where)
 
-    path = computed()
+    path = compute_path()
     numbers = sum(values.size for values in path.variables.values() if "time" in values.dims)
     # The kernel requests rows for a whole sample.
     monkeypatch.setattr(plan, "MAX_PATH_NUMBERS", numbers + 20 * numbers // path.sizes["time"])
-    assert computed().sizes == path.sizes
+    assert compute_path().sizes == path.sizes
     monkeypatch.setattr(plan, "MAX_PATH_NUMBERS", numbers - 1)
     with refused(ArgumentError, "trajectory", "GB or more", "cut the motion"):
-        computed()
+        compute_path()
 
 
 def test_an_extended_path_keeps_its_rows() -> None:

@@ -17,19 +17,30 @@ from overturning.model.scene import Scene, load_scene
 from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
-from tests.dem.motions import simulate_under_each
-from tests.dem.polygon_scenes import ROOT
+from tests.dem.motions import simulate_under_each_motion
+from tests.dem.polygon_scenes import REPOSITORY
 from tests.dem.reference.particles import slip_in_hops
-from tests.dem.test_stack import INTERVAL, THREE, boxes, level_motion, plateau, run, waves
+from tests.dem.test_stack import (
+    INTERVAL,
+    THREE_BOXES,
+    horizontal_motion,
+    plateau_acceleration,
+    random_accelerations,
+    simulate_stack,
+    stack_of_boxes,
+)
 
 
 def test_a_shaft_on_a_broad_base_rocks_as_on_the_ground() -> None:
     """The base is so broad and heavy that only the shaft moves; peak tilts are those of Housner's block on rock."""
-    motions, shaft = [level_motion(4.2 * waves(seed, components=1)) for seed in (0, 1, 2)], (0.2, 0.2, 0.6)
+    motions, shaft = (
+        [horizontal_motion(4.2 * random_accelerations(seed, components=1)) for seed in (0, 1, 2)],
+        (0.2, 0.2, 0.6),
+    )
     cases = Cases(0.0, 0.6, 0.2 / 0.6, 3.0)
     alone, above = (
-        simulate_under_each(Stack(scene), motions, cases).peak_tilt[:, 0]
-        for scene in (boxes(shaft), boxes((2.0, 2.0, 0.3), shaft))
+        simulate_under_each_motion(Stack(scene), motions, cases).peak_tilt[:, 0]
+        for scene in (stack_of_boxes(shaft), stack_of_boxes((2.0, 2.0, 0.3), shaft))
     )
     assert alone.shape == (3,)
     assert alone.min() > 0.5
@@ -44,23 +55,27 @@ def test_a_slender_stone_that_slid_on_the_ground_and_still_rocks_stands(push: fl
     along, up = push * np.sin(0.08 * np.arange(40)), np.full(40, -15.0)
     along[-1] = up[-1] = 0.0
     motion = Motion(along, 0 * along, up, sampling_interval=0.01, trust_data=True)
-    found = simulate(motion, boxes((0.09, 0.09, 0.6)), orientation_deg=[0.0, 10.0], friction=0.5, leave_out=False)
+    found = simulate(
+        motion, stack_of_boxes((0.09, 0.09, 0.6)), orientation_deg=[0.0, 10.0], friction=0.5, leave_out=False
+    )
     assert found.status.to_numpy().ravel().tolist() == [CaseStatus.SIMULATED] * 2
     assert found.overturned.to_numpy().ravel().tolist() == [0, 0]
     slip = slip_in_hops(along, up, 0.01, 0.5)
     np.testing.assert_allclose(found.residual_slip_north.to_numpy().ravel(), slip, rtol=0.01)
 
 
-def test_a_compound_opens_at_its_lowest_joint_like_one_stone() -> None:
+def test_two_cubes_on_each_other_tip_like_one_stone_of_their_height() -> None:
     """Two cubes in one column tip as one stone of twice the height: at B/H = 0.5 of the whole."""
-    column = boxes((0.3, 0.3, 0.3), (0.3, 0.3, 0.3))
-    below, above = (run(column, plateau(0.5 * share, 0.0), [0.0], 3.0) for share in (0.97, 1.06))
+    column = stack_of_boxes((0.3, 0.3, 0.3), (0.3, 0.3, 0.3))
+    below, above = (
+        simulate_stack(column, plateau_acceleration(0.5 * share, 0.0), [0.0], 3.0) for share in (0.97, 1.06)
+    )
     assert below.peak_tilt.to_numpy().max() < 0.02
     assert above.overturned.to_numpy().ravel().tolist() == [1.0, 1.0]
     assert above.slid_off.to_numpy().max() == 0.0
 
 
-def offset_scene(offset: float) -> Scene:
+def shaft_off_centre(offset: float) -> Scene:
     """Return a shaft on a base, aside of its middle by `offset`, m, towards the orientation."""
     return Scene(name="offset", reference="shaft", elements=(
         Element(name="ground", kind="driven", width=40.0, height=1.0, at=(0.0, -1.0)),
@@ -73,18 +88,21 @@ def offset_scene(offset: float) -> Scene:
 def test_a_stone_off_centre_rests(offset: float) -> None:
     """At 0.245 m the shaft overhangs by 0.145 m, and its centre is 5 mm from the rim; the springs hold energy."""
     quiet = Motion(np.zeros(200), np.zeros(200), sampling_interval=INTERVAL, trust_data=True)
-    found = simulate(quiet, offset_scene(offset), orientation_deg=[0.0], friction=[0.6], leave_out=False)
+    found = simulate(quiet, shaft_off_centre(offset), orientation_deg=[0.0], friction=[0.6], leave_out=False)
     assert found.overturned.to_numpy().max() == 0.0
     assert found.status.item() == CaseStatus.SIMULATED
     assert found.peak_tilt.to_numpy().max() < 1e-3
     assert found.energy_error.item() < 1e-6
     assert np.abs(found.residual_slip_north.to_numpy()).max() < 1e-8
-    assert Stack(offset_scene(offset)).rotation_period_deg == 360.0
+    assert Stack(shaft_off_centre(offset)).rotation_period_deg == 360.0
 
 
 def test_an_overhanging_stone_tips_over_the_rim_below_it() -> None:
     """The shaft's centre is 0.05 m from the rim and 0.3 m above it: it tips at g/6 towards the rim."""
-    below, above = (run(offset_scene(0.2), plateau(-share / 6.0, 0.0), [0.0], 3.0) for share in (0.94, 1.1))
+    below, above = (
+        simulate_stack(shaft_off_centre(0.2), plateau_acceleration(-share / 6.0, 0.0), [0.0], 3.0)
+        for share in (0.94, 1.1)
+    )
     assert below.overturned.to_numpy().max() == 0.0
     assert above.overturned.to_numpy().ravel().tolist() == [0.0, 1.0]
     assert above.slid_off.to_numpy().ravel()[1] == 1.0, "over the rim of the base, not over its own edge"
@@ -94,13 +112,13 @@ def test_an_overhanging_stone_tips_over_the_rim_below_it() -> None:
 @pytest.mark.parametrize("ratio", [0.4, 1.0, 1.5])
 def test_a_size_at_which_the_stack_cannot_stand_is_refused(ratio: float) -> None:
     """The base is the reference: at B/H = 1.5 it is 0.3 m wide, and the shaft's centre 0.2 m from its middle."""
-    scene = offset_scene(0.2).model_copy(update={"reference": "base"})
+    scene = shaft_off_centre(0.2).model_copy(update={"reference": "base"})
     quiet = Motion(np.zeros(20), np.zeros(20), sampling_interval=INTERVAL, trust_data=True)
     with pytest.raises(ArgumentError, match="centre of mass outside it"):
         simulate(quiet, scene, orientation_deg=[0.0], friction=[0.6], b_over_h=[ratio])
 
 
-def test_a_leaning_outline_has_its_own_outcome_for_every_direction() -> None:
+def test_a_parallelogram_has_its_own_outcome_for_every_direction() -> None:
     """A parallelogram looks the same after half a turn about its axis across the plane, not about the vertical."""
     leaning = Scene(name="leaning", elements=(
         Element(name="ground", kind="driven", width=40.0, height=1.0, at=(0.0, -1.0)),
@@ -110,12 +128,12 @@ def test_a_leaning_outline_has_its_own_outcome_for_every_direction() -> None:
         ),
     ))  # fmt: skip
     assert Stack(leaning).rotation_period_deg == 360.0
-    assert Stack(load_scene("three-tier", ROOT)).rotation_period_deg == 90.0
+    assert Stack(load_scene("three-tier", REPOSITORY)).rotation_period_deg == 90.0
 
 
 def test_a_cross_of_pieces_stands_on_its_pedestal() -> None:
-    scene = load_scene("cross", ROOT)
-    still, moving = (run(scene, plateau(level, 30.0), [0.0], 0.7) for level in (0.1, 0.4))
+    scene = load_scene("cross", REPOSITORY)
+    still, moving = (simulate_stack(scene, plateau_acceleration(level, 30.0), [0.0], 0.7) for level in (0.1, 0.4))
     assert still.status.item() == CaseStatus.AT_REST
     assert moving.status.item() == CaseStatus.SIMULATED
     assert moving.overturned.to_numpy().ravel()[-1] == 1.0
@@ -127,9 +145,9 @@ def test_the_mirror_image_of_a_case_has_the_mirrored_outcome() -> None:
     All samples are simulated: `tests/dem/test_leave_out.py` is about the effect of skipping some.
     """
     sides = np.array([[[1.0], [1.0]], [[1.0], [-1.0]]])
-    motions = [level_motion(7.0 * waves(seed) * side) for side in sides for seed in range(6)]
-    cases = Cases(0.0, *size_reference_height_and_b_over_h(THREE), 0.6)
-    found = simulate_under_each(Stack(THREE), motions, cases, leave_out=False)
+    motions = [horizontal_motion(7.0 * random_accelerations(seed) * side) for side in sides for seed in range(6)]
+    cases = Cases(0.0, *size_reference_height_and_b_over_h(THREE_BOXES), 0.6)
+    found = simulate_under_each_motion(Stack(THREE_BOXES), motions, cases, leave_out=False)
     assert found.overturned[:, 0].tolist() == [[0, 0, 1]] * 12
     one, other = found.fall_azimuth[:6, 0, 2], found.fall_azimuth[6:, 0, 2]
     away = np.abs((one + other + 180.0) % 360.0 - 180.0)
@@ -138,7 +156,7 @@ def test_the_mirror_image_of_a_case_has_the_mirrored_outcome() -> None:
 
 
 @pytest.mark.long
-def test_stiff_and_extreme_stacks_return_with_an_outcome_or_a_reason() -> None:
+def test_stiff_and_extreme_stacks_have_an_outcome_or_a_reason_why_not() -> None:
     """Two to five stones, thin slabs, slender shafts, mass ratios to 1e4, µ 0 to 10, vertical motion beyond −1 g."""
     dice, statuses = np.random.default_rng(45), []
     for _ in range(60):
@@ -154,7 +172,12 @@ def test_stiff_and_extreme_stacks_return_with_an_outcome_or_a_reason() -> None:
         motion = Motion(*rows, sampling_interval=interval, trust_data=True)
         friction = float(dice.choice([0.0, 0.2, 0.6, 1.0, 10.0]))
         found = simulate(
-            motion, boxes(*sizes), orientation_deg=[0.0, 37.0], friction=[friction], budget=20_000_000, threads=1
+            motion,
+            stack_of_boxes(*sizes),
+            orientation_deg=[0.0, 37.0],
+            friction=[friction],
+            budget=20_000_000,
+            threads=1,
         )
         statuses += found.status.to_numpy().ravel().astype(int).tolist()
         known = found.overturned.to_numpy()[np.isfinite(found.overturned.to_numpy())]
@@ -178,7 +201,7 @@ def test_the_slip_of_a_stone_on_a_stone_that_twists_is_towards_north_and_east() 
             {"name": "cap", "width": 0.08, "depth": 0.08, "height": 0.02, "material": "slick", "stands_on": "shaft"},
         ],
     })  # fmt: skip
-    rows = 5.0 * waves(0)
+    rows = 5.0 * random_accelerations(0)
     motion = Motion(rows[0], -rows[1], sampling_interval=INTERVAL, trust_data=True)
     path = trajectory(motion, scene, orientation_deg=40.0)
     assert abs(float(path["residual_twist"].to_numpy()[0])) > 5.0
@@ -196,9 +219,9 @@ def test_the_slip_of_a_stone_on_a_stone_that_twists_is_towards_north_and_east() 
 
 
 def test_the_path_has_the_outcome_of_the_cell_and_a_film_of_all_stones() -> None:
-    rows = 9.0 * waves(0)
+    rows = 9.0 * random_accelerations(0)
     motion = Motion(rows[0], -rows[1], sampling_interval=INTERVAL, trust_data=True)
-    scene = load_scene("three-tier", ROOT)
+    scene = load_scene("three-tier", REPOSITORY)
     case: dict[str, Any] = {"orientation_deg": 20.0, "friction": 0.6}
     path, cell = trajectory(motion, scene, aftermath=3.0, **case), simulate(motion, scene, **case)
     for name in ("overturned", "fall_azimuth", "peak_tilt", "residual_twist", "energy_error"):

@@ -24,7 +24,7 @@ from verification.reference.sliding import sliding_displacement
 Rectangles = list[list[list[float]]]
 
 
-def stacked(*stones: dict[str, Any], **more: Any) -> Scene:
+def stack_of_stones(*stones: dict[str, Any], **more: Any) -> Scene:
     """Return a scene of stones on a wide ground, each on the one before; keys are those of a scene file."""
     elements: list[dict[str, Any]] = [
         {"name": "ground", "kind": "driven", "width": 40.0, "height": 1.0, "at": (0.0, -1.0)}
@@ -34,25 +34,27 @@ def stacked(*stones: dict[str, Any], **more: Any) -> Scene:
     return Scene.model_validate({"name": "test", "reference": elements[-1]["name"], "elements": elements, **more})
 
 
-def towards_north(samples: np.ndarray) -> Motion:
+def motion_towards_north(samples: np.ndarray) -> Motion:
+    """Return a motion towards north with samples every 0.01 s, m/s²."""
     return Motion(samples, np.zeros(samples.size), sampling_interval=0.01, trust_data=True)
 
 
-def half_sine(time: np.ndarray, begin: float, end: float, peak: float) -> np.ndarray:
+def half_sine_pulse(time: np.ndarray, begin: float, end: float, peak: float) -> np.ndarray:
+    """Return a half sine between two times, s, with a peak, and 0 outside."""
     inside = (time > begin) & (time < end)
     return np.where(inside, peak * np.sin(np.pi * (time - begin) / (end - begin)), 0.0)
 
 
 def test_a_stone_that_slid_off_has_slid_off_also_if_the_stone_below_falls_later() -> None:
     time = np.arange(0.0, 12.0, 0.01)
-    scene = stacked(
+    scene = stack_of_stones(
         {"width": 0.4, "depth": 0.4, "height": 1.0}, {"width": 0.4, "depth": 0.4, "height": 0.2, "material": "slick"},
         materials={"stone": {}, "slick": {}},
         contacts=[{"between": ("stone", "stone"), "friction": 1.0}, {"between": ("stone", "slick"), "friction": 0.05}],
     )  # fmt: skip
-    early = half_sine(time, 1.0, 2.6, 2.0)
-    for motion, pillar_falls in ((early, 0.0), (early + half_sine(time, 8.0, 9.0, 8.0), 1.0)):
-        found = simulate(towards_north(motion), scene, orientation_deg=[0.0])
+    early = half_sine_pulse(time, 1.0, 2.6, 2.0)
+    for motion, pillar_falls in ((early, 0.0), (early + half_sine_pulse(time, 8.0, 9.0, 8.0), 1.0)):
+        found = simulate(motion_towards_north(motion), scene, orientation_deg=[0.0])
         assert found.overturned.to_numpy().ravel().tolist() == [pillar_falls, 1.0]
         assert found.slid_off.to_numpy().ravel().tolist() == [0.0, 1.0]
         assert found.overturning_time.to_numpy().ravel()[1] == pytest.approx(2.0, abs=0.05)
@@ -63,12 +65,12 @@ def test_a_thin_stone_on_a_rocking_stone_that_comes_back_has_not_fallen(offset: 
     """Its centre sinks by far more than a tenth of its height while the stone below leans; it stays in full contact."""
     time = np.arange(0.0, 6.0, 0.01)
     rough = [{"between": ("stone", "stone"), "friction": 3.0}]
-    scene = stacked(
+    scene = stack_of_stones(
         {"width": 0.3, "depth": 0.3, "height": 0.6}, {"width": 0.24, "depth": 0.24, "height": 0.04, "at": (offset, 0)},
         contacts=rough,
     )  # fmt: skip
     inside = (time > 0.5) & (time < 1.1)
-    motion = towards_north(np.where(inside, -peak * np.sin(2.0 * np.pi * (time - 0.5) / 0.6), 0.0))
+    motion = motion_towards_north(np.where(inside, -peak * np.sin(2.0 * np.pi * (time - 0.5) / 0.6), 0.0))
     found = simulate(motion, scene, orientation_deg=[0.0])
     assert found.overturned.to_numpy().ravel().tolist() == [0.0, 0.0]
     pillar, cap = found.peak_tilt.to_numpy().ravel()
@@ -82,11 +84,11 @@ def test_a_stone_that_slides_off_a_stone_that_leans_has_fallen() -> None:
     """The pillar leans towards the push, while a cap without friction lags behind and drops beside the pillar."""
     time = np.arange(0.0, 5.0, 0.01)
     smooth = [{"between": ("stone", "slick"), "friction": 0.0}, {"between": ("stone", "stone"), "friction": 3.0}]
-    scene = stacked(
+    scene = stack_of_stones(
         {"width": 0.3, "depth": 0.3, "height": 0.6}, {"width": 0.2, "depth": 0.2, "height": 0.04, "material": "slick"},
         contacts=smooth, materials={"stone": {}, "slick": {}},
     )  # fmt: skip
-    found = simulate(towards_north(half_sine(time, 0.5, 1.5, 4.0)), scene, orientation_deg=[0.0])
+    found = simulate(motion_towards_north(half_sine_pulse(time, 0.5, 1.5, 4.0)), scene, orientation_deg=[0.0])
     assert found.overturned.to_numpy().ravel()[1] == 1.0
     assert found.slid_off.to_numpy().ravel()[1] == 1.0
 
@@ -96,7 +98,7 @@ def test_a_fallen_stone_flies_relative_to_the_base_that_accelerates() -> None:
     time = np.arange(0.0, 4.0, 0.01)
     push = np.interp(time, [0.0, 1.0, 3.5, 4.0], [0.0, 6.0, 6.0, 0.0])
     lift = np.interp(time, [0.0, 1.0, 3.5, 4.0], [0.0, -3.0, -3.0, 0.0])
-    scene = stacked({"width": 0.6, "depth": 0.6, "height": 2.0}, {"width": 0.3, "depth": 0.3, "height": 0.5},
+    scene = stack_of_stones({"width": 0.6, "depth": 0.6, "height": 2.0}, {"width": 0.3, "depth": 0.3, "height": 0.5},
                     contacts=[{"between": ("stone", "stone"), "friction": 2.0}])  # fmt: skip
     motion = Motion(push, np.zeros(push.size), lift, sampling_interval=0.01, trust_data=True)
     path = trajectory(motion, scene, orientation_deg=0.0, aftermath=1.0)
@@ -108,15 +110,15 @@ def test_a_fallen_stone_flies_relative_to_the_base_that_accelerates() -> None:
         np.testing.assert_allclose(place[later] - place[last], thrown, atol=1e-9)
 
 
-CUBE: dict[str, Any] = {"width": 0.5, "depth": 0.5, "height": 0.5}
+CUBE_SIZE: dict[str, Any] = {"width": 0.5, "depth": 0.5, "height": 0.5}
 
 
 @pytest.mark.parametrize(
     ("below", "stone", "rim", "peak"),
     [
-        ({"width": 0.5, "depth": 0.5, "height": 0.3}, {**CUBE, "at": (0.2, 0.0)}, 0.05, 4.0),
-        ({"vertices": [[-0.5, 0.0], [0.5, 0.0], [0.15, 0.3], [-0.15, 0.3]], "depth": 0.5}, CUBE, 0.15, 9.0),
-        ({"width": 1.5, "depth": 1.5, "height": 0.3}, CUBE, 0.25, 14.0),
+        ({"width": 0.5, "depth": 0.5, "height": 0.3}, {**CUBE_SIZE, "at": (0.2, 0.0)}, 0.05, 4.0),
+        ({"vertices": [[-0.5, 0.0], [0.5, 0.0], [0.15, 0.3], [-0.15, 0.3]], "depth": 0.5}, CUBE_SIZE, 0.15, 9.0),
+        ({"width": 1.5, "depth": 1.5, "height": 0.3}, CUBE_SIZE, 0.25, 14.0),
     ],
 )
 def test_a_stone_is_upright_until_its_centre_passes_the_edge_that_it_tips_over(
@@ -126,7 +128,7 @@ def test_a_stone_is_upright_until_its_centre_passes_the_edge_that_it_tips_over(
     time = np.arange(0.0, 4.0, 0.005)
     wave = np.where(time < 0.8, -peak * np.sin(2.0 * np.pi * time / 0.8), 0.0)
     motion = Motion(wave, 0.0 * wave, sampling_interval=0.005)
-    scene = stacked(below, stone, contacts=[{"between": ("stone", "stone"), "friction": 2.0}])
+    scene = stack_of_stones(below, stone, contacts=[{"between": ("stone", "stone"), "friction": 2.0}])
     plane = simulate(motion, scene, azimuth_deg=0.0)
     path = trajectory(motion, scene, orientation_deg=0.0)
     assert path["overturned"].to_numpy().tolist() == np.abs(plane.overturned.to_numpy().ravel()).tolist() == [0.0, 1.0]
@@ -140,8 +142,8 @@ def test_a_stone_is_upright_until_its_centre_passes_the_edge_that_it_tips_over(
 
 def test_a_slab_held_down_by_a_stone_balances_with_it() -> None:
     """The slab's own centre is 0.05 m beyond the rim; that of slab and stone is 0.16 m from it and 0.23 m above it."""
-    stones = Stack(stacked(
-        CUBE, {"width": 1.0, "depth": 0.5, "height": 0.1, "at": (0.3, 0.0)},
+    stones = Stack(stack_of_stones(
+        CUBE_SIZE, {"width": 1.0, "depth": 0.5, "height": 0.1, "at": (0.3, 0.0)},
         {"width": 0.3, "depth": 0.5, "height": 0.5, "at": (-0.35, 0.0)},
     )).stones()  # fmt: skip
     table = stone_table(stones, joint_table(stones, VertexContact()))
@@ -150,59 +152,64 @@ def test_a_slab_held_down_by_a_stone_balances_with_it() -> None:
     )
 
 
-def rectangle(left: float, right: float, low: float, high: float) -> list[list[float]]:
+def rectangle_outline(left: float, right: float, low: float, high: float) -> list[list[float]]:
+    """Return the outline of a rectangle by its sides, m."""
     return [[left, low], [right, low], [right, high], [left, high]]
 
 
-CUP: Rectangles = [
-    rectangle(-0.3, 0.3, 0.0, 0.1), rectangle(-0.3, -0.2, 0.1, 0.3), rectangle(0.2, 0.3, 0.1, 0.3),
-]  # fmt: skip
-TABLE: Rectangles = [
-    rectangle(-0.3, -0.2, 0.0, 0.3), rectangle(0.2, 0.3, 0.0, 0.3), rectangle(-0.3, 0.3, 0.3, 0.4),
-]  # fmt: skip
-BOX: dict[str, Any] = {"width": 0.5, "depth": 0.4, "height": 0.3}
+CUP_PIECES: Rectangles = [
+    rectangle_outline(-0.3, 0.3, 0.0, 0.1),
+    rectangle_outline(-0.3, -0.2, 0.1, 0.3),
+    rectangle_outline(0.2, 0.3, 0.1, 0.3),
+]
+TABLE_PIECES: Rectangles = [
+    rectangle_outline(-0.3, -0.2, 0.0, 0.3),
+    rectangle_outline(0.2, 0.3, 0.0, 0.3),
+    rectangle_outline(-0.3, 0.3, 0.3, 0.4),
+]
+BOX_SIZE: dict[str, Any] = {"width": 0.5, "depth": 0.4, "height": 0.3}
 
 
 @pytest.mark.parametrize(
     ("stones", "reason"),
     [
-        (({"pieces": CUP, "depth": 0.4}, BOX), "stone-0 has a gap in its upper face"),
-        ((BOX, {"pieces": TABLE, "depth": 0.4, "at": (0.1, 0.0)}), "stone-1 has a gap in its base"),
+        (({"pieces": CUP_PIECES, "depth": 0.4}, BOX_SIZE), "stone-0 has a gap in its upper face"),
+        ((BOX_SIZE, {"pieces": TABLE_PIECES, "depth": 0.4, "at": (0.1, 0.0)}), "stone-1 has a gap in its base"),
     ],
 )
 def test_a_face_with_a_gap_is_refused(stones: tuple[dict[str, Any], ...], reason: str) -> None:
     """The contact of two stones is one polygon: over a gap it would carry a stone that falls into the gap."""
-    motion = towards_north(np.full(100, 0.001))
+    motion = motion_towards_north(np.full(100, 0.001))
     with refused(ArgumentError, reason, "compute it in 2-D"):
-        simulate(motion, stacked(*stones), orientation_deg=[0.0])
+        simulate(motion, stack_of_stones(*stones), orientation_deg=[0.0])
 
 
-def shouldered(height: float, depth: float = 0.6) -> dict[str, Any]:
+def shouldered_stone(height: float, depth: float = 0.6) -> dict[str, Any]:
     """Return a stone 0.6 m wide on a base 0.2 m wide, with slopes to its shoulders at a height, m."""
     slopes = [[-0.1, 0.0], [0.1, 0.0], [0.3, height], [0.3, 1.0], [-0.3, 1.0], [-0.3, height]]
     return {"vertices": slopes, "depth": depth}
 
 
-NOTCHED: Rectangles = [rectangle(-0.1, 0.1, 0.0, 0.02), rectangle(-0.3, 0.3, 0.02, 1.0)]
+NOTCHED_PIECES: Rectangles = [rectangle_outline(-0.1, 0.1, 0.0, 0.02), rectangle_outline(-0.3, 0.3, 0.02, 1.0)]
 
 
 @pytest.mark.parametrize(
     ("stone", "support", "tilt_deg"),
     [
-        (shouldered(0.02), None, np.degrees(np.arctan(0.02 / 0.2))),
-        (shouldered(0.02), 1.0, np.degrees(np.arctan(0.02 / 0.2))),
+        (shouldered_stone(0.02), None, np.degrees(np.arctan(0.02 / 0.2))),
+        (shouldered_stone(0.02), 1.0, np.degrees(np.arctan(0.02 / 0.2))),
         # The shoulder hangs beyond the rim; the slope below it touches the rim.
-        (shouldered(0.02), 0.4, np.degrees(np.arctan(0.02 / 0.2))),
+        (shouldered_stone(0.02), 0.4, np.degrees(np.arctan(0.02 / 0.2))),
         # The lower face ends within the base, and the stone tips over its rim.
-        (shouldered(0.02), 0.15, None),
+        (shouldered_stone(0.02), 0.15, None),
         # Level shoulders: nearest to the rim, 0.15 m and 0.01 m from the base.
-        ({"pieces": NOTCHED, "depth": 0.6}, None, np.degrees(np.arctan(0.02 / 0.2))),
-        ({"pieces": NOTCHED, "depth": 0.6}, 0.5, np.degrees(np.arctan(0.02 / 0.15))),
-        ({"pieces": NOTCHED, "depth": 0.6}, 0.22, None),
+        ({"pieces": NOTCHED_PIECES, "depth": 0.6}, None, np.degrees(np.arctan(0.02 / 0.2))),
+        ({"pieces": NOTCHED_PIECES, "depth": 0.6}, 0.5, np.degrees(np.arctan(0.02 / 0.15))),
+        ({"pieces": NOTCHED_PIECES, "depth": 0.6}, 0.22, None),
         # Along the outline the stone tips first; over a corner of a deep base it tips later, and meets the ground.
-        (shouldered(0.06, depth=0.6), None, np.degrees(np.arctan(0.06 / (0.2 * np.cos(np.radians(5.0)))))),
-        (shouldered(0.06, depth=0.1), None, None),
-        (shouldered(0.15), None, None),
+        (shouldered_stone(0.06, depth=0.6), None, np.degrees(np.arctan(0.06 / (0.2 * np.cos(np.radians(5.0)))))),
+        (shouldered_stone(0.06, depth=0.1), None, None),
+        (shouldered_stone(0.15), None, None),
     ],
 )
 def test_a_stone_whose_outline_touches_before_it_tips_is_refused(
@@ -210,7 +217,7 @@ def test_a_stone_whose_outline_touches_before_it_tips_is_refused(
 ) -> None:
     """A point at height z and distance d beyond the edge of the base touches at the tilt atan(z/d)."""
     below = () if support is None else ({"width": support, "depth": 0.6, "height": 0.3},)
-    faults = reasons_scene_is_no_stack(stacked(*below, stone))
+    faults = reasons_scene_is_no_stack(stack_of_stones(*below, stone))
     if tilt_deg is None:
         assert faults == []
         return
@@ -223,42 +230,52 @@ def test_a_stone_whose_outline_touches_before_it_tips_is_refused(
     assert touching < critical
 
 
-def overhanging(*plates: dict[str, Any], at: float = 0.0) -> Scene:
+def cube_overhanging_plates(*plates: dict[str, Any], at: float = 0.0) -> Scene:
     """Return a stack of plates, lowest first, below a cube of 0.6 m, shifted by ``at`` (m), that overhangs them."""
-    return stacked(*plates, {"width": 0.6, "depth": 0.6, "height": 0.6, "at": (at, 0.0)})
+    return stack_of_stones(*plates, {"width": 0.6, "depth": 0.6, "height": 0.6, "at": (at, 0.0)})
 
 
-def plate(width: float, height: float, **others: Any) -> dict[str, Any]:
+def square_plate(width: float, height: float, **others: Any) -> dict[str, Any]:
     """Return a square plate, width and height in m."""
     return {"width": width, "depth": width, "height": height, **others}
 
 
-DIAGONAL = np.hypot(0.1, 0.1)
+DIAGONAL_OFFSET = np.hypot(0.1, 0.1)
 """Overhang of the cube over a corner of a plate 0.4 m wide, m; on this corner it balances at 43.3°."""
 
 
 @pytest.mark.parametrize(
     ("plates", "at", "met", "tilt_deg"),
     [
-        ([plate(0.4, 0.03)], 0.0, "the ground", np.degrees(np.arcsin(0.03 / DIAGONAL))),
-        ([plate(0.4, 0.09)], 0.0, "the ground", np.degrees(np.arcsin(0.09 / DIAGONAL))),
-        ([plate(0.4, 0.1)], 0.0, None, None),
-        ([plate(0.6, 0.02)], 0.0, None, None),
+        ([square_plate(0.4, 0.03)], 0.0, "the ground", np.degrees(np.arcsin(0.03 / DIAGONAL_OFFSET))),
+        ([square_plate(0.4, 0.09)], 0.0, "the ground", np.degrees(np.arcsin(0.09 / DIAGONAL_OFFSET))),
+        ([square_plate(0.4, 0.1)], 0.0, None, None),
+        ([square_plate(0.6, 0.02)], 0.0, None, None),
         # The cube's overhang, 0.15 m by 0.1 m, is larger on the side to which it is shifted.
-        ([plate(0.4, 0.06)], 0.05, "the ground", np.degrees(np.arcsin(0.06 / np.hypot(0.15, 0.1)))),
+        ([square_plate(0.4, 0.06)], 0.05, "the ground", np.degrees(np.arcsin(0.06 / np.hypot(0.15, 0.1)))),
         # A wide plate is met at the depth of the narrow one on it.
-        ([plate(1.0, 0.3), plate(0.4, 0.03)], 0.0, "stone-0", np.degrees(np.arcsin(0.03 / DIAGONAL))),
+        (
+            [square_plate(1.0, 0.3), square_plate(0.4, 0.03)],
+            0.0,
+            "stone-0",
+            np.degrees(np.arcsin(0.03 / DIAGONAL_OFFSET)),
+        ),
         # The corner passes outside the lowest plate, whose own corner meets the cube's base.
-        ([plate(0.5, 0.3), plate(0.4, 0.01)], 0.0, "stone-0", np.degrees(np.arctan(0.02 / DIAGONAL))),
+        (
+            [square_plate(0.5, 0.3), square_plate(0.4, 0.01)],
+            0.0,
+            "stone-0",
+            np.degrees(np.arctan(0.02 / DIAGONAL_OFFSET)),
+        ),
         # The lowest plate is as wide as the narrow one, and high.
-        ([plate(0.4, 0.3), plate(0.4, 0.03)], 0.0, None, None),
+        ([square_plate(0.4, 0.3), square_plate(0.4, 0.03)], 0.0, None, None),
     ],
 )
 def test_an_overhanging_stone_that_meets_a_face_further_below_before_it_tips_is_named(
     plates: list[dict[str, Any]], at: float, met: str | None, tilt_deg: float | None
 ) -> None:
     """A point that overhangs by a meets a face at the depth h below the contact at the tilt asin(h/a)."""
-    touches = unsimulated_overhang_contact_warnings(stack_stones(overhanging(*plates, at=at)))
+    touches = unsimulated_overhang_contact_warnings(stack_stones(cube_overhanging_plates(*plates, at=at)))
     if met is None:
         assert touches == []
         return
@@ -272,7 +289,9 @@ def test_an_overhanging_stone_that_meets_a_face_further_below_before_it_tips_is_
 def test_an_outline_that_touches_is_refused_also_if_its_overhang_meets_the_ground_earlier() -> None:
     """The stone meets the rim of the plate at atan(0.02/0.15) = 7.6°, the ground below a thin one at 6.6°."""
     for thickness in (0.3, 0.003):
-        scene = stacked({"width": 0.5, "depth": 0.6, "height": thickness}, {"pieces": NOTCHED, "depth": 0.6})
+        scene = stack_of_stones(
+            {"width": 0.5, "depth": 0.6, "height": thickness}, {"pieces": NOTCHED_PIECES, "depth": 0.6}
+        )
         (fault,) = reasons_scene_is_no_stack(scene)
         assert "outline of element stone-1 would meet the face below" in fault
         touches = unsimulated_overhang_contact_warnings(stack_stones(scene))
@@ -283,28 +302,28 @@ def test_an_outline_that_touches_is_refused_also_if_its_overhang_meets_the_groun
 def test_the_overhang_of_a_cylinder_is_that_of_its_radius(height: float, is_met: bool) -> None:
     """A cylinder of 0.3 m radius on a plate of 0.2 m radius balances at 33.7°, where its rim is 0.055 m lower."""
     round_cube = {"width": 0.6, "height": 0.6, "plan": "circle"}
-    scene = stacked({"width": 0.4, "height": height, "plan": "circle"}, round_cube)
+    scene = stack_of_stones({"width": 0.4, "height": height, "plan": "circle"}, round_cube)
     assert reasons_scene_is_no_stack(scene) == []
     touches = unsimulated_overhang_contact_warnings(stack_stones(scene))
     assert ["would meet the ground" in touch for touch in touches] == [True] * is_met
 
 
-def test_the_plane_and_the_body_say_that_a_refused_stone_stands() -> None:
+def test_a_stone_refused_in_a_stack_stands_in_2d_and_as_a_single_body() -> None:
     """As a stack, it would tip over the edge of its base; in 2-D and as a polyhedron it rocks on its shoulders."""
     time = np.arange(0.0, 4.0, 0.005)
     wave = np.where(time < 0.8, 3.0 * np.sin(2.0 * np.pi * time / 0.8), 0.0)
-    motion, stone = Motion(wave, 0.0 * wave, sampling_interval=0.005), shouldered(0.02)
+    motion, stone = Motion(wave, 0.0 * wave, sampling_interval=0.005), shouldered_stone(0.02)
     corners = [[x, y, z] for x, z in stone["vertices"] for y in (-0.3, 0.3)]
-    assert simulate(motion, stacked(stone), azimuth_deg=0.0).overturned.item() == 0.0
+    assert simulate(motion, stack_of_stones(stone), azimuth_deg=0.0).overturned.item() == 0.0
     assert simulate(motion, Polyhedron(corners), orientation_deg=0.0).overturned.item() == 0.0
     with refused(ArgumentError, "outline of element stone-0", "compute it in 2-D"):
-        simulate(motion, stacked(stone), orientation_deg=0.0)
+        simulate(motion, stack_of_stones(stone), orientation_deg=0.0)
 
 
-def test_a_width_at_which_the_outline_touches_is_refused() -> None:
+def test_a_stack_is_refused_at_a_width_at_which_a_shoulder_touches() -> None:
     """Twice as wide, the stone tips at twice the angle (nearly) and its shoulders touch at half of it."""
-    scene = stacked(shouldered(0.06, depth=0.1))
-    quiet = towards_north(np.zeros(20))
+    scene = stack_of_stones(shouldered_stone(0.06, depth=0.1))
+    quiet = motion_towards_north(np.zeros(20))
     assert simulate(quiet, scene, orientation_deg=0.0, b_over_h=[0.6]).overturned.item() == 0.0
     with refused(ArgumentError, "b_over_h: 1.2 at the height 1 m; then the outline of element stone-0 would meet"):
         simulate(quiet, scene, orientation_deg=0.0, b_over_h=[0.6, 1.2])
@@ -319,10 +338,12 @@ def test_a_width_at_which_the_outline_touches_is_refused() -> None:
         ({}, {"static_penetration": 1e-7, "stiffness_ratio": 0.5}, None),
     ],
 )
-def test_a_key_that_3d_does_not_have_is_refused(stone: dict[str, Any], law: dict[str, Any], reason: str | None) -> None:
-    """It would be ignored; a value that is the default changes nothing."""
-    scene = stacked({**BOX, **stone}, contacts=[{"between": ("stone", "stone"), **law}])
-    quiet = towards_north(np.zeros(20))
+def test_a_scene_key_that_the_3d_model_ignores_is_refused(
+    stone: dict[str, Any], law: dict[str, Any], reason: str | None
+) -> None:
+    """A key with its default value is accepted, since it changes nothing."""
+    scene = stack_of_stones({**BOX_SIZE, **stone}, contacts=[{"between": ("stone", "stone"), **law}])
+    quiet = motion_towards_north(np.zeros(20))
     if reason is None:
         assert simulate(quiet, scene, orientation_deg=[0.0]).overturned.item() == 0.0
     else:
@@ -330,12 +351,16 @@ def test_a_key_that_3d_does_not_have_is_refused(stone: dict[str, Any], law: dict
             simulate(quiet, scene, orientation_deg=[0.0])
 
 
-def test_a_cup_or_a_tee_of_pieces_on_top_is_a_stack() -> None:
+def test_a_stack_may_end_with_a_cup_or_a_tee_of_pieces() -> None:
     """A gap in a face on which nothing stands does not matter, nor do pieces that join to one level face."""
-    tee = [rectangle(-0.1, 0.1, 0.0, 0.3), rectangle(-0.3, 0.0, 0.3, 0.4), rectangle(0.0, 0.3, 0.3, 0.4)]
-    quiet = towards_north(np.zeros(100))
-    for stones in ((BOX, {"pieces": CUP, "depth": 0.4}), ({"pieces": tee, "depth": 0.4}, BOX)):
-        assert simulate(quiet, stacked(*stones), orientation_deg=[0.0]).overturned.to_numpy().max() == 0.0
+    tee = [
+        rectangle_outline(-0.1, 0.1, 0.0, 0.3),
+        rectangle_outline(-0.3, 0.0, 0.3, 0.4),
+        rectangle_outline(0.0, 0.3, 0.3, 0.4),
+    ]
+    quiet = motion_towards_north(np.zeros(100))
+    for stones in ((BOX_SIZE, {"pieces": CUP_PIECES, "depth": 0.4}), ({"pieces": tee, "depth": 0.4}, BOX_SIZE)):
+        assert simulate(quiet, stack_of_stones(*stones), orientation_deg=[0.0]).overturned.to_numpy().max() == 0.0
 
 
 def test_the_side_of_an_eccentric_stone_that_is_nearest_to_the_rim_counts() -> None:
@@ -348,14 +373,14 @@ def test_the_side_of_an_eccentric_stone_that_is_nearest_to_the_rim_counts() -> N
         ]
         scene = Scene.model_validate({"name": "foot", "reference": "stone", "elements": elements})
         if fits:
-            assert simulate(towards_north(np.zeros(50)), scene, orientation_deg=[0.0]).overturned.item() == 0.0
+            assert simulate(motion_towards_north(np.zeros(50)), scene, orientation_deg=[0.0]).overturned.item() == 0.0
         else:
             with refused(ArgumentError, "ground is only 12.5 m wide", brief=False):
-                simulate(towards_north(np.zeros(50)), scene, orientation_deg=[0.0])
+                simulate(motion_towards_north(np.zeros(50)), scene, orientation_deg=[0.0])
 
 
 @pytest.mark.parametrize(("width", "at"), [(0.4, 0.0), (0.4, 0.15), (1.2, 0.0)])
-def test_a_driven_plinth_is_no_ground(width: float, at: float) -> None:
+def test_a_stack_on_a_driven_plinth_instead_of_the_ground_is_refused(width: float, at: float) -> None:
     """In 3-D the ground has no rim; a stone that overhangs a plinth, or slides off it, would stand."""
     elements: list[dict[str, Any]] = [
         {"name": "plinth", "kind": "driven", "width": width, "depth": width, "height": 0.5, "at": (0.0, -0.5)},
@@ -363,18 +388,18 @@ def test_a_driven_plinth_is_no_ground(width: float, at: float) -> None:
     ]
     scene = Scene.model_validate({"name": "plinth", "reference": "stone", "elements": elements})
     with refused(ArgumentError, f"element plinth is only {width:g} m wide", "wider ground", "compute it in 2-D"):
-        simulate(towards_north(np.zeros(100)), scene, orientation_deg=[0.0])
+        simulate(motion_towards_north(np.zeros(100)), scene, orientation_deg=[0.0])
 
 
 @pytest.mark.parametrize("friction", [0.008, 0.02])
 @pytest.mark.parametrize("count", [1, 2])
 def test_a_stack_that_slides_for_long_is_simulated_to_its_stop(friction: float, count: int) -> None:
-    """It slides on the ground for 8 s or more, beyond 20/p after the record, with the energy of a fall."""
+    """The stack slides on the ground for 8 s or more, beyond 20/p after the record, with the energy of a fall."""
     pulse = 1.2 * np.sin(0.5 * np.pi * np.arange(401) * 0.005)
     motion = Motion(0.6 * pulse, 0.8 * pulse, sampling_interval=0.005)
     stones = [{"width": 0.5, "depth": 0.5, "height": 0.2, "material": "slick"},
               {"width": 0.2, "depth": 0.2, "height": 0.6, "material": "rough"}]  # fmt: skip
-    scene = stacked(
+    scene = stack_of_stones(
         *stones[:count], materials={"stone": {}, "slick": {}, "rough": {}},
         contacts=[
             {"between": ("stone", "slick"), "friction": friction}, {"between": ("slick", "rough"), "friction": 0.7},

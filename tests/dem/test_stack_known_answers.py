@@ -17,13 +17,21 @@ from overturning.model.scene import Scene
 from overturning.model.stack import Stack
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY as GRAVITY
-from tests.dem.motions import simulate_under_each
-from tests.dem.test_stack import INTERVAL, THREE, boxes, level_motion, plateau, turned_to, waves
+from tests.dem.motions import simulate_under_each_motion
+from tests.dem.test_stack import (
+    INTERVAL,
+    THREE_BOXES,
+    horizontal_motion,
+    plateau_acceleration,
+    random_accelerations,
+    simulate_stack_orientations,
+    stack_of_boxes,
+)
 
-WEAKEST = {
-    0: boxes((0.3, 0.3, 0.3), (0.5, 0.5, 0.3), (0.4, 0.4, 0.2)),
-    1: boxes((0.8, 0.8, 0.3), (0.3, 0.36, 0.3), (0.4, 0.5, 0.4)),
-    2: THREE,
+STACK_BY_WEAKEST_JOINT = {
+    0: stack_of_boxes((0.3, 0.3, 0.3), (0.5, 0.5, 0.3), (0.4, 0.4, 0.2)),
+    1: stack_of_boxes((0.8, 0.8, 0.3), (0.3, 0.36, 0.3), (0.4, 0.5, 0.4)),
+    2: THREE_BOXES,
 }
 """Stacks by the joint that opens first."""
 
@@ -33,8 +41,11 @@ def stone_sizes(scene: Scene) -> np.ndarray[Any, Any]:
     return np.array([[one.width, one.depth, one.height] for one in scene.elements[1:]], float)
 
 
-def opening_ratio(scene: Scene, joint: int, angle: float) -> float:
-    """Return the horizontal over the vertical acceleration at which a joint opens, along an angle, degrees."""
+def opening_acceleration_ratio(scene: Scene, joint: int, angle: float) -> float:
+    """Return the horizontal over the vertical acceleration at which a joint opens, along an angle, degrees.
+
+    A joint is the contact of a stone with the one below; 0 is the lowest.
+    """
     sizes, turn = stone_sizes(scene), np.radians(angle)
     mass, tops = sizes.prod(axis=1), np.cumsum(sizes[:, 2])
     centre = np.sum((mass * (tops - 0.5 * sizes[:, 2]))[joint:]) / mass[joint:].sum()
@@ -45,20 +56,22 @@ def opening_ratio(scene: Scene, joint: int, angle: float) -> float:
 
 @pytest.mark.parametrize("lift", [-1.1, 0.0, 0.7])
 @pytest.mark.parametrize("joint", [0, 1, 2])
-def test_each_joint_opens_at_its_own_statics(joint: int, lift: float) -> None:
+def test_each_joint_opens_at_its_static_threshold(joint: int, lift: float) -> None:
     """A joint opens at (g + a_up) d/z: d, distance of the side of the patch; z, height of the stones' centre above.
 
     The base moves north and up, `lift` times as much up; the stack is turned to each angle.
     """
-    scene, angles = WEAKEST[joint], (0.0, 25.0, 90.0, 160.0)
-    ratios = np.array([opening_ratio(scene, joint, angle) for angle in angles])
+    scene, angles = STACK_BY_WEAKEST_JOINT[joint], (0.0, 25.0, 90.0, 160.0)
+    ratios = np.array([opening_acceleration_ratio(scene, joint, angle) for angle in angles])
     for angle, ratio in zip(angles, ratios, strict=True):
-        assert ratio < 0.97 * min(opening_ratio(scene, other, angle) for other in range(3) if other != joint)
+        assert ratio < 0.97 * min(
+            opening_acceleration_ratio(scene, other, angle) for other in range(3) if other != joint
+        )
     level = np.outer([0.98, 1.03], ratios)
     level /= 1.0 - level * lift  # from level = share · ratio · (1 + lift · level), in g
     up = np.interp(np.arange(0.0, 6.5, INTERVAL), [0.0, 1.0, 6.0, 6.5], [0.0, lift, lift, 0.0]) * GRAVITY
-    motion = Motion(*plateau(1.0, 0.0), up, sampling_interval=INTERVAL, trust_data=True)
-    tilts = turned_to(scene, motion, np.tile(angles, 2), level.ravel()).peak_tilt.reshape(2, 4, 3)
+    motion = Motion(*plateau_acceleration(1.0, 0.0), up, sampling_interval=INTERVAL, trust_data=True)
+    tilts = simulate_stack_orientations(scene, motion, np.tile(angles, 2), level.ravel()).peak_tilt.reshape(2, 4, 3)
     assert tilts[0].max() < 0.02
     # The stones above the joint move; those below stay.
     assert tilts[1, :, joint:].min() > 0.3
@@ -70,7 +83,7 @@ def restitution_from_free_rocking(scene: Scene, mass: float, arm: float, critica
 
     The energy at the top of each swing, M g R (cos(α − θ) − cos α), falls by the square of the ratio.
     """
-    motion = Motion(*pulse_that_rocks(scene, stone), sampling_interval=INTERVAL, trust_data=True)
+    motion = Motion(*rocking_pulse_accelerations(scene, stone), sampling_interval=INTERVAL, trust_data=True)
     path = trajectory(motion, scene, orientation_deg=0.0, friction=3.0)
     tilt = np.abs(path["tilt_north"].to_numpy()[:, stone])
     free = path["time"].to_numpy() > 1.05
@@ -87,16 +100,16 @@ def restitution_from_free_rocking(scene: Scene, mass: float, arm: float, critica
     return [math.sqrt(later / earlier) for earlier, later in pairwise(energy)]
 
 
-def pulse_that_rocks(scene: Scene, stone: int) -> np.ndarray[Any, Any]:
+def rocking_pulse_accelerations(scene: Scene, stone: int) -> np.ndarray[Any, Any]:
     """Return north and east accelerations of 6 s: half a sine of 0.5 s that lifts the stones above a joint."""
     t = np.arange(0.0, 6.0, INTERVAL)
-    level = 1.6 * opening_ratio(scene, stone, 0.0) * GRAVITY
+    level = 1.6 * opening_acceleration_ratio(scene, stone, 0.0) * GRAVITY
     return np.stack([np.where(t < 0.5, level * np.sin(2.0 * np.pi * t), 0.0), np.zeros(t.size)])
 
 
 @pytest.mark.parametrize(("width", "height"), [(0.3, 0.9), (0.4, 1.6)])
-def test_a_shaft_on_a_broad_base_loses_what_housner_predicts(width: float, height: float) -> None:
-    scene = boxes((2.0, 2.0, 0.3), (width, width, height))
+def test_a_shaft_on_a_broad_base_loses_the_velocity_that_housner_predicts(width: float, height: float) -> None:
+    scene = stack_of_boxes((2.0, 2.0, 0.3), (width, width, height))
     arm = 0.5 * math.hypot(width, height)
     ratios = restitution_from_free_rocking(scene, 1.0, arm, math.atan2(width, height), 1)
     assert len(ratios) >= 3
@@ -104,12 +117,12 @@ def test_a_shaft_on_a_broad_base_loses_what_housner_predicts(width: float, heigh
     np.testing.assert_allclose(ratios[:3], 1.0 - 1.5 * sine * sine, rtol=2e-3)
 
 
-def test_a_compound_loses_as_one_stone_if_the_impulse_lies_in_the_upper_patch() -> None:
+def test_two_stones_that_land_together_lose_velocity_like_one_stone() -> None:
     """The ratio is (I + M (Z² − b²))/(I + M (Z² + b²)) of the compound (Spanos et al. 2001).
 
     The upper stone stays on the lower one if the impulse that stops its fall and turns it passes through their patch.
     """
-    scene = boxes((0.4, 0.4, 0.5), (0.4, 0.4, 0.5))
+    scene = stack_of_boxes((0.4, 0.4, 0.5), (0.4, 0.4, 0.5))
     (b, _, h), mass = stone_sizes(scene)[0], 1.0
     half, centres = 0.5 * b, np.array([0.5 * h, 1.5 * h])
     inertia = 2.0 * mass * (b * b + h * h) / 12.0 + mass * float(((centres - h) ** 2).sum())
@@ -126,16 +139,20 @@ def test_a_compound_loses_as_one_stone_if_the_impulse_lies_in_the_upper_patch() 
 
 
 @cache
-def outcomes_with_samples_in_between(parts: int) -> CaseResults:
+def outcomes_with_divided_samples(parts: int) -> CaseResults:
     """Return the outcomes of two orientations under four motions, each sampling interval divided into `parts`."""
     t, interval = np.arange(0.0, 10.0, INTERVAL), INTERVAL / parts
     times = np.arange(0.0, t[-1] + 0.4 * interval, interval)
     motions = [
-        Motion(*(np.interp(times, t, row) for row in 8.0 * waves(seed)), sampling_interval=interval, trust_data=True)
+        Motion(
+            *(np.interp(times, t, row) for row in 8.0 * random_accelerations(seed)),
+            sampling_interval=interval,
+            trust_data=True,
+        )
         for seed in range(4)
     ]
-    cases = Cases([0.0, 45.0], *size_reference_height_and_b_over_h(THREE), 0.6)
-    return simulate_under_each(Stack(THREE), motions, cases, leave_out=False)
+    cases = Cases([0.0, 45.0], *size_reference_height_and_b_over_h(THREE_BOXES), 0.6)
+    return simulate_under_each_motion(Stack(THREE_BOXES), motions, cases, leave_out=False)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -144,7 +161,7 @@ def test_a_linear_interpolation_of_the_record_changes_nothing(seed: int) -> None
 
     All samples are simulated: which of them are skipped depends on the sampling interval.
     """
-    first, second = (outcomes_with_samples_in_between(parts) for parts in (1, 2))
+    first, second = (outcomes_with_divided_samples(parts) for parts in (1, 2))
     np.testing.assert_array_equal(first.overturned[seed], second.overturned[seed])
     stands = first.overturned[seed] == 0
     assert stands.any()
@@ -152,14 +169,14 @@ def test_a_linear_interpolation_of_the_record_changes_nothing(seed: int) -> None
 
 
 def test_threads_and_order_do_not_change_a_bit() -> None:
-    rows = 9.0 * waves(2)
+    rows = 9.0 * random_accelerations(2)
     motion = Motion(rows[0], -rows[1], sampling_interval=INTERVAL, trust_data=True)
     orientations = [0.0, 15.0, 30.0, 45.0, 60.0]
     one, two = (
-        simulate(motion, THREE, orientation_deg=orientations, friction=[0.5, 0.8], threads=threads)
+        simulate(motion, THREE_BOXES, orientation_deg=orientations, friction=[0.5, 0.8], threads=threads)
         for threads in (1, 2)
     )
-    reverse = simulate(motion, THREE, orientation_deg=orientations[::-1], friction=[0.8, 0.5], threads=1)
+    reverse = simulate(motion, THREE_BOXES, orientation_deg=orientations[::-1], friction=[0.8, 0.5], threads=1)
     for name in ("overturned", "fall_azimuth", "peak_tilt", "energy_error", "residual_twist"):
         np.testing.assert_array_equal(one[name], two[name], name)
         np.testing.assert_array_equal(one[name], reverse[name].sel(one[name].coords), name)
@@ -170,19 +187,19 @@ STATUE_SEEDS = (1, 2, 9, 10, 20, 21)
 
 
 @cache
-def statue_and_single_stone() -> list[CaseResults]:
+def outcomes_of_statue_and_single_stone() -> list[CaseResults]:
     """Return the outcomes of a statue on a pedestal, and of one stone of the same size, under some motions."""
-    motions, outcomes = [level_motion(8.0 * waves(seed)) for seed in STATUE_SEEDS], []
-    for scene in (boxes((0.5, 0.5, 0.1), (0.5, 0.5, 0.9)), boxes((0.5, 0.5, 1.0))):
+    motions, outcomes = [horizontal_motion(8.0 * random_accelerations(seed)) for seed in STATUE_SEEDS], []
+    for scene in (stack_of_boxes((0.5, 0.5, 0.1), (0.5, 0.5, 0.9)), stack_of_boxes((0.5, 0.5, 1.0))):
         cases = Cases([0.0, 30.0], *size_reference_height_and_b_over_h(scene), 3.0)
-        outcomes.append(simulate_under_each(Stack(scene), motions, cases))
+        outcomes.append(simulate_under_each_motion(Stack(scene), motions, cases))
     return outcomes
 
 
 @pytest.mark.parametrize("number", range(len(STATUE_SEEDS)))
 def test_a_statue_on_its_pedestal_moves_as_one_stone_while_their_joint_stays_closed(number: int) -> None:
     """A thin pedestal below a statue of the same width: the lower joint opens first, and both lean together."""
-    both, one = statue_and_single_stone()
+    both, one = outcomes_of_statue_and_single_stone()
     tilts, alone = both.peak_tilt[number], one.peak_tilt[number]
     assert alone.max() > 0.5
     np.testing.assert_allclose(tilts[:, 1], alone, rtol=0.1, atol=0.05)

@@ -24,13 +24,20 @@ from overturning.model.stack_stones import contact_patches_at_rest
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY as GRAVITY
-from tests.dem.motions import simulate_under_each
-from tests.dem.test_stack import INTERVAL, level_motion, plateau, run, turned_to, waves
+from tests.dem.motions import simulate_under_each_motion
+from tests.dem.test_stack import (
+    INTERVAL,
+    horizontal_motion,
+    plateau_acceleration,
+    random_accelerations,
+    simulate_stack,
+    simulate_stack_orientations,
+)
 
 PLANS: list[PlanShape] = [6, 8, "circle"]
 
 
-def prisms(*stones: tuple[PlanShape, float, float]) -> Scene:
+def stack_of_prisms(*stones: tuple[PlanShape, float, float]) -> Scene:
     """Return a stack on the ground from (plan, width, height), m, the lowest first; rectangles are squares."""
     elements = [Element(name="ground", kind="driven", width=40.0, height=1.0, at=(0.0, -1.0))]
     for number, (plan, width, height) in enumerate(stones):
@@ -43,7 +50,7 @@ def prisms(*stones: tuple[PlanShape, float, float]) -> Scene:
 
 @pytest.mark.parametrize("plan", PLANS)
 def test_mass_inertia_and_base_are_those_of_the_prism(plan: PlanShape) -> None:
-    (stone,) = Stack(prisms((plan, 0.4, 1.2))).stones()
+    (stone,) = Stack(stack_of_prisms((plan, 0.4, 1.2))).stones()
     x, y = stone.base.T
     cross = x * np.roll(y, -1) - np.roll(x, -1) * y
     square = np.sum(cross * (x * x + x * np.roll(x, -1) + np.roll(x, -1) ** 2)) / (6.0 * cross.sum())
@@ -52,17 +59,17 @@ def test_mass_inertia_and_base_are_those_of_the_prism(plan: PlanShape) -> None:
     area = math.pi * 0.04 if plan == "circle" else plan * 0.04 * math.tan(math.pi / plan)
     assert 0.5 * cross.sum() == pytest.approx(area)
     assert stone.mass == pytest.approx(2650.0 * area * 1.2, rel=2e-2)
-    assert stone.mass / Stack(prisms(("rectangle", 0.4, 1.2))).stones()[0].mass == pytest.approx(area / 0.16)
+    assert stone.mass / Stack(stack_of_prisms(("rectangle", 0.4, 1.2))).stones()[0].mass == pytest.approx(area / 0.16)
     assert stone.nearest_base_side_distance == pytest.approx(0.2, rel=1e-9 if plan != "circle" else 1e-2)
 
 
 @pytest.mark.parametrize("plan", PLANS)
-def test_free_rocking_about_a_side_loses_what_housner_predicts(plan: PlanShape) -> None:
+def test_free_rocking_about_a_side_loses_the_velocity_that_housner_predicts(plan: PlanShape) -> None:
     """1 − 2 b²/(I/m + b² + h²), b: distance of the side, h: height of the centre. With all corners it is 2 to 5 % more.
 
     Corners between the two sides that lie across wait in a landing.
     """
-    scene = prisms((plan, 0.4, 1.2))
+    scene = stack_of_prisms((plan, 0.4, 1.2))
     (stone,) = Stack(scene).stones()
     b, h, t = stone.nearest_base_side_distance, 0.6, np.arange(0.0, 6.0, INTERVAL)
     pulse = np.where(t < 0.5, 1.6 * b / h * GRAVITY * np.sin(2.0 * np.pi * t), 0.0)
@@ -78,24 +85,30 @@ def test_free_rocking_about_a_side_loses_what_housner_predicts(plan: PlanShape) 
 
 def test_a_hexagonal_shaft_opens_at_its_nearest_side() -> None:
     """The threshold is the least distance of a side, divided by its direction cosine, over the height of the centre."""
-    scene, angles = prisms(("rectangle", 0.6, 0.3), (6, 0.25, 0.75)), np.array([0.0, 15.0, 30.0, 100.0])
+    scene, angles = stack_of_prisms(("rectangle", 0.6, 0.3), (6, 0.25, 0.75)), np.array([0.0, 15.0, 30.0, 100.0])
     cosines = np.cos(np.radians(angles[:, None] - 60.0 * np.arange(6))).max(axis=1)
-    motion = Motion(*plateau(1.0, 0.0), sampling_interval=INTERVAL, trust_data=True)
+    motion = Motion(*plateau_acceleration(1.0, 0.0), sampling_interval=INTERVAL, trust_data=True)
     level = np.outer([0.97, 1.04], 0.125 / cosines / 0.375)
-    found = turned_to(scene, motion, np.tile(angles, 2), level.ravel())
+    found = simulate_stack_orientations(scene, motion, np.tile(angles, 2), level.ravel())
     assert found.peak_tilt[:4].max() < 0.02
     assert (found.overturned[4:] == [0, 1]).all()
 
 
 @pytest.mark.parametrize("plan", PLANS)
 def test_one_prism_agrees_with_the_model_of_a_single_body(plan: PlanShape) -> None:
-    """Friction acts per joint here and per corner there, and a circle has 16 sides: flags near the limit may differ.
+    """Friction acts per contact face in a stack, but per corner in a single body: flags near the limit may differ.
 
     All samples are simulated: `tests/dem/test_leave_out.py` is about the effect of skipping some.
     """
-    motions, cases = [level_motion(4.5 * waves(seed)) for seed in range(10)], Cases(0.0, 0.75, 1.0 / 3.0, 0.8)
-    models = Stack(prisms((plan, 0.25, 0.75))), Body(Cylinder() if plan == "circle" else RegularPrism(int(plan)))
-    stack, body = (simulate_under_each(model, motions, cases, leave_out=False) for model in models)
+    motions, cases = (
+        [horizontal_motion(4.5 * random_accelerations(seed)) for seed in range(10)],
+        Cases(0.0, 0.75, 1.0 / 3.0, 0.8),
+    )
+    models = (
+        Stack(stack_of_prisms((plan, 0.25, 0.75))),
+        Body(Cylinder() if plan == "circle" else RegularPrism(int(plan))),
+    )
+    stack, body = (simulate_under_each_motion(model, motions, cases, leave_out=False) for model in models)
     assert ((stack.overturned == body.overturned) & (stack.overturned >= 0)).sum() >= 9
     both = (stack.overturned == 1) & (body.overturned == 1)
     azimuths = np.abs((stack.fall_azimuth[both] - body.fall_azimuth[both] + 180.0) % 360.0 - 180.0)
@@ -105,7 +118,7 @@ def test_one_prism_agrees_with_the_model_of_a_single_body(plan: PlanShape) -> No
 
 def test_a_stack_that_still_rocks_long_after_the_record_but_cannot_fall_has_an_outcome() -> None:
     """A tall shaft rocks longer than the small cap above it; quiet time after the record changes nothing."""
-    stack = prisms(("circle", 0.6, 0.2), (8, 0.25, 0.8), ("circle", 0.3, 0.1))
+    stack = stack_of_prisms(("circle", 0.6, 0.2), (8, 0.25, 0.8), ("circle", 0.3, 0.1))
     short, long = (
         simulate(Motion.sine(3.2, 0.6, azimuth_deg=10, rest=rest), stack, orientation_deg=[0.0, 10.0], friction=[0.6])
         for rest in (0.2, 30.0)
@@ -123,11 +136,11 @@ def test_the_rotation_period_is_that_of_all_stones_together() -> None:
         (("circle", 0.5, 0.3), ("circle", 0.3, 0.6)): 22.5, ((5, 0.5, 0.3), (6, 0.3, 0.6)): 360.0,
     }  # fmt: skip
     for stones, period in periods.items():
-        assert Stack(prisms(*stones)).rotation_period_deg == period
+        assert Stack(stack_of_prisms(*stones)).rotation_period_deg == period
 
 
 def test_a_rotation_by_the_period_gives_the_same_outcome() -> None:
-    rows, scene = 7.0 * waves(3), prisms((6, 0.5, 0.3), (6, 0.25, 0.7))
+    rows, scene = 7.0 * random_accelerations(3), stack_of_prisms((6, 0.5, 0.3), (6, 0.25, 0.7))
     motion = Motion(rows[0], -rows[1], sampling_interval=INTERVAL, trust_data=True)
     found = simulate_cases(Stack(scene), motion, Cases([10.0, 70.0, 130.0], 0.7, 0.25 / 0.7, 0.7))
     assert (found.overturned == found.overturned[0]).all()
@@ -137,13 +150,15 @@ def test_a_rotation_by_the_period_gives_the_same_outcome() -> None:
 
 @pytest.mark.parametrize("plan", PLANS)
 def test_energy_balances_as_for_boxes_and_an_offset_polygon_rests(plan: PlanShape) -> None:
-    """A case is computed again with finer steps until its error is below 0.01, so the median tells more than the most.
+    """A case is rerun with finer steps until its error is below 0.01, so the median says more than the maximum.
 
     Stacks of boxes of these sizes have a median of 0.0008 under these motions, and 0.0055 at most.
     """
-    scene = prisms((8, 0.6, 0.3), (plan, 0.3, 0.8))
+    scene = stack_of_prisms((8, 0.6, 0.3), (plan, 0.3, 0.8))
     cases = Cases([0.0, 20.0], *size_reference_height_and_b_over_h(scene), 0.6)
-    found = simulate_under_each(Stack(scene), [level_motion(6.0 * waves(seed)) for seed in range(8)], cases)
+    found = simulate_under_each_motion(
+        Stack(scene), [horizontal_motion(6.0 * random_accelerations(seed)) for seed in range(8)], cases
+    )
     assert (found.status == CaseStatus.SIMULATED).all()
     assert np.median(found.energy_error) < 2e-3
     assert found.energy_error.max() < 1e-2
@@ -162,17 +177,17 @@ def test_light_stones_below_a_heavy_one_do_not_vibrate_for_the_rest_of_the_case(
     """The dashpot of a contact is made for all stones above; it stops a light stone in under 1/512 of a whole step."""
     monkeypatch.setattr(balance, "MAX_RERUNS", 0)
     stack = Stack(
-        prisms(*(("rectangle", 0.4 * ratio**number, height) for number, height in enumerate((0.2, 0.2, 0.6))))
+        stack_of_prisms(*(("rectangle", 0.4 * ratio**number, height) for number, height in enumerate((0.2, 0.2, 0.6))))
     )
     cases = Cases(np.arange(7.0, 90.0, 22.5), *size_reference_height_and_b_over_h(stack.scene), friction)
-    found = simulate_cases(stack, level_motion(5.0 * waves(seed)), cases)
+    found = simulate_cases(stack, horizontal_motion(5.0 * random_accelerations(seed)), cases)
     assert (found.status == CaseStatus.SIMULATED).all()
     assert found.energy_error.max() < 5e-3
     assert found.block_steps.max() < 1e6
 
 
 @pytest.mark.parametrize("heights", [(0.4, 0.4), (0.1, 0.1, 0.1)])
-def test_stones_of_equal_width_balance_their_energy_at_once(
+def test_stones_of_equal_width_balance_their_energy_without_a_rerun(
     heights: tuple[float, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each slip replaces all points of a patch: corners of both faces and crossings of their sides take turns.
@@ -181,12 +196,12 @@ def test_stones_of_equal_width_balance_their_energy_at_once(
     """
     monkeypatch.setattr(balance, "MAX_RERUNS", 0)
     stack, orientations = (
-        Stack(prisms(*(("rectangle", 0.4, height) for height in heights))),
+        Stack(stack_of_prisms(*(("rectangle", 0.4, height) for height in heights))),
         np.arange(7.0, 90.0, 11.25),
     )
     cases = Cases(orientations, *size_reference_height_and_b_over_h(stack.scene), 0.5)
     for seed in range(3):
-        found = simulate_cases(stack, level_motion(8.0 * waves(seed)), cases)
+        found = simulate_cases(stack, horizontal_motion(8.0 * random_accelerations(seed)), cases)
         assert (found.status == CaseStatus.SIMULATED).all(), seed
         assert found.energy_error.max() < 1e-3, seed
 
@@ -200,18 +215,18 @@ def test_columns_of_drums_balance_their_energy(plan: PlanShape, taper: float) ->
 
     A column that still rocks seconds after the record may be undecided.
     """
-    scene = prisms(*((plan, 0.4 - taper * number, 0.5) for number in range(2)))
-    found = run(scene, 5.5 * waves(21), [20.0, 30.0], 0.7)
+    scene = stack_of_prisms(*((plan, 0.4 - taper * number, 0.5) for number in range(2)))
+    found = simulate_stack(scene, 5.5 * random_accelerations(21), [20.0, 30.0], 0.7)
     assert set(found.status.to_numpy().ravel()) <= {CaseStatus.SIMULATED, CaseStatus.UNDECIDED}
     assert found.energy_error.to_numpy().max() < 5e-3
     assert (found.status == CaseStatus.SIMULATED).any()
 
 
 @pytest.mark.parametrize("plan", PLANS)
-def test_a_drum_on_an_equal_drum_loses_nearly_what_housner_predicts(plan: PlanShape) -> None:
+def test_a_drum_on_an_equal_drum_loses_nearly_the_velocity_that_housner_predicts(plan: PlanShape) -> None:
     """All corners carry in a landing where the rims coincide, so that 2 to 5 % less velocity is lost."""
     heavy = {"materials": {"stone": Material(), "lead": Material(density=2e5)}}
-    scene = prisms((plan, 0.4, 0.3), (plan, 0.4, 1.2)).model_copy(update=heavy)
+    scene = stack_of_prisms((plan, 0.4, 0.3), (plan, 0.4, 1.2)).model_copy(update=heavy)
     ground, lower, upper = scene.elements
     scene = scene.model_copy(update={"elements": (ground, lower.model_copy(update={"material": "lead"}), upper)})
     stone, t = Stack(scene).stones()[1], np.arange(0.0, 6.0, INTERVAL)
@@ -235,7 +250,8 @@ def test_a_prism_whose_centre_lies_outside_the_face_below_is_refused() -> None:
     """
 
     def offset_scene(offset: float) -> Scene:
-        elements = prisms((8, 0.5, 0.3), (6, 0.2, 0.6)).elements
+        """Return a prism on another, aside of its middle by `offset`, m."""
+        elements = stack_of_prisms((8, 0.5, 0.3), (6, 0.2, 0.6)).elements
         return Scene(name="offset", reference="stone-1", elements=(
             *elements[:2], elements[2].model_copy(update={"at": (offset, 0.0)})
         ))  # fmt: skip
@@ -263,6 +279,6 @@ def test_a_wrong_plan_is_refused(content: dict[str, Any], message: str) -> None:
         Element.model_validate({"name": "a", **content})
 
 
-def test_an_element_is_the_same_when_it_is_read_again() -> None:
-    for element in prisms((6, 0.5, 0.3), ("circle", 0.3, 0.6)).elements:
+def test_a_scene_element_survives_json_unchanged() -> None:
+    for element in stack_of_prisms((6, 0.5, 0.3), ("circle", 0.3, 0.6)).elements:
         assert Element.model_validate(element.model_dump(mode="json")) == element

@@ -14,8 +14,8 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 from tests.dem.test_stack import INTERVAL
 
-WIDTH, HEIGHT, BASE = 0.3, 0.6, 4.0
-INSIDE: Final = 0.05
+WIDTH, HEIGHT, BASE_WIDTH = 0.3, 0.6, 4.0
+RIM_DISTANCE: Final = 0.05
 """Distance of the shaft's centre from the rim of the base at rest, m."""
 INERTIA: Final = (WIDTH**2 + HEIGHT**2) / 12.0
 """Moment of inertia of the shaft per mass, m²."""
@@ -30,15 +30,15 @@ def overhanging_shaft(friction: float) -> Scene:
         ),
         "elements": (
             {"name": "ground", "kind": "driven", "width": 40.0, "height": 1.0, "at": (0.0, -1.0)},
-            {"name": "base", "width": BASE, "depth": BASE, "height": 1.0, "stands_on": "ground"},
+            {"name": "base", "width": BASE_WIDTH, "depth": BASE_WIDTH, "height": 1.0, "stands_on": "ground"},
             {"name": "shaft", "width": WIDTH, "depth": WIDTH, "height": HEIGHT, "stands_on": "base",
-             "at": (0.5 * BASE - INSIDE, 0.0), "material": "slick"},
+             "at": (0.5 * BASE_WIDTH - RIM_DISTANCE, 0.0), "material": "slick"},
         ),
     })  # fmt: skip
 
 
-def path_under(acceleration: np.ndarray[Any, Any], friction: float) -> xr.Dataset:
-    """Return the path of the stack under an acceleration of the ground towards the overhang, m/s²."""
+def path_of_overhanging_shaft(acceleration: np.ndarray[Any, Any], friction: float) -> xr.Dataset:
+    """Return the path of a shaft that overhangs its base, under a ground acceleration towards the overhang, m/s²."""
     motion = Motion(acceleration, np.zeros(acceleration.size), sampling_interval=INTERVAL, trust_data=True)
     return trajectory(motion, overhanging_shaft(friction), orientation_deg=0.0, leave_out=False)
 
@@ -55,11 +55,12 @@ def test_a_stone_without_friction_slides_over_the_rim_as_a_plane_body_does() -> 
     """
     time = np.arange(0.0, 1.2, INTERVAL)
     pulse = np.where(time < 0.1, -4.0, 0.0)
-    path = path_under(pulse, 0.0)
+    path = path_of_overhanging_shaft(pulse, 0.0)
     speed = -float(np.trapezoid(pulse, time))
-    passes = -float(np.trapezoid(pulse * time, time)) / speed + INSIDE / speed  # the centre is above the rim, s
+    passes = -float(np.trapezoid(pulse * time, time)) / speed + RIM_DISTANCE / speed  # the centre is above the rim, s
 
-    def rates(_: float, state: np.ndarray[Any, Any]) -> list[float]:
+    def state_rates(_: float, state: np.ndarray[Any, Any]) -> list[float]:
+        """Return the time derivative of the state (x, z, angle and their velocities)."""
         x, z, angle, vx, vz, spin = state
         normal, along = np.array([math.sin(angle), math.cos(angle)]), np.array([math.cos(angle), -math.sin(angle)])
         at = float(along @ [x, z])
@@ -70,7 +71,7 @@ def test_a_stone_without_friction_slides_over_the_rim_as_a_plane_body_does() -> 
         return [vx, vz, spin, force * normal[0], force * normal[1] - GRAVITY, force * lever / INERTIA]
 
     expected = solve_ivp(
-        rates, (0.0, 0.33), [0.0, 0.5 * HEIGHT, 0.0, speed, 0.0, 0.0], rtol=1e-10, atol=1e-12, dense_output=True
+        state_rates, (0.0, 0.33), [0.0, 0.5 * HEIGHT, 0.0, speed, 0.0, 0.0], rtol=1e-10, atol=1e-12, dense_output=True
     ).sol
     since = path["time"].to_numpy() - passes
     leans = (since > 0.1) & (since < 0.33)
@@ -85,19 +86,23 @@ def test_a_rough_stone_turns_about_the_rim_like_a_pendulum(level: float) -> None
     """The stone's centre is 0.05 m inside the rim and 0.3 m above it; the stone turns about the rim without slip."""
     time = np.arange(0.0, 1.2, INTERVAL)
 
-    def ground(t: float) -> float:
+    def base_acceleration(t: float) -> float:
+        """Return the acceleration of the base at a time, m/s²."""
         return -level * min(1.0, max(0.0, 1.0 - (t - 0.2) / INTERVAL))
 
-    path = path_under(np.where(time < 0.2 + 0.5 * INTERVAL, -level, 0.0), 5.0)
+    path = path_of_overhanging_shaft(np.where(time < 0.2 + 0.5 * INTERVAL, -level, 0.0), 5.0)
     above = 0.5 * HEIGHT
 
-    def rates(t: float, state: np.ndarray[Any, Any]) -> list[float]:
+    def state_rates(t: float, state: np.ndarray[Any, Any]) -> list[float]:
+        """Return the time derivative of angle and angular velocity."""
         angle, spin = state
-        x = -INSIDE * math.cos(angle) + above * math.sin(angle)
-        z = INSIDE * math.sin(angle) + above * math.cos(angle)
-        return [spin, (GRAVITY * x - ground(t) * z) / (INERTIA + INSIDE**2 + above**2)]
+        x = -RIM_DISTANCE * math.cos(angle) + above * math.sin(angle)
+        z = RIM_DISTANCE * math.sin(angle) + above * math.cos(angle)
+        return [spin, (GRAVITY * x - base_acceleration(t) * z) / (INERTIA + RIM_DISTANCE**2 + above**2)]
 
-    expected = solve_ivp(rates, (0.0, 0.6), [0.0, 0.0], rtol=1e-10, atol=1e-12, max_step=1e-3, dense_output=True).sol
+    expected = solve_ivp(
+        state_rates, (0.0, 0.6), [0.0, 0.0], rtol=1e-10, atol=1e-12, max_step=1e-3, dense_output=True
+    ).sol
     at = path["time"].to_numpy()
     known = expected(at[at < 0.6])[0]
     leans = known > 2e-3

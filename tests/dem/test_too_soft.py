@@ -14,12 +14,12 @@ from overturning.model.status import CaseStatus
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 
-SHAKEN = pytest.mark.parametrize("peak", [0.0, 0.1, 5.0])
-ALL = pytest.mark.parametrize("leave_out", [True, False])
+PEAK_ACCELERATIONS = pytest.mark.parametrize("peak", [0.0, 0.1, 5.0])
+WITH_AND_WITHOUT_SKIPPING = pytest.mark.parametrize("leave_out", [True, False])
 
 
-@SHAKEN
-@ALL
+@PEAK_ACCELERATIONS
+@WITH_AND_WITHOUT_SKIPPING
 def test_a_block_with_excessive_static_penetration_is_marked(peak: float, leave_out: bool) -> None:
     north = peak * np.sin(np.arange(200) * 0.1)
     motion = Motion(north, np.zeros(200), sampling_interval=0.01)
@@ -31,8 +31,8 @@ def test_a_block_with_excessive_static_penetration_is_marked(peak: float, leave_
     assert (stiff.overturned != INT8_MISSING).all()
 
 
-@SHAKEN
-@ALL
+@PEAK_ACCELERATIONS
+@WITH_AND_WITHOUT_SKIPPING
 @pytest.mark.parametrize(("plan", "times"), [("rectangle", 1), ("circle", 2), (6, 3)])
 def test_a_3d_body_with_excessive_static_penetration_is_marked(
     peak: float, leave_out: bool, plan: str | int, times: int
@@ -64,7 +64,7 @@ def test_a_3d_body_with_excessive_static_penetration_is_marked(
     assert np.isnan(path.overturned)
 
 
-@SHAKEN
+@PEAK_ACCELERATIONS
 def test_a_stone_that_overlaps_its_wall_has_a_missing_outcome(peak: float) -> None:
     """The wall is 0.22 m from the centre: a stone 0.6 m high overlaps it from B/H 0.7333 and would be thrown off."""
     motion = Motion(peak * np.sin(np.arange(200) * 0.1), np.zeros(200), sampling_interval=0.01)

@@ -31,46 +31,51 @@ from tests.expect import lacking
 
 pytestmark = pytest.mark.long
 
-Compile = Callable[[], Iterator[str]]
+AssembleLoop = Callable[[], Iterator[str]]
 """Function that compiles a loop and yields the assembly of each of its variants."""
 
 
-def compiled(loop: Any, *arguments: Any) -> Compile:
-    def assemblies() -> Iterator[str]:
+def assembler_of_loop(loop: Any, *arguments: Any) -> AssembleLoop:
+    """Return a function that compiles a loop for the types of its arguments and yields its assembly code."""
+
+    def assemble() -> Iterator[str]:
+        """Compile the loop and yield the assembly code of each version."""
         loop.compile(tuple(typeof(value) for value in arguments))
         yield from loop.inspect_asm().values()
 
-    return assemblies
+    return assemble
 
 
-UP = np.zeros(8)
-PAIR, ELEMENT, OWN, BLOCK = (
+UPWARD_ACCELERATION = np.zeros(8)
+PAIR, ELEMENT, CASE, BLOCK = (
     np.zeros(table.size) for table in (rows.PAIR, rows.ELEMENT, rows.CASE, equations.SUBMATRIX)
 )
-LOOPS: dict[str, Compile] = {
-    "couple": compiled(
+LOOPS: dict[str, AssembleLoop] = {
+    "couple": assembler_of_loop(
         add_pair_to_equations,
         PAIR,
         ELEMENT,
         ELEMENT.copy(),
-        OWN,
+        CASE,
         PairSubmatrices(*(BLOCK.copy() for _ in range(4))),
         (True, True, True),
     ),
-    "correct": compiled(compute_pair_forces_after_solution, PAIR, ELEMENT, ELEMENT.copy(), OWN),
-    "keep": compiled(store_accepted_pair_history, PAIR, OWN),
-    "invert": compiled(equations.invert_submatrix_in_place, BLOCK),
-    "divide": compiled(equations.multiply_by_pivot_inverse, BLOCK, BLOCK.copy()),
-    "eliminate": compiled(equations.subtract_submatrix_product, BLOCK, BLOCK.copy(), BLOCK.copy(), False),
-    "subtract product": compiled(equations.subtract_from_velocity_change, ELEMENT, BLOCK, ELEMENT.copy()),
-    "predict, vertical": compiled(predict_element_motion, UP, ELEMENT, OWN, 128.0, 9.80665),
-    "predict, level": compiled(predict_element_motion, None, ELEMENT, OWN, 128.0, 9.80665),
-    "correct state, vertical": compiled(correct_element_motion, UP, ELEMENT, OWN, 128.0, 9.80665),
-    "correct state, level": compiled(correct_element_motion, None, ELEMENT, OWN, 128.0, 9.80665),
-    "cundall contact": compiled(cundall.compute_pair_forces, PAIR, ELEMENT, ELEMENT.copy(), OWN),
-    "motion, vertical": compiled(cundall.advance_element, UP, ELEMENT, OWN, 9.80665),
-    "motion, level": compiled(cundall.advance_element, None, ELEMENT, OWN, 9.80665),
-    "slip": compiled(record_slip_and_upright_time, ELEMENT, ELEMENT.copy(), OWN, 0.1, 0.01),
+    "correct": assembler_of_loop(compute_pair_forces_after_solution, PAIR, ELEMENT, ELEMENT.copy(), CASE),
+    "keep": assembler_of_loop(store_accepted_pair_history, PAIR, CASE),
+    "invert": assembler_of_loop(equations.invert_submatrix_in_place, BLOCK),
+    "divide": assembler_of_loop(equations.multiply_by_pivot_inverse, BLOCK, BLOCK.copy()),
+    "eliminate": assembler_of_loop(equations.subtract_submatrix_product, BLOCK, BLOCK.copy(), BLOCK.copy(), False),
+    "subtract product": assembler_of_loop(equations.subtract_from_velocity_change, ELEMENT, BLOCK, ELEMENT.copy()),
+    "predict, vertical": assembler_of_loop(predict_element_motion, UPWARD_ACCELERATION, ELEMENT, CASE, 128.0, 9.80665),
+    "predict, level": assembler_of_loop(predict_element_motion, None, ELEMENT, CASE, 128.0, 9.80665),
+    "correct state, vertical": assembler_of_loop(
+        correct_element_motion, UPWARD_ACCELERATION, ELEMENT, CASE, 128.0, 9.80665
+    ),
+    "correct state, level": assembler_of_loop(correct_element_motion, None, ELEMENT, CASE, 128.0, 9.80665),
+    "cundall contact": assembler_of_loop(cundall.compute_pair_forces, PAIR, ELEMENT, ELEMENT.copy(), CASE),
+    "motion, vertical": assembler_of_loop(cundall.advance_element, UPWARD_ACCELERATION, ELEMENT, CASE, 9.80665),
+    "motion, level": assembler_of_loop(cundall.advance_element, None, ELEMENT, CASE, 9.80665),
+    "slip": assembler_of_loop(record_slip_and_upright_time, ELEMENT, ELEMENT.copy(), CASE, 0.1, 0.01),
 }
 """Loops of the scene kernel; they have as many lanes as the widest vector has numbers."""
 
@@ -80,16 +85,17 @@ def widest_register() -> str:
     """Return the vector registers of LLVM for this processor: of 512 bits on some, but 256 on others that have both."""
 
     def add(total: np.ndarray, term: np.ndarray) -> None:
+        """Add arrays in a loop that LLVM can vectorise."""
         for i in range(total.size):
             total[i] += term[i]
 
     loop = numba.njit(add)
-    loop.compile((typeof(UP), typeof(UP)))
+    loop.compile((typeof(UPWARD_ACCELERATION), typeof(UPWARD_ACCELERATION)))
     (assembly,) = loop.inspect_asm().values()
     return next(name for name in ("zmm", "ymm", "xmm") if re.search(rf"\bv?addpd\b[^\n]*%{name}", assembly))
 
 
-def operations() -> tuple[str, str]:
+def packed_and_scalar_arithmetic_patterns() -> tuple[str, str]:
     """Return regular expressions for packed double arithmetic at full width, and for scalar double arithmetic."""
     kind = platform.machine().lower()
     if kind in ("x86_64", "amd64"):
@@ -100,25 +106,25 @@ def operations() -> tuple[str, str]:
     return r"\bf(?:add|sub|mul|div)(?:\.2d)?\s+v[^\n]*", r"\bf(?:add|sub|mul|div)\s+d\d"
 
 
-MASKED = re.compile(r"\bvmaskmovpd\s+%[xy]mm\d+, %[xy]mm\d+, \S*\(|\bvmov[au]pd\s+%[xyz]mm\d+, \S*\([^\n]*\{%k")
+MASKED_MOVE = re.compile(r"\bvmaskmovpd\s+%[xy]mm\d+, %[xy]mm\d+, \S*\(|\bvmov[au]pd\s+%[xyz]mm\d+, \S*\([^\n]*\{%k")
 """Conditional (masked) stores, which take ten cycles each on some processors."""
 
-FUSED = re.compile(r"\bv?f[n]?m(?:add|sub|addsub|subadd)\w*|\bfml[as]\b|\bfn?madd\b")
+FUSED_MULTIPLY_ADD = re.compile(r"\bv?f[n]?m(?:add|sub|addsub|subadd)\w*|\bfml[as]\b|\bfn?madd\b")
 
 
 @pytest.mark.parametrize("name", LOOPS)
 def test_small_loops_are_fully_vectorised_without_fused_multiply_add(name: str) -> None:
-    packed, scalar = operations()
+    packed, scalar = packed_and_scalar_arithmetic_patterns()
     for assembly in LOOPS[name]():
-        assert not FUSED.search(assembly)
+        assert not FUSED_MULTIPLY_ADD.search(assembly)
         wide, single = len(re.findall(packed, assembly)), len(re.findall(scalar, assembly))
-        assert not MASKED.search(assembly)
+        assert not MASKED_MOVE.search(assembly)
         # Left-over columns are processed in scalar code, so each operation occurs once in both forms.
         assert wide >= 15 or name == "keep", name
         assert wide >= 0.9 * single, f"{wide} packed operations and {single} scalar ones"
 
 
-WAVE = 4.0 * np.sin(0.1 * np.arange(50))
+ACCELERATION = 4.0 * np.sin(0.1 * np.arange(50))
 KERNELS: dict[str, tuple[Callable[..., Any], int]] = {
     "block, centred": (lambda motion, mu: run_cases(motion, Cases(0.0, 0.6, 0.3, mu)), 3),
     "block, cundall": (lambda motion, mu: run_cases(motion, Cases(0.0, 0.6, 0.3, mu), scheme="cundall"), 1),
@@ -128,8 +134,9 @@ KERNELS: dict[str, tuple[Callable[..., Any], int]] = {
 """Function that makes a kernel compile or load, and its number of large loops over the lanes."""
 
 
-def moving(vertical: bool) -> Motion:
-    return Motion(WAVE, WAVE, WAVE if vertical else None, sampling_interval=0.01)
+def short_motion(vertical: bool) -> Motion:
+    """Return a motion of 50 samples, with or without a vertical component."""
+    return Motion(ACCELERATION, ACCELERATION, ACCELERATION if vertical else None, sampling_interval=0.01)
 
 
 def library_of_kernel(compute: Callable[[], Any], monkeypatch: pytest.MonkeyPatch) -> Any:
@@ -137,6 +144,7 @@ def library_of_kernel(compute: Callable[[], Any], monkeypatch: pytest.MonkeyPatc
     called = []
 
     def queue(*arguments: Any) -> Any:
+        """Note the types of the arguments and run the kernel."""
         called.append(tuple(map(typeof, arguments)))
         return run_case_queue(*arguments)
 
@@ -149,7 +157,7 @@ def library_of_kernel(compute: Callable[[], Any], monkeypatch: pytest.MonkeyPatc
 def test_loops_of_a_kernel_get_no_arguments_that_they_do_not_use(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Numba passes an array as seven numbers; these functions, of two to five arrays, use the address alone."""
     compute, _ = KERNELS[name]
-    module = str(library_of_kernel(lambda: compute(moving(False), 1.0), monkeypatch)._get_module_for_linking())
+    module = str(library_of_kernel(lambda: compute(short_motion(False), 1.0), monkeypatch)._get_module_for_linking())
     names = r"(?:point_pair|vertex_pair|patch_forces)"
     found = re.findall(rf"^define private [^@]*@[^(]*{names}[^(]*\((.*)\)", module, re.MULTILINE)
     counts = [len(re.findall(r" %", arguments)) for arguments in found]
@@ -160,9 +168,9 @@ def test_loops_of_a_kernel_get_no_arguments_that_they_do_not_use(name: str, monk
 def test_loops_of_a_body_have_no_scalar_copy_for_arrays_that_overlap(monkeypatch: pytest.MonkeyPatch) -> None:
     """LLVM would compile each of these loops twice, and test for overlap in every call."""
     compute, _ = KERNELS["body"]
-    library = library_of_kernel(lambda: compute(moving(False), 1.0), monkeypatch)
+    library = library_of_kernel(lambda: compute(short_motion(False), 1.0), monkeypatch)
     assembly = library._codegen._tm.emit_assembly(library._get_module_for_linking())
-    packed, scalar = operations()
+    packed, scalar = packed_and_scalar_arithmetic_patterns()
     loops = re.findall(r"^\S*(?:point|vertex)_pair\S*:(.*?)^\.Lfunc_end", assembly, re.MULTILINE | re.DOTALL)
     counts = [(len(re.findall(packed, text)), len(re.findall(scalar, text))) for text in loops]
     assert sum(wide > 100 for wide, _ in counts) >= 5
@@ -181,15 +189,15 @@ def test_the_large_loops_of_a_kernel_are_vectorised(
     A loop over a variable number of lanes may have a scalar copy for the lanes that do not fill a vector.
     """
     compute, large = KERNELS[name]
-    library = library_of_kernel(lambda: compute(moving(vertical), friction), monkeypatch)
-    packed, scalar = operations()
+    library = library_of_kernel(lambda: compute(short_motion(vertical), friction), monkeypatch)
+    packed, scalar = packed_and_scalar_arithmetic_patterns()
     # A loaded library holds machine code and, for linking, the LLVM module from which the assembly is made.
     assembly = library._codegen._tm.emit_assembly(library._get_module_for_linking())
-    assert not FUSED.search(assembly)
+    assert not FUSED_MULTIPLY_ADD.search(assembly)
     found = []
     for label, text in re.findall(r"^([.\w$]+):(.*?)(?=^[.\w$]+:|\Z)", assembly, re.MULTILINE | re.DOTALL):
         if re.search(rf"{re.escape(label)}\b", text):
-            found.append((len(re.findall(packed, text)), len(re.findall(scalar, text)), len(MASKED.findall(text))))
+            found.append((len(re.findall(packed, text)), len(re.findall(scalar, text)), len(MASKED_MOVE.findall(text))))
     assert sum(wide >= 50 for wide, _, _ in found) >= large
     assert {single for _, single, _ in found if single >= 60} <= {wide for wide, _, _ in found}
     assert max(masked for wide, _, masked in found if wide >= 50) <= 1
@@ -205,5 +213,5 @@ def test_the_check_detects_a_fused_multiply_add() -> None:
         "fmadd d0",
         "vfmaddsub213pd",
     ):
-        assert FUSED.search(f"\t{text}, x")
-    assert not FUSED.search("vmulpd %zmm0, %zmm1\n vaddpd")
+        assert FUSED_MULTIPLY_ADD.search(f"\t{text}, x")
+    assert not FUSED_MULTIPLY_ADD.search("vmulpd %zmm0, %zmm1\n vaddpd")

@@ -32,7 +32,7 @@ from overturning.records.catalogue import read_record_table
 from overturning.records.processing import process_record
 from overturning.records.read import read_record
 from overturning.records.store import round_to_stored_precision
-from tests.dem.paths import depths, stone
+from tests.dem.paths import lower_corner_penetrations, stone_of_trajectory
 from tests.figures.films import falling_body
 from tests.figures.test_film import unpack
 
@@ -51,17 +51,17 @@ def motion() -> Motion:
 
 def test_film_of_a_fall_ends_with_the_block_on_its_side(motion: Motion) -> None:
     path = trajectory(motion, azimuth_deg=0, **BLOCK)
-    side = int(stone(path)["overturned"])
+    side = int(stone_of_trajectory(path)["overturned"])
     assert side != 0
     cell = simulate_as_arrays(motion, azimuth_deg=[0], **{name: [value] for name, value in BLOCK.items()})
-    assert float(stone(path)["overturning_time"]) == cell["overturning_time"].item()
+    assert float(stone_of_trajectory(path)["overturning_time"]) == cell["overturning_time"].item()
     assert outcome_sentence(path).startswith("falls towards N at" if side > 0 else "falls towards S at")
     film = film_of_trajectories([path], motion, "pulse")
     assert film.start == pytest.approx(1.6, abs=0.2)  # the quiet time before is not shown
     body = film.panels[0].bodies[1]
     assert body.rotation[-1] == pytest.approx(side * np.pi / 2)
     assert sorted(vertex_positions_by_frame(body)[-1, :, 1]) == pytest.approx([0, 0, 0.18, 0.18]), "it lies on its side"
-    turned = np.abs(stone(path)["rotation"].to_numpy()[-1])
+    turned = np.abs(stone_of_trajectory(path)["rotation"].to_numpy()[-1])
     assert turned < np.pi / 2, "the path itself ends before"
     assert np.abs(np.diff(body.position[:, 0])).max() < 0.06, "and does not jump"
     assert vertex_positions_by_frame(body)[..., 1].min() > -0.01, "nothing sinks into the base"
@@ -69,7 +69,7 @@ def test_film_of_a_fall_ends_with_the_block_on_its_side(motion: Motion) -> None:
 
 def test_films_of_opposite_azimuths_mirror_each_other(motion: Motion) -> None:
     one, other = (trajectory(motion, azimuth_deg=angle, **BLOCK) for angle in (0, 180))
-    assert int(stone(one)["overturned"]) == -int(stone(other)["overturned"])
+    assert int(stone_of_trajectory(one)["overturned"]) == -int(stone_of_trajectory(other)["overturned"])
     assert outcome_sentence(one) == outcome_sentence(other)
 
 
@@ -93,7 +93,7 @@ def test_frames_show_the_trajectory_and_the_ground_at_their_times(motion: Motion
     """A frame has the pose of the path at its time, and the ground the displacement of a sine pulse, in closed form."""
     path = trajectory(motion, azimuth_deg=0, **BLOCK)
     film = film_of_trajectories([path], motion, "pulse")
-    panel, one = film.panels[0], stone(path)
+    panel, one = film.panels[0], stone_of_trajectory(path)
     frame = 40
     assert film.frame_times[frame] == pytest.approx(film.start + 0.8)
     for name, column in (("x", 0), ("z", 1)):
@@ -168,7 +168,7 @@ def test_two_settings_share_one_clock() -> None:
     data = film.player_data()
     assert data["frames"] == len(film.frame_times)
     for panel, path in zip(film.panels, paths, strict=True):
-        there = np.interp(film.frame_times, path["time"], stone(path)["x"])
+        there = np.interp(film.frame_times, path["time"], stone_of_trajectory(path)["x"])
         moving = film.frame_times <= float(path["time"][-1])
         assert panel.bodies[1].position[moving, 0] == pytest.approx(there[moving], abs=1e-12)
     assert [len(panel["traces"]) for panel in data["panels"]] == [2, 2]
@@ -188,7 +188,7 @@ def test_forces_at_rest_carry_the_weight(motion: Motion) -> None:
     assert force[50].sum(axis=0) == pytest.approx([0, 1], abs=1e-3)
     assert force[50, 0] == pytest.approx(force[50, 1], abs=1e-3)
     assert point[50] == pytest.approx(np.array([[-0.09, 0], [0.09, 0]]), abs=1e-4)
-    rotation = stone(path)["rotation"].to_numpy()
+    rotation = stone_of_trajectory(path)["rotation"].to_numpy()
     rocking = int(np.argmax(np.abs(rotation) > 0.1))
     lifted = 0 if rotation[rocking] > 0 else 1
     assert force[rocking, lifted] == pytest.approx([0, 0])
@@ -227,7 +227,7 @@ def test_forces_obey_contact_law_and_friction_limit(real: xr.Dataset) -> None:
     assert force[:, :, 1].min() >= 0
     # Allowed: 0.5 % of the weight, since the time of a sample is known to one step.
     assert (np.abs(along) - real.attrs["friction"] * normal).max() < 5e-3
-    up = depths(real).T < 0
+    up = lower_corner_penetrations(real).T < 0
     stays_up = up[:-1] & up[1:]
     assert force[:-1][stays_up].max(initial=0.0) == 0
     assert stays_up.sum() > 50
@@ -235,7 +235,7 @@ def test_forces_obey_contact_law_and_friction_limit(real: xr.Dataset) -> None:
 
 def test_forces_change_the_momentum_as_the_kernel_did(real: xr.Dataset) -> None:
     """M Δv = ∫ (Σ f + weight) dt from the start to any sample, and I Δω = ∫ Σ r × f dt."""
-    force, one = in_weights(real)[:-1], stone(real)
+    force, one = in_weights(real)[:-1], stone_of_trajectory(real)
     time, g = real["time"].to_numpy(), 9.80665
     centre = np.stack([one["x"], one["z"]], axis=1)
     arm = np.nan_to_num(real["contact_place"].to_numpy()[:-1] - 0.5 * (centre[1:] + centre[:-1])[:, None, :])

@@ -9,7 +9,7 @@ from overturning.motion.heading import (
     strongest_pulse_axis_and_period,
 )
 from overturning.motion.motion import Motion
-from tests.dem.near_field import near_field
+from tests.dem.near_field import read_near_field_record
 
 
 @pytest.mark.parametrize("azimuth", [0.0, 33.0, 90.0, 145.0, 260.0])
@@ -42,7 +42,7 @@ def test_wavelet_matches_pywavelets_db4() -> None:
 )
 def test_pulse_axes_match_a_time_domain_convolution(number: int, axis: float, period: float) -> None:
     """Reference: PyWavelets' db4 convolved in time with the velocity, at samples at least 0.04 s apart."""
-    found = strongest_pulse_axis_and_period(near_field(number, pulse=number < 15)[0])
+    found = strongest_pulse_axis_and_period(read_near_field_record(number, pulse=number < 15)[0])
     assert abs((found[0] - axis + 90) % 180 - 90) < 0.2
     assert found[1] == pytest.approx(period, rel=0.01)
 

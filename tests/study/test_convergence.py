@@ -36,7 +36,7 @@ from overturning.study.sample import CellSample, choose_random_cells, read_cell_
 from overturning.study.scenes import variant_grid
 from overturning.study.schema import Study
 from overturning.study.sections import ConvergenceCheckSettings
-from tests.dem.near_field import strong_part
+from tests.dem.near_field import strong_part_of_record
 from tests.study.small_study import cube_of, study
 
 COUNTS = {
@@ -92,7 +92,7 @@ def test_choice_has_the_wanted_size_no_mirrored_cell_and_none_twice() -> None:
 @cache
 def short(number: int, name: str = "a") -> Record:
     """The strong part of a record."""
-    motion = strong_part(number, 4.0, 8.0)
+    motion = strong_part_of_record(number, 4.0, 8.0)
     return round_to_stored_precision(Record(name, motion.north, motion.east, None, motion.sampling_interval))
 
 

@@ -11,7 +11,7 @@ from overturning.dem.polygon.prepare import reason_scene_moves_by_itself
 from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.study.doubts import implausible_setting_warnings, skipped_range_end_warnings
 from overturning.study.load import load_study, study_from_content
-from tests.dem.test_polygon_fallen import arch
+from tests.dem.test_polygon_fallen import arch_scene
 from tests.expect import said
 from tests.sources import shipped_files
 
@@ -218,7 +218,9 @@ def test_a_block_on_a_slope_steeper_than_its_friction_is_doubted() -> None:
 def test_level_ground_without_friction_and_an_arch_are_not_doubted() -> None:
     """Nothing pushes a level block; the joints of an arch are steep, but pressed together."""
     assert doubts(scene=overhanging(0.0), friction=[0.0]) == []
-    assert reason_scene_moves_by_itself(arch(), None, size_reference_height_and_b_over_h(arch())[1], 0.7) == ""
+    assert (
+        reason_scene_moves_by_itself(arch_scene(), None, size_reference_height_and_b_over_h(arch_scene())[1], 0.7) == ""
+    )
 
 
 def test_study_check_prints_doubts_and_goes_on(tmp_path: Path) -> None:

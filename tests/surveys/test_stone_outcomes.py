@@ -17,7 +17,7 @@ from overturning.surveys.library import CandidateMotion
 from overturning.surveys.responses import StoneKind, note_on_broad_stones, simulation_case_count_and_time
 from overturning.surveys.stone_outcomes import shipped_outcomes, simulate_outcomes_of_sizes
 from overturning.surveys.stones import Stone
-from tests.dem.test_same_bits import NUMPY_SETS
+from tests.dem.test_same_bits import NUMPY_INSTRUCTION_SETS
 
 
 @pytest.mark.parametrize("count", [2, pytest.param(60, marks=pytest.mark.long)])
@@ -45,7 +45,7 @@ def test_the_grid_is_that_of_the_shipped_outcomes_on_any_processor() -> None:
     ]
     done = subprocess.run(
         command,
-        env=os.environ | {"NPY_DISABLE_CPU_FEATURES": " ".join(NUMPY_SETS)},
+        env=os.environ | {"NPY_DISABLE_CPU_FEATURES": " ".join(NUMPY_INSTRUCTION_SETS)},
         capture_output=True,
         text=True,
         check=True,

@@ -12,7 +12,7 @@ from overturning.model.element import ContactLaw
 from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
-from tests.dem.polygon_scenes import shipped
+from tests.dem.polygon_scenes import load_shipped_scene
 from tests.verification.test_stability_scenes import pulse
 from verification.stability.checks import (
     find_scene_contradiction,
@@ -30,7 +30,7 @@ def case(scene: Scene) -> CaseResults:
 @cache
 def three_tier_case() -> tuple[PreparedScene, CaseResults]:
     """The three-tier grave and its case; a test changes a copy."""
-    scene = shipped("three-tier")
+    scene = load_shipped_scene("three-tier")
     return prepare_scene(scene), case(scene)
 
 
@@ -70,7 +70,7 @@ def test_softer_contact_lies_flat_at_a_smaller_rotation() -> None:
     """A block of B x H lying on its side: m g/2 on each end of a face of length H, δ/B where it stands."""
     for share in (1e-4, 1e-2):
         law = ContactLaw(between=("stone", "stone"), static_penetration=share)
-        scene = shipped("gravestone").model_copy(update={"contacts": (law,)})
+        scene = load_shipped_scene("gravestone").model_copy(update={"contacts": (law,)})
         short = np.arcsin(share * size_reference_height_and_b_over_h(scene)[1])
         assert 0.5 * np.pi - least_fallen_rotations(prepare_scene(scene)) == pytest.approx(short, rel=1e-6)
         assert standing_rotation_limits(prepare_scene(scene)) == pytest.approx(np.arctan(0.4))
@@ -81,7 +81,7 @@ def test_a_boulder_has_fallen_where_it_lies_on_its_next_side() -> None:
 
     Results keep no sign of a rotation, so it surely has fallen at the larger of both.
     """
-    prepared = prepare_scene(shipped("boulder"))
+    prepared = prepare_scene(load_shipped_scene("boulder"))
     comes_down = np.arctan2(0.47, 0.38)
     assert prepared.placed[-1].fall_threshold_rotations_rad == pytest.approx(
         (comes_down, np.arctan2(0.31, 0.30)), abs=1e-9
@@ -94,7 +94,7 @@ def test_a_boulder_has_fallen_where_it_lies_on_its_next_side() -> None:
 
 
 def test_fallen_rotation_of_the_scene_is_used() -> None:
-    scene = shipped("gravestone")
+    scene = load_shipped_scene("gravestone")
     tips = np.degrees(np.arctan(0.4))
     for asked, drop, early, lying in ((60.0, None, tips, 60.0), (120.0, None, tips, np.inf), (90.0, 0.2, 0.0, 90.0)):
         elements = [

@@ -14,8 +14,8 @@ from overturning.dem.run import simulate_cases
 from overturning.model.cases import Cases
 from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.planes import PlanarModel
-from tests.dem.near_field import near_field as installed_near_field
-from tests.dem.polygon_scenes import shipped
+from tests.dem.near_field import read_near_field_record as installed_near_field
+from tests.dem.polygon_scenes import load_shipped_scene
 from tests.expect import lacking
 from verification.inputs import read_near_field_motion
 from verification.scene_peers import TABLE, engine_sides, sample_cases
@@ -32,7 +32,7 @@ def test_flags_agree_within_the_engines_mutual_disagreement() -> None:
     installed_near_field(6)  # skips where the records are not installed
     kept, cases = pd.read_csv(TABLE), sample_cases()
     pd.testing.assert_frame_equal(kept[cases.columns], cases, check_dtype=False)
-    scene = shipped("three-tier")
+    scene = load_shipped_scene("three-tier")
     height, _ = size_reference_height_and_b_over_h(scene)
     ours, rigid = np.zeros((2, len(cases)))
     for number, here in cases.groupby("record"):

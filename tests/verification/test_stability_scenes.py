@@ -18,7 +18,7 @@ from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
-from tests.dem.polygon_scenes import shipped
+from tests.dem.polygon_scenes import load_shipped_scene
 from verification.stability.cases import SCENES, TOGETHER, scene_settings
 from verification.stability.checks import Ending, find_scene_contradiction, rocking_bound
 from verification.stability.maps import SCENE_MEANINGS, run_map, run_setting
@@ -59,14 +59,14 @@ def test_no_case_of_a_scene_is_silent() -> None:
 
 @pytest.mark.parametrize("name", SCENES)
 def test_rocking_threshold_worked_out_from_the_shapes_is_that_of_the_kernel(name: str) -> None:
-    made = prepare_scene(shipped(name))
+    made = prepare_scene(load_shipped_scene(name))
     assert rocking_bound(made.placed) == pytest.approx(made.threshold, rel=1e-9)
     if name in ("gravestone", "against-a-wall"):
         assert rocking_bound(made.placed) == pytest.approx(0.24 / 0.6)
 
 
 def test_the_checks_find_a_wrong_answer_of_one_element() -> None:
-    made, motion = shipped("three-tier"), pulse(6.0)
+    made, motion = load_shipped_scene("three-tier"), pulse(6.0)
     prepared = prepare_scene(made)
     found = simulate_cases(made, motion, Cases([0.0], 0.636, 0.3805031447, 0.7))
     assert found.status[0] == CaseStatus.SIMULATED
@@ -98,7 +98,7 @@ def test_scene_with_too_soft_contacts_is_marked(name: str) -> None:
     """Also where nothing moves, and where the faces have passed one another: 8 widths deep."""
     for penetration in (0.6, 8.0):
         law = ContactLaw(between=("stone", "stone"), static_penetration=penetration)
-        soft = shipped(name).model_copy(update={"contacts": (law,)})
+        soft = load_shipped_scene(name).model_copy(update={"contacts": (law,)})
         found = simulate_cases(
             soft,
             pulse(3.0),
@@ -108,7 +108,7 @@ def test_scene_with_too_soft_contacts_is_marked(name: str) -> None:
         assert (found.status == CaseStatus.UNSTABLE).all()
         assert (found.overturned == -128).all()
     law = ContactLaw(between=("stone", "stone"), static_penetration=1e-13)
-    stiff = shipped(name).model_copy(update={"contacts": (law,)})
+    stiff = load_shipped_scene(name).model_copy(update={"contacts": (law,)})
     with pytest.raises(ArgumentError, match="stiffness: static penetration"):
         simulate_cases(
             stiff,
@@ -140,7 +140,7 @@ def test_kernels_converge_to_the_same_flags(stone: tuple[Any, ...]) -> None:
     north = generator.uniform(-abs(peak), abs(peak), 256) * np.sign(peak)
     up = vertical * generator.uniform(-abs(peak), abs(peak), 256) if vertical else None
     motion = Motion(north, 0 * north, up, sampling_interval=interval, trust_data=True)
-    scene = shipped("gravestone")
+    scene = load_shipped_scene("gravestone")
     scene = scene.model_copy(
         update={
             "materials": {"stone": Material(density=density)},

@@ -12,7 +12,7 @@ from overturning.model.results import CaseResults
 from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
-from tests.dem.test_stack import plateau
+from tests.dem.test_stack import plateau_acceleration
 from verification.stability.checks import Ending
 from verification.stability.maps import run_map
 from verification.stability.stacks import (
@@ -50,7 +50,7 @@ def answered_case() -> tuple[StackSetting, Motion, CaseResults]:
         penetration_ratio=2e-6, damping=1.0, friction=np.array([0.7]), amplitude=np.array([1.0]),
         orientation_deg=np.array([0.0]),
     )  # fmt: skip
-    motion = Motion(*plateau(0.4, 0.0), sampling_interval=0.01, trust_data=True)
+    motion = Motion(*plateau_acceleration(0.4, 0.0), sampling_interval=0.01, trust_data=True)
     found = simulate_cases(Stack(scene_of_stack_setting(setting)), motion, Cases([0.0], 0.6, 1.0 / 3.0, 0.7))
     assert found.status[0] == CaseStatus.SIMULATED
     assert found.overturned[0].tolist() == [0, 1]

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.dem.near_field import near_field as installed_near_field
+from tests.dem.near_field import read_near_field_record as installed_near_field
 from tests.expect import lacking
 from verification.stack_agreement import CASE_COLUMNS, PEER_TABLES, has_outcome, program_outcomes, same_fall
 from verification.stack_cases import StackCase, case_row, draw_cases

@@ -11,8 +11,11 @@ from overturning.kernel_cache import cache_compiled_kernel
 
 @cache_compiled_kernel
 @njit
-def is_fallen(w: float, x: float, y: float, least: float, sectors: np.ndarray) -> bool:
-    """True if the kernel counts a body rotated about a horizontal axis as fallen."""
+def kernel_counts_body_as_fallen(w: float, x: float, y: float, least: float, sectors: np.ndarray) -> bool:
+    """True if the 3-D kernel counts a body as fallen that is rotated by the quaternion (w, x, y, 0).
+
+    `least`: cosine of the smallest tilt at which the body has fallen. `sectors`: fall limits by direction of the lean.
+    """
     return bool(
         body_has_fallen(
             rotation_matrix(Quaternion(w, x, y, 0.0)), BodyTerminationLimits(0.0, 1.0, least, 1.0, 0.0), sectors

@@ -17,8 +17,8 @@ from overturning.kernel_cache import cache_compiled_kernel
 
 @cache_compiled_kernel
 @njit
-def eliminated(state, blocks, links, size):  # type: ignore[no-untyped-def]
-    """Solve the equations of linked elements, equal in every lane; return the number of submatrices used."""
+def solve_linked_elements(state, blocks, links, size):  # type: ignore[no-untyped-def]
+    """Solve the equations of linked elements, equal in every lane; return the number of 3 × 3 submatrices used."""
     pattern, matrix = equations.create_empty_nonzero_pattern(size), np.zeros(size * size * equations.SIZE)
     for k in range(size):
         pattern.used[k, k] = True
@@ -42,8 +42,8 @@ def eliminated(state, blocks, links, size):  # type: ignore[no-untyped-def]
 
 @cache_compiled_kernel
 @njit
-def products_and_quotient(fresh, added, one, other):  # type: ignore[no-untyped-def]
-    """Set `fresh` to −one · other, subtract one · other from `added`, and set `one` to one · other⁻¹; in every lane."""
+def multiply_and_divide_submatrices(fresh, added, one, other):  # type: ignore[no-untyped-def]
+    """Set fresh = −one · other, then added −= one · other, then one = one · other⁻¹, in place, in every lane."""
     equations.subtract_submatrix_product(fresh, one, other, True)
     equations.subtract_submatrix_product(added, one, other, False)
     equations.invert_submatrix_in_place(other)
@@ -52,7 +52,7 @@ def products_and_quotient(fresh, added, one, other):  # type: ignore[no-untyped-
 
 @cache_compiled_kernel
 @njit
-def steps_of(inputs, samples, sleep):  # type: ignore[no-untyped-def]
+def run_samples_and_count_pairs(inputs, samples, sleep):  # type: ignore[no-untyped-def]
     """Compute a case in all lanes; return the most pairs tested in a step after the first, and the elements' state."""
     workspace, cases = allocate_workspace(inputs), np.zeros(rows.COLUMNS, np.int64)
     scene, most, state = view_scene_arrays_without_reference_counts(inputs.scene), 0, workspace.state

@@ -15,7 +15,8 @@ REST = 3.0
 
 @cache_compiled_kernel
 @njit
-def _place_on_a_plane(base, dt, friction):  # type: ignore[no-untyped-def]
+def _slide_on_plane(base, dt, friction):  # type: ignore[no-untyped-def]
+    """Return the final displacement (m) of a mass with friction on a horizontal base, by steps of `dt`."""
     x, y, vx, vy, brake = 0.0, 0.0, 0.0, 0.0, friction * STANDARD_GRAVITY * dt
     for step in range(base.shape[1]):
         vx, vy = vx - dt * base[0, step], vy - dt * base[1, step]
@@ -28,7 +29,8 @@ def _place_on_a_plane(base, dt, friction):  # type: ignore[no-untyped-def]
 
 @cache_compiled_kernel
 @njit
-def _place_on_a_slope(base, dt, friction, cosine, sine):  # type: ignore[no-untyped-def]
+def _slide_on_slope(base, dt, friction, cosine, sine):  # type: ignore[no-untyped-def]
+    """Return the final displacement (m) up a slope of a mass with friction, by steps of `dt`."""
     place = velocity = 0.0
     for a in base:
         velocity -= dt * (a * cosine + STANDARD_GRAVITY * sine)
@@ -40,7 +42,8 @@ def _place_on_a_slope(base, dt, friction, cosine, sine):  # type: ignore[no-unty
 
 @cache_compiled_kernel
 @njit
-def _place_after_hops(along, up, dt, friction):  # type: ignore[no-untyped-def]
+def _slide_with_hops(along, up, dt, friction):  # type: ignore[no-untyped-def]
+    """Return the final displacement (m) of a mass that slides and flies over its base, by steps of `dt`."""
     x, z, vx, vz = 0.0, 0.0, 0.0, 0.0
     for step in range(along.size):
         vx -= dt * along[step]
@@ -52,8 +55,11 @@ def _place_after_hops(along, up, dt, friction):  # type: ignore[no-untyped-def]
     return x
 
 
-def _in_steps(samples: np.ndarray, dt: float, interval: float, share: float) -> np.ndarray:
-    """Return an acceleration, linear between samples and then 0, at `share` of each step of the record and `REST`."""
+def _acceleration_in_steps(samples: np.ndarray, dt: float, interval: float, share: float) -> np.ndarray:
+    """Return an acceleration in each step of the record and of `REST` s after it, at `share` of the step.
+
+    It is linear between the samples, and then 0.
+    """
     time = (np.arange(round((samples.size * interval + REST) / dt)) + share) * dt
     return np.interp(time, np.arange(samples.size + 1) * interval, np.append(samples, 0.0))
 
@@ -61,22 +67,26 @@ def _in_steps(samples: np.ndarray, dt: float, interval: float, share: float) -> 
 def slip_on_a_plane(components: np.ndarray, interval: float, friction: float) -> tuple[float, float]:
     """Return the final slip (m) of a mass with isotropic friction on a base that moves in two directions."""
     dt = interval / STEPS_PER_SAMPLE
-    return _place_on_a_plane(np.stack([_in_steps(row, dt, interval, 0.5) for row in components]), dt, friction)
+    return _slide_on_plane(
+        np.stack([_acceleration_in_steps(row, dt, interval, 0.5) for row in components]), dt, friction
+    )
 
 
 def slip_on_a_slope(acceleration: np.ndarray, interval: float, friction: float, tangent: float) -> float:
-    """Return the slip (m) of a mass with friction on a slope that rises towards the motion of its base."""
+    """Return the final slip (m) of a mass with friction on a slope that rises towards the motion of its base."""
     dt, slant = interval / STEPS_PER_SAMPLE, math.hypot(1.0, tangent)
-    base = _in_steps(acceleration, dt, interval, 0.5)
-    return float(_place_on_a_slope(base, dt, friction, 1.0 / slant, tangent / slant))
+    base = _acceleration_in_steps(acceleration, dt, interval, 0.5)
+    return float(_slide_on_slope(base, dt, friction, 1.0 / slant, tangent / slant))
 
 
 def slip_in_hops(along: np.ndarray, up: np.ndarray, interval: float, friction: float, amplitude: float = 1.0) -> float:
-    """Return the slip (m) of a block that slides, flies and lands without rotation.
+    """Return the final slip (m) of a block that slides, flies and lands without rotation.
 
     A plastic landing at velocity v reduces the horizontal velocity by µ·v, at most to zero.
     """
     dt = interval / STEPS_PER_SAMPLE
     return float(
-        _place_after_hops(*(_in_steps(amplitude * row, dt, interval, 0.0) for row in (along, up)), dt, friction)
+        _slide_with_hops(
+            *(_acceleration_in_steps(amplitude * row, dt, interval, 0.0) for row in (along, up)), dt, friction
+        )
     )

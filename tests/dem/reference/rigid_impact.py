@@ -10,24 +10,24 @@ from overturning.kernel_cache import cache_compiled_kernel
 
 @cache_compiled_kernel
 @njit
-def plastic_landing(arms, turning):  # type: ignore[no-untyped-def]
-    """Solve the complementarity problem of a flat landing by Gauss-Seidel iteration.
+def plastic_landing(arms, pivot_inertia):  # type: ignore[no-untyped-def]
+    """Compute the impulses at the points of a body that lands flat, by Gauss-Seidel iteration of contact conditions.
 
-    `arms`: places of the points that touch, m; `turning`: moment of inertia about the pivot over mass, m². Before the
-    landing the body rotates with 1 about the last of them. Returns the upward velocity of the middle, the angular
-    velocity, and the impulses at the points.
+    `arms`: positions of the points that touch, m; `pivot_inertia`: moment of inertia about the pivot over mass, m².
+    Before the landing the body rotates with 1 rad/s about the last of the points. Returns the upward velocity of the
+    middle, m/s, the angular velocity, rad/s, and the impulses at the points over mass, m/s.
     """
     v, w, p = -arms.max(), 1.0, np.zeros(arms.size)
     for _ in range(2000):
         # Process the fastest descending point first.
         for i in np.argsort(v - w * arms):
-            change = max(p[i] - (v - w * arms[i]) / (1.0 + arms[i] ** 2 / turning), 0.0) - p[i]
-            p[i], v, w = p[i] + change, v + change, w - change * arms[i] / turning
+            change = max(p[i] - (v - w * arms[i]) / (1.0 + arms[i] ** 2 / pivot_inertia), 0.0) - p[i]
+            p[i], v, w = p[i] + change, v + change, w - change * arms[i] / pivot_inertia
     return v, w, p
 
 
 @njit
-def _ground(time, wave, interval):  # type: ignore[no-untyped-def]
+def _base_acceleration(time, wave, interval):  # type: ignore[no-untyped-def]
     """Return the base acceleration over g at a time, s, of a `wave` that is linear between samples and ends with 0."""
     place = time / interval
     sample = int(place)
@@ -38,28 +38,40 @@ def _ground(time, wave, interval):  # type: ignore[no-untyped-def]
 
 @cache_compiled_kernel
 @njit
-def pull_towards_rest(time, lean, along, up, interval):  # type: ignore[no-untyped-def]
-    """Return the moment on a block over m g R; `lean`: angle of its corner's diagonal to the vertical, rad."""
-    weight = 1.0 + _ground(time, up, interval)
-    return weight * math.sin(lean) + _ground(time, along, interval) * math.cos(lean)
+def restoring_moment(time, lean, along, up, interval):  # type: ignore[no-untyped-def]
+    """Return the moment that rotates a block back to rest, over m g R (weight times half the diagonal).
+
+    `lean`: angle of the diagonal through its corner to the vertical, rad. `along`, `up`: base acceleration over g.
+    """
+    weight = 1.0 + _base_acceleration(time, up, interval)
+    return weight * math.sin(lean) + _base_acceleration(time, along, interval) * math.cos(lean)
 
 
 @njit
-def _slope(time, lean, side, wave, interval, alpha, square):  # type: ignore[no-untyped-def]
+def _angular_acceleration(time, lean, side, wave, interval, alpha, square):  # type: ignore[no-untyped-def]
     """Return the angular acceleration away from rest (1/s²) of a block that leans to a `side` by `lean` (rad)."""
     left = alpha - lean
-    return -square * (math.sin(left) + side * _ground(time, wave, interval) * math.cos(left))
+    return -square * (math.sin(left) + side * _base_acceleration(time, wave, interval) * math.cos(left))
 
 
 @njit
-def _after(time, lean, rate, h, side, wave, interval, alpha, square):  # type: ignore[no-untyped-def]
-    """Return lean and its rate after a Runge–Kutta step of length `h`, s."""
-    first = rate, _slope(time, lean, side, wave, interval, alpha, square)
+def _runge_kutta_step(time, lean, rate, h, side, wave, interval, alpha, square):  # type: ignore[no-untyped-def]
+    """Return the lean of a rocking block (rad) and its rate (rad/s) after a Runge–Kutta step of length `h`, s."""
+    first = rate, _angular_acceleration(time, lean, side, wave, interval, alpha, square)
     half = 0.5 * h
     middle = time + half
-    second = rate + half * first[1], _slope(middle, lean + half * first[0], side, wave, interval, alpha, square)
-    third = rate + half * second[1], _slope(middle, lean + half * second[0], side, wave, interval, alpha, square)
-    fourth = rate + h * third[1], _slope(time + h, lean + h * third[0], side, wave, interval, alpha, square)
+    second = (
+        rate + half * first[1],
+        _angular_acceleration(middle, lean + half * first[0], side, wave, interval, alpha, square),
+    )
+    third = (
+        rate + half * second[1],
+        _angular_acceleration(middle, lean + half * second[0], side, wave, interval, alpha, square),
+    )
+    fourth = (
+        rate + h * third[1],
+        _angular_acceleration(time + h, lean + h * third[0], side, wave, interval, alpha, square),
+    )
     return (
         lean + h / 6.0 * (first[0] + 2.0 * second[0] + 2.0 * third[0] + fourth[0]),
         rate + h / 6.0 * (first[1] + 2.0 * second[1] + 2.0 * third[1] + fourth[1]),
@@ -79,21 +91,21 @@ def rocking_by_small_steps(wave, interval, b_over_h, alpha, square, retained):  
     while now < end:
         h = interval / 40
         if side == 0:
-            if abs(_ground(now, wave, interval)) > b_over_h:
-                side, lean, rate = (-1 if _ground(now, wave, interval) > 0.0 else 1), 0.0, 0.0
+            if abs(_base_acceleration(now, wave, interval)) > b_over_h:
+                side, lean, rate = (-1 if _base_acceleration(now, wave, interval) > 0.0 else 1), 0.0, 0.0
             else:
                 now += 0.1 * h
                 continue
-        then = _after(now, lean, rate, h, side, wave, interval, alpha, square)
+        then = _runge_kutta_step(now, lean, rate, h, side, wave, interval, alpha, square)
         if then[0] < 0.0:
             low, high = 0.0, h
             for _ in range(40):
                 middle = 0.5 * (low + high)
-                if _after(now, lean, rate, middle, side, wave, interval, alpha, square)[0] < 0.0:
+                if _runge_kutta_step(now, lean, rate, middle, side, wave, interval, alpha, square)[0] < 0.0:
                     high = middle
                 else:
                     low = middle
-            rate = -retained * _after(now, lean, rate, high, side, wave, interval, alpha, square)[1]
+            rate = -retained * _runge_kutta_step(now, lean, rate, high, side, wave, interval, alpha, square)[1]
             now, lean = now + high, 0.0
             side = -side if rate > 1e-6 * math.sqrt(square) else 0
             continue

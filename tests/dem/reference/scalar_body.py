@@ -17,8 +17,8 @@ G = 9.80665
 
 
 @njit
-def rotated(matrix, vector):
-    """Return the rotation `matrix` followed by a rotation vector in fixed axes, by Rodrigues' formula."""
+def rotate_by_vector(matrix, vector):
+    """Return the rotation matrix of `matrix` followed by a rotation vector in fixed axes, by Rodrigues' formula."""
     angle = math.sqrt(np.sum(vector * vector))
     if angle == 0.0:
         return matrix.copy()
@@ -28,14 +28,15 @@ def rotated(matrix, vector):
 
 
 @njit
-def spin(matrix, inertia, momentum):
+def angular_velocity(matrix, inertia, momentum):
+    """Return the angular velocity, rad/s, of a body with a rotation matrix and an angular momentum, in fixed axes."""
     return matrix @ ((matrix.T @ momentum) / inertia)
 
 
 @cache_compiled_kernel
 @njit
-def run(times, ground, interval, size, frame, spring, dash, mu, fraction):
-    """Return the position of the centre (m) and the rotation from rest, shapes (times, 3) and (times, 3, 3).
+def integrate_box(times, ground, interval, size, frame, spring, dash, mu, fraction):
+    """Return positions of a box's centre (m) and rotations from rest, shapes (times, 3) and (times, 3, 3).
 
     `times`: ascending, s. `ground`: acceleration of the base to east, north and up, shape (samples, 3), m/s². `size`:
     edges of the box, m, along the columns of `frame`, its axes at rest. `spring`, `dash`: spring (1/s²) and dashpot
@@ -55,15 +56,15 @@ def run(times, ground, interval, size, frame, spring, dash, mu, fraction):
         for step in range(steps):
             velocity = velocity + 0.5 * dt * force
             momentum = momentum + 0.5 * dt * moment
-            middle = rotated(rotation, 0.5 * dt * spin(rotation, inertia, momentum))
+            middle = rotate_by_vector(rotation, 0.5 * dt * angular_velocity(rotation, inertia, momentum))
             before, place = (place, rotation), place + dt * velocity
-            rotation = rotated(rotation, dt * spin(middle, inertia, momentum))
+            rotation = rotate_by_vector(rotation, dt * angular_velocity(middle, inertia, momentum))
             while noted < len(times) and times[noted] <= sample * interval + (step + 1.0) * dt:
                 share = (times[noted] - sample * interval) / dt - step
                 places[noted] = before[0] + share * (place - before[0])
                 rotations[noted] = (before[1] + share * (rotation - before[1])) @ frame.T
                 noted += 1
-            v, w = velocity + 0.5 * dt * force, spin(rotation, inertia, momentum + 0.5 * dt * moment)
+            v, w = velocity + 0.5 * dt * force, angular_velocity(rotation, inertia, momentum + 0.5 * dt * moment)
             force = -(ground[sample] + (following - ground[sample]) * (step + 1.0) / steps)
             force[2] -= G
             moment = np.zeros(3)
@@ -91,12 +92,17 @@ def run(times, ground, interval, size, frame, spring, dash, mu, fraction):
     return places, rotations
 
 
-def path_of(
+def box_path(
     times: FloatArray, motion: Motion, orientation_deg: float, size: FloatArray, mu: float, penetration: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the path of a box (see `run`) with ξ = 1 and static penetration δ/B; its first edge faces an azimuth."""
+    """Return positions and rotations of a box whose first edge faces an azimuth, by `integrate_box`.
+
+    `penetration`: static penetration over the smaller width. The damping ratio is 1.
+    """
     angle = np.radians(orientation_deg)
     frame = np.array([[np.sin(angle), -np.cos(angle), 0.0], [np.cos(angle), np.sin(angle), 0.0], [0.0, 0.0, 1.0]])
     ground = np.column_stack([motion.east, motion.north, 0 * motion.north if motion.up is None else motion.up])
     spring = G / (4.0 * penetration * size[:2].min())
-    return run(times, ground, motion.sampling_interval, size, frame, spring, 2.0 * np.sqrt(spring / 4.0), mu, 0.04)
+    return integrate_box(
+        times, ground, motion.sampling_interval, size, frame, spring, 2.0 * np.sqrt(spring / 4.0), mu, 0.04
+    )

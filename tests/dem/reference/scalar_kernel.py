@@ -14,13 +14,13 @@ from overturning.kernel_cache import cache_compiled_kernel
 from overturning.motion.motion import Motion
 
 G = 9.80665
-FRACTION = 0.04
+STEP_FRACTION = 0.04
 """Step over the shortest contact time scale: that of a spring or a dashpot on the effective mass at a corner."""
 
 
 @cache_compiled_kernel
 @njit
-def run(along, up, interval, b, h, k, ks, dash, mu, tilt, fraction, inertial):
+def integrate_block(along, up, interval, b, h, k, ks, dash, mu, tilt, fraction, inertial):
     """Return the side to which the block falls, largest |θ|/α, largest slip of the base's midpoint (m), and steps.
 
     `along`, `up`: acceleration of the base along the azimuth and upwards, m/s², every `interval` s. `b`, `h`: half
@@ -87,7 +87,7 @@ def run(along, up, interval, b, h, k, ks, dash, mu, tilt, fraction, inertial):
     return 0, peak / alpha, slip, count
 
 
-def outcomes(
+def integrate_block_cases(
     motion: Motion,
     cases: list[tuple[float, float, float, float]],
     *,
@@ -96,7 +96,7 @@ def outcomes(
     damping_ratio: float = 1.0,
     stiffness_ratio: float = 1.0,
     tilt: float = 0.0,
-    fraction: float = FRACTION,
+    fraction: float = STEP_FRACTION,
     inertial: bool = False,
 ) -> np.ndarray:
     """Return side, peak rotation over α, peak slip (m) and steps of each case, shape (n, 4).
@@ -111,7 +111,7 @@ def outcomes(
         k = G / (2.0 * penetration * ratio * height)
         if stiffness is not None:
             k = stiffness / (2650.0 * ratio * height * height)
-        out[row] = run(
+        out[row] = integrate_block(
             along, up, motion.sampling_interval, 0.5 * ratio * height, 0.5 * height, k, stiffness_ratio * k,
             2.0 * damping_ratio * np.sqrt(0.5 * k), friction, tilt, fraction, inertial,
         )  # fmt: skip

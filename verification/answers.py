@@ -1,6 +1,6 @@
 """`python -m verification.answers`: write the table of the findings of the shipped studies into README.md.
 
-Requires the results of the studies in `STUDIES` and of config/fine-map.yaml, from `make run STUDY=…`.
+Requires the results of the studies in `ROWS_BY_STUDY` and of config/fine-map.yaml, from `make run STUDY=…`.
 """
 
 import shutil
@@ -21,7 +21,7 @@ IMAGES: Final = ROOT / "docs" / "images"
 Row = tuple[str, str, int]
 """Quantity, its value with its 95 % interval, and the number of earthquakes."""
 
-PICTURES: Final = {"rinaldi.svg": "fine-map", "rinaldi-in-space.svg": "in-space"}
+STUDY_BY_PICTURE: Final = {"rinaldi.svg": "fine-map", "rinaldi-in-space.svg": "in-space"}
 """Image in docs/images → study whose map of the Rinaldi record it shows."""
 
 
@@ -37,19 +37,22 @@ def _short_group_name(group_name: str) -> str:
     return "no pulse" if group_name.startswith("without") else "velocity pulse"
 
 
-def _direction_rows(found: Findings) -> Iterator[Row]:
+def _fault_normal_alignment_rows(found: Findings) -> Iterator[Row]:
+    """Yield a row for each group of records: alignment of the falls with the fault normal."""
     for group in found.direction.groups:
         yield _finding_row(f"alignment with the fault normal, {_short_group_name(group.group)}", group.alignment)
 
 
-def _reference_rows(found: Findings) -> Iterator[Row]:
+def _velocity_and_fault_alignment_rows(found: Findings) -> Iterator[Row]:
+    """Yield rows for each group of records: alignment of the falls with the peak velocity and with the fault normal."""
     for group in found.reference_alignments:
         axes = {one.reference: one for one in group.references if one.alignment_kind == "axis"}
         for name in ("peak velocity", "fault normal"):
             yield _finding_row(f"alignment with the {name}, {_short_group_name(group.group)}", axes[name].all_b_over_h)
 
 
-def _contrast_rows(found: Findings) -> Iterator[Row]:
+def _study_and_variant_rows(found: Findings) -> Iterator[Row]:
+    """Yield rows that compare the falls of a study with those of its main variant, such as another scene."""
     (one,) = (each for each in found.contrasts if each.primary)
     yield _finding_row(f"falls in “{found.study.name}” only", one.only_study_overturns, percent=True)
     yield _finding_row(f"falls in “{one.variant}” only", one.only_variant_overturns, percent=True)
@@ -57,19 +60,22 @@ def _contrast_rows(found: Findings) -> Iterator[Row]:
         yield _finding_row("falls the same way, where it falls in both", one.same_direction, percent=True)
 
 
-STUDIES: Final[dict[str, Callable[[Findings], Iterator[Row]]]] = {
-    "near-fault": _direction_rows, "in-space": _reference_rows, "three-tier": _contrast_rows,
-    "stack-3d": _contrast_rows, "waiau": _contrast_rows,
-}  # fmt: skip
+ROWS_BY_STUDY: Final[dict[str, Callable[[Findings], Iterator[Row]]]] = {
+    "near-fault": _fault_normal_alignment_rows,
+    "in-space": _velocity_and_fault_alignment_rows,
+    "three-tier": _study_and_variant_rows,
+    "stack-3d": _study_and_variant_rows,
+    "waiau": _study_and_variant_rows,
+}
 
 
-def write_japanese_picture(path: Path) -> None:
-    """Write the copy of a figure with Japanese texts, for README.ja.md, next to it: NAME.ja.svg for NAME.svg."""
+def write_japanese_figure(path: Path) -> None:
+    """Write a copy of a figure with Japanese texts for README.ja.md, as NAME.ja.svg next to NAME.svg."""
     translated = translate_svg(path.read_text(encoding="utf-8"), "ja")
     path.with_suffix(".ja.svg").write_text(translated, encoding="utf-8")
 
 
-def stack_table(found: Findings) -> str:
+def stack_displacement_table(found: Findings) -> str:
     """Return a table of falls, slip and twist of each stone of the stack and of its variants."""
     shares = {(one.variant, one.element): one.share_overturned for one in found.element_outcomes}
     lines = [
@@ -91,18 +97,18 @@ def stack_table(found: Findings) -> str:
 def main() -> None:
     """Write the table of findings into README.md and copy the maps of the studies, also with Japanese texts."""
     lines, stack = [], ""
-    for name, rows in STUDIES.items():
+    for name, rows in ROWS_BY_STUDY.items():
         study = load_study(ROOT / "config" / f"{name}.yaml")
         question = f"{study.question} ([{name}](config/{name}.yaml))"
         found = findings(ROOT / "results" / name, study)
-        stack = stack_table(found) if found.element_displacements else stack
+        stack = stack_displacement_table(found) if found.element_displacements else stack
         for quantity, value, earthquakes in rows(found):
             lines.append((question, quantity, value, earthquakes))
             question = ""
-    for picture, study_name in PICTURES.items():
+    for picture, study_name in STUDY_BY_PICTURE.items():
         drawn: Path = ROOT / "results" / study_name / "figures" / "polar" / "rinaldi.svg"
         shutil.copyfile(drawn, IMAGES / picture)
-        write_japanese_picture(IMAGES / picture)
+        write_japanese_figure(IMAGES / picture)
     table = markdown_table(("question", "quantity", "result (95 % interval)", "earthquakes"), lines)
     publish_markdown({"found": table, "stack-3d": stack})
 

@@ -5,9 +5,9 @@
 Each survey is simulated under a record of one earthquake; all records of this earthquake are removed from the library.
 The peak velocity lies between the levels of the library. Each stone is simulated by itself, with the friction, scatter,
 random outcomes and restitution of the survey. The earthquakes are split into two halves. On the surveys of one half the
-power of the likelihood of directions is chosen: the largest of `POWERS` with which each of the three intervals covers
-at least `AIM`. The surveys of the other half are reported with this power. Then the halves are exchanged. The shipped
-power should be the smaller of the two.
+exponent of the likelihood of directions is chosen: the largest of `EXPONENTS` with which each of the three intervals
+covers at least `TARGET_COVERAGE`. The surveys of the other half are reported with this exponent. Then the halves are
+exchanged. The shipped exponent should be the smaller of the two.
 """
 
 from dataclasses import dataclass
@@ -39,18 +39,18 @@ PARTS: Final = ("ruin", "coverage")
 RUIN: Final = ROOT / "surveys" / "example-ruin.csv"
 SURVEYS: Final = 392
 SEED: Final = 26
-POWERS: Final = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1.0)
-AIM: Final = 0.9
-CHECKED: Final = 16
+EXPONENTS: Final = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1.0)
+TARGET_COVERAGE: Final = 0.9
+FIT_CHECK_INTERVAL: Final = 16
 """Every sixteenth survey is also checked for fit."""
 
-HOLDS: Final = ["pgv_holds", "pga_holds", "axis_holds"]
+COVERED_COLUMNS: Final = ["pgv_holds", "pga_holds", "axis_holds"]
 """Columns that are True if an interval contains the true value."""
 
 
 @dataclass(frozen=True)
 class SimulatedSurvey:
-    """Simulated survey, with its true motion, peak velocity and axis."""
+    """Simulated survey of fallen and standing stones, with its true motion, peak velocity and axis."""
 
     motion: CandidateMotion
     level: float
@@ -58,26 +58,26 @@ class SimulatedSurvey:
     stones: list[Stone]
 
 
-def log_uniform(generator: np.random.Generator, low: float, high: float, count: int) -> FloatArray:
-    """Return random values with a uniformly distributed logarithm."""
+def random_log_uniform(generator: np.random.Generator, low: float, high: float, count: int) -> FloatArray:
+    """Return random values whose logarithm is uniformly distributed."""
     return np.asarray(np.exp(generator.uniform(np.log(low), np.log(high), count)))
 
 
 def simulate_survey(motion: CandidateMotion, generator: np.random.Generator) -> SimulatedSurvey:
-    """Simulate a survey of 12 to 60 stones of all sizes: columns, or in a third of the surveys square prisms."""
+    """Simulate a survey of 12 to 60 stones under a motion: columns, or in a third of the surveys square prisms."""
     draw, count = generator, int(generator.integers(12, 61))
-    level, turn = float(log_uniform(draw, LEVELS[0], LEVELS[-1], 1)[0]), draw.uniform(0, 360)
+    level, turn = float(random_log_uniform(draw, LEVELS[0], LEVELS[-1], 1)[0]), draw.uniform(0, 360)
     # Scatter between stones, scatter of the motion over the site, and share of random outcomes in this survey.
     alike, site, lapses = draw.uniform(0, 0.12), draw.uniform(0, 0.15), draw.uniform(0, 0.06)
     friction = draw.uniform(0.45, 0.95) + draw.uniform(-0.05, 0.05, count)
     damping = np.exp(draw.uniform(-np.log(2), np.log(2)))
     columns = draw.random() < 2 / 3
     if columns:
-        height, shape = log_uniform(draw, 0.6, 3.6, count), log_uniform(draw, 0.1, 0.6, count)
+        height, shape = random_log_uniform(draw, 0.6, 3.6, count), random_log_uniform(draw, 0.1, 0.6, count)
         face = np.full(count, np.nan)
     else:
         height = draw.uniform(0.6, 1.0, count)
-        shape = log_uniform(draw, 0.15, 0.6, count)
+        shape = random_log_uniform(draw, 0.15, 0.6, count)
         face = draw.uniform(0, 360) + draw.uniform(-10, 10, count)
     turned = turn + draw.normal(0, 5, count)
     cases = Cases(
@@ -105,7 +105,7 @@ def simulate_survey(motion: CandidateMotion, generator: np.random.Generator) -> 
 
 
 def check_intervals(posterior: MotionPosterior, survey: SimulatedSurvey) -> dict[str, float]:
-    """Check whether each interval contains the true value; return this and the widths by name."""
+    """Check whether each interval of the inferred motion has the true value; return this and the widths by name."""
     found: dict[str, float] = {}
     pga = posterior.pga[:, None] * posterior.pgv
     true_pga = survey.level * survey.motion.pga / survey.motion.pgv
@@ -125,7 +125,10 @@ def check_intervals(posterior: MotionPosterior, survey: SimulatedSurvey) -> dict
 
 
 def measure_coverage(survey_count: int, threads: int) -> pd.DataFrame:
-    """Invert simulated surveys, with zero prior for the true earthquake; return a row for each survey and exponent."""
+    """Infer the motions of simulated surveys and check their intervals; return a row per survey and exponent.
+
+    The true earthquake is excluded from the library by a zero prior. The exponent is that of the likelihood.
+    """
     library = candidate_motions()
     true = [one for one in library if one.event]
     events = sorted({one.event for one in true})
@@ -135,9 +138,9 @@ def measure_coverage(survey_count: int, threads: int) -> pd.DataFrame:
     for number, truth in enumerate(truths):
         prior = np.array([float(one.event != truth.motion.event) for one in library])[:, None, None]
         logs = inversion.log_likelihoods_by_motion(truth.stones)
-        for power in POWERS:
+        for power in EXPONENTS:
             one = inversion.compute_posterior(logs, prior=prior, power=power)
-            checked = power == POWER and number % CHECKED == 0
+            checked = power == POWER and number % FIT_CHECK_INTERVAL == 0
             about = {
                 "half": events.index(truth.motion.event) % 2, "power": power, "event": truth.motion.event,
                 "record": truth.motion.name,
@@ -149,20 +152,23 @@ def measure_coverage(survey_count: int, threads: int) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def choose_power(rows: pd.DataFrame) -> float:
-    """Return the largest exponent for which each interval covers the share `AIM` of the surveys; else the smallest."""
-    covered = rows.groupby("power")[HOLDS].mean().min(axis=1)
-    good = covered.index[covered >= AIM]
-    return float(good.max()) if good.size else POWERS[0]
+def choose_likelihood_exponent(rows: pd.DataFrame) -> float:
+    """Return the largest exponent of the likelihood for which each interval covers enough of the surveys.
+
+    Enough is the share `TARGET_COVERAGE`. The result is the smallest exponent if none covers enough.
+    """
+    covered = rows.groupby("power")[COVERED_COLUMNS].mean().min(axis=1)
+    good = covered.index[covered >= TARGET_COVERAGE]
+    return float(good.max()) if good.size else EXPONENTS[0]
 
 
-def cross_validate_power(rows: pd.DataFrame) -> pd.DataFrame:
+def cross_validate_exponent(rows: pd.DataFrame) -> pd.DataFrame:
     """Return the rows of each half of the earthquakes for the exponent that was chosen on the other half."""
-    halves = [(half, choose_power(rows[rows["half"] != half])) for half in (0, 1)]
+    halves = [(half, choose_likelihood_exponent(rows[rows["half"] != half])) for half in (0, 1)]
     return pd.concat([rows[(rows["half"] == half) & (rows["power"] == power)] for half, power in halves])
 
 
-def share_interval(rows: pd.DataFrame, column: str) -> ConfidenceInterval:
+def covered_share_interval(rows: pd.DataFrame, column: str) -> ConfidenceInterval:
     """Compute the 95 % interval of the share of surveys for which a column is true, by earthquake.
 
     Surveys under one earthquake share its motions, so earthquakes are resampled (`bootstrap_interval`), each with all
@@ -175,16 +181,17 @@ def share_interval(rows: pd.DataFrame, column: str) -> ConfidenceInterval:
     if exact is not None:
         return exact
 
-    def of_sample(drawn: FloatArray) -> FloatArray:
+    def covered_share_of_sample(drawn: FloatArray) -> FloatArray:
+        """Return the share in each bootstrap sample of earthquakes; the last axis has true surveys and all surveys."""
         held, surveys = drawn.sum(axis=1).T
         return np.asarray(held / surveys)
 
-    return bootstrap_interval(of_sample, of_event)
+    return bootstrap_interval(covered_share_of_sample, of_event)
 
 
 def coverage_label(rows: pd.DataFrame, column: str) -> str:
     """Return a label with the share of surveys for which a column is true, and its interval if there is one."""
-    low, high = share_interval(rows, column)
+    low, high = covered_share_interval(rows, column)
     bounds = "" if np.isnan(low) else f" ({100 * low:.0f} to {100 * high:.0f})"
     return f"{100 * rows[column].mean():.0f} %{bounds}"
 
@@ -192,7 +199,7 @@ def coverage_label(rows: pd.DataFrame, column: str) -> str:
 def coverage_line(group_name: str, rows: pd.DataFrame) -> tuple[str, ...]:
     """Return a table line with coverage and widths of the intervals for a group of surveys."""
     powers = " and ".join(f"{power:g}" for power in sorted(rows["power"].unique()))
-    held = (coverage_label(rows, each) for each in HOLDS)
+    held = (coverage_label(rows, each) for each in COVERED_COLUMNS)
     shares = (f"{100 * rows[each].mean():.0f} %" for each in ("no_upper", "no_lower"))
     widths = (f"{rows[each].median():.3g}" for each in ("pgv_ratio", "pga_ratio", "axis_width"))
     return (group_name, f"{len(rows)}", f"{rows['event'].nunique()}", powers, *held, *shares, *widths)
@@ -200,7 +207,7 @@ def coverage_line(group_name: str, rows: pd.DataFrame) -> tuple[str, ...]:
 
 def markdown_by_marker(rows: pd.DataFrame) -> dict[str, str]:
     """Return the tables and the text on coverage as Markdown, by marker."""
-    shown, shipped = cross_validate_power(rows), rows[rows["power"] == POWER]
+    shown, shipped = cross_validate_exponent(rows), rows[rows["power"] == POWER]
     few = shown["stones"] < 36
     parts = {
         "**reported: all**": shown,
@@ -211,18 +218,18 @@ def markdown_by_marker(rows: pd.DataFrame) -> dict[str, str]:
         "more than nine tenths fell, not all": shown[(shown["fell"] > 0.9) & (shown["fell"] < 1.0)],
         "every stone fell": shown[shown["fell"] == 1.0],
         "12 to 35 stones": shown[few], "36 to 60 stones": shown[~few],
-        **{f"all, exponent {power:g}": rows[rows["power"] == power] for power in POWERS},
+        **{f"all, exponent {power:g}": rows[rows["power"] == power] for power in EXPONENTS},
     }  # fmt: skip
     head = (
         "surveys", "number", "earthquakes", "exponent", "PGV covered", "PGA covered", "axis covered", "no upper bound",
         "no lower bound", "PGV, upper/lower", "PGA, upper/lower", "axis, width",
     )  # fmt: skip
-    held = [100 * shown[each].mean() for each in HOLDS]
+    held = [100 * shown[each].mean() for each in COVERED_COLUMNS]
     ends = dict.fromkeys(f"{end:.0f}" for end in (min(held), max(held)))
     fits = shipped["fit"].dropna()
     text = (
-        f"The estimated intervals have a nominal coverage of {100 * AIM:.0f} %, and contain the true value in "
-        f"{' to '.join(ends)} % of the reported surveys. Numbers in brackets are 95 % confidence intervals of the "
+        f"The estimated intervals have a nominal coverage of {100 * TARGET_COVERAGE:.0f} %, and contain the true value "
+        f"in {' to '.join(ends)} % of the reported surveys. Numbers in brackets are 95 % confidence intervals of the "
         "coverage, from a bootstrap over earthquakes. If all intervals of a line of the coverage table contain "
         "the true value, or none does, one end of the confidence interval is an exact bound. The coverage table gives "
         "no confidence interval for fewer than eight earthquakes. If every stone of a survey fell, the survey does not "
@@ -269,11 +276,11 @@ def main(
     if "coverage" not in named:
         return
     rows = measure_coverage(surveys, threads)
-    write_csv(cross_validate_power(rows), RESULTS / "backwards-coverage.csv")
+    write_csv(cross_validate_exponent(rows), RESULTS / "backwards-coverage.csv")
     publish_markdown(markdown_by_marker(rows))
     print(
-        f"powers chosen on the other half: {choose_power(rows[rows['half'] == 1])}, "
-        f"{choose_power(rows[rows['half'] == 0])}; "
+        f"powers chosen on the other half: {choose_likelihood_exponent(rows[rows['half'] == 1])}, "
+        f"{choose_likelihood_exponent(rows[rows['half'] == 0])}; "
         f"shipped {POWER}"
     )
 

@@ -39,6 +39,7 @@ from verification.whole_run import WITH_SERVER, measure_whole_run, start_up_tabl
 
 @njit
 def _independent_multiply_adds(rounds: int) -> float:
+    """Multiply and add 2048 times per round, in operations of which LLVM can compute many at once."""
     values = np.ones(256)
     for _ in range(rounds):
         for j in range(256):
@@ -52,7 +53,7 @@ def _independent_multiply_adds(rounds: int) -> float:
     return values.sum()
 
 
-SOFT = Contact(static_penetration=2e-5)
+SOFT_CONTACT = Contact(static_penetration=2e-5)
 """Contact for comparisons with the scalar loop, whose steps shrink with the stiffness."""
 
 
@@ -76,24 +77,27 @@ def python_callable_loop(inner_loop: Any) -> Any:
     """Wrap a compiled loop, which only compiled code can call, so that Python can call it."""
 
     @njit
-    def advance(kind: Any, state: Any, columns: int, steps: int, ticks: float) -> None:
+    def advance_blocks(kind: Any, state: Any, columns: int, steps: int, ticks: float) -> None:
+        """Advance all blocks by some steps."""
         inner_loop(kind, state, columns, steps, ticks)
 
-    return advance
+    return advance_blocks
 
 
-def standing_motion() -> Motion:
+def motion_without_overturning() -> Motion:
     """Return a motion of 20 s that overturns no block of the throughput benchmark."""
     t = np.arange(2000) * 0.01
     return Motion(2.0 * np.sin(2 * np.pi * t / 0.7), 0 * t, sampling_interval=0.01)
 
 
-def scalar_runs(
+def scalar_loop_benchmark(
     motion: Motion, is_centred: bool, blocks: int = 8, steps: int = 128
 ) -> tuple[Callable[[], object], int]:
     """Return a function that runs some blocks in the scalar loop, and the number of block steps of a call."""
     width, height = np.array([0.24]), np.array([0.6])
-    stiff, _, dashpot = (float(one[0]) for one in SOFT.stiffness_and_damping_per_mass(width, height, GRANITE_DENSITY))
+    stiff, _, dashpot = (
+        float(one[0]) for one in SOFT_CONTACT.stiffness_and_damping_per_mass(width, height, GRANITE_DENSITY)
+    )
     wave, own = motion.along(0.0), (motion.sampling_interval, steps, 0.12, 0.3, stiff, dashpot)
     frictions = np.linspace(0.3, 1.0, blocks).tolist()
     return lambda: [scalar.run_scalar_block(is_centred, wave, *own, mu) for mu in frictions], blocks * steps * (
@@ -104,15 +108,15 @@ def scalar_runs(
 def measure_throughput() -> list[MeasuredFigure]:
     """Measure block steps per second and core (repeated steps included), relative to the scalar loop and the limit."""
     rows: list[MeasuredFigure] = []
-    motion, peak = standing_motion(), peak_operations()
+    motion, peak = motion_without_overturning(), peak_operations()
     many = Cases(0.0, 0.6, 0.4, np.linspace(0.3, 1.0, 512))
-    how: dict[str, Any] = {"model": gravestone(SOFT), "leave_out": False}
+    how: dict[str, Any] = {"model": gravestone(SOFT_CONTACT), "leave_out": False}
     for scheme in ("centred", "cundall"):
         constants, loops = SCHEMES[IntegrationScheme[scheme.upper()]]
         advance = python_callable_loop(loops(with_vertical=False, with_friction=True))
         advance(constants, np.zeros(ROWS.size), 8, 1, float(TICKS))
         wide = run_cases(motion, many, scheme=scheme, **how).block_steps.sum()
-        plain_run, narrow = scalar_runs(motion, scheme == "centred")
+        plain_run, narrow = scalar_loop_benchmark(motion, scheme == "centred")
         # Interleaved, so that other load on the machine affects both alike.
         ratios, speeds = [], []
         for _ in range(3):
@@ -130,7 +134,7 @@ def measure_throughput() -> list[MeasuredFigure]:
     return [MeasuredFigure("floating-point limit", peak / 1e9, "10^9/s"), *rows]
 
 
-def measure_sweep() -> list[MeasuredFigure]:
+def measure_time_per_case() -> list[MeasuredFigure]:
     """Measure the time per case of about 1000 cases of 20 s, and the agreement with the exact rigid block."""
     motion = read_default_motions()["rinaldi"]
     axes = (np.arange(0.0, 360.0, 5.0), [0.6, 1.2], [0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4], [NO_SLIDING])
@@ -196,8 +200,8 @@ def measure_default_study(azimuths: int = 36) -> list[MeasuredFigure]:
     return rows
 
 
-def measure_left_out_work(azimuths: int = 18) -> list[MeasuredFigure]:
-    """Measure the work saved in the default study by leaving out samples at rest, and the outcomes that change."""
+def measure_skipped_work(azimuths: int = 18) -> list[MeasuredFigure]:
+    """Measure the work saved in the default study by skipping samples at rest, and the outcomes that this changes."""
     groups = default_study_groups(azimuths)
     short = run_case_groups(groups, threads=2).results
     full = run_case_groups(groups, threads=2, leave_out=False).results
@@ -226,7 +230,7 @@ def measure_left_out_work(azimuths: int = 18) -> list[MeasuredFigure]:
     ]
 
 
-def measure_growth() -> list[MeasuredFigure]:
+def measure_memory_and_time_growth() -> list[MeasuredFigure]:
     """Measure the memory of a million cases, and the time per case from 10⁴ to 10⁶ cases."""
     t = np.arange(60) * 0.02
     motion = Motion(6.0 * np.sin(2 * np.pi * t / 0.5), 0 * t, sampling_interval=0.02)
@@ -251,9 +255,9 @@ def measure_growth() -> list[MeasuredFigure]:
 
 
 PARTS: dict[str, Callable[[], list[MeasuredFigure]]] = {
-    "growth": measure_growth, "throughput": measure_throughput, "sweep": measure_sweep,
+    "growth": measure_memory_and_time_growth, "throughput": measure_throughput, "sweep": measure_time_per_case,
     "compilation": measure_compilation, "study": measure_default_study,
-    "whole-run": measure_whole_run, "left-out": measure_left_out_work,
+    "whole-run": measure_whole_run, "left-out": measure_skipped_work,
 }  # fmt: skip
 
 

@@ -58,13 +58,13 @@ def read_published_rates(path: Path = PUBLISHED) -> pd.DataFrame:
     return pd.read_csv(path)
 
 
-def recorded_rates(findings: xr.Dataset) -> FloatArray:
-    """Return the fall rate under each record at amplitude 1, percent."""
+def fall_rates_of_unscaled_records(findings: xr.Dataset) -> FloatArray:
+    """Return the share of the population that falls under each record at amplitude 1, percent."""
     return np.asarray(100 * findings["fall_rate"].sel(amplitude=1.0).to_numpy())
 
 
-def compare_rates(low: float, high: float, rates: FloatArray) -> str:
-    """Compare a stated range, percent, with the middle half of the computed rates."""
+def compare_published_with_computed_rates(low: float, high: float, rates: FloatArray) -> str:
+    """Compare a published range of fall rates, percent, with the middle half of the computed rates."""
     least, most = np.quantile(rates, [0.25, 0.75])
     if high < least:
         return "below the middle half"
@@ -73,8 +73,8 @@ def compare_rates(low: float, high: float, rates: FloatArray) -> str:
     return "overlaps"
 
 
-def rate_label(low: float, high: float) -> str:
-    """Return the label of a stated rate, percent; NaN for a missing end."""
+def published_rate_label(low: float, high: float) -> str:
+    """Return the label of a published fall rate, percent; NaN for a missing end."""
     if np.isnan(low):
         return f"at most {high:g} %"
     if np.isnan(high):
@@ -82,17 +82,25 @@ def rate_label(low: float, high: float) -> str:
     return f"{low:g} %" if low == high else f"{low:g} to {high:g} %"
 
 
-def rate_table(rows: pd.DataFrame, rates: FloatArray) -> str:
-    """Return a Markdown table of stated near-field fall rates, compared with the computed ones."""
+def published_rate_table(rows: pd.DataFrame, rates: FloatArray) -> str:
+    """Return a Markdown table of published near-field fall rates, compared with the computed ones."""
     lines = []
     for row in iterate_rows(rows[rows["near_field"] == "yes"]):
         low, high = row.rate_low_percent, row.rate_high_percent
         ends = (0.0 if np.isnan(low) else low, 100.0 if np.isnan(high) else high)
-        lines.append((row.event, row.where, rate_label(low, high), compare_rates(*ends, rates), row.source))
+        lines.append(
+            (
+                row.event,
+                row.where,
+                published_rate_label(low, high),
+                compare_published_with_computed_rates(*ends, rates),
+                row.source,
+            )
+        )
     return markdown_table(("earthquake", "where", "stated", "compared with the computed rates", "source"), lines)
 
 
-def rate_sentence(rates: FloatArray, found: xr.Dataset) -> str:
+def computed_rate_sentence(rates: FloatArray, found: xr.Dataset) -> str:
     """Return a sentence on the computed fall rates."""
     low, middle, high = np.quantile(rates, [0.25, 0.5, 0.75])
     events = len(set(found["event"].to_numpy().astype(str)))
@@ -105,8 +113,8 @@ def rate_sentence(rates: FloatArray, found: xr.Dataset) -> str:
     )
 
 
-def draw_rates(rows: pd.DataFrame, rates: FloatArray, path: Path) -> None:
-    """Draw stated fall rates as bars, and computed ones as points below them."""
+def draw_published_and_computed_rates(rows: pd.DataFrame, rates: FloatArray, path: Path) -> None:
+    """Draw published fall rates as bars, and computed ones as points below them."""
     near = list(iterate_rows(rows[rows["near_field"] == "yes"]))
     with project_style():
         figure, panels = create_panel_grid(1, 1, 8.0, 0.32 * len(near) + 1.8)
@@ -128,8 +136,8 @@ def draw_rates(rows: pd.DataFrame, rates: FloatArray, path: Path) -> None:
         save_figure_files(figure, path)
 
 
-def compare_fall_rates(results: StudyResults) -> str:
-    """Return the fall rate of the population as Markdown, and draw its figure for the docs."""
+def population_fall_rate_markdown(results: StudyResults) -> str:
+    """Return the fall rate of the population of gravestones as Markdown, and draw its figure for the docs."""
     found = population_findings(results)
     assert found is not None
     write_fall_rates(results, ROOT / "docs" / "images" / "fall-rate.svg")
@@ -183,8 +191,11 @@ def criteria_tables(results: StudyResults) -> dict[str, str]:
     }
 
 
-def simulate_each_stone(results: StudyResults) -> str:
-    """Compare the rates from the cube with those of stones that are simulated with their own height, B/H and µ."""
+def compare_grid_with_stone_simulations(results: StudyResults) -> str:
+    """Compare fall rates interpolated from the grid of cases with those of stones that are simulated by themselves.
+
+    Each of these stones has its own height, B/H and µ.
+    """
     found, population_ = results.populations[NOMINAL], results.study.population
     assert population_ is not None
     stones, rates = sample_stones(population_), []
@@ -230,13 +241,18 @@ def main() -> None:
     study = load_study(ROOT / "config" / "near-fault.yaml")
     with open_study_results(STUDY, study) as results:
         found = results.populations[NOMINAL]
-        comparison = compare_fall_rates(results)
-        publish_markdown({"population": f"{comparison}\n{wrap_text(simulate_each_stone(results), '- ')}"})
-        publish_markdown(criteria_tables(results))
-        rows, rates = read_published_rates(), recorded_rates(found)
-        draw_rates(rows, rates, ROOT / "docs" / "images" / "published-surveys.svg")
+        comparison = population_fall_rate_markdown(results)
         publish_markdown(
-            {"published-surveys": rate_table(rows, rates), "published-surveys-computed": rate_sentence(rates, found)}
+            {"population": f"{comparison}\n{wrap_text(compare_grid_with_stone_simulations(results), '- ')}"}
+        )
+        publish_markdown(criteria_tables(results))
+        rows, rates = read_published_rates(), fall_rates_of_unscaled_records(found)
+        draw_published_and_computed_rates(rows, rates, ROOT / "docs" / "images" / "published-surveys.svg")
+        publish_markdown(
+            {
+                "published-surveys": published_rate_table(rows, rates),
+                "published-surveys-computed": computed_rate_sentence(rates, found),
+            }
         )
 
 

@@ -20,10 +20,10 @@ from overturning.model.variables import INT8_MISSING
 from overturning.motion.direction import azimuth_difference
 from overturning.study.answers import MAX_AZIMUTH_DIFFERENCE_DEG, count_outcome_differences
 from overturning.study.cube import open_cube
-from verification.measures import ROCKS, percentage
+from verification.measures import MIN_ROCKING, percentage
 from verification.tables import markdown_table
 
-SLIDES = 1e-3
+MIN_SLIP_M = 1e-3
 """Peak slip from which a stone counts as sliding, m."""
 
 
@@ -33,8 +33,8 @@ def fall_azimuths_differ(first_azimuths: NDArray[Any], second_azimuths: NDArray[
     return np.asarray(azimuth_difference(first, second) >= MAX_AZIMUTH_DIFFERENCE_DEG)
 
 
-def neighbours_agree(flags: xr.DataArray, fall_azimuths: NDArray[Any] | None = None) -> NDArray[np.bool_]:
-    """Return True for cells whose neighbours in azimuth (or orientation) and B/H have the same flag.
+def neighbours_have_same_outcome(flags: xr.DataArray, fall_azimuths: NDArray[Any] | None = None) -> NDArray[np.bool_]:
+    """Return True for cells whose neighbours in azimuth (or orientation) and B/H have the same flag (falls or not).
 
     A full circle is closed. With fall azimuths `fall_azimuths` (3-D, degrees), these must agree as well.
     """
@@ -54,7 +54,7 @@ def neighbours_agree(flags: xr.DataArray, fall_azimuths: NDArray[Any] | None = N
 
 
 def relative_peak_rotation(cube: xr.Dataset) -> FloatArray:
-    """Return the peak rotation (3-D: peak tilt) over α; NaN for an element without α."""
+    """Return the peak rotation (3-D: peak tilt) over the critical angle α; NaN for an element without α."""
     if "peak_tilt" not in cube:
         return np.asarray(cube.peak_rotation, dtype=np.float64)
     tilt = np.radians(cube.peak_tilt) / np.arctan(cube.b_over_h)
@@ -73,7 +73,7 @@ def change_label(changes: FloatArray) -> str:
     return f"{np.median(changes):+.2g}, {np.quantile(np.abs(changes), 0.95):.2g}" if changes.size else "–"
 
 
-def slip_of_cells(cube: xr.Dataset) -> FloatArray:
+def peak_slip_of_cells(cube: xr.Dataset) -> FloatArray:
     """Return the peak slip of each cell of a cube, m; the residual slip for stacks, whose cubes have no peak slip."""
     if "peak_slip" in cube:
         return np.asarray(cube.peak_slip, dtype=np.float64)
@@ -81,7 +81,7 @@ def slip_of_cells(cube: xr.Dataset) -> FloatArray:
 
 
 def cube_changes(old_cube: xr.Dataset, new_cube: xr.Dataset) -> dict[str, str]:
-    """Return the changes from one cube of a study to another, as text by quantity."""
+    """Return the changes from one cube of outcomes of a study to another, as text by quantity."""
     both = [name for name in old_cube.record_id.values if name in new_cube.record_id.values]
     old_cube, new_cube = (
         cube.isel(record=[list(cube.record_id.values).index(name) for name in both]) for cube in (old_cube, new_cube)
@@ -97,7 +97,7 @@ def cube_changes(old_cube: xr.Dataset, new_cube: xr.Dataset) -> dict[str, str]:
     before, after = flags.values, new_cube.overturned.fillna(INT8_MISSING).astype(np.int8).values
     azimuths = (old_cube.fall_azimuth.values, new_cube.fall_azimuth.values) if "fall_azimuth" in old_cube else None
     away = None if azimuths is None else fall_azimuths_differ(*azimuths)
-    firm = neighbours_agree(flags, None if azimuths is None else azimuths[0])
+    firm = neighbours_have_same_outcome(flags, None if azimuths is None else azimuths[0])
     counts = count_outcome_differences(before, after, away)
     firmly = count_outcome_differences(before[firm], after[firm], None if away is None else away[firm])
     turned, turned_too, stands = (
@@ -105,8 +105,8 @@ def cube_changes(old_cube: xr.Dataset, new_cube: xr.Dataset) -> dict[str, str]:
         relative_peak_rotation(new_cube),
         (before == 0) & (after == 0),
     )
-    slid, slid_too = slip_of_cells(old_cube), slip_of_cells(new_cube)
-    rocks, slides = stands & (turned > ROCKS) & np.isfinite(turned_too), stands & (slid > SLIDES)
+    slid, slid_too = peak_slip_of_cells(old_cube), peak_slip_of_cells(new_cube)
+    rocks, slides = stands & (turned > MIN_ROCKING) & np.isfinite(turned_too), stands & (slid > MIN_SLIP_M)
     return {
         "cells": f"{before.size:,}",
         "fall, before": fallen_label(before),

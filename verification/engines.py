@@ -50,7 +50,7 @@ def rectangular_stone(height: float, b_over_h: float) -> Stone:
 
 
 def free_stones(free_elements: Iterable[PlacedElement]) -> list[Stone]:
-    """Convert the free elements of a scene to stones."""
+    """Convert the free elements of a scene (those neither driven nor fixed) to stones."""
     return [Stone(one.x, one.z, one.shape.vertices.tolist(), one.mass, one.inertia) for one in free_elements]
 
 
@@ -62,7 +62,7 @@ def resample_acceleration(
     return np.interp(times, np.arange(acceleration.size) * sampling_interval, acceleration, right=0.0)
 
 
-def _fall_sides(
+def _simulate_fall_sides(
     bodies: list[Any], ground_acceleration: np.ndarray, advance_engine: Callable[[float], None], early: bool
 ) -> list[int]:
     """Step an engine and return the side to which each body falls; with `early`, end when the last body has fallen."""
@@ -77,7 +77,7 @@ def _fall_sides(
     return sides
 
 
-def box2d(
+def fall_sides_in_box2d(
     free: Sequence[Stone], ground_acceleration: np.ndarray, friction: float, time_step: float, early: bool = False
 ) -> list[int]:
     """Return the side to which each stone falls in Box2D under ground accelerations at its time steps."""
@@ -90,17 +90,18 @@ def box2d(
         # Otherwise a stone is set to sleep before the shaking begins, in spite of doSleep=False of the world.
         body = world.CreateDynamicBody(position=(stone.x * SCALE, stone.z * SCALE), allowSleep=False)
         shape = b2PolygonShape(vertices=[(x * SCALE, z * SCALE) for x, z in stone.corners])
-        body.CreateFixture(shape=shape, density=stone.mass / _area(stone), friction=friction, restitution=0.0)
+        body.CreateFixture(shape=shape, density=stone.mass / _polygon_area(stone), friction=friction, restitution=0.0)
         bodies.append(body)
 
-    def advance(acceleration: float) -> None:
+    def advance_world(acceleration: float) -> None:
+        """Move the world of Box2D by a time step under a ground acceleration, m/s²."""
         world.gravity = (-acceleration * SCALE, -STANDARD_GRAVITY * SCALE)
         world.Step(time_step, 30, 10)
 
-    return _fall_sides(bodies, ground_acceleration, advance, early)
+    return _simulate_fall_sides(bodies, ground_acceleration, advance_world, early)
 
 
-def pymunk(
+def fall_sides_in_pymunk(
     free: Sequence[Stone], ground_acceleration: np.ndarray, friction: float, time_step: float, early: bool = False
 ) -> list[int]:
     """Return the side to which each stone falls in pymunk under ground accelerations at its time steps."""
@@ -122,14 +123,17 @@ def pymunk(
         space.add(body, shape)
         bodies.append(body)
 
-    def advance(acceleration: float) -> None:
+    def advance_world(acceleration: float) -> None:
+        """Move the space of pymunk by a time step under a ground acceleration, m/s²."""
         space.gravity = (-acceleration, -STANDARD_GRAVITY)
         space.step(time_step)
 
-    return _fall_sides(bodies, ground_acceleration, advance, early)
+    return _simulate_fall_sides(bodies, ground_acceleration, advance_world, early)
 
 
-def mujoco(free: Sequence[Stone], ground_acceleration: np.ndarray, friction: float, time_step: float) -> list[int]:
+def fall_side_in_mujoco(
+    free: Sequence[Stone], ground_acceleration: np.ndarray, friction: float, time_step: float
+) -> list[int]:
     """Return the side to which a block falls in MuJoCo: a box, 1 m deep, that moves in a vertical plane."""
     import mujoco as engine
 
@@ -164,7 +168,7 @@ def _mujoco_model(
 
 
 class Prism(NamedTuple):
-    """Prism: half sizes along x, y and z, m, and friction coefficient."""
+    """Free 3-D prism: half sizes along x, y and z, m, and friction coefficient."""
 
     b: float
     d: float
@@ -172,7 +176,7 @@ class Prism(NamedTuple):
     friction: float
 
 
-def gravity_in_frame(motion: Motion, orientation_deg: float, time_step: float) -> np.ndarray:
+def effective_gravity_on_base(motion: Motion, orientation_deg: float, time_step: float) -> np.ndarray:
     """Return gravity minus ground acceleration, with x along the orientation, at the middle of each step."""
     along = [motion.along(orientation_deg), motion.along(orientation_deg - 90.0)]
     waves = [*along, np.zeros(motion.sample_count) if motion.up is None else motion.up]
@@ -180,7 +184,7 @@ def gravity_in_frame(motion: Motion, orientation_deg: float, time_step: float) -
     return np.stack([-x, -y, -STANDARD_GRAVITY - z], axis=1)
 
 
-def mujoco_in_space(prism: Prism, gravity: np.ndarray, time_step: float) -> tuple[float, float] | None:
+def fall_direction_in_mujoco(prism: Prism, gravity: np.ndarray, time_step: float) -> tuple[float, float] | None:
     """Return the horizontal direction of the axis of a prism that falls in MuJoCo; None if it stands."""
     import mujoco as engine
 
@@ -194,7 +198,7 @@ def mujoco_in_space(prism: Prism, gravity: np.ndarray, time_step: float) -> tupl
     return None
 
 
-def bullet_in_space(prism: Prism, gravity: np.ndarray, time_step: float) -> tuple[float, float] | None:
+def fall_direction_in_bullet(prism: Prism, gravity: np.ndarray, time_step: float) -> tuple[float, float] | None:
     """Return the horizontal direction of the axis of a prism that falls in Bullet; None if it stands."""
     import pybullet as engine
 
@@ -229,10 +233,17 @@ def bullet_in_space(prism: Prism, gravity: np.ndarray, time_step: float) -> tupl
     return None
 
 
-Engine = Callable[..., list[int]]
-SpaceEngine = Callable[[Prism, np.ndarray, float], tuple[float, float] | None]
-ENGINES: Final[dict[str, Engine]] = {"Box2D": box2d, "pymunk": pymunk, "MuJoCo": mujoco}
-SPACE_ENGINES: Final[dict[str, SpaceEngine]] = {"MuJoCo": mujoco_in_space, "Bullet": bullet_in_space}
+SidesInEngine = Callable[..., list[int]]
+FallDirectionInEngine = Callable[[Prism, np.ndarray, float], tuple[float, float] | None]
+ENGINES: Final[dict[str, SidesInEngine]] = {
+    "Box2D": fall_sides_in_box2d,
+    "pymunk": fall_sides_in_pymunk,
+    "MuJoCo": fall_side_in_mujoco,
+}
+SPACE_ENGINES: Final[dict[str, FallDirectionInEngine]] = {
+    "MuJoCo": fall_direction_in_mujoco,
+    "Bullet": fall_direction_in_bullet,
+}
 _MODULES: Final = {"Box2D": "Box2D", "pymunk": "pymunk", "MuJoCo": "mujoco", "Bullet": "pybullet"}
 
 
@@ -244,8 +255,8 @@ def installed_engines(engines: Mapping[str, Any], *names: str) -> dict[str, Any]
     return {name: engines[name] for name in names or engines if name not in missing}
 
 
-def side_of_block(
-    engine: Engine, acceleration: np.ndarray, interval: float, height: float, b_over_h: float, friction: float,
+def fall_side_of_block(
+    engine: SidesInEngine, acceleration: np.ndarray, interval: float, height: float, b_over_h: float, friction: float,
     step: float = STEP,
 ) -> int:  # fmt: skip
     """Return the side to which a block falls in an engine."""
@@ -253,8 +264,8 @@ def side_of_block(
     return engine([rectangular_stone(height, b_over_h)], ground, friction, step)[0]
 
 
-def sides_of_scene(
-    engine: Engine, placed: Iterable[PlacedElement], acceleration: np.ndarray, interval: float, friction: float,
+def fall_sides_of_scene(
+    engine: SidesInEngine, placed: Iterable[PlacedElement], acceleration: np.ndarray, interval: float, friction: float,
     step: float = STEP, early: bool = False,
 ) -> list[int]:  # fmt: skip
     """Return the sides to which the free elements of a scene fall in an engine."""
@@ -267,12 +278,15 @@ def sides_of_scene(
     )
 
 
-def fall_azimuth(engine: SpaceEngine, motion: Motion, orientation_deg: float, prism: Prism, step: float) -> float:
-    """Return the azimuth to which the top of a fallen prism points, degrees; NaN if it stands."""
-    axis = engine(prism, gravity_in_frame(motion, orientation_deg, step), step)
+def fall_azimuth_of_prism(
+    engine: FallDirectionInEngine, motion: Motion, orientation_deg: float, prism: Prism, step: float
+) -> float:
+    """Return the azimuth to which the top of a fallen prism points in an engine, degrees; NaN if it stands."""
+    axis = engine(prism, effective_gravity_on_base(motion, orientation_deg, step), step)
     return np.nan if axis is None else float((orientation_deg - np.degrees(np.arctan2(axis[1], axis[0]))) % 360.0)
 
 
-def _area(stone: Stone) -> float:
+def _polygon_area(stone: Stone) -> float:
+    """Return the area of a stone's outline, m²."""
     x, z = np.array(stone.corners).T
     return abs(float(np.dot(x, np.roll(z, -1)) - np.dot(z, np.roll(x, -1)))) / 2

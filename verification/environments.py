@@ -22,7 +22,7 @@ REPEATS: Final = 2
 
 
 class EnvironmentCost(NamedTuple):
-    """Cost of an environment; the smallest is the fastest."""
+    """Cost of installing a Python environment; the smallest is the fastest."""
 
     seconds: float
     """Elapsed time, s."""
@@ -57,12 +57,12 @@ def count_packages(environment: Path) -> int:
 
 
 def measure_checkout(checkout: Path, targets: list[str]) -> list[EnvironmentCost]:
-    """Measure the environment after each of the targets, which are made one after the other."""
+    """Measure the environment after each of the make targets, which are made one after the other."""
     with tempfile.TemporaryDirectory() as scratch:
         return [install_environment(checkout, target, Path(scratch, "environment")) for target in targets]
 
 
-def named_figures(name: str, cost: EnvironmentCost) -> list[MeasuredFigure]:
+def environment_cost_figures(name: str, cost: EnvironmentCost) -> list[MeasuredFigure]:
     """Return the cost of an environment as measured figures."""
     return [
         MeasuredFigure(f"{name}: time", cost.seconds, "s"),
@@ -88,9 +88,12 @@ def main(
             run, test = measure_checkout(ROOT, ["setup", "setup-dev"])
             runs.append(run)
             tests.append(test)
-    figures = [*named_figures("`make setup`", min(runs)), *named_figures("then `make setup-dev`", min(tests))]
+    figures = [
+        *environment_cost_figures("`make setup`", min(runs)),
+        *environment_cost_figures("then `make setup-dev`", min(tests)),
+    ]
     if before:
-        figures += named_figures(f"`make setup` at {before}, one lock for all", min(earlier))
+        figures += environment_cost_figures(f"`make setup` at {before}, one lock for all", min(earlier))
     written = write_figures(figures, RESULTS / "environments.csv", keep_other_figures=True)
     publish_markdown({"environments": figures_table(written)})
 

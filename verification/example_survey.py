@@ -56,7 +56,7 @@ WITHOUT_DIRECTION: Final = 3
 
 @dataclass(frozen=True)
 class InventedStone:
-    """Invented stone, with its outcome under the motion.
+    """Invented stone, with its outcome under the motion that the survey is simulated with.
 
     ``fall_azimuth_deg`` is the true azimuth of its fall; NaN if it stands.
     """
@@ -74,7 +74,7 @@ def true_motion() -> CandidateMotion:
     return CandidateMotion.from_motion("Te Mara Farm", record.event, Motion.of(record))
 
 
-def falls_of_stones(motion: Motion, face_deg: FloatArray, height: FloatArray, shapes: FloatArray) -> FloatArray:
+def fall_azimuths_of_stones(motion: Motion, face_deg: FloatArray, height: FloatArray, shapes: FloatArray) -> FloatArray:
     """Return the azimuths of the face normals along which stones fall first, degrees; NaN where they stand.
 
     ``shapes``, shape (stones, 2), are B/H in the plane of the face normal, and across.
@@ -90,7 +90,7 @@ def falls_of_stones(motion: Motion, face_deg: FloatArray, height: FloatArray, sh
 
 
 def invent_stones() -> dict[str, list[InventedStone]]:
-    """Invent the stones of each site, in rows of one orientation, and simulate them."""
+    """Invent the stones of each cemetery, in rows of one orientation, and simulate them."""
     generator = np.random.Generator(np.random.PCG64(47))
     drawn: list[tuple[float, ...]] = []
     for _ in SITES:
@@ -101,13 +101,15 @@ def invent_stones() -> dict[str, list[InventedStone]]:
             side = round(shape * float(generator.uniform(1.0, 1.4)), 2)
             drawn.append((face, height, shape, side, generator.normal(0.0, SPREAD_DEG)))
     face, height, shape, side, spread = np.array(drawn).T
-    seen = (falls_of_stones(true_motion().motion, face, height, np.column_stack([shape, side])) + spread) % 360.0
+    seen = (
+        fall_azimuths_of_stones(true_motion().motion, face, height, np.column_stack([shape, side])) + spread
+    ) % 360.0
     rows = zip(drawn, seen.tolist(), strict=True)
     stones = [InventedStone(one[0], one[1], one[2], one[3], fall) for one, fall in rows]
     return {site: stones[n * STONES_PER_SITE :][:STONES_PER_SITE] for n, site in enumerate(SITES)}
 
 
-def write_direction(azimuth_deg: float, notation: str) -> str:
+def direction_in_notation(azimuth_deg: float, notation: str) -> str:
     """Return a true azimuth, degrees, as people note it: magnetic degrees, a true wind, or a magnetic bearing."""
     if notation == "winds":
         return WINDS_16[round(azimuth_deg / 22.5) % 16]
@@ -132,7 +134,7 @@ def survey_text() -> str:
         for number, stone in enumerate(stones, 1):
             outcome, azimuth = "stands", ""
             if math.isfinite(stone.fall_azimuth_deg):
-                outcome, azimuth = "fell", write_direction(stone.fall_azimuth_deg, notation)
+                outcome, azimuth = "fell", direction_in_notation(stone.fall_azimuth_deg, notation)
             moved = generator.uniform()
             if outcome == "stands" and moved < 0.5:
                 twist, shift = int(generator.choice([-1, 1])) * int(generator.integers(2, 15)), generator.integers(1, 5)
@@ -142,7 +144,7 @@ def survey_text() -> str:
                 outcome, azimuth = "fell, direction not known", ""
             if (site, number) in OUTCOMES_OF_FEW:
                 outcome, azimuth = OUTCOMES_OF_FEW[site, number], ""
-            face = "" if notation == "winds" else write_direction(stone.face_azimuth_deg, notation)
+            face = "" if notation == "winds" else direction_in_notation(stone.face_azimuth_deg, notation)
             declination = "" if notation == "winds" else f"{DECLINATION_DEG}"
             sizes = (f"{one:.2f}".replace(".", ",") for one in (stone.height, stone.b_over_h, stone.b_over_h_side))
             cells = (site, f"{site[0]}{number}", "headstone", outcome, azimuth, declination.replace(".", ","), face)
@@ -150,7 +152,7 @@ def survey_text() -> str:
     return "\n".join(lines) + "\n"
 
 
-def printed_by(*arguments: str) -> str:
+def command_output(*arguments: str) -> str:
     """Return what a command of `overturning` prints, with long lines wrapped."""
     text = io.StringIO()
     with contextlib.redirect_stdout(text), contextlib.suppress(SystemExit):
@@ -160,13 +162,13 @@ def printed_by(*arguments: str) -> str:
     return "\n".join(line.rstrip() for line in wrapped)
 
 
-def fenced(block: str) -> str:
+def fenced_code_block(block: str) -> str:
     """Return a block of code of Markdown."""
     return f"```text\n{block}\n```"
 
 
 def example_study_cube(path: Path) -> None:
-    """Write the cube of the small study with which the page compares the survey."""
+    """Write the cube of outcomes of the small study with which the page compares the survey."""
     cube = overturning.run_study(
         ["wtmc"],
         azimuth={"step": 10},
@@ -179,33 +181,33 @@ def example_study_cube(path: Path) -> None:
     cube.to_netcdf(path)
 
 
-def page_blocks() -> dict[str, str]:
-    """Return the output of the comparisons of the page by marker."""
+def comparison_outputs() -> dict[str, str]:
+    """Return the printed comparisons of the survey that the page shows, by marker."""
     with tempfile.TemporaryDirectory() as folder:
         cube = Path(folder) / "cube.nc"
         example_study_cube(cube)
-        compared = printed_by("survey", str(SURVEY), "--cube", str(cube))
-    summary = printed_by("survey", str(SURVEY))
+        compared = command_output("survey", str(SURVEY), "--cube", str(cube))
+    summary = command_output("survey", str(SURVEY))
     return {
         "example-survey": summary,
         "example-survey-compared": compared[compared.index("example-cemeteries.csv against") :],
     }
 
 
-def inference_block() -> dict[str, str]:
-    """Return the inferred motion, without the list of the likeliest motions, by marker; takes minutes once."""
-    text = printed_by("backwards", str(SURVEY))
+def inferred_motion_output() -> dict[str, str]:
+    """Return the printed motion inferred from the survey, without the list of the likeliest motions, by marker."""
+    text = command_output("backwards", str(SURVEY))
     return {"example-survey-backwards": text[text.index("\n\nFrom ") : text.index("  motion ")].strip()}
 
 
 def main() -> None:
     """Write the survey, the rose of its falls, and the output of the commands in the page."""
     write_text(SURVEY, survey_text())
-    printed_by("survey", str(SURVEY), "--rose", str(ROSE))
+    command_output("survey", str(SURVEY), "--rose", str(ROSE))
     page = PAGE.read_text(encoding="utf-8")
-    for mark, block in (page_blocks() | inference_block()).items():
+    for mark, block in (comparison_outputs() | inferred_motion_output()).items():
         begin, end = f"<!-- {mark}:begin -->", f"<!-- {mark}:end -->"
-        page = f"{page.partition(begin)[0]}{begin}\n\n{fenced(block)}\n\n{end}{page.partition(end)[2]}"
+        page = f"{page.partition(begin)[0]}{begin}\n\n{fenced_code_block(block)}\n\n{end}{page.partition(end)[2]}"
     write_text(PAGE, page)
 
 

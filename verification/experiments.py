@@ -36,11 +36,11 @@ from verification.inputs import (
     half_circle_azimuths,
     read_default_motions,
 )
-from verification.measures import ROCKS, Flags, compare_results, error_shares, percentage, run_case_groups
+from verification.measures import MIN_ROCKING, Flags, compare_results, error_shares, percentage, run_case_groups
 from verification.tables import RESULTS, ROOT, markdown_table, publish_markdown, select_parts, wrap_text, write_csv
 from verification.timing import TimedResults, run_in_subprocess
 
-Bodies = dict[str, str]
+MarkdownByMarker = dict[str, str]
 
 
 class ThinnedStudy(NamedTuple):
@@ -54,7 +54,7 @@ class ThinnedStudy(NamedTuple):
     """Folder in which the tables are stored."""
 
     def groups(self) -> list[CaseGroup]:
-        """Return the cases."""
+        """Return the cases of this part of the default study, a group for each record."""
         return default_study_groups(self.azimuths, self.every_record)
 
 
@@ -67,50 +67,50 @@ STEPS: Final = [("centred", share) for share in (0.0625, 0.125, 0.25, 0.5, 0.75,
     ("cundall", share) for share in (0.25, 0.5, 0.9)
 ]
 """Schemes with shares of their longest step; the automatic step of the centred scheme is its longest."""
-FINEST: Final[dict[str, Any]] = {"scheme": "centred", "time_step": "0.03125 stable"}
-BOUNDARY: Final = "shift of the boundary, %"
-AT_EQUAL: Final = ["median error of peak rotation", BOUNDARY, "wrong flags, %", "wrong sides, %"]
+FINEST_STEP: Final[dict[str, Any]] = {"scheme": "centred", "time_step": "0.03125 stable"}
+BOUNDARY_SHIFT: Final = "shift of the boundary, %"
+ERROR_COLUMNS: Final = ["median error of peak rotation", BOUNDARY_SHIFT, "wrong flags, %", "wrong sides, %"]
 
 
-def default_step(thin: ThinnedStudy) -> Bodies:
-    """Measure error and cost over the step, the basis of the default scheme and step."""
+def measure_error_over_step(thin: ThinnedStudy) -> MarkdownByMarker:
+    """Measure error and cost over the time step, the basis of the default scheme and step."""
     groups = thin.groups()
     ratios = np.unique(groups[0].cases.b_over_h)
     shape = (len(groups), thin.azimuths, -1, ratios.size, np.unique(groups[0].cases.friction).size)
 
-    def boundary(flags: Flags) -> FloatArray:
+    def boundary_b_over_h(flags: Flags) -> FloatArray:
         """Return the B/H below which the block falls, from the number of falling cells along B/H."""
         return np.asarray(ratios[0] + (flags.reshape(shape) != 0).sum(axis=3) * (ratios[1] - ratios[0]))
 
-    exact, rows = run_case_groups(groups, threads=2, **FINEST).results, []
-    right = boundary(exact.overturned)
+    exact, rows = run_case_groups(groups, threads=2, **FINEST_STEP).results, []
+    right = boundary_b_over_h(exact.overturned)
     for scheme, share in STEPS:
         found, seconds = run_case_groups(groups, threads=2, scheme=scheme, time_step=f"{share} stable")
         far = compare_results(found, exact)
-        shift = (np.abs(boundary(found.overturned) - right) / right)[right > ratios[0]]
+        shift = (np.abs(boundary_b_over_h(found.overturned) - right) / right)[right > ratios[0]]
         rows.append(
             {"scheme": scheme, "step": share, "cases": far.counts.cases}
             | far.costs(seconds)
-            | {BOUNDARY: round(100 * float(shift.mean()), 3)}
+            | {BOUNDARY_SHIFT: round(100 * float(shift.mean()), 3)}
         )
         print(rows[-1], flush=True)
     curve = pd.DataFrame(rows)
     write_csv(curve, thin.kept / "default-step.csv")
-    shown = ["scheme", "step", "processor time, s", *AT_EQUAL, "marked", "largest energy error"]
+    shown = ["scheme", "step", "processor time, s", *ERROR_COLUMNS, "marked", "largest energy error"]
     return {
         "default-step": markdown_table(shown, curve[shown].to_numpy(dtype=object)),
-        "equal-error": equal_error(curve),
+        "equal-error": cost_at_equal_error(curve),
     }
 
 
-def equal_error(error_curves: pd.DataFrame) -> str:
+def cost_at_equal_error(error_curves: pd.DataFrame) -> str:
     """Return the cost of the default over that of Cundall's scheme at the same error, by log-log interpolation.
 
     Errors need not decrease with the step: the coarsest step that reaches the error of the default counts.
     """
     default = error_curves[error_curves["scheme"] == "centred"].iloc[-1]
     yardstick, lines = error_curves[error_curves["scheme"] == "cundall"].sort_values("processor time, s"), []
-    for head in AT_EQUAL:
+    for head in ERROR_COLUMNS:
         errors = np.log(yardstick[head].clip(lower=1e-12).to_numpy())
         costs = np.log(yardstick["processor time, s"].to_numpy())
         error = np.log(max(default[head], 1e-12))
@@ -128,8 +128,8 @@ def equal_error(error_curves: pd.DataFrame) -> str:
     )
 
 
-def step_and_contact(thin: ThinnedStudy) -> Bodies:
-    """Measure marked cases and wrong flags over step, softness and damping."""
+def measure_error_over_step_and_contact(thin: ThinnedStudy) -> MarkdownByMarker:
+    """Measure marked cases and wrong flags over time step, contact stiffness and damping."""
     groups, lines = thin.groups(), []
     steps = {"automatic": "auto"} | {f"{share:g}": f"{share} stable" for share in (0.25, 0.5, 0.75, 1.0)}
     for penetration in (2e-3, 2e-4, 2e-5, 2e-6, 1e-7):
@@ -152,82 +152,84 @@ def step_and_contact(thin: ThinnedStudy) -> Bodies:
     return {"step-and-contact": f"{cells_of}\n\n{wrap_text(about)}"}
 
 
-CLOCK: Final = "from overturning.dem.kernel import clock; clock.BLOCK = clock.BLOCK._replace({})"
-RULES: Final = {
+CLOCK_REPLACEMENT: Final = "from overturning.dem.kernel import clock; clock.BLOCK = clock.BLOCK._replace({})"
+CLOCK_RULES: Final = {
     "unchanged": "",
-    "finest step half as long": CLOCK.format("finest=0.04"),
-    "finest step twice as long": CLOCK.format("finest=0.16"),
-    "finest step four times as long": CLOCK.format("finest=0.32"),
-    "finest step eight times as long": CLOCK.format("finest=0.64"),
+    "finest step half as long": CLOCK_REPLACEMENT.format("finest=0.04"),
+    "finest step twice as long": CLOCK_REPLACEMENT.format("finest=0.16"),
+    "finest step four times as long": CLOCK_REPLACEMENT.format("finest=0.32"),
+    "finest step eight times as long": CLOCK_REPLACEMENT.format("finest=0.64"),
     "every change in a finest step": "from overturning.dem.block import state; state.MAX_GENTLE_TRAVEL *= 0",
-    "four steps of each length": CLOCK.format("dwell=4.0"),
-    "sixteen steps of each length": CLOCK.format("dwell=16.0"),
-    "one step of each length above eight finest steps": CLOCK.format("settled=1.0"),
+    "four steps of each length": CLOCK_REPLACEMENT.format("dwell=4.0"),
+    "sixteen steps of each length": CLOCK_REPLACEMENT.format("dwell=16.0"),
+    "one step of each length above eight finest steps": CLOCK_REPLACEMENT.format("settled=1.0"),
     "whole steps while standing": "from overturning.dem.block import state; state.RIGID_TIME_RATIO *= 1e9",
-    "no step repeated at the same length, only halved": CLOCK.format("tries=0.0"),
+    "no step repeated at the same length, only halved": CLOCK_REPLACEMENT.format("tries=0.0"),
 }
 """Statements that change one rule of the clock before the kernel is imported, by name."""
 
 
-def fine_steps(thin: ThinnedStudy) -> Bodies:
-    """Measure the effect of each rule of the clock; each is compiled in a separate process."""
+def measure_step_control_rules(thin: ThinnedStudy) -> MarkdownByMarker:
+    """Measure the effect of each rule of the step control; each is compiled in a separate process."""
     groups, rows = thin.groups(), {}
     exact = run_case_groups(groups, threads=2, time_step="0.125 stable").results
     with tempfile.TemporaryDirectory() as folder:
-        for number, (name, before) in enumerate(RULES.items()):
+        for number, (name, before) in enumerate(CLOCK_RULES.items()):
             (found,) = run_in_subprocess(groups, [{}], before=before, NUMBA_CACHE_DIR=f"{folder}/{number}")
             rows[name] = compare_results(found.results, exact).costs(found.seconds)
             print(name, rows[name], flush=True)
     return {"fine-steps": named_rows_table("", rows, list(next(iter(rows.values()))))}
 
 
-def rigid_limit(thin: ThinnedStudy) -> Bodies:
+def measure_error_over_stiffness(thin: ThinnedStudy) -> MarkdownByMarker:
     """Measure error and cost over contact stiffness and step, and the cases that no computation decides."""
     groups = thin.groups()
     # A change in the ninth digit, below the accuracy of any record.
     moved = [CaseGroup(motion.scaled_by(1 + 1e-9), cases) for motion, cases in groups]
 
-    def under(contact: float, among: list[CaseGroup] = groups, **how: Any) -> TimedResults:
+    def run_with_penetration(contact: float, among: list[CaseGroup] = groups, **how: Any) -> TimedResults:
+        """Run groups of cases on contacts of a static penetration over width."""
         return run_case_groups(among, model=gravestone(Contact(static_penetration=contact)), **how)
 
-    def wrong(one: TimedResults, other: TimedResults) -> tuple[str, ...]:
+    def error_percentages(one: TimedResults, other: TimedResults) -> tuple[str, ...]:
+        """Return the shares of wrong flags and of wrong flags or sides, percent, as text."""
         return tuple(f"{share:.2f}" for share in error_shares(compare_results(one.results, other.results).counts))
 
     steps = {"0.125": "0.125 stable", "0.25": "0.25 stable", "0.5": "0.5 stable", "auto": "auto"}
     reference = (2e-8, "0.125")
-    exact, lines, costs = under(reference[0], time_step=steps[reference[1]]), [], {}
+    exact, lines, costs = run_with_penetration(reference[0], time_step=steps[reference[1]]), [], {}
     if thin.checkout is not None:
         (before,) = run_in_subprocess(groups, [{}], checkout=thin.checkout)
         costs["of the other checkout"] = compare_results(before.results, exact.results).costs(before.seconds)
     for penetration in (2e-5, 2e-6, 5e-7, STATIC_PENETRATION, 2e-8):
         found = {
-            name: exact if (penetration, name) == reference else under(penetration, time_step=step)
+            name: exact if (penetration, name) == reference else run_with_penetration(penetration, time_step=step)
             for name, step in steps.items()
         }
-        cells = ("–" if one is exact else " / ".join(wrong(one, exact)) for one in found.values())
+        cells = ("–" if one is exact else " / ".join(error_percentages(one, exact)) for one in found.values())
         lines.append((f"{penetration:g}", *cells))
         costs[f"{penetration:g}"] = compare_results(found["auto"].results, exact.results).costs(found["auto"].seconds)
         print(lines[-1], costs[f"{penetration:g}"], flush=True)
-    own, finer = under(STATIC_PENETRATION), under(STATIC_PENETRATION, refinement=8)
-    stiffer = under(STATIC_PENETRATION / 4)
+    own, finer = run_with_penetration(STATIC_PENETRATION), run_with_penetration(STATIC_PENETRATION, refinement=8)
+    stiffer = run_with_penetration(STATIC_PENETRATION / 4)
     pairs = {
         "default, and time step / 8": (own, finer),
         "default, and contact stiffness × 4": (own, stiffer),
-        "time step / 8, and time step / 16": (finer, under(STATIC_PENETRATION, refinement=16)),
-        "contact stiffness × 4, and contact stiffness × 16": (stiffer, under(STATIC_PENETRATION / 16)),
-        "default, and default with amplitude × (1 + 1e-9)": (own, under(STATIC_PENETRATION, moved)),
+        "time step / 8, and time step / 16": (finer, run_with_penetration(STATIC_PENETRATION, refinement=16)),
+        "contact stiffness × 4, and contact stiffness × 16": (stiffer, run_with_penetration(STATIC_PENETRATION / 16)),
+        "default, and default with amplitude × (1 + 1e-9)": (own, run_with_penetration(STATIC_PENETRATION, moved)),
         "time step / 8, and time step / 8 with amplitude × (1 + 1e-9)": (
             finer,
-            under(STATIC_PENETRATION, moved, refinement=8),
+            run_with_penetration(STATIC_PENETRATION, moved, refinement=8),
         ),
     }
-    heads = ["million block steps", "processor time, s", *AT_EQUAL[2:], AT_EQUAL[0], "marked"]
+    heads = ["million block steps", "processor time, s", *ERROR_COLUMNS[2:], ERROR_COLUMNS[0], "marked"]
     return {
         "rigid-limit": named_rows_table("δ/B", costs, heads),
         "rigid-limit-map": markdown_table(("δ/B", *steps), lines),
         "chaos": markdown_table(
             ("between", "flags that differ, %", "sides that differ, %"),
-            [(name, *wrong(*pair)) for name, pair in pairs.items()],
+            [(name, *error_percentages(*pair)) for name, pair in pairs.items()],
         ),
     }
 
@@ -240,16 +242,16 @@ class KernelOutcomes(NamedTuple):
     steps: NDArray[Any]
 
 
-def run_two_d(group: CaseGroup, damping: float, general: bool) -> KernelOutcomes:
-    """Run blocks with the kernel for single blocks, or with the general one."""
+def run_planar_blocks(group: CaseGroup, damping: float, general: bool) -> KernelOutcomes:
+    """Run blocks with the 2-D kernel for single blocks or, if `general`, with that for scenes."""
     found = simulate_cases(gravestone(Contact(damping_ratio=damping)), *group, NumericalOptions(general=general))
     return KernelOutcomes(
         found.overturned.ravel(), np.asarray(found.peak_rotation.ravel(), np.float64), found.block_steps
     )
 
 
-def run_three_d(group: CaseGroup, damping: float) -> KernelOutcomes:
-    """Run square prisms that face along a motion with one component."""
+def run_square_prisms(group: CaseGroup, damping: float) -> KernelOutcomes:
+    """Run 3-D square prisms, one face of which looks along a motion with one component."""
     parts, cases = [], group.cases
     for azimuth in np.unique(cases.azimuth_deg):
         chosen, along = np.asarray(cases.azimuth_deg) == azimuth, group.motion.along(float(azimuth))
@@ -263,7 +265,7 @@ def run_three_d(group: CaseGroup, damping: float) -> KernelOutcomes:
     return KernelOutcomes(sides, np.radians(tilts) / np.arctan(np.asarray(cases.b_over_h)), steps)
 
 
-def damping_ratio(thin: ThinnedStudy) -> Bodies:
+def measure_error_over_damping_ratio(thin: ThinnedStudy) -> MarkdownByMarker:
     """Compare blocks that do not slide with Housner's block, for several damping ratios, in the three kernels.
 
     A flag is firm if it does not change under a motion 1 % weaker or stronger. A peak rotation is wrong if its error
@@ -272,9 +274,9 @@ def damping_ratio(thin: ThinnedStudy) -> Bodies:
     cases = case_grid(np.arange(1.24, 180.0, 15.0), [0.6, 1.6], np.arange(0.1, 0.51, 0.05), NO_SLIDING)
     groups = [CaseGroup(motion, cases) for motion in list(read_default_motions().values())[:: thin.every_record]]
     kernels: dict[str, Callable[[CaseGroup, float], KernelOutcomes]] = {
-        "kernel for single blocks": partial(run_two_d, general=False),
-        "general kernel": partial(run_two_d, general=True),
-        "3-D kernel": run_three_d,
+        "kernel for single blocks": partial(run_planar_blocks, general=False),
+        "general kernel": partial(run_planar_blocks, general=True),
+        "3-D kernel": run_square_prisms,
     }
     weaker, exact, stronger = (
         [simulate_rigid_rocking(motion.scaled_by(factor), cases) for motion, _ in groups]
@@ -282,7 +284,7 @@ def damping_ratio(thin: ThinnedStudy) -> Bodies:
     )
     side, peak = (np.concatenate(part) for part in zip(*exact, strict=True))
     firm = np.all([np.concatenate([one.overturned for one in other]) == side for other in (weaker, stronger)], axis=0)
-    rocks = firm & (side == 0) & (peak > ROCKS)
+    rocks = firm & (side == 0) & (peak > MIN_ROCKING)
     squat = np.tile(np.asarray(cases.b_over_h) > 0.39, len(groups))
     lines = []
     for damping in (0.5, 1.0, 2.0, DAMPING_RATIO, 4.0, 6.0, 10.0):
@@ -304,16 +306,16 @@ def damping_ratio(thin: ThinnedStudy) -> Bodies:
     return {"damping-ratio": markdown_table(("ξ", *kernels), lines) + f"\n\n{wrap_text(about)}"}
 
 
-ROUGH: Final = (MAX_FRICTION, 300.0, 1e3, 1e4, 1e6)
+FRICTIONS_ABOVE_MAXIMUM: Final = (MAX_FRICTION, 300.0, 1e3, 1e4, 1e6)
 """Frictions from `MAX_FRICTION`, the largest that blocks are computed with."""
 
 
-def most_friction(thin: ThinnedStudy) -> Bodies:
+def measure_effect_of_high_friction(thin: ThinnedStudy) -> MarkdownByMarker:
     """Measure the effect of friction above `MAX_FRICTION` on results and number of steps."""
     shapes = half_circle_azimuths(thin.azimuths), [0.6, 2.0], np.arange(0.1, 0.61, 0.1)
     motions, lines, first = list(read_default_motions().values())[:: thin.every_record], [], None
     with patch("overturning.dem.block.plan.MAX_FRICTION", np.inf):
-        for friction in ROUGH:
+        for friction in FRICTIONS_ABOVE_MAXIMUM:
             groups = [CaseGroup(motion, case_grid(*shapes, friction)) for motion in motions]
             found = run_case_groups(groups, threads=2).results
             first = found if first is None else first
@@ -332,13 +334,13 @@ def most_friction(thin: ThinnedStudy) -> Bodies:
     return {"most-friction": f"{markdown_table(heads, lines)}\n\n{wrap_text(about)}"}
 
 
-EXPERIMENTS: Final[dict[str, tuple[Callable[[ThinnedStudy], Bodies], ThinnedStudy]]] = {
-    "default-step": (default_step, ThinnedStudy(2, 1)),
-    "step-and-contact": (step_and_contact, ThinnedStudy(4, 10)),
-    "fine-steps": (fine_steps, ThinnedStudy(6, 4)),
-    "rigid-limit": (rigid_limit, ThinnedStudy(18, 4)),
-    "damping-ratio": (damping_ratio, ThinnedStudy(12, 4)),
-    "most-friction": (most_friction, ThinnedStudy(18, 4)),
+EXPERIMENTS: Final[dict[str, tuple[Callable[[ThinnedStudy], MarkdownByMarker], ThinnedStudy]]] = {
+    "default-step": (measure_error_over_step, ThinnedStudy(2, 1)),
+    "step-and-contact": (measure_error_over_step_and_contact, ThinnedStudy(4, 10)),
+    "fine-steps": (measure_step_control_rules, ThinnedStudy(6, 4)),
+    "rigid-limit": (measure_error_over_stiffness, ThinnedStudy(18, 4)),
+    "damping-ratio": (measure_error_over_damping_ratio, ThinnedStudy(12, 4)),
+    "most-friction": (measure_effect_of_high_friction, ThinnedStudy(18, 4)),
 }
 """Experiment and the part of the default study that it runs, by name."""
 

@@ -34,7 +34,7 @@ def source_folder() -> Path:
 
 
 def archive_members(folder: Path) -> dict[str, str]:
-    """Return the text of each member of the archive by name, from the HDF5 files in a folder.
+    """Return the text of each file of the archive by name, from the HDF5 files in a folder.
 
     Numbers are written as the shortest decimals that give the same 64-bit float again. Two columns of the source are
     left out because they are computed exactly: ``Time`` is index × SamplingInterval, and ``NormalizedAcceleration`` is
@@ -96,7 +96,7 @@ def _csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _sampling_interval(columns: Mapping[str, np.ndarray], row: Mapping[str, Any], place: str) -> float:
-    """Return the sampling interval, s, of a component whose time and normalised acceleration follow from the rest.
+    """Return the sampling interval, s, of a component; check that its other columns follow from the rest.
 
     The interval is that of the times, to 10 ns, which may differ from the stated interval ``DT`` by up to 5 %.
     """
@@ -113,7 +113,7 @@ def _sampling_interval(columns: Mapping[str, np.ndarray], row: Mapping[str, Any]
 
 
 def write_archive(members: Mapping[str, str], path: Path) -> None:
-    """Write the members into a compressed zip archive; the same text gives the same bytes with the same zlib."""
+    """Write files of text into a compressed zip archive; the same text gives the same bytes with the same zlib."""
     with atomic_write(path) as part, zipfile.ZipFile(part, "w") as archive:
         for name, text in members.items():
             about = zipfile.ZipInfo(name, TIME_STAMP)

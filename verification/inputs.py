@@ -41,13 +41,13 @@ class CaseGroup(NamedTuple):
     motion: Motion
     cases: Cases
 
-    def case(self, index: int) -> dict[str, float]:
+    def parameters_of_case(self, index: int) -> dict[str, float]:
         """Return azimuth (degrees), height (m), B/H, friction and amplitude of one case."""
         return {name: float(np.asarray(getattr(self.cases, name))[index]) for name in _AXES}
 
-    def wave(self, index: int) -> NDArray[np.float64]:
+    def acceleration_of_case(self, index: int) -> NDArray[np.float64]:
         """Return the ground acceleration of one case along its azimuth, m/s²."""
-        case = self.case(index)
+        case = self.parameters_of_case(index)
         return case["amplitude"] * self.motion.along(case["azimuth_deg"])
 
     def subset(self, case_indices: NDArray[np.int64]) -> "CaseGroup":
@@ -68,7 +68,7 @@ def read_fema_motion(source: str) -> Motion:
     return Motion.of(read_record(entry, Path()))
 
 
-def strong_part(motion: Motion, time_before_peak: float = 6.0, length: float = 20.0) -> Motion:
+def strong_part_of_motion(motion: Motion, time_before_peak: float = 6.0, length: float = 20.0) -> Motion:
     """Return `length` seconds of the horizontal motion, from `time_before_peak` seconds before its peak."""
     peak = int(np.argmax(np.hypot(motion.north, motion.east)))
     first = max(peak - round(time_before_peak / motion.sampling_interval), 0)
@@ -80,7 +80,7 @@ def read_near_field_motion(number: int) -> Motion:
     """Read 20 s of a near-field record with a pulse that overturns shafts, rounded to 1e-9 m/s²."""
     motion = read_fema_motion(f"nearfield_pulse:{number}")
     north, east = (np.round(part, 9) for part in (motion.north, motion.east))
-    return strong_part(Motion(north, east, sampling_interval=motion.sampling_interval))
+    return strong_part_of_motion(Motion(north, east, sampling_interval=motion.sampling_interval))
 
 
 @cache
@@ -108,30 +108,31 @@ def default_study_groups(azimuths: int, every_record: int = 1) -> list[CaseGroup
     return [CaseGroup(motion, cases) for motion in list(read_default_motions().values())[::every_record]]
 
 
-def _under_six_records(cases: Cases) -> list[CaseGroup]:
+def _groups_under_six_records(cases: Cases) -> list[CaseGroup]:
+    """Return a group of the cases under each of six real records."""
     return [CaseGroup(read_fema_motion(source), cases) for source in RECORDS.values()]
 
 
-def record_groups(friction_kind: str) -> list[CaseGroup]:
+def block_groups_under_records(friction_kind: str) -> list[CaseGroup]:
     """Return blocks of the default study under six records, with the `FRICTIONS` of "sliding" or "rocking"."""
-    return _under_six_records(
+    return _groups_under_six_records(
         case_grid(half_circle_azimuths(6, 10.0), 0.6, [0.15, 0.2, 0.25, 0.3, 0.35], FRICTIONS[friction_kind])
     )
 
 
-def rigid_record_groups() -> list[CaseGroup]:
+def rigid_block_groups_under_records() -> list[CaseGroup]:
     """Return blocks of both heights of the default study that cannot slide, under six records."""
-    return _under_six_records(
+    return _groups_under_six_records(
         case_grid(half_circle_azimuths(6, 10.0), [0.6, 1.2], [0.15, 0.2, 0.25, 0.3, 0.35], NO_SLIDING)
     )
 
 
-def slide_groups() -> list[CaseGroup]:
+def sliding_block_groups() -> list[CaseGroup]:
     """Return squat blocks that slide and cannot rock, under six records."""
-    return _under_six_records(case_grid(20.0, 0.2, 4.0, [0.05, 0.1, 0.2]))
+    return _groups_under_six_records(case_grid(20.0, 0.2, 4.0, [0.05, 0.1, 0.2]))
 
 
-def pulse_groups(periods: int = 12, blocks: int = 48, seed: int = 3) -> list[CaseGroup]:
+def rocking_pulse_groups(periods: int = 12, blocks: int = 48, seed: int = 3) -> list[CaseGroup]:
     """Return blocks that do not slide (B/H 0.1 to 0.5, H 0.5 to 2.5 m) under one-cycle sine pulses.
 
     The pulses last 0.3 to 2 s and reach six times g·B/H.

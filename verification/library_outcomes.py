@@ -32,9 +32,9 @@ ASPECTS_SHIPPED: Final = (0.0, *ASPECTS)
 
 
 def compute_outcomes(aspect: float, folder: Path, threads: int) -> tuple[NDArray[np.int64], NDArray[np.int8]]:
-    """Return indices of height and B/H, shape (sizes, 2), and the outcomes of stones with one D/B under all motions.
+    """Simulate stones with one ratio of depth to width under all motions of the package.
 
-    The outcomes have the shape (motions, sizes, frictions, levels, orientations).
+    Returns the indices of height and B/H, shape (sizes, 2), and the outcomes.
     """
     needed = np.zeros((HEIGHTS.size, SHAPES.size), np.bool_)
     needed[HEIGHTS_SHIPPED] = True

@@ -17,7 +17,7 @@ from verification.timing import TimedResults, time_run
 Peaks = NDArray[np.floating[Any]]
 Flags = NDArray[np.int8]
 
-ROCKS: Final = 0.05
+MIN_ROCKING: Final = 0.05
 """Smallest peak rotation, as a share of α, of blocks that count in the error of peak rotation."""
 
 
@@ -40,7 +40,7 @@ def run_case_groups(case_groups: Sequence[CaseGroup], repeats: int = 1, **settin
 
 def peak_rotation_errors(flags: Flags, peaks: Peaks, reference_flags: Flags, reference_peaks: Peaks) -> FloatArray:
     """Return the errors of peak rotation, as a share of α, of blocks that rock and stand in results and reference."""
-    both = (flags == 0) & (reference_flags == 0) & (reference_peaks > ROCKS)
+    both = (flags == 0) & (reference_flags == 0) & (reference_peaks > MIN_ROCKING)
     return np.abs(np.asarray(peaks, np.float64) - reference_peaks)[both]
 
 
@@ -58,7 +58,7 @@ def convergence_order(time_steps: FloatArray, errors: FloatArray) -> float:
     return float(np.polyfit(np.log(time_steps[good]), np.log(errors[good]), 1)[0])
 
 
-def neighbours_agree(flags: Flags) -> NDArray[np.bool_]:
+def neighbours_have_same_flag(flags: Flags) -> NDArray[np.bool_]:
     """Return True for cells whose neighbours in azimuth (over half a circle) and B/H have the same flag.
 
     The last axes are those of `inputs.case_grid`.
@@ -107,7 +107,7 @@ def compare_results(
 ) -> ResultDifference:
     """Compare results with reference results; `grid_shape` is the shape of the grid, and one size may be -1."""
     right, flags = reference_results.overturned, results.overturned
-    firm = neighbours_agree(right.reshape(grid_shape)).ravel() if grid_shape else np.zeros(right.size, bool)
+    firm = neighbours_have_same_flag(right.reshape(grid_shape)).ravel() if grid_shape else np.zeros(right.size, bool)
     moves = reference_results.status != CaseStatus.AT_REST
     return ResultDifference(
         count_outcome_differences(right, flags),

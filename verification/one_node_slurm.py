@@ -78,7 +78,7 @@ def one_node_slurm(processors: int = 2) -> Iterator[None]:
         memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2**20
         about = {"host": socket.gethostname(), "folder": folder, "processors": processors, "memory": memory}
         ports = dict(zip(("controller", "daemon"), _free_ports(2), strict=True))
-        ending.enter_context(_fill_configuration(_TEMPLATE.format(**about, **ports)))
+        ending.enter_context(_slurm_configuration(_TEMPLATE.format(**about, **ports)))
         own = [f"--{name}={folder}/munge.{end}" for name, end in (("socket", "socket"), ("pid-file", "pid"))]
         own += [f"--key-file={key}", f"--seed-file={folder}/munge.seed", f"--log-file={folder}/munge.log"]
         ending.enter_context(_background_process(["munged", "--foreground", "--force", *own], folder))
@@ -90,6 +90,7 @@ def one_node_slurm(processors: int = 2) -> Iterator[None]:
 
 
 def _free_ports(count: int) -> list[int]:
+    """Return free TCP ports of the loopback address."""
     with ExitStack() as stack:
         sockets = [stack.enter_context(socket.socket()) for _ in range(count)]
         for each in sockets:
@@ -98,7 +99,8 @@ def _free_ports(count: int) -> list[int]:
 
 
 @contextmanager
-def _fill_configuration(text: str) -> Iterator[None]:
+def _slurm_configuration(text: str) -> Iterator[None]:
+    """Write the configuration of SLURM for the block, and restore the former one at its end."""
     before = CONFIGURATION.read_bytes() if CONFIGURATION.is_file() else b""
     CONFIGURATION.parent.mkdir(exist_ok=True)
     CONFIGURATION.write_text(_MARK + text, encoding="utf-8")
@@ -113,6 +115,7 @@ def _fill_configuration(text: str) -> Iterator[None]:
 
 @contextmanager
 def _background_process(command: list[str], folder: Path) -> Iterator[None]:
+    """Run a command in the background, its output in a log file, and stop it at the end of the block."""
     program = shutil.which(command[0]) or command[0]
     with (
         (folder / f"{command[0]}.log").open("w", encoding="utf-8") as log,
@@ -129,11 +132,13 @@ def _background_process(command: list[str], folder: Path) -> Iterator[None]:
 
 
 def _command_output(*command: str) -> str:
+    """Return the output of a command; empty if it fails."""
     done = subprocess.run(command, capture_output=True, text=True, timeout=20, check=False)
     return done.stdout if done.returncode == 0 else ""
 
 
 def _wait_until(is_done: Callable[[], bool], folder: Path) -> None:
+    """Wait until a condition is true; raise a RuntimeError with the end of the logs after `_WAIT` seconds."""
     deadline = time.monotonic() + _WAIT
     while not is_done():
         if time.monotonic() > deadline:

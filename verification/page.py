@@ -57,9 +57,9 @@ def publish_errors(error_rows: pd.DataFrame, root: Path) -> dict[str, float]:
 def publish_stability(block_rows: pd.DataFrame, scene_rows: pd.DataFrame, stack_rows: pd.DataFrame, root: Path) -> None:
     """Draw and publish the maps of stability of single blocks, of scenes and of 3-D stacks."""
     images = root / "docs" / "images"
-    map_figures.draw_map(block_rows, images / "stability-map.svg")
-    map_figures.draw_shares(block_rows, images / "stability-shares.svg")
-    map_figures.draw_scenes(scene_rows, images / "stability-scenes.svg")
+    map_figures.draw_block_cases(block_rows, images / "stability-map.svg")
+    map_figures.draw_outcome_shares(block_rows, images / "stability-shares.svg")
+    map_figures.draw_scene_cases(scene_rows, images / "stability-scenes.svg")
     _publish_figures_and_tables(
         map_page.summary_figures(block_rows, scene_rows, stack_rows),
         map_page.markdown_by_marker(block_rows, scene_rows, stack_rows), root,
@@ -67,6 +67,7 @@ def publish_stability(block_rows: pd.DataFrame, scene_rows: pd.DataFrame, stack_
 
 
 def _publish_figures_and_tables(figures: list[MeasuredFigure], bodies: dict[str, str], root: Path) -> None:
+    """Add measured figures to the summary file, and write all tables into the docs."""
     kept = root / RESULTS.relative_to(ROOT)
     known = write_figures(figures, kept / "exactness.csv", keep_other_figures=True)
     publish_markdown(bodies | {"exactness": figures_table(known)}, root)

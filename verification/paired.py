@@ -18,7 +18,7 @@ from verification.timing import run_in_subprocess
 from verification.whole_run import compare_whole_runs
 
 SCHEMES = ("centred", "cundall")
-STUDIES = {"near-fault": "paired-run", "in-space": "paired-run-3d"}
+MARKER_BY_STUDY = {"near-fault": "paired-run", "in-space": "paired-run-3d"}
 """Studies whose complete runs are compared, and the block of docs/measurements.md with the table of each."""
 
 
@@ -30,7 +30,7 @@ def main(
     """Print processor times, million block steps per second and their ratios."""
     if whole_run:
         tables = {}
-        for name, block in STUDIES.items():
+        for name, block in MARKER_BY_STUDY.items():
             study = (ROOT / "config" / f"{name}.yaml").read_text(encoding="utf-8")
             print(body := compare_whole_runs(folder.resolve(), pairs, study), flush=True)
             tables[block] = body

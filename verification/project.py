@@ -37,6 +37,7 @@ class Project:
     def __init__(
         self, folder: Path, study: str = "", *options: str, own_kernels: bool = False, checkout: Path = ROOT
     ) -> None:
+        """Copy the workflow and a study into a folder; with `own_kernels` kernels are cached there, too."""
         self.folder, self.file = folder, "study.yaml" if study else "config/near-fault.yaml"
         if not (folder / self.file).exists():
             folder.mkdir(parents=True, exist_ok=True)
@@ -59,7 +60,7 @@ class Project:
 
     @property
     def cube(self) -> Path:
-        """Path of the cube."""
+        """Path of the cube (NetCDF file with all outcomes of the study)."""
         return self.results / CUBE
 
     def command(self, *options: str, file: str = CUBE) -> dict[str, Any]:

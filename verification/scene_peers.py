@@ -21,12 +21,12 @@ from verification.tables import RESULTS, ROOT, write_csv
 
 TABLE: Final = RESULTS / "three-tier-peers.csv"
 RECORDS: Final = (6, 7, 8, 9, 10)
-EACH: Final = 24
+CASES_PER_RECORD: Final = 24
 STEP: Final = 1.0 / 960.0
 
 
-def sample_cases() -> pd.DataFrame:
-    """Return record, azimuth (degrees), B/H of the shaft and µ of each case."""
+def draw_random_cases() -> pd.DataFrame:
+    """Return record, azimuth (degrees), B/H of the shaft and µ of random cases, with a fixed seed."""
     generator = np.random.Generator(np.random.PCG64(3))
     rows = [
         (
@@ -36,13 +36,13 @@ def sample_cases() -> pd.DataFrame:
             float(generator.choice([0.5, 0.7, 1.0])),
         )
         for number in RECORDS
-        for _ in range(EACH)
+        for _ in range(CASES_PER_RECORD)
     ]
     return pd.DataFrame(rows, columns=["record", "azimuth_deg", "b_over_h", "friction"])
 
 
-def engine_sides(cases: pd.DataFrame) -> dict[str, np.ndarray]:
-    """Return the sides to which the shaft falls, by installed engine."""
+def shaft_sides_by_engine(cases: pd.DataFrame) -> dict[str, np.ndarray]:
+    """Return the sides to which the shaft falls in each case, by installed engine."""
     scene = load_scene("three-tier", ROOT)
     height, _ = size_reference_height_and_b_over_h(scene)
     groups = [
@@ -60,8 +60,8 @@ def engine_sides(cases: pd.DataFrame) -> dict[str, np.ndarray]:
 
 def main() -> None:
     """Write the table."""
-    cases = sample_cases()
-    found = engine_sides(cases)
+    cases = draw_random_cases()
+    found = shaft_sides_by_engine(cases)
     if len(found) < 2:
         raise ArgumentError("both engines are needed: make peers")
     write_csv(cases.assign(**found), TABLE)

@@ -23,7 +23,7 @@ from overturning.model.geometry import place_elements, size_reference_height_and
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene, check_scene, gravestone, load_scene
 from overturning.motion.motion import Motion
-from verification.engines import ENGINES, installed_engines, sides_of_scene
+from verification.engines import ENGINES, fall_sides_of_scene, installed_engines
 from verification.inputs import CaseGroup, case_grid, read_default_motions, read_near_field_motion
 from verification.measures import join_results
 from verification.tables import (
@@ -100,7 +100,7 @@ def scene_with_contact(scene: Scene, static_penetration: float, damping_ratio: f
     return Scene.model_validate(scene.model_dump() | {"contacts": [law]})
 
 
-def compare_with_peers(count: int) -> Iterator[MeasuredFigure]:
+def compare_with_other_engines(count: int) -> Iterator[MeasuredFigure]:
     """Measure time per case and share of correct outcomes for a shaft on two bases."""
     scene, (motion, cases) = three_tier_cases()
     fine, firm = reference_results(scene, motion, cases)
@@ -162,15 +162,15 @@ def shaft_sides(engine: Any, scene: Scene, group: CaseGroup, step: float = 1 / 2
     """Return the sides to which the shaft falls in an engine; with `early`, a case ends when it has fallen."""
     sides = []
     for index in range(group.cases.case_count):
-        case = group.case(index)
+        case = group.parameters_of_case(index)
         placed = place_elements(scene, case["height"], case["b_over_h"])[1:]
-        wave, interval = group.wave(index), group.motion.sampling_interval
-        sides.append(sides_of_scene(engine, placed, wave, interval, case["friction"], step, early)[SHAFT])
+        wave, interval = group.acceleration_of_case(index), group.motion.sampling_interval
+        sides.append(fall_sides_of_scene(engine, placed, wave, interval, case["friction"], step, early)[SHAFT])
     return np.array(sides)
 
 
 def reference_results(scene: Scene, motion: Motion, cases: Cases) -> tuple[CaseResults, np.ndarray]:
-    """Return the results at a tenth of the default step, and a mask of firm cases (see the module)."""
+    """Return the results at a tenth of the default step, and a mask of the cases that other settings do not change."""
     fine = simulate_cases(scene, motion, cases, NumericalOptions(time_step="0.1 stable", leave_out=False))
     firm = np.ones(cases.case_count, dtype=bool)
     for scheme, step in (("centred", "0.2 stable"), ("cundall", "auto")):
@@ -180,7 +180,7 @@ def reference_results(scene: Scene, motion: Motion, cases: Cases) -> tuple[CaseR
 
 
 def time_step_table() -> str:
-    """Return a table of error and time over the step, nothing left out; the reference is 1/20 of the default step."""
+    """Return a table of error and time over the step, without skipping rest; reference: 1/20 of the default step."""
     chosen, group, rows = ("auto", "0.9 stable", "0.5 stable", "0.25 stable"), three_tier_cases()[1], []
     settings = [{"time_step": step, "leave_out": False} for step in (*chosen, "0.05 stable")]
     found = run_in_subprocess([group], settings, scene="three-tier", repeats=2)
@@ -196,8 +196,8 @@ def time_step_table() -> str:
     )
 
 
-def measure_pillars() -> Iterator[MeasuredFigure]:
-    """Count flags of three pillars under real records changed by leaving out, and by an amplitude changed by 1e-9."""
+def count_changed_flags_of_pillars() -> Iterator[MeasuredFigure]:
+    """Count flags of three pillars that change if rest is skipped, or if the amplitude changes by 1e-9."""
     ways = {
         "leaving out": (True, 1.0),
         "an amplitude larger by 1e-9": (False, 1 + 1e-9),
@@ -233,17 +233,20 @@ def compare_kernels(records: Sequence[int] = (6, 7, 8, 9, 10)) -> Iterator[Measu
     # Half of the azimuths; the others are mirror images.
     cases = case_grid(np.arange(0, 180, 15.0), 0.6, np.arange(2, 13) * 0.05, [0.58, 1.0])
 
-    def answer(general: bool, factor: float = 1.0, step: str = "auto") -> CaseResults:
+    def simulate_gravestones(general: bool, factor: float = 1.0, step: str = "auto") -> CaseResults:
+        """Simulate the gravestone in the general kernel or in that for single blocks."""
         numerics = NumericalOptions(general=general, time_step=step, leave_out=False)
         return join_results(
             [simulate_cases(gravestone(), motion.scaled_by(factor), cases, numerics) for motion in motions]
         )
 
-    (own, seconds), (other, general_seconds) = (time_run(partial(answer, general), 1) for general in (False, True))
+    (own, seconds), (other, general_seconds) = (
+        time_run(partial(simulate_gravestones, general), 1) for general in (False, True)
+    )
     chaos = np.zeros(own.status.size, bool)
     for general, nominal in ((False, own), (True, other)):
         for change in ({"factor": 1 + 1e-9}, {"factor": 1 - 1e-9}, {"step": "0.5 stable"}):
-            chaos |= (answer(general, **change).overturned != 0) != (nominal.overturned != 0)
+            chaos |= (simulate_gravestones(general, **change).overturned != 0) != (nominal.overturned != 0)
     fell, far = own.overturned != 0, (own.overturned != 0) != (other.overturned != 0)
     stands = ~fell & ~far & ~chaos
     rocked = np.maximum(other.peak_rotation, 1e-12)
@@ -272,8 +275,8 @@ def main(
     """Measure, and write the tables; parts that are not named keep their figures."""
     made: dict[str, tuple[str, Callable[[], Iterator[MeasuredFigure]]]] = {
         "speed": ("scenes.csv", measure_speed),
-        "peers": ("scenes.csv", partial(compare_with_peers, peer_cases)),
-        "pillars": ("scenes.csv", measure_pillars),
+        "peers": ("scenes.csv", partial(compare_with_other_engines, peer_cases)),
+        "pillars": ("scenes.csv", count_changed_flags_of_pillars),
         "kernels": ("both-kernels.csv", compare_kernels),
     }
     others = tuple(f"{label}:" for label, *_ in GROUPS[1:])

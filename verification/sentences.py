@@ -23,7 +23,7 @@ def table_cell(file: str, quantity: str, number_format: str, results: Path) -> s
 
 
 def eighth_step_figures(number_format: str, results: Path) -> str:
-    """Format wrong flags of the default step and of 1/8 of it, %, and the ratio of their processor times."""
+    """Format wrong flags with the default step and with 1/8 of it, %, and the ratio of their processor times."""
     curve = pd.read_csv(results / "default-step.csv")
     own = curve[curve["scheme"] == "centred"].set_index("step")
     wrong, seconds = own["wrong flags, %"], own["processor time, s"]
@@ -31,7 +31,7 @@ def eighth_step_figures(number_format: str, results: Path) -> str:
 
 
 def rigid_block_counts(number_format: str, results: Path) -> str:
-    """Format the counts of record cases, of those unlike the rigid block, and of such among the engines' cases."""
+    """Format the counts of record cases, of those unlike the rigid block, and of those among the engines' cases."""
     rows = pd.read_csv(results / "work-precision.csv")
     own = (rows["cases_of"] == "records, no sliding") & (rows["method"] == "centred") & (rows["default"] == 1)
     (at,) = rows.loc[own, ["cases", "wrong_flags", "wrong_sides", "disagree"]].to_numpy(float)

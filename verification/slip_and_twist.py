@@ -44,7 +44,7 @@ EXCEEDED: Final = 0.1
 """Share of the standing stones that exceed the slip or twist in the last columns of the table."""
 
 
-def simulated_shafts(name: str, model: Stack | Body, height: float, b_over_h: float, threads: int) -> pd.DataFrame:
+def simulate_shafts(name: str, model: Stack | Body, height: float, b_over_h: float, threads: int) -> pd.DataFrame:
     """Return the outcome, slip (m) and twist (degrees) of the shaft in each case, with each time step."""
     axes = np.meshgrid(ORIENTATIONS_DEG, FRICTIONS, AMPLITUDES, indexing="ij")
     orientation, friction, amplitude = (values.ravel() for values in axes)
@@ -103,7 +103,7 @@ def main(threads: Annotated[int, typer.Option(min=1, help="number of threads")] 
     scene = load_scene("three-tier")
     height, b_over_h = size_reference_height_and_b_over_h(scene)
     models: Sequence[tuple[str, Stack | Body]] = [("on two bases", Stack(scene)), ("on the ground", Body())]
-    rows = pd.concat([simulated_shafts(*one, height, b_over_h, threads) for one in models], ignore_index=True)
+    rows = pd.concat([simulate_shafts(*one, height, b_over_h, threads) for one in models], ignore_index=True)
     publish_markdown({"slip-and-twist": error_table(rows)})
 
 

@@ -17,7 +17,7 @@ from verification.tables import RESULTS, ROOT, markdown_table, publish_markdown,
 STUDY: Final = ROOT / "results" / "soft-ground"
 
 
-def rates_by_ground(results: StudyResults) -> pd.DataFrame:
+def fall_rates_by_ground(results: StudyResults) -> pd.DataFrame:
     """Return a table of fall rate and fall axis for each record, ground and amplitude."""
     rows = []
     for ground_name, found in results.populations.items():
@@ -86,7 +86,7 @@ def main() -> None:
     """Write verification/results/soft-ground.csv and the page."""
     study = load_study(ROOT / "config" / "soft-ground.yaml")
     with open_study_results(STUDY, study) as results:
-        write_csv(rates_by_ground(results), RESULTS / "soft-ground.csv")
+        write_csv(fall_rates_by_ground(results), RESULTS / "soft-ground.csv")
         publish_markdown(markdown_by_marker(results))
 
 

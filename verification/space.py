@@ -32,8 +32,8 @@ from overturning.motion.motion import Motion
 from overturning.study.load import load_study
 from overturning.study.scenes import variant_grid
 from verification import inputs
-from verification.engines import SPACE_ENGINES, Prism, fall_azimuth, installed_engines
-from verification.inputs import read_default_motions, strong_part
+from verification.engines import SPACE_ENGINES, Prism, fall_azimuth_of_prism, installed_engines
+from verification.inputs import read_default_motions, strong_part_of_motion
 from verification.measures import convergence_order
 from verification.reference import body_cundall
 from verification.tables import (
@@ -47,9 +47,9 @@ from verification.tables import (
 )
 from verification.timing import run_program, time_run
 
-Outcome = dict[str, np.ndarray]
+OutcomeArrays = dict[str, np.ndarray]
 
-ONE_STONE: Final = "a stack of one stone"
+SINGLE_STONE_STACK: Final = "a stack of one stone"
 
 GRID: Final[dict[str, Any]] = {
     "orientation_deg": np.arange(0.0, 90.0, 15.0), "height": [0.6], "b_over_h": [0.2, 0.3, 0.4], "friction": [0.58],
@@ -71,7 +71,7 @@ def rocking_motion(samples: int = 2000) -> Motion:
 
 def run_grid_under_motions(
     motions: list[Motion], factor: float = 1.0, grid: dict[str, Any] = GRID, **options: Any
-) -> Outcome:
+) -> OutcomeArrays:
     """Simulate a grid of bodies under motions multiplied by a factor; return the outcomes."""
     given = {"model": "rectangle", "threads": 2, **grid, **options}
     found = [simulate_as_arrays(motion.scaled_by(factor), **given) for motion in motions]
@@ -113,10 +113,10 @@ def measure_memory() -> Iterator[MeasuredFigure]:
     yield MeasuredFigure("space: memory of each further 1000", (many - few) / 1024 / 20, "MB")
 
 
-def prism_outcomes(motion: Motion, cases: Cases, numerics: NumericalOptions) -> Outcome:
+def prism_outcomes(motion: Motion, cases: Cases, numerics: NumericalOptions) -> OutcomeArrays:
     """Return outcomes of prisms in double precision; the single precision of a cube would hide small errors."""
     plan = plan_simulation(Body(RectangularPrism()), motion, cases, numerics)
-    found: Outcome = {}
+    found: OutcomeArrays = {}
     for group in np.unique(plan.parallel_group_by_case):
         chosen = np.flatnonzero(plan.parallel_group_by_case == group)
         computed, _ = plan.compute_cases(chosen, np.zeros(1, np.int64))
@@ -153,7 +153,7 @@ def convergence_orders(scheme: str) -> dict[str, tuple[float, np.ndarray]]:
     return slopes
 
 
-def measure_convergence() -> Iterator[MeasuredFigure]:
+def measure_convergence_order() -> Iterator[MeasuredFigure]:
     """Measure the slope of the error over the step, for stones that stand and that fall."""
     for scheme in ("centred", "cundall"):
         for name, (slope, errors) in convergence_orders(scheme).items():
@@ -163,21 +163,24 @@ def measure_convergence() -> Iterator[MeasuredFigure]:
             )
 
 
-def measure_study() -> Iterator[MeasuredFigure]:
+def measure_in_space_study() -> Iterator[MeasuredFigure]:
     """Measure config/in-space.yaml without its ensemble: time, energy, cases computed again, and marked cases."""
     grid, again = variant_grid(load_study(ROOT / "config" / "in-space.yaml")), list[int]()
     axes = {"orientation_deg": grid.direction_values_deg} | {name: grid[name] for name in grid.dimension_names[1:]}
     motions = list(read_default_motions().values())
     run_grid_under_motions(motions[:1], grid={name: values[:1] for name, values in axes.items()})
 
-    def counted(run: Callable[[Any, int], None], *more: Any) -> None:
-        def noted(rows: Any, finer: int) -> None:
+    def rerun_and_count(run: Callable[[Any, int], None], *more: Any) -> None:
+        """Rerun cases like the package, and count them."""
+
+        def count_and_run(rows: Any, finer: int) -> None:
+            """Note how many cases are rerun, and run them."""
             again.append(rows.size if finer == RERUN_REFINEMENT else 0)
             run(rows, finer)
 
-        rerun_cases_until_energy_balances(noted, *more)
+        rerun_cases_until_energy_balances(count_and_run, *more)
 
-    with mock.patch("overturning.dem.plan.rerun_cases_until_energy_balances", counted):
+    with mock.patch("overturning.dem.plan.rerun_cases_until_energy_balances", rerun_and_count):
         found, seconds = time_run(partial(run_grid_under_motions, motions, grid=axes), 1, int)
     status, about = found["status"], "space, config/in-space.yaml"
     yield MeasuredFigure(f"{about}: cases", status.size)
@@ -190,7 +193,7 @@ def measure_study() -> Iterator[MeasuredFigure]:
         yield MeasuredFigure(f"{about}: largest {name.replace('_', ' ')} of an answer", worst)
 
 
-def measure_exactness(chosen: list[Motion]) -> Iterator[MeasuredFigure]:
+def measure_errors_and_sensitivity(chosen: list[Motion]) -> Iterator[MeasuredFigure]:
     """Measure energy errors, and the effect of 1 % of amplitude, of finer steps and of other contacts."""
     nominal, seconds = time_run(partial(run_grid_under_motions, chosen), 1, partial(run_grid_under_motions, chosen[:1]))
     fell = nominal["overturned"] == 1
@@ -214,7 +217,7 @@ def measure_exactness(chosen: list[Motion]) -> Iterator[MeasuredFigure]:
         ("cundall, half the step", {"scheme": "cundall", "time_step": "0.25 stable"}),
         ("δ/B 2e-5", {"model": Body(RectangularPrism(), VertexContact(static_penetration=2e-5))}),
         ("δ/B 2e-7", {"model": Body(RectangularPrism(), VertexContact(static_penetration=2e-7))}),
-        (ONE_STONE, {"model": Stack()}),
+        (SINGLE_STONE_STACK, {"model": Stack()}),
     ):
         run = partial(run_grid_under_motions, **options)
         other, seconds = time_run(partial(run, chosen), 1, partial(run, chosen[:1]))
@@ -227,13 +230,13 @@ def measure_exactness(chosen: list[Motion]) -> Iterator[MeasuredFigure]:
         )
         yield MeasuredFigure(f"space, {name}: median change of azimuth, of firm falls", float(np.median(moved)), "°")
         yield MeasuredFigure(f"space, {name}: processor time per case", 1e3 * seconds / fell.size, "ms")
-        if name == ONE_STONE:
+        if name == SINGLE_STONE_STACK:
             more = float(other["block_steps"].sum() / nominal["block_steps"].sum())
             yield MeasuredFigure(f"space, {name}: time steps over those of a body", more)
             yield MeasuredFigure(f"space, {name}: largest energy error", float(other["energy_error"].max()))
 
 
-def measure_stack_of_three() -> Iterator[MeasuredFigure]:
+def measure_time_of_three_tier_grave() -> Iterator[MeasuredFigure]:
     """Measure the time of a case of the three-tier grave, and of its shaft alone, under records of about 20 s."""
     chosen = [
         one for one in read_default_motions().values() if 14.0 <= one.sample_count * one.sampling_interval <= 28.0
@@ -261,8 +264,8 @@ def measure_stack_of_three() -> Iterator[MeasuredFigure]:
     )
 
 
-def compare_with_peers(chosen: list[Motion], count: int) -> Iterator[MeasuredFigure]:
-    """Compare flags and azimuths with other engines for some of the cases."""
+def compare_with_other_engines(chosen: list[Motion], count: int) -> Iterator[MeasuredFigure]:
+    """Compare flags and azimuths with those of other engines for some of the cases."""
     ours, seconds = time_run(partial(run_grid_under_motions, chosen), 1, partial(run_grid_under_motions, chosen[:1]))
     fine = run_grid_under_motions(
         chosen, time_step="0.25 stable", model=Body(RectangularPrism(), VertexContact(static_penetration=2e-7))
@@ -275,7 +278,7 @@ def compare_with_peers(chosen: list[Motion], count: int) -> Iterator[MeasuredFig
         for m, o, _, b, *_ in np.stack(cells, axis=1).tolist():
             half = 0.3 * GRID["b_over_h"][b]
             prism = Prism(half, half, 0.3, GRID["friction"][0])
-            found.append(fall_azimuth(engine, chosen[m], GRID["orientation_deg"][o], prism, PEER_STEP))
+            found.append(fall_azimuth_of_prism(engine, chosen[m], GRID["orientation_deg"][o], prism, PEER_STEP))
         azimuths[name], flags[name] = np.array(found), np.isfinite(found)
         theirs = (time.process_time() - begin) / len(found)
         yield MeasuredFigure(f"{name} in space: processor time per case", theirs, "s")
@@ -284,7 +287,7 @@ def compare_with_peers(chosen: list[Motion], count: int) -> Iterator[MeasuredFig
         )
     yield MeasuredFigure("space: cases that all engines run", cells[0].size)
     stack = run_grid_under_motions(chosen, model=Stack())
-    for name, one in (("this program", ours), (f"this program, {ONE_STONE}", stack)):
+    for name, one in (("this program", ours), (f"this program, {SINGLE_STONE_STACK}", stack)):
         flags[name] = one["overturned"].reshape(shape)[cells] == 1
         azimuths[name] = one["fall_azimuth"].reshape(shape)[cells]
     for name, own in flags.items():
@@ -304,11 +307,12 @@ def main(
 ) -> None:
     """Measure the 3-D model."""
     every = list(read_default_motions().values())[:: max(28 // records, 1)]
-    chosen, figures = [strong_part(motion) for motion in every[:records]], list[MeasuredFigure]()
+    chosen, figures = [strong_part_of_motion(motion) for motion in every[:records]], list[MeasuredFigure]()
     made: dict[str, Callable[[], Iterator[MeasuredFigure]]] = {
-        "throughput": measure_throughput, "memory": measure_memory, "convergence": measure_convergence,
-        "study": measure_study, "exactness": partial(measure_exactness, chosen), "stack": measure_stack_of_three,
-        "peers": partial(compare_with_peers, chosen, peer_cases),
+        "throughput": measure_throughput, "memory": measure_memory, "convergence": measure_convergence_order,
+        "study": measure_in_space_study, "exactness": partial(measure_errors_and_sensitivity, chosen),
+        "stack": measure_time_of_three_tier_grave,
+        "peers": partial(compare_with_other_engines, chosen, peer_cases),
     }  # fmt: skip
     with body_cundall.enable_cundall():
         for name in (names := select_parts(parts, made)):

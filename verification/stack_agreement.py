@@ -16,7 +16,7 @@ from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
 from overturning.motion.direction import azimuth_difference
 from overturning.study.ensemble import wilson_interval
-from verification.stack_cases import StackCase, case_row, draw_cases, scene_of_stack
+from verification.stack_cases import StackCase, case_row, draw_stack_cases, scene_of_stack
 from verification.stack_engines import STACK_ENGINES, critical_angle
 from verification.tables import RESULTS, markdown_table, publish_markdown, write_csv
 
@@ -66,8 +66,8 @@ def has_outcome(outcome: dict[str, Any]) -> bool:
     return CaseStatus(outcome["status"]).has_outcome
 
 
-def program_row(case: StackCase) -> dict[str, Any]:
-    """Return the outcome of a case in this program, and whether it keeps it with ±1 % of amplitude.
+def robust_program_outcome(case: StackCase) -> dict[str, Any]:
+    """Return the outcome of a case in this program, and whether it is the same with ±1 % of amplitude.
 
     A case without an outcome at one of the three amplitudes is not robust.
     """
@@ -82,7 +82,7 @@ def program_row(case: StackCase) -> dict[str, Any]:
     return nominal | {"robust": int(not changed), "changed_by": " ".join(changed[:1])}
 
 
-def amplitude_change_to(case: StackCase, azimuth_deg: float) -> float:
+def smallest_amplitude_change_to_outcome(case: StackCase, azimuth_deg: float) -> float:
     """Return the least change of amplitude, %, with which this program gives an outcome; NaN if none is found."""
     changes = [sign * change for change in AMPLITUDE_CHANGES for sign in (-1.0, 1.0)]
     for change, found in zip(changes, program_outcomes(case, [1.0 + change for change in changes]), strict=True):
@@ -93,7 +93,7 @@ def amplitude_change_to(case: StackCase, azimuth_deg: float) -> float:
 
 def read_peer_outcomes() -> pd.DataFrame:
     """Read the stored outcomes of all solvers; the columns of each begin with its name; NaN if not run."""
-    found = pd.DataFrame([case_row(number, case) for number, case in enumerate(draw_cases())])
+    found = pd.DataFrame([case_row(number, case) for number, case in enumerate(draw_stack_cases())])
     for name, path in PEER_TABLES.items():
         outcomes = pd.read_csv(path).set_index("case").drop(columns=CASE_COLUMNS[1:])
         found = found.join(outcomes.add_prefix(f"{name} "), on="case")
@@ -103,7 +103,7 @@ def read_peer_outcomes() -> pd.DataFrame:
 def compare_all_cases(processes: int = 2) -> pd.DataFrame:
     """Return the outcomes of all cases in the solvers and in this program, one row per case."""
     with ProcessPoolExecutor(processes) as pool:
-        own = pd.DataFrame(list(pool.map(program_row, draw_cases(), chunksize=10)))
+        own = pd.DataFrame(list(pool.map(robust_program_outcome, draw_stack_cases(), chunksize=10)))
     return pd.concat([read_peer_outcomes(), own.add_prefix(f"{PROGRAM} ")], axis=1)
 
 
@@ -117,7 +117,7 @@ def outcome_text(row: pd.Series, name: str) -> str:
     return text if row[f"{name} robust"] == 1 else f"({text})"
 
 
-def agrees(row: pd.Series, first: str, second: str) -> bool:
+def same_outcome_in_both(row: pd.Series, first: str, second: str) -> bool:
     """True if two solvers give the same outcome; a case without an outcome agrees with nothing."""
     return NO_OUTCOME not in (outcome_text(row, first), outcome_text(row, second)) and same_fall(
         row[f"{first} fall_azimuth_deg"], row[f"{second} fall_azimuth_deg"]
@@ -133,7 +133,7 @@ def agreement_counts(table: pd.DataFrame, first: str, second: str) -> dict[str, 
         both, equal = all(fell) and not missing, fell[0] == fell[1] and not missing
         for name, value in {"cases": True, "falls": fell[1], "flags": equal, "both": both}.items():
             counts[name] += int(value)
-        counts["near"] += int(both and agrees(row, first, second))
+        counts["near"] += int(both and same_outcome_in_both(row, first, second))
     return counts
 
 
@@ -150,24 +150,25 @@ def share_text(count: int, total: int) -> str:
     return f"{100.0 * count / total:.1f} % ({count} of {total}; {100.0 * low:.1f} to {100.0 * high:.1f})"
 
 
-def agreement_rows(table: pd.DataFrame) -> Iterator[Sequence[str]]:
+def agreement_table_rows(table: pd.DataFrame) -> Iterator[Sequence[str]]:
     """Yield the rows of the table of agreement: compared solvers, cases, flags and azimuths."""
     stones = table["sizes"].map(lambda sizes: len(sizes.split()))
     robust = {name: table[f"{name} robust"] == 1 for name in PEER_TABLES}
     for name, mask in robust.items():
-        yield _agreement_row(table[mask], PROGRAM, name, f"robust in {name}")
+        yield _agreement_table_row(table[mask], PROGRAM, name, f"robust in {name}")
         for count in (2, 3):
-            yield _agreement_row(table[mask & (stones == count)], PROGRAM, name, f"… stacks of {count} stones")
+            yield _agreement_table_row(table[mask & (stones == count)], PROGRAM, name, f"… stacks of {count} stones")
         sinks = table[f"{name} sinking"] > LARGE_SINKING * table["sizes"].map(shaft_width)
         if (mask & sinks).any():
-            yield _agreement_row(table[mask & ~sinks], PROGRAM, name, f"… no corner sinks in {name}")
+            yield _agreement_table_row(table[mask & ~sinks], PROGRAM, name, f"… no corner sinks in {name}")
     everywhere = table[np.logical_and.reduce(list(robust.values()))]
     first, second = PEER_TABLES
     for pair in ((PROGRAM, first), (PROGRAM, second), (first, second)):
-        yield _agreement_row(everywhere, *pair, "robust in both solvers")
+        yield _agreement_table_row(everywhere, *pair, "robust in both solvers")
 
 
-def _agreement_row(chosen: pd.DataFrame, first: str, second: str, label: str) -> Sequence[str]:
+def _agreement_table_row(chosen: pd.DataFrame, first: str, second: str, label: str) -> Sequence[str]:
+    """Return a row of the table of agreement: two solvers, kind of cases, counts and shares."""
     n = agreement_counts(chosen, first, second)
     return (
         f"{first}, {second}", label, str(n["cases"]), str(n["falls"]), share_text(n["flags"], n["cases"]),
@@ -175,7 +176,7 @@ def _agreement_row(chosen: pd.DataFrame, first: str, second: str, label: str) ->
     )  # fmt: skip
 
 
-def draw_rows(table: pd.DataFrame) -> Iterator[Sequence[str]]:
+def drawn_case_table_rows(table: pd.DataFrame) -> Iterator[Sequence[str]]:
     """Yield the rows of the table of drawn cases, one per solver; shares are of the cases with an outcome."""
     for name in (*PEER_TABLES, PROGRAM):
         ran = table.apply(lambda row, name=name: outcome_text(row, name) != NO_OUTCOME, axis=1)
@@ -195,35 +196,35 @@ def disagreement_cause(row: pd.Series, case: StackCase, peer: str) -> str:
         causes.append(f"no outcome ({CaseStatus(int(row[f'{PROGRAM} status'])).name.lower()})")
     elif row[f"{PROGRAM} robust"] != 1:
         causes.append(f"marginal here ({row[f'{PROGRAM} changed_by']})")
-    elif np.isfinite(change := amplitude_change_to(case, row[f"{peer} fall_azimuth_deg"])):
+    elif np.isfinite(change := smallest_amplitude_change_to_outcome(case, row[f"{peer} fall_azimuth_deg"])):
         causes.append(f"same outcome here with {change:+.1f} % of amplitude")
     if row[f"{peer} sinking"] > LARGE_SINKING * min(case.stack.sizes[-1][:2]):
         causes.append(f"a corner sinks by {1e3 * row[f'{peer} sinking']:.0f} mm in {peer}")
-    if slides(row, case, peer):
+    if is_sliding_case(row, case, peer):
         causes.append("slides")
     if outcome_text(row, other) == NO_OUTCOME:
         return "; ".join(causes) or "unexplained"
-    if agrees(row, other, PROGRAM):
+    if same_outcome_in_both(row, other, PROGRAM):
         causes.append(f"{other} agrees with this program")
-    elif not agrees(row, other, peer):
+    elif not same_outcome_in_both(row, other, peer):
         causes.append(f"{other} differs from both")
     return "; ".join(causes) or f"unexplained: {other} agrees with {peer}"
 
 
-def slides(row: pd.Series, case: StackCase, peer: str) -> bool:
-    """True if a stone slides off in either program, or slides far on what it stands on in the solver."""
+def is_sliding_case(row: pd.Series, case: StackCase, peer: str) -> bool:
+    """True if a stone slides off in either program, or in the solver slides far on the stone below."""
     fallen = int(row[f"{peer} fallen_stone"])
     upright = fallen >= 0 and row[f"{peer} tilt_deg"] < math.degrees(critical_angle(case.stack, fallen))
     far = row[f"{peer} slip"] > LARGE_SLIP * min(case.stack.sizes[-1][:2])
     return bool(row[f"{PROGRAM} slid_off"] == 1 or upright or far)
 
 
-def disagreement_rows(table: pd.DataFrame) -> Iterator[Sequence[str]]:
+def disagreement_table_rows(table: pd.DataFrame) -> Iterator[Sequence[str]]:
     """Yield the rows of the table of disagreements on the cases that are robust in a solver."""
-    cases = draw_cases()
+    cases = draw_stack_cases()
     for peer in PEER_TABLES:
         for _, row in table[table[f"{peer} robust"] == 1].iterrows():
-            if not agrees(row, PROGRAM, peer):
+            if not same_outcome_in_both(row, PROGRAM, peer):
                 case = cases[row["case"]]
                 yield (
                     peer, str(row["case"]), str(len(case.stack.sizes)), f"{case.stack.friction:.2f}",
@@ -236,11 +237,14 @@ def publish_agreement() -> None:
     """Compare this program with the stored outcomes; write the table of all cases and the tables of the docs."""
     table = compare_all_cases()
     write_csv(table, AGREEMENT_TABLE)
-    differ = list(disagreement_rows(table))
+    differ = list(disagreement_table_rows(table))
     drawn = ("", "cases with an outcome", "fall", "robust", "robust ones that fall", "s per case")
     compared = ("compared", "cases", "number", "falls", "same flag (95 %)", "azimuth within 20° (95 %)")
     listed = ("solver", "case", "stones", "µ", PROGRAM, *PEER_TABLES, "cause")
-    tables = (markdown_table(drawn, draw_rows(table)), markdown_table(compared, agreement_rows(table)))
+    tables = (
+        markdown_table(drawn, drawn_case_table_rows(table)),
+        markdown_table(compared, agreement_table_rows(table)),
+    )
     publish_markdown({
         "stack-peers": "\n\n".join(tables), "stack-disagreements": markdown_table(listed, differ),
     })  # fmt: skip

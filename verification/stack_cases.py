@@ -10,7 +10,7 @@ from overturning.model.element import Element
 from overturning.model.scene import Scene
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-from verification.inputs import read_default_motions, strong_part
+from verification.inputs import read_default_motions, strong_part_of_motion
 from verification.stack_engines import BoxStack
 
 SEED: Final = 20261126
@@ -35,8 +35,8 @@ class StackCase(NamedTuple):
 
         The limit is half of the least acceleration that opens a joint or lets it slide.
         """
-        motion = _strong_motions()[self.record].scaled_by(self.amplitude)
-        limit = 0.5 * onset_acceleration(self.stack)
+        motion = _strong_parts_of_records()[self.record].scaled_by(self.amplitude)
+        limit = 0.5 * least_moving_acceleration(self.stack)
         strong = np.flatnonzero(np.hypot(motion.north, motion.east) > limit)
         if strong.size == 0:
             return motion
@@ -46,11 +46,15 @@ class StackCase(NamedTuple):
 
 
 @cache
-def _strong_motions() -> dict[str, Motion]:
-    return {name: strong_part(motion, TIME_BEFORE_PEAK, DURATION) for name, motion in read_default_motions().items()}
+def _strong_parts_of_records() -> dict[str, Motion]:
+    """Return the strong part of each record of the default study."""
+    return {
+        name: strong_part_of_motion(motion, TIME_BEFORE_PEAK, DURATION)
+        for name, motion in read_default_motions().items()
+    }
 
 
-def draw_cases(count: int = CASES, seed: int = SEED) -> list[StackCase]:
+def draw_stack_cases(count: int = CASES, seed: int = SEED) -> list[StackCase]:
     """Draw stacks of two and three stones at random, with records, orientations and amplitudes.
 
     A case in which no joint can open or slide under the peak of its record is drawn again.
@@ -58,28 +62,31 @@ def draw_cases(count: int = CASES, seed: int = SEED) -> list[StackCase]:
     generator = np.random.Generator(np.random.PCG64(seed))
     records, found = sorted(read_default_motions()), list[StackCase]()
     while len(found) < count:
-        case = _draw_case(generator, records, 2 + len(found) % 2)
-        if np.hypot(*case.motion.horizontal_components).max() > onset_acceleration(case.stack):
+        case = _draw_stack_case(generator, records, 2 + len(found) % 2)
+        if np.hypot(*case.motion.horizontal_components).max() > least_moving_acceleration(case.stack):
             found.append(case)
     return found
 
 
-def _draw_case(generator: np.random.Generator, records: list[str], stone_count: int) -> StackCase:
-    def draw(low: float, high: float) -> float:
+def _draw_stack_case(generator: np.random.Generator, records: list[str], stone_count: int) -> StackCase:
+    """Draw a stack with record, orientation and factor on the record at random."""
+
+    def draw_rounded(low: float, high: float) -> float:
+        """Draw a uniform random number, rounded to three decimals."""
         return round(float(generator.uniform(low, high)), 3)
 
-    width = draw(0.2, 0.3)
-    sizes = [(width, round(width * draw(0.8, 1.25), 3), round(width / draw(0.22, 0.42), 3))]
+    width = draw_rounded(0.2, 0.3)
+    sizes = [(width, round(width * draw_rounded(0.8, 1.25), 3), round(width / draw_rounded(0.22, 0.42), 3))]
     for _ in range(stone_count - 1):
-        step = draw(1.3, 1.7)
-        sizes.insert(0, (round(sizes[0][0] * step, 3), round(sizes[0][1] * step, 3), draw(0.2, 0.4)))
-    stack = BoxStack(tuple(sizes), round(draw(0.4, 1.0), 2))
+        step = draw_rounded(1.3, 1.7)
+        sizes.insert(0, (round(sizes[0][0] * step, 3), round(sizes[0][1] * step, 3), draw_rounded(0.2, 0.4)))
+    stack = BoxStack(tuple(sizes), round(draw_rounded(0.4, 1.0), 2))
     record = records[int(generator.integers(len(records)))]
-    return StackCase(record, float(generator.integers(360)), round(draw(0.6, 1.6), 2), stack)
+    return StackCase(record, float(generator.integers(360)), round(draw_rounded(0.6, 1.6), 2), stack)
 
 
-def onset_acceleration(stack: BoxStack) -> float:
-    """Return the least steady acceleration that opens a joint or lets it slide, m/s²."""
+def least_moving_acceleration(stack: BoxStack) -> float:
+    """Return the least steady acceleration that opens a joint (contact of two stones) or lets it slide, m/s²."""
     volumes = np.array([math.prod(size) for size in stack.sizes])
     feet = np.array(stack.centres) - 0.5 * np.array([size[2] for size in stack.sizes])
     opens = [

@@ -52,7 +52,7 @@ class BoxStack(NamedTuple):
 
 
 class StackOutcome(NamedTuple):
-    """Outcome of the topmost stone of a stack: the first fall of any stone carries it along."""
+    """Outcome of the topmost stone of a stack; the first fall of any stone carries the topmost one along."""
 
     fall_azimuth_deg: float
     """Azimuth to which its axis points at the time of the first fall, degrees; NaN if all stones stand."""
@@ -80,7 +80,7 @@ def accelerations_along_axes(motion: Motion, orientation_deg: float) -> list[Flo
 
 
 def mujoco_poses(stack: BoxStack, motion: Motion, orientation_deg: float, time_step: float) -> Iterator[StonePoses]:
-    """Yield the poses of the stones in MuJoCo, one per `CHECK_INTERVAL`."""
+    """Yield the poses (positions and rotations) of the stones in MuJoCo, one per `CHECK_INTERVAL`."""
     import mujoco as engine
 
     bodies = "".join(
@@ -107,7 +107,7 @@ def mujoco_poses(stack: BoxStack, motion: Motion, orientation_deg: float, time_s
 
 
 @cache
-def _lmgc90() -> Any:
+def _load_lmgc90() -> Any:
     """Load the shared object of LMGC90 by its path: its package would import a viewer."""
     found = find_spec("compas_lmgc90")
     (place,) = found.submodule_search_locations if found and found.submodule_search_locations else [""]
@@ -131,7 +131,7 @@ _BASE_CORNERS: Final = np.array(_CUBE[:4])
 def lmgc90_poses(stack: BoxStack, motion: Motion, orientation_deg: float, time_step: float) -> Iterator[StonePoses]:
     """Yield the poses of the stones in LMGC90, one per `CHECK_INTERVAL`, relative to the moving base."""
     waves = accelerations_along_axes(motion, orientation_deg)
-    solver = _lmgc90().LMGC90Solver()
+    solver = _load_lmgc90().LMGC90Solver()
     solver.initialize(time_step, 0.5, False)
     solver.set_materials([DENSITY])
     solver.add_one_tact_behav("iqsc0", "IQS_CLB", [stack.friction])
@@ -179,7 +179,7 @@ def fallen_tilt(stack: BoxStack, stone: int) -> float:
 
 
 def critical_angle(stack: BoxStack, stone: int) -> float:
-    """Return the tilt about the nearest edge of its patch at which a stone is in balance, rad."""
+    """Return the tilt about the nearest edge of its contact area at which a stone is in balance, rad."""
     width = min(side for size in stack.sizes[max(stone - 1, 0) : stone + 1] for side in size[:2])
     return math.atan2(width, stack.sizes[stone][2])
 
@@ -213,7 +213,7 @@ def topmost_outcome(
 
 
 def _largest_slip(stack: BoxStack, poses: StonePoses, tilts: list[float]) -> float:
-    """Return the largest distance of a base from the centre of the face below, m, of stones that stand upright."""
+    """Return the largest distance of the base of an upright stone from the centre of the face below, m."""
     below, largest = np.zeros(2), 0.0
     for (place, turn), (_, _, height), tilt in zip(poses, stack.sizes, tilts, strict=True):
         half = 0.5 * height * turn[:2, 2]
@@ -224,7 +224,7 @@ def _largest_slip(stack: BoxStack, poses: StonePoses, tilts: list[float]) -> flo
 
 
 def _largest_sinking(stack: BoxStack, poses: StonePoses) -> float:
-    """Return the largest depth of a corner of a base below the face that it stands on, m."""
+    """Return the largest penetration of a corner of a stone's base into the face below, m."""
     largest = 0.0
     for (place, turn), size, (low_place, low_turn), low_size in zip(
         poses[1:], stack.sizes[1:], poses[:-1], stack.sizes[:-1], strict=True

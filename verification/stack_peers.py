@@ -21,7 +21,7 @@ import typer
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
 from verification.stack_agreement import AMPLITUDE_PERTURBATION, PEER_TABLES, publish_agreement, same_fall
-from verification.stack_cases import StackCase, case_row, draw_cases
+from verification.stack_cases import StackCase, case_row, draw_stack_cases
 from verification.stack_engines import STACK_ENGINES, STACK_MODULES, topmost_outcome
 from verification.tables import ROOT, select_parts, write_csv
 
@@ -41,18 +41,18 @@ def partial_results_path(engine_name: str) -> Path:
     return PARTIAL_RESULTS / f"stack-peers-{engine_name.lower()}-{time_step:g}-{digest.hexdigest()[:8]}.jsonl"
 
 
-def perturbed_runs(case: StackCase, time_step: float) -> Iterator[tuple[str, Motion, float]]:
-    """Yield label, motion and time step of the runs that a robust case survives; the first is the nominal one."""
+def nominal_and_perturbed_runs(case: StackCase, time_step: float) -> Iterator[tuple[str, Motion, float]]:
+    """Yield label, motion and time step of the runs that must agree in a robust case; the first is the nominal one."""
     yield "", case.motion, time_step
     yield "half the step", case.motion, 0.5 * time_step
     for factor in (1.0 - AMPLITUDE_PERTURBATION, 1.0 + AMPLITUDE_PERTURBATION):
         yield f"amplitude × {factor:g}", case.motion.scaled_by(factor), time_step
 
 
-def peer_row(engine_name: str, case: StackCase) -> dict[str, Any]:
+def outcome_in_solver(engine_name: str, case: StackCase) -> dict[str, Any]:
     """Return the outcome of a case in a solver, whether it is robust there, and the time of the nominal run."""
     engine, nominal, changed, seconds = STACK_ENGINES[engine_name], None, "", 0.0
-    for label, motion, time_step in perturbed_runs(case, TIME_STEPS[engine_name]):
+    for label, motion, time_step in nominal_and_perturbed_runs(case, TIME_STEPS[engine_name]):
         begin = time.process_time()
         found = topmost_outcome(engine, case.stack, motion, case.orientation_deg, time_step)
         if nominal is None:
@@ -64,9 +64,9 @@ def peer_row(engine_name: str, case: StackCase) -> dict[str, Any]:
     return nominal._asdict() | {"robust": int(not changed), "changed_by": changed, "seconds": seconds}
 
 
-def run_peer(engine_name: str, processes: int) -> pd.DataFrame:
+def run_all_cases_in_solver(engine_name: str, processes: int) -> pd.DataFrame:
     """Run all cases in a solver and return a table, one row per case; finished cases are not run again."""
-    cases = draw_cases()
+    cases = draw_stack_cases()
     partial_path = partial_results_path(engine_name)
     partial_path.parent.mkdir(parents=True, exist_ok=True)
     finished = {}
@@ -77,7 +77,7 @@ def run_peer(engine_name: str, processes: int) -> pd.DataFrame:
                 finished[number] = row
     with ProcessPoolExecutor(processes) as pool, partial_path.open("a", encoding="utf-8") as partial_file:
         waiting = {
-            pool.submit(peer_row, engine_name, case): (number, case)
+            pool.submit(outcome_in_solver, engine_name, case): (number, case)
             for number, case in enumerate(cases)
             if number not in finished
         }
@@ -99,7 +99,7 @@ def main(
         elif find_spec(STACK_MODULES[part]) is None:
             raise ArgumentError(f"{part} is not installed: make peers")
         else:
-            write_csv(run_peer(part, processes), PEER_TABLES[part])
+            write_csv(run_all_cases_in_solver(part, processes), PEER_TABLES[part])
 
 
 if __name__ == "__main__":

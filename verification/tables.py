@@ -43,7 +43,7 @@ def markdown_table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> s
 
 
 def figures_table(figures: Iterable[MeasuredFigure]) -> str:
-    """Return figures as a Markdown table; rows measured at an earlier commit name it."""
+    """Return measured figures as a Markdown table; rows measured at an earlier commit name it."""
     rows, now = list(figures), current_commit()
     if all(one.commit in ("", now) for one in rows):
         return markdown_table(("", "measured"), [(one.quantity, figure_text(one)) for one in rows])
@@ -56,11 +56,12 @@ def figures_table(figures: Iterable[MeasuredFigure]) -> str:
 def current_commit() -> str:
     """Return the short hash of the current commit, with "+" where tracked sources differ from it."""
 
-    def git(*words: str) -> str:
+    def git_output(*words: str) -> str:
+        """Return the output of a git command."""
         return subprocess.run(["git", *words], cwd=ROOT, capture_output=True, text=True, check=False).stdout.strip()
 
-    changed = git("status", "--porcelain", "--untracked-files=no", "--", "src", "verification/*.py", "config")
-    return (git("rev-parse", "--short=8", "HEAD") or "unknown") + ("+" if changed else "")
+    changed = git_output("status", "--porcelain", "--untracked-files=no", "--", "src", "verification/*.py", "config")
+    return (git_output("rev-parse", "--short=8", "HEAD") or "unknown") + ("+" if changed else "")
 
 
 VECTORS: Final = {"avx512f": 512, "avx2": 256}
@@ -148,7 +149,7 @@ def select_parts(named_parts: Sequence[str] | None, known_parts: Collection[str]
 
 
 def publish_markdown(markdown_by_marker: Mapping[str, str], root: Path = ROOT) -> None:
-    """Write every body between its markers ``<!-- mark:begin -->`` and ``<!-- mark:end -->`` in the docs.
+    """Write each Markdown text between its markers ``<!-- mark:begin -->`` and ``<!-- mark:end -->`` in the docs.
 
     A line below each body names the commit and the machine (see `provenance_line`). Figures within sentences are
     updated, too (see `verification.sentences`).

@@ -25,7 +25,7 @@ ENOUGH: Final = 4.0
 
 
 class TimedResults(NamedTuple):
-    """Results of all groups of a set, joined in order, and their processor time, s."""
+    """Results of a sequence of case groups, joined in order, and their processor time, s."""
 
     results: CaseResults
     seconds: float
@@ -65,7 +65,7 @@ def run_program(program: str, *arguments: object, **environment: str) -> tuple[s
 
 _NAMES: Final = (*(item.name for item in VARIABLES if item.name != "mirrored"), "block_steps")
 
-_CHILD: Final = """
+_CHILD_PROGRAM: Final = """
 import json, sys, time
 from pathlib import Path
 import numpy as np
@@ -140,7 +140,12 @@ def run_in_subprocess(
         np.savez(given, allow_pickle=False, **inputs)
         source = str((checkout / "src").resolve())
         run_program(
-            _CHILD, given, made, json.dumps(asked | {"settings": list(settings)}), PYTHONPATH=source, **environment
+            _CHILD_PROGRAM,
+            given,
+            made,
+            json.dumps(asked | {"settings": list(settings)}),
+            PYTHONPATH=source,
+            **environment,
         )
         with np.load(made) as arrays:
             return [

@@ -49,7 +49,7 @@ sys.exit(os.waitstatus_to_exitcode(status))
 
 
 class StepCost(NamedTuple):
-    """Number of steps of a command, their processor time together, and the memory of the largest."""
+    """Cost of the steps of one command in a complete run: their number, processor time together, and largest memory."""
 
     steps: int
     processor_s: float
@@ -57,7 +57,7 @@ class StepCost(NamedTuple):
 
 
 class WholeRun(NamedTuple):
-    """Cost of one complete run."""
+    """Cost of one complete run of a study."""
 
     wall_s: float
     processor_s: float
@@ -137,7 +137,7 @@ def compare_whole_runs(checkout: Path, pairs: int, study: str = "") -> str:
     has_server = (checkout / "src" / "overturning" / "commands" / "fork_server.py").exists()
     both = [(has_server, checkout), (True, ROOT)]
     runs = [[run_whole_study(*state, study) for state in both] for _ in range(pairs + 1)][1:]
-    columns = [[_costs_by_row(one) for one in states] for states in zip(*runs, strict=True)]
+    columns = [[_times_by_row(one) for one in states] for states in zip(*runs, strict=True)]
     rows = []
     for name in dict.fromkeys(name for column in columns for name in column[0]):
         before, after = ([one[name] for one in column if name in one] for column in columns)
@@ -149,8 +149,8 @@ def compare_whole_runs(checkout: Path, pairs: int, study: str = "") -> str:
     return markdown_table(("", f"commit {earlier}", f"commit {current_commit()}", "ratio"), rows)
 
 
-def _costs_by_row(run: WholeRun) -> dict[str, float]:
-    """Return the times of a complete run, s, by the name of their row."""
+def _times_by_row(run: WholeRun) -> dict[str, float]:
+    """Return the times of a complete run, s, by the name of their table row."""
     steps = {f"processor time of `{name}`, s": cost.processor_s for name, cost in run.steps.items()}
     rest = run.processor_s - sum(steps.values())
     return {

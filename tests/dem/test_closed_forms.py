@@ -23,8 +23,8 @@ from tests.dem.near_field import read_near_field_record
 from tests.dem.paths import lower_corner_penetrations, stone_of_trajectory
 from tests.dem.reference.particles import slip_in_hops
 from verification.reference.closed_forms import (
-    bounce,
-    next_amplitude,
+    amplitude_after_impact,
+    bounce_on_spring_and_dashpot,
     quarter_period,
     slip_acceleration,
     uplift_acceleration,
@@ -124,7 +124,7 @@ def test_free_rocking_agrees_with_housner(b_over_h: float, amplitude: float) -> 
     quarter = time[crossing - 1] + share * (time[crossing] - time[crossing - 1])
     assert quarter == pytest.approx(quarter_period(height, b_over_h, tilt), rel=5e-3)
     following = -angle[(time >= quarter) & (time < 3.2 * quarter)].min()
-    assert following == pytest.approx(next_amplitude(b_over_h, tilt), rel=amplitude)
+    assert following == pytest.approx(amplitude_after_impact(b_over_h, tilt), rel=amplitude)
 
 
 @pytest.mark.parametrize("b_over_h", [0.1, 0.3, 0.5])
@@ -205,7 +205,7 @@ def test_a_drop_follows_the_exact_bounce_of_a_damped_spring() -> None:
     gap, fall = -lower_corner_penetrations(path)[0][touch], -stone_of_trajectory(path).velocity_z.values[touch]
     speed = float(np.sqrt(fall**2 + 2 * STANDARD_GRAVITY * gap))
     normal, _, dashpot = contact.stiffness_and_damping_per_mass(0.6, 0.6, 2650.0)
-    duration, rebound = bounce(speed, 2.0 * float(normal), 2.0 * float(dashpot))
+    duration, rebound = bounce_on_spring_and_dashpot(speed, 2.0 * float(normal), 2.0 * float(dashpot))
     start = time[touch] + (speed - fall) / STANDARD_GRAVITY
     # Its highest point after the rebound follows from the rebound speed.
     away = (time > start + duration + 0.005) & (time < start + duration + 1.5 * rebound / STANDARD_GRAVITY)

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from verification import backwards_coverage
-from verification.backwards_coverage import coverage_label, main, share_interval
+from verification.backwards_coverage import coverage_label, covered_share_interval, main
 
 
 def surveys(shares: list[float], size: int = 10) -> pd.DataFrame:
@@ -17,7 +17,7 @@ def surveys(shares: list[float], size: int = 10) -> pd.DataFrame:
 def test_surveys_under_one_earthquake_are_no_independent_samples() -> None:
     """Ten times as many surveys under the same earthquakes, alike in each, tell no more of the coverage."""
     shares = [1.0, 1.0, 0.9, 1.0, 0.5, 0.8, 1.0, 0.7, 0.9, 1.0]
-    few, many = (share_interval(surveys(shares, size), "holds") for size in (10, 100))
+    few, many = (covered_share_interval(surveys(shares, size), "holds") for size in (10, 100))
     assert many == pytest.approx(few)
     assert few.low < np.mean(shares) < few.high
     binomial = 1.96 * np.sqrt(np.mean(shares) * (1 - np.mean(shares)) / 1000)
@@ -29,17 +29,17 @@ def test_interval_over_earthquakes_covers_the_true_value() -> None:
     generator, held = np.random.default_rng(7), 0
     for _ in range(120):
         shares = generator.binomial(20, generator.beta(9.0, 1.0, 19)) / 20
-        low, high = share_interval(surveys(shares.tolist(), 20), "holds")
+        low, high = covered_share_interval(surveys(shares.tolist(), 20), "holds")
         held += low <= 0.9 <= high
     assert held / 120 > 0.88
 
 
 def test_unanimous_bound_is_exact_and_few_earthquakes_have_none() -> None:
-    low, high = share_interval(surveys([1.0] * 9), "holds")
+    low, high = covered_share_interval(surveys([1.0] * 9), "holds")
     assert high == 1.0
     assert low**9 == pytest.approx(0.05)
-    assert share_interval(surveys([0.0] * 9), "holds") == pytest.approx((0.0, 1 - low))
-    assert np.isnan(share_interval(surveys([1.0, 0.5, 0.8]), "holds").low)
+    assert covered_share_interval(surveys([0.0] * 9), "holds") == pytest.approx((0.0, 1 - low))
+    assert np.isnan(covered_share_interval(surveys([1.0, 0.5, 0.8]), "holds").low)
     assert coverage_label(surveys([1.0, 0.5, 0.9]), "holds") == "80 %"
     assert coverage_label(surveys([1.0] * 9), "holds") == "100 % (72 to 100)"
 

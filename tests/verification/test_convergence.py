@@ -7,7 +7,7 @@ from overturning.dem.run import run_cases
 from overturning.model.cases import Cases
 from overturning.model.contact import STATIC_PENETRATION
 from overturning.motion.motion import Motion
-from verification.inputs import CaseGroup, case_grid, every_nth_case, pulse_groups
+from verification.inputs import CaseGroup, case_grid, every_nth_case, rocking_pulse_groups
 from verification.measures import convergence_order, median_rotation_error, run_case_groups
 from verification.work_precision.boundaries import BRACKET, bisect_boundaries, bracket_ends, find_boundaries
 from verification.work_precision.parts import SchemeSetting, reference_outcomes, run_exact_block
@@ -117,7 +117,7 @@ def test_missing_boundary_stays_missing() -> None:
 
 
 def test_rigid_limit_error_falls_with_the_static_penetration() -> None:
-    groups = pulse_groups(periods=3, blocks=12)
+    groups = rocking_pulse_groups(periods=3, blocks=12)
     right = run_exact_block(groups)
     errors = [
         median_rotation_error(*reference_outcomes(groups, SchemeSetting("centred", 0.5, delta)), *right)

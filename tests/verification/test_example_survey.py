@@ -9,7 +9,7 @@ import overturning
 from overturning.motion.direction import azimuth_difference
 from overturning.units import STANDARD_GRAVITY
 from verification import example_survey
-from verification.example_survey import PAGE, ROSE, SITES, SURVEY, InventedStone, invent_stones, write_direction
+from verification.example_survey import PAGE, ROSE, SITES, SURVEY, InventedStone, direction_in_notation, invent_stones
 
 
 @pytest.fixture(scope="module")
@@ -26,8 +26,8 @@ def test_the_survey_is_what_the_script_makes(
 
 def test_the_page_shows_what_the_commands_print() -> None:
     page = PAGE.read_text(encoding="utf-8")
-    for mark, block in example_survey.page_blocks().items():
-        assert f"<!-- {mark}:begin -->\n\n{example_survey.fenced(block)}\n\n<!-- {mark}:end -->" in page, (
+    for mark, block in example_survey.comparison_outputs().items():
+        assert f"<!-- {mark}:begin -->\n\n{example_survey.fenced_code_block(block)}\n\n<!-- {mark}:end -->" in page, (
             "python -m verification.example_survey"
         )
     true, text = example_survey.true_motion(), " ".join(page.split())
@@ -68,4 +68,4 @@ def test_the_survey_is_read_as_it_was_invented(truth: dict[str, list[InventedSto
     ],
 )  # fmt: skip
 def test_directions_are_written_in_the_notation_of_a_site(azimuth: float, notation: str, text: str) -> None:
-    assert write_direction(azimuth, notation) == text
+    assert direction_in_notation(azimuth, notation) == text

@@ -15,7 +15,7 @@ from overturning.model.scene import Scene
 from tests.dem.polygon_scenes import load_shipped_scene
 from tests.verification.test_stability_scenes import pulse
 from verification.stability.checks import (
-    find_scene_contradiction,
+    find_failed_scene_check,
     flags_match_rotations,
     least_fallen_rotations,
     standing_rotation_limits,
@@ -63,7 +63,7 @@ def with_row(prepared: PreparedScene, found: CaseResults, turned_deg: list[float
 def test_flags_that_do_not_fit_the_rotations_are_found(turned_deg: list[float], flags: list[int], fits: bool) -> None:
     prepared, found = three_tier_case()
     answer = with_row(prepared, found, turned_deg, flags)
-    assert find_scene_contradiction(prepared, 0.7, pulse(6.0), answer) == ("" if fits else "flag and rotation")
+    assert find_failed_scene_check(prepared, 0.7, pulse(6.0), answer) == ("" if fits else "flag and rotation")
 
 
 def test_softer_contact_lies_flat_at_a_smaller_rotation() -> None:

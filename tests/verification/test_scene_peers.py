@@ -18,7 +18,7 @@ from tests.dem.near_field import read_near_field_record as installed_near_field
 from tests.dem.polygon_scenes import load_shipped_scene
 from tests.expect import lacking
 from verification.inputs import read_near_field_motion
-from verification.scene_peers import TABLE, engine_sides, sample_cases
+from verification.scene_peers import TABLE, draw_random_cases, shaft_sides_by_engine
 from verification.scenes import SHAFT
 
 pytestmark = pytest.mark.long
@@ -30,7 +30,7 @@ def test_flags_agree_within_the_engines_mutual_disagreement() -> None:
     Their contacts give; so do ours here. The rigid ones are no farther from the nearer engine than it from the other.
     """
     installed_near_field(6)  # skips where the records are not installed
-    kept, cases = pd.read_csv(TABLE), sample_cases()
+    kept, cases = pd.read_csv(TABLE), draw_random_cases()
     pd.testing.assert_frame_equal(kept[cases.columns], cases, check_dtype=False)
     scene = load_shipped_scene("three-tier")
     height, _ = size_reference_height_and_b_over_h(scene)
@@ -56,6 +56,6 @@ def test_stored_answers_match_the_engines() -> None:
     if find_spec("pymunk") is None or find_spec("Box2D") is None:
         lacking("pymunk and Box2D are not installed (`make peers`); their kept answers are compared above")
     kept = pd.read_csv(TABLE)
-    some = sample_cases().query("record == 6").iloc[:6]
-    for name, found in engine_sides(some).items():
+    some = draw_random_cases().query("record == 6").iloc[:6]
+    for name, found in shaft_sides_by_engine(some).items():
         assert np.mean(found == kept[name].iloc[:6]) >= 5 / 6  # other versions differ in a chaotic case now and then

@@ -34,10 +34,10 @@ from verification.shaking_table.models import (
     HEIGHT,
     PEAKS,
     SPACE,
-    ensemble_fractions,
-    leave_motion_out,
-    most_likely_centre,
-    split_odd_even,
+    fall_shares_by_neighbourhood,
+    most_likely_neighbourhood,
+    split_by_motion,
+    split_odd_and_even_tests,
 )
 from verification.shaking_table.scores import bootstrap_samples, motion_interval, prediction_scores, reliability_bins
 
@@ -91,7 +91,7 @@ def test_stones_outside_all_neighbourhoods_change_no_share(kind: StoneDistributi
     whole = SimulatedStones(rows["b_over_h"], rows["height"], rows["damping"], fell)
     part = SimulatedStones(rows["b_over_h"][near], rows["height"][near], rows["damping"][near], fell[:, near])
     assert 0.8 < near.mean() < 1
-    np.testing.assert_array_equal(ensemble_fractions(part), ensemble_fractions(whole))
+    np.testing.assert_array_equal(fall_shares_by_neighbourhood(part), fall_shares_by_neighbourhood(whole))
 
 
 @pytest.mark.long
@@ -142,14 +142,14 @@ def synthetic() -> tuple[ShakingTableTests, SimulatedStones]:
 @pytest.fixture(scope="module")
 def shares(synthetic: tuple[ShakingTableTests, SimulatedStones]) -> FloatArray:
     """Shares of the cloud's neighbourhoods that fall."""
-    return ensemble_fractions(synthetic[1])
+    return fall_shares_by_neighbourhood(synthetic[1])
 
 
 def test_most_likely_centre_has_the_true_strength(
     synthetic: tuple[ShakingTableTests, SimulatedStones], shares: FloatArray
 ) -> None:
     tests, _ = synthetic
-    centre = most_likely_centre(shares, tests.fell[1], np.arange(150))
+    centre = most_likely_neighbourhood(shares, tests.fell[1], np.arange(150))
     shape, size = divmod(centre, HEIGHT.size)
     assert limit(B_OVER_H[shape], HEIGHT[size]) == pytest.approx(limit(np.array(0.15), np.array(0.8)), rel=0.15)
 
@@ -181,9 +181,9 @@ def test_damping_classes_contain_every_rectangle_once(synthetic: tuple[ShakingTa
 
 def test_no_test_is_predicted_from_its_own_motion(synthetic: tuple[ShakingTableTests, SimulatedStones]) -> None:
     tests, _ = synthetic
-    for learn, predict in leave_motion_out(tests):
+    for learn, predict in split_by_motion(tests):
         assert not set(tests.motion[learn]) & set(tests.motion[predict])
-    learn, predict = next(split_odd_even(tests))
+    learn, predict = next(split_odd_and_even_tests(tests))
     assert (tests.number[learn] % 2 == 1).all()
     assert (tests.number[predict] % 2 == 0).all()
 
@@ -214,10 +214,10 @@ def test_small_table_motion_has_the_stated_pga_and_pgv() -> None:
         velocity = np.cumsum(along) * motion.sampling_interval
         assert np.abs(velocity).max() == pytest.approx(pga * 9.80665 * ratio, rel=0.02)
         assert abs(velocity[-1]) < 0.03 * np.abs(velocity).max()
-    sizes = {name: len(small_table.read_set(name)) for name in small_table.SETS}
+    sizes = {name: len(small_table.read_small_table_tests(name)) for name in small_table.SETS}
     # Omitted: three tests without a motion, and two with an outcome other than Y or N.
     assert sizes == {"exp0": 83, "exp270": 134, "PBR_0": 135, "PBR_90": 63}
-    assert small_table.read_set("exp270")["fell"].sum() == 51  # 50 times Y, once y
+    assert small_table.read_small_table_tests("exp270")["fell"].sum() == 51  # 50 times Y, once y
 
 
 @pytest.mark.long
@@ -227,8 +227,8 @@ def test_small_table_fit_recovers_a_known_block() -> None:
     motions = [small_table.one_cosine_cycle(*pair) for pair in grid]
     fell = [bool(simulate_rigid_rocking(motion, Cases(0.0, 0.2, 0.15, 1.0)).overturned[0]) for motion in motions]
     tests = pd.DataFrame(grid, columns=["pga", "ratio"]).assign(fell=fell).sample(frac=1.0, random_state=1)
-    shares = small_table.neighbourhood_fractions(tests)
-    probabilities, centres = small_table.predict_held_out(tests, shares)
+    shares = small_table.fall_shares_by_neighbourhood(tests)
+    probabilities, centres = small_table.predict_other_half(tests, shares)
     for b_over_h, height in centres:
         assert b_over_h == pytest.approx(0.15, rel=0.2)
         assert height == pytest.approx(0.2, rel=0.5)
@@ -237,7 +237,7 @@ def test_small_table_fit_recovers_a_known_block() -> None:
     other[1::2] ^= True
     learnt, p = (
         each["rigid block"]
-        for each in (small_table.predict_held_out(tests.assign(fell=other), shares)[0], probabilities)
+        for each in (small_table.predict_other_half(tests.assign(fell=other), shares)[0], probabilities)
     )
     assert np.array_equal(learnt[1::2], p[1::2])
     assert not np.array_equal(learnt[::2], p[::2])

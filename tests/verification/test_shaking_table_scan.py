@@ -15,20 +15,20 @@ from verification.shaking_table.data import SPECIMENS, ShakingTableTests
 from verification.shaking_table.models import PEAKS, prediction_models
 from verification.shaking_table.scan import (
     YAWS,
-    fall_shares,
+    fall_probabilities,
     most_likely_orientation,
     read_boulder,
     simulate_orientations,
-    split_motion_halves,
+    split_motions_in_halves,
 )
 from verification.shaking_table.scan_page import (
     SCAN,
     fitted_orientation_table,
-    held_out_scores,
     orientation_table,
     relief_table,
-    scan_model,
+    scan_orientation_model,
     score_table,
+    scores_on_unseen_tests,
 )
 
 TRUE_YAW = 7
@@ -50,10 +50,10 @@ def synthetic(monkeypatch: pytest.MonkeyPatch) -> tuple[ShakingTableTests, np.nd
 def test_the_orientation_is_recovered_from_each_half(synthetic: tuple[ShakingTableTests, np.ndarray]) -> None:
     """Orientations are symmetric about 0°, so that the mirror image is equally likely."""
     tests, fell = synthetic
-    shares = fall_shares(fell)
+    shares = fall_probabilities(fell)
     assert shares.shape == (YAWS.size, 240)
     assert ((shares > 0) & (shares < 1)).all()
-    for learn, _ in split_motion_halves(tests):
+    for learn, _ in split_motions_in_halves(tests):
         chosen = most_likely_orientation(shares, tests.fell[1], learn)
         assert min(abs(chosen - TRUE_YAW), abs(YAWS.size - chosen - TRUE_YAW)) <= 2
 
@@ -61,7 +61,7 @@ def test_the_orientation_is_recovered_from_each_half(synthetic: tuple[ShakingTab
 def test_no_motion_is_in_both_halves(synthetic: tuple[ShakingTableTests, np.ndarray]) -> None:
     tests, _ = synthetic
     predicted = []
-    for learn, predict in split_motion_halves(tests):
+    for learn, predict in split_motions_in_halves(tests):
         assert not set(tests.motion[learn]) & set(tests.motion[predict])
         assert abs(len(learn) - len(predict)) <= 20
         predicted.append(predict)
@@ -70,10 +70,10 @@ def test_no_motion_is_in_both_halves(synthetic: tuple[ShakingTableTests, np.ndar
 
 def test_scores_and_tables(synthetic: tuple[ShakingTableTests, np.ndarray]) -> None:
     tests, fell = synthetic
-    shares = fall_shares(fell)
+    shares = fall_probabilities(fell)
     unknown = np.full((576, 240), 0.5)
-    models = {PEAKS: prediction_models(tests, unknown, unknown)[PEAKS], SCAN: scan_model(tests, shares)}
-    rows = held_out_scores(tests, models)
+    models = {PEAKS: prediction_models(tests, unknown, unknown)[PEAKS], SCAN: scan_orientation_model(tests, shares)}
+    rows = scores_on_unseen_tests(tests, models)
     values = rows.set_index(["split", "specimen", "model", "score"])["value"]
     assert values["half of the motions", 1, SCAN, "F1"] > 0.85
     assert isinstance(rows, pd.DataFrame)
@@ -90,7 +90,7 @@ def test_scores_and_tables(synthetic: tuple[ShakingTableTests, np.ndarray]) -> N
 def test_neighbouring_orientations_share_their_falls() -> None:
     fell = np.zeros((2, 1, YAWS.size), bool)
     fell[:, 0, 0] = True
-    shares = fall_shares(fell)[:, 0]
+    shares = fall_probabilities(fell)[:, 0]
     np.testing.assert_allclose(shares[[0, 1, -1, 2]], (np.array([0.5, 0.25, 0.25, 0.0]) + 0.25) / 1.5)
 
 

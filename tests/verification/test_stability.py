@@ -19,8 +19,8 @@ from verification.stability.cases import (
     motion_of_case,
     space_filling_cases,
 )
-from verification.stability.checks import Ending, acceleration_demand, find_block_contradiction
-from verification.stability.figures import draw_map
+from verification.stability.checks import CheckedOutcome, acceleration_demand, find_failed_block_check
+from verification.stability.figures import draw_block_cases
 from verification.stability.maps import GROUPS, MEANINGS, contact_of_case, run_case, run_map
 
 BUDGET = 100_000
@@ -32,11 +32,13 @@ def test_no_case_is_silent_and_the_bounds_are_kept() -> None:
     cases = [*space_filling_cases(256, 5), *(case for case in adversarial_cases(2, 5) if case.motion != "ten minutes")]
     found = run_map(partial(run_case, budget=BUDGET), cases)
     assert set(found) == set(MEANINGS)
-    assert found[found["ending"] == Ending.SILENT].empty
-    marked = ~np.isin(found["ending"], (Ending.RIGHT, Ending.AT_REST))
+    assert found[found["ending"] == CheckedOutcome.SILENT].empty
+    marked = ~np.isin(found["ending"], (CheckedOutcome.RIGHT, CheckedOutcome.AT_REST))
     assert (found["overturned"][marked] == -128).all()
     assert (found["overturned"][~marked] != -128).all()
-    assert {Ending.RIGHT, Ending.AT_REST, Ending.UNSTABLE, Ending.OVER_BUDGET} <= set(found["ending"].tolist())
+    assert {CheckedOutcome.RIGHT, CheckedOutcome.AT_REST, CheckedOutcome.UNSTABLE, CheckedOutcome.OVER_BUDGET} <= set(
+        found["ending"].tolist()
+    )
     # A case may finish the sample in which its budget ends.
     per_sample = found["block_steps"].max() - BUDGET
     assert per_sample < BUDGET
@@ -70,7 +72,7 @@ def test_the_checks_find_a_wrong_answer() -> None:
         Cases(0.0, SOUND.height, SOUND.b_over_h, SOUND.friction),
         gravestone(contact_of_case(SOUND), SOUND.density),
     )
-    assert find_block_contradiction(SOUND, motion, found) == ""
+    assert find_failed_block_check(SOUND, motion, found) == ""
     wrong = {
         "flag and rotation": {"overturned": np.array([1 - abs(found.overturned[0])], np.int8)},
         "energy balance": {"energy_error": np.array([0.02], np.float32)},
@@ -81,12 +83,12 @@ def test_the_checks_find_a_wrong_answer() -> None:
         "left out above a threshold": {"status": np.array([1], np.int8)},
     }
     for reason, change in wrong.items():
-        assert find_block_contradiction(SOUND, motion, CaseResults(**vars(found) | change)) == reason
+        assert find_failed_block_check(SOUND, motion, CaseResults(**vars(found) | change)) == reason
 
 
 def test_too_stiff_contacts_are_refused_by_name() -> None:
     outcome = run_case(replace(SOUND, stiffness=1e18), 0)
-    assert outcome["ending"] == Ending.REFUSED
+    assert outcome["ending"] == CheckedOutcome.REFUSED
     assert outcome["reason"] == "stiffness"
     assert outcome["overturned"] == -128
 
@@ -95,10 +97,12 @@ def test_too_stiff_contacts_are_refused_by_name() -> None:
 def test_a_map_of_twenty_thousand_cases_stays_small(tmp_path: Path) -> None:
     random = np.random.Generator(np.random.PCG64(3))
     rows = {group: 10.0 ** random.uniform(-3.0, 0.0, 20_000) for group in GROUPS}
-    rows["ending"] = random.choice([Ending.RIGHT, Ending.AT_REST, Ending.UNSTABLE, Ending.OVER_BUDGET], 20_000)
+    rows["ending"] = random.choice(
+        [CheckedOutcome.RIGHT, CheckedOutcome.AT_REST, CheckedOutcome.UNSTABLE, CheckedOutcome.OVER_BUDGET], 20_000
+    )
     rows["damping"][:5] = np.nan
     for name in ("one", "two"):
-        draw_map(pd.DataFrame(rows), tmp_path / f"{name}.svg")
+        draw_block_cases(pd.DataFrame(rows), tmp_path / f"{name}.svg")
     made = (tmp_path / "one.svg").read_bytes()
     assert made == (tmp_path / "two.svg").read_bytes()
     assert len(made) < 400_000, "the worst that the map can be: four colours without any order"

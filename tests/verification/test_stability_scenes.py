@@ -19,9 +19,9 @@ from overturning.model.scene import gravestone
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import load_shipped_scene
-from verification.stability.cases import SCENES, TOGETHER, scene_settings
-from verification.stability.checks import Ending, find_scene_contradiction, rocking_bound
-from verification.stability.maps import SCENE_MEANINGS, run_map, run_setting
+from verification.stability.cases import CASES_PER_SETTING, SCENES, scene_settings
+from verification.stability.checks import CheckedOutcome, find_failed_scene_check, rocking_bound
+from verification.stability.maps import SCENE_MEANINGS, run_map, run_scene_setting
 
 pytestmark = pytest.mark.long
 
@@ -38,23 +38,25 @@ def pulse(peak: float) -> Motion:
 def test_no_case_of_a_scene_is_silent() -> None:
     settings = [setting for setting in scene_settings(8, 1, 7) if setting.common.motion != "ten minutes"]
     assert {setting.scene for setting in settings} == set(SCENES)
-    found = run_map(partial(run_setting, root=ROOT), settings, threads=2)
+    found = run_map(partial(run_scene_setting, root=ROOT), settings, threads=2)
     assert set(found) == set(SCENE_MEANINGS)
-    assert len(found["ending"]) == len(settings) * TOGETHER
-    silent = found["ending"] == Ending.SILENT
+    assert len(found["ending"]) == len(settings) * CASES_PER_SETTING
+    silent = found["ending"] == CheckedOutcome.SILENT
     assert not silent.any(), list(zip(found["scene"][silent], found["reason"][silent], strict=True))
-    answered = np.isin(found["ending"], (Ending.RIGHT, Ending.AT_REST))
+    answered = np.isin(found["ending"], (CheckedOutcome.RIGHT, CheckedOutcome.AT_REST))
     assert (found["fallen"][answered] >= 0).all()
     assert (found["fallen"][~answered] == -1).all()
-    assert {Ending.RIGHT, Ending.AT_REST, Ending.UNSTABLE, Ending.OVER_BUDGET} <= set(found["ending"].tolist())
+    assert {CheckedOutcome.RIGHT, CheckedOutcome.AT_REST, CheckedOutcome.UNSTABLE, CheckedOutcome.OVER_BUDGET} <= set(
+        found["ending"].tolist()
+    )
     assert (found["fallen"] > 1).any(), "some stacks come down"
     assert (found["as_block"][found["scene"] != "gravestone"] == -1).all()
     compared = found["as_block"][found["scene"] == "gravestone"]
     assert (compared >= 0).sum() > 30
     assert (compared == 0).sum() <= 3, "the block's own kernel has the same flags"
-    again = run_map(partial(run_setting, root=ROOT), settings[:4])
+    again = run_map(partial(run_scene_setting, root=ROOT), settings[:4])
     for name, values in again.items():
-        np.testing.assert_array_equal(values, found[name][: 4 * TOGETHER], name)
+        np.testing.assert_array_equal(values, found[name][: 4 * CASES_PER_SETTING], name)
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -71,7 +73,7 @@ def test_the_checks_find_a_wrong_answer_of_one_element() -> None:
     found = simulate_cases(made, motion, Cases([0.0], 0.636, 0.3805031447, 0.7))
     assert found.status[0] == CaseStatus.SIMULATED
     assert (found.overturned[0] != 0).tolist() == [False, False, True], "the shaft falls"
-    assert find_scene_contradiction(prepared, 0.7, motion, found) == ""
+    assert find_failed_scene_check(prepared, 0.7, motion, found) == ""
 
     def changed(name: str, column: int, value: float) -> CaseResults:
         values = getattr(found, name).copy()
@@ -89,8 +91,8 @@ def test_the_checks_find_a_wrong_answer_of_one_element() -> None:
         "left out above a threshold": CaseResults(**vars(found) | {"status": np.array([CaseStatus.AT_REST], np.int8)}),
     }
     for reason, answer in wrong.items():
-        assert find_scene_contradiction(prepared, 0.7, motion, answer) == reason
-    assert find_scene_contradiction(prepared, 0.7, pulse(0.1), found) == "fell below the threshold of rocking"
+        assert find_failed_scene_check(prepared, 0.7, motion, answer) == reason
+    assert find_failed_scene_check(prepared, 0.7, pulse(0.1), found) == "fell below the threshold of rocking"
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -164,6 +166,6 @@ def test_a_stone_that_hops_where_its_case_ends_has_not_fallen() -> None:
     number = 341
     setting = scene_settings(160, 2, 1)[number]
     assert (setting.scene, setting.common.motion) == ("three-tier", "vertical above g")
-    ending = run_setting(setting, number, Path(__file__).parents[2])["ending"]
-    assert (ending != Ending.SILENT).all()
-    assert (ending[4], ending[7]) == (Ending(CaseStatus.UNDECIDED), Ending(CaseStatus.SIMULATED))
+    ending = run_scene_setting(setting, number, Path(__file__).parents[2])["ending"]
+    assert (ending != CheckedOutcome.SILENT).all()
+    assert (ending[4], ending[7]) == (CheckedOutcome(CaseStatus.UNDECIDED), CheckedOutcome(CaseStatus.SIMULATED))

@@ -13,13 +13,13 @@ from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from tests.dem.test_stack import plateau_acceleration
-from verification.stability.checks import Ending
+from verification.stability.checks import CheckedOutcome
 from verification.stability.maps import run_map
 from verification.stability.stacks import (
     STACK_MEANINGS,
     STIFF,
     StackSetting,
-    find_stack_contradiction,
+    find_failed_stack_check,
     run_stack_setting,
     scene_of_stack_setting,
     stack_settings,
@@ -32,9 +32,9 @@ def test_no_case_of_a_stack_is_silent() -> None:
     settings = stack_settings(16, 7)
     rows = run_map(run_stack_setting, settings, threads=2)
     assert set(rows) == set(STACK_MEANINGS)
-    silent = rows["ending"] == Ending.SILENT
+    silent = rows["ending"] == CheckedOutcome.SILENT
     assert not silent.any(), rows["reason"][silent].tolist()
-    answered = rows["ending"].isin((Ending.RIGHT, Ending.AT_REST))
+    answered = rows["ending"].isin((CheckedOutcome.RIGHT, CheckedOutcome.AT_REST))
     assert ((rows["fallen"] >= 0) == answered).all()
     # Soft contacts, up to a hundredth of their width, leave the range of the contact law.
     assert answered[rows["penetration_ratio"] < STIFF].mean() > 0.6
@@ -72,16 +72,16 @@ def answered_case() -> tuple[StackSetting, Motion, CaseResults]:
 )
 def test_the_checks_find_a_wrong_outcome(changes: dict[str, Any], reason: str) -> None:
     setting, motion, found = answered_case()
-    assert find_stack_contradiction(setting, motion, found, 0) == ""
+    assert find_failed_stack_check(setting, motion, found, 0) == ""
     changed = CaseResults(**vars(found) | {
         name: np.array([values]).astype(getattr(found, name).dtype) for name, values in changes.items()
     })  # fmt: skip
-    assert find_stack_contradiction(setting, motion, changed, 0) == reason
+    assert find_failed_stack_check(setting, motion, changed, 0) == reason
 
 
 def test_the_checks_find_falls_without_and_below_the_shaking_that_opens_a_joint() -> None:
     setting, motion, found = answered_case()
     for amplitude, reason in ((0.0, "moved without motion"), (0.15, "fell below the least acceleration")):
         weak = replace(setting, amplitude=np.array([amplitude]))
-        assert find_stack_contradiction(weak, motion, found, 0).startswith(reason)
+        assert find_failed_stack_check(weak, motion, found, 0).startswith(reason)
     np.testing.assert_allclose(setting.opening_acceleration, 9.80665 / 3.0, err_msg="the shaft opens at B/H")

@@ -15,15 +15,15 @@ import pytest
 from tests.dem.near_field import read_near_field_record as installed_near_field
 from tests.expect import lacking
 from verification.stack_agreement import CASE_COLUMNS, PEER_TABLES, has_outcome, program_outcomes, same_fall
-from verification.stack_cases import StackCase, case_row, draw_cases
+from verification.stack_cases import StackCase, case_row, draw_stack_cases
 from verification.stack_engines import STACK_MODULES
-from verification.stack_peers import peer_row
+from verification.stack_peers import outcome_in_solver
 
 
 @cache
 def drawn_cases() -> list[StackCase]:
     """The cases of both solvers."""
-    return draw_cases()
+    return draw_stack_cases()
 
 
 @pytest.mark.parametrize("name", PEER_TABLES)
@@ -86,6 +86,6 @@ def test_some_stored_answers_match_the_solver(name: str) -> None:
         lacking(f"{name} is not installed (`make peers`); its kept answers are compared with this program")
     kept, cases = pd.read_csv(PEER_TABLES[name]), drawn_cases()
     some = kept[(kept["robust"] == 1) & np.isfinite(kept["fall_azimuth_deg"])].iloc[:5]
-    found = [peer_row(name, cases[number])["fall_azimuth_deg"] for number in some["case"]]
+    found = [outcome_in_solver(name, cases[number])["fall_azimuth_deg"] for number in some["case"]]
     same = [same_fall(*pair) for pair in zip(found, some["fall_azimuth_deg"], strict=True)]
     assert sum(same) >= 4  # other versions differ in a chaotic case now and then

@@ -119,8 +119,8 @@ def test_each_figure_stands_in_a_sentence_and_follows_its_table(tmp_path: Path) 
 def test_tables_of_the_pages_are_those_of_the_files() -> None:
     boulder = shaking_table.score_tables(pd.read_csv(RESULTS / "shaking-table.csv"))
     curve = pd.read_csv(RESULTS / "default-step.csv")
-    made = boulder | {"equal-error": experiments.equal_error(curve)}
-    made["equal-agreement"] = error_page.equal_agreement(pd.read_csv(RESULTS / "work-precision.csv"))
+    made = boulder | {"equal-error": experiments.cost_at_equal_error(curve)}
+    made["equal-agreement"] = error_page.time_at_equal_agreement(pd.read_csv(RESULTS / "work-precision.csv"))
     texts = "".join(page.read_text(encoding="utf-8") for page in PAGES)
     assert [mark for mark, body in made.items() if f"<!-- {mark}:begin -->\n\n{body}\n\n" not in texts] == []
 
@@ -129,10 +129,10 @@ def test_equal_error_on_a_curve_that_turns_back() -> None:
     """Errors 4, 1 and 2 % at 1, 2 and 4 s: 2 % is first reached between 1 and 2 s, at √2 s, not at 4 s."""
     rows = [("centred", 0.1, 2.0), ("cundall", 4.0, 2.0), ("cundall", 2.0, 1.0), ("cundall", 1.0, 4.0)]
     curve = pd.DataFrame([(name, cost, *(error,) * 4) for name, cost, error in rows])
-    curve.columns = pd.Index(["scheme", "processor time, s", *experiments.AT_EQUAL])
-    assert experiments.equal_error(curve).count("| 1/14 |") == 4
-    curve.loc[0, experiments.AT_EQUAL] = [0.5, 8.0, 4.0, 1.0]
-    shares = [line.split(" | ")[-1] for line in experiments.equal_error(curve).splitlines()[2:]]
+    curve.columns = pd.Index(["scheme", "processor time, s", *experiments.ERROR_COLUMNS])
+    assert experiments.cost_at_equal_error(curve).count("| 1/14 |") == 4
+    curve.loc[0, experiments.ERROR_COLUMNS] = [0.5, 8.0, 4.0, 1.0]
+    shares = [line.split(" | ")[-1] for line in experiments.cost_at_equal_error(curve).splitlines()[2:]]
     assert shares == ["1/40, at most |", "1/10, at least |", "1/10, at least |", "1/20 |"]
 
 
@@ -142,7 +142,7 @@ def test_times_at_equal_agreement() -> None:
         "cases_of": "records, no sliding", "method": ["exact", "pymunk", "pymunk", "pymunk"], "shared": 10.0,
         "disagree": [0.0, 2.0, 1.0, 1.0], "seconds_per_case": [0.1, 1.0, 5.0, 3.0],
     })  # fmt: skip
-    head, _, *lines = error_page.equal_agreement(rows).splitlines()
+    head, _, *lines = error_page.time_at_equal_agreement(rows).splitlines()
     assert head == "| agreement in 10 cases | exact | pymunk |"
     assert lines[0] == "| 90 % | 100 ms | 3e+03 ms |"
     assert lines[1] == "| 95 % | 100 ms | – |"

@@ -32,5 +32,8 @@ def test_the_survey_prints_what_the_tutorial_shows() -> None:
 @pytest.mark.long
 def test_the_figures_of_the_tutorial_are_those_of_today() -> None:
     stored = {one.quantity: one.value for one in read_figures(RESULTS / "tutorial.csv")}
-    today = {one.quantity: one.value for one in (*tutorial.planar_figures(), *tutorial.space_figures())}
+    today = {
+        one.quantity: one.value
+        for one in (*tutorial.vertical_motion_figures(), *tutorial.vertical_motion_figures_in_3d())
+    }
     assert stored == pytest.approx(today, rel=1e-5), "python -m verification.tutorial"

@@ -64,11 +64,11 @@ def test_a_configuration_of_slurm_is_put_back_but_not_what_a_killed_test_left(
 ) -> None:
     file = tmp_path / "slurm" / "slurm.conf"
     monkeypatch.setattr(one_node_slurm, "CONFIGURATION", file)
-    with one_node_slurm._fill_configuration("ClusterName=one\n"):
+    with one_node_slurm._slurm_configuration("ClusterName=one\n"):
         written = file.read_text(encoding="utf-8")
     assert "ClusterName=one\n" in written
     assert not file.exists()
     file.write_text(written if killed else "ClusterName=mine\n", encoding="utf-8")
-    with one_node_slurm._fill_configuration("ClusterName=one\n"):
+    with one_node_slurm._slurm_configuration("ClusterName=one\n"):
         pass
     assert file.exists() == stays

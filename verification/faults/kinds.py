@@ -31,7 +31,7 @@ friction: [0.5]
 ensemble: {members: 0}
 verification: none
 """
-PART, MOTION = "sweep/nominal/*.nc", "motion/*.nc"
+PART_FILES, MOTION_FILES = "sweep/nominal/*.nc", "motion/*.nc"
 JOBS: Final = 8  # of the study: two records to read, their labels, two parts of each to compute, and gathering
 ROOM_LEFT: Final = (100, 400)  # kB: too little for the first motion; too little for all parts
 
@@ -60,7 +60,8 @@ def kill_process_group(place: Project, dice: random.Random, seconds: float) -> N
 def kill_job_or_snakemake(kills_snakemake: bool, max_delay_s: float) -> Fault:
     """Return a fault that kills a random job (Snakemake goes on), or only Snakemake (the job goes on)."""
 
-    def do(place: Project, dice: random.Random, _seconds: float) -> None:
+    def kill_during_run(place: Project, dice: random.Random, _seconds: float) -> None:
+        """Start a run and kill the process at a random moment."""
         run, chosen = place.start(), dice.randrange(JOBS)
         for number, job in enumerate(iterate_jobs(run)):
             if number == chosen:
@@ -71,7 +72,7 @@ def kill_job_or_snakemake(kills_snakemake: bool, max_delay_s: float) -> Fault:
                     break
         run.wait()
 
-    return do
+    return kill_during_run
 
 
 def damage_file(pattern: str, damage_kind: str) -> Fault:
@@ -80,7 +81,8 @@ def damage_file(pattern: str, damage_kind: str) -> Fault:
     The file is truncated, emptied, or a byte of it is changed.
     """
 
-    def do(place: Project, dice: random.Random, _seconds: float) -> Path | None:
+    def damage_random_file(place: Project, dice: random.Random, _seconds: float) -> Path | None:
+        """Damage a random file; return its path if the next run must report the damage."""
         kernel = pattern.startswith("*.nb")
         path = dice.choice(sorted((place.folder / "kernels").rglob(pattern) if kernel else place.results.glob(pattern)))
         content, time_ns = bytearray(path.read_bytes()), path.stat().st_mtime_ns
@@ -92,17 +94,17 @@ def damage_file(pattern: str, damage_kind: str) -> Fault:
         if pattern != "cube.nc":
             place.cube.unlink()
         if kernel:  # a kernel is loaded only if a part must be computed
-            dice.choice(sorted(place.results.glob(PART))).unlink()
+            dice.choice(sorted(place.results.glob(PART_FILES))).unlink()
         return None if kernel else path.relative_to(place.folder)
 
-    return do
+    return damage_random_file
 
 
 def fill_disk(place: Project, dice: random.Random, _seconds: float) -> None:
     """Fill the disk while the study runs, then free it."""
     results = place.folder / "results"
     results.mkdir()
-    _mount("-t", "tmpfs", "-o", "size=100m", "none", str(results))
+    _run_mount("-t", "tmpfs", "-o", "size=100m", "none", str(results))
     run = psutil.Popen(**place.command(), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     next(iterate_jobs(run))
     other = results / "other"
@@ -118,12 +120,12 @@ def make_results_read_only(place: Project, _dice: random.Random, _seconds: float
     """Make the folder of results read-only for one run."""
     place.cube.unlink()
     results = str(place.folder / "results")
-    _mount("--bind", results, results)
-    _mount("-o", "remount,ro,bind", results)
+    _run_mount("--bind", results, results)
+    _run_mount("-o", "remount,ro,bind", results)
     done = place.run()
     assert done.returncode != 0
     assert "cannot be written to" in done.stderr, done.stderr
-    _mount("-o", "remount,rw,bind", results)
+    _run_mount("-o", "remount,rw,bind", results)
 
 
 def start_second_run(place: Project, _dice: random.Random, _seconds: float) -> None:
@@ -166,18 +168,20 @@ def kill_dask_worker(_place: Project, dice: random.Random, _seconds: float) -> N
         Client(cluster) as client,
     ):
 
-        def kill_job_or_snakemake(_done: int, _total: int) -> None:
+        def kill_one_worker(_done: int, _total: int) -> None:
+            """Kill one worker when the first cases are finished."""
             if not killed:
                 killed.append(dice.choice(sorted(client.run(os.getpid).values())))
                 os.kill(killed[0], signal.SIGKILL)
 
-        spread = overturning.run_cases(motion, cases, client=client, progress=kill_job_or_snakemake)
+        spread = overturning.run_cases(motion, cases, client=client, progress=kill_one_worker)
     assert killed, "no worker was killed"
     for name, values in vars(overturning.run_cases(motion, cases)).items():
         assert np.array_equal(getattr(spread, name), values, equal_nan=values.dtype.kind == "f"), f"another {name}"
 
 
-def _mount(*words: str) -> None:
+def _run_mount(*words: str) -> None:
+    """Run the command mount with some arguments."""
     subprocess.run(["mount", *words], check=True, capture_output=True)
 
 
@@ -212,11 +216,11 @@ KINDS: Final = (
     FaultKind("two runs at once", start_second_run, 2),
     FaultKind("clock set back", set_clock_back, 2),
     FaultKind("a worker of a dask cluster killed", kill_dask_worker, 2, finished=True),
-    FaultKind("a partial result truncated", damage_file(PART, "cut"), 3, finished=True),
-    FaultKind("a partial result emptied", damage_file(PART, "emptied"), 2, finished=True),
-    FaultKind("a byte of a partial result changed", damage_file(PART, "changed"), 5, finished=True),
-    FaultKind("a motion truncated", damage_file(MOTION, "cut"), 1, finished=True),
-    FaultKind("a byte of a motion changed", damage_file(MOTION, "changed"), 1, finished=True),
+    FaultKind("a partial result truncated", damage_file(PART_FILES, "cut"), 3, finished=True),
+    FaultKind("a partial result emptied", damage_file(PART_FILES, "emptied"), 2, finished=True),
+    FaultKind("a byte of a partial result changed", damage_file(PART_FILES, "changed"), 5, finished=True),
+    FaultKind("a motion truncated", damage_file(MOTION_FILES, "cut"), 1, finished=True),
+    FaultKind("a byte of a motion changed", damage_file(MOTION_FILES, "changed"), 1, finished=True),
     FaultKind("a byte of the cube changed", damage_file("cube.nc", "changed"), 1, finished=True),
     FaultKind("a compiled kernel truncated", damage_file("*.nbc", "cut"), 1, finished=True),
     FaultKind("a byte of a compiled kernel changed", damage_file("*.nbc", "changed"), 2, finished=True),

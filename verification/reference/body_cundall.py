@@ -5,7 +5,7 @@ the whole step, dashpots half a step earlier. Momenta are known at half steps, p
 momentum in space changes only by the moment of the contact forces. The rotation of a step uses the angular velocity in
 its middle, for which the body is first rotated by half of the step with the angular velocity at its start. The forces
 of opposite vertices are summed first. Between samples, where the package reads the state, momenta are stored at whole
-steps; `shift_momenta` converts them.
+steps; `shift_momenta_by_steps` converts them.
 """
 
 from collections.abc import Iterator
@@ -146,7 +146,7 @@ def vertex_contact_point(
 def rim_contact_point(
     body: Constants, body_state: BodyState, body_axes: Matrix3, along_lean: float, across_lean: float, time_step: float
 ) -> ContactPoint:
-    """Return the contact point at a point of the rim; its displacement is that of the body at this point."""
+    """Return the contact point at a point of a cylinder's rim; its displacement is that of the body at this point."""
     arm = rim_point_position_from_centre(body, body_axes, along_lean, across_lean)
     v = plus(body_state.velocity, cross_product(body_state.spin, arm))
     return ContactPoint(arm, -(body_state.place.z + arm.z), time_step * v.x, time_step * v.y, -(time_step * v.z))
@@ -416,7 +416,7 @@ def advance_all_bodies(state: Any, contact_rows: Any, columns: int) -> None:
 
 
 @njit(**INNER)
-def shift_momenta(state: Any, columns: int, step_count: float) -> None:
+def shift_momenta_by_steps(state: Any, columns: int, step_count: float) -> None:
     """Advance the momenta of all bodies by a number of steps (here ±½) with the last forces."""
     for j in range(columns):
         s, account = load_state(state, j), load_account(state, j)
@@ -448,7 +448,7 @@ def shift_momenta(state: Any, columns: int, step_count: float) -> None:
 
 
 @cache
-def sample_loop(has_rim: bool) -> Any:
+def select_sample_loop(has_rim: bool) -> Any:
     """Return the function that computes the steps of a sample, for bodies with vertices or with a rim.
 
     The type of its argument `kind` makes the compiled names of both variants differ; otherwise variants compiled by
@@ -456,7 +456,7 @@ def sample_loop(has_rim: bool) -> Any:
     """
 
     @njit(**OWNER)
-    def advance(
+    def advance_sample(
         kind: Any,  # noqa: ARG001
         state: Any,
         vertices: Any,
@@ -466,8 +466,9 @@ def sample_loop(has_rim: bool) -> Any:
         steps: int,
         ticks: float,  # noqa: ARG001
     ) -> None:
+        """Compute the steps of a sample for all bodies."""
         half, acting = count // 2 * OF_A_VERTEX, cache_line_aligned_zeros(ACTING_SIZE)
-        shift_momenta(state, columns, -0.5)
+        shift_momenta_by_steps(state, columns, -0.5)
         for _ in range(steps):
             reset_contact_forces(state, acting, columns)
             update_base_contacts(state, vertices, half, base, columns, has_rim)
@@ -482,19 +483,19 @@ def sample_loop(has_rim: bool) -> Any:
                 else:
                     add_vertex_contact_forces(state, acting, one, other, columns)
             advance_all_bodies(state, acting, columns)
-        shift_momenta(state, columns, 0.5)
+        shift_momenta_by_steps(state, columns, 0.5)
 
-    return advance
+    return advance_sample
 
 
-LOOPS.update({CundallVertices: sample_loop(False), CundallRim: sample_loop(True)})
-_queue = njit(nogil=True, **OPTIONS)(run_case_queue.py_func)
+LOOPS.update({CundallVertices: select_sample_loop(False), CundallRim: select_sample_loop(True)})
+_run_compiled_queue = njit(nogil=True, **OPTIONS)(run_case_queue.py_func)
 
 
 @njit(nogil=True, **OPTIONS)
 def run_cundall(inputs: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int]:
     """Run a queue of cases like `run_case_queue`, with a compiled-code cache separate from that of the package."""
-    return _queue(inputs, order, counter, path)
+    return _run_compiled_queue(inputs, order, counter, path)
 
 
 cache_compiled_kernel(run_cundall)
@@ -517,6 +518,7 @@ def enable_cundall() -> Iterator[None]:
     plan_centred = body_plan.plan_body_simulation
 
     def plan(model: Body, motion: Motion, cases: Cases, numerics: NumericalOptions) -> body_plan.BodySimulationPlan:
+        """Plan cases as usual, but with the loops of Cundall's scheme where it is chosen."""
         if parse_scheme(numerics.scheme) != IntegrationScheme.CUNDALL:
             return plan_centred(model, motion, cases, numerics)
         planned = plan_centred(model, motion, cases, replace(numerics, scheme="centred", time_step="auto"))

@@ -56,15 +56,17 @@ def quarter_period(height: float, b_over_h: float, tilt: float) -> float:
     return float(np.sum(0.5 * weights * 2.0 * tilt * u / rate))
 
 
-def next_amplitude(b_over_h: float, tilt: float) -> float:
+def amplitude_after_impact(b_over_h: float, tilt: float) -> float:
     """Return the amplitude after the next impact of free rocking, rad (energy times the square of the restitution)."""
     alpha = math.atan(b_over_h)
     lost = restitution(b_over_h) ** 2 * (math.cos(alpha - tilt) - math.cos(alpha))
     return alpha - math.acos(math.cos(alpha) + lost)
 
 
-def bounce(speed: float, square: float, rate: float, gravity: float = STANDARD_GRAVITY) -> tuple[float, float]:
-    """Compute the bounce of a mass on a spring and dashpot that cannot pull.
+def bounce_on_spring_and_dashpot(
+    speed: float, square: float, rate: float, gravity: float = STANDARD_GRAVITY
+) -> tuple[float, float]:
+    """Compute the time and velocity at which a mass leaves a spring and dashpot that cannot pull.
 
     The penetration U follows Ü = g − ω² U − 2c U̇ with U(0) = 0 and U̇(0) = speed, as long as ω² U + 2c U̇ > 0.
 
@@ -97,16 +99,18 @@ def bounce(speed: float, square: float, rate: float, gravity: float = STANDARD_G
     omega = math.sqrt(square - c * c)
     rest = gravity / square
 
-    def state(t: float) -> tuple[float, float]:
+    def penetration_and_rate(t: float) -> tuple[float, float]:
+        """Return the penetration, m, and its rate, m/s, at a time."""
         a, b = -rest, (speed - c * rest) / omega
         decay = math.exp(-c * t)
         depth = rest + decay * (a * math.cos(omega * t) + b * math.sin(omega * t))
         rate_of_depth = decay * ((b * omega - c * a) * math.cos(omega * t) - (a * omega + c * b) * math.sin(omega * t))
         return depth, rate_of_depth
 
-    def force(t: float) -> float:
-        depth, velocity = state(t)
+    def contact_force(t: float) -> float:
+        """Return the contact force over the mass at a time, m/s²."""
+        depth, velocity = penetration_and_rate(t)
         return square * depth + rate * velocity
 
-    end = float(brentq(force, 0.5 * math.pi / omega * 0.2, 1.2 * math.pi / omega, xtol=1e-15))
-    return end, -state(end)[1]
+    end = float(brentq(contact_force, 0.5 * math.pi / omega * 0.2, 1.2 * math.pi / omega, xtol=1e-15))
+    return end, -penetration_and_rate(end)[1]

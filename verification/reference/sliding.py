@@ -15,7 +15,7 @@ from overturning.units import STANDARD_GRAVITY
 
 
 def sliding_displacement(acceleration: ArrayLike, sampling_interval: float, friction: float) -> tuple[float, float]:
-    """Return the slip of a rigid mass on a base that shakes horizontally.
+    """Return the largest and the final slip of a rigid mass on a base that shakes horizontally.
 
     The acceleration of the base, m/s² towards +s, is linear between the samples; after the last one it is 0. Returns
     the largest absolute displacement relative to the base, and the final displacement, positive towards +s, both in m.
@@ -28,14 +28,16 @@ def sliding_displacement(acceleration: ArrayLike, sampling_interval: float, fric
     base = np.concatenate([samples, [0.0]])
     displacement = velocity = peak = 0.0
     for left, right in itertools.pairwise(base):
-        displacement, velocity, highest = _interval(displacement, velocity, left, right, sampling_interval, limit)
+        displacement, velocity, highest = _slide_for_sampling_interval(
+            displacement, velocity, left, right, sampling_interval, limit
+        )
         peak = max(peak, highest)
     # The base moves steadily: friction stops the block.
     displacement += math.copysign(velocity**2 / (2.0 * limit), velocity) if velocity else 0.0
     return max(peak, abs(displacement)), displacement
 
 
-def _interval(
+def _slide_for_sampling_interval(
     displacement: float, velocity: float, left: float, right: float, length: float, limit: float
 ) -> tuple[float, float, float]:
     """Return displacement and velocity after one sampling interval, and the largest displacement in it."""
@@ -45,7 +47,7 @@ def _interval(
         ground = left + slope * t
         if velocity == 0.0:
             if abs(ground) <= limit:
-                start = _first_root(ground, slope, limit)
+                start = _time_until_sliding(ground, slope, limit)
                 if t + start >= length:
                     break
                 t += start
@@ -56,7 +58,7 @@ def _interval(
         # Relative acceleration −a(t) − direction · μg; the velocity is a parabola.
         first, second = -ground - direction * limit, -slope
         rest = length - t
-        stop = _stop(velocity, first, second, rest)
+        stop = _time_until_stop(velocity, first, second, rest)
         displacement += velocity * stop + first * stop**2 / 2.0 + second * stop**3 / 6.0
         velocity += first * stop + second * stop**2 / 2.0
         peak = max(peak, abs(displacement))
@@ -66,15 +68,15 @@ def _interval(
     return displacement, velocity, peak
 
 
-def _first_root(ground: float, slope: float, limit: float) -> float:
-    """Return the time until abs(ground + slope t) exceeds the limit."""
+def _time_until_sliding(ground: float, slope: float, limit: float) -> float:
+    """Return the time until the ground acceleration, ground + slope t, exceeds the limit μ g."""
     if slope == 0.0:
         return math.inf
     return max((math.copysign(limit, slope) - ground) / slope, 0.0)
 
 
-def _stop(velocity: float, first: float, second: float, rest: float) -> float:
-    """Return the first positive time at which velocity + first t + second t²/2 is zero, at most `rest`."""
+def _time_until_stop(velocity: float, first: float, second: float, rest: float) -> float:
+    """Return the first positive time at which the velocity, velocity + first t + second t²/2, is zero, or `rest`."""
     if velocity == 0.0:
         # Sliding has just begun; the velocity returns to zero at −2 first/second.
         roots = [-2.0 * first / second] if second else []

@@ -36,16 +36,18 @@ def main(
     """Measure, store the figures, and publish the tables of all parts."""
     chosen = select_parts(parts, PARTS)
     if {"bytes", "slurm"} & set(chosen):
-        runs = same_bytes.run_without_cluster() if "bytes" in chosen else []
+        runs = same_bytes.run_in_every_local_way() if "bytes" in chosen else []
         if "slurm" in chosen:
             runs += same_bytes.run_on_slurm(files=(same_bytes.CUBE, same_bytes.REPORT))
-        publish_markdown({"scale-bytes": run_table(merge_runs(runs))})
+        publish_markdown({"scale-bytes": run_table(merge_with_stored_runs(runs))})
     measures: dict[str, Callable[[Path], list[MeasuredFigure]]] = {
         "chunk": large.measure_chunk,
         "gather": large.measure_gather,
-        "lazy": lambda folder: large.measure_lazily(folder, records),
-        "lazy-space": lambda folder: large.measure_lazily(folder, records, SPACE, "synthetic cube in space"),
-        "planning": lambda _: on_paper.measure_planning(),
+        "lazy": lambda folder: large.measure_cube_larger_than_memory(folder, records),
+        "lazy-space": lambda folder: large.measure_cube_larger_than_memory(
+            folder, records, SPACE, "synthetic cube in space"
+        ),
+        "planning": lambda _: on_paper.measure_planning_per_record(),
     }
     for name, measure in measures.items():
         if name in chosen:
@@ -57,7 +59,7 @@ def main(
         publish_markdown({"scale-on-paper": extrapolation_table(figures)})
 
 
-def merge_runs(runs: list[same_bytes.StudyRun]) -> list[same_bytes.StudyRun]:
+def merge_with_stored_runs(runs: list[same_bytes.StudyRun]) -> list[same_bytes.StudyRun]:
     """Return these runs and the stored ones that were not repeated, and store all of them."""
     known = {(run.way, run.file): run for run in runs}
     if RUNS.is_file():
@@ -68,7 +70,7 @@ def merge_runs(runs: list[same_bytes.StudyRun]) -> list[same_bytes.StudyRun]:
 
 
 def run_table(runs: list[same_bytes.StudyRun]) -> str:
-    """Return the table of runs, with the number of cores."""
+    """Return the table of runs of one study on different hardware, with the number of cores."""
     cores = len(os.sched_getaffinity(0))
     first = {run.file: run.sha256 for run in reversed(runs)}
     rows = []
@@ -80,8 +82,8 @@ def run_table(runs: list[same_bytes.StudyRun]) -> str:
 
 
 def extrapolation_table(figures: list[MeasuredFigure]) -> str:
-    """Return the table of the extrapolated study."""
-    return figures_table(on_paper.extrapolate({one.quantity: one.value for one in figures}))
+    """Return the table of the resources of the extrapolated study."""
+    return figures_table(on_paper.extrapolate_resources({one.quantity: one.value for one in figures}))
 
 
 if __name__ == "__main__":

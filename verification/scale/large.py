@@ -78,7 +78,7 @@ def measure_chunk(folder: Path, chunks: int = 8) -> list[MeasuredFigure]:
 def measure_gather(
     folder: Path, records: int = 10, chunks: int = 8, grid: dict[str, object] | None = None
 ) -> list[MeasuredFigure]:
-    """Measure the gathering of synthetic parts with ten million cases."""
+    """Measure the merging of synthetic parts with ten million cases into one cube."""
     study = synthetic_study(records, grid)
     write_study(study, folder / "study.json")
     write_synthetic_motions(study, folder / "motion")
@@ -98,7 +98,7 @@ def measure_gather(
     ]
 
 
-def measure_lazily(
+def measure_cube_larger_than_memory(
     folder: Path, records: int = 100, grid: dict[str, object] | None = None, cube: str = "synthetic cube"
 ) -> list[MeasuredFigure]:
     """Measure statistics, figures and report of a synthetic cube larger than memory; `cube` is its label."""
@@ -114,11 +114,12 @@ def measure_lazily(
         MeasuredFigure(f"{cube}: size", size / 1e9, "GB"),
     ]
 
-    def note(what: str, took: ResourceUse) -> None:
+    def add_figures(what: str, took: ResourceUse) -> None:
+        """Add time and peak memory of a process to the measured figures."""
         found.append(MeasuredFigure(f"{cube}: {what}, time", took.seconds, "s"))
         found.append(MeasuredFigure(f"{cube}: {what}, peak memory", took.memory_mb, "MB"))
 
-    note("intensities", run_subcommand("rotate", *base, "--output", folder / "intensity.nc"))
+    add_figures("intensities", run_subcommand("rotate", *base, "--output", folder / "intensity.nc"))
     for what, call in (
         (
             "figures of a record",
@@ -139,9 +140,9 @@ cube, intensity, motions, figures = (folder / name for name in ("cube.nc", "inte
 write = partial(write_figure_in_study_formats, load_study_from_file_or_json(str(folder / "study.json")).figures)
 from overturning.figures.{call}
 """
-        note(what, run_program([sys.executable, "-c", program]))
+        add_figures(what, run_program([sys.executable, "-c", program]))
     drawn_cases = folder / "figures" / "illustrative"
-    note(
+    add_figures(
         "illustrative cases",
         run_subcommand("illustrative", "--cube", folder / "cube.nc", *base[2:], "--output", drawn_cases),
     )
@@ -149,6 +150,6 @@ from overturning.figures.{call}
     for drawn in list((folder / "figures").glob(f"*/{study.records.use[0]}.*")):
         for name in study.records.use[1:]:
             shutil.copy(drawn, drawn.with_name(f"{name}{drawn.suffix}"))
-    note("findings", run_subcommand("findings", folder / "cube.nc", "--output", folder / "findings.json"))
-    note("report", run_subcommand("report", "--results", folder, "--output", folder / "report.html"))
+    add_figures("findings", run_subcommand("findings", folder / "cube.nc", "--output", folder / "findings.json"))
+    add_figures("report", run_subcommand("report", "--results", folder, "--output", folder / "report.html"))
     return found

@@ -70,7 +70,7 @@ def synthetic_records(study: Study) -> Iterator[Record]:
 
 
 def synthetic_values(variable: OutcomeVariable, shape: tuple[int, ...], seed: int, members: int) -> NDArray[Any]:
-    """Return random values of a variable: float32 with 23 random bits, which compress less than real outcomes."""
+    """Return random values of an outcome variable: float32 with 23 random bits, which compress less than real ones."""
     generator = np.random.default_rng(seed)
     if variable.name == "overturned" and variable.odd:
         return generator.choice(np.array([-1, 0, 1], np.int8), shape, p=[FALLS / 2, 1 - FALLS, FALLS / 2])
@@ -100,7 +100,7 @@ def synthetic_falls(variable: OutcomeVariable, shape: tuple[int, ...], seed: int
 
 
 def write_synthetic_parts(study: Study, folder: Path, chunks: int, variant: str = NOMINAL) -> list[Path]:
-    """Write the parts of every record of a study."""
+    """Write the parts (files of a share of the cases) of every record of a study."""
     grid, variables, paths = variant_grid(study, variant), cube_variables_of_study(study), []
     for number, name in enumerate(study.records.use):
         for part in range(1, chunks + 1):
@@ -120,7 +120,7 @@ def write_synthetic_parts(study: Study, folder: Path, chunks: int, variant: str 
 
 
 def write_synthetic_motions(study: Study, folder: Path) -> None:
-    """Write the motion of every record."""
+    """Write the motion file of every record of a study."""
     for record in synthetic_records(study):
         write_record_to_motion_file(record, folder / f"{record.record_id}.nc")
 
@@ -131,7 +131,7 @@ def write_study(study: Study, path: Path) -> None:
 
 
 def write_synthetic_cube(study: Study, path: Path, different: int, variant: str = NOMINAL) -> None:
-    """Write a cube whose first records are gathered from synthetic parts; the others are copies of their chunks."""
+    """Write a cube whose first records are merged from synthetic parts; the others are copies of their chunks."""
     import h5py
     from netCDF4 import Dataset
 

@@ -28,8 +28,8 @@ NEEDED: Final = {
 """Figures that the extrapolation needs."""
 
 
-def plan_study(records: int) -> ResourceUse:
-    """Plan a study of `records` records, synthetic pulses of different amplitude, and measure its longest command."""
+def measure_planning_of_study(records: int) -> ResourceUse:
+    """Let Snakemake plan a study of `records` synthetic records, and measure its longest command."""
     with tempfile.TemporaryDirectory(prefix="scale-") as name:
         pulses = {
             f"record-{number:05d}": f"sine amplitude_gal={300 + number} period_s=1 azimuth_deg=60"
@@ -42,9 +42,9 @@ def plan_study(records: int) -> ResourceUse:
         return run_program(**how, line_start=b"Shell command: ", stderr=subprocess.DEVNULL)
 
 
-def measure_planning(small_record_count: int = 20, large_record_count: int = 220) -> list[MeasuredFigure]:
+def measure_planning_per_record(small_record_count: int = 20, large_record_count: int = 220) -> list[MeasuredFigure]:
     """Measure time and memory of planning per additional record, from two studies, and the longest command."""
-    less, more = plan_study(small_record_count), plan_study(large_record_count)
+    less, more = measure_planning_of_study(small_record_count), measure_planning_of_study(large_record_count)
     per_record = {
         "time": ((more.seconds - less.seconds) / (large_record_count - small_record_count), "s"),
         "memory": ((more.memory_mb - less.memory_mb) / (large_record_count - small_record_count), "MB"),
@@ -57,8 +57,8 @@ def measure_planning(small_record_count: int = 20, large_record_count: int = 220
     return [*each, MeasuredFigure(label, more.longest, "bytes")]
 
 
-def extrapolate(measured_figures: Mapping[str, float]) -> list[MeasuredFigure]:
-    """Return the figures of the extrapolated study from those of `large` and `measure_planning`."""
+def extrapolate_resources(measured_figures: Mapping[str, float]) -> list[MeasuredFigure]:
+    """Return the resources of the extrapolated study from the figures of `large` and `measure_planning_per_record`."""
     cases = RECORDS * CASES
     per_case = measured_figures["real chunk: processor time"] / measured_figures["real chunk: cases"]
     gathering = measured_figures["synthetic parts: gathering"] / measured_figures["synthetic parts: cases"]

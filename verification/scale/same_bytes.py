@@ -48,7 +48,7 @@ The executor polls a job after its expected end; each time it is still running, 
 
 
 class StudyRun(NamedTuple):
-    """Result of running the study in one way."""
+    """Result of running the study in one way, such as on two cores or on a cluster."""
 
     way: str
     file: str  # requested result
@@ -59,12 +59,12 @@ class StudyRun(NamedTuple):
 
 @contextmanager
 def new_project(study: str) -> Iterator[Project]:
-    """Provide a folder with a study that has not run."""
+    """Provide a temporary folder with the workflow and a study that has not run."""
     with tempfile.TemporaryDirectory(prefix="scale-") as name:
         yield Project(Path(name) / "project", study)
 
 
-def run_to_file(project: Project, way: str, *options: str, file: str = CUBE) -> StudyRun:
+def make_result_file(project: Project, way: str, *options: str, file: str = CUBE) -> StudyRun:
     """Run a study up to a file of its results; raise a RuntimeError with the output of Snakemake if it fails."""
     begin = time.perf_counter()
     done = project.run(*options, file=file)
@@ -78,7 +78,7 @@ def run_locally(study: str, cores: int, chunks: int, file: str = CUBE) -> StudyR
     """Run a study on some cores of this machine."""
     words = f"{cores} core{'s' * (cores > 1)}" + (f", {chunks} chunks of each record" if chunks > 1 else "")
     with new_project(study) as folder:
-        return run_to_file(folder, words, "--cores", str(cores), "--set-scatter", f"sweep={chunks}", file=file)
+        return make_result_file(folder, words, "--cores", str(cores), "--set-scatter", f"sweep={chunks}", file=file)
 
 
 def run_on_slurm(study: str = STUDY, chunks: int = 3, files: tuple[str, ...] = (CUBE,)) -> list[StudyRun]:
@@ -87,7 +87,9 @@ def run_on_slurm(study: str = STUDY, chunks: int = 3, files: tuple[str, ...] = (
         return []
     words = f"SLURM, one node of two cores, {chunks} chunks of each record"
     with one_node_slurm(), new_project(study) as folder:
-        return [run_to_file(folder, words, *SLURM, "--set-scatter", f"sweep={chunks}", file=file) for file in files]
+        return [
+            make_result_file(folder, words, *SLURM, "--set-scatter", f"sweep={chunks}", file=file) for file in files
+        ]
 
 
 def run_without_snakemake(folder: Project, way: str, client: object = None) -> StudyRun:
@@ -111,13 +113,13 @@ def run_on_dask(study: str, workers: int = 2) -> StudyRun:
     from distributed import Client, LocalCluster
 
     with new_project(study) as folder:
-        run_to_file(folder, "first", "--cores", "1")
+        make_result_file(folder, "first", "--cores", "1")
         cluster = LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None, host="127.0.0.1")
         with cluster, Client(cluster) as client:
             return run_without_snakemake(folder, f"dask, {workers} workers, without Snakemake", client)
 
 
-def run_without_cluster(study: str = STUDY) -> list[StudyRun]:
-    """Run the study in every way that needs no cluster, and make its report."""
+def run_in_every_local_way(study: str = STUDY) -> list[StudyRun]:
+    """Run the study in every way that needs no SLURM cluster, and make its report."""
     cubes = [run_locally(study, cores, chunks) for cores, chunks in ((1, 1), (2, 1), (2, 3), (2, 19))]
     return [*cubes, run_on_dask(study), run_locally(study, 1, 1, REPORT)]

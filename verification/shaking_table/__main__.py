@@ -22,16 +22,16 @@ from verification.shaking_table.models import (
     ENSEMBLE,
     PEAKS,
     SPACE,
-    ensemble_fractions,
-    leave_motion_out,
-    predict_held_out,
+    fall_shares_by_neighbourhood,
+    predict_unseen_tests,
     prediction_models,
-    split_odd_even,
+    split_by_motion,
+    split_odd_and_even_tests,
 )
 from verification.shaking_table.scores import DRAWS, NAMES, bootstrap_samples, motion_interval, prediction_scores
 from verification.tables import RESULTS, ROOT, publish_markdown, write_csv
 
-SPLITS = {"odd to even": split_odd_even, "motion left out": leave_motion_out}
+SPLITS = {"odd to even": split_odd_and_even_tests, "motion left out": split_by_motion}
 _LOW, _HIGH = (DAMPING_RATIO * end for end in RECTANGLES.bounds["damping"])
 DAMPING_RATIOS = np.geomspace(_LOW, _HIGH, 5)
 """Bounds of the four classes of damping ratio."""
@@ -49,7 +49,7 @@ def measure_scores(
         for specimen in SPECIMENS:
             fell = tests.fell[specimen]
             held = {
-                name: predict_held_out(model, specimen, divide(tests), fell.size)
+                name: predict_unseen_tests(model, specimen, divide(tests), fell.size)
                 for name, model in prediction_models(tests, fractions[ENSEMBLE], fractions[SPACE]).items()
             }
             known = np.isfinite(held[PEAKS])
@@ -80,11 +80,11 @@ def scores_by_damping_ratio(tests: ShakingTableTests, stones: SimulatedStones) -
     for low, high in pairwise(DAMPING_RATIOS):
         own = (low <= ratio) & (ratio < high)
         part = SimulatedStones(stones.b_over_h[own], stones.height[own], ratio[own], stones.fell[:, own])
-        fractions = ensemble_fractions(part)
+        fractions = fall_shares_by_neighbourhood(part)
         model, rows = prediction_models(tests, fractions, fractions)[ENSEMBLE], []
         for specimen in SPECIMENS:
             fell = tests.fell[specimen]
-            p = predict_held_out(model, specimen, split_odd_even(tests), fell.size)
+            p = predict_unseen_tests(model, specimen, split_odd_and_even_tests(tests), fell.size)
             rows.append(prediction_scores(p[np.isfinite(p)], fell[np.isfinite(p)]))
         found[f"{low:.1f} to {high:.1f}"] = int(own.sum()), np.array(rows)
     return found
@@ -105,7 +105,7 @@ def main(
         return
     kinds = {ENSEMBLE: RECTANGLES, SPACE: PRISMS}
     made = {name: simulate_stones(kind, tests, kept, threads=threads) for name, kind in kinds.items()}
-    fractions = {name: ensemble_fractions(one) for name, one in made.items()}
+    fractions = {name: fall_shares_by_neighbourhood(one) for name, one in made.items()}
     rows, probabilities = measure_scores(tests, fractions)
     write_csv(rows, RESULTS / "shaking-table.csv")
     page.draw_reliability(tests, probabilities, ROOT / "docs" / "images" / "shaking-table-reliability.svg")

@@ -35,7 +35,7 @@ WIDTH_B_OVER_H: Final = np.log(1.3)
 WIDTH_HEIGHT: Final = np.log(1.65)
 """Half-widths of a neighbourhood in ln B/H and ln H; all stones within count equally."""
 
-Rows = dict[str, FloatArray]
+StoneParameters = dict[str, FloatArray]
 
 
 class StoneDistribution(NamedTuple):
@@ -44,11 +44,11 @@ class StoneDistribution(NamedTuple):
     name: str
     stones: int
     bounds: dict[str, tuple[float, float]]
-    fell: Callable[[Motion, Rows], NDArray[np.bool_]]
+    fell: Callable[[Motion, StoneParameters], NDArray[np.bool_]]
 
 
 class SimulatedStones(NamedTuple):
-    """Parameters of random stones, shape (members,), and their simulated outcomes, shape (tests, members)."""
+    """Parameters of random stones, shape (stones,), and their simulated outcomes, shape (tests, stones)."""
 
     b_over_h: FloatArray
     height: FloatArray
@@ -57,7 +57,8 @@ class SimulatedStones(NamedTuple):
     fell: NDArray[np.bool_]
 
 
-def _simulate_rectangles(motion: Motion, stone_parameters: Rows) -> NDArray[np.bool_]:
+def _rectangles_fall(motion: Motion, stone_parameters: StoneParameters) -> NDArray[np.bool_]:
+    """True for the rectangles (2-D) that fall under a motion."""
     cases = Cases(
         0.0,
         stone_parameters["height"],
@@ -69,7 +70,8 @@ def _simulate_rectangles(motion: Motion, stone_parameters: Rows) -> NDArray[np.b
     return np.asarray(np.abs(run_cases(motion, cases).overturned) == 1)
 
 
-def _simulate_prisms(motion: Motion, stone_parameters: Rows) -> NDArray[np.bool_]:
+def _prisms_fall(motion: Motion, stone_parameters: StoneParameters) -> NDArray[np.bool_]:
+    """True for the prisms (3-D) that fall under a motion."""
     cases = Cases(
         stone_parameters["orientation"],
         stone_parameters["height"],
@@ -86,11 +88,11 @@ _CONTACT: Final[dict[str, tuple[float, float]]] = {
     "friction": (0.4, 1.0), "damping": (0.3, 3.0), "amplitude": AMPLITUDE,
 }  # fmt: skip
 RECTANGLES: Final = StoneDistribution(
-    "rectangles", 4096, {"b_over_h": (0.05, 0.45), "height": (0.3, 2.0), **_CONTACT}, _simulate_rectangles
+    "rectangles", 4096, {"b_over_h": (0.05, 0.45), "height": (0.3, 2.0), **_CONTACT}, _rectangles_fall
 )
 PRISMS: Final = StoneDistribution(
     "prisms", 384, {"b_over_h": (0.05, 0.2), "height": (0.4, 1.5), **_CONTACT, "orientation": (0.0, 90.0)},
-    _simulate_prisms,
+    _prisms_fall,
 )  # fmt: skip
 
 
@@ -98,7 +100,7 @@ _EVEN: Final = ("friction", "orientation")
 """Parameters with a uniform distribution; the logarithms of the others have one."""
 
 
-def sample_stones(distribution: StoneDistribution, stone_count: int) -> Rows:
+def sample_stones(distribution: StoneDistribution, stone_count: int) -> StoneParameters:
     """Draw stones at random, as scrambled Sobol points within the bounds of each parameter."""
     unit = qmc.Sobol(len(distribution.bounds), seed=SEED).random(stone_count).T
     return {
@@ -107,8 +109,8 @@ def sample_stones(distribution: StoneDistribution, stone_count: int) -> Rows:
     }
 
 
-def in_any_neighbourhood(stone_parameters: Rows) -> NDArray[np.bool_]:
-    """True for stones that belong to at least one neighbourhood of B/H and height."""
+def in_any_neighbourhood(stone_parameters: StoneParameters) -> NDArray[np.bool_]:
+    """True for stones within at least one neighbourhood (a range of B/H and height that a model may choose)."""
     shape, size = np.log(stone_parameters["b_over_h"]), np.log(stone_parameters["height"])
     ends = [
         (np.log(centres[[0, -1]]), width) for centres, width in ((B_OVER_H, WIDTH_B_OVER_H), (HEIGHT, WIDTH_HEIGHT))

@@ -11,13 +11,15 @@ from overturning.statistics.logistic import fit_logistic_model
 from verification.shaking_table.clouds import B_OVER_H, HEIGHT, WIDTH_B_OVER_H, WIDTH_HEIGHT, SimulatedStones
 from verification.shaking_table.data import ShakingTableTests
 
-Rows = NDArray[np.intp]
-Model = Callable[[int, Rows, Rows], FloatArray]
+TestIndices = NDArray[np.intp]
+Model = Callable[[int, TestIndices, TestIndices], FloatArray]
 """Function of specimen, tests to learn from and tests to predict; returns the probabilities of the latter."""
 
 
-def ensemble_fractions(stones: SimulatedStones) -> FloatArray:
-    """Return the share of the stones of each neighbourhood that fall in each test, shape (centres, tests).
+def fall_shares_by_neighbourhood(stones: SimulatedStones) -> FloatArray:
+    """Return the share of stones that fall in each neighbourhood of B/H and height and each test.
+
+    The shape is (neighbourhoods, tests).
 
     Half a fall and half a stand are added to each count, so that no share is 0 or 1 and all likelihoods are finite.
     """
@@ -32,8 +34,8 @@ def ensemble_fractions(stones: SimulatedStones) -> FloatArray:
     return np.concatenate(made)
 
 
-def most_likely_centre(fractions: FloatArray, fell: NDArray[np.bool_], learning_tests: Rows) -> int:
-    """Return the index of the neighbourhood that best predicts the outcomes of the tests to learn from."""
+def most_likely_neighbourhood(fractions: FloatArray, fell: NDArray[np.bool_], learning_tests: TestIndices) -> int:
+    """Return the index of the neighbourhood of B/H and height that best predicts the tests to learn from."""
     p, y = fractions[:, learning_tests], fell[learning_tests]
     likelihood = np.where(y, np.log(p), np.log1p(-p)).sum(axis=1)
     return int(np.argmax(likelihood))
@@ -42,24 +44,34 @@ def most_likely_centre(fractions: FloatArray, fell: NDArray[np.bool_], learning_
 def prediction_models(
     tests: ShakingTableTests, rectangle_fractions: FloatArray, prism_fractions: FloatArray
 ) -> dict[str, Model]:
-    """Return the prediction models by name; the fractions are shares of each neighbourhood that fall."""
+    """Return the prediction models by name; the fractions are the shares of each neighbourhood that fall."""
     peaks = np.log(np.column_stack([tests.pga, tests.pgv]))
 
-    def shares(fractions: FloatArray) -> Model:
-        def ensemble(specimen: int, learn: Rows, predict: Rows) -> FloatArray:
-            return np.asarray(fractions[most_likely_centre(fractions, tests.fell[specimen], learn)][predict])
+    def model_of_neighbourhood(fractions: FloatArray) -> Model:
+        """Return the model that predicts the share of falls in the most likely neighbourhood."""
 
-        return ensemble
+        def predict_by_fall_share(specimen: int, learn: TestIndices, predict: TestIndices) -> FloatArray:
+            """Predict with the neighbourhood that best fits the tests to learn from."""
+            return np.asarray(fractions[most_likely_neighbourhood(fractions, tests.fell[specimen], learn)][predict])
 
-    def peaks_alone(specimen: int, learn: Rows, predict: Rows) -> FloatArray:
+        return predict_by_fall_share
+
+    def predict_by_peaks(specimen: int, learn: TestIndices, predict: TestIndices) -> FloatArray:
+        """Predict by logistic regression on PGA and PGV only."""
         return _logistic_probabilities(peaks, tests, specimen, learn, predict)
 
-    def both(specimen: int, learn: Rows, predict: Rows) -> FloatArray:
-        share = rectangle_fractions[most_likely_centre(rectangle_fractions, tests.fell[specimen], learn)]
+    def predict_by_peaks_and_fall_share(specimen: int, learn: TestIndices, predict: TestIndices) -> FloatArray:
+        """Predict by logistic regression on PGA, PGV and the share of falls in the most likely neighbourhood."""
+        share = rectangle_fractions[most_likely_neighbourhood(rectangle_fractions, tests.fell[specimen], learn)]
         predictors = np.column_stack([np.log(share / (1 - share)), peaks])
         return _logistic_probabilities(predictors, tests, specimen, learn, predict)
 
-    return {PEAKS: peaks_alone, ENSEMBLE: shares(rectangle_fractions), BOTH: both, SPACE: shares(prism_fractions)}
+    return {
+        PEAKS: predict_by_peaks,
+        ENSEMBLE: model_of_neighbourhood(rectangle_fractions),
+        BOTH: predict_by_peaks_and_fall_share,
+        SPACE: model_of_neighbourhood(prism_fractions),
+    }
 
 
 PEAKS: Final = "logistic of PGA and PGV"
@@ -69,27 +81,34 @@ SPACE: Final = "ensemble of 3-D prisms"
 
 
 def _logistic_probabilities(
-    predictors: FloatArray, tests: ShakingTableTests, specimen: int, learning_tests: Rows, predicted_tests: Rows
+    predictors: FloatArray,
+    tests: ShakingTableTests,
+    specimen: int,
+    learning_tests: TestIndices,
+    predicted_tests: TestIndices,
 ) -> FloatArray:
+    """Fit a logistic model to the tests to learn from and return the probabilities of a fall in the others."""
     fell = tests.fell[specimen][learning_tests].astype(np.float64)
     fit = fit_logistic_model(predictors[learning_tests], fell, tests.motion[learning_tests], intervals=False)
     return fit.fall_probability(predictors[predicted_tests])
 
 
-def split_odd_even(tests: ShakingTableTests) -> Iterator[tuple[Rows, Rows]]:
+def split_odd_and_even_tests(tests: ShakingTableTests) -> Iterator[tuple[TestIndices, TestIndices]]:
     """Yield one split: learn from the odd-numbered tests and predict the even ones, as in the published results."""
     odd = tests.number % 2 == 1
     yield np.flatnonzero(odd), np.flatnonzero(~odd)
 
 
-def leave_motion_out(tests: ShakingTableTests) -> Iterator[tuple[Rows, Rows]]:
+def split_by_motion(tests: ShakingTableTests) -> Iterator[tuple[TestIndices, TestIndices]]:
     """Yield a split for each motion: predict its tests and learn from the tests of all other motions."""
     for name in np.unique(tests.motion):
         own = tests.motion == name
         yield np.flatnonzero(~own), np.flatnonzero(own)
 
 
-def predict_held_out(model: Model, specimen: int, splits: Iterator[tuple[Rows, Rows]], test_count: int) -> FloatArray:
+def predict_unseen_tests(
+    model: Model, specimen: int, splits: Iterator[tuple[TestIndices, TestIndices]], test_count: int
+) -> FloatArray:
     """Return the predicted probability of each test; NaN if no split predicts it."""
     p = np.full(test_count, np.nan)
     for learn, predict in splits:

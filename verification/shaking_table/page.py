@@ -26,7 +26,7 @@ from verification.shaking_table.models import (
     HEIGHT,
     PEAKS,
     SPACE,
-    most_likely_centre,
+    most_likely_neighbourhood,
 )
 from verification.shaking_table.scores import NAMES, ReliabilityBin, reliability_bins
 from verification.tables import iterate_rows, markdown_table
@@ -44,7 +44,7 @@ def draw_reliability(
         for row, specimen in enumerate(SPECIMENS):
             for column, model in enumerate(MODELS):
                 bins = reliability_bins(probabilities[SPLIT, model, specimen], tests.fell[specimen], tests.motion)
-                _draw_bins(panels[row, column], bins)
+                _draw_reliability_bins(panels[row, column], bins)
                 panels[row, column].set_title(f"{model}\nspecimen {specimen}", fontsize=8)
         for axes in panels.ravel():
             label_axes(axes, "predicted probability of falling", "share that fell")
@@ -53,7 +53,8 @@ def draw_reliability(
         save_figure_files(figure, path)
 
 
-def _draw_bins(axes: Any, bins: list[ReliabilityBin]) -> None:
+def _draw_reliability_bins(axes: Any, bins: list[ReliabilityBin]) -> None:
+    """Draw the share that fell over the predicted probability, with intervals and numbers of tests."""
     axes.plot([0, 1], [0, 1], color=INK, linewidth=0.9, linestyle=DASHED)
     x, y = [one.probability for one in bins], [one.fell for one in bins]
     spread = [[one.fell - one.low for one in bins], [one.high - one.fell for one in bins]]
@@ -91,6 +92,7 @@ def damping_table(scores_by_damping: Mapping[str, tuple[int, FloatArray]]) -> di
 
 
 def _score_table(score_rows: pd.DataFrame) -> str:
+    """Return the table of scores of each split, specimen and model."""
     lines = []
     for (split, specimen, model), own in score_rows.groupby(["split", "specimen", "model"], sort=False):
         by_score = {one.score: one for one in iterate_rows(own)}
@@ -124,6 +126,6 @@ def _likely_centre_table(tests: ShakingTableTests, fractions: Mapping[str, Float
     lines = []
     for model, shares in fractions.items():
         for specimen in SPECIMENS:
-            shape, size = divmod(most_likely_centre(shares, tests.fell[specimen], learn), HEIGHT.size)
+            shape, size = divmod(most_likely_neighbourhood(shares, tests.fell[specimen], learn), HEIGHT.size)
             lines.append((model, specimen, f"{B_OVER_H[shape]:.2f}", f"{HEIGHT[size]:.2f}"))
     return markdown_table(("model", "specimen", "B/H", "H, m"), lines)

@@ -25,7 +25,7 @@ from overturning.model.mesh import read_mesh_surface
 from overturning.model.scan import ScannedStone, stone_from_surface
 from overturning.model.surface import close_base_of_surface
 from verification.shaking_table.data import ShakingTableTests
-from verification.shaking_table.models import Rows
+from verification.shaking_table.models import TestIndices
 
 FILE: Final = "SP1.ply"
 """Closed scan of the boulder. The scan of its second placement has no faces, and shows the same stone and face."""
@@ -67,7 +67,10 @@ def read_boulder(folder: Path) -> ScannedStone:
 
 
 def boulder_with_relief(stone: ScannedStone, relief: float) -> ScannedStone:
-    """Return the boulder with a relief, m, and the outline of this comparison."""
+    """Return the boulder with a relief and the outline of this comparison.
+
+    The relief, m, is the height above the lowest points of the base up to which points bear.
+    """
     return ScannedStone(stone.vertices, stone.centre_of_mass, stone.inertia, relief, stone.name, HULL_TOLERANCE)
 
 
@@ -78,7 +81,7 @@ def simulate_orientations(
     threads: int = 1,
     reliefs: tuple[float, ...] = RELIEFS,
 ) -> NDArray[np.bool_]:
-    """Simulate the boulder in every test, relief and orientation, and return whether it falls.
+    """Simulate the boulder in every test, relief (see `boulder_with_relief`) and orientation; return whether it falls.
 
     Each relief is stored when it is complete, and read again if stone, motions and contact are the same.
 
@@ -95,24 +98,25 @@ def simulate_orientations(
         key.update(b"".join(one.tobytes() for one in tests.acceleration))
         path = cache_folder / f"scan-{1000 * relief:g}-mm-{key.hexdigest()[:16]}.npy"
         if not path.is_file():
-            fell = _simulate_relief(own, tests, threads)
+            fell = _outcomes_of_boulder(own, tests, threads)
             with atomic_write(path) as part, part.open("wb") as file:
                 np.save(file, fell)
         made.append(np.load(path))
     return np.array(made) == 1
 
 
-def _simulate_relief(stone: ScannedStone, tests: ShakingTableTests, threads: int) -> NDArray[np.int8]:
+def _outcomes_of_boulder(stone: ScannedStone, tests: ShakingTableTests, threads: int) -> NDArray[np.int8]:
     """Return the outcomes of a boulder, shape (tests, orientations): 1 fell, 0 stood, −128 undecided."""
     body = Body(stone, VertexContact(static_penetration=STATIC_PENETRATION))
     cases = Cases(YAWS, stone.unscaled_height, 0.1, FRICTION)
 
-    def outcomes(index: int) -> NDArray[np.int8]:
+    def outcomes_in_test(index: int) -> NDArray[np.int8]:
+        """Return the outcomes of all orientations in one test."""
         return np.asarray(simulate_cases(body, tests.ground(index), cases, NumericalOptions()).overturned, np.int8)
 
     begin, rows = time.monotonic(), []
     with ThreadPoolExecutor(threads) as pool:
-        for index, row in enumerate(pool.map(outcomes, range(len(tests.acceleration)))):
+        for index, row in enumerate(pool.map(outcomes_in_test, range(len(tests.acceleration)))):
             rows.append(row)
             if (index + 1) % 49 == 0:
                 spent = time.monotonic() - begin
@@ -120,7 +124,7 @@ def _simulate_relief(stone: ScannedStone, tests: ShakingTableTests, threads: int
     return np.array(rows)
 
 
-def fall_shares(fell: NDArray[np.bool_]) -> FloatArray:
+def fall_probabilities(fell: NDArray[np.bool_]) -> FloatArray:
     """Return the probability of a fall in each test for each orientation, shape (orientations, tests).
 
     It is the share of falls over all reliefs and the neighbouring orientations. Half a fall and half a stand of a
@@ -131,13 +135,13 @@ def fall_shares(fell: NDArray[np.bool_]) -> FloatArray:
     return np.asarray((falls.T + 0.5) / (count + 1.0))
 
 
-def most_likely_orientation(shares: FloatArray, fell: NDArray[np.bool_], learn: Rows) -> int:
+def most_likely_orientation(shares: FloatArray, fell: NDArray[np.bool_], learn: TestIndices) -> int:
     """Return the index of the orientation that best predicts the outcomes of the tests to learn from."""
     p, y = shares[:, learn], fell[learn]
     return int(np.argmax(np.where(y, np.log(p), np.log1p(-p)).sum(axis=1)))
 
 
-def split_motion_halves(tests: ShakingTableTests) -> Iterator[tuple[Rows, Rows]]:
+def split_motions_in_halves(tests: ShakingTableTests) -> Iterator[tuple[TestIndices, TestIndices]]:
     """Yield two splits: every second motion, by name, to learn from and the others to predict, and the reverse.
 
     All tests of a motion are in the same half.

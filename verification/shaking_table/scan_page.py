@@ -21,29 +21,29 @@ from verification.shaking_table.models import (
     PEAKS,
     SPACE,
     Model,
-    Rows,
-    ensemble_fractions,
-    predict_held_out,
+    TestIndices,
+    fall_shares_by_neighbourhood,
+    predict_unseen_tests,
     prediction_models,
-    split_odd_even,
+    split_odd_and_even_tests,
 )
 from verification.shaking_table.scan import (
     RELIEFS,
     SMALL_RELIEF,
     YAWS,
-    fall_shares,
+    fall_probabilities,
     most_likely_orientation,
     read_boulder,
     simulate_orientations,
-    split_motion_halves,
+    split_motions_in_halves,
 )
 from verification.shaking_table.scores import NAMES, bootstrap_samples, motion_interval, prediction_scores
 from verification.tables import RESULTS, iterate_rows, markdown_table, publish_markdown, write_csv
 
 SCAN: Final = "scan, orientation fitted"
-SPLITS: Final[dict[str, Callable[[ShakingTableTests], Iterator[tuple[Rows, Rows]]]]] = {
-    "half of the motions": split_motion_halves,
-    "odd to even": split_odd_even,
+SPLITS: Final[dict[str, Callable[[ShakingTableTests], Iterator[tuple[TestIndices, TestIndices]]]]] = {
+    "half of the motions": split_motions_in_halves,
+    "odd to even": split_odd_and_even_tests,
 }
 """Splits into tests for fitting and for prediction, by name."""
 
@@ -51,22 +51,25 @@ FITTED_NUMBERS: Final = {PEAKS: 3, ENSEMBLE: 2, SPACE: 2, SCAN: 1}
 """Number of fitted numbers of each model."""
 
 
-def scan_model(tests: ShakingTableTests, shares: FloatArray) -> Model:
+def scan_orientation_model(tests: ShakingTableTests, shares: FloatArray) -> Model:
     """Return the model that chooses an orientation of the scan; `shares` has shape (orientations, tests)."""
 
-    def model(specimen: int, learn: Rows, predict: Rows) -> FloatArray:
+    def predict_by_orientation(specimen: int, learn: TestIndices, predict: TestIndices) -> FloatArray:
+        """Predict with the orientation that best fits the tests to learn from."""
         return np.asarray(shares[most_likely_orientation(shares, tests.fell[specimen], learn)][predict])
 
-    return model
+    return predict_by_orientation
 
 
-def held_out_scores(tests: ShakingTableTests, models: Mapping[str, Model]) -> pd.DataFrame:
+def scores_on_unseen_tests(tests: ShakingTableTests, models: Mapping[str, Model]) -> pd.DataFrame:
     """Return the scores of every split, specimen and model on the predicted tests, with intervals over motions."""
     rows = []
     for split, divide in SPLITS.items():
         for specimen in SPECIMENS:
             fell = tests.fell[specimen]
-            held = {name: predict_held_out(model, specimen, divide(tests), fell.size) for name, model in models.items()}
+            held = {
+                name: predict_unseen_tests(model, specimen, divide(tests), fell.size) for name, model in models.items()
+            }
             known = np.isfinite(held[SCAN])
             samples, motions = bootstrap_samples(tests.motion[known]), np.unique(tests.motion[known]).size
             for name, p in held.items():
@@ -92,10 +95,10 @@ def score_table(score_rows: pd.DataFrame) -> str:
 def fitted_orientation_table(tests: ShakingTableTests, shares: FloatArray) -> str:
     """Return a table of the orientation that each fit chooses, and of the best one of all tests."""
     names = {
-        "odd-numbered tests": next(split_odd_even(tests))[0],
+        "odd-numbered tests": next(split_odd_and_even_tests(tests))[0],
         **{
             f"{number} half of the motions": learn
-            for number, (learn, _) in zip(("first", "second"), split_motion_halves(tests), strict=True)
+            for number, (learn, _) in zip(("first", "second"), split_motions_in_halves(tests), strict=True)
         },
         "all tests": np.arange(tests.number.size),
     }
@@ -117,12 +120,15 @@ def orientation_table(tests: ShakingTableTests, shares: FloatArray) -> str:
 
 
 def relief_table(tests: ShakingTableTests, fell_by_relief: Mapping[float, NDArray[np.bool_]]) -> str:
-    """Return a table of the share of falls for each relief, m, alone, from its falls, (tests, orientations)."""
+    """Return a table of the share of falls for each relief, m, from falls of shape (tests, orientations).
+
+    The relief is the height above the lowest points of the base up to which points bear.
+    """
     lines = []
     for relief, own in sorted(fell_by_relief.items()):
         best = []
         for specimen in SPECIMENS:
-            shares = fall_shares(own[None])
+            shares = fall_probabilities(own[None])
             chosen = most_likely_orientation(shares, tests.fell[specimen], np.arange(tests.number.size))
             best += [f"{prediction_scores(shares[chosen], tests.fell[specimen])[0]:.3f}"]
         used = "yes" if relief in RELIEFS else "no"
@@ -156,14 +162,14 @@ def main(
     fell = simulate_orientations(boulder, tests, kept, threads)
     small = simulate_orientations(boulder, tests, kept, threads, (SMALL_RELIEF,))[0]
     by_relief = {**dict(zip(RELIEFS, fell, strict=True)), SMALL_RELIEF: small}
-    shares = fall_shares(fell)
+    shares = fall_probabilities(fell)
     others = {
-        name: ensemble_fractions(simulate_stones(kind, tests, kept, threads=threads))
+        name: fall_shares_by_neighbourhood(simulate_stones(kind, tests, kept, threads=threads))
         for name, kind in {ENSEMBLE: RECTANGLES, SPACE: PRISMS}.items()
     }
     models = prediction_models(tests, others[ENSEMBLE], others[SPACE])
-    compared = {name: models[name] for name in (PEAKS, ENSEMBLE, SPACE)} | {SCAN: scan_model(tests, shares)}
-    rows = held_out_scores(tests, compared)
+    compared = {name: models[name] for name in (PEAKS, ENSEMBLE, SPACE)} | {SCAN: scan_orientation_model(tests, shares)}
+    rows = scores_on_unseen_tests(tests, compared)
     write_csv(rows, RESULTS / "shaking-table-scan.csv")
     publish_markdown({
         "shaking-table-scan-scores": score_table(rows),

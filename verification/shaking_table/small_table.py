@@ -17,7 +17,7 @@ from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.statistics.logistic import fit_logistic_model
 from overturning.units import STANDARD_GRAVITY
-from verification.shaking_table.models import WIDTH_B_OVER_H, WIDTH_HEIGHT, Rows, most_likely_centre
+from verification.shaking_table.models import WIDTH_B_OVER_H, WIDTH_HEIGHT, TestIndices, most_likely_neighbourhood
 from verification.shaking_table.scores import NAMES, bootstrap_samples, motion_interval, prediction_scores
 from verification.tables import RESULTS, markdown_table, publish_markdown, write_csv
 
@@ -37,8 +37,8 @@ QUIET: Final = 0.5
 """Rest before and after the period, s."""
 
 
-def read_set(name: str) -> pd.DataFrame:
-    """Return the tests of a file in their order: ``ratio`` (PGV/PGA, s), ``pga`` (g) and ``fell``.
+def read_small_table_tests(name: str) -> pd.DataFrame:
+    """Read a file of tests, in their order: ``ratio`` (PGV/PGA, s), ``pga`` (g) and ``fell``.
 
     Tests with an outcome other than Y or N, or without a motion, are omitted.
     """
@@ -58,8 +58,8 @@ def one_cosine_cycle(pga: float, pgv_over_pga: float, sampling_interval: float =
     return Motion(along, np.zeros_like(along), sampling_interval=sampling_interval)
 
 
-def neighbourhood_fractions(tests: pd.DataFrame) -> FloatArray:
-    """Return the share of each neighbourhood that falls in each test, shape (centres, tests), never 0 or 1.
+def fall_shares_by_neighbourhood(tests: pd.DataFrame) -> FloatArray:
+    """Return the share of stones that fall by neighbourhood of B/H and height and by test, never 0 or 1.
 
     Centres are in the order of `B_OVER_H`, then `HEIGHT`; all blocks of a neighbourhood count equally.
     """
@@ -78,7 +78,7 @@ def neighbourhood_fractions(tests: pd.DataFrame) -> FloatArray:
     return np.asarray(found.reshape(-1, len(pairs))[:, of_test.ravel()])
 
 
-def predict_held_out(
+def predict_other_half(
     tests: pd.DataFrame, fractions: FloatArray
 ) -> tuple[dict[str, FloatArray], list[tuple[float, float]]]:
     """Predict each half of the tests from the other half; return probabilities, and likeliest B/H and height (m).
@@ -90,11 +90,11 @@ def predict_held_out(
     peaks = np.log(np.column_stack([tests["pga"], tests["pga"] * tests["ratio"]]))
     made = {name: np.full(len(tests), np.nan) for name in ("logistic of PGA and PGV", "rigid block")}
     logistic, rigid = made.values()
-    halves: list[Rows] = [np.arange(len(tests))[begin::2] for begin in (0, 1)]  # the first test is number 1
+    halves: list[TestIndices] = [np.arange(len(tests))[begin::2] for begin in (0, 1)]  # the first test is number 1
     centres = []
     for learn, other in (halves, halves[::-1]):
         fit = fit_logistic_model(peaks[learn], fell[learn].astype(float), motion_names(tests)[learn], intervals=False)
-        best = most_likely_centre(fractions, fell, learn)
+        best = most_likely_neighbourhood(fractions, fell, learn)
         logistic[other], rigid[other] = fit.fall_probability(peaks[other]), fractions[best][other]
         centres.append((float(B_OVER_H[best // HEIGHT.size]), float(HEIGHT[best % HEIGHT.size])))
     return made, centres
@@ -109,8 +109,8 @@ def measure_scores() -> tuple[pd.DataFrame, pd.DataFrame]:
     """Return scores of each model on each set, with bootstrap intervals over motions, and the most likely blocks."""
     rows, blocks = [], []
     for name, label in SETS.items():
-        tests = read_set(name)
-        probabilities, centres = predict_held_out(tests, neighbourhood_fractions(tests))
+        tests = read_small_table_tests(name)
+        probabilities, centres = predict_other_half(tests, fall_shares_by_neighbourhood(tests))
         fell, motions = tests["fell"].to_numpy(), motion_names(tests)
         samples, motion_count = bootstrap_samples(motions), np.unique(motions).size
         for half, (b_over_h, height) in zip(("odd", "even"), centres, strict=True):

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from verification.stability.cases import TOGETHER, adversarial_cases, scene_settings, space_filling_cases
+from verification.stability.cases import CASES_PER_SETTING, adversarial_cases, scene_settings, space_filling_cases
 from verification.stability.maps import (
     ADVERSARIAL_BUDGET,
     BUDGET,
@@ -15,7 +15,7 @@ from verification.stability.maps import (
     SCENE_MEANINGS,
     run_case,
     run_map,
-    run_setting,
+    run_scene_setting,
 )
 from verification.stability.stacks import STACK_BUDGET, STACK_MEANINGS, run_stack_setting, stack_settings
 from verification.tables import write_table
@@ -56,8 +56,10 @@ def scenes(
     threads: Threads = 1,
 ) -> None:
     """Run the shipped scenes with extreme parameters."""
-    rows = run_map(run_setting, scene_settings(settings, adversarial, seed), threads=threads, progress=print_progress)
-    about = {"settings": settings, "adversarial": adversarial, "together": TOGETHER, "seed": seed}
+    rows = run_map(
+        run_scene_setting, scene_settings(settings, adversarial, seed), threads=threads, progress=print_progress
+    )
+    about = {"settings": settings, "adversarial": adversarial, "together": CASES_PER_SETTING, "seed": seed}
     about |= {"budget": SCENE_BUDGET, "adversarial_budget": ADVERSARIAL_BUDGET}
     write_table(rows, output, meanings=SCENE_MEANINGS, attributes=about, dimension="case")
 
@@ -71,7 +73,7 @@ def stacks(
 ) -> None:
     """Run 3-D stacks of two to five stones with extreme parameters."""
     rows = run_map(run_stack_setting, stack_settings(settings, seed), threads=threads, progress=print_progress)
-    about = {"settings": settings, "together": TOGETHER, "seed": seed, "budget": STACK_BUDGET}
+    about = {"settings": settings, "together": CASES_PER_SETTING, "seed": seed, "budget": STACK_BUDGET}
     write_table(rows, output, meanings=STACK_MEANINGS, attributes=about, dimension="case")
 
 

@@ -32,7 +32,7 @@ SHARE_WITH_VERTICAL: Final = 1 / 3
 
 @dataclass(frozen=True)
 class StabilityCase:
-    """One case of the map: block, contact and motion, in SI units; see `maps.MEANINGS`."""
+    """One case of the map of stability: block, contact and motion, in SI units; see `maps.MEANINGS`."""
 
     stiffness: float
     damping_ratio: float
@@ -54,7 +54,8 @@ class StabilityCase:
         return "auto" if np.isnan(self.step_fraction) else f"{self.step_fraction:.6f} stable"
 
 
-def _logarithmic(u: FloatArray, low: float, high: float) -> FloatArray:
+def _log_interpolate(u: FloatArray, low: float, high: float) -> FloatArray:
+    """Return values between `low` and `high`, evenly spaced in their logarithm for u from 0 to 1."""
     return np.asarray(low * (high / low) ** u)
 
 
@@ -68,18 +69,18 @@ def space_filling_cases(count: int, seed: int) -> list[StabilityCase]:
 
     sobol = qmc.Sobol(d=13, scramble=True, rng=np.random.Generator(np.random.PCG64(seed)))
     u = np.clip(sobol.random_base2(max(int(np.ceil(np.log2(count))), 1))[:count], 0.0, 1.0 - 1e-12).T
-    damping = np.where(u[1] < 0.05, 0.0, _logarithmic(np.clip((u[1] - 0.05) / 0.85, 0.0, 1.0), 1e-3, 20.0))
+    damping = np.where(u[1] < 0.05, 0.0, _log_interpolate(np.clip((u[1] - 0.05) / 0.85, 0.0, 1.0), 1e-3, 20.0))
     columns = {
-        "stiffness": _logarithmic(u[0], 1e4, 1e13),
+        "stiffness": _log_interpolate(u[0], 1e4, 1e13),
         "damping_ratio": np.where(u[1] > 0.9, np.nan, damping),
-        "b_over_h": _logarithmic(u[2], 0.02, 5.0),
-        "height": _logarithmic(u[3], 0.01, 50.0),
-        "density": _logarithmic(u[4], 500.0, 20_000.0),
-        "friction": np.where(u[5] < 0.05, 0.0, _logarithmic((u[5] - 0.05) / 0.95, 0.01, 10.0)),
+        "b_over_h": _log_interpolate(u[2], 0.02, 5.0),
+        "height": _log_interpolate(u[3], 0.01, 50.0),
+        "density": _log_interpolate(u[4], 500.0, 20_000.0),
+        "friction": np.where(u[5] < 0.05, 0.0, _log_interpolate((u[5] - 0.05) / 0.95, 0.01, 10.0)),
         "peak": np.where(u[6] < 0.02, 0.0, 20.0 * u[6] ** 3) * STANDARD_GRAVITY,
-        "sampling_interval": _logarithmic(u[7], 1e-4, 0.1),
-        "step_fraction": np.where(u[8] < 0.5, np.nan, _logarithmic((u[8] - 0.5) / 0.5, 0.05, 1.0)),
-        "period": _logarithmic(u[11], 2.0, 200.0),
+        "sampling_interval": _log_interpolate(u[7], 1e-4, 0.1),
+        "step_fraction": np.where(u[8] < 0.5, np.nan, _log_interpolate((u[8] - 0.5) / 0.5, 0.05, 1.0)),
+        "period": _log_interpolate(u[11], 2.0, 200.0),
         "vertical": np.where(u[12] < SHARE_WITH_VERTICAL, 1.5 * u[12] / SHARE_WITH_VERTICAL, 0.0),
     }
     schemes = np.where(u[9] < 0.8, "centred", "cundall")
@@ -151,7 +152,7 @@ def motion_of_case(case: StabilityCase, number: int) -> Motion:
 SCENES: Final = ("gravestone", "three-tier", "against-a-wall", "boulder")
 """Scenes of config/scenes; all of them, the gravestone included, run in the general kernel."""
 
-TOGETHER: Final = 8
+CASES_PER_SETTING: Final = 8
 """Number of cases that differ only in friction, amplitude and side; the general kernel runs them side by side."""
 
 SHARE_ABSOLUTE: Final = 1 / 3
@@ -160,7 +161,7 @@ SHARE_ABSOLUTE: Final = 1 / 3
 
 @dataclass(frozen=True)
 class SceneSetting:
-    """Common and individual parameters of `TOGETHER` cases of a scene."""
+    """Common and individual parameters of `CASES_PER_SETTING` cases of a scene that run together."""
 
     scene: str
     common: StabilityCase
@@ -181,7 +182,7 @@ def scene_settings(per_scene: int, adversarial: int, seed: int) -> list[SceneSet
     for number, scene in enumerate(SCENES):
         generator = np.random.Generator(np.random.PCG64([seed, number]))
         sample = space_filling_cases(per_scene, seed + 100 * (number + 1))
-        found += [_setting(scene, case, generator) for case in sample]
+        found += [_draw_scene_setting(scene, case, generator) for case in sample]
         for place, motion in enumerate(ADVERSARIAL):
             for case in space_filling_cases(adversarial, seed + 100 * (number + 1) + place + 1):
                 # Ordinary sizes, so that most cases end within their budget.
@@ -189,28 +190,33 @@ def scene_settings(per_scene: int, adversarial: int, seed: int) -> list[SceneSet
                 ordinary = replace(
                     case, motion=motion, height=0.1 * (case.height / 0.01) ** 0.4, sampling_interval=interval
                 )
-                found.append(_setting(scene, ordinary, generator, softest=1e-6, stiffest=1e-2))
+                found.append(_draw_scene_setting(scene, ordinary, generator, softest=1e-6, stiffest=1e-2))
     return found
 
 
-def _setting(
+def _draw_scene_setting(
     scene: str, case: StabilityCase, generator: np.random.Generator, softest: float = 1e-12, stiffest: float = 0.5
 ) -> SceneSetting:
+    """Draw the common and individual parameters of cases of a scene; contact stiffness is within the given ratios."""
     # Position of the stiffness of the block's case within the logarithmic range 1e4 to 1e13 N/m.
     share = np.log(case.stiffness / 1e4) / np.log(1e9)
     absolute = softest == 1e-12 and generator.random() < SHARE_ABSOLUTE
     factor = 1.0 if generator.random() < 0.5 else float(np.exp(generator.uniform(np.log(0.5), np.log(2.2))))
     vertical = case.motion == "vertical above g"
-    amplitude = generator.uniform(0.7, 1.3, TOGETHER) if vertical else 20.0 * generator.random(TOGETHER) ** 3
+    amplitude = (
+        generator.uniform(0.7, 1.3, CASES_PER_SETTING) if vertical else 20.0 * generator.random(CASES_PER_SETTING) ** 3
+    )
     amplitude[0] *= generator.random() < 0.5 or vertical
-    friction = np.where(generator.random(TOGETHER) < 0.05, 0.0, 10.0 ** generator.uniform(-2.0, 1.0, TOGETHER))
+    friction = np.where(
+        generator.random(CASES_PER_SETTING) < 0.05, 0.0, 10.0 ** generator.uniform(-2.0, 1.0, CASES_PER_SETTING)
+    )
     return SceneSetting(
         scene,
         replace(case, b_over_h=factor, peak=9.80665, friction=float("nan")),
         float("nan") if absolute else float(stiffest * (softest / stiffest) ** share),
         friction,
         amplitude,
-        np.where(generator.random(TOGETHER) < 0.5, 0.0, 180.0),
+        np.where(generator.random(CASES_PER_SETTING) < 0.5, 0.0, 180.0),
     )
 
 

@@ -37,8 +37,8 @@ SMALL_SLIDE: Final = 1e-9
 """Largest slip of a block at rest due to rounding, per metre of its size."""
 
 
-class Ending(IntEnum):
-    """Outcome of a case of the map."""
+class CheckedOutcome(IntEnum):
+    """Outcome of a case of the map of stability after the checks."""
 
     RIGHT = 0
     """Computed, and every check holds."""
@@ -73,7 +73,7 @@ class CaseBounds(NamedTuple):
     """Slip from which an element counts as moved in a case without shaking, m."""
 
 
-def find_contradiction(bounds: CaseBounds, results: CaseResults, row: int, flags_match: bool) -> str:
+def find_failed_check(bounds: CaseBounds, results: CaseResults, row: int, flags_match: bool) -> str:
     """Return the name of the first check that the results of a case fail; empty if all checks hold.
 
     A marked case must have no flag. A case with a flag must have balanced energy, bounded penetration and finite
@@ -125,8 +125,8 @@ def static_penetration(case: StabilityCase) -> float:
     return case.density * case.b_over_h * case.height**2 * STANDARD_GRAVITY / (2.0 * case.stiffness)
 
 
-def find_block_contradiction(case: StabilityCase, motion: Motion, results: CaseResults) -> str:
-    """Return the first failed check of a single block (see `find_contradiction`); empty if all hold.
+def find_failed_block_check(case: StabilityCase, motion: Motion, results: CaseResults) -> str:
+    """Return the first failed check of a single block (see `find_failed_check`); empty if all hold.
 
     Falls below the threshold are checked only if µ is below half of B/H.
     """
@@ -137,20 +137,20 @@ def find_block_contradiction(case: StabilityCase, motion: Motion, results: CaseR
         min(ratio, case.friction), stands, SMALL_SLIDE * (width + case.height),
     )  # fmt: skip
     lies = results.peak_rotation[0] * np.arctan(ratio) >= LEVEL * (1 - ROUNDING)
-    return find_contradiction(bounds, results, 0, bool((results.overturned[0] != 0) == lies))
+    return find_failed_check(bounds, results, 0, bool((results.overturned[0] != 0) == lies))
 
 
-def find_scene_contradiction(
+def find_failed_scene_check(
     prepared: PreparedScene, friction: float, motion: Motion, results: CaseResults, row: int = 0
 ) -> str:
-    """Return the first failed check of a scene with one μ for all contacts; see `find_contradiction`."""
+    """Return the first failed check of a scene with one μ for all contacts; see `find_failed_check`."""
     size = min(item.smaller_side for item in prepared.placed if not item.is_driven_or_held)
     bound = min(rocking_bound(prepared.placed), friction)
     bounds = CaseBounds(
         max_static_penetration(prepared), size, size, acceleration_demand(motion), bound * (1 + 1e-9), bound
     )
     turned = results.peak_rotation[row] * prepared.unit_of_peak_rotation_by_element[prepared.free_element_indices]
-    return find_contradiction(
+    return find_failed_check(
         bounds, results, row, flags_match_rotations(prepared, np.atleast_1d(results.overturned[row]) != 0, turned)
     )
 
@@ -197,7 +197,7 @@ def least_fallen_rotations(prepared: PreparedScene) -> FloatArray:
     contact of the element. If the scene gives a rotation (`fallen_rotation_deg`), it is used itself, except 90° for an
     element with an upright face. Results contain rotations up to 90° only: the limit is infinite for larger angles.
     """
-    angle = _fall_rotations(prepared)
+    angle = _rotations_counted_as_fallen(prepared)
     for place, index in enumerate(prepared.free_element_indices):
         item = prepared.placed[index]
         # The longest face that this rotation turns down.
@@ -214,7 +214,7 @@ def least_fallen_rotations(prepared: PreparedScene) -> FloatArray:
 def standing_rotation_limits(prepared: PreparedScene) -> FloatArray:
     """Return the rotation, rad, below which each free element stands (tipping angle; 0 if it may lose its support)."""
     found = []
-    for index, asked in zip(prepared.free_element_indices, _fall_rotations(prepared), strict=True):
+    for index, asked in zip(prepared.free_element_indices, _rotations_counted_as_fallen(prepared), strict=True):
         item = prepared.placed[index]
         on_ground = all(prepared.placed[k].is_driven_or_held for k in prepared.carriers[index])
         x, z = item.shape.vertices.T
@@ -224,7 +224,8 @@ def standing_rotation_limits(prepared: PreparedScene) -> FloatArray:
     return np.array(found)
 
 
-def _fall_rotations(prepared: PreparedScene) -> FloatArray:
+def _rotations_counted_as_fallen(prepared: PreparedScene) -> FloatArray:
+    """Return the rotation, rad, from which each free element counts as fallen: given by the scene or at rest."""
     items = [prepared.placed[index] for index in prepared.free_element_indices]
     asked = [item.element.fallen_rotation_deg for item in items]
     return np.array([
@@ -234,7 +235,7 @@ def _fall_rotations(prepared: PreparedScene) -> FloatArray:
 
 
 def _rest_rotations(item: PlacedElement) -> tuple[float, float]:
-    """Return the least rotation to either side, rad, at which an element can rest on another face."""
+    """Return the least rotations to either side, rad, at which an element can rest on another face."""
     tilts = [angle for angle, _ in _face_rotations(item)]
     stable = np.array(
         [

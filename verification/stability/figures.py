@@ -9,16 +9,16 @@ import pandas as pd
 from overturning.figures.style import project_style
 from overturning.figures.write import save_figure_files
 from verification.stability.cases import SCENES
-from verification.stability.checks import Ending
+from verification.stability.checks import CheckedOutcome
 
 _KINDS: Final = (
-    ("right", (Ending.RIGHT,), "#9ecae1"),
-    ("at rest", (Ending.AT_REST,), "#cfcfca"),
-    ("undecided", (Ending.UNDECIDED,), "#009e73"),
-    ("unstable", (Ending.UNSTABLE, Ending.FAILED), "#d55e00"),
-    ("over budget", (Ending.OVER_BUDGET,), "#cc79a7"),
-    ("refused", (Ending.REFUSED,), "#222222"),
-    ("silent", (Ending.SILENT,), "#ff0000"),
+    ("right", (CheckedOutcome.RIGHT,), "#9ecae1"),
+    ("at rest", (CheckedOutcome.AT_REST,), "#cfcfca"),
+    ("undecided", (CheckedOutcome.UNDECIDED,), "#009e73"),
+    ("unstable", (CheckedOutcome.UNSTABLE, CheckedOutcome.FAILED), "#d55e00"),
+    ("over budget", (CheckedOutcome.OVER_BUDGET,), "#cc79a7"),
+    ("refused", (CheckedOutcome.REFUSED,), "#222222"),
+    ("silent", (CheckedOutcome.SILENT,), "#ff0000"),
 )
 _LABELS: Final = {
     "penetration_ratio": "δ/B",
@@ -43,21 +43,21 @@ _PAIRS: Final = (
 _BINS: Final = 24
 
 
-def draw_map(rows: pd.DataFrame, path: Path) -> None:
+def draw_block_cases(rows: pd.DataFrame, path: Path) -> None:
     """Draw every case as a point over four pairs of groups; values outside a panel are drawn at its edge."""
     import matplotlib.pyplot as plt
 
     with project_style():
         figure, axes = plt.subplots(2, 2, figsize=(8.2, 7.6), layout="constrained")
         for axis, (across, up) in zip(axes.ravel(), _PAIRS, strict=True):
-            _points(axis, rows, across, up, 1.6)
+            _draw_cases_as_points(axis, rows, across, up, 1.6)
             axis.set_xlabel(_LABELS[across])
             axis.set_ylabel(_LABELS[up])
-        _legend(figure, rows)
+        _add_outcome_legend(figure, rows)
         save_figure_files(figure, path)
 
 
-def draw_scenes(rows: pd.DataFrame, path: Path) -> None:
+def draw_scene_cases(rows: pd.DataFrame, path: Path) -> None:
     """Draw every case of each scene over three groups and over acceleration relative to the threshold of rocking."""
     import matplotlib.pyplot as plt
 
@@ -69,16 +69,17 @@ def draw_scenes(rows: pd.DataFrame, path: Path) -> None:
         )
         for column, scene in enumerate(SCENES):
             for axis, across in zip(axes[:, column], across_of, strict=True):
-                _points(axis, rows[rows["scene"] == scene], across, "acceleration_ratio", 2.4)
+                _draw_cases_as_points(axis, rows[rows["scene"] == scene], across, "acceleration_ratio", 2.4)
                 axis.set_xlabel(labels[across])
                 if column == 0:
                     axis.set_ylabel(labels["acceleration_ratio"])
             axes[0, column].set_title(scene)
-        _legend(figure, rows)
+        _add_outcome_legend(figure, rows)
         save_figure_files(figure, path)
 
 
-def _points(axis: Any, rows: pd.DataFrame, across: str, up: str, size: float) -> None:
+def _draw_cases_as_points(axis: Any, rows: pd.DataFrame, across: str, up: str, size: float) -> None:
+    """Draw each case as a coloured point over two dimensionless groups."""
     # Points are drawn in a fixed random order, so that no kind hides the others. Squares without antialiasing: smoothed
     # edges would make the image in the SVG four times as large.
     rows = rows[np.isfinite(rows[across]) & np.isfinite(rows[up])]
@@ -93,7 +94,8 @@ def _points(axis: Any, rows: pd.DataFrame, across: str, up: str, size: float) ->
     axis.set_ylim(*_LIMITS[up])
 
 
-def _legend(figure: Any, rows: pd.DataFrame) -> None:
+def _add_outcome_legend(figure: Any, rows: pd.DataFrame) -> None:
+    """Add a legend of the outcomes that occur."""
     from matplotlib.lines import Line2D
 
     handles = [
@@ -104,7 +106,7 @@ def _legend(figure: Any, rows: pd.DataFrame) -> None:
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
 
 
-def draw_shares(rows: pd.DataFrame, path: Path) -> None:
+def draw_outcome_shares(rows: pd.DataFrame, path: Path) -> None:
     """Draw the shares of outcomes along each group."""
     import matplotlib.pyplot as plt
 

@@ -32,17 +32,17 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from verification.stability.cases import (
     ADVERSARIAL,
+    CASES_PER_SETTING,
     PAPER_DAMPING,
-    TOGETHER,
     SceneSetting,
     StabilityCase,
     motion_of_case,
     scene_of_setting,
 )
 from verification.stability.checks import (
-    Ending,
-    find_block_contradiction,
-    find_scene_contradiction,
+    CheckedOutcome,
+    find_failed_block_check,
+    find_failed_scene_check,
     max_static_penetration,
     rocking_bound,
     static_penetration,
@@ -62,7 +62,7 @@ _BOTH: Final = {
     "peak": ("largest horizontal acceleration", "m s-2"),
     "scheme": ("integration scheme", ""),
     "motion": ("kind of motion", ""),
-    "ending": ("how the case ended: " + ", ".join(f"{e.value} {e.name.lower()}" for e in Ending), "1"),
+    "ending": ("how the case ended: " + ", ".join(f"{e.value} {e.name.lower()}" for e in CheckedOutcome), "1"),
     "reason": ("argument that a refusal names, or check that does not hold", ""),
     "energy_error": ("residual of work and energy", "1"),
     "step_ratio": ("time step over the stable one", "1"),
@@ -117,22 +117,22 @@ def run_case(case: StabilityCase, number: int, budget: int = BUDGET) -> dict[str
     """
     motion, contact = motion_of_case(case, number), contact_of_case(case)
     row: dict[str, Any] = vars(case) | {
-        "ending": Ending.REFUSED,
+        "ending": CheckedOutcome.REFUSED,
         "reason": "",
         "overturned": INT8_MISSING,
         "block_steps": 0,
     }
     row |= dict.fromkeys(("energy_error", "penetration", "rotation", "slip"), float("nan"))
-    row = vars(case) | row | _groups(case, contact, motion)
+    row = vars(case) | row | _dimensionless_groups(case, contact, motion)
     cases = Cases(0.0, case.height, case.b_over_h, case.friction)
     given: dict[str, Any] = {"scheme": case.scheme, "time_step": case.time_step, "budget": budget}
     try:
         found = run_cases(motion, cases, gravestone(contact, case.density), **given)
     except ArgumentError as error:
         return row | {"reason": str(error).partition(":")[0]}
-    reason = find_block_contradiction(case, motion, found)
+    reason = find_failed_block_check(case, motion, found)
     return row | {
-        "ending": Ending.SILENT if reason else Ending(int(found.status[0])),
+        "ending": CheckedOutcome.SILENT if reason else CheckedOutcome(int(found.status[0])),
         "reason": reason,
         "overturned": int(found.overturned[0]),
         "energy_error": float(found.energy_error[0]),
@@ -143,7 +143,8 @@ def run_case(case: StabilityCase, number: int, budget: int = BUDGET) -> dict[str
     }
 
 
-def _groups(case: StabilityCase, contact: Contact, motion: Motion) -> dict[str, float]:
+def _dimensionless_groups(case: StabilityCase, contact: Contact, motion: Motion) -> dict[str, float]:
+    """Return the dimensionless groups of a case of a block by name, such as damping ratio and Δt/Δt_stable."""
     width, height = np.array([case.b_over_h * case.height]), np.array([case.height])
     normal, tangential, dashpot = contact.stiffness_and_damping_per_mass(width, height, case.density)
     square = block_highest_eigenvalue_bound(normal, tangential, 0.5 * width, 0.5 * height)
@@ -151,14 +152,14 @@ def _groups(case: StabilityCase, contact: Contact, motion: Motion) -> dict[str, 
     groups = (
         static_penetration(case) / float(width[0]),
         float(dashpot[0]) / (2.0 * np.sqrt(0.5 * float(normal[0]))),
-        _step_ratio(case, square, rate, motion.sampling_interval, rocking_time_constant(width, height)),
+        _step_over_stable_step(case, square, rate, motion.sampling_interval, rocking_time_constant(width, height)),
         case.peak / (STANDARD_GRAVITY * case.b_over_h),
         case.friction / case.b_over_h,
     )
     return dict(zip(GROUPS, groups, strict=True))
 
 
-def _step_ratio(
+def _step_over_stable_step(
     case: StabilityCase, square: FloatArray, rate: FloatArray, interval: float, period: FloatArray | None = None
 ) -> float:
     """Return Δt/Δt_stable from the highest eigenvalues of springs and dashpots; the requested one if refused."""
@@ -170,7 +171,7 @@ def _step_ratio(
     return interval / per_sample / float(longest_stable_step(scheme, square, rate, period)[0])
 
 
-def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> dict[str, NDArray[Any]]:
+def run_scene_setting(setting: SceneSetting, number: int, root: Path = Path()) -> dict[str, NDArray[Any]]:
     """Run the cases of a setting and check their answers; return columns of the map of scenes, shape (TOGETHER,).
 
     `number` is the index of the setting on the map; it is the seed of the noise. `root` contains config/scenes.
@@ -180,11 +181,11 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> dict
     ratio = size_reference_height_and_b_over_h(scene)[1] * case.b_over_h
     alike = {
         "scene": setting.scene, "motion": case.motion, "scheme": case.scheme, "height": case.height, "b_over_h": ratio,
-        "ending": np.int8(Ending.REFUSED), "fallen": np.int8(-1), "as_block": np.int8(-1), "energy_error": np.nan,
-        "block_steps": np.int64(0),
+        "ending": np.int8(CheckedOutcome.REFUSED), "fallen": np.int8(-1), "as_block": np.int8(-1),
+        "energy_error": np.nan, "block_steps": np.int64(0),
     }  # fmt: skip
-    rows: dict[str, NDArray[Any]] = {name: np.full(TOGETHER, value) for name, value in alike.items()}
-    rows["friction"], rows["reason"] = setting.friction, np.full(TOGETHER, "", object)
+    rows: dict[str, NDArray[Any]] = {name: np.full(CASES_PER_SETTING, value) for name, value in alike.items()}
+    rows["friction"], rows["reason"] = setting.friction, np.full(CASES_PER_SETTING, "", object)
     rows["peak"] = setting.amplitude * np.abs(motion.north).max()
     budget = ADVERSARIAL_BUDGET if case.motion in ADVERSARIAL else SCENE_BUDGET
     prepared = None
@@ -200,10 +201,10 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> dict
         found = simulate_cases(scene, motion, cases, numerics)
     except ArgumentError as error:
         rows["reason"][:] = str(error).partition(":")[0].partition(" ")[0]
-        return rows | _scene_groups(setting, prepared, motion)
+        return rows | _dimensionless_groups_of_scene(setting, prepared, motion)
     for row, (friction, factor) in enumerate(zip(setting.friction, setting.amplitude, strict=True)):
-        reason = find_scene_contradiction(prepared, float(friction), motion.scaled_by(float(factor)), found, row)
-        rows["ending"][row] = Ending.SILENT if reason else int(found.status[row])
+        reason = find_failed_scene_check(prepared, float(friction), motion.scaled_by(float(factor)), found, row)
+        rows["ending"][row] = CheckedOutcome.SILENT if reason else int(found.status[row])
         rows["reason"][row] = reason
         if not reason and CaseStatus(found.status[row]).has_outcome:
             rows["fallen"][row] = np.count_nonzero(found.overturned[row])
@@ -214,12 +215,15 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> dict
         there = found.peak_slip < 0.5 * prepared.placed[0].shape.width
         both = (found.overturned != INT8_MISSING) & (block.overturned != INT8_MISSING) & there
         rows["as_block"][both] = (found.overturned == block.overturned)[both]
-    return rows | _scene_groups(setting, prepared, motion)
+    return rows | _dimensionless_groups_of_scene(setting, prepared, motion)
 
 
-def _scene_groups(setting: SceneSetting, prepared: PreparedScene | None, motion: Motion) -> dict[str, NDArray[Any]]:
+def _dimensionless_groups_of_scene(
+    setting: SceneSetting, prepared: PreparedScene | None, motion: Motion
+) -> dict[str, NDArray[Any]]:
+    """Return the dimensionless groups of the cases of a scene by name; NaN if the scene was refused."""
     if prepared is None:
-        return dict.fromkeys(GROUPS, np.full(TOGETHER, np.nan))
+        return dict.fromkeys(GROUPS, np.full(CASES_PER_SETTING, np.nan))
     laws, bound = prepared.laws, max(rocking_bound(prepared.placed), 1e-9)
     loaded = laws.carried > 0
     heave = 2.0 * np.sqrt(0.5 * laws.normal * laws.carried / STANDARD_GRAVITY)
@@ -228,11 +232,13 @@ def _scene_groups(setting: SceneSetting, prepared: PreparedScene | None, motion:
         max_static_penetration(prepared)
         / min(item.smaller_side for item in prepared.placed if not item.is_driven_or_held),
         float(damping.max()) if damping.size else np.nan,
-        _step_ratio(setting.common, np.array([prepared.square]), np.array([prepared.rate]), motion.sampling_interval),
+        _step_over_stable_step(
+            setting.common, np.array([prepared.square]), np.array([prepared.rate]), motion.sampling_interval
+        ),
         setting.amplitude * np.abs(motion.north).max() / (STANDARD_GRAVITY * bound),
         setting.friction / bound,
     )
-    return {name: np.broadcast_to(value, TOGETHER) for name, value in zip(GROUPS, groups, strict=True)}
+    return {name: np.broadcast_to(value, CASES_PER_SETTING) for name, value in zip(GROUPS, groups, strict=True)}
 
 
 def run_map(

@@ -11,20 +11,21 @@ from overturning.dem.limits import MAX_PENETRATION
 from overturning.dem.numerics import BUDGET
 from overturning.model.contact import PRECISION_FLOOR
 from verification.stability.cases import ADVERSARIAL, SCENES
-from verification.stability.checks import Ending
+from verification.stability.checks import CheckedOutcome
 from verification.tables import MeasuredFigure, markdown_table, wrap_text
 
 STIFF: Final = 1e-5
 """δ/B below which contacts are stiff: here only extreme cases should be marked."""
 
-_HEADS: Final = tuple(ending.name.lower().replace("_", " ") for ending in Ending)
+_HEADS: Final = tuple(ending.name.lower().replace("_", " ") for ending in CheckedOutcome)
 
 
 def markdown_by_marker(blocks: pd.DataFrame, scenes: pd.DataFrame, stacks: pd.DataFrame) -> dict[str, str]:
     """Return the tables of the stability maps as Markdown, by marker."""
     return {
-        "stability": _blocks(blocks), "scenes": _scenes(scenes), "stacks": _stacks(stacks),
-        "reach": _reach(blocks, scenes),
+        "stability": _block_outcome_tables(blocks), "scenes": _scene_outcome_table(scenes),
+        "stacks": _stack_outcome_tables(stacks),
+        "reach": _inputs_without_answer(blocks, scenes),
     }  # fmt: skip
 
 
@@ -32,7 +33,7 @@ def summary_figures(blocks: pd.DataFrame, scenes: pd.DataFrame, stacks: pd.DataF
     """Return measured figures of the stability maps for the summary table."""
     made = []
     for name, rows in (("blocks", blocks), ("scenes", scenes), ("stacks", stacks)):
-        silent, right = rows["ending"] == Ending.SILENT, rows["ending"] == Ending.RIGHT
+        silent, right = rows["ending"] == CheckedOutcome.SILENT, rows["ending"] == CheckedOutcome.RIGHT
         energy = float(rows["energy_error"][right].max())
         made += [
             MeasuredFigure(f"map of stability, {name}: cases", len(rows)),
@@ -40,52 +41,54 @@ def summary_figures(blocks: pd.DataFrame, scenes: pd.DataFrame, stacks: pd.DataF
             MeasuredFigure(f"map of stability, {name}: largest residual of work and energy", energy),
         ]
     stiff = blocks["ending"][blocks["penetration_ratio"] < STIFF]
-    marked = 100 * float((stiff == Ending.UNSTABLE).mean())
+    marked = 100 * float((stiff == CheckedOutcome.UNSTABLE).mean())
     made.append(MeasuredFigure(f"map of stability, blocks: marked, δ/B below {STIFF:g}", marked, "%"))
     return made
 
 
-def _counted(first: str, kinds: Mapping[str, "pd.Series[bool]"], rows: pd.DataFrame) -> str:
+def _outcome_count_table(first: str, kinds: Mapping[str, "pd.Series[bool]"], rows: pd.DataFrame) -> str:
+    """Return a table of the number of cases with each outcome, one row per kind of case."""
     lines = []
     for name, chosen in kinds.items():
         endings = rows["ending"][chosen]
-        lines.append((name, len(endings), *((endings == ending).sum() for ending in Ending)))
+        lines.append((name, len(endings), *((endings == ending).sum() for ending in CheckedOutcome)))
     return markdown_table((first, "cases", *_HEADS), lines)
 
 
-def _summary(rows: pd.DataFrame, checks: str = "six") -> str:
-    energy = rows["energy_error"][rows["ending"] == Ending.RIGHT]
-    reasons = rows["reason"][rows["ending"] == Ending.REFUSED].value_counts().sort_index()
+def _check_summary(rows: pd.DataFrame, checks: str = "six") -> str:
+    """Return a paragraph on energy errors, refusals and silently wrong cases."""
+    energy = rows["energy_error"][rows["ending"] == CheckedOutcome.RIGHT]
+    reasons = rows["reason"][rows["ending"] == CheckedOutcome.REFUSED].value_counts().sort_index()
     refusals = " or ".join(f"`{name}` ({count} inputs)" for name, count in reasons.items())
     named = f", with an error that names the argument {refusals}" if refusals else ""
     return (
         f"Among the {len(energy)} cases that pass all {checks} checks, the largest residual of work and energy is "
         f"{energy.max():.4f} and the median residual {energy.median():.2g}. The program refused {reasons.sum()} "
         f"inputs{named}. The number of cases with the label *silent* (a wrong outcome without a warning) is "
-        f"{(rows['ending'] == Ending.SILENT).sum()}."
+        f"{(rows['ending'] == CheckedOutcome.SILENT).sum()}."
     )
 
 
-def _blocks(rows: pd.DataFrame) -> str:
+def _block_outcome_tables(rows: pd.DataFrame) -> str:
     """Return the tables of outcomes of single blocks."""
     kinds = {"space-filling": ~rows["motion"].isin(ADVERSARIAL)} | {n: rows["motion"] == n for n in ADVERSARIAL}
-    by_motion = _counted("motion", kinds, rows)
-    by_penetration = _shares_by_penetration(rows, (0.0, 1e-9, 1e-7, 1e-5, 1e-3, 1e-2, 1e-1, np.inf))
+    by_motion = _outcome_count_table("motion", kinds, rows)
+    by_penetration = _outcome_shares_by_penetration(rows, (0.0, 1e-9, 1e-7, 1e-5, 1e-3, 1e-2, 1e-1, np.inf))
     budget = f"The table counts {len(rows)} cases; each of them may use at most {rows.attrs['budget']:.3g} time steps."
-    return f"{by_motion}\n\n{wrap_text(f'{budget} {_summary(rows)}')}\n\n{by_penetration}"
+    return f"{by_motion}\n\n{wrap_text(f'{budget} {_check_summary(rows)}')}\n\n{by_penetration}"
 
 
-def _shares_by_penetration(rows: pd.DataFrame, edges: tuple[float, ...]) -> str:
+def _outcome_shares_by_penetration(rows: pd.DataFrame, edges: tuple[float, ...]) -> str:
     """Return a table of the share of each outcome by the penetration at rest over width, in intervals."""
     lines = []
     for low, high in itertools.pairwise(edges):
         endings = rows["ending"][(rows["penetration_ratio"] >= low) & (rows["penetration_ratio"] < high)]
-        shares = [f"{100 * (endings == e).mean():.1f} %" if len(endings) else "–" for e in Ending]
+        shares = [f"{100 * (endings == e).mean():.1f} %" if len(endings) else "–" for e in CheckedOutcome]
         lines.append((f"{low:g} to {high:g}", len(endings), *shares))
     return markdown_table(("δ/B", "cases", *_HEADS), lines)
 
 
-def _scenes(rows: pd.DataFrame) -> str:
+def _scene_outcome_table(rows: pd.DataFrame) -> str:
     """Return the table of outcomes of scenes."""
     adversarial = rows["motion"].isin(ADVERSARIAL)
     kinds: dict[str, pd.Series[bool]] = {}
@@ -96,49 +99,49 @@ def _scenes(rows: pd.DataFrame) -> str:
     summary = (
         f"The table counts {len(rows)} cases of scenes. A case may use at most {rows.attrs['budget']:.3g} time steps, "
         f"or {rows.attrs['adversarial_budget']:.3g} time steps under adversarial motions (chosen to make the program "
-        f"fail). {_summary(rows)} "
+        f"fail). {_check_summary(rows)} "
         f"The {len(compared)} cases of gravestones that stay on the ground were also run with the program for single "
         f"blocks; the flags of the two programs differ in {(compared == 0).sum()} of these cases."
     )
-    return f"{_counted('scene', kinds, rows)}\n\n{wrap_text(summary)}"
+    return f"{_outcome_count_table('scene', kinds, rows)}\n\n{wrap_text(summary)}"
 
 
-def _stacks(rows: pd.DataFrame) -> str:
+def _stack_outcome_tables(rows: pd.DataFrame) -> str:
     """Return the tables of outcomes of 3-D stacks: by motion, number of stones, kind, and penetration at rest."""
     tables = [
-        _counted(head, {str(name): rows[column] == name for name in sorted(rows[column].unique())}, rows)
+        _outcome_count_table(head, {str(name): rows[column] == name for name in sorted(rows[column].unique())}, rows)
         for head, column in (("motion", "motion"), ("stones", "stones"), ("kind of stack", "kind"))
     ]
-    right, unstable = rows["ending"] == Ending.RIGHT, rows["ending"] == Ending.UNSTABLE
+    right, unstable = rows["ending"] == CheckedOutcome.RIGHT, rows["ending"] == CheckedOutcome.UNSTABLE
     falls = rows["vertical"] > 1.0
     summary = (
         f"The tables count {len(rows)} cases with at most {rows.attrs['budget']:.3g} time steps each. "
-        f"{_summary(rows, 'nine')} In {int((rows['fallen'] > 0).sum())} of the cases at least one stone of the stack "
-        f"falls; in {int((rows['fallen'] > 1).sum())} of these cases, more than one stone falls. The ground "
+        f"{_check_summary(rows, 'nine')} In {int((rows['fallen'] > 0).sum())} of the cases at least one stone of the "
+        f"stack falls; in {int((rows['fallen'] > 1).sum())} of these cases, more than one stone falls. The ground "
         f"accelerates downwards by more than 1 g in {_percent(falls[unstable])} of the {int(unstable.sum())} unstable "
         f"cases, and in {_percent(falls[right])} of the {int(right.sum())} cases labelled *right*. The damping ratio "
         f"ξ is below 0.1 in {_percent(rows['damping'][unstable] < 0.1)} of the unstable cases, and in "
         f"{_percent(rows['damping'][right] < 0.1)} of the cases labelled *right*."
     )
-    by_penetration = _shares_by_penetration(rows, (0.0, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2))
+    by_penetration = _outcome_shares_by_penetration(rows, (0.0, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2))
     return "\n\n".join([*tables, wrap_text(summary), by_penetration])
 
 
-def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
+def _inputs_without_answer(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
     """Return a paragraph for each kind of input without an answer, with its share in this run."""
     ending, ratio = blocks["ending"], blocks["penetration_ratio"]
     soft = ratio > 0.1
-    unstable = (ending == Ending.UNSTABLE) & (ratio < 1e-2)
+    unstable = (ending == CheckedOutcome.UNSTABLE) & (ratio < 1e-2)
     # The penetration is in B, its limit a share of half the smaller side.
     sunk = blocks["penetration"] > 0.5 * MAX_PENETRATION * np.minimum(1.0, 1.0 / blocks["b_over_h"])
-    over, undecided = ending == Ending.OVER_BUDGET, ending == Ending.UNDECIDED
-    in_scenes = (scenes["ending"] == Ending.UNSTABLE) & (scenes["penetration_ratio"] < 1e-2)
+    over, undecided = ending == CheckedOutcome.OVER_BUDGET, ending == CheckedOutcome.UNDECIDED
+    in_scenes = (scenes["ending"] == CheckedOutcome.UNSTABLE) & (scenes["penetration_ratio"] < 1e-2)
     lines = [
         "Very soft contacts have a penetration δ at rest above a tenth of the width B or, in a scene, of the smaller "
         "side of the element. If the contacts are very soft, the weight of the block presses its corners so deep "
         "into the base that the contact law no longer applies. "
-        f"Of the {int(soft.sum())} blocks with δ/B above 0.1, {_percent(ending[soft] == Ending.UNSTABLE)} are marked "
-        "`unstable`.",
+        f"Of the {int(soft.sum())} blocks with δ/B above 0.1, {_percent(ending[soft] == CheckedOutcome.UNSTABLE)} are "
+        "marked `unstable`.",
         f"Very stiff contacts have a penetration δ at rest below {PRECISION_FLOOR * np.finfo(float).eps:.1g} H, where "
         "H is the height: double precision cannot resolve such a penetration. The program refuses a block or "
         "scene whose contacts are too stiff for double precision, and the error names `stiffness`.",
@@ -166,4 +169,5 @@ def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
 
 
 def _percent(chosen: "pd.Series[bool]") -> str:
+    """Return the share of True in percent as text."""
     return f"{100 * np.mean(chosen):.0f} %" if len(chosen) else "none"

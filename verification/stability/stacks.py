@@ -30,8 +30,8 @@ from overturning.model.status import CaseStatus
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-from verification.stability.cases import SHAPES, TOGETHER, StabilityCase, motion_of_case
-from verification.stability.checks import Ending
+from verification.stability.cases import CASES_PER_SETTING, SHAPES, StabilityCase, motion_of_case
+from verification.stability.checks import CheckedOutcome
 
 STACK_BUDGET: Final = 500_000
 """Largest number of time steps of a case."""
@@ -56,7 +56,7 @@ STACK_MEANINGS: Final = {
     "peak": ("largest horizontal acceleration", "m s-2"),
     "vertical": ("largest downward acceleration over g", "1"),
     "acceleration_ratio": ("largest horizontal acceleration over the least that opens or slides a joint", "1"),
-    "ending": ("how the case ended: " + ", ".join(f"{e.value} {e.name.lower()}" for e in Ending), "1"),
+    "ending": ("how the case ended: " + ", ".join(f"{e.value} {e.name.lower()}" for e in CheckedOutcome), "1"),
     "reason": ("argument that a refusal names, or check that does not hold", ""),
     "fallen": ("number of stones that fall; -1: no answer", "1"),
     "energy_error": ("residual of work and energy", "1"),
@@ -67,7 +67,7 @@ STACK_MEANINGS: Final = {
 
 @dataclass(frozen=True)
 class StackSetting:
-    """Stack, contact law and motion of `TOGETHER` cases, and their own parameters."""
+    """Stack, contact law and motion of `CASES_PER_SETTING` cases, and the parameters of each case."""
 
     sizes: FloatArray
     """Width, depth and height of each stone, m, from the lowest up, shape (stones, 3)."""
@@ -92,7 +92,7 @@ class StackSetting:
     def mass(self) -> FloatArray:
         """Mass of each stone, kg."""
         box: PlanShape = "rectangle"
-        shares = [_area_share(plan) for plan in self.plans or (box,) * len(self.sizes)]
+        shares = [_plan_area_share(plan) for plan in self.plans or (box,) * len(self.sizes)]
         return np.asarray(self.density * self.sizes.prod(axis=1) * shares)
 
     @property
@@ -109,7 +109,7 @@ class StackSetting:
         return STANDARD_GRAVITY * least
 
 
-def _area_share(plan: PlanShape) -> float:
+def _plan_area_share(plan: PlanShape) -> float:
     """Return the area of a plan over that of the square or rectangle around it."""
     return 1.0 if plan == "rectangle" else circle_or_polygon_area(plan, 1.0)
 
@@ -117,28 +117,31 @@ def _area_share(plan: PlanShape) -> float:
 def stack_settings(count: int, seed: int) -> list[StackSetting]:
     """Draw settings of stacks at random."""
     generator = np.random.Generator(np.random.PCG64([seed, 45]))
-    return [_draw_setting(generator) for _ in range(count)]
+    return [_draw_stack_setting(generator) for _ in range(count)]
 
 
-def _draw_setting(generator: np.random.Generator) -> StackSetting:
-    def log_uniform(low: float, high: float, count: int | None = None) -> Any:
+def _draw_stack_setting(generator: np.random.Generator) -> StackSetting:
+    """Draw a stack, contact law, motion and parameters of its cases at random."""
+
+    def draw_log_uniform(low: float, high: float, count: int | None = None) -> Any:
+        """Draw values whose logarithm is uniformly distributed."""
         return np.exp(generator.uniform(np.log(low), np.log(high), count))
 
     stones = int(generator.integers(2, 6))
     # Each stone is 0.5 to 1.2 times as wide as the one below.
-    width = log_uniform(0.1, 2.0) * np.cumprod(np.concatenate([[1.0], generator.uniform(0.5, 1.2, stones - 1)]))
-    depth = width * log_uniform(0.5, 2.0, stones)
-    height = np.maximum(np.minimum(width, depth) * log_uniform(0.02, 6.0, stones), LOWEST_STONE_M)
+    width = draw_log_uniform(0.1, 2.0) * np.cumprod(np.concatenate([[1.0], generator.uniform(0.5, 1.2, stones - 1)]))
+    depth = width * draw_log_uniform(0.5, 2.0, stones)
+    height = np.maximum(np.minimum(width, depth) * draw_log_uniform(0.02, 6.0, stones), LOWEST_STONE_M)
     kind = ("vertical above g", *SHAPES)[int(generator.integers(4))]
     shaking = StabilityCase(
         stiffness=1.0, damping_ratio=1.0, b_over_h=1.0, height=1.0, density=1.0, friction=1.0, scheme="centred",
-        step_fraction=float("nan"), peak=STANDARD_GRAVITY, sampling_interval=float(log_uniform(0.005, 0.05)),
-        motion=kind, period=float(log_uniform(2.0, 200.0)), vertical=float(max(generator.uniform(-1.0, 1.5), 0.0)),
+        step_fraction=float("nan"), peak=STANDARD_GRAVITY, sampling_interval=float(draw_log_uniform(0.005, 0.05)),
+        motion=kind, period=float(draw_log_uniform(2.0, 200.0)), vertical=float(max(generator.uniform(-1.0, 1.5), 0.0)),
     )  # fmt: skip
-    amplitude = 5.0 * generator.random(TOGETHER) ** 2
-    amplitude = 0.7 + 0.6 * generator.random(TOGETHER) if kind == "vertical above g" else amplitude
+    amplitude = 5.0 * generator.random(CASES_PER_SETTING) ** 2
+    amplitude = 0.7 + 0.6 * generator.random(CASES_PER_SETTING) if kind == "vertical above g" else amplitude
     amplitude[0] *= float(generator.random() < 0.5)
-    slick = generator.random(TOGETHER) < 0.05
+    slick = generator.random(CASES_PER_SETTING) < 0.05
     plans: tuple[PlanShape, ...] = ()
     if generator.random() < 1.0 / 3.0:
         plans = tuple(PLANS[number] for number in generator.integers(0, len(PLANS), stones))
@@ -146,10 +149,11 @@ def _draw_setting(generator: np.random.Generator) -> StackSetting:
         depth = width
     return StackSetting(
         plans=plans, sizes=np.round(np.stack([width, depth, height], axis=1), 4) + 1e-4,
-        density=np.round(log_uniform(500.0, 20_000.0, stones)),
-        penetration_ratio=float(log_uniform(1e-8, 1e-2)), damping=float(log_uniform(0.01, 5.0)), shaking=shaking,
-        friction=np.where(slick, 0.0, log_uniform(0.02, 10.0, TOGETHER)), amplitude=amplitude,
-        orientation_deg=np.round(generator.uniform(0.0, 360.0, TOGETHER), 1),
+        density=np.round(draw_log_uniform(500.0, 20_000.0, stones)),
+        penetration_ratio=float(draw_log_uniform(1e-8, 1e-2)), damping=float(draw_log_uniform(0.01, 5.0)),
+        shaking=shaking,
+        friction=np.where(slick, 0.0, draw_log_uniform(0.02, 10.0, CASES_PER_SETTING)), amplitude=amplitude,
+        orientation_deg=np.round(generator.uniform(0.0, 360.0, CASES_PER_SETTING), 1),
     )  # fmt: skip
 
 
@@ -174,7 +178,7 @@ def scene_of_stack_setting(setting: StackSetting) -> Scene:
     )  # fmt: skip
 
 
-def find_stack_contradiction(setting: StackSetting, motion: Motion, results: CaseResults, row: int) -> str:
+def find_failed_stack_check(setting: StackSetting, motion: Motion, results: CaseResults, row: int) -> str:
     """Return the name of the first check that the results of a case fail; empty if all checks hold."""
     fallen, amplitude = results.overturned[row] == 1, float(setting.amplitude[row])
     if not CaseStatus(results.status[row]).has_outcome:
@@ -223,16 +227,17 @@ def run_stack_setting(setting: StackSetting, number: int) -> dict[str, NDArray[A
         "sampling_interval": setting.shaking.sampling_interval,
         "thinnest": relative.min(), "slenderest": relative.max(), "mass_ratio": (above / setting.mass).max(),
         "penetration_ratio": setting.penetration_ratio, "damping": setting.damping,
-        "ending": np.int8(Ending.REFUSED), "fallen": np.int8(-1), "energy_error": np.nan, "block_steps": np.int64(0),
+        "ending": np.int8(CheckedOutcome.REFUSED), "fallen": np.int8(-1), "energy_error": np.nan,
+        "block_steps": np.int64(0),
     }  # fmt: skip
-    rows: dict[str, NDArray[Any]] = {name: np.full(TOGETHER, value) for name, value in alike.items()}
+    rows: dict[str, NDArray[Any]] = {name: np.full(CASES_PER_SETTING, value) for name, value in alike.items()}
     peak = setting.amplitude * np.abs(motion.north).max()
     down = 0.0 if motion.up is None else -float(motion.up.min()) / STANDARD_GRAVITY
     onset = np.minimum(setting.opening_acceleration, setting.friction * STANDARD_GRAVITY)
     rows |= {
         "friction": setting.friction, "orientation_deg": setting.orientation_deg, "peak": peak,
         "vertical": setting.amplitude * down, "acceleration_ratio": peak / np.maximum(onset, 1e-9),
-        "reason": np.full(TOGETHER, "", object),
+        "reason": np.full(CASES_PER_SETTING, "", object),
     }  # fmt: skip
     scene = scene_of_stack_setting(setting)
     height, ratio = size_reference_height_and_b_over_h(scene)
@@ -243,9 +248,9 @@ def run_stack_setting(setting: StackSetting, number: int) -> dict[str, NDArray[A
     except ArgumentError as error:
         rows["reason"][:] = str(error).partition(":")[0].partition(" ")[0]
         return rows
-    for row in range(TOGETHER):
-        reason = find_stack_contradiction(setting, motion, found, row)
-        rows["ending"][row] = Ending.SILENT if reason else int(found.status[row])
+    for row in range(CASES_PER_SETTING):
+        reason = find_failed_stack_check(setting, motion, found, row)
+        rows["ending"][row] = CheckedOutcome.SILENT if reason else int(found.status[row])
         rows["reason"][row] = reason
         if not reason and CaseStatus(found.status[row]).has_outcome:
             rows["fallen"][row] = np.count_nonzero(found.overturned[row])

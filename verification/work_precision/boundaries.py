@@ -18,7 +18,7 @@ from overturning.model.variables import INT8_MISSING
 from verification.inputs import CaseGroup
 from verification.measures import Flags
 
-Method = Mapping[str, Any]
+RunSettings = Mapping[str, Any]
 
 HALVINGS: Final = 15
 """Number of halvings of the bracket of a boundary, which is then known to 3e-7 of B/H."""
@@ -68,9 +68,13 @@ def find_boundaries(groups: Sequence[CaseGroup], flags: Flags, max_count: int) -
 
 
 def locate_boundaries(
-    groups: Sequence[CaseGroup], boundaries: Sequence[Boundary], usual: Method, finest: Method, bracket: float = BRACKET
+    groups: Sequence[CaseGroup],
+    boundaries: Sequence[Boundary],
+    usual: RunSettings,
+    finest: RunSettings,
+    bracket: float = BRACKET,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the boundaries (B/H) of the usual method, and those of a fine one within a bracket around them."""
+    """Return the B/H of the boundaries by the usual settings, and by fine ones within a bracket around them."""
     near = bisect_boundaries(groups, boundaries, usual, *bracket_ends(boundaries), 2 * HALVINGS)
     return near, bisect_boundaries(groups, boundaries, finest, near * (1 - bracket), near * (1 + bracket))
 
@@ -85,7 +89,7 @@ def bracket_ends(boundaries: Sequence[Boundary]) -> tuple[FloatArray, FloatArray
 def bisect_boundaries(
     groups: Sequence[CaseGroup],
     boundaries: Sequence[Boundary],
-    method: Method,
+    method: RunSettings,
     low: FloatArray,
     high: FloatArray,
     halvings: int = HALVINGS,
@@ -96,7 +100,7 @@ def bisect_boundaries(
     """
     known = np.isfinite(low) & np.isfinite(high)
     low, high = np.where(known, low, 1.0), np.where(known, high, 1.0)
-    fell = _falls(groups, boundaries, method, np.stack([low, high]))
+    fell = _blocks_fall(groups, boundaries, method, np.stack([low, high]))
     good = known & fell[0] & ~fell[1]
     most = max(sum(place.group == number for place in boundaries) for number in range(len(groups)))
     together = max(1, min(AT_ONCE, int(np.log2(COLUMNS / max(most, 1) + 1))))
@@ -110,7 +114,7 @@ def bisect_boundaries(
             middles.append(middle)
             lows = np.stack([lows, middle], axis=1).reshape(-1, low.size)
             highs = np.stack([middle, highs], axis=1).reshape(-1, low.size)
-        fell = _falls(groups, boundaries, method, np.concatenate(middles))
+        fell = _blocks_fall(groups, boundaries, method, np.concatenate(middles))
         node, begin, each = np.zeros(low.size, np.int64), 0, np.arange(low.size)
         for middle in middles:
             falls, at = fell[begin + node, each], middle[node, each]
@@ -119,8 +123,8 @@ def bisect_boundaries(
     return np.where(good, 0.5 * (low + high), np.nan)
 
 
-def _falls(
-    groups: Sequence[CaseGroup], boundaries: Sequence[Boundary], method: Method, b_over_h: FloatArray
+def _blocks_fall(
+    groups: Sequence[CaseGroup], boundaries: Sequence[Boundary], method: RunSettings, b_over_h: FloatArray
 ) -> NDArray[np.bool_]:
     """Return True where blocks with the given B/H fall at each boundary; shape (values, boundaries)."""
     fell = np.zeros(b_over_h.shape, bool)
@@ -139,7 +143,7 @@ def _falls(
 def boundary_shift(
     groups: Sequence[CaseGroup],
     boundaries: Sequence[Boundary],
-    method: Method,
+    method: RunSettings,
     expected_boundaries: FloatArray,
     reference_boundaries: FloatArray,
     bracket: float = BRACKET,

@@ -46,14 +46,16 @@ def draw_against_finer_steps(rows: pd.DataFrame, path: Path) -> None:
             over = rows[varies_steps_only(rows, kind)]
             springs = rows[(rows["cases_of"] == f"records, {kind}") & (rows["against"] == "stiffest springs")]
             for axis, measure in zip(axes[:, column], measures, strict=True):
-                _panel(axis, over, measure, springs=springs, first=column == 0)
+                _draw_error_panel(axis, over, measure, springs=springs, first=column == 0)
                 axis.set_xlabel("")
-            limits = np.array([_decades(axis, 0) for axis in axes[:, column]])  # shared axis: use the widest limits
+            limits = np.array(
+                [_whole_decade_limits(axis, 0) for axis in axes[:, column]]
+            )  # shared axis: use the widest limits
             axes[0, column].set_xlim(limits[:, 0].min(), limits[:, 1].max())
             axes[0, column].set_title(f"six records, {friction}")
             axes[-1, column].set_xlabel(_ACROSS["seconds_per_case"])
         methods = _SCHEMES | {"stiffness": "centred, δ/B 2e-3 to 2e-8, against 2e-8"}
-        figure.legend(handles=_handles(methods), loc="lower center", ncols=2, bbox_to_anchor=(0.5, 0.0))
+        figure.legend(handles=_legend_handles(methods), loc="lower center", ncols=2, bbox_to_anchor=(0.5, 0.0))
         figure.subplots_adjust(left=0.13, right=0.98, top=0.96, bottom=0.15, hspace=0.12, wspace=0.2)
         save_figure_files(figure, path)
 
@@ -70,11 +72,11 @@ def draw_against_rigid_solutions(rows: pd.DataFrame, path: Path) -> None:
             mine = (rows["cases_of"] == title) & (rows["against"] == "rigid rocking")
             springs = rows[mine & default_step & (rows["method"] == "centred")]
             for axis, measure in zip(line, ("disagree", "rotation_error"), strict=True):
-                _panel(axis, rows[mine & own], measure, springs=springs)
+                _draw_error_panel(axis, rows[mine & own], measure, springs=springs)
                 axis.set_title(f"{title.replace('records, no sliding', 'six records')}, rigid rocking")
-        _panel(axes[2, 0], rows[rows["cases_of"] == "sliding blocks"], "slip_error")
+        _draw_error_panel(axes[2, 0], rows[rows["cases_of"] == "sliding blocks"], "slip_error")
         axes[2, 0].set_title("sliding blocks, exact sliding")
-        _panel(axes[2, 1], rows[rows["against"] == "energy balance"], "energy_error", across="step_fraction")
+        _draw_error_panel(axes[2, 1], rows[rows["against"] == "energy balance"], "energy_error", across="step_fraction")
         axes[2, 1].set_title("six records")
         methods = _SCHEMES | {"stiffness": "centred, δ/B 2e-3 to 2e-8"}
         methods |= {name: f"{name}, over substeps" for name in list(_LOOK)[3:-1]}
@@ -82,11 +84,11 @@ def draw_against_rigid_solutions(rows: pd.DataFrame, path: Path) -> None:
             name: text for name, text in methods.items() if (rows["method"] == name).any() or name == "stiffness"
         }
         methods |= {"exact": "exact rigid block, over orders"}
-        figure.legend(handles=_handles(methods), loc="outside lower center", ncols=2)
+        figure.legend(handles=_legend_handles(methods), loc="outside lower center", ncols=2)
         save_figure_files(figure, path)
 
 
-def _panel(
+def _draw_error_panel(
     axis: Any,
     rows: pd.DataFrame,
     measure: str,
@@ -101,12 +103,12 @@ def _panel(
     for method in _LOOK:
         own = rows[rows["method"] == method] if method != "stiffness" else springs
         if own is not None:
-            _line(axis, own, across, measure, method)
+            _draw_method_line(axis, own, across, measure, method)
     axis.set_xscale("log")
     axis.set_yscale("log")
     # Whole decades, so that every axis has at least two labelled ticks.
-    axis.set_xlim(*_decades(axis, 0))
-    axis.set_ylim(*_decades(axis, 1))
+    axis.set_xlim(*_whole_decade_limits(axis, 0))
+    axis.set_ylim(*_whole_decade_limits(axis, 1))
     axis.xaxis.set_minor_formatter(NullFormatter())
     axis.yaxis.set_minor_formatter(NullFormatter())
     axis.grid(True, which="major")
@@ -115,7 +117,7 @@ def _panel(
         axis.set_ylabel(_LABELS[measure])
 
 
-def _handles(methods: Mapping[str, str]) -> list[Any]:
+def _legend_handles(methods: Mapping[str, str]) -> list[Any]:
     """Return the legend: methods, and the meaning of hollow marks and rings."""
     from matplotlib.lines import Line2D
 
@@ -136,7 +138,8 @@ def _handles(methods: Mapping[str, str]) -> list[Any]:
     ]
 
 
-def _line(axis: Any, rows: pd.DataFrame, across: str, measure: str, method: str) -> None:
+def _draw_method_line(axis: Any, rows: pd.DataFrame, across: str, measure: str, method: str) -> None:
+    """Draw the errors of one method over cost or step: hollow marks for no error, a ring for the default."""
     colour, dash, marker = _LOOK[method]
     rows = rows[np.isfinite(rows[measure])].sort_values(across, kind="stable")
     if rows.empty:
@@ -162,7 +165,8 @@ def _line(axis: Any, rows: pd.DataFrame, across: str, measure: str, method: str)
             axis.annotate(f"{delta:.0e}", (left, top), xytext=offset, textcoords="offset points", fontsize=7)
 
 
-def _decades(axis: Any, which: int) -> tuple[float, float]:
+def _whole_decade_limits(axis: Any, which: int) -> tuple[float, float]:
+    """Return the limits of an axis (0: x, 1: y) as whole powers of ten around its data."""
     values = np.concatenate([np.asarray(line.get_data()[which], float) for line in axis.lines] or [np.ones(1)])
     values = values[np.isfinite(values) & (values > 0)]
     if values.size == 0:

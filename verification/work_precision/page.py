@@ -55,11 +55,11 @@ def convergence_orders(rows: pd.DataFrame, between: tuple[float, float] = ORDER_
 def markdown_by_marker(rows: pd.DataFrame, found_orders: Mapping[str, float]) -> dict[str, str]:
     """Return the tables of error against run time as Markdown, by marker."""
     return {
-        "steps": _steps(rows),
-        "orders": _orders(found_orders, convergence_orders(rows, (1.0, 0.0))),
-        "stiffness": _stiffness(rows),
-        "rigid": _rigid(rows),
-        "equal-agreement": equal_agreement(rows),
+        "steps": _step_error_table(rows),
+        "orders": _convergence_order_table(found_orders, convergence_orders(rows, (1.0, 0.0))),
+        "stiffness": _stiffness_error_table(rows),
+        "rigid": _rigid_error_table(rows),
+        "equal-agreement": time_at_equal_agreement(rows),
     }
 
 
@@ -88,12 +88,14 @@ def summary_figures(rows: pd.DataFrame, found_orders: Mapping[str, float]) -> li
     return made
 
 
-def _share(count: float, total: float) -> str:
+def _share_with_interval(count: float, total: float) -> str:
+    """Return a share in percent, its counts and its 95 % interval (Wilson) as text."""
     low, high = map(float, wilson_interval(count, total))
     return f"{100 * count / max(total, 1):.2f} % ({int(count)} of {int(total)}; {100 * low:.2f} to {100 * high:.2f})"
 
 
-def _number(value: float, percent: bool = False) -> str:
+def _number_text(value: float, percent: bool = False) -> str:
+    """Return a number with two digits as text; "–" if missing."""
     if not np.isfinite(value):
         return "–"
     if percent and value == 0:
@@ -101,68 +103,76 @@ def _number(value: float, percent: bool = False) -> str:
     return f"{100 * value:.2g} %" if percent else f"{value:.2g}"
 
 
-def _errors(at: Any) -> tuple[str, ...]:
-    """Return the cells of the columns `_ERRORS`."""
+def _error_cells(at: Any) -> tuple[str, ...]:
+    """Return the table cells of wrong flags, wrong sides, rotation error and boundary shift of a row."""
     return (
-        _share(at.wrong_flags, at.cases),
-        _share(at.wrong_sides, at.fallen),
-        _number(at.rotation_error),
-        _number(at.boundary_shift, percent=True),
+        _share_with_interval(at.wrong_flags, at.cases),
+        _share_with_interval(at.wrong_sides, at.fallen),
+        _number_text(at.rotation_error),
+        _number_text(at.boundary_shift, percent=True),
     )
 
 
-def _marked(at: Any, text: str) -> str:
+def _mark_default(at: Any, text: str) -> str:
+    """Return a cell's text, marked if the row is the default setting."""
     return f"{text} **default**" if at.default == 1 else text
 
 
-def _shown(rows: pd.DataFrame) -> "pd.Series[bool]":
+def _has_shown_step(rows: pd.DataFrame) -> "pd.Series[bool]":
     """Return True for rows with time steps that the docs show, of any stiffness."""
     steps, engine = rows["step_fraction"], rows["penetration_ratio"].isna()
     own = np.isclose(steps.to_numpy()[:, None], SHOWN_ENGINE_STEPS, rtol=1e-3, atol=0.0).any(axis=1)
     return (steps.isin(SHOWN_FRACTIONS).where(~engine, own) | (rows["method"] == "exact")).astype(bool)
 
 
-def equal_agreement(rows: pd.DataFrame) -> str:
+def time_at_equal_agreement(rows: pd.DataFrame) -> str:
     """Return the lowest time at which each method reaches given agreements with the rigid block, and the highest."""
     of = rows[rows["cases_of"] == "records, no sliding"]
     agreement = 1.0 - of["disagree"] / of["shared"]
     most = {name: agreement[of["method"] == name].max() for name in COMPARED if (of["method"] == name).any()}
 
-    def time(name: str, least: float) -> str:
+    def shortest_time_text(name: str, least: float) -> str:
+        """Return the shortest time at which a method reaches an agreement, or "–"."""
         seconds = of["seconds_per_case"][(of["method"] == name) & (agreement >= least)].min()
         return f"{1e3 * seconds:.3g} ms" if np.isfinite(seconds) else "–"
 
-    lines = [(f"{100 * least:g} %", *(time(name, least) for name in most)) for least in AGREEMENTS]
-    best = [f"{100 * share:.1f} % in {time(name, share)}" for name, share in most.items()]
+    lines = [(f"{100 * least:g} %", *(shortest_time_text(name, least) for name in most)) for least in AGREEMENTS]
+    best = [f"{100 * share:.1f} % in {shortest_time_text(name, share)}" for name, share in most.items()]
     return markdown_table(
         (f"agreement in {of['shared'].max():.0f} cases", *most), [*lines, ("highest agreement", *best)]
     )
 
 
-def _steps(rows: pd.DataFrame) -> str:
+def _step_error_table(rows: pd.DataFrame) -> str:
     """Return the table of errors of both schemes against a far finer step."""
-    chosen = rows[(varies_steps_only(rows, "rocking") | varies_steps_only(rows, "sliding")) & _shown(rows)]
+    chosen = rows[(varies_steps_only(rows, "rocking") | varies_steps_only(rows, "sliding")) & _has_shown_step(rows)]
     lines = [
-        (at.cases_of, _marked(at, at.method), f"{at.step_fraction:g}", f"{at.seconds_per_case:.2g}", *_errors(at))
+        (
+            at.cases_of,
+            _mark_default(at, at.method),
+            f"{at.step_fraction:g}",
+            f"{at.seconds_per_case:.2g}",
+            *_error_cells(at),
+        )
         for at in iterate_rows(chosen)
     ]
     return markdown_table(("cases", "scheme", "Δt/Δt stable", "s per case", *_ERRORS), lines)
 
 
-def _stiffness(rows: pd.DataFrame) -> str:
+def _stiffness_error_table(rows: pd.DataFrame) -> str:
     """Return the table of errors of the default scheme and step over stiffness."""
     ratio = rows["penetration_ratio"]
     several = ratio.notna() & ~np.isclose(ratio, STATIC_PENETRATION) & (rows["against"] == "finer step")
     names = {"finer step": "same springs, finer steps", "stiffest springs": "stiffest springs, finer steps"}
     lines = [
-        (at.cases_of, _marked(at, f"{at.penetration_ratio:.0e}"), f"{at.seconds_per_case:.2g}", names[at.against],
-        *_errors(at))
+        (at.cases_of, _mark_default(at, f"{at.penetration_ratio:.0e}"), f"{at.seconds_per_case:.2g}", names[at.against],
+        *_error_cells(at))
         for at in iterate_rows(rows[several | (rows["against"] == "stiffest springs")])
     ]  # fmt: skip
     return markdown_table(("cases", "δ/B", "s per case", "against", *_ERRORS), lines)
 
 
-def _rigid(rows: pd.DataFrame) -> str:
+def _rigid_error_table(rows: pd.DataFrame) -> str:
     """Return the table of errors against rigid rocking and sliding, engines included."""
     head = (
         "cases",
@@ -176,33 +186,34 @@ def _rigid(rows: pd.DataFrame) -> str:
         "peak slip",
     )
     lines = []
-    for at in iterate_rows(rows[rows["against"].isin(("rigid rocking", "exact sliding")) & _shown(rows)]):
+    for at in iterate_rows(rows[rows["against"].isin(("rigid rocking", "exact sliding")) & _has_shown_step(rows)]):
         engine, counted = not np.isfinite(at.penetration_ratio), np.isfinite(at.wrong_flags)
         lines.append((
             at.cases_of,
-            _marked(at, at.method),
-            _step(at),
+            _mark_default(at, at.method),
+            _step_label(at),
             "–" if engine else f"{at.penetration_ratio:.0e}",
             f"{at.seconds_per_case:.2g}",
-            _share(at.wrong_flags, at.cases) if counted else "–",
+            _share_with_interval(at.wrong_flags, at.cases) if counted else "–",
             f"{at.wrong_sides:.0f} of {at.fallen:.0f}" if counted else "–",
-            _number(at.rotation_error),
-            _number(at.slip_error, percent=True),
+            _number_text(at.rotation_error),
+            _number_text(at.slip_error, percent=True),
         ))  # fmt: skip
     return markdown_table(head, lines)
 
 
-def _step(at: Any) -> str:
+def _step_label(at: Any) -> str:
     """Return the label of a time step or order."""
     if at.method == "exact":
         return f"order {at.step_fraction:g}"
     return f"{at.step_fraction:g}" if np.isfinite(at.penetration_ratio) else f"1/{1 / at.step_fraction:.0f} s"
 
 
-def _orders(found: Mapping[str, float], over_all: Mapping[str, float]) -> str:
+def _convergence_order_table(found: Mapping[str, float], over_all: Mapping[str, float]) -> str:
     """Return the table of orders of convergence, within `ORDER_FRACTIONS` and over all steps."""
 
     def order_text(value: float) -> str:
+        """Return an order of convergence as text."""
         return f"{value:.2f}" if np.isfinite(value) else "shifts below what bisection resolves"
 
     lines = [(name.replace("_", " "), order_text(value), order_text(over_all[name])) for name, value in found.items()]

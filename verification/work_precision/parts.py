@@ -19,15 +19,15 @@ from overturning.model.contact import STATIC_PENETRATION, Contact
 from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
 from overturning.study.answers import count_outcome_differences
-from verification.engines import ENGINES, Engine, installed_engines, side_of_block
+from verification.engines import ENGINES, SidesInEngine, fall_side_of_block, installed_engines
 from verification.inputs import (
     CaseGroup,
+    block_groups_under_records,
     every_nth_case,
     every_nth_value,
-    pulse_groups,
-    record_groups,
-    rigid_record_groups,
-    slide_groups,
+    rigid_block_groups_under_records,
+    rocking_pulse_groups,
+    sliding_block_groups,
 )
 from verification.measures import Flags, median_rotation_error, run_case_groups
 from verification.reference.sliding import sliding_displacement
@@ -46,7 +46,7 @@ PENETRATIONS: Final = (2e-3, 2e-4, 2e-5, 2e-6, STATIC_PENETRATION, 2e-8)
 AUTOMATIC: Final = AUTO_FRACTION[parse_scheme(DEFAULT_SCHEME)]
 FINEST: Final = 0.006
 """Δt/Δt_stable of the reference, which uses the centred scheme."""
-THIN_BELOW, EVERY = 0.05, 3
+THINNED_BELOW_FRACTION, THINNING = 0.05, 3
 """Below this Δt/Δt_stable only every third case is run, to limit the run time to minutes."""
 LEAST_WITH_BOUNDARY: Final = 0.02
 """Below this Δt/Δt_stable no boundary is computed."""
@@ -92,14 +92,14 @@ MEANINGS: Final = {
 """Long name and unit of the columns."""
 
 
-def table_of(rows: Sequence[Row]) -> pd.DataFrame:
-    """Return the table of rows; columns that were not measured are NaN."""
+def result_table(rows: Sequence[Row]) -> pd.DataFrame:
+    """Return the rows as a table with all columns; columns that were not measured are NaN."""
     table = pd.DataFrame(rows, columns=list(MEANINGS))
     return table.astype({name: np.float64 for name, (_, unit) in MEANINGS.items() if unit})
 
 
 class SchemeSetting(NamedTuple):
-    """Setting of a computation: scheme, time step as a share of its longest one, and static penetration over width."""
+    """Setting of a computation: scheme, time step over the longest stable one, and static penetration over width."""
 
     scheme: str
     fraction: float
@@ -124,19 +124,19 @@ class SchemeSetting(NamedTuple):
         return found, {"seconds_per_case": seconds / count, "block_steps_per_case": found.block_steps.sum() / count}
 
 
-def error_columns(found: CaseResults, right: tuple[Flags, FloatArray]) -> Row:
+def error_table_columns(found: CaseResults, right: tuple[Flags, FloatArray]) -> Row:
     """Return the numbers of wrong flags and sides, and the median error of peak rotation, as columns of the table."""
     error = median_rotation_error(found.overturned, found.peak_rotation, *right)
-    return error_counts(found.overturned, right[0]) | {"rotation_error": error}
+    return wrong_outcome_counts(found.overturned, right[0]) | {"rotation_error": error}
 
 
-def error_counts(flags: Flags, right: Flags) -> Row:
+def wrong_outcome_counts(flags: Flags, right: Flags) -> Row:
     """Return the numbers of wrong flags and sides as columns of the table."""
     found = count_outcome_differences(right, flags).model_dump()
     return {"wrong_flags": found.pop("flags"), "wrong_sides": found.pop("sides"), **found}
 
 
-def step_settings(least: float = 0.0, finest: bool = True) -> Iterator[SchemeSetting]:
+def scheme_and_step_settings(least: float = 0.0, finest: bool = True) -> Iterator[SchemeSetting]:
     """Yield both schemes with time steps above `least` of the stable one, with or without the finest."""
     for scheme in SCHEMES:
         fractions = [share for share in FRACTIONS if scheme != "cundall" or share >= LEAST_EXPLICIT]
@@ -146,22 +146,22 @@ def step_settings(least: float = 0.0, finest: bool = True) -> Iterator[SchemeSet
 
 
 def reference_outcomes(groups: Sequence[CaseGroup], setting: SchemeSetting) -> tuple[Flags, FloatArray]:
-    """Return flags and peak rotations of a setting."""
+    """Return flags and peak rotations of the cases with a setting, for comparison."""
     found = run_case_groups(groups, **setting.arguments).results
     return found.overturned, found.peak_rotation.astype(np.float64)
 
 
 def measure_against_finer_steps(kind: str) -> Iterator[Row]:
     """Measure schemes over time steps on six real records; the reference is the centred scheme at a far finer step."""
-    groups, finest = record_groups(kind), SchemeSetting("centred", FINEST)
-    right, few = reference_outcomes(groups, finest), every_nth_case(groups, EVERY)
-    right_few = (every_nth_value(groups, right[0], EVERY), every_nth_value(groups, right[1], EVERY))
+    groups, finest = block_groups_under_records(kind), SchemeSetting("centred", FINEST)
+    right, few = reference_outcomes(groups, finest), every_nth_case(groups, THINNING)
+    right_few = (every_nth_value(groups, right[0], THINNING), every_nth_value(groups, right[1], THINNING))
     where = find_boundaries(groups, right[0], MOST)
     near, exact = locate_boundaries(groups, where, {}, finest.arguments)
-    for setting in step_settings():
-        thin = setting.fraction < THIN_BELOW
+    for setting in scheme_and_step_settings():
+        thin = setting.fraction < THINNED_BELOW_FRACTION
         found, columns = setting.run(few if thin else groups)
-        columns |= error_columns(found, right_few if thin else right)
+        columns |= error_table_columns(found, right_few if thin else right)
         if setting.fraction >= LEAST_WITH_BOUNDARY:
             columns["boundary_shift"] = boundary_shift(groups, where, setting.arguments, near, exact)
         yield setting.row(f"records, {kind}", "finer step", **columns)
@@ -169,7 +169,7 @@ def measure_against_finer_steps(kind: str) -> Iterator[Row]:
 
 def measure_over_stiffness(kind: str) -> Iterator[Row]:
     """Measure stiffnesses at the automatic step; references: finer steps with the same and the largest one."""
-    groups, stiffest = record_groups(kind), PENETRATIONS[-1]
+    groups, stiffest = block_groups_under_records(kind), PENETRATIONS[-1]
     exact = {
         delta: reference_outcomes(groups, SchemeSetting("centred", FINE_FOR_STIFFNESS, delta))
         for delta in PENETRATIONS
@@ -183,16 +183,16 @@ def measure_over_stiffness(kind: str) -> Iterator[Row]:
         setting = SchemeSetting(DEFAULT_SCHEME, AUTOMATIC, delta)
         found, spent = setting.run(groups)
         shift = boundary_shift(groups, where, setting.arguments, near, right, WIDE_BRACKET)
-        columns = spent | error_columns(found, exact[stiffest]) | {"boundary_shift": shift}
+        columns = spent | error_table_columns(found, exact[stiffest]) | {"boundary_shift": shift}
         yield setting.row(f"records, {kind}", "stiffest springs", **columns)
         if delta in exact:
-            yield setting.row(f"records, {kind}", "finer step", **spent, **error_columns(found, exact[delta]))
+            yield setting.row(f"records, {kind}", "finer step", **spent, **error_table_columns(found, exact[delta]))
 
 
 def measure_energy_balance() -> Iterator[Row]:
     """Measure the mean residual of work and energy of cases that slide or rock, over time steps."""
-    groups = [part for kind in ("sliding", "rocking") for part in every_nth_case(record_groups(kind), 6)]
-    for setting in step_settings(finest=False):
+    groups = [part for kind in ("sliding", "rocking") for part in every_nth_case(block_groups_under_records(kind), 6)]
+    for setting in scheme_and_step_settings(finest=False):
         found = run_case_groups(groups, **setting.arguments).results
         simulated = found.status == 0
         residual = float(np.mean(found.energy_error[simulated]))
@@ -206,7 +206,7 @@ def run_exact_block(groups: Sequence[CaseGroup], order: int = EXACT, factor: flo
 
 
 def select_robust_cases(groups: Sequence[CaseGroup]) -> tuple[list[CaseGroup], tuple[Flags, FloatArray]]:
-    """Return the cases whose rigid answer does not change with the amplitude by ±1 %, and these answers."""
+    """Return the cases whose rigid-block outcome does not change with ±1 % of amplitude, and these outcomes."""
     flags, peaks = run_exact_block(groups)
     same = np.all([run_exact_block(groups, factor=factor)[0] == flags for factor in (0.99, 1.01)], axis=0)
     of_each = np.split(same, np.cumsum([group.cases.case_count for group in groups])[:-1])
@@ -216,7 +216,7 @@ def select_robust_cases(groups: Sequence[CaseGroup]) -> tuple[list[CaseGroup], t
 
 def rigid_block_sets() -> dict[str, list[CaseGroup]]:
     """Return the sets of blocks that cannot slide, by name."""
-    return {"sine pulses": pulse_groups(), "records, no sliding": rigid_record_groups()}
+    return {"sine pulses": rocking_pulse_groups(), "records, no sliding": rigid_block_groups_under_records()}
 
 
 def measure_against_rigid_rocking() -> Iterator[Row]:
@@ -224,14 +224,14 @@ def measure_against_rigid_rocking() -> Iterator[Row]:
     others = [SchemeSetting(DEFAULT_SCHEME, AUTOMATIC, delta) for delta in PENETRATIONS if delta != STATIC_PENETRATION]
     for name, every in rigid_block_sets().items():
         groups, right = select_robust_cases(every)
-        for setting in (*step_settings(0.05), *others):
+        for setting in (*scheme_and_step_settings(0.05), *others):
             found, spent = setting.run(groups)
             common = engine_disagreement(name, groups, found.overturned, right[0])
-            yield setting.row(name, "rigid rocking", **spent, **error_columns(found, right), **common)
+            yield setting.row(name, "rigid rocking", **spent, **error_table_columns(found, right), **common)
         for order in ORDERS:
             (flags, peaks), seconds = time_run(partial(run_exact_block, groups, order))
             own = {"method": "exact", "step_fraction": order, "seconds_per_case": seconds / flags.size}
-            own |= error_counts(flags, right[0]) | engine_disagreement(name, groups, flags, right[0])
+            own |= wrong_outcome_counts(flags, right[0]) | engine_disagreement(name, groups, flags, right[0])
             own["rotation_error"] = median_rotation_error(flags, peaks, *right)
             yield {"cases_of": name, "against": "rigid rocking", "default": order == ORDER} | own
 
@@ -244,14 +244,18 @@ def engine_disagreement(name: str, groups: Sequence[CaseGroup], flags: Flags, ri
 
 def measure_against_exact_sliding() -> Iterator[Row]:
     """Compare the peak slip of squat blocks with the exact sliding block, over time steps."""
-    groups = slide_groups()
+    groups = sliding_block_groups()
     exact = np.array([
-        sliding_displacement(group.wave(index), group.motion.sampling_interval, group.case(index)["friction"])[0]
+        sliding_displacement(
+            group.acceleration_of_case(index),
+            group.motion.sampling_interval,
+            group.parameters_of_case(index)["friction"],
+        )[0]
         for group in groups
         for index in range(group.cases.case_count)
     ])  # fmt: skip
     moved = exact > 1e-3
-    for setting in step_settings(finest=False):
+    for setting in scheme_and_step_settings(finest=False):
         found, spent = setting.run(groups)
         error = float(np.max(np.abs(found.peak_slip[moved].astype(np.float64) / exact[moved] - 1.0)))
         yield setting.row("sliding blocks", "exact sliding", **spent, cases=int(moved.sum()), slip_error=error)
@@ -267,20 +271,26 @@ def measure_engines_against_rigid_rocking() -> Iterator[Row]:
         kept, right = select_robust_cases(every)
         few, flags = every_nth_case(kept, ENGINES_EVERY[name]), every_nth_value(kept, right[0], ENGINES_EVERY[name])
         for (method, engine), step in itertools.product(engines.items(), ENGINE_STEPS):
-            sides, seconds = time_run(partial(_sides, engine, few, step), 1, partial(_side, engine, few[0], 0, step))
+            sides, seconds = time_run(
+                partial(_sides_in_engine, engine, few, step), 1, partial(_side_in_engine, engine, few[0], 0, step)
+            )
             own = {"method": method, "step_fraction": step, "seconds_per_case": seconds / sides.size}
             own |= {"shared": sides.size, "disagree": int((sides != flags).sum())}
-            yield {"cases_of": name, **against, **own, **error_counts(sides, flags)}
+            yield {"cases_of": name, **against, **own, **wrong_outcome_counts(sides, flags)}
 
 
-def _sides(engine: Engine, groups: Sequence[CaseGroup], step: float) -> Flags:
-    sides = [_side(engine, group, index, step) for group in groups for index in range(group.cases.case_count)]
+def _sides_in_engine(engine: SidesInEngine, groups: Sequence[CaseGroup], step: float) -> Flags:
+    """Return the sides to which the blocks of all groups fall in an engine."""
+    sides = [_side_in_engine(engine, group, index, step) for group in groups for index in range(group.cases.case_count)]
     return np.array(sides, np.int8)
 
 
-def _side(engine: Engine, group: CaseGroup, index: int, step: float) -> int:
-    case, interval = group.case(index), group.motion.sampling_interval
-    return side_of_block(engine, group.wave(index), interval, case["height"], case["b_over_h"], case["friction"], step)
+def _side_in_engine(engine: SidesInEngine, group: CaseGroup, index: int, step: float) -> int:
+    """Return the side to which the block of one case falls in an engine."""
+    case, interval = group.parameters_of_case(index), group.motion.sampling_interval
+    return fall_side_of_block(
+        engine, group.acceleration_of_case(index), interval, case["height"], case["b_over_h"], case["friction"], step
+    )
 
 
 PARTS: Final[dict[str, Sequence[Callable[[], Iterator[Row]]]]] = {

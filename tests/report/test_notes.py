@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from overturning.findings.collect import Findings
-from overturning.findings.processing import DRIFT, TRUSTED, RecordNotes, record_processing
+from overturning.findings.processing import DRIFT, TRUSTED, RecordNotes, processing_finding_of_record
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.read import read_record_without_processing
 from overturning.records.record import Record, source_and_processing_of_record
@@ -36,7 +36,7 @@ def record_of(path: Path, north: np.ndarray, trust_data: bool = False) -> Record
 
 def report_of_record(record: Record, language: str) -> str:
     """Return the Markdown of a report on one record."""
-    processing = record_processing(source_and_processing_of_record(record))
+    processing = processing_finding_of_record(source_and_processing_of_record(record))
     doubts = [{"doubt": one, "count": 1, "records": ["vale"]} for one in processing.doubts]
     notes = RecordNotes.model_validate({"records_with_notes": 1, "doubts": doubts})
     parts = {"records": [RECORD | {"processing": processing}], "record_notes": notes}
@@ -62,12 +62,12 @@ def test_a_clipped_component_is_named_with_its_number_of_samples_at_the_rail(tmp
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_drift_and_trusted_contradictions_are_named(tmp_path: Path, language: str) -> None:
     drifting = record_of(tmp_path / "x.csv", WAVE + 0.003)
-    assert DRIFT in record_processing(source_and_processing_of_record(drifting)).doubts
+    assert DRIFT in processing_finding_of_record(source_and_processing_of_record(drifting)).doubts
     text = report_of_record(drifting, language)
     assert {"en": "velocity of north ends at", "ja": "北方向の速度が最後に最大値の"}[language] in text
     assert translate_label(DRIFT, read_label_translations(language)) in text
     dead = record_of(tmp_path / "y.csv", 1e-9 * WAVE, trust_data=True)
-    assert record_processing(source_and_processing_of_record(dead)).doubts == [TRUSTED]
+    assert processing_finding_of_record(source_and_processing_of_record(dead)).doubts == [TRUSTED]
     text = report_of_record(dead, language)
     assert "north\\' is dead" in text
     assert translate_label(TRUSTED, read_label_translations(language)) in text

@@ -11,8 +11,8 @@ from scipy.special import iv
 from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.earthquakes import (
     FallAxisSummary,
+    difference_of_mean_alignments,
     fall_axes_by_group,
-    first_minus_second_alignment,
     summarise_fall_axes,
 )
 from tests.statistics.conftest import Rule, build_cube
@@ -84,7 +84,7 @@ def data_sets(kappa: float) -> list[DataSet]:
                 for name, axes in groups.items()
             }
             pair = (own[name] for name in GROUPS.values())
-            difference = first_minus_second_alignment(*pair) if replicate % 25 == 0 else None
+            difference = difference_of_mean_alignments(*pair) if replicate % 25 == 0 else None
             found.append(DataSet({name: summarise_fall_axes(one) for name, one in own.items()}, difference))
     return found
 

@@ -81,7 +81,7 @@ def draw_illustrative_cases(
     ):
         chosen = np.isin(elements["record_id"].to_numpy().astype(str), shown_records) if shown_records else slice(None)
         elements = elements.isel(record=chosen)
-        cube = _select_default_element_with_any_fall(elements)
+        cube = _select_default_element_and_mark_any_fall(elements)
         cases = find_illustrative_cases(cube)
         if compared_cube_path is not None:
             with open_cube_by_record(compared_cube_path, element=None) as other_cube:
@@ -101,7 +101,7 @@ def draw_illustrative_cases(
         write_cases_with_figures(rows, output_folder)
 
 
-def _select_default_element_with_any_fall(cube: "xr.Dataset") -> "xr.Dataset":
+def _select_default_element_and_mark_any_fall(cube: "xr.Dataset") -> "xr.Dataset":
     """Select a scene's default element from a cube, and add a variable that is True if any element falls."""
     if "element" not in cube.dims:
         return cube

@@ -219,7 +219,7 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
         survey_rules=[
             _check_jma_survey_rule(rule, known, free_rates, jma, horizontal, events)
             for rule in SURVEY_RULE
-            if _motions_in_range_of_survey_rule(rule, known, free_rates).sum() >= FEWEST_MOTIONS
+            if _motions_with_fall_rate_in_rule_range(rule, known, free_rates).sum() >= FEWEST_MOTIONS
         ],
         fragility_curves=[
             FragilityCurve(
@@ -259,7 +259,7 @@ def _record_fall_rate(results: StudyResults, record_index: int) -> RecordFallRat
     )
 
 
-def _motions_in_range_of_survey_rule(
+def _motions_with_fall_rate_in_rule_range(
     survey_rule: tuple[float, float, float, float, str], known_motions: BoolArray, fall_rates: FloatArray
 ) -> BoolArray:
     """Return a mask, shape (records, amplitudes), of the motions with a fall rate in the range of a survey rule."""
@@ -280,7 +280,7 @@ def _check_jma_survey_rule(
     Arrays have shape (records, amplitudes); `lacks_vertical` and `record_events` have shape (records,).
     """
     low, high, least, most, text = survey_rule
-    selected = _motions_in_range_of_survey_rule(survey_rule, known_motions, fall_rates)
+    selected = _motions_with_fall_rate_in_rule_range(survey_rule, known_motions, fall_rates)
     more = jma_intensity + VERTICAL_INTENSITY_INCREMENT * lacks_vertical[:, None]
     agreeing, agreeing_more, above = (
         selected & is_published_intensity_in_range(one, a, b)

@@ -75,7 +75,7 @@ class RecordNotes(Finding):
     """Records with each kind of doubt about the data; kinds without a record are left out."""
 
 
-def record_processing(provenance: Mapping[str, Any]) -> RecordProcessing:
+def processing_finding_of_record(provenance: Mapping[str, Any]) -> RecordProcessing:
     """Return the report's entry on the source and processing of one record.
 
     Parameters
@@ -109,7 +109,9 @@ def record_processing(provenance: Mapping[str, Any]) -> RecordProcessing:
 
 def processing_by_record(results: StudyResults) -> dict[str, RecordProcessing]:
     """Return source, processing and notes of each record, by record id, as far as the results state them."""
-    return {name: record_processing(provenance) for name, provenance in record_provenance(results.cube).items()}
+    return {
+        name: processing_finding_of_record(provenance) for name, provenance in record_provenance(results.cube).items()
+    }
 
 
 def record_notes(processing_by_id: Mapping[str, RecordProcessing | None]) -> RecordNotes:

@@ -195,7 +195,7 @@ class StudyResults:
     def first_minus_second_group_alignment(self) -> MeanOverEarthquakes | None:
         """Alignment of falls with the fault normal, first minus second group of records; None if there is one group."""
         return (
-            earthquakes.first_minus_second_alignment(*self.fall_axes_by_group.values())
+            earthquakes.difference_of_mean_alignments(*self.fall_axes_by_group.values())
             if len(self.fall_axes_by_group) == 2
             else None
         )

@@ -203,7 +203,7 @@ def survey_findings(survey_result: StoredSurveyComparison) -> SurveyFindings:
         return dict(zip(OCTANTS, octant_counts, strict=True))
 
     def statistical_test_finding(test_attribute: str) -> StatisticalTestFinding:
-        """Return the report's numbers on one statistical test of the comparison."""
+        """Return statistic and p-value of the test in an attribute of the comparison of survey and study."""
         one = getattr(found, test_attribute)
         return StatisticalTestFinding(name=one.name, sample_size=one.n, statistic=one.statistic, p_value=one.p_value)
 

@@ -120,7 +120,7 @@ def first_equivalent_direction_of_each(
     Returns
     -------
     EquivalentSimulatedDirections
-        Shape (n, p). Only directions whose cell is their own position need to be computed.
+        Shape (n, p). Only a direction i whose entry `cell[i, k]` is i itself needs to be computed for the period k.
     """
     direction, periods = np.asarray(direction_deg, np.float64), np.atleast_1d(np.asarray(periods_deg, np.float64))
     cell = np.empty((direction.size, periods.size), np.intp)

@@ -208,7 +208,7 @@ def summarise_fall_axes(fall_axes: xr.Dataset, *, level: float = 0.95, draws: in
     return FallAxisSummary(count, alignment, mean, half_width, int(known.size), closer, largest, test.p_value)
 
 
-def first_minus_second_alignment(first_fall_axes: xr.Dataset, second_fall_axes: xr.Dataset) -> MeanOverEarthquakes:
+def difference_of_mean_alignments(first_fall_axes: xr.Dataset, second_fall_axes: xr.Dataset) -> MeanOverEarthquakes:
     """Compute the mean alignment of falls with the fault normal in one set of records minus that in another.
 
     Both sets, such as pulse records and their control, are results of `fall_axes_by_earthquake`. An earthquake with

@@ -190,7 +190,7 @@ def parse_outcome(text: object) -> StatedOutcome:
     rest = _UNKNOWN_DIRECTION.sub("", whole)
     found = StatedOutcome(direction_is_unknown=rest != whole)
     for part in filter(None, _SEPARATOR.split(rest)):
-        one = _parse_outcome_part(part)
+        one = _parse_single_outcome(part)
         if any(kind in found.kinds for kind in one.kinds if kind in ("fell", "shifted", "twisted")):
             raise ValueError(f"{one.kinds[0]} is stated twice; state it once")
         found = found.merged_with(one)
@@ -205,7 +205,7 @@ def parse_outcome(text: object) -> StatedOutcome:
     return found
 
 
-def _parse_outcome_part(part: str) -> StatedOutcome:
+def _parse_single_outcome(part: str) -> StatedOutcome:
     """Convert one statement of a table cell, such as "fell SE" or "twisted 10", to a `StatedOutcome`."""
     words = " ".join(part.lower().replace("_", " ").split())
     if words in _WORDS:

@@ -162,11 +162,11 @@ class SurveyInversionResult:
     fell, stood : int
         Number of stones.
     fixed : float
-        Assumed share of fixed stones.
+        Assumed share of stones that are fixed to their base, so that no motion overturns them.
     fit : float
         p-value of the check of fit, see `SurveyInversion.posterior_predictive_p_value`.
     posterior : MotionPosterior
-        Posterior of motion, level and rotation.
+        Posterior of the motion, of the peak velocity to which it is scaled, and of its rotation about the vertical.
     sites : tuple of SurveyInversionResult
         Results for the stones of each site by itself, whose names are those of the sites; empty for one site.
     """

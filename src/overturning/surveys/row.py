@@ -216,10 +216,10 @@ class SurveyRow(BaseModel):
                 {"fell", "outcome", "azimuth_deg", "octant"},
                 "fell: a stone that stood has no fall direction; empty azimuth_deg and octant",
             )
-        yield from self._size_contradictions()
+        yield from self._position_and_displacement_contradictions()
 
-    def _size_contradictions(self) -> Iterator[tuple[set[str], str]]:
-        """Yield the columns and a message for each contradiction between coordinates, shifts or twists."""
+    def _position_and_displacement_contradictions(self) -> Iterator[tuple[set[str], str]]:
+        """Yield the columns and a message for each incomplete position, and each shift or twist that is given twice."""
         for first, second in (("lat", "lon"), ("x", "y")):
             given = [name for name in (first, second) if math.isfinite(getattr(self, name))]
             if len(given) == 1:

@@ -385,10 +385,10 @@ def _octant_declination_errors(
             )
 
 
-def _format_row_errors(path: Path, faults: list[tuple[int, str]]) -> str:
+def _format_row_errors(path: Path, errors_by_line: list[tuple[int, str]]) -> str:
     """Return one message for all errors in the rows of a survey table; lines with equal errors are listed together."""
     lines_of: dict[str, list[int]] = {}
-    for line, message in sorted(faults, key=lambda one: one[0]):
+    for line, message in sorted(errors_by_line, key=lambda one: one[0]):
         lines_of.setdefault(message, []).append(line)
     if len(lines_of) == 1:
         message, lines = next(iter(lines_of.items()))

@@ -13,11 +13,11 @@ from numba import njit
 from overturning.dem.body.state import (
     BodyBaseMotion,
     BodyConstants,
+    BodyPredictedForStepEnd,
     BodyState,
     BodyVelocityChange,
     ContactEquationTerms,
     ContactPointHistory,
-    PredictedBody,
     PredictedContactPoint,
     angular_velocity_from_momentum,
     rotate_body_over_step,
@@ -66,7 +66,7 @@ def centre_acceleration(force_per_mass: Vector3, inertial_acceleration: Vector3)
 @njit(**INLINE)
 def predict_body_at_step_end(
     body: BodyConstants, state: BodyState, step_ticks: float, shaking: BodyBaseMotion, ticks_per_sample: float
-) -> PredictedBody:
+) -> BodyPredictedForStepEnd:
     """Predict the state of a body at the end of a step (`step_ticks`), from the acceleration at the step's start."""
     dt, tick = body.step * step_ticks, state.tick + step_ticks
     half, past = 0.5 * dt, tick - ticks_per_sample
@@ -81,7 +81,7 @@ def predict_body_at_step_end(
         base_acceleration_up_to_next_sample(shaking.push_y, tick, past),
         base_acceleration_up_to_next_sample(shaking.lift, tick, past),
     )
-    return PredictedBody(
+    return BodyPredictedForStepEnd(
         place=extrapolate_vector(state.place, dt, v),
         turn=turn,
         velocity=v,
@@ -145,7 +145,7 @@ def flat_landing_slip_direction(
 @njit(**INLINE)
 def predict_contact_point(
     body: BodyConstants,
-    predicted_body: PredictedBody,
+    predicted_body: BodyPredictedForStepEnd,
     body_axes: Matrix3,
     lever_arm: Vector3,
     point_history: ContactPointHistory,
@@ -296,7 +296,7 @@ def contact_equation_terms(
 
 @njit(**INLINE)
 def solve_velocity_change(
-    body: BodyConstants, state: BodyState, predicted_body: PredictedBody, contact_terms: ContactEquationTerms
+    body: BodyConstants, state: BodyState, predicted_body: BodyPredictedForStepEnd, contact_terms: ContactEquationTerms
 ) -> BodyVelocityChange:
     """Solve the linear equations of a step for the corrections of a body's predicted velocity and angular velocity."""
     a, b, c, d = contact_terms.a, contact_terms.b, contact_terms.c, contact_terms.d

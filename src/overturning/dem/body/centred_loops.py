@@ -36,6 +36,7 @@ from overturning.dem.body.state import (
     BodyConstants,
     BodyEnergyAndMomentumAccount,
     BodyPeakValues,
+    BodyPredictedForStepEnd,
     BodyState,
     BodyTerminationLimits,
     BodyVelocityChange,
@@ -44,7 +45,6 @@ from overturning.dem.body.state import (
     ContactForceSum,
     ContactPointAtStepStartAndEnd,
     LargestBodyContactChanges,
-    PredictedBody,
     PredictedContactPoint,
     StepRejectionFlags,
 )
@@ -62,7 +62,7 @@ load_account, _, store_account = ROWS.tuple_access(BodyEnergyAndMomentumAccount)
 load_attempt, store_attempt, _ = ROWS.tuple_access(StepAttempt)
 load_rejection, store_rejection, _ = ROWS.tuple_access(StepRejectionFlags)
 load_step_control = ROWS.tuple_access(CaseStepControl).load
-load_predicted, store_predicted, _ = ROWS.tuple_access(PredictedBody)
+load_predicted, store_predicted, _ = ROWS.tuple_access(BodyPredictedForStepEnd)
 load_equations, store_equations, _ = ROWS.tuple_access(ContactEquationTerms)
 load_change, store_change, _ = ROWS.tuple_access(BodyVelocityChange)
 load_sum, store_sum, _ = ROWS.tuple_access(ContactForceSum)

@@ -11,12 +11,12 @@ from overturning.dem.body.state import (
     BodyConstants,
     BodyEnergyAndMomentumAccount,
     BodyPeakValues,
+    BodyPredictedForStepEnd,
     BodyState,
     BodyVelocityChange,
     ContactForceSum,
     ContactPointHistory,
     LargestBodyContactChanges,
-    PredictedBody,
     PredictedContactPoint,
     lean_as_squared_sine,
 )
@@ -106,7 +106,7 @@ def contact_changes_of_point(
 @njit(**INLINE)
 def compute_point_forces(
     body: BodyConstants,
-    predicted_body: PredictedBody,
+    predicted_body: BodyPredictedForStepEnd,
     predicted_point: PredictedContactPoint,
     point_history: ContactPointHistory,
     velocity_change: BodyVelocityChange,
@@ -179,7 +179,7 @@ def compute_point_forces(
 
 @njit(**INLINE)
 def rim_contact_point_moves_fast(
-    state: BodyState, predicted_body: PredictedBody, largest_contact_changes: LargestBodyContactChanges
+    state: BodyState, predicted_body: BodyPredictedForStepEnd, largest_contact_changes: LargestBodyContactChanges
 ) -> bool:
     """True if the lowest point of a tilted round base moves along its rim by an angle above `FAST_TURN` in the step."""
     a, b = rotation_matrix(state.turn), rotation_matrix(predicted_body.turn)
@@ -244,7 +244,7 @@ class AcceptedBodyStep(NamedTuple):
 def complete_body_step(
     body: BodyConstants,
     previous_step: AcceptedBodyStep,
-    predicted_body: PredictedBody,
+    predicted_body: BodyPredictedForStepEnd,
     velocity_change: BodyVelocityChange,
     contact_sum: ContactForceSum,
     largest_penetration: float,

@@ -251,7 +251,7 @@ class StepRejectionFlags(NamedTuple):
     sooner: float
 
 
-class PredictedBody(NamedTuple):
+class BodyPredictedForStepEnd(NamedTuple):
     """Predicted state of a body at the end of a step of the centred scheme, before the equations are solved."""
 
     place: Vector3
@@ -332,7 +332,7 @@ class LargestBodyContactChanges(NamedTuple):
 ROWS: Final = TupleRowLayout(
     COLUMNS, BodyConstants, CaseStepControl, BodyState, Matrix3, BaseContactState, BodyPeakValues,
     BodyEnergyAndMomentumAccount, BodyBaseMotion, LoadedSampleNumber, CaseProgress, BodyTerminationLimits,
-    StepAttempt, StepRejectionFlags, PredictedBody, ContactEquationTerms, BodyVelocityChange, ContactForceSum,
+    StepAttempt, StepRejectionFlags, BodyPredictedForStepEnd, ContactEquationTerms, BodyVelocityChange, ContactForceSum,
     LargestBodyContactChanges, CaseRestState, LateTilt, SlideEndSample,
 )  # fmt: skip
 VERTEX: Final = TupleRowLayout(COLUMNS, BodyVertex, ContactPointAtStepStartAndEnd, PredictedContactPoint)

@@ -293,7 +293,7 @@ def element_point_in_scene_axes(pose: Pose, local_x: float, local_z: float) -> t
 
 @njit(**APART)
 def shift_rest_pose_with_held_support(element_rows: Any, support_rows: Any) -> None:
-    """Shift the rest position of an element by the displacement of its support, an element held fixed in space."""
+    """Shift an element's rest position as its support moved relative to the base while it was held fixed in space."""
     for j in range(rows.COLUMNS):
         pose, at, home = (
             rows.load_pose(support_rows, j),

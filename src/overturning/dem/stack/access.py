@@ -13,6 +13,7 @@ from overturning.dem.kernel.lanes import create_elementwise_tuple_functions, cre
 from overturning.dem.stack.joint_state import (
     JOINT,
     POINT,
+    BaseOverhangAtSide,
     ClippedSide,
     ContactNormalSums,
     ContactPointPosition,
@@ -26,7 +27,6 @@ from overturning.dem.stack.joint_state import (
     JointPose,
     JointRelativeMotion,
     PointAtStepStartAndEnd,
-    SideOverhang,
     SolvedJointPointSums,
     SumOfForceTimesDistance,
 )
@@ -96,7 +96,7 @@ load_clip, store_clip, _ = POINT.tuple_access(ClippedSide)
 load_next_point, store_next_point, _ = POINT.tuple_access(PointAtStepStartAndEnd, "new")
 load_outline, store_outline, _ = POINT.tuple_access(FaceCorner)
 load_place, store_place, _ = POINT.tuple_access(ContactPointPosition)
-load_rim_side, store_rim_side, _ = POINT.tuple_access(SideOverhang)
+load_rim_side, store_rim_side, _ = POINT.tuple_access(BaseOverhangAtSide)
 load_point, _, store_point_unless = POINT.tuple_access(PointAtStepStartAndEnd, "old")
 
 add_losses, no_losses = (

@@ -266,9 +266,9 @@ def stack_case_status(
 def stack_cannot_fall(state: Any, lane: int, corner_limit: int, stones_at_rest: Any) -> bool:
     """True if no stone has fallen, and the energy of the stack does not suffice to overturn the stones above any joint.
 
-    This needs the energy `CaseProgress.barrier`, less what slips take away: at least the square of the share of the
-    base that is left remains. On the ground, which has no rim, a slip takes nothing away. A joint is the contact of a
-    stone with its support.
+    Overturning needs the energy `CaseProgress.barrier`. A slip on another stone shortens the supported base: if a share
+    s of the base is still supported, at least s² of this energy is needed. A slip on the ground, which has no rim,
+    changes nothing. A joint is the contact of a stone with its support.
     """
     case, course = load_case(state, lane), load_course(state, lane)
     # Horizontal position of the upper face below, and of the centre of its stone at rest.

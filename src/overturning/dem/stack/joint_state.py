@@ -243,7 +243,7 @@ class ClippedSide(NamedTuple):
     """Length of the part, m."""
 
 
-class SideOverhang(NamedTuple):
+class BaseOverhangAtSide(NamedTuple):
     """Overhang of the upper base beyond a side of the lower face, and slopes of contact normals where sides cross."""
 
     overhang: float
@@ -301,5 +301,5 @@ JOINT: Final = TupleRowLayout(
     SolvedJointPointSums,
 )  # fmt: skip
 POINT: Final = TupleRowLayout(
-    COLUMNS, FaceCorner, ContactPointPosition, ClippedSide, SideOverhang, PointAtStepStartAndEnd
+    COLUMNS, FaceCorner, ContactPointPosition, ClippedSide, BaseOverhangAtSide, PointAtStepStartAndEnd
 )

@@ -40,6 +40,7 @@ from overturning.dem.stack.access import (
 from overturning.dem.stack.joint_state import (
     JOINT,
     POINT,
+    BaseOverhangAtSide,
     ClippedSide,
     ContactPointPosition,
     FaceCorner,
@@ -47,7 +48,6 @@ from overturning.dem.stack.joint_state import (
     JointPose,
     JointRelativeMotion,
     PointAtStepStartAndEnd,
-    SideOverhang,
 )
 from overturning.dem.stack.state import STONE, PredictedStone, StoneConstants, StoneFallState
 
@@ -267,7 +267,7 @@ def normal_slope_of_crossing_sides(lower: FaceCorner, a: ContactPointPosition, b
 def clear_side_overhang(side: Any, lane_count: int) -> None:
     """Clear overhang and slopes of the contact normals of a side of the lower face, for all stacks in parallel."""
     for j in range(whole_vectors(lane_count)):
-        store_rim_side(side, j, SideOverhang(-1e300, 0.0, 0.0))
+        store_rim_side(side, j, BaseOverhangAtSide(-1e300, 0.0, 0.0))
 
 
 @njit(**APART)
@@ -280,7 +280,7 @@ def clip_side_of_lower_face(side: Any, next_corner: Any, begin: Any, end: Any, l
         new = clip_by_half_plane(old, twice_triangle_area(a, b, c.x, c.y), twice_triangle_area(a, b, d.x, d.y))
         slope, beyond = normal_slope_of_crossing_sides(c, a, b), (c.nx * a.x + c.ny * a.y) - c.reach
         store_clip(side, j, new)
-        store_rim_side(side, j, SideOverhang(
+        store_rim_side(side, j, BaseOverhangAtSide(
             overhang=beyond if beyond > rim.overhang else rim.overhang,
             begin_slope=slope if new.begin > old.begin else rim.begin_slope,
             end_slope=slope if new.end < old.end else rim.end_slope,

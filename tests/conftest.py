@@ -42,6 +42,7 @@ class KernelScheduling(LoadFileScheduling):
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> KernelScheduling | None:
+    """Distribute test files by `KernelScheduling` under ``--dist loadfile``."""
     return KernelScheduling(config, log) if config.getoption("dist") == "loadfile" else None
 
 
@@ -56,6 +57,7 @@ def pytest_collection() -> Generator[None, object, object]:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Run the test files listed in `FIRST` first, in that order."""
     items.sort(key=lambda item: FIRST.index(item.path.name) if item.path.name in FIRST else len(FIRST))
 
 

@@ -20,19 +20,19 @@ from tests.expect import lacking
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", ROOT / "README.ja.md", ROOT / "config" / "README.md", *sorted(DOCS.rglob("*.md"))]
-LONGEST = 130
-LARGEST_DRAWING = 30_000
+MAX_LINE_LENGTH = 130
+MAX_DRAWING_BYTES = 30_000
 
 each_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 
 
-def prose(page: Path) -> str:
-    """A page without its code and formulas."""
+def text_without_code(page: Path) -> str:
+    """Return the text of a page of the docs without its code blocks and inline code."""
     text = re.sub(r"^ *```.*?^ *```$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
     return re.sub(r"`[^`\n]*`", "code", text)
 
 
-def anchors(page: Path) -> set[str]:
+def heading_anchors(page: Path) -> set[str]:
     """Return the anchors of a page: headings in lower case, without punctuation, with hyphens for blanks."""
     found: set[str] = set()
     for heading in re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), flags=re.MULTILINE):
@@ -42,13 +42,15 @@ def anchors(page: Path) -> set[str]:
 
 
 @each_page
-def test_no_line_is_long(page):
+def test_no_line_of_the_docs_exceeds_130_characters(page):
     made = False  # by a script: the columns of its tables are what they are
     for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
         made = (made or "begin -->" in line or "made by" in line) and "end" not in re.findall(
             r"<!--.*?(end).*?-->", line
         )
-        assert len(line) <= LONGEST or (made and line.startswith("|")), f"{page.name}:{number}: {len(line)} characters"
+        assert len(line) <= MAX_LINE_LENGTH or (made and line.startswith("|")), (
+            f"{page.name}:{number}: {len(line)} characters"
+        )
 
 
 NO_MEASUREMENT = {
@@ -65,25 +67,27 @@ NO_MEASUREMENT = {
 @pytest.mark.parametrize(
     "page", [page for page in PAGES if page.name in NO_MEASUREMENT and page.parent != ROOT / "config"]
 )
-def test_no_measured_percentage_is_typed_by_hand(page):
-    text = re.sub(r"<!-- ([\w-]+):begin -->.*?<!-- \1:end -->", "", prose(page), flags=re.DOTALL)
+def test_no_measured_percentage_in_the_docs_is_typed_by_hand(page):
+    text = re.sub(r"<!-- ([\w-]+):begin -->.*?<!-- \1:end -->", "", text_without_code(page), flags=re.DOTALL)
     text = re.sub(r"<!--=[\w-]+-->.*?<!--/-->", "", text, flags=re.DOTALL)
     found = set(re.findall(r"([\d.]+)\s*%", text))
     assert found <= NO_MEASUREMENT[page.name], "put it into verification/sentences.py"
 
 
 @each_page
-def test_links_have_targets(page):
-    for target in re.findall(r"\]\(([^)\s]+)\)", prose(page)):
+def test_each_link_in_the_docs_has_a_target(page):
+    for target in re.findall(r"\]\(([^)\s]+)\)", text_without_code(page)):
         if re.match(r"[a-z]+:", target):
             continue
         path, _, anchor = target.partition("#")
         to = (page.parent / path).resolve() if path else page
         assert to.exists(), f"{page.name}: {target}"
-        assert not anchor or anchor in anchors(to), f"{page.name}: {target}; there are {sorted(anchors(to))}"
+        assert not anchor or anchor in heading_anchors(to), (
+            f"{page.name}: {target}; there are {sorted(heading_anchors(to))}"
+        )
 
 
-def test_the_readme_leads_to_every_page_and_the_pages_to_every_table():
+def test_the_readme_links_every_page_and_each_linked_table_exists():
     readme = PAGES[0].read_text(encoding="utf-8")
     assert [page.name for page in DOCS.glob("*.md") if f"(docs/{page.name})" not in readme] == []
     texts = "".join(page.read_text(encoding="utf-8") for page in PAGES)
@@ -100,7 +104,7 @@ def test_readme_has_its_parts_in_order():
 
 
 @each_page
-def test_table_markers_come_in_pairs(page):
+def test_markers_of_generated_tables_come_in_pairs(page):
     text = page.read_text(encoding="utf-8")
     begins, ends = (re.findall(rf"^<!-- ([\w-]+):{side} -->$", text, flags=re.MULTILINE) for side in ("begin", "end"))
     assert begins == ends
@@ -108,44 +112,44 @@ def test_table_markers_come_in_pairs(page):
 
 
 @each_page
-def test_a_marker_does_not_begin_a_line_of_a_paragraph(page):
+def test_no_line_of_a_docs_paragraph_begins_with_an_html_marker(page):
     """In Markdown such a line ends the paragraph and is taken as HTML."""
     assert re.findall(r"^ *<!--=[\w-]+-->.+$", page.read_text(encoding="utf-8"), flags=re.MULTILINE) == []
 
 
-def test_the_drawings_are_what_the_script_draws(tmp_path, monkeypatch):
+def test_drawings_in_the_docs_equal_the_output_of_their_script(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(DOCS)  # as where the script is run
-    loaded("draw").main(tmp_path)
+    load_docs_script("draw").main(tmp_path)
     drawn = sorted(tmp_path.iterdir())
     assert drawn
     shown = "".join(page.read_text(encoding="utf-8") for page in PAGES)
     for drawing in drawn:
         kept = DOCS / "images" / drawing.name
         assert drawing.read_bytes() == kept.read_bytes(), f"{kept}: run python docs/draw.py"
-        assert drawing.stat().st_size < LARGEST_DRAWING
+        assert drawing.stat().st_size < MAX_DRAWING_BYTES
         assert f"(images/{drawing.name})" in shown
 
 
-def test_each_image_is_shown():
+def test_each_image_in_the_docs_is_shown_on_a_page():
     shown = "".join(page.read_text(encoding="utf-8") for page in PAGES)
     assert [image.name for image in (DOCS / "images").iterdir() if f"images/{image.name})" not in shown] == []
 
 
-def places() -> list[str]:
-    """Rows of the table in docs/method.md that says where to add what."""
+def extension_table_rows() -> list[str]:
+    """Return the rows of the table in docs/method.md that states where each kind of extension is added."""
     section = (DOCS / "method.md").read_text(encoding="utf-8").split("## Where would I add", 1)[1]
     return [line for line in section.splitlines() if line.startswith("| a ")]
 
 
-@pytest.mark.parametrize("row", places(), ids=lambda row: row.split("|")[1].strip())
-def test_the_places_to_add_something_exist(row):
+@pytest.mark.parametrize("row", extension_table_rows(), ids=lambda row: row.split("|")[1].strip())
+def test_paths_in_the_extension_table_exist(row):
     for name, path in re.findall(r"(?:`([A-Z]+)` in )?`([\w./-]+/[\w./-]*|\w+\.py)`", row):
         found = [base / path for base in (ROOT / "src" / "overturning", ROOT) if (base / path).exists()]
         assert found, path
         assert not name or re.search(rf"^{name}\b", found[0].read_text(encoding="utf-8"), flags=re.MULTILINE), row
 
 
-def test_the_method_explains_each_status_and_the_glossary_each_variable():
+def test_docs_explain_each_case_status_and_each_variable():
     method, glossary = ((DOCS / name).read_text(encoding="utf-8") for name in ("method.md", "glossary.md"))
     table = method.split("| `status` |", 1)[1].split("\n\n", 1)[0]
     assert re.findall(r"^\| `(\w+)` \|", table, flags=re.MULTILINE) == [status.name.lower() for status in CaseStatus]
@@ -154,8 +158,8 @@ def test_the_method_explains_each_status_and_the_glossary_each_variable():
     assert [variable.name for variable in in_space if f"`{variable.name}`" not in glossary] == []
 
 
-def loaded(name):
-    """A script of the documentation as a module."""
+def load_docs_script(name):
+    """Import a Python script of the docs folder as a module."""
     spec = importlib.util.spec_from_file_location(name, DOCS / f"{name}.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
@@ -163,14 +167,15 @@ def loaded(name):
 
 
 @pytest.fixture(scope="module")
-def hooks():
-    return loaded("hooks")
+def site_hooks():
+    """The script docs/hooks.py, which fills in the pages when the site is built."""
+    return load_docs_script("hooks")
 
 
-def test_the_notebook_is_stored_with_what_it_shows_now(hooks):
-    kept = json.loads(hooks.NOTEBOOK.read_text(encoding="utf-8"))
+def test_the_notebook_is_stored_with_its_current_output(site_hooks):
+    kept = json.loads(site_hooks.NOTEBOOK.read_text(encoding="utf-8"))
     pictures = []
-    for cell, now in zip(kept["cells"], hooks.executed(hooks.NOTEBOOK)["cells"], strict=True):
+    for cell, now in zip(kept["cells"], site_hooks.executed(site_hooks.NOTEBOOK)["cells"], strict=True):
         for output, made in zip(cell.get("outputs", []), now.get("outputs", []), strict=True):
             data, new = output.get("data", {}), made.get("data", {})
             # The pixels are those of the fonts of a machine: the size of the picture is compared.
@@ -179,13 +184,13 @@ def test_the_notebook_is_stored_with_what_it_shows_now(hooks):
             assert output == made, "run python docs/hooks.py"
             pictures += [len(shown[0])] if shown[0] else []
     assert pictures == [24, 24]
-    assert hooks.NOTEBOOK.stat().st_size < 200_000
+    assert site_hooks.NOTEBOOK.stat().st_size < 200_000
 
 
-def test_the_references_are_filled_in(hooks):
+def test_the_site_hooks_fill_in_the_reference_pages(site_hooks):
     filled = {}
     for page in (DOCS / "reference").glob("*.md"):
-        made = filled[page.stem] = hooks.on_page_markdown(page.read_text(encoding="utf-8"))
+        made = filled[page.stem] = site_hooks.on_page_markdown(page.read_text(encoding="utf-8"))
         assert "<!-- made" not in made
         assert "](../config" not in made
     commands = filled["command-line"]
@@ -195,22 +200,22 @@ def test_the_references_are_filled_in(hooks):
     assert "`figures.dpi`" in filled["config"]
 
 
-def test_the_first_page_has_a_film_and_the_site_an_explorer(hooks):
-    first = hooks.on_page_markdown((DOCS / "index.md").read_text(encoding="utf-8"))
+def test_the_first_page_has_a_film_and_the_site_an_explorer_page(site_hooks):
+    first = site_hooks.on_page_markdown((DOCS / "index.md").read_text(encoding="utf-8"))
     assert first.index('src="film.html"') < first.index("rotates strong-motion records") < first.index('"explore.html"')
-    assert f"`{hooks.FILM} --animate film.html`" in first
+    assert f"`{site_hooks.FILM} --animate film.html`" in first
     assert "](first-look.md)" in first  # the notebook is a page of the site
-    film, explorer = hooks.film_page(), hooks.explorer_page()
+    film, explorer = site_hooks.film_page(), site_hooks.explorer_page()
     assert 'class="film"' in film
-    assert hooks.STUDY["question"] in explorer
+    assert site_hooks.STUDY["question"] in explorer
     (data,) = re.findall(r'<script type="application/json">(.*?)</script>', explorer, flags=re.DOTALL)
     cells = json.loads(data)
-    assert [record["id"] for record in cells["records"]] == [hooks.RECORD]
-    assert cells["height"] == hooks.STUDY["height"]
+    assert [record["id"] for record in cells["records"]] == [site_hooks.RECORD]
+    assert cells["height"] == site_hooks.STUDY["height"]
 
 
 @pytest.mark.parametrize("command", ["records check", "one --record wtmc --azimuth 332"])
-def test_the_tutorial_shows_what_its_command_prints(command, monkeypatch, capsys):
+def test_the_tutorial_shows_the_output_of_its_commands(command, monkeypatch, capsys):
     tutorial = (DOCS / "tutorial.md").read_text(encoding="utf-8")
     words, shown = re.search(
         rf"^    overturning ({command}(?:.*\\\n)?.*)\n\n((?:    .*\n)+)", tutorial, flags=re.MULTILINE
@@ -228,7 +233,7 @@ def test_the_tutorial_shows_what_its_command_prints(command, monkeypatch, capsys
 
 
 @each_page
-def test_a_record_is_added_with_an_id_that_the_record_table_does_not_have(page):
+def test_docs_add_records_only_with_ids_missing_from_the_record_table(page):
     shipped = subprocess.run(
         ["git", "show", ":config/records.tsv"], cwd=ROOT, capture_output=True, text=True, encoding="utf-8", check=False
     ).stdout  # without the records that a user has added
@@ -239,13 +244,13 @@ def test_a_record_is_added_with_an_id_that_the_record_table_does_not_have(page):
     assert known.isdisjoint(added), "the command is refused: the id is in config/records.tsv already"
 
 
-def test_every_page_is_in_the_contents():
+def test_every_docs_page_is_in_the_table_of_contents():
     contents = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
     assert [page.name for page in DOCS.rglob("*.md") if f": {page.relative_to(DOCS)}" not in contents] == []
 
 
 @pytest.mark.long
-def test_the_site_is_built_with_its_links_checked_and_its_notebook_run(tmp_path):
+def test_the_site_builds_with_checked_links_and_an_executed_notebook(tmp_path):
     if importlib.util.find_spec("material") is None:
         lacking("mkdocs-material is not installed (group docs)")
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(tmp_path / "site")]

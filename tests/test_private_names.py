@@ -85,7 +85,7 @@ USED: dict[str, dict[tuple[str, ...], tuple[str, str]]] = {
     "figures/style.py": {
         ("_repr_png_",): (
             "documented by IPython: a notebook shows a figure with it",
-            "tests/test_python.py::test_each_figure_of_a_cube_is_drawn_alone_and_leaves_the_settings_of_the_user",
+            "tests/test_python.py::test_each_cube_figure_is_drawn_without_changing_matplotlib_settings",
         ),
     },
     "figures/write.py": {
@@ -150,10 +150,12 @@ def _names_in_texts(node: ast.AST) -> list[str]:
 
 
 def _is_documented(module: str) -> bool:
+    """True if a module of a library belongs to its documented interface."""
     return module in DOCUMENTED or (module.startswith("matplotlib") and "._" not in module)
 
 
 def _is_private(name: str) -> bool:
+    """True if a name begins with one underscore and is no documented method of named tuples."""
     return bool(re.fullmatch(r"_[a-z]\w*", name)) and name not in NAMED_TUPLE
 
 
@@ -178,21 +180,21 @@ def _replaced_methods(node: ast.Assign, functions: set[str], of_package: set[str
     return found
 
 
-def own_names(source: str) -> set[str]:
+def private_names_defined_in(source: str) -> set[str]:
     """Return the private names that a module defines: functions, classes, and attributes of self."""
     return set(re.findall(r"(?:\b(?:def|class) |\bself\.)(_[a-z]\w*)", source))
 
 
-def test_private_names_of_libraries_are_listed_with_reason_and_guard() -> None:
+def test_each_used_private_library_name_has_a_listed_reason_and_test() -> None:
     sources = {path.relative_to(PACKAGE).as_posix(): path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py")}
-    own = frozenset(name for source in sources.values() for name in own_names(source))
+    own = frozenset(name for source in sources.values() for name in private_names_defined_in(source))
     found = {name: used for name, source in sources.items() if (used := private_names(source, own))}
     listed = {name: {one for names in groups for one in names} for name, groups in USED.items()}
     assert found == listed, "a private name is new, or no longer used: list it in USED with its reason and its guard"
 
 
 @pytest.mark.parametrize("guard", sorted({guard for groups in USED.values() for _, guard in groups.values()}))
-def test_guards_exist(guard: str) -> None:
+def test_the_test_that_guards_each_private_name_exists(guard: str) -> None:
     path, name = guard.split("::")
     text = (ROOT / path).read_text(encoding="utf-8")
     assert re.search(rf"^def {name}\(", text, re.MULTILINE), "a guard was renamed or removed: change USED"
@@ -211,11 +213,11 @@ def test_guards_exist(guard: str) -> None:
         ("from numba import njit\nfrom matplotlib.figure import Figure\nnjit(lambda x: x)._fields", set()),
     ],
 )
-def test_a_new_private_name_is_seen(line: str, names: set[str]) -> None:
+def test_a_private_library_name_in_a_source_is_detected(line: str, names: set[str]) -> None:
     assert private_names(line, frozenset()) == names
 
 
-def test_numba_has_an_upper_bound() -> None:
+def test_the_numba_requirement_has_an_upper_bound() -> None:
     dependencies = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["dependencies"]
     (bound,) = (one for one in dependencies if one.startswith("numba"))
     assert "<" in bound

@@ -52,7 +52,7 @@ WAVE = Motion.sine(6.0, 0.8)
 CONTACT: Any = overturning.Contact()
 
 
-def test_names_versions_and_help() -> None:
+def test_the_module_has_a_version_and_help_for_each_public_name() -> None:
     assert set(overturning.__all__) <= set(dir(overturning))
     assert overturning.__version__[0].isdigit()
     text = pydoc.plain(pydoc.render_doc(overturning))
@@ -72,7 +72,7 @@ def test_known_keywords_match_the_signatures(face: Callable[..., Any]) -> None:
     assert set(inspect.signature(face).parameters) - {"numerics", "options", "given", "more"} >= set(named[:2])
 
 
-def test_every_public_name_is_in_the_reference() -> None:
+def test_every_public_name_is_in_the_api_reference() -> None:
     text = (Path(__file__).parents[1] / "docs" / "reference" / "python.md").read_text(encoding="utf-8")
     parts = {path.rpartition(".")[2]: path for path in re.findall(r"^::: (overturning[\w.]+)$", text, re.MULTILINE)}
     assert set(overturning.__all__) - {*parts} == set()
@@ -111,7 +111,7 @@ def test_stream_in_place_of_motion_gives_a_plain_error() -> None:
         overturning.trajectory(np.zeros(3), azimuth_deg=0)
 
 
-def test_read_simulate_and_study(tmp_path: Path) -> None:
+def test_a_record_is_read_simulated_and_studied_from_python(tmp_path: Path) -> None:
     wave = Motion.sine(6.0, 0.8, azimuth_deg=60)
     time = np.arange(wave.sample_count) * wave.sampling_interval
     rows = [f"{t:.3f},{100 * n:.6f},{100 * e:.6f}" for t, n, e in zip(time, wave.north, wave.east, strict=True)]
@@ -146,7 +146,7 @@ def test_read_simulate_and_study(tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def cube_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A cube of two pulses, with motions and intensity measures beside it."""
+    """Path of a cube of two pulses, in a folder that also holds the motions and their intensity measures."""
     folder, settings = tmp_path_factory.mktemp("cube"), study(ensemble={"members": 0})
     records = [pulse(), replace(pulse("b", 3.0), fault_strike_deg=30.0)]
     write_intensity_measures(settings, records, folder / "intensity.nc")
@@ -166,7 +166,7 @@ def test_cube_opens_from_string_and_selects_by_record_id(cube_file: Path) -> Non
     assert inside["record"].to_numpy().tolist() == [0, 1]
 
 
-def test_saved_part_of_a_cube_keeps_its_meaning(tmp_path: Path) -> None:
+def test_a_saved_selection_of_a_cube_keeps_its_metadata(tmp_path: Path) -> None:
     grid = {"azimuth": {"step": 180}, "b_over_h": [0.2, 0.4], "height": [0.6], "ensemble": {"members": 0}}
     cube = overturning.run_study([WAVE], scene="three-tier", amplitude=[1, 2], **grid)
     cube.to_netcdf(tmp_path / "whole.nc")
@@ -181,7 +181,7 @@ def test_saved_part_of_a_cube_keeps_its_meaning(tmp_path: Path) -> None:
         assert "motion × 2" in overturning.plot.fall_map(twice).get_suptitle()
 
 
-def test_record_is_accepted_in_place_of_a_motion() -> None:
+def test_a_record_is_accepted_in_place_of_a_motion() -> None:
     record, azimuth = pulse(), [0.0, 30.0]
     motion = Motion.of(record)
     for draw in (smoothed_fourier_spectra, response_spectra_along_azimuths):
@@ -223,42 +223,45 @@ def test_motion_survives_conversion_to_obspy_and_back(up: float | None) -> None:
     assert Motion.from_obspy(record.to_obspy()).along(0).max() == record.north.max()
 
 
-def drawn(*words: str) -> int:
+def exit_status_of_command(*words: str) -> int:
+    """Run an `overturning` command in this process and return its exit status."""
     with pytest.raises(SystemExit) as stop:
         main(list(words))
     return int(stop.value.code or 0)
 
 
-def shown_first(cube: xr.Dataset, folder: Path, friction: float) -> str:
-    """Block of the polar map where the study beside the cube names a friction for the figures; the explorer agrees."""
+def default_block_of_polar_map(cube: xr.Dataset, folder: Path, friction: float) -> str:
+    """Return the heading of the polar map if the study file next to the cube selects a friction for the figures.
+
+    Check that the explorer page selects the same friction.
+    """
     said = json.loads(cube.attrs["study"]) | {"figures": {"friction": friction}}
     (folder / "study.yaml").write_text(json.dumps(said))
     beside = cube.copy()
     beside.encoding["source"] = str(folder / "cube.nc")
     both = explorer_page_data(beside), explorer_page_data(cube, study=study_from_content(said, "said"))
     assert [cube["friction"][data["shown"]["friction"]].item() for data in both] == [friction, friction]
-    return block_of(overturning.plot.fall_map(beside, "b"))
+    return height_and_friction_in_heading(overturning.plot.fall_map(beside, "b"))
 
 
-def block_of(figure: Figure) -> str:
-    """Height and friction of a polar map, which stand in its heading."""
+def height_and_friction_in_heading(figure: Figure) -> str:
+    """Return the height and friction of the block in the heading of a polar map."""
     return figure.get_suptitle().splitlines()[-1].partition(";")[0]
 
 
-def of_two_frictions(cube: xr.Dataset) -> xr.Dataset:
+def copy_cube_to_two_frictions(cube: xr.Dataset) -> xr.Dataset:
+    """Return a cube that repeats the outcomes of another one for the frictions 0.5 and 1."""
     several = xr.concat([cube.assign_coords(friction=[mu]) for mu in (0.5, 1.0)], "friction", data_vars="all")
     several.attrs["study"] = json.dumps(json.loads(cube.attrs["study"]) | {"friction": [0.5, 1.0]})
     return several
 
 
 @pytest.mark.long
-def test_each_figure_of_a_cube_is_drawn_alone_and_leaves_the_settings_of_the_user(
-    cube_file: Path, tmp_path: Path
-) -> None:
+def test_each_cube_figure_is_drawn_without_changing_matplotlib_settings(cube_file: Path, tmp_path: Path) -> None:
     mpl.use("svg")
     before = dict(mpl.rcParams)
     kept, cube = plt.get_fignums(), overturning.open_cube(cube_file)
-    several = of_two_frictions(cube)
+    several = copy_cube_to_two_frictions(cube)
     for kind, draw in overturning.plot.KINDS.items():
         if kind == "follow":
             with pytest.raises(ArgumentError, match="follow: a cube without orientation has no such figure"):
@@ -270,10 +273,16 @@ def test_each_figure_of_a_cube_is_drawn_alone_and_leaves_the_settings_of_the_use
     assert dict(mpl.rcParams) == before
     assert plt.get_fignums() == kept  # those of other tests
     maps = {kind: overturning.plot.KINDS[kind](several, "b") for kind in ("polar", "blocks")}
-    assert block_of(maps["polar"]) == "µ = 1, H = 0.6 m"  # what the study shows first
+    assert height_and_friction_in_heading(maps["polar"]) == "µ = 1, H = 0.6 m"  # what the study shows first
     assert [axes.get_title() for axes in maps["blocks"].axes] == ["µ = 0.5", "µ = 1"]
-    assert block_of(overturning.plot.fall_map(several.sel(friction=[0.5]), "b")) == "µ = 0.5, H = 0.6 m"
-    assert [shown_first(several, tmp_path, mu) for mu in (0.5, 1.0)] == ["µ = 0.5, H = 0.6 m", "µ = 1, H = 0.6 m"]
+    assert (
+        height_and_friction_in_heading(overturning.plot.fall_map(several.sel(friction=[0.5]), "b"))
+        == "µ = 0.5, H = 0.6 m"
+    )
+    assert [default_block_of_polar_map(several, tmp_path, mu) for mu in (0.5, 1.0)] == [
+        "µ = 0.5, H = 0.6 m",
+        "µ = 1, H = 0.6 m",
+    ]
     with pytest.raises(ArgumentError, match="recrd: no keyword of fall_map; did you mean record"):
         overturning.plot.fall_map(cube, recrd="b")
     with pytest.raises(ArgumentError, match=r"2 records; name one as record \(--record\): a, b$"):
@@ -289,7 +298,7 @@ def test_each_figure_of_a_cube_is_drawn_alone_and_leaves_the_settings_of_the_use
     mpl.use("Agg")
 
 
-def test_a_cube_under_soil_of_its_own_is_shown_with_its_own_motions(cube_file: Path, tmp_path: Path) -> None:
+def test_a_variant_with_its_own_soil_is_drawn_with_its_own_motions(cube_file: Path, tmp_path: Path) -> None:
     soil = {"layers": [{"thickness_m": 20, "velocity_m_s": 150}], "rock": {"velocity_m_s": 760}}
     shutil.copytree(cube_file.parent, tmp_path, dirs_exist_ok=True)
     write_record_to_motion_file(pulse("b", 5.0), tmp_path / "motion" / "soft" / "b.nc")
@@ -303,18 +312,18 @@ def test_a_cube_under_soil_of_its_own_is_shown_with_its_own_motions(cube_file: P
         overturning.plot.outcomes_by_pga_and_pgv_ratio(soft)
 
 
-def test_output_of_a_variant_is_labelled_and_separate(
+def test_output_of_a_variant_is_labelled_and_in_separate_files(
     cube_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     settings = study(ensemble={"members": 0}, variants={"stiff": {"contact": {"damping_ratio": 1}}})
     records = [replace(one, fault_strike_deg=10.0) for one in (pulse(), pulse("b", 3.0))]
     path, stones = cube_of(settings, records, tmp_path, "stiff"), tmp_path / "stones.csv"
     (tmp_path / "explore.html").write_text("of the study itself", encoding="utf-8")
-    assert drawn("explore", str(path), "--record", "b", "--record", "b") == 0
+    assert exit_status_of_command("explore", str(path), "--record", "b", "--record", "b") == 0
     assert capsys.readouterr().out == f"{tmp_path / 'explore.stiff.html'}\n"
     assert (tmp_path / "explore.html").read_text(encoding="utf-8") == "of the study itself"
     stones.write_text("octant\nN\n", encoding="utf-8")
-    assert drawn("survey", str(stones), "--cube", str(path), "--record", "b") == 0
+    assert exit_status_of_command("survey", str(stones), "--cube", str(path), "--record", "b") == 0
     assert "\nstones.csv against b, variant stiff\n" in capsys.readouterr().out
     cube = overturning.open_cube(path)
     for draw in (
@@ -327,25 +336,25 @@ def test_output_of_a_variant_is_labelled_and_separate(
     assert draw(overturning.open_cube(cube_file)).get_suptitle() == ""
 
 
-def test_the_polar_map_of_a_cube_file_shows_all_that_is_named(
+def test_the_polar_map_command_draws_each_named_friction(
     cube_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    several = of_two_frictions(overturning.open_cube(cube_file))
+    several = copy_cube_to_two_frictions(overturning.open_cube(cube_file))
     monkeypatch.setattr("overturning.study.cube.open_cube", lambda *_, **__: several)
     for words, titles in (((), ["1"]), (("0.5",), ["0.5"]), (("0.5", "1"), ["0.5", "1"])):
         path = tmp_path / "a.svg"
         named = [part for mu in words for part in ("--friction", mu)]
-        assert drawn("figure", "polar", str(cube_file), "--record", "b", *named, "-o", str(path)) == 0
+        assert exit_status_of_command("figure", "polar", str(cube_file), "--record", "b", *named, "-o", str(path)) == 0
         assert re.findall(r"µ = ([\d.]+)", path.read_text(encoding="utf-8")) == titles
 
 
 @pytest.mark.parametrize(("kind", "scale"), [(".png", 25.4 / 300), (".svg", 25.4 / 72), (".pdf", 25.4 / 72)])
-def test_a_figure_is_as_wide_as_asked_for_and_so_are_its_letters(
+def test_a_figure_has_the_requested_width_and_scaled_letters(
     cube_file: Path, tmp_path: Path, kind: str, scale: float
 ) -> None:
     path = tmp_path / f"b{kind}"
     words = ["figure", "polar", str(cube_file), "--record", "b", "-o", str(path), "--dpi", "300"]
-    assert drawn(*words, "--width", "80mm", "--font", "6") == 0
+    assert exit_status_of_command(*words, "--width", "80mm", "--font", "6") == 0
     data = path.read_bytes()
     if kind == ".png":
         across = struct.unpack(">I", data[16:20])[0]
@@ -359,16 +368,16 @@ def test_a_figure_is_as_wide_as_asked_for_and_so_are_its_letters(
         assert float(drawing[1]) == pytest.approx(across * 9 / 6, rel=1e-3)
 
 
-def test_text_that_does_not_fit_gives_a_warning(
+def test_figure_text_that_does_not_fit_gives_a_warning(
     cube_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = ["figure", "boundary", str(cube_file), "--record", "b", "-o", str(tmp_path / "b.svg"), "--width", "80mm"]
     for font, told in (("4", False), ("12", True)):
-        assert drawn(*words, "--font", font) == 0
+        assert exit_status_of_command(*words, "--font", font) == 0
         assert ("text is cut off" in capsys.readouterr().out) == told
 
 
-def test_labels_that_overlap_at_a_width_are_told() -> None:
+def test_overlapping_axis_labels_give_a_warning() -> None:
     """Ticks at 0 and 1 are an inch apart at 2 inches; five long labels between them do not fit."""
     for count, told in ((2, False), (6, True)):
         figure = Figure(figsize=(2.0, 2.0))
@@ -381,11 +390,11 @@ def test_labels_that_overlap_at_a_width_are_told() -> None:
         assert has_cut_or_overlapping_text(figure) == told
 
 
-def test_a_figure_for_a_paper_has_no_title_and_the_font_that_is_asked_for(cube_file: Path, tmp_path: Path) -> None:
+def test_a_figure_for_a_paper_has_no_title_and_the_requested_font(cube_file: Path, tmp_path: Path) -> None:
     path = tmp_path / "b.svg"
     words = ["figure", "intensity", str(cube_file), "--record", "b", "-o", str(path)]
     for font, title, said, width in (("DejaVu Serif 8", "none", [], ""), ("DejaVu Serif", "Ours", ["Ours"], "80mm")):
-        assert drawn(*words, "--font", font, "--title", title, "--width", width) == 0
+        assert exit_status_of_command(*words, "--font", font, "--title", title, "--width", width) == 0
         text = path.read_text(encoding="utf-8")
         assert [name for name in ("Ours", "S, E", ">none<") if name in text] == said
         families = set(re.findall(r"(?:font-family: |font: [\d.]+px )'([^']+)'", text))
@@ -397,7 +406,7 @@ def test_a_figure_for_a_paper_has_no_title_and_the_font_that_is_asked_for(cube_f
     ("font", "expected"),
     [("8", (None, 8.0)), ("DejaVu Serif", ("DejaVu Serif", None)), ("DejaVu Serif 7.5", ("DejaVu Serif", 7.5))],
 )
-def test_a_font_is_a_size_a_family_or_both(font: str, expected: tuple[str | None, float | None]) -> None:
+def test_the_font_option_takes_a_size_a_family_or_both(font: str, expected: tuple[str | None, float | None]) -> None:
     assert parse_font_family_and_size(font) == expected
     file = str(Path(mpl.get_data_path()) / "fonts" / "ttf" / "DejaVuSansMono.ttf")
     assert parse_font_family_and_size(f"{file} 9") == ("DejaVu Sans Mono", 9.0)
@@ -427,12 +436,12 @@ def test_a_font_is_a_size_a_family_or_both(font: str, expected: tuple[str | None
 def test_wrong_figure_options_give_plain_errors(
     cube_file: Path, tmp_path: Path, words: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert drawn("figure", words[0], str(cube_file), *words[1:], "-o", str(tmp_path / "a.svg")) == 1
+    assert exit_status_of_command("figure", words[0], str(cube_file), *words[1:], "-o", str(tmp_path / "a.svg")) == 1
     assert message in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
 
 
-def test_maps_of_several_records_have_one_scale(cube_file: Path) -> None:
+def test_polar_maps_of_several_records_share_one_radial_scale(cube_file: Path) -> None:
     cube = overturning.open_cube(cube_file)
     maps = [axes for axes in overturning.plot.fall_map(cube, ["b", "a"]).axes if axes.name == "polar"]
     names = [", ".join(str(cube[name].values[place]) for name in ("station", "event")) for place in (1, 0)]
@@ -441,7 +450,7 @@ def test_maps_of_several_records_have_one_scale(cube_file: Path) -> None:
     assert all(any(line.get_path_effects() for line in axes.lines) for axes in maps), "with their peak velocities"
 
 
-def test_figures_of_what_is_no_part_of_a_study() -> None:
+def test_simulated_outcomes_outside_a_study_are_drawn() -> None:
     motion = Motion.sine(6.0, 0.8)
     stone = {"height": 0.6, "b_over_h": 0.2}
     outcome = overturning.simulate(motion, "circle", orientation_deg=[0, 30], height=[0.6], b_over_h=[0.2, 0.3])
@@ -491,8 +500,8 @@ def test_a_map_of_a_simulated_scene_needs_one_of_its_elements() -> None:
         overturning.plot.fall_rose(outcome.sel(element="shaft"))
 
 
-def cells_of(figure: Figure, azimuth: FloatArray, b_over_h: FloatArray) -> NDArray[np.int_]:
-    """Probability drawn at each azimuth and B/H of the first compass of a figure; -1 where no colour is drawn."""
+def drawn_cell_values(figure: Figure, azimuth: FloatArray, b_over_h: FloatArray) -> NDArray[np.int_]:
+    """Probability drawn at each azimuth and B/H in the first polar map of a figure; -1 where no colour is drawn."""
     (mesh,) = figure.axes[0].collections
     corner = mesh.get_coordinates()
     kinds = np.ma.filled(mesh.get_array(), -1).reshape(corner.shape[0] - 1, -1)
@@ -505,7 +514,7 @@ def cells_of(figure: Figure, azimuth: FloatArray, b_over_h: FloatArray) -> NDArr
     return found
 
 
-def test_a_map_is_the_same_in_whatever_order_and_turn_a_grid_is_given() -> None:
+def test_a_fall_map_does_not_depend_on_grid_order_or_whole_turns() -> None:
     motion, azimuth, ratio = Motion.sine(6.0, 0.8, azimuth_deg=20), np.arange(0, 360, 30.0), np.array([0.2, 0.3, 0.9])
     stone = {"height": 0.6, "friction": 1.0}
 
@@ -521,11 +530,11 @@ def test_a_map_is_the_same_in_whatever_order_and_turn_a_grid_is_given() -> None:
         (azimuth[::-1], ratio[::-1]), (azimuth, ratio[[1, 0, 2, 1]]),
     ):  # fmt: skip
         figure = drawn_of(turned, sizes)
-        np.testing.assert_array_equal(cells_of(figure, azimuth, ratio), kinds)
+        np.testing.assert_array_equal(drawn_cell_values(figure, azimuth, ratio), kinds)
         assert figure.axes[0].get_ylim()[1] == pytest.approx(1.2)
     outcome = overturning.simulate(motion, azimuth_deg=azimuth, b_over_h=ratio[::-1], **stone)
     alone = overturning.plot.fall_map(outcome.isel(height=0, friction=0))  # a part of it, without these dimensions
-    np.testing.assert_array_equal(cells_of(alone, azimuth, ratio), kinds)
+    np.testing.assert_array_equal(drawn_cell_values(alone, azimuth, ratio), kinds)
     (edge, *_) = overturning.plot.overturning_boundary(outcome).axes[0].lines
     falls = np.abs(flags.to_numpy()) == 1
     last = np.where(falls[:, 1], 0.6, np.where(falls[:, 0], 0.25, np.nan))
@@ -534,7 +543,7 @@ def test_a_map_is_the_same_in_whatever_order_and_turn_a_grid_is_given() -> None:
         overturning.plot.fall_map(outcome.isel(azimuth=[]))
 
 
-def test_a_cube_is_a_table_of_its_cases(
+def test_a_cube_is_exported_as_a_table_of_its_cases(
     cube_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     cube = overturning.open_cube(cube_file)
@@ -545,7 +554,7 @@ def test_a_cube_is_a_table_of_its_cases(
         cell = {name: table[name][row] for name in cube["overturned"].dims}
         assert table["overturned"][row] == cube["overturned"].sel(cell).item()
     assert set(overturning.to_dataframe(cube.sel(record="b"))["fault_normal"]) == {120.0}
-    assert drawn("cube", "export", str(cube_file), str(tmp_path / "cases.csv")) == 0
+    assert exit_status_of_command("cube", "export", str(cube_file), str(tmp_path / "cases.csv")) == 0
     assert f"{len(table)} cases" in capsys.readouterr().out
     pd.testing.assert_frame_equal(
         pd.read_csv(tmp_path / "cases.csv")[["record", "overturned"]],
@@ -553,15 +562,15 @@ def test_a_cube_is_a_table_of_its_cases(
         check_dtype=False,
     )
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    assert drawn("cube", "export", str(cube_file), str(tmp_path / "cases.parquet")) == 1
+    assert exit_status_of_command("cube", "export", str(cube_file), str(tmp_path / "cases.parquet")) == 1
     assert "Parquet needs pyarrow; python -m pip install 'overturning[parquet]'" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["cases.csv"]
 
 
-def test_a_table_as_parquet(cube_file: Path, tmp_path: Path) -> None:
+def test_a_cube_is_exported_as_a_parquet_table(cube_file: Path, tmp_path: Path) -> None:
     if importlib.util.find_spec("pyarrow") is None:
         lacking("pyarrow is not installed (`make parquet`)")
-    assert drawn("cube", "export", str(cube_file), str(tmp_path / "cases.parquet")) == 0
+    assert exit_status_of_command("cube", "export", str(cube_file), str(tmp_path / "cases.parquet")) == 0
     expected = overturning.to_dataframe(overturning.open_cube(cube_file))
     pd.testing.assert_frame_equal(pd.read_parquet(tmp_path / "cases.parquet"), expected, check_dtype=False)
 
@@ -582,7 +591,7 @@ def test_a_table_as_parquet(cube_file: Path, tmp_path: Path) -> None:
         ("read", "formats", "format"),
     ],
 )
-def test_a_mistyped_keyword_is_answered_with_the_near_one(called: str, typed: str, meant: str) -> None:
+def test_the_error_for_a_mistyped_keyword_suggests_the_correct_one(called: str, typed: str, meant: str) -> None:
     with refused(ArgumentError, f"{typed}: no keyword of {called}; did you mean {meant}?", brief=True):
         attrgetter(called)(overturning)(**{typed: 1})
 
@@ -590,7 +599,7 @@ def test_a_mistyped_keyword_is_answered_with_the_near_one(called: str, typed: st
 @pytest.mark.parametrize(
     "name", ["simulate", "trajectory", "Motion", "Cases", "Record", "read", "run_study", "Body", "Contact"]
 )
-def test_help_shows_a_signature_that_can_be_read(name: str) -> None:
+def test_python_help_shows_a_readable_signature(name: str) -> None:
     one = getattr(overturning, name)
     for shown in (one, *(value for key, value in vars(one).items() if inspect.isfunction(value) and key[0] != "_")):
         text = str(inspect.signature(shown))
@@ -599,7 +608,7 @@ def test_help_shows_a_signature_that_can_be_read(name: str) -> None:
         assert len(text) < 900
 
 
-def test_same_names_in_commands_python_and_studies() -> None:
+def test_options_have_the_same_names_in_commands_python_and_studies() -> None:
     def names(*kinds: type) -> set[str]:
         return {field.name for kind in kinds for field in fields(kind)}
 
@@ -618,7 +627,7 @@ def test_same_names_in_commands_python_and_studies() -> None:
 @pytest.mark.parametrize(
     ("name", "value"), [("friction", "x"), ("height", ["tall"]), ("azimuth_deg", [[0], [1, 2]]), ("b_over_h", {"a": 1})]
 )
-def test_invalid_arrays_are_named(name: str, value: object) -> None:
+def test_an_invalid_array_argument_is_named_in_the_error(name: str, value: object) -> None:
     given: dict[str, Any] = {"azimuth_deg": [0.0]} | {name: value}
     with pytest.raises(ArgumentError, match=rf"^{name}: .* it must be a number or a row of numbers$"):
         overturning.simulate(Motion.sine(6.0, 1.0), **given)

@@ -25,14 +25,15 @@ GRID: dict[str, Any] = {"azimuth": {"step": 90}, "b_over_h": [0.2, 0.3], "height
 NO_ENSEMBLE: dict[str, Any] = {"ensemble": {"members": 0}}
 
 
-def small_cube() -> xr.Dataset:
+def cube_of_small_study() -> xr.Dataset:
+    """Simulate a small study without an ensemble."""
     return overturning.run_study([WAVE], **GRID, **NO_ENSEMBLE)
 
 
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: overturning.findings(small_cube()), ["cube: a Dataset", "the path of cube.nc"]),
+        (lambda: overturning.findings(cube_of_small_study()), ["cube: a Dataset", "the path of cube.nc"]),
         (lambda: overturning.findings(None), ["cube: a NoneType", "the path of cube.nc"]),
         (lambda: overturning.open_cube(3), ["path: a int", "the path of cube.nc"]),
         (lambda: overturning.open_cube("cube.nc", amplitude="x"), ["amplitude: 'x'", "number"]),
@@ -43,7 +44,7 @@ def small_cube() -> xr.Dataset:
         (lambda: overturning.read_survey(3), ["path: a int", "the path of a file"]),
         (lambda: overturning.read_survey("a.csv", declination_deg="east"), ["declination_deg: 'east'", "number"]),
         (lambda: overturning.to_dataframe(None), ["cube: a NoneType", "open_cube"]),
-        (lambda: overturning.to_dataframe(small_cube()[["peak_slip"]]), ["cube: a Dataset", "open_cube"]),
+        (lambda: overturning.to_dataframe(cube_of_small_study()[["peak_slip"]]), ["cube: a Dataset", "open_cube"]),
         (
             lambda: overturning.to_dataframe(overturning.trajectory(WAVE, azimuth_deg=0, height=0.6, b_over_h=0.3)),
             ["cube: a Dataset", "open_cube"],
@@ -61,8 +62,8 @@ def small_cube() -> xr.Dataset:
         (lambda: overturning.gravestone(density="heavy"), ["density: 'heavy'", "number"]),
         (lambda: overturning.gravestone(density=True), ["density: True", "above 0"]),
         (lambda: overturning.gravestone(contact=[1]), ["contact: [1]", "Contact"]),
-        (lambda: overturning.plot.fall_map(small_cube(), record=[]), ["record: none", "an id of the cube"]),
-        (lambda: overturning.plot.fall_map(small_cube(), record=3), ["no record 3", "motion-1"]),
+        (lambda: overturning.plot.fall_map(cube_of_small_study(), record=[]), ["record: none", "an id of the cube"]),
+        (lambda: overturning.plot.fall_map(cube_of_small_study(), record=3), ["no record 3", "motion-1"]),
         (lambda: overturning.plot.rotation_slip_and_uplift([]), ["no trajectory", "overturning.trajectory"]),
         (lambda: overturning.plot.rotation_slip_and_uplift(None), ["a NoneType", "overturning.trajectory"]),
         (lambda: Cases(np.ma.array([0.0, 90.0], mask=[0, 1]), 0.6, 0.3, 1.0), ["azimuth_deg: 1 masked"]),
@@ -78,12 +79,12 @@ def small_cube() -> xr.Dataset:
         (lambda: overturning.simulate(WAVE, azimuth_deg=np.array([1 + 2j]), height=0.6, b_over_h=0.3), ["number"]),
     ],
 )
-def test_wrong_arguments_are_named(call: Callable[[], object], words: list[str]) -> None:
+def test_a_wrong_argument_is_named_in_the_error(call: Callable[[], object], words: list[str]) -> None:
     with refused(OverturningError, *words):
         call()
 
 
-def test_arrays_of_cases_are_copies() -> None:
+def test_cases_hold_copies_of_the_arrays_they_are_made_from() -> None:
     slenderness = np.array([0.3, 0.2])
     cases = Cases(0.0, 1.0, slenderness, 1.0)
     slenderness[:] = 0.6
@@ -102,18 +103,18 @@ def test_records_and_cases_can_be_compared() -> None:
     assert cases != Cases([0, 1], 1.0, 0.3, 1.0)
 
 
-def test_anything_with_the_components_of_a_motion_is_one() -> None:
+def test_any_object_with_the_components_of_a_motion_is_accepted() -> None:
     made = namedtuple("made", "north east up sampling_interval")(WAVE.north, WAVE.east, None, WAVE.sampling_interval)
     grid: dict[str, Any] = {"azimuth_deg": [0, 90], "height": 0.6, "b_over_h": 0.3}
     xr.testing.assert_identical(overturning.simulate(made, **grid), overturning.simulate(WAVE, **grid))
 
 
-def test_a_scene_is_found_from_a_folder_given_as_text() -> None:
+def test_a_scene_is_loaded_from_a_folder_given_as_a_string() -> None:
     root = Path(__file__).parents[1]
     assert overturning.load_scene("three-tier", str(root)) == overturning.load_scene("three-tier", root)
 
 
-def test_a_simulation_of_a_scene_repeats_the_cell_of_a_study(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_simulated_scene_has_the_outcome_of_the_study_cell(monkeypatch: pytest.MonkeyPatch) -> None:
     """Both have the size of the scene's reference element as their default, with the same digits."""
     monkeypatch.chdir(Path(__file__).parents[1])
     cell = overturning.run_study([WAVE], scene="three-tier", azimuth={"step": 90}, **NO_ENSEMBLE).isel(record=0)
@@ -123,8 +124,8 @@ def test_a_simulation_of_a_scene_repeats_the_cell_of_a_study(monkeypatch: pytest
         np.testing.assert_array_equal(alone[name].to_numpy().ravel(), cell[name].to_numpy().ravel())
 
 
-def test_a_single_case_of_a_cube_is_a_table_of_one_row() -> None:
-    one = small_cube().isel(record=0, azimuth=1, height=0, b_over_h=0, friction=0)
+def test_a_single_case_of_a_cube_becomes_a_table_of_one_row() -> None:
+    one = cube_of_small_study().isel(record=0, azimuth=1, height=0, b_over_h=0, friction=0)
     table = overturning.to_dataframe(one)
     assert len(table) == 1
     assert table["peak_slip"].item() == one["peak_slip"].item()
@@ -138,16 +139,16 @@ def test_a_single_case_of_a_cube_is_a_table_of_one_row() -> None:
         lambda cube: xr.Dataset.from_dict(cube.to_dict()),
     ],
 )
-def test_a_part_of_a_cube_without_its_source_is_drawn(part: Callable[[xr.Dataset], xr.Dataset]) -> None:
-    assert overturning.plot.fall_map(part(small_cube())).axes
+def test_a_selection_of_a_cube_in_memory_is_drawn(part: Callable[[xr.Dataset], xr.Dataset]) -> None:
+    assert overturning.plot.fall_map(part(cube_of_small_study())).axes
 
 
-def test_studies_and_figures_of_several_threads_are_those_of_one() -> None:
+def test_studies_and_figures_do_not_depend_on_concurrent_threads() -> None:
     before = dict(mpl.rcParams)
-    alone = small_cube()
+    alone = cube_of_small_study()
 
     def study_and_figure(_: int) -> tuple[xr.Dataset, Any]:
-        cube = small_cube()
+        cube = cube_of_small_study()
         return cube, overturning.plot.fall_map(cube)
 
     with ThreadPoolExecutor(3) as pool:

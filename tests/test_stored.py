@@ -13,43 +13,43 @@ from overturning.stored import StoredCounts, StoredFloat, StoredFloats, read_res
 
 
 @dataclass(frozen=True)
-class Inner:
-    """Part of a result."""
+class NestedResult:
+    """Result that is a field of another result."""
 
     p_value: StoredFloat = math.nan
 
 
 @dataclass(frozen=True)
-class Whole:
-    """Result with a part, arrays and an optional array."""
+class StoredResult:
+    """Result with a nested result, arrays and an optional array."""
 
     name: str
-    part: Inner
+    part: NestedResult
     shares: StoredFloats
     counts: StoredCounts | None
 
 
 @pytest.mark.parametrize("counts", [None, np.array([[1, 2], [3, 4]])])
-def test_a_result_is_plain_json_and_comes_back(tmp_path: Path, counts: np.ndarray | None) -> None:
+def test_a_result_is_stored_as_plain_json_and_read_back_equal(tmp_path: Path, counts: np.ndarray | None) -> None:
     path, tenth = tmp_path / "folder" / "whole.json", 0.1 + 0.2
-    write_result(Whole("µ", Inner(), np.array([tenth, 1e-12]), counts), path)
+    write_result(StoredResult("µ", NestedResult(), np.array([tenth, 1e-12]), counts), path)
     plain = json.loads(path.read_text(encoding="utf-8"))
     rows = None if counts is None else [[1, 2], [3, 4]]
     assert plain == {"name": "µ", "part": {"p_value": None}, "shares": [tenth, 1e-12], "counts": rows}
-    back = read_result(Whole, path, "test")
+    back = read_result(StoredResult, path, "test")
     assert (back.name, back.shares.tolist()) == ("µ", [tenth, 1e-12])
     assert math.isnan(back.part.p_value)
     assert (back.counts is None) if counts is None else np.array_equal(back.counts, counts)
 
 
-def test_a_list_of_results_is_one_line(tmp_path: Path) -> None:
-    write_result([Inner(1.0), Inner()], tmp_path / "a.json", indent=None)
+def test_a_list_of_results_is_stored_on_one_line(tmp_path: Path) -> None:
+    write_result([NestedResult(1.0), NestedResult()], tmp_path / "a.json", indent=None)
     assert (tmp_path / "a.json").read_text(encoding="utf-8") == '[{"p_value":1.0},{"p_value":null}]\n'
-    first, second = read_result(list[Inner], tmp_path / "a.json", "test")
+    first, second = read_result(list[NestedResult], tmp_path / "a.json", "test")
     assert first.p_value == 1.0
     assert math.isnan(second.p_value)
     write_result([], tmp_path / "none.json")
-    assert read_result(list[Inner], tmp_path / "none.json", "test") == []
+    assert read_result(list[NestedResult], tmp_path / "none.json", "test") == []
 
 
 @pytest.mark.parametrize(
@@ -61,11 +61,11 @@ def test_a_list_of_results_is_one_line(tmp_path: Path) -> None:
         ('{"name": "a", "part": {}, "shares": ["x"], "counts": null}', "shares: "),
     ],
 )
-def test_a_file_of_another_version_is_refused_by_key(tmp_path: Path, text: str, why: str) -> None:
+def test_a_result_file_of_another_version_is_refused_with_its_key(tmp_path: Path, text: str, why: str) -> None:
     path = tmp_path / "whole.json"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ResultError, match=r"run the study again to recreate the thing") as error:
-        read_result(Whole, path, "thing")
+        read_result(StoredResult, path, "thing")
     assert str(error.value).startswith(f"{path}: {why}")
     with pytest.raises(ResultError, match=r"none\.json: no result of the thing"):
-        read_result(Whole, tmp_path / "none.json", "thing")
+        read_result(StoredResult, tmp_path / "none.json", "thing")

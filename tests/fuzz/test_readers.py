@@ -20,7 +20,7 @@ from overturning.study.preflight import check_record_files, check_study_size
 from overturning.surveys.stones import read_stones
 from tests.fuzz.spoiling import edited, fuzz, met, spoilt, wrong_tree
 from tests.model.solids import box
-from tests.records.malformed_corpus import COUNTS, WHOLE
+from tests.records.malformed_corpus import COUNTS, VALID_FILES
 from tests.records.seed_writers import write_inventory, write_mseed, write_sac
 
 pytestmark = pytest.mark.long
@@ -35,13 +35,14 @@ DEEP = "[" * 5000 + "]" * 5000
 def test_records_as_text(folder: Path) -> None:
     def read(case: tuple[str, bytes]) -> None:
         form, content = case
-        paths = [folder / name for name in WHOLE[form][0]]
-        for path, text in zip(paths, WHOLE[form][0].values(), strict=True):
+        paths = [folder / name for name in VALID_FILES[form][0]]
+        for path, text in zip(paths, VALID_FILES[form][0].values(), strict=True):
             path.write_bytes(content if path == paths[0] else text.encode())
         met(lambda: read_record_without_processing(paths, DeclaredFileProperties(unit="gal")))
 
     forms = [
-        st.tuples(st.just(form), spoilt(next(iter(texts.values())).encode())) for form, (texts, _) in WHOLE.items()
+        st.tuples(st.just(form), spoilt(next(iter(texts.values())).encode()))
+        for form, (texts, _) in VALID_FILES.items()
     ]
     fuzz(st.one_of(forms), read)
 

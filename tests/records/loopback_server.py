@@ -10,15 +10,16 @@ from urllib.parse import parse_qs, urlsplit
 import numpy as np
 import obspy
 
-from tests.records.seed_writers import START, trace, write_inventory
+from tests.records.seed_writers import START, trace_of_samples, write_inventory
 
 BODY = bytes(range(256)) * 2000
 HASH = hashlib.sha256(BODY).hexdigest()
 COUNTS = [np.arange(-500, 500, dtype=np.int32) * k for k in (1, 2, 3)]
 
 
-def mseed() -> bytes:
-    stream = obspy.Stream([trace(c, code) for c, code in zip(COUNTS, ("HNN", "HNE", "HNZ"), strict=True)])
+def miniseed_of_counts() -> bytes:
+    """Return the bytes of a miniSEED file of three channels."""
+    stream = obspy.Stream([trace_of_samples(c, code) for c, code in zip(COUNTS, ("HNN", "HNE", "HNZ"), strict=True)])
     buffer = io.BytesIO()
     stream.write(buffer, format="MSEED")
     return buffer.getvalue()
@@ -28,15 +29,17 @@ WADL = (
     '<application xmlns="http://wadl.dev.java.net/2009/02"><resources base="{}"><resource path="query">'
     '<method name="GET" id="query"><request>{}</request></method></resource></resources></application>'
 )
-BOX = "minlatitude maxlatitude minlongitude maxlongitude"
-PARAMETERS = {
+AREA_PARAMETERS = "minlatitude maxlatitude minlongitude maxlongitude"
+FDSN_PARAMETERS = {
     "dataselect": "network station location channel starttime endtime",
-    "station": f"network station location channel starttime endtime level {BOX}",
-    "event": f"eventid starttime endtime {BOX} mindepth maxdepth minmagnitude maxmagnitude orderby",
+    "station": f"network station location channel starttime endtime level {AREA_PARAMETERS}",
+    "event": f"eventid starttime endtime {AREA_PARAMETERS} mindepth maxdepth minmagnitude maxmagnitude orderby",
 }
 
 
 class Server(ThreadingHTTPServer):
+    """Server on this machine that delivers a file and FDSN data, and simulates faults of a server."""
+
     daemon_threads = True
 
     def __init__(self, folder: Path) -> None:
@@ -44,7 +47,7 @@ class Server(ThreadingHTTPServer):
         self.seen: list[tuple[str, str]] = []
         self.mode: dict[str, list[str]] = {}
         self.files = {
-            "dataselect": mseed(),
+            "dataselect": miniseed_of_counts(),
             "station": write_inventory(
                 folder / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0), "HNZ": (0.0, -90.0)}
             ).read_bytes(),
@@ -60,11 +63,14 @@ class Server(ThreadingHTTPServer):
         return f"http://127.0.0.1:{self.server_address[1]}"
 
     def next_mode(self, what: str) -> str:
+        """Return the next planned behaviour of a service, such as "503" or "cut"; "good" if none is planned."""
         modes = self.mode.get(what, [])
         return modes.pop(0) if modes else "good"
 
 
 class Handler(BaseHTTPRequestHandler):
+    """Answers a request for the file or for FDSN data as the mode of the server demands."""
+
     server: Server
     protocol_version = "HTTP/1.1"
 
@@ -79,7 +85,7 @@ class Handler(BaseHTTPRequestHandler):
             return
         _, _, service, _, method = parts.path.split("/")
         if method == "application.wadl":
-            names = PARAMETERS[service].split()
+            names = FDSN_PARAMETERS[service].split()
             self.send(
                 200,
                 WADL.format(
@@ -93,6 +99,7 @@ class Handler(BaseHTTPRequestHandler):
             self.send(200, b"<Catalogs></Catalogs>" if method == "catalogs" else b"<Contributors></Contributors>")
 
     def answer(self, mode: str, body: bytes) -> None:
+        """Send a body as the mode demands: whole, cut, delayed, wrong, or with an error status."""
         first = 0
         if mode != "no ranges" and (wanted := self.headers.get("Range")):
             first = int(wanted.removeprefix("bytes=").removesuffix("-"))
@@ -130,6 +137,7 @@ class Handler(BaseHTTPRequestHandler):
                 self.send(200, b"")
 
     def send(self, status: int, body: bytes, headers: dict[str, str] | None = None) -> None:
+        """Send a whole response with its length."""
         self.send_response(status)
         if status != 204:
             self.send_header("Content-Length", str(len(body)))

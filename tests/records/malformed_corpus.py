@@ -10,20 +10,23 @@ from tests.records.written import FORMS
 random = np.random.default_rng(5)
 COUNTS = [random.integers(-400_000, 400_000, 200) for _ in range(2)]
 STEPS = [np.round(random.normal(0, 500, 203)) for _ in range(2)]
-WHOLE = {form: (written.files(*STEPS), written.header) for form, written in FORMS.items()}
+VALID_FILES = {form: (written.files(*STEPS), written.header) for form, written in FORMS.items()}
 """Files of one record (name, content) and the number of header lines of the first, which is mutated."""
 
 
-UNCOUNTED = {"jma": ("last line missing", "a line of samples missing", "a line of samples twice", "cut at 90 %")}
+UNDETECTABLE_MUTATIONS = {
+    "jma": ("last line missing", "a line of samples missing", "a line of samples twice", "cut at 90 %")
+}
 """Mutations by format without a sample count in the header, after which the file still looks complete."""
 
 
-def on_lines(change: Callable[[list[str]], list[str]]) -> Callable[[str], bytes]:
+def change_lines(change: Callable[[list[str]], list[str]]) -> Callable[[str], bytes]:
+    """Return a mutation of a text that applies a change to the list of its lines."""
     return lambda text: "".join(change(text.splitlines(keepends=True))).encode()
 
 
-def sample_replaced(index: int, word: str) -> Callable[[list[str]], list[str]]:
-    """Replace the first number of a line by a word of the same width."""
+def replace_sample(index: int, word: str) -> Callable[[list[str]], list[str]]:
+    """Return a change that replaces the first number of a line by a word of the same width."""
 
     def change(lines: list[str]) -> list[str]:
         found = re.search(r"[+-]?\d*\.?\d+(E[+-]?\d+)?", lines[index])
@@ -35,18 +38,18 @@ def sample_replaced(index: int, word: str) -> Callable[[list[str]], list[str]]:
     return change
 
 
-def generic(header: int) -> Iterator[tuple[str, Callable[[str], bytes]]]:
-    """Mutations that every text format can suffer."""
+def generic_mutations(header: int) -> Iterator[tuple[str, Callable[[str], bytes]]]:
+    """Yield names and mutations that apply to every text format with a given number of header lines."""
     for percent in (1, 5, 10, 20, 30, 40, 50, 60, 70, 80, 90, 95, 99):
         yield f"cut at {percent} %", lambda t, p=percent: t[: len(t) * p // 100].encode()
     for characters in (1, 2, 3, 5, 8, 13, 40, 100):
         yield f"last {characters} characters cut", lambda t, n=characters: t.rstrip("\n")[:-n].encode()
-    yield "last line missing", on_lines(lambda ls: ls[:-1])
-    yield "a line of samples missing", on_lines(lambda ls: ls[: header + 3] + ls[header + 4 :])
-    yield "a line of samples twice", on_lines(lambda ls: ls[: header + 3] + ls[header + 2 :])
-    yield "no samples", on_lines(lambda ls: ls[:header])
-    yield "only the first line", on_lines(lambda ls: ls[:1])
-    yield "header missing", on_lines(lambda ls: ls[header:])
+    yield "last line missing", change_lines(lambda ls: ls[:-1])
+    yield "a line of samples missing", change_lines(lambda ls: ls[: header + 3] + ls[header + 4 :])
+    yield "a line of samples twice", change_lines(lambda ls: ls[: header + 3] + ls[header + 2 :])
+    yield "no samples", change_lines(lambda ls: ls[:header])
+    yield "only the first line", change_lines(lambda ls: ls[:1])
+    yield "header missing", change_lines(lambda ls: ls[header:])
     yield "two records in one", lambda t: (t + t).encode()
     yield "empty", lambda _t: b""
     yield "blanks only", lambda _t: b"  \n \n"
@@ -63,15 +66,15 @@ def generic(header: int) -> Iterator[tuple[str, Callable[[str], bytes]]]:
     yield "a page instead", lambda _t: b"<!DOCTYPE html><html><body>Please sign in</body></html>"
     yield "binary", lambda t: bytes(range(256)) * (len(t) // 256)
     yield "text behind", lambda t: (t + "end of file, have a nice day\n").encode()
-    joined = on_lines(lambda ls: [*ls[:header], re.sub(r"(\d) +(-\d)", r"\1\2", "".join(ls[header:]), count=1)])
+    joined = change_lines(lambda ls: [*ls[:header], re.sub(r"(\d) +(-\d)", r"\1\2", "".join(ls[header:]), count=1)])
     yield "columns that touch", joined
     for word in ("NaN", "inf", "******", "1.2.3", "--5", "0x1F", "1_0", "", "1,5", "abc", "1E", "٣"):
-        yield f"sample is {word!r}", on_lines(sample_replaced(header + 5, word))
+        yield f"sample is {word!r}", change_lines(replace_sample(header + 5, word))
     for line in range(header):
         for digit in "* ":
-            starred = on_lines(lambda ls, i=line, d=digit: [*ls[:i], re.sub(r"\d", d, ls[i]), *ls[i + 1 :]])
+            starred = change_lines(lambda ls, i=line, d=digit: [*ls[:i], re.sub(r"\d", d, ls[i]), *ls[i + 1 :]])
             yield f"header line {line + 1} with {digit!r} for its digits", starred
-        yield f"header line {line + 1} missing", on_lines(lambda ls, i=line: ls[:i] + ls[i + 1 :])
+        yield f"header line {line + 1} missing", change_lines(lambda ls, i=line: ls[:i] + ls[i + 1 :])
     yield "Shift-JIS in the first text", lambda t: t.replace("\n", "\n地震 ", 1).encode("shift_jis")
 
 
@@ -205,7 +208,7 @@ OTHERWISE: dict[str, list[tuple[str, ...]]] = {
 }
 """Replacements in the first file, as (old text, new text), by format."""
 
-AT_ODDS = {
+CONTRADICTING_CHANGES = {
     "csmip1": (("/&", "  "), ("End of Data", "")),
     "cosmos": (("1: 340 deg", "1: H1"), ("     340", "     700")),
     "geonet": (("at 0.020 sec", "at 0.000 sec"), ("  0.0200", "  0.0000")),
@@ -227,9 +230,9 @@ PEAKS = {
 """Text in front of the first stated peak, by format."""
 
 
-def corpus(form: str) -> Iterator[tuple[str, Callable[[str], bytes]]]:
-    """Return the mutations of a format by name."""
-    first = next(iter(WHOLE[form][0].values()))
+def mutations_of_format(form: str) -> Iterator[tuple[str, Callable[[str], bytes]]]:
+    """Yield names and mutations of the first file of a format."""
+    first = next(iter(VALID_FILES[form][0].values()))
 
     def replaced(*changes: tuple[str, str]) -> Callable[[str], bytes]:
         spoilt = first
@@ -238,12 +241,12 @@ def corpus(form: str) -> Iterator[tuple[str, Callable[[str], bytes]]]:
             spoilt = spoilt.replace(old, new, -1 if len(changes) > 1 else 1)
         return lambda _text: spoilt.encode()
 
-    yield from generic(WHOLE[form][1])
+    yield from generic_mutations(VALID_FILES[form][1])
     for old, *others in OTHERWISE.get(form, []):
         for new in others:
             yield f"{old!r} became {new!r}", replaced((old, new))
-    if form in AT_ODDS:
-        yield f"{AT_ODDS[form]}", replaced(*AT_ODDS[form])
+    if form in CONTRADICTING_CHANGES:
+        yield f"{CONTRADICTING_CHANGES[form]}", replaced(*CONTRADICTING_CHANGES[form])
     if form in PEAKS:
         off = re.sub(PEAKS[form], lambda match: f"{match[1]}{1.02 * float(match[2]):.4f}", first, count=1)
         assert off != first

@@ -12,14 +12,14 @@ POLES = (-0.037 + 0.037j, -0.037 - 0.037j)
 START = obspy.UTCDateTime(2001, 2, 3, 4, 5, 6, 500000)
 
 
-def of_broadband(frequency):
-    """Response to velocity of a seismometer with a corner period of 120 s, 0.707 of critically damped; 1 at 1 Hz."""
+def broadband_velocity_response(frequency):
+    """Velocity response of a seismometer: corner period 120 s, damping 0.707 of critical, magnitude 1 at 1 Hz."""
     s, pole = 2j * np.pi * np.asarray(frequency), POLES[0]
     return s**2 / ((s - pole) * (s - np.conj(pole))) * abs((2j * np.pi - pole) * (2j * np.pi - np.conj(pole))) / 4 / PI2
 
 
-def response(gain: float, unit: str, *, broadband: bool = False) -> Response:
-    """A gain alone, or that of `of_broadband`."""
+def sensor_response(gain: float, unit: str, *, broadband: bool = False) -> Response:
+    """Return the metadata of a response: a gain alone, or that of a broadband seismometer."""
     zeros, poles = ([0j, 0j], list(POLES)) if broadband else ([], [])
     norm = float(np.prod([abs(2j * np.pi - pole) for pole in poles])) / (4 * PI2) if broadband else 1.0
     stage = PolesZerosResponseStage(
@@ -32,7 +32,7 @@ def write_inventory(
     path: Path, channels: dict, *, station="TST1", gain: float = 400_000.0, unit: str = "M/S**2", depth: float = 0.0,
     broadband: bool = False, rate: float = 100.0, rates: dict[str, float] | None = None,
 ) -> Path:  # fmt: skip
-    """StationXML; ``channels`` maps code (HNN, or 10.HNN with its location) to (azimuth, dip).
+    """Write a StationXML file; ``channels`` maps code (HNN, or 10.HNN with its location) to (azimuth, dip).
 
     ``rates`` are sampling rates by band and instrument code (BN), where they are not ``rate``.
     """
@@ -47,7 +47,7 @@ def write_inventory(
             azimuth=azimuth,
             dip=dip,
             sample_rate=(rates or {}).get(code[:2], rate),
-            response=response(gain, unit, broadband=broadband),
+            response=sensor_response(gain, unit, broadband=broadband),
         )
         for code, (azimuth, dip) in channels.items()
     ]
@@ -56,8 +56,8 @@ def write_inventory(
     return path
 
 
-def trace(samples, channel: str, *, station: str = "TST1", start=START, rate: float = 100.0) -> obspy.Trace:
-    """A trace of samples as they are."""
+def trace_of_samples(samples, channel: str, *, station: str = "TST1", start=START, rate: float = 100.0) -> obspy.Trace:
+    """Return an obspy trace of samples; `channel` may begin with a location code (10.HNN)."""
     location, _, code = channel.rpartition(".")
     header = {"network": "XX", "station": station, "location": location, "channel": code}
     header |= {"starttime": start, "sampling_rate": rate}
@@ -65,15 +65,17 @@ def trace(samples, channel: str, *, station: str = "TST1", start=START, rate: fl
 
 
 def write_mseed(path: Path, traces: dict, **header) -> Path:
-    """MiniSEED; ``traces`` maps channel code to counts."""
-    stream = obspy.Stream([trace(np.asarray(c, dtype=np.int32), code, **header) for code, c in traces.items()])
+    """Write a miniSEED file; ``traces`` maps channel code to counts."""
+    stream = obspy.Stream(
+        [trace_of_samples(np.asarray(c, dtype=np.int32), code, **header) for code, c in traces.items()]
+    )
     stream.write(str(path), format="MSEED")
     return path
 
 
 def write_sac(path: Path, samples, channel: str, azimuth: float | None, inclination: float | None, **header) -> Path:
-    """One SAC file."""
-    one = trace(np.asarray(samples, dtype=np.float32), channel, **header)
+    """Write a SAC file of one component."""
+    one = trace_of_samples(np.asarray(samples, dtype=np.float32), channel, **header)
     one.stats.sac = obspy.core.AttribDict({"stla": 35.2, "stlo": 133.4})
     if azimuth is not None:
         one.stats.sac.cmpaz = azimuth

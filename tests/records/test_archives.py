@@ -17,14 +17,15 @@ from overturning.records.read import read_record_without_processing
 from overturning.records.source import SourceFile, unpack_archive
 from tests.bounds import bounded
 from tests.records.record_writers import csmip_text, knet_text
-from tests.records.test_command import run
+from tests.records.test_command import exit_status_of_command
 from tests.records.written import FORMS
 
 COUNTS = np.arange(-100, 100) * 1000
 NS, EW = knet_text(COUNTS).encode(), knet_text(COUNTS[::-1], direction="E-W").encode()
 
 
-def tar_of(members: dict[str, bytes], mode: str = "w:gz", extra: Sequence[tarfile.TarInfo] = ()) -> bytes:
+def tar_archive(members: dict[str, bytes], mode: str = "w:gz", extra: Sequence[tarfile.TarInfo] = ()) -> bytes:
+    """Return the bytes of a tar archive of the members, and of `extra` entries without content."""
     buffer = io.BytesIO()
     with tarfile.open(fileobj=buffer, mode=mode) as archive:
         for name, data in members.items():
@@ -36,7 +37,8 @@ def tar_of(members: dict[str, bytes], mode: str = "w:gz", extra: Sequence[tarfil
     return buffer.getvalue()
 
 
-def zip_of(members: dict[str, bytes]) -> bytes:
+def zip_archive(members: dict[str, bytes]) -> bytes:
+    """Return the bytes of a zip archive of the members."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, data in members.items():
@@ -44,7 +46,7 @@ def zip_of(members: dict[str, bytes]) -> bytes:
     return buffer.getvalue()
 
 
-def test_an_archive_with_all_volumes_gives_processed_accelerations_and_notes_on_the_rest(tmp_path):
+def test_an_archive_of_all_volumes_gives_processed_accelerations_and_notes(tmp_path):
     """Regression: archives with several volumes (CESMD) or velocities (PEER, ESM) were refused."""
     steps = np.random.default_rng(3).integers(-999, 999, (3, 210))
     (second,) = FORMS["csmip2"].files(*steps).values()
@@ -52,12 +54,12 @@ def test_an_archive_with_all_volumes_gives_processed_accelerations_and_notes_on_
     first = first.replace("Rcrd of", "Record of")
     third = "RESPONSE AND FOURIER AMPLITUDE SPECTRA\n" + "1.0\n" * 50
     path = tmp_path / "ce.zip"
-    path.write_bytes(zip_of({"CE1.V3": third.encode(), "CE1.V2": second.encode(), "read.pdf": b"%PDF"}))
+    path.write_bytes(zip_archive({"CE1.V3": third.encode(), "CE1.V2": second.encode(), "read.pdf": b"%PDF"}))
     record = read_record_without_processing(path)
     north, east = FORMS["csmip2"].north_east(*steps[:2])
     np.testing.assert_allclose([record.north, record.east], [north, east], atol=1e-9)
     assert record.notes == ["CE1.V3 left out: it holds no acceleration"]
-    path.write_bytes(zip_of({"CE1.V1": first.encode(), "CE1.V2": second.encode(), "CE1.V3": third.encode()}))
+    path.write_bytes(zip_archive({"CE1.V1": first.encode(), "CE1.V2": second.encode(), "CE1.V3": third.encode()}))
     record = read_record_without_processing(path)
     np.testing.assert_allclose(record.north, north, atol=1e-9)
     assert record.extra["processed"] is True
@@ -66,9 +68,9 @@ def test_an_archive_with_all_volumes_gives_processed_accelerations_and_notes_on_
         "CE1.V3 left out: it holds no acceleration",
     ]
     assert [finding.record is not None for finding in check_records_in_files([path])] == [True]
-    path.write_bytes(zip_of({"CE1.V1": first.encode(), "CE1.V3": third.encode()}))
+    path.write_bytes(zip_archive({"CE1.V1": first.encode(), "CE1.V3": third.encode()}))
     assert read_record_without_processing(path).extra["processed"] is False
-    path.write_bytes(zip_of({"CE1.V3": third.encode()}))
+    path.write_bytes(zip_archive({"CE1.V3": third.encode()}))
     with pytest.raises(RecordError, match=r"CE1\.V3: none of the archive's members is an accelerogram"):
         read_record_without_processing(path)
     (tmp_path / "CE1.V3").write_text(third)
@@ -90,13 +92,13 @@ def test_velocities_in_an_archive_of_accelerations_are_left_out(tmp_path, form, 
     others = {name.replace(".", "_other."): data.replace(old.encode(), new.encode()) for name, data in files.items()}
     assert all(data not in files.values() for data in others.values())
     path = tmp_path / "x.zip"
-    path.write_bytes(zip_of(others | files))
+    path.write_bytes(zip_archive(others | files))
     record = read_record_without_processing(path)
     np.testing.assert_allclose([record.north, record.east], FORMS[form].north_east(*steps[:2]), atol=1e-8)
     assert [n for n in record.notes if "left" in n] == [f"{name} left out: it holds no acceleration" for name in others]
 
 
-@pytest.mark.parametrize("pack", [zip_of, tar_of])
+@pytest.mark.parametrize("pack", [zip_archive, tar_archive])
 def test_extra_files_do_not_make_an_archive_unreadable(tmp_path, pack):
     """Resource files and folder settings of macOS, plots of NIED, and documents (zip files themselves)."""
     wave = 100.0 * np.sin(np.arange(1000) / 10)
@@ -106,7 +108,7 @@ def test_extra_files_do_not_make_an_archive_unreadable(tmp_path, pack):
     beside |= {
         "x.ps.gz": gzip.compress(b"%!PS-Adobe"),
         "x.ps": b"%!PS-Adobe",
-        "map.kmz": zip_of({"doc.kml": b"<kml/>"}),
+        "map.kmz": zip_archive({"doc.kml": b"<kml/>"}),
     }
     path = tmp_path / "x.zip"
     path.write_bytes(pack(beside | {"CE1/x.V2": text}))
@@ -122,11 +124,11 @@ def test_a_folder_skips_spectra_and_velocities_next_to_accelerations(tmp_path, c
     spectra, folder = "RESPONSE AND FOURIER AMPLITUDE SPECTRA\n" + "1.0\n" * 50, tmp_path / "ce"
     folder.mkdir()
     (folder / "CE1.V3").write_text(spectra)
-    assert run("records", "check", folder) == 1
+    assert exit_status_of_command("records", "check", folder) == 1
     assert "CE1.V3\n  refused: " in capsys.readouterr().out
     (folder / "CE1.V2").write_text(second)
     (folder / "_SearchResults.csv").write_text(SEARCH_RESULTS)
-    assert run("records", "check", folder) == 0
+    assert exit_status_of_command("records", "check", folder) == 0
     out = capsys.readouterr().out
     assert "CE1.V3\n  skipped: it holds no acceleration\n" in out
     assert "_SearchResults.csv\n  skipped: it holds no acceleration\n" in out
@@ -135,10 +137,10 @@ def test_a_folder_skips_spectra_and_velocities_next_to_accelerations(tmp_path, c
     pages = []
     save = "overturning.figures.write.save_figure_files"
     monkeypatch.setattr(save, lambda _figure, path: pages.append(path.name))  # only the exit status is examined
-    assert run("records", "plot", folder, "-o", tmp_path / "pages") == 0
+    assert exit_status_of_command("records", "plot", folder, "-o", tmp_path / "pages") == 0
     assert pages == ["CE1.V2.svg"]
     (folder / "CE1.V2").write_text(second[:-2000])
-    assert run("records", "check", folder) == 1
+    assert exit_status_of_command("records", "check", folder) == 1
     assert "0 read, 1 refused" in capsys.readouterr().out
 
 
@@ -149,7 +151,7 @@ SEARCH_RESULTS = """PEER Ground Motion Database
 """
 
 
-def test_an_archive_of_peer_is_read_in_spite_of_its_table_of_search_results(tmp_path):
+def test_a_peer_archive_is_read_despite_its_search_results_table(tmp_path):
     """Regression: the archive was refused because the table in it is not a record."""
     steps = np.random.default_rng(3).integers(-999, 999, (3, 210))
     files = {name: text.encode() for name, text in FORMS["peer"].files(*steps).items()}
@@ -159,19 +161,19 @@ def test_an_archive_of_peer_is_read_in_spite_of_its_table_of_search_results(tmp_
         ("ReadMe.txt", "its format is not recognised"),
     ):
         text = SEARCH_RESULTS if table.startswith("_") else "Dear user, cite the data."
-        path.write_bytes(zip_of({table: text.encode()} | files))
+        path.write_bytes(zip_archive({table: text.encode()} | files))
         for declared in (None, DeclaredFileProperties(format="peer-at2")):
             record = read_record_without_processing(path, declared)
             np.testing.assert_allclose([record.north, record.east], FORMS["peer"].north_east(*steps[:2]), atol=1e-8)
             assert record.notes == [f"{table} left out: {why}"]
 
 
-def test_an_archive_with_an_unreadable_file_named_as_its_records_is_refused(tmp_path):
+def test_an_archive_with_an_unreadable_file_named_like_its_records_is_refused(tmp_path):
     """A damaged vertical component must not be skipped like a table that comes with the records."""
     steps = np.random.default_rng(3).integers(-999, 999, (3, 210))
     files = [text.encode() for text in FORMS["peer"].files(*steps).values()]
     path = tmp_path / "peer.zip"
-    path.write_bytes(zip_of({"a.txt": files[0], "b.txt": files[1], "c.txt": files[2][300:]}))
+    path.write_bytes(zip_archive({"a.txt": files[0], "b.txt": files[1], "c.txt": files[2][300:]}))
     with pytest.raises(RecordError, match=r"c\.txt: the format is not recognised"):
         read_record_without_processing(path)
 
@@ -184,7 +186,7 @@ def test_compressed_files_are_read_like_their_content(tmp_path, form, compress):
     packed = {f"{name}.gz": compress(text.encode()) for name, text in FORMS[form].files(*steps).items()}
     for name, data in packed.items():
         (tmp_path / name).write_bytes(data)
-    (tmp_path / "x.zip").write_bytes(zip_of(packed))
+    (tmp_path / "x.zip").write_bytes(zip_archive(packed))
     named = [tmp_path / name for name in packed]
     for paths in (named, named[0], tmp_path / "x.zip"):
         record = read_record_without_processing(paths)
@@ -206,19 +208,21 @@ def test_compressed_files_are_read_like_their_content(tmp_path, form, compress):
         (b"\x1f\x9d", r"compress \(\.Z\)"),
     ],
 )
-def test_other_packings_are_named(tmp_path, begin, kind):
+def test_the_error_names_a_compression_that_is_not_read(tmp_path, begin, kind):
     (tmp_path / "x.AT2").write_bytes(begin + bytes(range(200)))
     with pytest.raises(RecordError, match=rf"x\.AT2: packed by {kind}, which is not read; unpack it first"):
         read_record_without_processing(tmp_path / "x.AT2")
 
 
-def link(kind: bytes, name: str = "T.NS", target: str = "/etc/passwd") -> tarfile.TarInfo:
+def tar_link(kind: bytes, name: str = "T.NS", target: str = "/etc/passwd") -> tarfile.TarInfo:
+    """Return a tar entry for a link in place of a record file."""
     info = tarfile.TarInfo(name)
     info.type, info.linkname = kind, target
     return info
 
 
-def zip_link() -> bytes:
+def zip_with_link() -> bytes:
+    """Return the bytes of a zip archive whose only member is a symbolic link."""
     info = zipfile.ZipInfo("T.NS")
     info.external_attr = 0o120777 << 16
     buffer = io.BytesIO()
@@ -228,36 +232,43 @@ def zip_link() -> bytes:
 
 
 def encrypted_zip() -> bytes:
-    data = bytearray(zip_of({"T.NS": NS}))
+    """Return the bytes of a zip archive whose member is marked as encrypted."""
+    data = bytearray(zip_archive({"T.NS": NS}))
     data[6] |= 1
     central = data.index(b"PK\x01\x02")
     data[central + 8] |= 1
     return bytes(data)
 
 
-WHOLE = {"T.NS": NS, "T.EW": EW}
+VALID_MEMBERS = {"T.NS": NS, "T.EW": EW}
 HARMFUL = {
-    "tar out of the folder": (tar_of({"../T.NS": NS, "T.EW": EW}), "points out"),
-    "tar absolute": (tar_of({"/tmp/T.NS": NS, "T.EW": EW}), "points out"),
-    "zip out of the folder": (zip_of({"a/../../T.NS": NS}), "points out"),
-    "zip with backslashes": (zip_of({"..\\T.NS": NS}), "points out"),
-    "zip on a drive": (zip_of({"C:\\T.NS": NS}), "points out"),
-    "tar with a symbolic link": (tar_of(WHOLE, extra=[link(tarfile.SYMTYPE)]), "link"),
-    "tar with a hard link": (tar_of(WHOLE, extra=[link(tarfile.LNKTYPE, "x", "T.NS")]), "link"),
-    "tar with a device": (tar_of(WHOLE, extra=[link(tarfile.CHRTYPE)]), "device"),
-    "tar with a pipe": (tar_of(WHOLE, extra=[link(tarfile.FIFOTYPE)]), "device"),
-    "zip with a link": (zip_link(), "link"),
+    "tar out of the folder": (tar_archive({"../T.NS": NS, "T.EW": EW}), "points out"),
+    "tar absolute": (tar_archive({"/tmp/T.NS": NS, "T.EW": EW}), "points out"),
+    "zip out of the folder": (zip_archive({"a/../../T.NS": NS}), "points out"),
+    "zip with backslashes": (zip_archive({"..\\T.NS": NS}), "points out"),
+    "zip on a drive": (zip_archive({"C:\\T.NS": NS}), "points out"),
+    "tar with a symbolic link": (tar_archive(VALID_MEMBERS, extra=[tar_link(tarfile.SYMTYPE)]), "link"),
+    "tar with a hard link": (tar_archive(VALID_MEMBERS, extra=[tar_link(tarfile.LNKTYPE, "x", "T.NS")]), "link"),
+    "tar with a device": (tar_archive(VALID_MEMBERS, extra=[tar_link(tarfile.CHRTYPE)]), "device"),
+    "tar with a pipe": (tar_archive(VALID_MEMBERS, extra=[tar_link(tarfile.FIFOTYPE)]), "device"),
+    "zip with a link": (zip_with_link(), "link"),
     "encrypted zip": (encrypted_zip(), "encrypted"),
-    "cut tar.gz": (tar_of(WHOLE)[:-200], "damaged"),
-    "cut zip": (zip_of(WHOLE)[:-50], "damaged"),
+    "cut tar.gz": (tar_archive(VALID_MEMBERS)[:-200], "damaged"),
+    "cut zip": (zip_archive(VALID_MEMBERS)[:-50], "damaged"),
     "gzip of rubbish": (b"\x1f\x8b\x08\x00" + b"rubbish" * 20, "damaged"),
     "zip of rubbish": (b"PK\x03\x04" + b"rubbish" * 20, "damaged"),
     "too deep": (
-        tar_of({"a.tar": tar_of({"b.tar": tar_of({"c.tar": tar_of(WHOLE, mode="w")}, mode="w")}, mode="w")}),
+        tar_archive(
+            {
+                "a.tar": tar_archive(
+                    {"b.tar": tar_archive({"c.tar": tar_archive(VALID_MEMBERS, mode="w")}, mode="w")}, mode="w"
+                )
+            }
+        ),
         "nested",
     ),
-    "empty tar": (tar_of({}, mode="w"), "two horizontal|empty|components none"),
-    "only a letter": (zip_of({"readme.txt": b"Dear user,"}), "not recognised"),
+    "empty tar": (tar_archive({}, mode="w"), "two horizontal|empty|components none"),
+    "only a letter": (zip_archive({"readme.txt": b"Dear user,"}), "not recognised"),
 }
 
 
@@ -272,8 +283,8 @@ def test_harmful_archives_are_refused(tmp_path, name):
     assert sorted(p.name for p in tmp_path.rglob("*")) == ["archive.bin", "in"]
 
 
-def bomb(kind: str) -> bytes:
-    """Archives with too many bytes or files."""
+def archive_bomb(kind: str) -> bytes:
+    """Return an archive that unpacks to too many bytes or too many files."""
     zeros = b"\0" * 10_000_000
     buffer = io.BytesIO()
     if kind == "zip":
@@ -288,21 +299,21 @@ def bomb(kind: str) -> bytes:
         return buffer.getvalue()
     if kind in ("gz", "bz2"):
         return (gzip if kind == "gz" else bz2).compress(b"1" * 300_000_000)
-    return tar_of({"T.NS": b"\0" * 300_000_000})
+    return tar_archive({"T.NS": b"\0" * 300_000_000})
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("kind", ["zip", "tar", "many", "gz", "bz2"])
-def test_archive_bombs_stay_within_1_gb_and_10_s(tmp_path, kind):
+def test_archive_bombs_are_refused_within_1_gb_and_10_s(tmp_path, kind):
     path = tmp_path / "bomb.zip"
-    path.write_bytes(bomb(kind))
+    path.write_bytes(archive_bomb(kind))
     with bounded(), pytest.raises(RecordError):
         read_record_without_processing(path)
 
 
 def test_stated_sizes_of_archive_members_are_checked():
     """A zip member with more bytes than the ten stated in the directory is refused."""
-    data = bytearray(zip_of({"T.NS": b"\0" * 1000}))
+    data = bytearray(zip_archive({"T.NS": b"\0" * 1000}))
     central = data.index(b"PK\x01\x02")
     data[central + 24 : central + 28] = (10).to_bytes(4, "little")
     with pytest.raises(RecordError):

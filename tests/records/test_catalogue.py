@@ -38,14 +38,14 @@ HEAD = "id\tformat\tsource\tstation\tevent\tfault_strike_deg\tpulse\n"
         ("id\tsource\tfault_trace\na\tx\t35 133, nan 35\n", ["line 2", "fault_trace", "'nan 35' is off the globe"]),
     ],
 )
-def test_invalid_lines_are_named(tmp_path, text, words):
+def test_the_error_names_an_invalid_line_of_the_record_table(tmp_path, text, words):
     path = tmp_path / "records.tsv"
     path.write_text(text)
     with refused(ConfigError, "records.tsv", *words):
         read_record_table(path)
 
 
-def test_comments_bom_and_empty_cells(tmp_path):
+def test_the_record_table_may_have_comments_a_bom_and_empty_cells(tmp_path):
     path = tmp_path / "records.tsv"
     path.write_text(
         "\ufeff# mine\n" + HEAD + "\n# second\na\tauto\tx.V2A\t\t\t\t\nb\tauto\ty\tSt\tEv\t12.5\tfalse\n",
@@ -58,7 +58,7 @@ def test_comments_bom_and_empty_cells(tmp_path):
     assert (table["b"].fault_strike_deg, table["b"].pulse) == (12.5, False)
 
 
-def test_a_missing_table_is_named(tmp_path):
+def test_the_error_names_a_missing_record_table(tmp_path):
     with pytest.raises(ConfigError, match=r"none\.tsv"):
         read_record_table(tmp_path / "none.tsv")
 
@@ -100,7 +100,7 @@ LABELLED = RecordTableRow(
 """Line of the record table with every column that does not affect the samples."""
 
 
-def test_labels_are_all_columns_that_change_no_sample(tmp_path):
+def test_label_columns_of_the_record_table_change_no_sample(tmp_path):
     """The other columns are for the reader; labels do not affect the samples."""
     assert {name for name in RecordTableRow.model_fields if getattr(LABELLED, name) not in ("", None, False, 0.0)} == {
         *LABELS, "id", "source", "format",
@@ -128,7 +128,7 @@ def test_labels_are_all_columns_that_change_no_sample(tmp_path):
     assert (tmp_path / "described.nc").read_bytes() == (tmp_path / "whole.nc").read_bytes()
 
 
-def test_pieces_of_a_trace() -> None:
+def test_a_fault_trace_is_split_into_pieces_at_semicolons() -> None:
     """Latitude before longitude; a semicolon begins another piece, and one at the end begins none."""
     assert parse_fault_trace("40.71 29.34, 40.73  29.52;40.7 -29.61,-40.75 29.88 ,0 0;") == (
         ((40.71, 29.34), (40.73, 29.52)),
@@ -136,7 +136,7 @@ def test_pieces_of_a_trace() -> None:
     )
 
 
-def test_coordinates_of_the_table_without_a_source_are_told(tmp_path):
+def test_record_table_coordinates_without_a_source_are_noted(tmp_path):
     """Coordinates that the file states need none: the file is their source."""
     wave = 100 * np.sin(np.arange(400) / 5)
     text = geonet_text({"N28W": (332, wave), "S62W": (242, 2 * wave)}, 0.02)

@@ -17,7 +17,8 @@ from tests.records.world_writers import unam_text
 A, B = (np.round(np.random.default_rng(k).normal(0, 50, 200), 1) for k in (1, 2))
 
 
-def run(*arguments: object) -> int:
+def exit_status_of_command(*arguments: object) -> int:
+    """Run an `overturning` command in this process and return its exit status."""
     try:
         main([str(a) for a in arguments])
     except SystemExit as end:
@@ -29,11 +30,11 @@ def test_check_reads_valid_files_and_gives_reasons_for_the_others(tmp_path, caps
     (tmp_path / "good.V2A").write_text(geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02))
     (tmp_path / "bad.V2A").write_text(geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02)[:3000])
     (tmp_path / "notes.txt").write_text("my notes")
-    assert run("records", "check", tmp_path / "good.V2A") == 0
+    assert exit_status_of_command("records", "check", tmp_path / "good.V2A") == 0
     out = capsys.readouterr().out
     for word in ("good.V2A", "N28W: azimuth 332", "S62W: azimuth 242", "header", "1 read, 0 refused"):
         assert word in out
-    assert run("records", "check", tmp_path) == 1
+    assert exit_status_of_command("records", "check", tmp_path) == 1
     out = capsys.readouterr().out
     assert "bad.V2A\n  refused: bad.V2A line" in out
     assert "notes.txt\n  refused: notes.txt: the format is not recognised" in out
@@ -44,52 +45,57 @@ def test_check_accepts_declarations(tmp_path, capsys):
     paths = [tmp_path / "x1.AT2", tmp_path / "x2.AT2"]
     for path, samples, axis in zip(paths, (A, B), ("H1", "H2"), strict=True):
         path.write_text(peer_text(samples / 1000, 0.01, axis))
-    assert run("records", "check", *paths) == 1
-    assert run("records", "check", "--azimuths", "60,330", *paths) == 0
+    assert exit_status_of_command("records", "check", *paths) == 1
+    assert exit_status_of_command("records", "check", "--azimuths", "60,330", *paths) == 0
     for impossible in ("60;330", "nan,90", "0,inf", "0,6e9"):
-        assert run("records", "check", "--azimuths", impossible, *paths) == 1
+        assert exit_status_of_command("records", "check", "--azimuths", impossible, *paths) == 1
         assert "--azimuths" in capsys.readouterr().err
     table = tmp_path / "x.csv"
     table.write_text("".join(f"{a},{b}\n" for a, b in zip(A, B, strict=True)))
-    assert run("records", "check", "--columns", "north:gal east:gal", table) == 1
+    assert exit_status_of_command("records", "check", "--columns", "north:gal east:gal", table) == 1
     reasons = [line for line in capsys.readouterr().out.splitlines() if "refused: x.csv: " in line]
     assert ["no sampling_interval_s" in reasons[0], "--processed or --raw" in reasons[1]] == [True, True]
-    assert run("records", "check", "--columns", "north:gal east:gal", "--sampling-interval", 0.01, "--raw", table) == 0
-    assert run("records", "check", "--unit", "feet", table) == 1
+    assert (
+        exit_status_of_command(
+            "records", "check", "--columns", "north:gal east:gal", "--sampling-interval", 0.01, "--raw", table
+        )
+        == 0
+    )
+    assert exit_status_of_command("records", "check", "--unit", "feet", table) == 1
     assert "--unit: \"feet\" – it should be 'm/s2'" in capsys.readouterr().err
 
 
-def test_check_goes_on_at_a_wrong_peak_only_on_trust(tmp_path, capsys):
+def test_check_accepts_a_wrong_header_peak_only_with_trust_data(tmp_path, capsys):
     path = tmp_path / "x.V2A"
     text = geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02)
     first = text.splitlines()[13]
     path.write_text(text.replace(first, first.replace(f"{A[np.abs(A).argmax()]:8.1f}", "   999.9")))
-    assert run("records", "check", path) == 1
+    assert exit_status_of_command("records", "check", path) == 1
     assert "line 14" in capsys.readouterr().out
-    assert run("records", "check", "--trust-data", path) == 0
+    assert exit_status_of_command("records", "check", "--trust-data", path) == 0
 
 
 @pytest.mark.parametrize(
     "arguments",
     [["fetch", "url", "ftp://x", "--sha256", "0" * 64], ["fetch", "fdsn", "x", "--network", "X", "--station", "Y"]],
 )
-def test_fetch_errors_take_one_line(arguments, capsys, tmp_path):
-    assert run("records", *arguments, "--folder", tmp_path) == 1
+def test_errors_of_records_fetch_take_one_line(arguments, capsys, tmp_path):
+    assert exit_status_of_command("records", *arguments, "--folder", tmp_path) == 1
     assert capsys.readouterr().err.startswith("error: ")
 
 
 def test_file_of_another_sensor_than_declared_is_not_skipped(capsys, tmp_path):
-    path = columns_file(tmp_path / "x.csv")
+    path = write_columns_file(tmp_path / "x.csv")
     words = ("--columns", "time:s north:gal east:gal", "--processed", "--sensor")
-    assert run("records", "check", path, *words, "surface") == 0
-    assert run("records", "check", path, *words, "borehole") == 1
+    assert exit_status_of_command("records", "check", path, *words, "surface") == 0
+    assert exit_status_of_command("records", "check", path, *words, "borehole") == 1
     said = capsys.readouterr().out
     assert "refused: of the surface sensor; borehole is declared" in said
     assert "0 read, 1 refused" in said
 
 
-def test_impossible_declarations_are_named(tmp_path):
-    path = columns_file(tmp_path / "x.csv")
+def test_the_error_names_an_impossible_declared_property(tmp_path):
+    path = write_columns_file(tmp_path / "x.csv")
     for name, value, known in (
         ("format", "geonett", "known are"),
         ("unit", "feet", "it should be 'm/s2', "),
@@ -109,7 +115,8 @@ def test_impossible_declarations_are_named(tmp_path):
 WAVE = 300 * np.sin(np.arange(4000) * 0.05) * np.exp(-(((np.arange(4000) - 2000) / 600) ** 2))
 
 
-def columns_file(path, scale=1.0, offset=0.0):
+def write_columns_file(path, scale=1.0, offset=0.0):
+    """Write a file with columns of time, north and east, whose samples are scaled and offset."""
     rows = zip(np.arange(WAVE.size) * 0.01, scale * WAVE + offset, -scale * WAVE + offset, strict=True)
     path.write_text("".join(f"{t:.2f},{n:.6f},{e:.6f}\n" for t, n, e in rows))
     return path
@@ -131,12 +138,12 @@ def test_omitted_parts_of_a_file_are_noted_by_every_command(tmp_path, capsys):
         ("records", "add", path, *place),
         ("one", "--record", path, "--azimuth", 0),
     ):
-        assert run(*command) == 0
+        assert exit_status_of_command(*command) == 0
         assert word in capsys.readouterr().out, command
     assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_check_and_add_take_the_other_files_of_the_record(tmp_path, capsys):
+def test_check_and_add_include_the_other_files_of_the_record(tmp_path, capsys):
     there = tmp_path / "there"
     there.mkdir()
     files = {f"x_{axis}.AT2": peer_text(samples / 1000, 0.01, axis) for axis, samples in (("000", A), ("090", B))}
@@ -144,12 +151,15 @@ def test_check_and_add_take_the_other_files_of_the_record(tmp_path, capsys):
     for name, text in files.items():
         (there / name).write_text(text)
     (there / "y_000.AT2").write_text(peer_text(A / 1000, 0.01, "000"))
-    assert run("records", "check", there / "x_090.AT2") == 0
+    assert exit_status_of_command("records", "check", there / "x_090.AT2") == 0
     checked = capsys.readouterr().out
     assert all(name in checked for name in files)
     assert "1 read, 0 refused" in checked
     table, folder = tmp_path / "records.tsv", tmp_path / "data"
-    assert run("records", "add", there / "x_090.AT2", "--id", "x", "--table", table, "--folder", folder) == 0
+    assert (
+        exit_status_of_command("records", "add", there / "x_090.AT2", "--id", "x", "--table", table, "--folder", folder)
+        == 0
+    )
     assert sorted(path.name for path in folder.iterdir()) == sorted(files)
     entry = read_record_table(table)["x"]
     assert sorted(entry.source.split()) == sorted(files)
@@ -157,7 +167,7 @@ def test_check_and_add_take_the_other_files_of_the_record(tmp_path, capsys):
     # MiniSEED needs its StationXML.
     write_inventory(there / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0)})
     write_mseed(there / "z.mseed", {"HNN": np.int64(1000 * A), "HNE": np.int64(1000 * B)})
-    assert run("records", "add", there / "z.mseed", "--table", table, "--folder", folder) == 0
+    assert exit_status_of_command("records", "add", there / "z.mseed", "--table", table, "--folder", folder) == 0
     assert read_record_table(table)["z"].source == "z.mseed s.xml"
 
 
@@ -169,19 +179,19 @@ def test_add_prints_the_notes_of_check_and_names_duplicates(tmp_path, capsys):
         np.savetxt(tmp_path / f"{name}.csv", np.clip(wave, -90, 90).T, fmt="%.2f", delimiter=",")
     columns = "north:gal east:gal"
     declared = ("--columns", columns, "--sampling-interval", "0.01", "--processed")
-    run("records", "check", tmp_path / "a.csv", *declared)
+    exit_status_of_command("records", "check", tmp_path / "a.csv", *declared)
     checked = [line for line in capsys.readouterr().out.splitlines() if "  declared: " in line or "clipped" in line]
     assert len(checked) == 3
     table = ("--table", tmp_path / "records.tsv", "--folder", tmp_path / "data")
     values = (f"columns={columns}", "sampling_interval_s=0.01", "processed=true", "format=csv")
     sets = [word for value in values for word in ("--set", value)]
-    assert run("records", "add", tmp_path / "a.csv", *table, *sets) == 0
+    assert exit_status_of_command("records", "add", tmp_path / "a.csv", *table, *sets) == 0
     added = capsys.readouterr().out
     assert all(line in added.splitlines() for line in checked)
     assert "have the same samples" not in added
-    assert run("records", "add", tmp_path / "b.csv", *table, *sets) == 0
+    assert exit_status_of_command("records", "add", tmp_path / "b.csv", *table, *sets) == 0
     assert "records a and b have the same samples" in capsys.readouterr().out
-    assert run("records", "check", tmp_path / "a.csv", tmp_path / "b.csv", *declared) == 0
+    assert exit_status_of_command("records", "check", tmp_path / "a.csv", tmp_path / "b.csv", *declared) == 0
     assert "records a.csv and b.csv have the same samples" in capsys.readouterr().out
 
 
@@ -190,18 +200,18 @@ def test_add_refuses_invalid_cells(tmp_path, capsys):
     path.write_text(geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02))
     table, folder = tmp_path / "records.tsv", tmp_path / "data"
     place = ("--table", table, "--folder", folder)
-    assert run("records", "add", path, *place) == 1
+    assert exit_status_of_command("records", "add", path, *place) == 1
     assert "'my site.V2A': blanks set off the files" in capsys.readouterr().err
     path = path.rename(tmp_path / "mine.V2A")
     for text in ("Te\tMara", '"Te Mara"', "Te\nMara"):
-        assert run("records", "add", path, *place, "--set", f"station={text}") == 1
+        assert exit_status_of_command("records", "add", path, *place, "--set", f"station={text}") == 1
         assert "a cell of the record table has no tab" in capsys.readouterr().err
     for twice in (("--set", "event=A", "--set", "event=B"), ("--id", "a", "--set", "id=b")):
-        assert run("records", "add", path, *place, *twice) == 1
+        assert exit_status_of_command("records", "add", path, *place, *twice) == 1
         assert "given twice; keep one" in capsys.readouterr().err
     assert not table.exists()
     assert not folder.exists()
-    assert run("records", "add", path, *place, "--set", 'station=Te "Mara"') == 0
+    assert exit_status_of_command("records", "add", path, *place, "--set", 'station=Te "Mara"') == 0
     assert read_record_table(table)["mine"].station == 'Te "Mara"'
 
 
@@ -210,39 +220,39 @@ def test_add_keeps_the_records_that_come_with_the_package(tmp_path, capsys, monk
     path = tmp_path / "x.V2A"
     path.write_text(geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02))
     one = ("one", "--azimuth", 0, "--record")
-    assert run(*one, "rinaldi") == 0
-    assert run("records", "add", path, "--id", "mine") == 0
+    assert exit_status_of_command(*one, "rinaldi") == 0
+    assert exit_status_of_command("records", "add", path, "--id", "mine") == 0
     assert (tmp_path / "config" / "records.tsv").is_file()
     for record in ("rinaldi", "mine"):
-        assert run(*one, record) == 0
-    assert run("records", "add", path, "--id", "rinaldi") == 1
+        assert exit_status_of_command(*one, record) == 0
+    assert exit_status_of_command("records", "add", path, "--id", "rinaldi") == 1
     assert "id 'rinaldi' is there already" in capsys.readouterr().err
 
 
-def test_impossible_unit_is_refused_with_a_possible_one(tmp_path, capsys):
-    path = columns_file(tmp_path / "x.csv")
+def test_an_implausible_unit_is_refused_with_a_plausible_one(tmp_path, capsys):
+    path = write_columns_file(tmp_path / "x.csv")
     given = ("records", "check", "--raw", path)
-    assert run(*given, "--columns", "time:s north:g east:g") == 1
+    assert exit_status_of_command(*given, "--columns", "time:s north:g east:g") == 1
     out = capsys.readouterr().out
     assert "refused: x.csv: peak acceleration 300 g" in out
     assert "declared in g look like Gal (0.31 g)" in out
-    assert run(*given, "--columns", "time:s north:gal east:gal") == 0
+    assert exit_status_of_command(*given, "--columns", "time:s north:gal east:gal") == 0
     assert "declared: columns time:s north:gal east:gal; raw" in capsys.readouterr().out
-    assert run(*given, "--columns", "time:s north:g east:g", "--trust-data") == 0
+    assert exit_status_of_command(*given, "--columns", "time:s north:g east:g", "--trust-data") == 0
     assert "trusted although peak acceleration 300 g" in capsys.readouterr().out
 
 
 def test_columns_must_be_declared_raw_or_processed(tmp_path, capsys):
-    path = columns_file(tmp_path / "x.csv", offset=5.0)
+    path = write_columns_file(tmp_path / "x.csv", offset=5.0)
     given = ("records", "check", path, "--columns", "time:s north:gal east:gal")
-    assert run(*given) == 1
+    assert exit_status_of_command(*given) == 1
     assert "--processed or --raw" in capsys.readouterr().out
-    assert run(*given, "--processed") == 0
+    assert exit_status_of_command(*given, "--processed") == 0
     out = capsys.readouterr().out
     assert "csv, processed, as declared" in out
     assert "agency" not in out
     assert "as the file is" in out
-    assert run(*given, "--raw") == 0
+    assert exit_status_of_command(*given, "--raw") == 0
     out = capsys.readouterr().out
     # An offset of 5 Gal for 40 s is 40 m of displacement; the default processing takes it away.
     assert "after the default processing (mean removed" in out
@@ -255,26 +265,26 @@ def test_check_is_recursive_and_skips_files_that_are_no_records(tmp_path, capsys
     (inside / "good.V2A").write_text(geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02))
     for name in ("study.yaml", "event.json", ".hidden"):
         (tmp_path / "a" / name).write_text("{}")
-    assert run("records", "check", tmp_path) == 0
+    assert exit_status_of_command("records", "check", tmp_path) == 0
     out = capsys.readouterr().out
     assert "geonet, processed by GNS Science" in out
     assert "by the agency: band-pass filter, transition bands .10-.25 Hz and 24.50-25.50 Hz" in out
     assert "skipped because of their extensions: 3 (.hidden, event.json, study.yaml)" in out
-    assert run("records", "check", inside / "good.V2A", tmp_path / "a" / "study.yaml") == 0
+    assert exit_status_of_command("records", "check", inside / "good.V2A", tmp_path / "a" / "study.yaml") == 0
     assert "1 (study.yaml)" in capsys.readouterr().out
     assert "1 read, 0 refused" in out
     # A name near that of the epicentre does not name the station.
     assert "TEST (-42.6194, 173.0536); earthquake of 2016 November 13 11:02:56 UT (epicentre 5 km south-west" in out
     (tmp_path / "none").mkdir()
     (tmp_path / "none" / "event.json").write_text("{}")
-    assert run("records", "check", tmp_path / "none") == 1
+    assert exit_status_of_command("records", "check", tmp_path / "none") == 1
     assert "1 files, none of them a record" in capsys.readouterr().out
 
 
 def test_plot_draws_a_page_and_prints_the_corner_and_its_reason(tmp_path, capsys):
     path = tmp_path / "good.V1A"
     path.write_text(geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02, corrected=False))
-    assert run("records", "plot", path, "--corner", "auto", "--output", tmp_path / "x.pdf") == 0
+    assert exit_status_of_command("records", "plot", path, "--corner", "auto", "--output", tmp_path / "x.pdf") == 0
     out = capsys.readouterr().out
     assert "high-pass 0.1 Hz, order 2 (no noise of 2 s before the onset" in out
     assert (tmp_path / "x.pdf").read_bytes().startswith(b"%PDF")
@@ -283,9 +293,9 @@ def test_plot_draws_a_page_and_prints_the_corner_and_its_reason(tmp_path, capsys
     again.mkdir()
     (again / "good.V1A").write_text(geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02))
     (again / "note.json").write_text("{}")
-    assert run("records", "plot", path, again, "--output", tmp_path / "x.png") == 1
+    assert exit_status_of_command("records", "plot", path, again, "--output", tmp_path / "x.png") == 1
     assert "there are 2 records" in capsys.readouterr().err
-    assert run("records", "plot", path, again, "--corner", 0.2, "--output", tmp_path / "both") == 0
+    assert exit_status_of_command("records", "plot", path, again, "--corner", 0.2, "--output", tmp_path / "both") == 0
     raw, of_agency = capsys.readouterr().out.split(f"{tmp_path / 'both' / 'good.V1A-2.svg'}: ")
     assert raw.startswith(f"{tmp_path / 'both' / 'good.V1A.svg'}: ")
     for out, no_effect in ((raw, False), (of_agency, True)):
@@ -293,37 +303,39 @@ def test_plot_draws_a_page_and_prints_the_corner_and_its_reason(tmp_path, capsys
     pages = sorted((tmp_path / "both").iterdir())
     assert [page.name for page in pages] == ["good.V1A-2.svg", "good.V1A.svg"]
     assert all(page.read_text().startswith("<?xml") for page in pages)
-    assert run("records", "plot", path, "--corner", "low") == 1
+    assert exit_status_of_command("records", "plot", path, "--corner", "low") == 1
     assert "--corner: 'low'" in capsys.readouterr().err
     for corner in ("nan", "0", "-1", "inf"):
-        assert run("records", "plot", path, f"--corner={corner}") == 1
+        assert exit_status_of_command("records", "plot", path, f"--corner={corner}") == 1
         assert f"--corner: '{corner}'" in capsys.readouterr().err
 
 
 def test_channels_of_one_file_may_have_different_lengths_with_a_processing_entry(tmp_path, capsys):
     path = tmp_path / "x.v1"
     path.write_text(csmip_text({"90 Deg": (90, A / 1000), "360 Deg": (360, B[:90] / 1000)}, 20))
-    assert run("records", "check", path) == 0
+    assert exit_status_of_command("records", "check", path) == 0
     assert (
         "cut to the common 90 samples (chan 1 (90) = 200, chan 2 (360) = 90), 5.5 s left out" in capsys.readouterr().out
     )
 
 
-def test_one_accepts_the_declarations_of_check_and_a_pulse(tmp_path, capsys):
-    path = columns_file(tmp_path / "x.csv")
+def test_command_one_accepts_the_declarations_of_check_and_a_pulse(tmp_path, capsys):
+    path = write_columns_file(tmp_path / "x.csv")
     given = ("one", "--azimuth", 0, "--b-over-h", 0.2)
-    assert run(*given, "--record", path, "--columns", "time:s north:gal east:gal", "--processed") == 0
-    assert run(*given, "--record", "sine amplitude_gal=800 period_s=1 cycles=1") == 0
+    assert (
+        exit_status_of_command(*given, "--record", path, "--columns", "time:s north:gal east:gal", "--processed") == 0
+    )
+    assert exit_status_of_command(*given, "--record", "sine amplitude_gal=800 period_s=1 cycles=1") == 0
     assert "pulse, sine pulse: B/H = 0.2" in capsys.readouterr().out
-    assert run(*given, "--record", path, "--columns", "time:s north:gal east:gal") == 1
-    assert run(*given, "--record", path, "--format", "geonet") == 1
-    assert run(*given, "--record", "rinaldi", "--unit", "g") == 1
+    assert exit_status_of_command(*given, "--record", path, "--columns", "time:s north:gal east:gal") == 1
+    assert exit_status_of_command(*given, "--record", path, "--format", "geonet") == 1
+    assert exit_status_of_command(*given, "--record", "rinaldi", "--unit", "g") == 1
     assert "no such file; options that describe a file" in capsys.readouterr().err
-    assert run(*given, "--record", path, "--sensor", "roof") == 1
+    assert exit_status_of_command(*given, "--record", path, "--sensor", "roof") == 1
     capsys.readouterr()
     for record, what in ((path, "a file"), ("sine amplitude_gal=800 period_s=1", "a pulse")):
         for option in ("--table", "--folder"):
-            assert run(*given, "--record", record, option, tmp_path) == 1
+            assert exit_status_of_command(*given, "--record", record, option, tmp_path) == 1
             assert f"is {what}, not in a record table; leave them out" in capsys.readouterr().err
 
 
@@ -336,7 +348,7 @@ def test_one_accepts_the_declarations_of_check_and_a_pulse(tmp_path, capsys):
         ("0,1,2\n", "time:s,north:gal,east:gal", "set them off by blanks"),
     ],
 )
-def test_commas_and_semicolons_are_named(tmp_path, capsys, text, columns, words):
+def test_the_error_names_commas_and_semicolons_in_a_columns_file(tmp_path, capsys, text, columns, words):
     (tmp_path / "x.csv").write_text(text)
-    assert run("records", "check", tmp_path / "x.csv", "--raw", "--columns", columns) == 1
+    assert exit_status_of_command("records", "check", tmp_path / "x.csv", "--raw", "--columns", columns) == 1
     assert words in capsys.readouterr().out

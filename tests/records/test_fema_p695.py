@@ -20,7 +20,7 @@ from tests.expect import refused
 TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
 
 
-def test_table_holds_the_28_near_field_records_and_the_paper_s():
+def test_the_record_table_holds_the_28_near_field_records_and_the_paper_s():
     catalogue = read_record_table(TABLE)
     near = [e for e in catalogue.values() if e.format == "fema-p695"]
     assert len(near) == 28
@@ -31,8 +31,8 @@ def test_table_holds_the_28_near_field_records_and_the_paper_s():
     assert catalogue["ttrh02"].fault_strike_deg == 330
 
 
-def published(entry: RecordTableRow) -> dict[str, float]:
-    """Numbers of FEMA P-695's own table about a record: distances in km."""
+def published_distances_km(entry: RecordTableRow) -> dict[str, float]:
+    """Return the numbers about a record in the table of FEMA P-695 itself, mainly distances in km."""
     record_set, _, number = entry.source.partition(":")
     with zipfile.ZipFile(fema_p695.ARCHIVE) as archive:
         rows = list(csv.DictReader(io.StringIO(archive.read(f"{record_set}/records.csv").decode())))
@@ -40,26 +40,29 @@ def published(entry: RecordTableRow) -> dict[str, float]:
     return {name: float(text) for name, text in row.items() if re.fullmatch(r"[\d.]+", text)}
 
 
-def places(entry: RecordTableRow) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Station and epicentre of a line of the table."""
+def station_and_epicentre(entry: RecordTableRow) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return latitude and longitude of station and epicentre in a row of the record table."""
     columns = ("station_latitude_deg", "station_longitude_deg", "epicentre_latitude_deg", "epicentre_longitude_deg")
     north, east, north0, east0 = (getattr(entry, column) for column in columns)
     return (north, east), (north0, east0)
 
 
-def test_coordinates_give_the_epicentral_distances_of_fema_p695():
+def test_table_coordinates_give_the_epicentral_distances_of_fema_p695():
     """Coordinates are NGA-West2's, distances FEMA P-695's: 27 of 28 agree to 0.15 km.
 
     For Pump Station 10 FEMA P-695 gives 7.0 km, less than its closest distance to the rupture (8.9 km).
     """
     near = [e for e in read_record_table(TABLE).values() if e.format == "fema-p695"]
     assert all("NGA-West2" in e.coordinates_source for e in near)
-    off = {e.id: great_circle_distance_km(*places(e)) - published(e)["SiteDistanceEpicentral"] for e in near}
+    off = {
+        e.id: great_circle_distance_km(*station_and_epicentre(e)) - published_distances_km(e)["SiteDistanceEpicentral"]
+        for e in near
+    }
     assert off.pop("denali") == pytest.approx(84.4 - 7.0, abs=0.1)
     assert max(map(abs, off.values())) < 0.15
     # Records of one earthquake have one epicentre and one trace.
     for event in {e.event for e in near}:
-        assert len({(places(e)[1], e.fault_trace) for e in near if e.event == event}) == 1
+        assert len({(station_and_epicentre(e)[1], e.fault_trace) for e in near if e.event == event}) == 1
 
 
 @pytest.mark.parametrize(
@@ -67,10 +70,10 @@ def test_coordinates_give_the_epicentral_distances_of_fema_p695():
     [("imperial-06", 1.0), ("imperial-07", 1.0), ("bonds", 1.0), ("superstition", 1.0), ("izmit", 1.0),
      ("yarimca", 1.5), ("duzce", 1.0), ("rinaldi", 1.0), ("lucerne", 2.5), ("erzincan", 4.0)],
 )  # fmt: skip
-def test_stations_are_as_far_from_the_trace_as_from_the_rupture_of_fema_p695(record, off_km):
+def test_station_distances_to_fault_traces_agree_with_fema_p695(record, off_km):
     """Traces of other authors than those of the distances: the models of Landers and Erzincan differ by kilometres."""
     entry = read_record_table(TABLE)[record]
-    station, _ = places(entry)
+    station, _ = station_and_epicentre(entry)
     points = [
         (a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1]))
         for piece in parse_fault_trace(entry.fault_trace)
@@ -78,7 +81,7 @@ def test_stations_are_as_far_from_the_trace_as_from_the_rupture_of_fema_p695(rec
         for part in np.linspace(0, 1, 201)
     ]
     nearest = min(great_circle_distance_km(station, point) for point in points)
-    assert nearest == pytest.approx(published(entry)["SiteDistanceClosestToPlane"], abs=off_km)
+    assert nearest == pytest.approx(published_distances_km(entry)["SiteDistanceClosestToPlane"], abs=off_km)
 
 
 @pytest.mark.parametrize(
@@ -97,13 +100,13 @@ def test_fault_normal_component_is_recovered_along_its_azimuth(entry):
     assert components[0].event.split(",")[0].split("-")[0].split()[0][:4] in entry.event.replace("Erzincan", "Erzican")
 
 
-def test_peak_of_rinaldi_is_the_published_one():
+def test_the_peak_of_the_rinaldi_record_equals_the_published_one():
     """PEER NGA flatfile, sequence 1063, fault-normal component: 0.87 g."""
     record = read_record(read_record_table(TABLE)["rinaldi"], Path("unused"))
     assert np.abs(Motion.of(record).along(32)).max() / 9.80665 == pytest.approx(0.87, abs=0.005)
 
 
-def test_different_lengths_and_letter_axes_of_the_far_field_set():
+def test_far_field_records_of_unequal_length_or_unknown_axes_are_refused():
     with pytest.raises(RecordError, match=r"ABBAR--L.*says nothing about north"):
         read_record(RecordTableRow(id="abbar", format="fema-p695", source="farfield:15"), Path())
     with pytest.raises(RecordError, match="2676 and 2300 samples"):
@@ -114,12 +117,12 @@ def test_different_lengths_and_letter_axes_of_the_far_field_set():
 
 
 @pytest.mark.parametrize("source", ["nearfield_pulse:99", "nearfield:1", "farfield", "farfield:x"])
-def test_unknown_source_is_named(source):
+def test_the_error_names_an_unknown_fema_p695_source(source):
     with pytest.raises(RecordError, match=source):
         read_record(RecordTableRow(id="x", format="fema-p695", source=source), Path())
 
 
-def test_damaged_archive_is_named(tmp_path, monkeypatch):
+def test_the_error_names_a_damaged_fema_p695_archive(tmp_path, monkeypatch):
     whole = fema_p695.ARCHIVE.read_bytes()
     monkeypatch.setattr(fema_p695, "ARCHIVE", tmp_path / "ground-motions.zip")
     for damaged in (whole[:-1000], whole[:-60_000] + whole[-50_000:], whole.replace(whole[2000:2010], bytes(10))):

@@ -18,6 +18,7 @@ from tests.records.seed_writers import START
 
 @pytest.fixture
 def server(tmp_path: Path) -> Iterator[Server]:
+    """A running server on this machine that delivers files and FDSN data, with faults on request."""
     (tmp_path / "server").mkdir()
     one = Server(tmp_path / "server")
     thread = threading.Thread(target=one.serve_forever, kwargs={"poll_interval": 0.02}, daemon=True)
@@ -29,34 +30,36 @@ def server(tmp_path: Path) -> Iterator[Server]:
     thread.join(5)
 
 
-def get(server: Server, folder: Path, **more):
+def fetch_file(server: Server, folder: Path, **more):
+    """Download the file of the test server into a folder, with short waits."""
     options = {"timeout": 0.4, "wait": 0.01} | more
     return fetch_url(f"{server.address}/a/x.bin", HASH, folder, **options)
 
 
-def files(folder: Path) -> list[str]:
+def file_names(folder: Path) -> list[str]:
+    """Return the sorted names of the files in a folder; empty if it does not exist."""
     return sorted(p.name for p in folder.iterdir()) if folder.exists() else []
 
 
-def test_a_file_comes_whole_and_only_once(server, tmp_path):
+def test_a_file_is_downloaded_whole_and_only_once(server, tmp_path):
     folder = tmp_path / "got"
-    path = get(server, folder)
+    path = fetch_file(server, folder)
     assert path.read_bytes() == BODY
-    assert get(server, folder) == path
+    assert fetch_file(server, folder) == path
     assert len(server.seen) == 1
-    assert files(folder) == ["x.bin"]
+    assert file_names(folder) == ["x.bin"]
 
 
 @pytest.mark.parametrize("trouble", [*(("503",) * 2, ("500",) * 2, ("cut",) * 2, ("stall",) * 2), ("cut", "no ranges")])
-def test_trouble_on_the_way_is_met_by_another_try(server, tmp_path, trouble):
+def test_a_failed_download_is_tried_again(server, tmp_path, trouble):
     server.mode["file"] = [*trouble]
-    assert get(server, tmp_path / "got").read_bytes() == BODY
+    assert fetch_file(server, tmp_path / "got").read_bytes() == BODY
     assert len(server.seen) == 2 + (trouble[-1] != "no ranges")
 
 
 def test_a_complete_file_is_not_requested_again(server, tmp_path):
     server.mode["file"] = ["cut", "cut"]
-    get(server, tmp_path / "got")
+    fetch_file(server, tmp_path / "got")
     begins = [int(r.removeprefix("bytes=").removesuffix("-") or 0) for _, r in server.seen]
     # Up to one block of received data may be lost with the connection.
     assert begins[0] == 0 < len(BODY) // 2 - download.BLOCK <= begins[1] < begins[2]
@@ -65,41 +68,41 @@ def test_a_complete_file_is_not_requested_again(server, tmp_path):
 def test_a_later_run_resumes_a_partial_download(server, tmp_path):
     server.mode["file"] = ["cut"]
     with pytest.raises(RecordError, match="resumed next time"):
-        get(server, tmp_path / "got", tries=1)
-    assert files(tmp_path / "got") == [".x.bin.part"]
-    assert get(server, tmp_path / "got").read_bytes() == BODY
+        fetch_file(server, tmp_path / "got", tries=1)
+    assert file_names(tmp_path / "got") == [".x.bin.part"]
+    assert fetch_file(server, tmp_path / "got").read_bytes() == BODY
     assert server.seen[-1][1] not in ("", "bytes=0-")
-    assert files(tmp_path / "got") == ["x.bin"]
+    assert file_names(tmp_path / "got") == ["x.bin"]
 
 
 @pytest.mark.parametrize(
     ("trouble", "word"),
     [("lie", "another SHA-256"), ("cut without length", "another SHA-256"), ("page", "web page")],
 )
-def test_other_bytes_are_refused_and_nothing_is_kept(server, tmp_path, trouble, word):
+def test_a_download_with_a_wrong_hash_is_refused_and_deleted(server, tmp_path, trouble, word):
     server.mode["file"] = [trouble]
     with pytest.raises(RecordError, match=word):
-        get(server, tmp_path / "got")
-    assert files(tmp_path / "got") == []
+        fetch_file(server, tmp_path / "got")
+    assert file_names(tmp_path / "got") == []
 
 
-def test_a_changed_file_is_fetched_again(server, tmp_path):
-    path = get(server, tmp_path / "got")
+def test_a_changed_local_file_is_downloaded_again(server, tmp_path):
+    path = fetch_file(server, tmp_path / "got")
     path.write_bytes(b"spoilt")
-    assert get(server, tmp_path / "got").read_bytes() == BODY
+    assert fetch_file(server, tmp_path / "got").read_bytes() == BODY
 
 
 @pytest.mark.parametrize(
     ("status", "kind"), [("404", MissingDataError), ("401", MissingDataError), ("403", MissingDataError)]
 )
-def test_a_final_answer_is_not_asked_for_twice(server, tmp_path, status, kind):
+def test_a_permanent_http_error_is_not_retried(server, tmp_path, status, kind):
     server.mode["file"] = [status] * 5
     with pytest.raises(kind, match=status):
-        get(server, tmp_path / "got")
+        fetch_file(server, tmp_path / "got")
     assert len(server.seen) == 1
 
 
-def test_a_dead_server_is_given_up_on(tmp_path):
+def test_a_download_from_a_dead_server_ends_with_an_error(tmp_path):
     with pytest.raises(RecordError, match=r"127\.0\.0\.1/x\.bin: failed in 2 tries"):
         fetch_url("http://127.0.0.1:19/x.bin", HASH, tmp_path, tries=2, timeout=0.5, wait=0.01)
 
@@ -108,7 +111,7 @@ def test_credentials_come_from_the_environment_and_are_never_shown(server, tmp_p
     monkeypatch.setenv(download.USER, "somebody")
     monkeypatch.setenv(download.PASSWORD, "s3cret-w0rd")
     with caplog.at_level("DEBUG"):
-        get(server, tmp_path / "got")
+        fetch_file(server, tmp_path / "got")
         server.mode["file"] = ["401"]
         with pytest.raises(MissingDataError) as problem:
             fetch_url(f"{server.address}/y.bin?token=abc123", HASH, tmp_path / "got", wait=0.01)
@@ -130,33 +133,35 @@ def test_credentials_come_from_the_environment_and_are_never_shown(server, tmp_p
         (MissingDataError, "registered users", "https://www.kyoshin.bosai.go.jp/x.tar.gz", {}),
     ],
 )
-def test_unusable_arguments_are_named(tmp_path, kind, word, url, more):
+def test_the_error_names_an_unusable_download_argument(tmp_path, kind, word, url, more):
     with pytest.raises(kind, match=word):
         fetch_url(url, **({"sha256": HASH, "folder": tmp_path} | more))
 
 
-def request(server: Server, **more) -> FdsnWaveformRequest:
+def waveform_request(server: Server, **more) -> FdsnWaveformRequest:
+    """Return a request for 10 s of the test station, or for the window around an event."""
     window = {} if "event_id" in more else {"start": str(START), "end": str(START + 10)}
     return FdsnWaveformRequest(server.address, "XX", "TST1", **(window | more))
 
 
-def ask(server: Server, folder: Path, **more):
-    return fetch_fdsn_record(request(server, **more), folder, tries=3, timeout=0.4, wait=0.01)
+def fetch_waveforms(server: Server, folder: Path, **more):
+    """Fetch waveforms and metadata of the test station into a folder, with short waits."""
+    return fetch_fdsn_record(waveform_request(server, **more), folder, tries=3, timeout=0.4, wait=0.01)
 
 
-def test_fdsn_waveforms_and_metadata_make_a_record(server, tmp_path):
+def test_fdsn_waveforms_and_metadata_become_a_record(server, tmp_path):
     folder = tmp_path / "got"
-    paths = ask(server, folder)
+    paths = fetch_waveforms(server, folder)
     stem = "XX.TST1.x.HNx.20010203T040506.10s"
-    assert files(folder) == [f"{stem}.mseed", f"{stem}.xml"]
+    assert file_names(folder) == [f"{stem}.mseed", f"{stem}.xml"]
     record = read_record_without_processing(paths)
     np.testing.assert_allclose(record.north, COUNTS[0] / 400_000)
     np.testing.assert_allclose(record.up, COUNTS[2] / 400_000)
     asked = len([p for p, _ in server.seen if p.endswith("query")])
-    ask(server, folder)
+    fetch_waveforms(server, folder)
     assert len([p for p, _ in server.seen if p.endswith("query")]) == asked == 2
     for other in ({"channel": "HHZ"}, {"location": "20"}):  # another sensor is not a duplicate
-        ask(server, folder, **other)
+        fetch_waveforms(server, folder, **other)
     assert len([p for p, _ in server.seen if p.endswith("query")]) == 6
 
 
@@ -165,17 +170,17 @@ def test_fdsn_reports_missing_parts_of_the_window(server, tmp_path):
     told = []
     length = COUNTS[0].size / 100
     later = {"start": str(START - 7), "end": str(START + length + 4)}
-    fetch_fdsn_record(request(server, **later), tmp_path / "got", timeout=0.6, report_note=told.append)
+    fetch_fdsn_record(waveform_request(server, **later), tmp_path / "got", timeout=0.6, report_note=told.append)
     assert len(told) == 3
     assert all("of the requested window, the first 7 s and the last 4 s of XX.TST1..HN" in each for each in told)
     told.clear()
     whole = {"start": str(START), "end": str(START + length)}
-    fetch_fdsn_record(request(server, **whole), tmp_path / "whole", timeout=0.6, report_note=told.append)
+    fetch_fdsn_record(waveform_request(server, **whole), tmp_path / "whole", timeout=0.6, report_note=told.append)
     assert told == []
 
 
-def test_fdsn_window_around_an_event(server, tmp_path):
-    paths = ask(server, tmp_path / "got", event_id="abc", before_s=2, after_s=8)
+def test_an_fdsn_request_may_ask_for_the_window_around_an_event(server, tmp_path):
+    paths = fetch_waveforms(server, tmp_path / "got", event_id="abc", before_s=2, after_s=8)
     assert read_record_without_processing(paths).start == "2001-02-03T04:05:06.5Z"
 
 
@@ -183,11 +188,13 @@ def test_fdsn_window_around_an_event(server, tmp_path):
 @pytest.mark.parametrize("trouble", ["503", "cut", "stall", "page", "empty", "lie", "cut without length"])
 def test_fdsn_errors_are_retried_and_leave_no_partial_file(server, tmp_path, service, trouble):
     server.mode[service] = [trouble]
-    np.testing.assert_allclose(read_record_without_processing(ask(server, tmp_path / "got")).north, COUNTS[0] / 400_000)
+    np.testing.assert_allclose(
+        read_record_without_processing(fetch_waveforms(server, tmp_path / "got")).north, COUNTS[0] / 400_000
+    )
     server.mode[service] = [trouble] * 3
     with pytest.raises((RecordError, MissingDataError), match=r"XX\.TST1"):
-        ask(server, tmp_path / "other")
-    left = files(tmp_path / "other")
+        fetch_waveforms(server, tmp_path / "other")
+    left = file_names(tmp_path / "other")
     assert left == ([] if service == "station" else [n for n in left if n.endswith(".xml")])
 
 
@@ -201,14 +208,14 @@ def test_fdsn_errors_are_retried_and_leave_no_partial_file(server, tmp_path, ser
         ("400", ArgumentError, "does not understand"),
     ],
 )
-def test_fdsn_final_answers(server, tmp_path, status, kind, word):
+def test_a_permanent_fdsn_error_is_not_retried(server, tmp_path, status, kind, word):
     server.mode["station"] = [status] * 3
     with pytest.raises(kind, match=word):
-        ask(server, tmp_path / "got")
+        fetch_waveforms(server, tmp_path / "got")
     assert len([p for p, _ in server.seen if p.endswith("station/1/query")]) == 1
 
 
-def test_address_without_fdsn_server(tmp_path):
+def test_the_error_names_an_address_without_an_fdsn_server(tmp_path):
     with pytest.raises(RecordError, match="failed in"):
         fetch_fdsn_record(
             FdsnWaveformRequest("http://127.0.0.1:19", "XX", "TST1", start="2001-01-01", end="2001-01-02"),
@@ -230,6 +237,6 @@ def test_address_without_fdsn_server(tmp_path):
         {"start": "2001-01-01", "end": "2001-01-02", "after_s": 0.0},
     ],
 )
-def test_invalid_fdsn_requests(fields):
+def test_invalid_fdsn_requests_are_refused(fields):
     with pytest.raises(ArgumentError):
         FdsnWaveformRequest(**({"server": "http://127.0.0.1", "network": "XX", "station": "TST1"} | fields))

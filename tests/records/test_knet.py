@@ -19,14 +19,14 @@ from overturning.records.record import source_and_processing_of_record
 from overturning.records.source import SourceFile, read_source_file
 from tests.expect import lacking, refused
 from tests.records.record_writers import knet_text, write_knet_set
-from tests.records.test_archives import tar_of, zip_of
+from tests.records.test_archives import tar_archive, zip_archive
 
 GAIN = 2000 / 8388608 * 0.01
 random = np.random.default_rng(20001006)
 NORTH, EAST, UP = (random.integers(-400_000, 400_000, 1000) + 12_345 for _ in range(3))
 
 
-def test_surface_and_borehole_are_distinguished_and_have_their_own_gains(tmp_path):
+def test_kik_net_surface_and_borehole_sensors_have_their_own_gains(tmp_path):
     deep = write_knet_set(
         tmp_path, "TTRH02X", NORTH, EAST, UP, kik=1, station="TTRH02", scale=(3920, 6182761), rate="200Hz"
     )
@@ -49,7 +49,7 @@ def test_surface_and_borehole_are_distinguished_and_have_their_own_gains(tmp_pat
     assert mixed.notes == ["axis 'UD1' left out: TTRH02X.UD1 is of the borehole sensor"]
 
 
-def test_a_borehole_alone_is_refused_unless_declared_and_then_named_with_its_station(tmp_path):
+def test_a_kik_net_borehole_alone_is_refused_unless_declared(tmp_path):
     files = write_knet_set(tmp_path, "ISKH010705060000", NORTH, EAST, UP, kik=1, station="ISKH01")
     refused = r"axis (NS|EW)1 is of the borehole sensor of ISKH01; declare it .*--sensor borehole"
     with pytest.raises(RecordError, match=refused):
@@ -66,7 +66,7 @@ def test_a_borehole_alone_is_refused_unless_declared_and_then_named_with_its_sta
     assert source_and_processing_of_record(process_record(record, None))["declared"] == ["borehole sensor"]
 
 
-def test_commands_refuse_or_name_the_borehole(tmp_path):
+def test_commands_refuse_or_name_a_borehole_record(tmp_path):
     files = write_knet_set(tmp_path, "ISKH010705060000", NORTH, EAST, UP, kik=1, station="ISKH01")
     table, folder = tmp_path / "records.tsv", tmp_path / "files"
     add = ["records", "add", *map(str, files), "--table", str(table), "--folder", str(folder)]
@@ -88,13 +88,17 @@ def test_commands_refuse_or_name_the_borehole(tmp_path):
 
 
 @pytest.mark.parametrize("kind", ["tar.gz", "zip", "nested"])
-def test_reads_straight_from_the_archive(tmp_path, kind):
+def test_k_net_files_are_read_from_an_archive_of_many_stations(tmp_path, kind):
     files = write_knet_set(tmp_path, "TTRH020010061330", NORTH, EAST, UP, kik=2, station="TTRH02")
     files += write_knet_set(tmp_path, "SMNH010010061330", UP, UP, UP, kik=2, station="SMNH01")
     members = {f"20001006/{file.name}": file.read_bytes() for file in files}
     out = tmp_path / "data"
     out.mkdir()
-    data = {"zip": zip_of(members), "tar.gz": tar_of(members), "nested": tar_of({"kik.tar.gz": tar_of(members)}, "w")}
+    data = {
+        "zip": zip_archive(members),
+        "tar.gz": tar_archive(members),
+        "nested": tar_archive({"kik.tar.gz": tar_archive(members)}, "w"),
+    }
     (out / f"20001006.{kind.replace('nested', 'tar')}").write_bytes(data[kind])
     entry = RecordTableRow(id="ttrh02", format="kik-net", source="TTRH020010061330", event="Western Tottori 2000")
     record = read_record(entry, out)
@@ -102,7 +106,7 @@ def test_reads_straight_from_the_archive(tmp_path, kind):
     assert record.station == "TTRH02"
 
 
-def test_each_of_the_two_networks_is_called_by_its_name(tmp_path):
+def test_k_net_and_kik_net_records_name_their_network(tmp_path):
     for kik, name in ((None, "k-net"), (2, "kik-net")):
         folder = tmp_path / name
         folder.mkdir()
@@ -117,14 +121,14 @@ def test_each_of_the_two_networks_is_called_by_its_name(tmp_path):
         read_record(RecordTableRow(id="x", format="k-net", source="TST001"), tmp_path)
 
 
-def test_missing_files_are_named_with_source_and_folder(tmp_path):
+def test_missing_k_net_files_are_named_with_source_and_folder(tmp_path):
     entry = RecordTableRow(id="ttrh02", format="kik-net", source="TTRH020010061330")
     words = ("TTRH020010061330.NS2", "EW2", "UD2", "NIED", "kyoshin.bosai.go.jp", str(tmp_path / "nied"))
     with refused(MissingDataError, *words, brief=True):
         read_record(entry, tmp_path / "nied")
 
 
-def test_one_component_alone_is_refused(tmp_path):
+def test_a_single_k_net_component_is_refused(tmp_path):
     north, east = write_knet_set(tmp_path, "T", NORTH, EAST)
     assert read_record_without_processing(north).north.size == NORTH.size  # the other component is in the same folder
     east.unlink()
@@ -132,20 +136,21 @@ def test_one_component_alone_is_refused(tmp_path):
         read_record_without_processing(north)
 
 
-def read_text(text: str, name: str = "T.NS"):
+def read_knet_text(text: str, name: str = "T.NS"):
+    """Read the component in the text of a K-NET file."""
     return knet.read_components(SourceFile(name, text.encode("utf-8")))[0]
 
 
-def test_fractional_rates_and_scale_factors_are_exact():
+def test_fractional_k_net_rates_and_scale_factors_are_read_exactly():
     """Obspy takes 99.5Hz as 99 and 7845.6(gal) as 7845."""
-    component = read_text(knet_text(NORTH[:199], rate="99.5Hz", scale=("7845.6", 8223790)))
+    component = read_knet_text(knet_text(NORTH[:199], rate="99.5Hz", scale=("7845.6", 8223790)))
     assert component.sampling_interval == 1 / 99.5
     np.testing.assert_allclose(component.samples, NORTH[:199] * 7845.6 / 8223790 * 0.01, rtol=1e-12)
 
 
-def test_blank_magnitude_and_japanese_memo_do_no_harm():
+def test_a_k_net_file_with_blank_magnitude_and_japanese_memo_is_read():
     text = knet_text(NORTH, magnitude="", memo="補正なし")
-    assert "magnitude" not in read_text(text).extra
+    assert "magnitude" not in read_knet_text(text).extra
     component = knet.read_components(SourceFile("T.NS", text.encode("shift_jis")))[0]
     np.testing.assert_allclose(component.samples, NORTH * GAIN, rtol=1e-12)
 
@@ -168,16 +173,16 @@ def test_blank_magnitude_and_japanese_memo_do_no_harm():
         (lambda t: t.replace(f"{NORTH[16]:>9d}{NORTH[17]:>9d}", f" {NORTH[16]}-{abs(NORTH[17])}"), 20, "whole number"),
     ],
 )
-def test_errors_name_the_line(change, line, word):
+def test_k_net_errors_name_the_file_and_line(change, line, word):
     text = change(knet_text(NORTH))
     with pytest.raises(RecordError, match=word) as problem:
-        read_text(text)
+        read_knet_text(text)
     assert "T.NS" in str(problem.value)
     if line:
         assert f"line {line}" in str(problem.value)
 
 
-def test_an_archive_of_many_stations_asks_which(tmp_path):
+def test_an_archive_of_many_stations_needs_the_station_to_be_named(tmp_path):
     files = [
         file
         for station in ("TST001", "TST002")
@@ -185,7 +190,7 @@ def test_an_archive_of_many_stations_asks_which(tmp_path):
     ]
     path = tmp_path / "data" / "event.zip"
     path.parent.mkdir()
-    path.write_bytes(zip_of({file.name: file.read_bytes() for file in files}))
+    path.write_bytes(zip_archive({file.name: file.read_bytes() for file in files}))
     with refused(RecordError, "2 records (TST001, TST002)"):
         read_record_without_processing(path)
     with refused(RecordError, "2 records"):
@@ -194,7 +199,7 @@ def test_an_archive_of_many_stations_asks_which(tmp_path):
     assert read_record(entry, path.parent).station == "TST002"
 
 
-def test_corrections_of_the_table_turn_the_sensor(tmp_path):
+def test_orientation_corrections_in_the_record_table_rotate_the_components(tmp_path):
     """A sensor whose north is N7W of magnetic north, which is 5° east of true north: azimuths −2 and 88."""
     write_knet_set(tmp_path, "T", NORTH, EAST)
     entry = RecordTableRow(
@@ -207,7 +212,7 @@ def test_corrections_of_the_table_turn_the_sensor(tmp_path):
     np.testing.assert_allclose(record.east, (NORTH * s + EAST * c) * GAIN, atol=1e-9)
 
 
-def test_declared_azimuths_replace_those_of_the_files_with_a_note(tmp_path):
+def test_declared_azimuths_replace_azimuths_in_the_files_with_a_note(tmp_path):
     """Files are sorted by name, EW before NS, so declared azimuths 0 and 90 would exchange the components."""
     write_knet_set(tmp_path, "T", NORTH, EAST)
     record = read_record(RecordTableRow(id="t", format="kik-net", source="T", azimuths_deg=(0, 90)), tmp_path)
@@ -220,7 +225,7 @@ def test_declared_azimuths_replace_those_of_the_files_with_a_note(tmp_path):
     assert same.notes == []
 
 
-def test_pictures_and_plots_that_share_the_stem_are_no_files_of_the_record(tmp_path):
+def test_pictures_with_the_same_stem_as_a_record_are_skipped(tmp_path):
     """Regression: a picture next to the files made a record of the table unreadable."""
     write_knet_set(tmp_path, "T", NORTH, EAST)
     for name in ("T.pdf", "T.PNG", "T.ps.gz", "T.json"):
@@ -232,7 +237,7 @@ def test_pictures_and_plots_that_share_the_stem_are_no_files_of_the_record(tmp_p
         read_record(RecordTableRow(id="p", source="P"), tmp_path)
 
 
-def test_hash_of_several_files_is_compared_with_the_table(tmp_path):
+def test_the_hash_of_several_files_is_compared_with_the_record_table(tmp_path):
     paths = write_knet_set(tmp_path, "T", NORTH, EAST, UP)
     own = [hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(paths)]
     joint = hashlib.sha256("".join(own).encode("ascii")).hexdigest()
@@ -244,7 +249,7 @@ def test_hash_of_several_files_is_compared_with_the_table(tmp_path):
 
 @pytest.mark.parametrize("end", ["", "\n"])
 @pytest.mark.parametrize("count", [8, 24])
-def test_truncated_last_line_is_detected(count, end):
+def test_a_truncated_last_line_of_a_k_net_file_is_detected(count, end):
     """The width of a line is compared with the one before; a single line, or one with a line end, is not."""
     text = knet_text(NORTH[:count]).rstrip("\n")
     if end and count > 8:
@@ -253,7 +258,7 @@ def test_truncated_last_line_is_detected(count, end):
     np.testing.assert_allclose(component.samples, NORTH[:count] * GAIN, rtol=1e-12)
 
 
-def test_a_real_file_agrees_with_its_own_header():
+def test_a_real_k_net_file_agrees_with_its_own_header():
     """Obspy brings one K-NET file for its own tests; NIED's files may not be redistributed."""
     import obspy
 

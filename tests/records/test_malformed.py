@@ -21,23 +21,24 @@ from overturning.records.record import Record
 from overturning.records.source import SourceFile
 from tests.bounds import bounded
 from tests.expect import refused
-from tests.records.malformed_corpus import COUNTS, UNCOUNTED, WHOLE, corpus
+from tests.records.malformed_corpus import COUNTS, UNDETECTABLE_MUTATIONS, VALID_FILES, mutations_of_format
 from tests.records.seed_writers import write_inventory, write_mseed, write_sac
 
 OPTIONS = DeclaredFileProperties(unit="gal")
 
-CORPUS = {form: dict(corpus(form)) for form in WHOLE}
+MUTATIONS = {form: dict(mutations_of_format(form)) for form in VALID_FILES}
 
 
-HARMLESS = ("BOM", "CRLF", "CR CRLF", "CR", "UTF-16", "DOS end of file", "zeros behind", "blank lines behind")
+HARMLESS_MUTATIONS = ("BOM", "CRLF", "CR CRLF", "CR", "UTF-16", "DOS end of file", "zeros behind", "blank lines behind")
 
 
-def test_the_corpus_is_large_enough():
-    assert sum(map(len, CORPUS.values())) >= 2126
+def test_at_least_2126_text_mutations_and_19_byte_mutations_exist():
+    assert sum(map(len, MUTATIONS.values())) >= 2126
     assert len(BYTES) >= 19
 
 
 def same_motion(record: Record, good: Record) -> bool:
+    """True if two records have the same samples, sampling interval and axes."""
     return (
         record.sampling_interval == good.sampling_interval
         and np.array_equal(record.north, good.north)
@@ -47,21 +48,22 @@ def same_motion(record: Record, good: Record) -> bool:
     )
 
 
-def write(folder: Path, form: str) -> list[Path]:
-    paths = [folder / name for name in WHOLE[form][0]]
-    for path, text in zip(paths, WHOLE[form][0].values(), strict=True):
+def write_valid_files(folder: Path, form: str) -> list[Path]:
+    """Write the undamaged files of a format and return their paths."""
+    paths = [folder / name for name in VALID_FILES[form][0]]
+    for path, text in zip(paths, VALID_FILES[form][0].values(), strict=True):
         path.write_bytes(text.encode())
     return paths
 
 
-def replace(path: Path, content: bytes) -> None:
-    """Put a new file in the place of another: some file systems write to disk at once what is written over."""
+def replace_file(path: Path, content: bytes) -> None:
+    """Replace a file by a new one: overwriting makes some file systems write to disk at once."""
     path.unlink()
     path.write_bytes(content)
 
 
-def objection(paths: list[Path], good: Record, newlines: int = 1) -> str:
-    """What is wrong with how files are met, or nothing.
+def handling_fault(paths: list[Path], good: Record, newlines: int = 1) -> str:
+    """Read mutated files and describe what is wrong with the result or the error; empty if nothing is.
 
     They are refused by name, or read to the numbers of the whole file, or it is said what was left out.
     """
@@ -79,40 +81,42 @@ def objection(paths: list[Path], good: Record, newlines: int = 1) -> str:
     return "" if told or same_motion(record, good) else "read without a word, but not the numbers of the whole file"
 
 
-@pytest.mark.parametrize("form", CORPUS)
-def test_text_is_refused_by_name_or_read_right(tmp_path, form):
-    paths = write(tmp_path, form)
-    good, whole = read_record_without_processing(paths, OPTIONS), WHOLE[form][0][paths[0].name]
+@pytest.mark.parametrize("form", MUTATIONS)
+def test_a_mutated_text_file_is_refused_by_name_or_read_correctly(tmp_path, form):
+    paths = write_valid_files(tmp_path, form)
+    good, whole = read_record_without_processing(paths, OPTIONS), VALID_FILES[form][0][paths[0].name]
     objections: dict[str, str] = {}
     read: dict[bytes, str] = {}  # Mutations may make the same file, as of the digits in a line without digits.
-    for name, change in CORPUS[form].items():
-        if name in UNCOUNTED.get(form, ()) or name in HARMLESS:  # The latter are all read right: see below.
+    for name, change in MUTATIONS[form].items():
+        if (
+            name in UNDETECTABLE_MUTATIONS.get(form, ()) or name in HARMLESS_MUTATIONS
+        ):  # The latter are all read right: see below.
             continue
         content = change(whole)
         if content not in read:
-            replace(paths[0], content)
-            read[content] = objection(paths, good)
+            replace_file(paths[0], content)
+            read[content] = handling_fault(paths, good)
         objections[name] = read[content]
     assert {name: what for name, what in objections.items() if what} == {}
 
 
-@pytest.mark.parametrize("form", WHOLE)
-def test_marks_of_other_systems_do_no_harm(tmp_path, form):
-    paths = write(tmp_path, form)
-    good, whole = read_record_without_processing(paths, OPTIONS), WHOLE[form][0][paths[0].name]
-    for name in HARMLESS:
-        replace(paths[0], CORPUS[form][name](whole))
+@pytest.mark.parametrize("form", VALID_FILES)
+def test_line_ends_and_marks_of_other_systems_do_not_change_a_record(tmp_path, form):
+    paths = write_valid_files(tmp_path, form)
+    good, whole = read_record_without_processing(paths, OPTIONS), VALID_FILES[form][0][paths[0].name]
+    for name in HARMLESS_MUTATIONS:
+        replace_file(paths[0], MUTATIONS[form][name](whole))
         with bounded():
             record = read_record_without_processing(paths, OPTIONS)
         assert same_motion(record, good), name
 
 
-@pytest.mark.parametrize("form", WHOLE)
-def test_random_damage_ends_in_a_named_error_or_a_record(form):
+@pytest.mark.parametrize("form", VALID_FILES)
+def test_a_randomly_damaged_file_gives_a_named_error_or_a_record(form):
     """Random changes, losses, additions and moves of bytes cause only the documented exceptions."""
     throw = dice.Random(form)
     letters = b"0123456789 .-+EeNaf*\n\r\t,:/()=|#\x00\xff\x80ABCD"
-    texts = {name: text.encode() for name, text in WHOLE[form][0].items()}
+    texts = {name: text.encode() for name, text in VALID_FILES[form][0].items()}
     spoilt = next(iter(texts))
     for _ in range(60):
         data = bytearray(texts[spoilt])
@@ -139,7 +143,7 @@ def test_random_damage_ends_in_a_named_error_or_a_record(form):
 
 
 def binary_files(folder: Path, form: str) -> tuple[Path, Path]:
-    """The file to mutate, and the one that belongs to it."""
+    """Write a binary file to mutate and the file that belongs to it, such as the metadata of waveforms."""
     if form == "miniseed":
         other = write_inventory(folder / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0)})
         counts = [np.repeat(c, 10) for c in COUNTS]
@@ -168,17 +172,17 @@ BYTES: dict[str, Callable[[bytes], bytes]] = {
 
 @pytest.mark.parametrize("form", ["miniseed", "stationxml", "sac"])
 @pytest.mark.filterwarnings("ignore::UserWarning", "ignore::obspy.io.mseed.InternalMSEEDWarning")
-def test_binary_is_refused_by_name_or_read_right(tmp_path, form):
+def test_a_mutated_binary_file_is_refused_by_name_or_read_correctly(tmp_path, form):
     path, other = binary_files(tmp_path, form)
     good, whole = read_record_without_processing([path, other], OPTIONS), path.read_bytes()
     objections = {}
     for name, change in BYTES.items():
-        replace(path, change(whole))
-        objections[name] = objection([path, other], good, newlines=2)  # ObsPy's own words
+        replace_file(path, change(whole))
+        objections[name] = handling_fault([path, other], good, newlines=2)  # ObsPy's own words
     assert {name: what for name, what in objections.items() if what} == {}
 
 
-def test_a_folder_and_a_missing_file(tmp_path):
+def test_a_folder_or_missing_file_in_place_of_a_record_is_refused(tmp_path):
     with pytest.raises(RecordError, match="folder"):
         read_record_without_processing(tmp_path)
     with pytest.raises(OverturningError, match="no such file"):
@@ -187,7 +191,7 @@ def test_a_folder_and_a_missing_file(tmp_path):
         read_record_without_processing(tmp_path / f"{'x' * 300}.V2A")
 
 
-def test_an_unreadable_file(tmp_path, monkeypatch):
+def test_the_error_names_an_unreadable_file(tmp_path, monkeypatch):
     path = tmp_path / "x.V2A"
     path.write_text("x")
 

@@ -29,13 +29,15 @@ DT = 0.01
 TIME = np.arange(6000) * DT
 
 
-def record(north, east=None, interval=DT) -> Record:
+def record_of_components(north, east=None, interval=DT) -> Record:
+    """Return a trusted record of one or two horizontal components."""
     east = np.zeros_like(north) if east is None else east
     known = {"trusted_data": True}  # ramps and steps are no ground motions
     return Record("r", north, east, None, interval, start="2001-02-03T04:05:06Z", extra=known)
 
 
-def sine(frequency: float) -> np.ndarray:
+def tapered_sine(frequency: float) -> np.ndarray:
+    """Return a sine under a sin² envelope that lasts for the whole of `TIME`."""
     return np.sin(2 * np.pi * frequency * TIME) * np.sin(np.pi * TIME / TIME[-1]) ** 2
 
 
@@ -43,9 +45,9 @@ def test_drift_is_detected_at_the_end_of_velocity_and_displacement() -> None:
     """One cycle of 1 m/s² and 1 s: v = (1 − cos 2πt)/2π ends at 0, its peak is 1/π m/s; then the same back."""
     cycle = np.where(TIME < 1, np.sin(2 * np.pi * TIME), 0.0)
     swing = np.where(TIME < 2, cycle - np.roll(cycle, 100), 0.0)  # forward and backward pulse: no residual displacement
-    assert displacement_drift_evidence(record(swing, swing)) == ""
+    assert displacement_drift_evidence(record_of_components(swing, swing)) == ""
     # An offset of c for 60 s ends the velocity at 60 c: 1 % of 1/π with c = 5.3e-5, 5 % with 2.65e-4.
-    little, more = (record(swing, swing + share / np.pi / 60) for share in (0.01, 0.05))
+    little, more = (record_of_components(swing, swing + share / np.pi / 60) for share in (0.01, 0.05))
     assert "velocity" not in displacement_drift_evidence(little)
     assert "velocity of east ends at 5 % of its peak" in displacement_drift_evidence(more)
     assert "displacement of east is largest at the last sample" in displacement_drift_evidence(more)
@@ -58,12 +60,12 @@ def test_drift_is_detected_at_the_end_of_velocity_and_displacement() -> None:
 
 
 @pytest.mark.parametrize("zone", ["Asia/Tokyo", "America/Los_Angeles"])
-def test_start_without_zone_is_utc_on_every_machine(monkeypatch, zone) -> None:
+def test_a_record_start_without_zone_is_utc_on_every_machine(monkeypatch, zone) -> None:
     """Regression: the start of a `Record` made in Python was read as local time, nine hours off in Japan."""
     monkeypatch.setenv("TZ", zone)
     time.tzset()
     try:
-        naive = replace(record(sine(1.0)), start="2001-02-03T04:05:06")
+        naive = replace(record_of_components(tapered_sine(1.0)), start="2001-02-03T04:05:06")
         assert process_record(naive, [Cut(start_s=1)]).start == "2001-02-03T04:05:07Z"
         abroad = replace(naive, start="2001-02-03T13:05:06+09:00")
         assert process_record(abroad, [Cut(start_s=1)]).start == "2001-02-03T04:05:07Z"
@@ -73,28 +75,34 @@ def test_start_without_zone_is_utc_on_every_machine(monkeypatch, zone) -> None:
 
 
 def test_a_motion_from_python_is_not_labelled_processed() -> None:
-    motion = Motion(sine(1.0), sine(2.0), sampling_interval=DT)
+    motion = Motion(tapered_sine(1.0), tapered_sine(2.0), sampling_interval=DT)
     given = as_record(motion)
     assert source_and_processing_of_record(process_record(given, None))["data"] == "as given"
     assert process_record(given, None).processing == ()
 
 
-def test_remove_mean_of_the_whole_and_of_the_pre_event_part():
+def test_remove_mean_subtracts_the_mean_of_the_whole_or_the_pre_event_part():
     north = np.concatenate([np.full(1000, 0.3), np.full(1000, 2.3)])
-    np.testing.assert_allclose(process_record(record(north), [RemoveMean()]).north, north - 1.3, atol=1e-12)
-    np.testing.assert_allclose(process_record(record(north), [RemoveMean(first_s=10)]).north, north - 0.3, atol=1e-12)
+    np.testing.assert_allclose(
+        process_record(record_of_components(north), [RemoveMean()]).north, north - 1.3, atol=1e-12
+    )
+    np.testing.assert_allclose(
+        process_record(record_of_components(north), [RemoveMean(first_s=10)]).north, north - 0.3, atol=1e-12
+    )
 
 
 @pytest.mark.parametrize("order", [0, 1, 2, 3])
-def test_detrend_removes_its_polynomial_and_nothing_of_the_next_order(order):
+def test_detrend_removes_its_polynomial_but_not_the_next_order(order):
     polynomial = sum((k + 1) * (TIME / 60) ** k for k in range(order + 1))
-    np.testing.assert_allclose(process_record(record(polynomial), [Detrend(order=order)]).north, 0, atol=1e-10)
-    left = process_record(record((TIME / 60) ** (order + 1)), [Detrend(order=order)]).north
+    np.testing.assert_allclose(
+        process_record(record_of_components(polynomial), [Detrend(order=order)]).north, 0, atol=1e-10
+    )
+    left = process_record(record_of_components((TIME / 60) ** (order + 1)), [Detrend(order=order)]).north
     assert np.abs(left).max() > 1e-3
 
 
-def test_taper_is_half_a_cosine_bell():
-    done = process_record(record(np.ones(6000)), [Taper(length_s=2)]).north
+def test_the_taper_is_half_a_cosine_bell():
+    done = process_record(record_of_components(np.ones(6000)), [Taper(length_s=2)]).north
     assert done[0] == 0
     assert done[100] == pytest.approx(0.5)
     assert (done[200:-200] == 1).all()
@@ -103,22 +111,22 @@ def test_taper_is_half_a_cosine_bell():
 
 @pytest.mark.parametrize("order", [1, 2, 4])
 @pytest.mark.parametrize("frequency", [0.25, 0.5, 1.0, 2.0])
-def test_filters_pass_a_sine_with_the_square_of_butterworth_s_gain_and_no_shift(order, frequency):
+def test_filters_have_the_squared_butterworth_gain_and_no_phase_shift(order, frequency):
     """|H|² = 1/(1 + (f/f_c)^2n) after two passes; a half at the corner."""
     ratio = frequency / 0.5
     for step, gain in (
         (Lowpass(corner_hz=0.5, order=order), 1 / (1 + ratio ** (2 * order))),
         (Highpass(corner_hz=0.5, order=order), 1 / (1 + ratio ** (-2 * order))),
     ):
-        done = process_record(record(sine(frequency)), [step])
+        done = process_record(record_of_components(tapered_sine(frequency)), [step])
         pad = (done.north.size - 6000) // 2
         middle = slice(pad + 2000, pad + 4000)
-        np.testing.assert_allclose(done.north[middle], gain * sine(frequency)[2000:4000], atol=0.03)
+        np.testing.assert_allclose(done.north[middle], gain * tapered_sine(frequency)[2000:4000], atol=0.03)
 
 
 def test_a_high_pass_filter_leaves_no_drift_and_shifts_the_start():
     """Offset and ramp in acceleration give 18 m of displacement without the filter, and millimetres with it."""
-    done = process_record(record(sine(1.0) + 0.01), [Highpass(corner_hz=0.2, order=2)])
+    done = process_record(record_of_components(tapered_sine(1.0) + 0.01), [Highpass(corner_hz=0.2, order=2)])
     velocity = integrate(done.north, DT)
     displacement = integrate(velocity, DT)
     assert abs(velocity[-1]) < 1e-4
@@ -128,42 +136,44 @@ def test_a_high_pass_filter_leaves_no_drift_and_shifts_the_start():
 
 
 @pytest.mark.parametrize("offset", [0.3, -0.05])
-def test_a_high_pass_filter_makes_no_step_of_an_offset(offset):
+def test_a_high_pass_filter_of_an_offset_leaves_no_step(offset):
     """Without the taper, the steps at the ends would double the velocity."""
-    shaken = sine(1.0) * np.hanning(TIME.size)
+    shaken = tapered_sine(1.0) * np.hanning(TIME.size)
     for first in ([], [RemoveMean()], [RemoveMean(), Taper(length_s=2.0)], [Detrend(order=0)]):
-        speed = integrate(process_record(record(shaken + offset), [*first, Highpass(corner_hz=0.1)]).north, DT)
+        speed = integrate(
+            process_record(record_of_components(shaken + offset), [*first, Highpass(corner_hz=0.1)]).north, DT
+        )
         assert np.abs(speed).max() == pytest.approx(np.abs(integrate(shaken, DT)).max(), rel=0.01)
 
 
 @pytest.mark.parametrize("step", [Lowpass(corner_hz=20), *(Resample(sampling_interval_s=s) for s in (0.004, 0.02))])
-def test_no_step_makes_spikes_of_an_offset_at_the_ends(step):
+def test_no_processing_step_turns_an_offset_into_spikes_at_the_ends(step):
     """Regression: the zeros next to an offset of 50 Gal caused spikes of 15 to 25 Gal."""
-    weak = 0.01 * sine(1.0)
+    weak = 0.01 * tapered_sine(1.0)
     for steps in ([step, RemoveMean()], [RemoveMean(), step]):
-        done = process_record(record(weak + 0.5), steps).north
+        done = process_record(record_of_components(weak + 0.5), steps).north
         assert np.abs(done).max() == pytest.approx(0.01, rel=0.01)
-    assert process_record(record(weak + 0.5), [step]).north[0] == pytest.approx(0.5, abs=1e-4)
+    assert process_record(record_of_components(weak + 0.5), [step]).north[0] == pytest.approx(0.5, abs=1e-4)
 
 
-def test_a_push_between_rest_and_rest_is_no_offset():
+def test_a_motion_between_periods_of_rest_is_not_treated_as_an_offset():
     """The result is the filtered record with zeros on both sides."""
     pulse = np.where(np.abs(TIME - TIME[-1] / 2) < 5.0, 1.0, 0.0)
-    done = process_record(record(pulse), [Highpass(corner_hz=0.1)]).north
+    done = process_record(record_of_components(pulse), [Highpass(corner_hz=0.1)]).north
     between_zeros = np.pad(pulse, (done.size - pulse.size) // 2)
     sections = signal.butter(2, 0.1, btype="highpass", fs=1 / DT, output="sos")
     np.testing.assert_allclose(done, signal.sosfiltfilt(sections, between_zeros, padtype=None), atol=1e-12)
 
 
-def test_boore_2001_removes_known_offsets():
+def test_boore_2001_correction_removes_known_offsets():
     """Offsets of 0.05 m/s² from 20 to 25 s and of 0.002 afterwards: the scheme's own model, so it finds them."""
-    motion = sine(2.0)
+    motion = tapered_sine(2.0)
     offset = np.where((TIME >= 20) & (TIME < 25), 0.05, 0.0) + np.where(TIME >= 25, 0.002, 0.0)
-    done = process_record(record(motion + offset), [Baseline(fit_from_s=55, t1_s=20, t2_s=25)]).north
+    done = process_record(record_of_components(motion + offset), [Baseline(fit_from_s=55, t1_s=20, t2_s=25)]).north
     np.testing.assert_allclose(done, motion, atol=2e-4)
     for begin in (0.5, 20):
         single = np.where(begin <= TIME, 0.01, 0.0)
-        done = process_record(record(motion + single), [Baseline(fit_from_s=55)]).north
+        done = process_record(record_of_components(motion + single), [Baseline(fit_from_s=55)]).north
         wrong = np.abs(done - motion) > 1e-4
         assert wrong.sum() <= 10  # the time of the step is found within 0.1 s
     assert abs(integrate(integrate(done, DT), DT)[-1]) < 0.05 * abs(integrate(integrate(motion + single, DT), DT)[-1])
@@ -171,54 +181,62 @@ def test_boore_2001_removes_known_offsets():
 
 @pytest.mark.parametrize("interval", [0.01, 0.0371, 0.1])
 @pytest.mark.parametrize(("t1", "t2"), [(20.0, 25.0), (0.0, 7.013), (20.02, 20.13), (20.02, 20.1201)])
-def test_boore_2001_leaves_no_velocity_at_the_end_whatever_the_sampling(interval: float, t1: float, t2: float) -> None:
+def test_boore_2001_correction_leaves_zero_final_velocity_at_any_sampling(
+    interval: float, t1: float, t2: float
+) -> None:
     """The fitted line is subtracted from the velocity, so the line through the end of the new one is zero."""
     time = np.arange(round(60 / interval)) * interval
     pulse = np.where(time < 30, np.sin(2 * np.pi * time) * np.sin(np.pi * time / 30), 0.0)
     tilted = pulse + np.where(time >= 8, 0.01, 0.0)
-    done = process_record(record(tilted, interval=interval), [Baseline(fit_from_s=50, t1_s=t1, t2_s=t2)]).north
+    done = process_record(
+        record_of_components(tilted, interval=interval), [Baseline(fit_from_s=50, t1_s=t1, t2_s=t2)]
+    ).north
     end = time >= 50
     np.testing.assert_allclose(np.polyfit(time[end], integrate(done, interval)[end], 1), 0.0, atol=1e-12)
 
 
-def test_a_baseline_without_effect_is_noted() -> None:
+def test_a_baseline_correction_without_effect_is_noted() -> None:
     """Regression: a fitted line that is zero before the record removes nothing, but was reported as a correction."""
-    sunk = sine(2.0) + np.where(TIME < 0.05, 5.0, 0.01)  # the line at the end is zero 25 s before the first sample
-    stepped = sine(2.0) + np.where(TIME > 20, 0.01, 0.0)
-    done = process_record(record(sunk, stepped), [Baseline(fit_from_s=55)])
+    sunk = tapered_sine(2.0) + np.where(
+        TIME < 0.05, 5.0, 0.01
+    )  # the line at the end is zero 25 s before the first sample
+    stepped = tapered_sine(2.0) + np.where(TIME > 20, 0.01, 0.0)
+    done = process_record(record_of_components(sunk, stepped), [Baseline(fit_from_s=55)])
     np.testing.assert_array_equal(done.north, sunk)
     assert not np.array_equal(done.east, stepped)
     why = "nothing taken from north, as the line is zero at no time before the fit"
     assert processing_entry_text(done.processing[0]) == f"baseline boore-2001, fit from 55 s ({why})"
-    plain = process_record(record(stepped, stepped), [Baseline(fit_from_s=55)])
+    plain = process_record(record_of_components(stepped, stepped), [Baseline(fit_from_s=55)])
     assert processing_entry_text(plain.processing[0]) == "baseline boore-2001, fit from 55 s"
 
 
 @pytest.mark.parametrize("interval", [0.005, 0.02, 0.008])
 def test_resampling_keeps_a_sine_and_removes_frequencies_above_the_new_nyquist(interval):
-    done = process_record(record(sine(2.0)), [Resample(sampling_interval_s=interval)])
+    done = process_record(record_of_components(tapered_sine(2.0)), [Resample(sampling_interval_s=interval)])
     time = np.arange(done.north.size) * interval
     expected = np.sin(2 * np.pi * 2 * time) * np.sin(np.pi * time / TIME[-1]) ** 2
     np.testing.assert_allclose(done.north[200:-200], expected[200:-200], atol=2e-3)
     assert done.sampling_interval == interval
     if interval > DT:
-        high = process_record(record(sine(0.8 / (2 * DT))), [Resample(sampling_interval_s=interval)]).north
+        high = process_record(
+            record_of_components(tapered_sine(0.8 / (2 * DT))), [Resample(sampling_interval_s=interval)]
+        ).north
         assert np.abs(high).max() < 0.05 or 0.5 / interval > 0.8 / (2 * DT)
 
 
 def test_resampling_to_too_many_samples_is_refused():
     with refused(RecordError, "resample.sampling_interval_s 1e-05", "4e+07 samples, at most 3e+07"):
-        process_record(record(np.zeros(40_000)), [Resample(sampling_interval_s=1e-5)])
+        process_record(record_of_components(np.zeros(40_000)), [Resample(sampling_interval_s=1e-5)])
 
 
-def test_cut_keeps_the_samples_and_moves_the_start():
-    done = process_record(record(TIME.copy()), [Cut(start_s=1.5, end_s=3)])
+def test_cut_preserves_the_samples_and_shifts_the_start_time():
+    done = process_record(record_of_components(TIME.copy()), [Cut(start_s=1.5, end_s=3)])
     np.testing.assert_array_equal(done.north, TIME[150:301])
     assert done.start == "2001-02-03T04:05:07.5Z"
 
 
-def test_steps_come_in_order_and_are_written_down():
-    done = process_record(record(np.full(6000, 2.0)), [Scale(factor=3), RemoveMean()])
+def test_processing_steps_run_in_order_and_are_recorded():
+    done = process_record(record_of_components(np.full(6000, 2.0)), [Scale(factor=3), RemoveMean()])
     assert [s["step"] for s in done.processing] == ["scale", "remove_mean"]
     assert done.processing[0]["factor"] == 3
     assert done.processing[0]["effect"]["pga"] == [2.0, 6.0]
@@ -227,8 +245,8 @@ def test_steps_come_in_order_and_are_written_down():
     assert len(twice.processing) == 3
 
 
-def test_processed_files_are_left_alone_and_raw_ones_are_not():
-    raw = record(sine(1.0) + 1.0)
+def test_default_processing_changes_raw_but_not_processed_records():
+    raw = record_of_components(tapered_sine(1.0) + 1.0)
     assert [s.step for s in default_processing_steps(raw)] == ["remove_mean", "taper", "highpass"]
     assert np.abs(process_record(raw, None).north).max() < 1.1
     agency = Record("r", raw.north, raw.east, None, DT, extra={"processed": True})
@@ -236,9 +254,9 @@ def test_processed_files_are_left_alone_and_raw_ones_are_not():
 
 
 @pytest.mark.parametrize("count", [2, 5, 10])
-def test_too_few_samples_for_the_default_processing_are_named(count):
+def test_a_record_too_short_for_default_processing_is_refused(count):
     with refused(RecordError, f"record r: {count} samples are too few for the default processing", "processed"):
-        process_record(record(np.arange(count, dtype=float)), None)
+        process_record(record_of_components(np.arange(count, dtype=float)), None)
 
 
 @pytest.mark.parametrize(
@@ -256,9 +274,9 @@ def test_too_few_samples_for_the_default_processing_are_named(count):
         (Baseline(fit_from_s=50, t1_s=20.001, t2_s=20.002), ["baseline.t1_s 20.001 and t2_s 20.002", "0.01 s apart"]),
     ],
 )
-def test_a_step_that_does_not_fit_the_record_is_named(step, words):
+def test_the_error_names_a_processing_step_that_does_not_fit_the_record(step, words):
     with refused(RecordError, "record r", *words):
-        process_record(record(TIME.copy()), [step])
+        process_record(record_of_components(TIME.copy()), [step])
 
 
 @pytest.mark.parametrize(
@@ -280,7 +298,7 @@ def test_a_step_that_does_not_fit_the_record_is_named(step, words):
         {"step": "scale", "factor": math.inf},
     ],
 )
-def test_senseless_steps_are_refused_by_the_config(data):
+def test_impossible_processing_steps_are_refused_in_a_study(data):
     with pytest.raises(ValidationError):
         TypeAdapter(Step).validate_python(data)
 
@@ -294,5 +312,5 @@ def test_senseless_steps_are_refused_by_the_config(data):
         ({"step": "taper", "length_s": 1.5}, "taper 1.5 s"),
     ],
 )
-def test_a_step_has_a_short_text(step: dict[str, object], words: str) -> None:
+def test_a_processing_step_has_a_short_description(step: dict[str, object], words: str) -> None:
     assert processing_entry_text(step) == words

@@ -17,14 +17,15 @@ from overturning.study.load import record_table_rows, study_from_content
 from tests.expect import refused
 
 
-def along(line: str):
+def pulse_along_its_azimuth(line: str):
+    """Return times from the start of a pulse, its acceleration along its azimuth, and its parameters."""
     pulse = parse_pulse(line)
     record = record_of_pulse(pulse)
     time = np.arange(record.north.size) * record.sampling_interval - pulse.before_s
     return time, Motion.of(record).along(pulse.azimuth_deg), pulse
 
 
-def test_one_line_is_a_record(tmp_path):
+def test_a_pulse_line_in_the_record_table_becomes_a_record(tmp_path):
     entry = RecordTableRow(
         id="sine", format="synthetic", source="sine amplitude_gal=300 period_s=1 azimuth_deg=60", event="made"
     )
@@ -41,7 +42,7 @@ def test_one_line_is_a_record(tmp_path):
         assert samples[:100].tobytes() == np.zeros(100).tobytes()
 
 
-def test_the_labels_of_a_pulse_come_from_the_table(tmp_path):
+def test_the_labels_of_a_pulse_come_from_the_record_table(tmp_path):
     line = "sine amplitude_gal=300 period_s=1 azimuth_deg=60"
     place = {"station_latitude_deg": 35.0, "station_longitude_deg": 133.0}
     said = {"pulse": True, "event_id": "one", "magnitude": 6.5, "site_class": "C", "wall": "foot"}
@@ -57,7 +58,7 @@ def test_the_labels_of_a_pulse_come_from_the_table(tmp_path):
             read_record(RecordTableRow(id="p", format="synthetic", source=line, **column), tmp_path)
 
 
-def test_a_pulse_in_the_config_is_one_line():
+def test_a_pulse_in_a_study_is_written_on_one_line():
     study = study_from_content(
         {"name": "x", "records": {"pulses": {"paper-sine": "sine amplitude_gal=300 period_s=1"}}}, "x.yaml"
     )
@@ -87,18 +88,20 @@ def test_all_wrong_pulses_of_a_study_are_named_with_file_key_and_value():
     assert second.strip().startswith("x.yaml: records.pulses.b: pulse 'sinus azimuth_deg=60': shape 'sinus'; known are")
 
 
-def test_sine_and_cosine():
-    time, a, _ = along("sine amplitude_gal=100 period_s=0.8 sampling_interval_s=0.01 before_s=0.5 azimuth_deg=350")
+def test_sine_and_cosine_pulses_match_their_formulas():
+    time, a, _ = pulse_along_its_azimuth(
+        "sine amplitude_gal=100 period_s=0.8 sampling_interval_s=0.01 before_s=0.5 azimuth_deg=350"
+    )
     for t, value in zip(time, a, strict=True):
         expected = math.sin(2 * math.pi * t / 0.8) if -1e-9 < t < 0.8 + 1e-9 else 0.0
         assert value == pytest.approx(expected, abs=1e-11)
-    time, a, _ = along("cosine amplitude_gal=100 period_s=1 cycles=2")
+    time, a, _ = pulse_along_its_azimuth("cosine amplitude_gal=100 period_s=1 cycles=2")
     assert a[np.abs(time).argmin()] == pytest.approx(1.0)
     assert np.count_nonzero(np.abs(a) > 1e-9) == pytest.approx(401, abs=5)
 
 
-def test_ricker_is_the_second_derivative_of_a_gaussian():
-    time, a, pulse = along("ricker amplitude_gal=100 period_s=1 sampling_interval_s=0.001")
+def test_a_ricker_pulse_is_the_second_derivative_of_a_gaussian():
+    time, a, pulse = pulse_along_its_azimuth("ricker amplitude_gal=100 period_s=1 sampling_interval_s=0.001")
     middle = 0.5 * pulse.duration
     gauss = np.exp(-((np.pi * (time - middle)) ** 2))
     second = -np.gradient(np.gradient(gauss, 0.001), 0.001) / (2 * np.pi**2)
@@ -107,8 +110,8 @@ def test_ricker_is_the_second_derivative_of_a_gaussian():
     assert a.max() == pytest.approx(1.0)
 
 
-def velocity(pulse, time):
-    """Equation 3 of Mavroeidis & Papageorgiou (2003), m/s, with V = A T/(2π)."""
+def published_pulse_velocity(pulse, time):
+    """Velocity of a pulse by equation 3 of Mavroeidis & Papageorgiou (2003), m/s, with V = A T/(2π)."""
     after_the_middle = time - 0.5 * pulse.gamma * pulse.period_s
     envelope = 1 + np.cos(2 * np.pi * after_the_middle / (pulse.gamma * pulse.period_s))
     peak = pulse.amplitude_gal / 100 * pulse.period_s / (2 * np.pi)
@@ -117,36 +120,38 @@ def velocity(pulse, time):
 
 @pytest.mark.parametrize(("gamma", "phase"), [(1.5, 0), (2.2, 90), (3.0, 217)])
 def test_mavroeidis_papageorgiou_acceleration_is_the_derivative_of_its_velocity(gamma, phase):
-    time, a, pulse = along(
+    time, a, pulse = pulse_along_its_azimuth(
         f"mavroeidis-papageorgiou amplitude_gal=100 period_s=1.3 gamma={gamma} phase_deg={phase} "
         "sampling_interval_s=0.0005"
     )
     inside = (time > 0.01) & (time < pulse.duration - 0.01)
     moment = time[inside]
     h = 1e-5
-    derivative = (velocity(pulse, moment + h) - velocity(pulse, moment - h)) / (2 * h)
+    derivative = (published_pulse_velocity(pulse, moment + h) - published_pulse_velocity(pulse, moment - h)) / (2 * h)
     np.testing.assert_allclose(a[inside], derivative, atol=1e-8)
-    assert abs(velocity(pulse, np.array([0.0, pulse.duration]))).max() < 1e-12
+    assert abs(published_pulse_velocity(pulse, np.array([0.0, pulse.duration]))).max() < 1e-12
     # Peak velocity of the symmetric pulse: V at its middle.
     if phase == 0:
-        assert np.abs(velocity(pulse, time)).max() == pytest.approx(1.3 / (2 * np.pi), rel=1e-6)
+        assert np.abs(published_pulse_velocity(pulse, time)).max() == pytest.approx(1.3 / (2 * np.pi), rel=1e-6)
 
 
-def test_constant_acceleration():
-    time, a, _ = along("constant amplitude_gal=50 duration_s=2 sampling_interval_s=0.01")
+def test_a_constant_pulse_has_constant_acceleration():
+    time, a, _ = pulse_along_its_azimuth("constant amplitude_gal=50 duration_s=2 sampling_interval_s=0.01")
     np.testing.assert_array_equal(a != 0, (time > -1e-6) & (time < 2 + 1e-6))
     assert set(np.round(a, 12)) == {0.0, 0.5}
 
 
 @pytest.mark.parametrize("interval", [0.002, 0.01, 0.05])
 @pytest.mark.parametrize(("line", "long"), [("constant duration_s=2", 2.0), ("cosine period_s=0.5 cycles=3", 0.0)])
-def test_a_jump_at_an_end_adds_half_a_sample_to_the_velocity(line: str, long: float, interval: float) -> None:
+def test_a_jump_at_the_end_of_a_pulse_adds_half_a_sample_to_the_velocity(
+    line: str, long: float, interval: float
+) -> None:
     """By straight lines between samples, the ramp of one interval at each end has the area A Δt/2."""
     record = record_of_pulse(parse_pulse(f"{line} amplitude_gal=50 sampling_interval_s={interval}"))
     assert record.velocity[0, -1] == pytest.approx(0.5 * (long + interval), rel=1e-9)
 
 
-def test_noise_has_a_flat_spectrum_in_its_band_and_none_outside():
+def test_a_noise_pulse_has_a_flat_spectrum_only_in_its_band():
     pulse = parse_pulse(
         "noise amplitude_gal=100 duration_s=40 low_hz=1 high_hz=10 seed=3 sampling_interval_s=0.01 before_s=0 after_s=0"
     )
@@ -175,12 +180,12 @@ def test_noise_has_a_flat_spectrum_in_its_band_and_none_outside():
         ("sine amplitude_gal=x period_s=1", ["amplitude_gal 'x'"]),
     ],
 )
-def test_invalid_pulses_are_named(line, words):
+def test_the_error_names_an_invalid_pulse(line, words):
     with refused(ConfigError, *words):
         parse_pulse(line)
 
 
-def test_too_coarse_a_sampling_is_refused():
+def test_a_pulse_with_too_coarse_sampling_is_refused():
     with pytest.raises(ConfigError, match="ten samples"):
         record_of_pulse(parse_pulse("sine amplitude_gal=1 period_s=0.05 sampling_interval_s=0.01"))
 
@@ -191,9 +196,9 @@ def test_a_pulse_of_too_many_samples_is_refused():
 
 
 @pytest.mark.parametrize(("duration", "low", "high"), [(25, 2.2, 4), (30, 1, 4.1), (100, 1.1, 2.3)])
-def test_noise_contains_both_ends_of_its_band(duration: float, low: float, high: float) -> None:
+def test_a_noise_pulse_contains_both_ends_of_its_band(duration: float, low: float, high: float) -> None:
     """2.2 Hz × 25 s is 55.00000000000001 and 4.1 Hz × 30 s is 122.99999999999999 in double precision."""
-    time, a, _ = along(
+    time, a, _ = pulse_along_its_azimuth(
         f"noise amplitude_gal=100 duration_s={duration} low_hz={low} high_hz={high} sampling_interval_s=0.01 before_s=0"
     )
     bell = np.sin(np.pi * np.clip(time / duration, 0, 1)) ** 2
@@ -211,7 +216,7 @@ def test_noise_contains_both_ends_of_its_band(duration: float, low: float, high:
     "line",
     ["sine amplitude_gal=300 period_s=0.006 cycles=200", "noise amplitude_gal=300 duration_s=5 low_hz=150 high_hz=190"],
 )
-def test_a_pulse_whose_samples_are_those_of_a_longer_period_is_refused(line):
+def test_a_pulse_aliased_to_a_longer_period_is_refused(line):
     """6 ms in samples of 5 ms are the samples of 30 ms, backwards."""
     with refused(ConfigError, "record pulse", "four samples", "sampling_interval_s ≤ 0.001"):
         record_of_pulse(parse_pulse(line))

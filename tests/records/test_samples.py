@@ -21,7 +21,7 @@ SAMPLES = Path(os.environ.get("OVERTURNING_SAMPLE_RECORDS", ROOT.parent / "share
 pytestmark = pytest.mark.skipif(not SAMPLES.is_dir(), reason=f"no folder of sample records ({SAMPLES})")
 
 
-def test_geonet_te_mara():
+def test_the_geonet_te_mara_record_has_its_published_peaks():
     """Kaikoura 2016, WTMC: axes N28W and S62W, 974 and 797 Gal."""
     record = read_record_without_processing(SAMPLES / "20161113_110259_WTMC_20.V2A")
     motion = Motion.of(record)
@@ -34,7 +34,7 @@ def test_geonet_te_mara():
     assert record.start == "2016-11-13T11:02:14.715Z"
 
 
-def test_geonet_raw_and_processed_agree():
+def test_raw_and_processed_geonet_records_agree():
     raw = read_record_without_processing(SAMPLES / "20161113_110313_THZ_20.V1A")
     done = read_record_without_processing(SAMPLES / "20161113_110313_THZ_20.V2A")
     assert np.abs(raw.east).max() * 100 == pytest.approx(39.97, abs=0.01)
@@ -45,7 +45,7 @@ def test_geonet_raw_and_processed_agree():
     assert np.corrcoef(raw.east[::4][: later.size], later)[0, 1] > 0.97
 
 
-def test_smc_three_files_make_one_record():
+def test_three_smc_files_become_one_record():
     record = read_record_without_processing(SAMPLES / "0111a.smc")
     assert record.up is not None
     assert np.abs(record.north).max() * 100 == pytest.approx(104.41, abs=0.01)
@@ -62,7 +62,7 @@ def test_csmip_channels_of_different_length_are_cut():
     assert np.abs(record.north).max() / 9.80665 == pytest.approx(0.5107992, rel=1e-5)
 
 
-def test_check_identifies_every_file():
+def test_records_check_identifies_every_sample_file():
     files = sorted(p for p in SAMPLES.iterdir() if p.is_file() and not has_non_record_name(p))
     findings = check_records_in_files(files)
     named = {name for finding in findings for name in finding.files}

@@ -17,7 +17,14 @@ from overturning.records.read import read, read_record, read_record_without_proc
 from overturning.records.record import processing_label
 from overturning.records.source import SourceFile
 from tests.expect import refused
-from tests.records.seed_writers import START, of_broadband, trace, write_inventory, write_mseed, write_sac
+from tests.records.seed_writers import (
+    START,
+    broadband_velocity_response,
+    trace_of_samples,
+    write_inventory,
+    write_mseed,
+    write_sac,
+)
 
 quick = settings(max_examples=30, deadline=None, suppress_health_check=list(HealthCheck))
 random = np.random.default_rng(11)
@@ -25,7 +32,7 @@ N, E, Z = (random.integers(-400_000, 400_000, 500) for _ in range(3))
 CHANNELS = {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0), "HNZ": (0.0, -90.0)}
 
 
-def test_miniseed_with_stationxml_in_its_folder(tmp_path):
+def test_miniseed_is_read_with_the_stationxml_in_its_folder(tmp_path):
     write_inventory(tmp_path / "XX.TST1.xml", CHANNELS)
     (tmp_path / "other.xml").write_text("<notes>not about stations</notes>")
     path = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z})
@@ -43,7 +50,7 @@ def test_miniseed_with_stationxml_in_its_folder(tmp_path):
         assert any(channel in line and line.endswith(said) for line in lines), channel
 
 
-def test_orientation_comes_from_the_stationxml(tmp_path):
+def test_the_orientation_of_miniseed_channels_comes_from_the_stationxml(tmp_path):
     write_inventory(tmp_path / "s.xml", {"HN1": (60.0, 0.0), "HN2": (150.0, 0.0), "HNZ": (0.0, 90.0)})
     record = read_record_without_processing(
         [write_mseed(tmp_path / "x.mseed", {"HN1": N, "HN2": E, "HNZ": Z}), tmp_path / "s.xml"]
@@ -54,7 +61,7 @@ def test_orientation_comes_from_the_stationxml(tmp_path):
     np.testing.assert_allclose(record.up, -Z / 400_000, rtol=1e-12)  # dip +90 points down
 
 
-def test_sensors_of_two_locations_are_no_record(tmp_path):
+def test_channels_of_two_location_codes_are_refused_as_one_record(tmp_path):
     both = {f"{location}.{code}": axes for location in ("00", "10") for code, axes in CHANNELS.items()}
     write_inventory(tmp_path / "s.xml", both)
     mixed = write_mseed(tmp_path / "x.mseed", {"00.HNN": N, "10.HNE": E})
@@ -65,7 +72,7 @@ def test_sensors_of_two_locations_are_no_record(tmp_path):
     assert [len(finding.components) for finding in check_records_in_files([tmp_path]) if finding.record] == [3]
 
 
-def test_an_accelerometer_and_a_velocity_sensor_make_no_record(tmp_path):
+def test_an_accelerometer_and_a_velocity_sensor_are_refused_as_one_record(tmp_path):
     """Regression: north of one station or location and east of another made a record."""
     metadata = write_inventory(tmp_path / "s.xml", {"HNN": (0.0, 0.0), "BNE": (90.0, 0.0), "HNE": (90.0, 0.0)})
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "BNE": E})
@@ -76,7 +83,7 @@ def test_an_accelerometer_and_a_velocity_sensor_make_no_record(tmp_path):
         read_record_without_processing(paths, DeclaredFileProperties(unit="gal"))
 
 
-def test_a_direction_that_contradicts_the_code_is_noted(tmp_path):
+def test_an_axis_direction_that_contradicts_the_channel_code_is_noted(tmp_path):
     """N and E within 5° of north and east, Z up, are what codes of SEED say; the metadata count."""
     metadata = tmp_path / "s.xml"
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z})
@@ -96,12 +103,12 @@ def test_a_direction_that_contradicts_the_code_is_noted(tmp_path):
 
 
 @pytest.mark.parametrize("later", [0.0, 0.3, 40.0])
-def test_stations_in_one_miniseed_file_are_records_of_their_own(tmp_path, later):
+def test_stations_in_one_miniseed_file_become_separate_records(tmp_path, later):
     """Regression: with unlike starts their channels were one record; so were those of two incomplete stations."""
     motions = {"TST1": {"HNE": E, "HNZ": Z}, "TST2": {"HNE": Z, "HNN": N, "HNZ": E}, "TST3": {"HNE": N, "HNN": E}}
     stream = obspy.Stream(
         [
-            trace(np.asarray(x, dtype=np.int32), code, station=name, start=START + later * k)
+            trace_of_samples(np.asarray(x, dtype=np.int32), code, station=name, start=START + later * k)
             for k, (name, channels) in enumerate(motions.items())
             for code, x in channels.items()
         ]
@@ -157,7 +164,7 @@ def test_an_axis_neither_horizontal_nor_vertical_is_refused(tmp_path, dip):
         )
 
 
-def test_an_azimuth_without_a_dip_is_that_of_a_horizontal_axis_where_the_code_says_so(tmp_path):
+def test_an_azimuth_without_a_dip_is_used_if_the_code_is_horizontal(tmp_path):
     """Regression: the code's direction replaced the stated azimuth."""
     paths = [
         write_sac(tmp_path / f"{c}.sac", x / 1e5, c, a, None) for c, x, a in (("HNN", N, 180.0), ("HNE", E, 270.0))
@@ -167,7 +174,7 @@ def test_an_azimuth_without_a_dip_is_that_of_a_horizontal_axis_where_the_code_sa
     assert "channel HNN is taken at 180°, as its header says; its code says north" in record.notes
 
 
-def test_a_location_code_of_blanks_is_a_sensor_of_its_own(tmp_path):
+def test_a_blank_location_code_identifies_a_separate_sensor(tmp_path):
     write_inventory(tmp_path / "s.xml", {"HNN": (0.0, 0.0), "10.HNE": (90.0, 0.0)})
     with refused(RecordError, "components of '--' and '10'; they are not of one record"):
         read_record_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": N, "10.HNE": E}))
@@ -181,7 +188,7 @@ def test_a_location_code_of_blanks_is_a_sensor_of_its_own(tmp_path):
         ((152, 153), (b"YY  ", b"    "), "components of 'XX' and 'YY'"),
     ],
 )
-def test_components_of_two_places_and_one_without_a_start_are_no_record(tmp_path, words, values, why):
+def test_sac_components_of_different_stations_or_unknown_start_are_refused(tmp_path, words, values, why):
     """Header words NZYEAR, STLA and STLO, KNETWK. Regression: an undated component was aligned at its first sample."""
     paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, a, 90.0) for c, x, a in (("HNN", N, 0.0), ("HNE", E, 90.0))]
     header = bytearray(paths[1].read_bytes())
@@ -195,7 +202,7 @@ def test_components_of_two_places_and_one_without_a_start_are_no_record(tmp_path
     assert why in trusting.extra["trusted"][0]
 
 
-def test_a_channel_that_breaks_off_before_the_strong_motion_is_refused(tmp_path):
+def test_a_channel_that_ends_before_the_strong_motion_is_refused(tmp_path):
     """Regression: all components were cut to the shortest one without a note, 4 Gal of a motion of 100."""
     write_inventory(tmp_path / "s.xml", CHANNELS)
     rise = np.linspace(0, 1, N.size) ** 2
@@ -211,19 +218,22 @@ def test_a_channel_that_breaks_off_before_the_strong_motion_is_refused(tmp_path)
     assert read_record_without_processing(path).sample_count == 100, "the coda of a record may be short"
 
 
-def test_gaps_are_refused(tmp_path):
+def test_miniseed_with_gaps_is_refused(tmp_path):
     import obspy
 
     write_inventory(tmp_path / "s.xml", CHANNELS)
-    pieces = [trace(N[:200].astype(np.int32), "HNN"), trace(N[300:].astype(np.int32), "HNN", start=START + 3.0)]
-    stream = obspy.Stream([*pieces, trace(E.astype(np.int32), "HNE")])
+    pieces = [
+        trace_of_samples(N[:200].astype(np.int32), "HNN"),
+        trace_of_samples(N[300:].astype(np.int32), "HNN", start=START + 3.0),
+    ]
+    stream = obspy.Stream([*pieces, trace_of_samples(E.astype(np.int32), "HNE")])
     stream.write(str(tmp_path / "x.mseed"), format="MSEED")
     with pytest.raises(RecordError, match="gap"):
         read_record_without_processing(tmp_path / "x.mseed")
 
 
 @pytest.mark.parametrize("at", [200, 300, 400])
-def test_miniseed_whose_samples_contradict_their_check_values_is_refused_unless_trusted(tmp_path, at):
+def test_miniseed_with_wrong_check_values_is_refused_unless_trusted(tmp_path, at):
     """Regression: a changed byte among differences of samples shifted all later samples, with a note alone."""
     write_inventory(tmp_path / "s.xml", CHANNELS)
     path = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})
@@ -237,7 +247,7 @@ def test_miniseed_whose_samples_contradict_their_check_values_is_refused_unless_
     assert not any("integrity check" in text for text in record.notes)
 
 
-def test_a_velocity_sensor_is_deconvolved(tmp_path):
+def test_the_response_of_a_velocity_sensor_is_deconvolved(tmp_path):
     """A 1-Hz sine of velocity V gives an acceleration of 2πV in the middle of the record."""
     time = np.arange(4000) / 100
     counts = np.round(1e6 * np.sin(2 * np.pi * time)).astype(np.int32)
@@ -259,7 +269,7 @@ def test_a_broadband_sensor_keeps_high_frequencies_and_early_motion(tmp_path, fr
     wave = 0.01 * np.cos(2 * np.pi * frequency * time) * np.exp(-(((time - shock) / 6) ** 2))
     hertz = np.fft.rfftfreq(time.size, 1 / rate)
     speed = np.zeros(hertz.size, complex)
-    speed[1:] = np.fft.rfft(wave)[1:] / (2j * np.pi * hertz[1:]) * of_broadband(hertz[1:])
+    speed[1:] = np.fft.rfft(wave)[1:] / (2j * np.pi * hertz[1:]) * broadband_velocity_response(hertz[1:])
     counts = 1e9 * np.fft.irfft(speed, time.size)
     axes = {"HHN": (0.0, 0.0), "HHE": (90.0, 0.0)}
     write_inventory(tmp_path / "s.xml", axes, gain=1e9, unit="M/S", broadband=True, rate=rate)
@@ -271,7 +281,7 @@ def test_a_broadband_sensor_keeps_high_frequencies_and_early_motion(tmp_path, fr
     assert bool(record.notes) == (frequency == 35.0)
 
 
-def test_a_velocity_sensor_beyond_its_range_is_noted_and_an_accelerometer_in_velocity_refused(tmp_path):
+def test_an_overdriven_velocity_sensor_is_noted_and_a_wrong_unit_refused(tmp_path):
     counts = np.round(1e6 * np.sin(np.arange(4000) / 16)).astype(np.int32)  # 10 cm/s
     write_inventory(tmp_path / "s.xml", {"HHN": (0.0, 0.0), "HHE": (90.0, 0.0)}, gain=1e7, unit="M/S")
     notes = read_record_without_processing(
@@ -284,7 +294,7 @@ def test_a_velocity_sensor_beyond_its_range_is_noted_and_an_accelerometer_in_vel
         read_record_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": counts, "HNE": counts}))
 
 
-def test_sac_needs_a_unit_and_takes_orientation_from_its_header(tmp_path):
+def test_sac_needs_a_declared_unit_and_has_its_orientation_in_the_header(tmp_path):
     paths = [
         write_sac(tmp_path / "T.HN1.sac", N / 1e5, "HN1", 332.0, 90.0),
         write_sac(tmp_path / "T.HN2.sac", E / 1e5, "HN2", 62.0, 90.0),
@@ -359,7 +369,7 @@ def test_miniseed_with_a_wrong_stationxml_is_refused(tmp_path, channels, station
     ("key", "value", "words"),
     [("idep", 7, "velocity by its header (IDEP 7)"), ("stdp", 30.0, "is of the borehole sensor of TST1")],
 )
-def test_sac_of_velocity_or_of_a_borehole_by_its_header_is_refused(tmp_path, key, value, words):
+def test_sac_whose_header_states_velocity_or_a_borehole_is_refused(tmp_path, key, value, words):
     for channel, azimuth in (("HNN", 0.0), ("HNE", 90.0)):
         path = write_sac(tmp_path / f"a.{channel}.sac", np.sin(np.arange(400) / 9), channel, azimuth, 90.0)
         trace = obspy.read(path)[0]
@@ -373,7 +383,7 @@ def test_sac_of_velocity_or_of_a_borehole_by_its_header_is_refused(tmp_path, key
     ("word", "value", "words"),
     [(85, 2, "a spectrum"), (85, 3, "a spectrum"), (85, 4, "x and y"), (105, 0, "uneven times"), (86, 50, "volts")],
 )
-def test_sac_other_than_even_accelerations_is_refused(tmp_path, word, value, words):
+def test_sac_other_than_evenly_sampled_accelerations_is_refused(tmp_path, word, value, words):
     """Header words 85, 86 and 105 (IFTYPE, IDEP, LEVEN). Regression: such files were read as accelerations."""
     paths = [write_sac(tmp_path / f"{name}.sac", N / 1e5, name, 0.0, 90.0) for name in ("HNN", "HNE")]
     for path in paths:
@@ -385,7 +395,7 @@ def test_sac_other_than_even_accelerations_is_refused(tmp_path, word, value, wor
 
 
 @pytest.mark.parametrize(("unit", "scale"), [("M/S**2", 1.0), ("CM/S**2", 0.01), ("G", 9.80665)])
-def test_sac_takes_its_unit_from_stationxml(tmp_path, unit, scale):
+def test_the_unit_of_sac_samples_is_read_from_stationxml(tmp_path, unit, scale):
     write_inventory(tmp_path / "s.xml", CHANNELS, gain=4e5, unit=unit)
     paths = [write_sac(tmp_path / f"{name}.sac", x, name, 0.0, 90.0) for name, x in (("HNN", N), ("HNE", E))]
     np.testing.assert_allclose(
@@ -447,7 +457,7 @@ def test_sac_with_samples_of_the_other_sign_than_its_extremes_is_refused(tmp_pat
 
 
 @pytest.mark.parametrize("separator", [",", ";", "\t", "  "])
-def test_columns_as_declared(tmp_path, separator):
+def test_a_columns_file_is_read_as_declared(tmp_path, separator):
     path = tmp_path / "x.csv"
     rows = [
         separator.join(f"{v:g}" for v in row)
@@ -486,7 +496,7 @@ def test_columns_as_declared(tmp_path, separator):
         ("0,5;1,5\n0,6;1,6\n", "north:gal east:gal", 0.01, ["line 1", "'0,5'"]),
     ],
 )
-def test_columns_that_contradict_the_declaration_are_refused(tmp_path, text, columns, interval, words):
+def test_a_columns_file_that_contradicts_its_declaration_is_refused(tmp_path, text, columns, interval, words):
     path = tmp_path / "x.csv"
     path.write_text(text)
     with refused(RecordError, "x.csv", *words):
@@ -518,7 +528,7 @@ def test_columns_that_contradict_the_declaration_are_refused(tmp_path, text, col
         ("t,acc m/s/s,acc in gal", []),
     ],
 )
-def test_headings_that_contradict_the_declaration_are_noted(tmp_path, headings, told):
+def test_column_headings_that_contradict_the_declaration_are_noted(tmp_path, headings, told):
     """Regression: east declared as north was accepted without a note, although the heading contradicted it."""
     path = tmp_path / "x.csv"
     path.write_text(f"{headings}\n" + "".join(f"{n / 100},{n},{-2 * n}\n" for n in range(250)))
@@ -539,7 +549,7 @@ def test_headings_that_contradict_the_declaration_are_noted(tmp_path, headings, 
         ("Vs30 of 300 m/s by unit 5", ""),
     ],
 )
-def test_a_line_of_text_with_another_unit_is_noted(tmp_path, line, unit):
+def test_text_in_a_columns_file_with_another_unit_is_noted(tmp_path, line, unit):
     path = tmp_path / "x.txt"
     path.write_text(f"{line}\n" + "".join(f"{n / 100} {n} {n * n % 7} 0 0 0\n" for n in range(250)))
     record = read_record_without_processing(
@@ -550,7 +560,7 @@ def test_a_line_of_text_with_another_unit_is_noted(tmp_path, line, unit):
 
 
 @pytest.mark.parametrize("line", ["Velocity (cm/s)", "# corrected velocity", "Units: cm/s", "% Displacement in cm"])
-def test_a_line_of_text_with_another_quantity_is_refused(tmp_path, line):
+def test_a_columns_file_whose_text_states_another_quantity_is_refused(tmp_path, line):
     path = tmp_path / "x.txt"
     path.write_text(f"{line}\n" + "".join(f"{n / 100} {n} {n * n % 7} 0 0 0\n" for n in range(250)))
     with refused(RecordError, "x.txt", f"the line {line.lstrip('#% ')!r} says", "--trust-data"):
@@ -573,7 +583,7 @@ SCEC = "#    time(sec)      E-W({0})      N-S({0})      U-D({0})"
         (SCEC.format("cm/s/s"), "time:ms east:gal north:gal up:gal", ["time(sec)"]),
     ],
 )
-def test_headings_behind_a_hash_and_on_several_lines_are_read(tmp_path, headings, columns, told):
+def test_column_headings_after_a_hash_or_on_several_lines_are_read(tmp_path, headings, columns, told):
     """Regression: headings after # were ignored, and a second heading was refused."""
     separator = ";" if ";" in headings else "\t"
     rows = [separator.join(map(str, (n, n * n % 7, -2 * n, 3 * n))) for n in range(250)]
@@ -595,7 +605,7 @@ def test_headings_behind_a_hash_and_on_several_lines_are_read(tmp_path, headings
     "unit", ["(cm/s)", "(m/s)", " velocity", "_vel", "(cm/sec)", " [mm/s]", "(cm)", " displ.", " counts"]
 )
 @pytest.mark.parametrize("mark", ["# ", ""])
-def test_columns_with_a_heading_of_another_quantity_are_refused(tmp_path, unit, mark):
+def test_a_column_whose_heading_states_another_quantity_is_refused(tmp_path, unit, mark):
     """Regression: SCEC's .vel.bbp (velocity) was read as accelerations of 22 Gal."""
     path = tmp_path / "a.vel.bbp"
     path.write_text(f"{mark}time (s)\tN-S{unit}\tE-W{unit}\n" + "".join(f"{n / 100}\t{n}\t{-n}\n" for n in range(250)))
@@ -608,7 +618,7 @@ def test_columns_with_a_heading_of_another_quantity_are_refused(tmp_path, unit, 
     )
 
 
-def test_one_file_per_component_is_declared_by_the_names_of_the_files(tmp_path):
+def test_one_file_per_component_is_declared_by_file_names(tmp_path):
     """Regression: one file per component could not be declared."""
     axes = {"n": N / 1e3, "e": E / 1e3, "z": Z / 1e3}
     for stem in ("a", "b"):
@@ -631,7 +641,7 @@ def test_one_file_per_component_is_declared_by_the_names_of_the_files(tmp_path):
 
 
 @pytest.mark.parametrize("begin", ["500", "500\n0.01", "500 0.01"])
-def test_a_count_before_the_samples_is_no_sample(tmp_path, begin):
+def test_a_sample_count_before_the_samples_is_not_read_as_a_sample(tmp_path, begin):
     """Regression: a first line with the count of samples was read as a sample of several g."""
     declared = {"columns": "north:gal east:gal" if " " in begin else "north:gal", "sampling_interval_s": 0.01}
     rows = [f"{n} {e}" if " " in begin else f"{n}" for n, e in zip(N / 1e3, E / 1e3, strict=True)]
@@ -646,7 +656,7 @@ def test_a_count_before_the_samples_is_no_sample(tmp_path, begin):
 
 @pytest.mark.parametrize("mark", ["999", "-999.99", "999.9", "9999.0", "99999"])
 @pytest.mark.parametrize("wrapped", [False, True])
-def test_a_mark_of_missing_samples_is_no_sample(tmp_path, mark, wrapped):
+def test_a_missing_sample_mark_is_not_read_as_a_sample(tmp_path, mark, wrapped):
     """Regression: 999.99 in place of a missing sample was read as an acceleration of 1 g."""
     words = [f"{value}" for value in N[:80] / 1e4]  # up to 40 Gal
     declared = {"columns": "north:gal*8" if wrapped else "north:gal", "sampling_interval_s": 0.01, "processed": True}
@@ -666,7 +676,7 @@ def test_a_mark_of_missing_samples_is_no_sample(tmp_path, mark, wrapped):
     assert read_components([close], DeclaredFileProperties(**declared))
 
 
-def test_files_pair_by_all_parts_of_their_names_that_differ(tmp_path):
+def test_component_files_are_matched_by_all_variable_parts_of_their_names(tmp_path):
     """Regression: with two asterisks, the north of one record could be paired with the east of another."""
     given_ = {"sampling_interval_s": 0.01, "processed": True}
     for name, samples in (("a_e_1", N), ("a_e_2", E), ("a_n_2", Z)):
@@ -685,7 +695,7 @@ def test_files_pair_by_all_parts_of_their_names_that_differ(tmp_path):
 
 
 @pytest.mark.parametrize(("word", "width"), [("*8", 0), ("*8F10", 10), ("*8F10.3", 10)])
-def test_values_continued_over_lines_are_read_in_order(tmp_path, word, width):
+def test_samples_continued_over_several_lines_are_read_in_order(tmp_path, word, width):
     """Eight values a line, in columns that touch where they are of fixed width, and the last line shorter."""
     for axis, samples in (("n", N), ("e", E)):
         cells = [f"{v / 1e3:.3f}".rjust(width) if width else f"{v / 1e3:.3f} " for v in samples[:403]]
@@ -700,7 +710,7 @@ def test_values_continued_over_lines_are_read_in_order(tmp_path, word, width):
 
 @quick
 @given(st.integers(2, 60).flatmap(lambda n: arrays(np.int64, (2, n), elements=st.integers(-99999, 99999))), st.data())
-def test_any_columns_are_read_back(samples, data):
+def test_any_written_columns_file_is_read_back(samples, data):
     unit, scale = data.draw(st.sampled_from([("g", 9.80665), ("gal", 0.01), ("m/s2", 1.0)]))
     text = "".join(f"{a!r},{b!r}\n" for a, b in (samples.T / 10).tolist())
     # Trusted, because the first sample may equal the number of rows.
@@ -717,7 +727,7 @@ def test_any_columns_are_read_back(samples, data):
     st.integers(2, 60).flatmap(lambda n: arrays(np.int32, n, elements=st.integers(-(2**28), 2**28 - 1))),
     st.sampled_from([50.0, 100.0, 200.0]),
 )
-def test_any_miniseed_is_read_back(tmp_path_factory, counts, rate):
+def test_any_written_miniseed_is_read_back(tmp_path_factory, counts, rate):
     folder = tmp_path_factory.mktemp("mseed")
     metadata = write_inventory(folder / "s.xml", {"HNN": (0.0, 0.0)}, rate=rate)
     paths = [write_mseed(folder / "x.mseed", {"HNN": counts}, rate=rate), metadata]
@@ -728,7 +738,7 @@ def test_any_miniseed_is_read_back(tmp_path_factory, counts, rate):
 
 @quick
 @given(arrays(np.float32, st.integers(2, 60), elements=st.floats(-1e4, 1e4, width=32)), st.floats(0, 359))
-def test_any_sac_is_read_back(tmp_path_factory, samples, azimuth):
+def test_any_written_sac_is_read_back(tmp_path_factory, samples, azimuth):
     path = write_sac(tmp_path_factory.mktemp("sac") / "x.sac", samples, "HN1", azimuth, 90.0)
     (component,) = read_components([SourceFile("x.sac", path.read_bytes())], DeclaredFileProperties(unit="gal"))
     np.testing.assert_array_equal(component.samples, samples.astype(np.float64) * 0.01)

@@ -29,7 +29,7 @@ def write_channel_gain(metadata, gain):
 
 
 @pytest.mark.parametrize(("factor", "noted"), [(1.0, ""), (1.004, ""), (1.006, "0.6"), (1.025, "2.5"), (0.96, "4.2")])
-def test_a_gain_that_its_stages_contradict_a_little_is_noted(tmp_path, factor, noted):
+def test_a_gain_that_differs_slightly_from_its_stages_is_noted(tmp_path, factor, noted):
     """Regression: differences of up to 5 % were read without a note."""
     write_channel_gain(write_inventory(tmp_path / "s.xml", CHANNELS), 400_000 * factor)
     record = read_record_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E}))
@@ -42,7 +42,7 @@ def test_a_gain_that_its_stages_contradict_a_little_is_noted(tmp_path, factor, n
     assert record.notes == expected
 
 
-def test_a_velocity_sensor_whose_gain_differs_from_its_stages_is_noted_and_prints_nothing(tmp_path, capfd):
+def test_a_velocity_sensor_gain_that_differs_from_its_stages_is_noted(tmp_path, capfd):
     """Regression: evalresp printed three lines on the terminal for each channel, and the record had no note."""
     channels = {code.replace("HN", "HH"): direction for code, direction in CHANNELS.items()}
     metadata = write_inventory(tmp_path / "s.xml", channels, gain=7.9e8, unit="M/S", broadband=True)
@@ -59,7 +59,7 @@ def test_a_velocity_sensor_whose_gain_differs_from_its_stages_is_noted_and_print
         read_record_without_processing(waves)
 
 
-def test_a_filter_whose_coefficients_do_not_add_up_to_1_is_noted_and_prints_nothing(tmp_path, capfd):
+def test_a_stationxml_filter_whose_coefficients_do_not_sum_to_1_is_noted(tmp_path, capfd):
     """Regression: evalresp divided by the sum of the coefficients, and printed a line on the terminal."""
     channels = {"HHN": (0.0, 0.0), "HHE": (90.0, 0.0)}
     metadata = write_inventory(tmp_path / "s.xml", channels, gain=4e8, unit="M/S", broadband=True)
@@ -90,7 +90,7 @@ def test_a_filter_whose_coefficients_do_not_add_up_to_1_is_noted_and_prints_noth
     assert [note.split(" have the sum 1.1 in the StationXML")[0] for note in told] == [f"x.mseed: {n}" for n in notes]
 
 
-def test_stages_that_state_their_gain_at_another_frequency_agree(tmp_path):
+def test_stage_gains_stated_at_another_frequency_agree_with_the_channel(tmp_path):
     """A seismometer of 120 s: gain 4e8 at 1 Hz, stated by the channel at its corner, where it is lower by 0.707."""
     channels = {"HHN": (0.0, 0.0), "HHE": (90.0, 0.0)}
     metadata = write_inventory(tmp_path / "s.xml", channels, gain=4e8, unit="M/S", broadband=True)
@@ -129,7 +129,7 @@ def test_a_gain_that_its_stages_contradict_is_refused(tmp_path, factor):
     assert record.extra["trusted"][:2] == [f"x.mseed: channel XX.TST1..{code} {what}" for code in ("HNE", "HNN")]
 
 
-def test_two_epochs_that_fit_and_differ_are_refused(tmp_path):
+def test_two_matching_stationxml_epochs_that_differ_are_refused(tmp_path):
     """An epoch without an end: obspy uses the first that fits, here with a quarter of the correct gain."""
     older, newer = (obspy.read_inventory(write_inventory(tmp_path / "s.xml", CHANNELS, gain=g)) for g in (1e5, 4e5))
     for inventory, year in ((older, 1990), (newer, 2000)):
@@ -151,7 +151,7 @@ def test_two_epochs_that_fit_and_differ_are_refused(tmp_path):
     assert read_record_without_processing(waves).notes == [], "the same channel twice is no contradiction"
 
 
-def test_epoch_ending_within_the_trace_is_refused(tmp_path):
+def test_a_response_change_within_the_trace_is_refused(tmp_path):
     """Regression: a gain that changes 2 s after the start was ignored. The end of an epoch alone is no change."""
     older, newer = (obspy.read_inventory(write_inventory(tmp_path / "s.xml", CHANNELS, gain=g)) for g in (1e5, 4e5))
     for channel in older[0][0]:
@@ -169,7 +169,7 @@ def test_epoch_ending_within_the_trace_is_refused(tmp_path):
     )
 
 
-def test_a_unit_that_the_first_stage_contradicts_is_refused(tmp_path):
+def test_a_stationxml_unit_that_its_first_stage_contradicts_is_refused(tmp_path):
     metadata = write_inventory(tmp_path / "s.xml", CHANNELS)
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})
     inventory = obspy.read_inventory(metadata)
@@ -211,7 +211,7 @@ def test_a_negative_gain_reverses_the_polarity_with_a_note(tmp_path):
 
 
 @pytest.mark.parametrize(("code", "unit"), [("HN", "M/S**2"), ("HH", "M/S")])
-def test_a_response_without_stages(tmp_path, code, unit):
+def test_only_velocity_sensors_need_response_stages(tmp_path, code, unit):
     """An accelerometer needs only the gain, a velocity sensor its stages (regression: IndexError)."""
     path = write_inventory(tmp_path / "s.xml", {f"{code}N": (0.0, 0.0), f"{code}E": (90.0, 0.0)}, unit=unit)
     inventory = obspy.read_inventory(path)
@@ -240,7 +240,7 @@ def test_a_response_without_stages(tmp_path, code, unit):
         *[(unit, None) for unit in ("M/S", "m / sec", "V", "M", "M/S**3", "COUNTS", "")],
     ],
 )
-def test_units_in_every_spelling(unit, scale):
+def test_units_in_stationxml_are_read_in_every_spelling(unit, scale):
     assert acceleration_unit_in_m_s2(unit) == scale
     assert is_velocity_unit(unit) == (unit in ("M/S", "m / sec"))
 
@@ -290,13 +290,13 @@ def test_channel_codes_name_the_axes_if_sac_and_stationxml_do_not(tmp_path):
     assert sum("the StationXML states no azimuth and dip; the code of" in note for note in record.notes) == 3
 
 
-def test_codes_that_name_no_axis_stay_unknown(tmp_path):
+def test_channel_codes_that_name_no_axis_leave_it_unknown(tmp_path):
     paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, None, None) for c, x in (("HN1", N), ("HN2", E))]
     with refused(RecordError, "axis 'HN1', 'HN2' says nothing about north"):
         read_record_without_processing(paths, DeclaredFileProperties(unit="gal"))
 
 
-def test_the_code_names_the_axis_of_a_peer_file(tmp_path):
+def test_a_channel_code_gives_the_axis_of_a_peer_file(tmp_path):
     samples = {"HNN": N / 4e5, "HNE": E / 4e5, "HNZ": Z / 4e5}
     for code, wave in samples.items():
         (tmp_path / f"RSN1_A_{code}.AT2").write_text(peer_text(wave, 0.01, code))
@@ -306,7 +306,7 @@ def test_the_code_names_the_axis_of_a_peer_file(tmp_path):
     assert sum("its header states no azimuth; the code of channel" in note for note in record.notes) == 3
 
 
-def test_two_bands_of_one_sensor_are_two_records(tmp_path):
+def test_two_sampling_bands_of_one_sensor_become_two_records(tmp_path):
     """HN? at 100 Hz and BN? at 20 Hz in a folder, as FDSN servers deliver them."""
     both = CHANNELS | {f"BN{code[2]}": axis for code, axis in CHANNELS.items()}
     write_inventory(tmp_path / "s.xml", both, rates={"BN": 20.0})
@@ -338,7 +338,7 @@ def test_the_stationxml_of_another_station_does_not_block_a_declared_unit(tmp_pa
     )
 
 
-def test_a_warning_of_obspy_is_a_note_on_the_file(tmp_path, monkeypatch):
+def test_an_obspy_warning_becomes_a_note_on_the_file(tmp_path, monkeypatch):
     """Regression: obspy's warning was printed with its path and source line."""
     write_inventory(tmp_path / "s.xml", CHANNELS)
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})

@@ -18,7 +18,8 @@ samples = arrays(np.float64, 40, elements=st.floats(-50, 50))
 texts = st.text(st.characters(blacklist_categories=("Cs", "Cc")), max_size=12)
 
 
-def same(a: Record, b: Record) -> None:
+def assert_same_record(a: Record, b: Record) -> None:
+    """Check that all fields of two records are equal."""
     for field in dataclasses.fields(Record):
         left, right = getattr(a, field.name), getattr(b, field.name)
         if isinstance(left, np.ndarray):
@@ -36,7 +37,7 @@ def same(a: Record, b: Record) -> None:
     st.floats(0.0005, 0.1),
     st.one_of(st.none(), st.floats(0, 359)),
 )
-def test_writing_and_reading_are_inverse(tmp_path, north, east, up, event, interval, strike):
+def test_a_record_written_to_a_motion_file_is_read_back_equal(tmp_path, north, east, up, event, interval, strike):
     record = Record(
         "x-1",
         north,
@@ -54,11 +55,11 @@ def test_writing_and_reading_are_inverse(tmp_path, north, east, up, event, inter
     )
     write_record_to_motion_file(record, tmp_path / "motion.nc")
     back = read_record_from_motion_file(tmp_path / "motion.nc")
-    same(round_to_stored_precision(record), back)
+    assert_same_record(round_to_stored_precision(record), back)
     np.testing.assert_allclose(back.north, north, atol=5.1e-10)
 
 
-def test_same_bytes_each_time_and_no_file_left_behind(tmp_path):
+def test_a_motion_file_has_the_same_bytes_each_time_without_leftover_files(tmp_path):
     record = Record("x", np.sin(np.arange(500.0)), np.cos(np.arange(500.0)), None, 0.01, extra={"b": 1, "a": 2})
     write_record_to_motion_file(record, tmp_path / "one.nc")
     write_record_to_motion_file(
@@ -68,7 +69,7 @@ def test_same_bytes_each_time_and_no_file_left_behind(tmp_path):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["one.nc", "two.nc"]
 
 
-def test_damaged_missing_or_foreign_files_are_named(tmp_path):
+def test_the_error_names_a_damaged_missing_or_foreign_motion_file(tmp_path):
     record = Record("x", np.zeros(9), np.zeros(9), None, 0.01)
     write_record_to_motion_file(record, tmp_path / "motion.nc")
     whole = (tmp_path / "motion.nc").read_bytes()
@@ -79,7 +80,7 @@ def test_damaged_missing_or_foreign_files_are_named(tmp_path):
             read_record_from_motion_file(tmp_path / name)
 
 
-def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
+def test_a_failed_write_leaves_the_old_motion_file(tmp_path, monkeypatch):
     import netCDF4
 
     record = Record("x", np.zeros(9), np.zeros(9), None, 0.01)

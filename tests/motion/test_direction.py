@@ -11,13 +11,13 @@ from overturning.motion.direction import azimuth_difference
     ("first", "second", "apart"),
     [(10, 350, 20), (350, 10, 20), (0, 360, 0), (-170, 170, 20), (90, 270, 180), (0, 180, 180), (720, 45, 45)],
 )
-def test_azimuths_differ_by_the_shorter_way_round(first: float, second: float, apart: float) -> None:
+def test_azimuth_difference_is_measured_the_shorter_way_round(first: float, second: float, apart: float) -> None:
     assert azimuth_difference(first, second) == apart
     assert azimuth_difference(np.array([first, np.nan]), second)[0] == apart
     assert float(azimuth_difference(xr.DataArray([first]), float(second))[0]) == apart
 
 
-def test_the_angle_between_directions_is_that_of_their_unit_vectors() -> None:
+def test_the_angle_between_directions_equals_that_of_their_unit_vectors() -> None:
     first, second = np.random.default_rng(1).uniform(-400.0, 400.0, (2, 200))
     cosine = np.cos(np.radians(first)) * np.cos(np.radians(second)) + np.sin(np.radians(first)) * np.sin(
         np.radians(second)

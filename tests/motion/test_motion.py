@@ -42,13 +42,13 @@ def test_sine_has_the_given_amplitude_and_direction() -> None:
         ({"amplitude": 60.0}, "peak acceleration 6.12 g .*trust_data=True"),
     ],
 )
-def test_impossible_sines_are_refused(arguments: dict[str, object], message: str) -> None:
+def test_a_sine_motion_with_impossible_arguments_is_refused(arguments: dict[str, object], message: str) -> None:
     with pytest.raises(ArgumentError, match=message):
         Motion.sine(**{"amplitude": 3.0, "period": 1.0, **arguments})  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("wrong", ["north", None, [1.0, 2.0], np.nan, np.inf])
-def test_arguments_that_are_no_finite_numbers_are_named(wrong: object) -> None:
+def test_the_error_names_a_motion_argument_that_is_not_finite(wrong: object) -> None:
     motion = Motion.sine(3.0, 1.0)
     for name, call in {"azimuth_deg": motion.along, "factor": motion.scaled_by}.items():
         with pytest.raises(ArgumentError, match=f"^{name}: .*number"):
@@ -57,18 +57,19 @@ def test_arguments_that_are_no_finite_numbers_are_named(wrong: object) -> None:
         Motion.sine(3.0, 1.0, azimuth_deg=wrong)  # type: ignore[arg-type]
 
 
-def test_an_implausible_sine_can_be_trusted() -> None:
+def test_an_implausible_sine_is_accepted_with_trust_data() -> None:
     assert Motion.sine(60.0, 0.8, trust_data=True).north.max() == pytest.approx(60.0)
 
 
 @pytest.mark.parametrize("period", [0.1, 0.2, 0.3, 0.7, 1.1])
-def test_a_quarter_of_a_sine_ends_at_its_peak_whatever_the_rounding(period: float) -> None:
+def test_a_quarter_cycle_sine_ends_at_its_peak_despite_rounding(period: float) -> None:
     motion = Motion.sine(3.0, period, cycles=0.25, rest=0.3, sampling_interval=0.001)
     assert motion.north.max() == pytest.approx(3.0, abs=1e-12)
     assert motion.north[301 + round(250 * period) :].tolist() == [0.0] * 300
 
 
-def stream(*channels: str, npts: int = 100):  # type: ignore[no-untyped-def]
+def stream_of_channels(*channels: str, npts: int = 100):  # type: ignore[no-untyped-def]
+    """Return an obspy stream of the channels, with samples ±n for the n-th channel."""
     from obspy import Stream, Trace
 
     header = {"delta": 0.01, "calib": 2.0}
@@ -76,18 +77,18 @@ def stream(*channels: str, npts: int = 100):  # type: ignore[no-untyped-def]
     return Stream([Trace(n * wave, {**header, "channel": c}) for n, c in enumerate(channels, 1)])
 
 
-def test_the_start_time_is_kept() -> None:
+def test_the_start_time_is_preserved_from_record_to_motion_to_obspy() -> None:
     """From record to motion to obspy and back; obspy's default, 1970, is no start time."""
     wave = np.sin(2 * np.pi * np.arange(101) / 20)  # five whole waves: the velocity returns to 0
     record = Record("own", wave, wave[::-1].copy() / 2, None, 0.01, start="2020-01-01T00:00:00Z")
     for motion in (Motion.of(record), Motion.from_obspy(record.to_obspy()), Motion.of(record).scaled_by(2.0)):
         assert motion.to_obspy()[0].stats.starttime == obspy.UTCDateTime(2020, 1, 1)
-    assert Motion.from_obspy(stream("HNN", "HNE")).start is None
+    assert Motion.from_obspy(stream_of_channels("HNN", "HNE")).start is None
 
 
 @pytest.mark.parametrize("key", ["network", "station", "location"])
-def test_components_of_different_stations_are_refused(key: str) -> None:
-    several = stream("HNN", "HNE", "HNZ")
+def test_a_stream_with_components_of_different_stations_is_refused(key: str) -> None:
+    several = stream_of_channels("HNN", "HNE", "HNZ")
     assert Motion.from_obspy(several).sample_count == 100
     several[1].stats[key] = "10"
     with pytest.raises(ArgumentError, match="east and north differ in station, location, start"):
@@ -113,7 +114,7 @@ def test_masked_samples_are_refused_in_each_component() -> None:
 
 @pytest.mark.parametrize("channels", [("HNN", "HNE", "HNZ"), ("NS2", "EW2", "UD2")])
 def test_stream_gives_the_motion_of_its_components(channels: tuple[str, ...]) -> None:
-    motion = Motion.from_obspy(stream(*channels))
+    motion = Motion.from_obspy(stream_of_channels(*channels))
     assert (motion.north[0], motion.east[0], motion.up[0]) == (2.0, 4.0, 6.0)  # type: ignore[index]
     assert motion.sampling_interval == 0.01
 
@@ -130,12 +131,12 @@ def test_stream_gives_the_motion_of_its_components(channels: tuple[str, ...]) ->
         (("TRAN", "N90E"), "'TRAN' is neither N, E nor Z"),
     ],
 )
-def test_invalid_streams_are_refused(channels: tuple[str, ...], message: str) -> None:
+def test_an_invalid_obspy_stream_is_refused(channels: tuple[str, ...], message: str) -> None:
     with pytest.raises(ArgumentError, match=message):
-        Motion.from_obspy(stream(*channels))
+        Motion.from_obspy(stream_of_channels(*channels))
 
 
-def test_merged_gap_is_refused() -> None:
+def test_a_stream_with_a_merged_gap_is_refused() -> None:
     """Values under the mask of a gap are arbitrary: here 1e9 m/s² from 0.5 s on."""
     from obspy import Stream, Trace, UTCDateTime
 
@@ -163,11 +164,11 @@ def test_channels_of_velocity_sensors_are_refused_unless_their_unit_is_stated(ch
     with pytest.raises(
         ArgumentError, match=rf"channel \.\.\.{channels[0]}: a velocity sensor by its code; .* unit='m/s2'"
     ):
-        Motion.from_obspy(stream(*channels))
-    assert Motion.from_obspy(stream(*channels), unit="m/s2").north[0] == 2.0
-    assert Motion.from_obspy(stream(*channels), unit="gal").north[0] == pytest.approx(0.02)
+        Motion.from_obspy(stream_of_channels(*channels))
+    assert Motion.from_obspy(stream_of_channels(*channels), unit="m/s2").north[0] == 2.0
+    assert Motion.from_obspy(stream_of_channels(*channels), unit="gal").north[0] == pytest.approx(0.02)
     with pytest.raises(ArgumentError, match=r"unit: 'm/s'; known are m/s2"):
-        Motion.from_obspy(stream(*channels), unit="m/s")
+        Motion.from_obspy(stream_of_channels(*channels), unit="m/s")
 
 
 @pytest.mark.parametrize(("output", "taken"), [("ACC", True), ("VEL", False), ("DISP", False)])
@@ -177,7 +178,7 @@ def test_output_of_remove_response_decides_the_unit(code: str, output: str, take
     from obspy.core.inventory import Channel, Inventory, Network, Station
     from obspy.core.inventory.response import Response
 
-    found = stream(f"{code}N", f"{code}E", npts=400)
+    found = stream_of_channels(f"{code}N", f"{code}E", npts=400)
     response = Response.from_paz([], [], 1.0, input_units="M/S")
     channels = [Channel(f"{code}{axis}", "", 0, 0, 0, 0, azimuth=0, dip=0, response=response) for axis in "NE"]
     inventory = Inventory([Network("XX", [Station("T", 0, 0, 0, channels=channels)])], source="test")
@@ -192,9 +193,9 @@ def test_output_of_remove_response_decides_the_unit(code: str, output: str, take
             Motion.from_obspy(found)
 
 
-def test_integrated_trace_is_refused() -> None:
+def test_an_integrated_obspy_trace_is_refused() -> None:
     """Regression: a velocity from obspy's `integrate` has a plausible size and was read as m/s²."""
-    found = stream("HNN", "HNE").integrate()
+    found = stream_of_channels("HNN", "HNE").integrate()
     with pytest.raises(ArgumentError, match=r"HNN: integrated by obspy; .* unit='m/s2'"):
         Motion.from_obspy(found)
     assert Motion.from_obspy(found, unit="m/s2").sample_count == 100
@@ -202,7 +203,7 @@ def test_integrated_trace_is_refused() -> None:
 
 
 def test_sac_direction_contradicting_the_code_gives_a_warning() -> None:
-    found = stream("HNN", "HNE", "HNZ")
+    found = stream_of_channels("HNN", "HNE", "HNZ")
     axes = {"HNN": (0.0, 90.0), "HNE": (93.0, 90.0), "HNZ": (0.0, 0.0)}
     for trace in found:
         trace.stats.sac = dict(zip(("cmpaz", "cmpinc"), axes[trace.stats.channel], strict=True))
@@ -216,9 +217,9 @@ def test_sac_direction_contradicting_the_code_gives_a_warning() -> None:
             Motion.from_obspy(wrong)
 
 
-def test_counts_are_refused() -> None:
+def test_a_stream_in_counts_is_refused() -> None:
     """Regression: small counts were read as m/s², and larger ones were said to look like Gal."""
-    found = stream("HNN", "HNE")
+    found = stream_of_channels("HNN", "HNE")
     for trace in found:
         trace.data = (3 * trace.data).astype(np.int32)
     assert Motion.from_obspy(found).north[0] == 6.0, "a reader of counts has left what one is in calib"
@@ -231,7 +232,7 @@ def test_counts_are_refused() -> None:
 
 def test_the_scale_factor_of_a_sac_file_is_not_applied(tmp_path: Path) -> None:
     """As `overturning.read`: obspy stores the header field SCALE in calib."""
-    found = stream("HNN", "HNE")
+    found = stream_of_channels("HNN", "HNE")
     for trace in found:
         trace.stats.calib = 1.0
         trace.stats.update({"network": "XX", "station": "T"})
@@ -250,7 +251,7 @@ def test_the_scale_factor_of_a_sac_file_is_not_applied(tmp_path: Path) -> None:
 
 def test_drifting_velocity_gives_a_warning() -> None:
     """Raw counts read by obspy contain an offset; `overturning.read` removes it, `from_obspy` only warns."""
-    found = stream("HNN", "HNE", npts=4000)
+    found = stream_of_channels("HNN", "HNE", npts=4000)
     for trace, offset, speed in zip(found, (0.0, 0.05), (0.07, 0.06), strict=True):
         trace.data = np.sin(np.arange(4000) * speed) * np.hanning(4000) + offset
     with pytest.warns(UserWarning, match="velocity towards east ends at 100 % of its peak, like raw data") as told:
@@ -263,12 +264,12 @@ def test_drifting_velocity_gives_a_warning() -> None:
         )
 
 
-def test_kik_net_borehole_must_be_declared() -> None:
+def test_a_stream_of_a_kik_net_borehole_must_be_declared() -> None:
     with pytest.raises(ArgumentError, match=r"NS1: it belongs to the borehole sensor; .* sensor='borehole'"):
-        Motion.from_obspy(stream("NS1", "EW1", "UD1"))
-    assert Motion.from_obspy(stream("NS1", "EW1", "UD1"), sensor="borehole").sample_count == 100
+        Motion.from_obspy(stream_of_channels("NS1", "EW1", "UD1"))
+    assert Motion.from_obspy(stream_of_channels("NS1", "EW1", "UD1"), sensor="borehole").sample_count == 100
     with pytest.raises(ArgumentError, match="NS2: it belongs to the surface sensor"):
-        Motion.from_obspy(stream("NS2", "EW2"), sensor="borehole")
+        Motion.from_obspy(stream_of_channels("NS2", "EW2"), sensor="borehole")
 
 
 @pytest.mark.parametrize(
@@ -279,7 +280,7 @@ def test_kik_net_borehole_must_be_declared() -> None:
         (-30, 3**0.5 / 2, -0.5), (750, 3**0.5 / 2, 0.5),
     ],
 )  # fmt: skip
-def test_direction_cosines_of_compass_angles(azimuth: float, north: float, east: float) -> None:
+def test_direction_cosines_match_known_compass_angles(azimuth: float, north: float, east: float) -> None:
     """Cosine and sine of angles of the equilateral triangle and the square, clockwise from north."""
     assert cosine_and_sine_of_azimuth(azimuth) == pytest.approx((north, east), abs=1e-12)
 
@@ -297,7 +298,7 @@ def test_integral_follows_the_trapezoidal_rule() -> None:
         (lambda wave: np.clip(np.roll(wave, 7), -0.3, 0.3), "stream: east is clipped: "),
     ],
 )
-def test_dead_copied_and_clipped_traces_give_warnings(east: Callable[[np.ndarray], np.ndarray], word: str) -> None:
+def test_flat_copied_and_clipped_traces_give_warnings(east: Callable[[np.ndarray], np.ndarray], word: str) -> None:
     """A motion made from arrays may be along one axis without a warning."""
     time = np.arange(1000) / 100
     wave = np.sin(2 * np.pi * time) * np.sin(np.pi * time / 10) ** 2

@@ -21,7 +21,7 @@ DT = 0.01
 TIME = np.arange(0, 60, DT)
 
 
-def made(ahead: float, noise: float, seed: int = 3, drift: float = 0.0) -> np.ndarray:
+def noise_with_signal(ahead: float, noise: float, seed: int = 3, drift: float = 0.0) -> np.ndarray:
     """White noise of a standard deviation, with a decaying signal a hundred times as strong from ``ahead`` s on."""
     random = np.random.default_rng(seed)
     envelope = np.where(ahead <= TIME, np.exp(-(TIME - ahead) / 10), 0.0)
@@ -30,14 +30,14 @@ def made(ahead: float, noise: float, seed: int = 3, drift: float = 0.0) -> np.nd
 
 @pytest.mark.parametrize("ahead", [5.0, 20.0])
 @pytest.mark.parametrize("drift", [0.0, 0.05])
-def test_the_onset_is_found_within_a_tenth_of_a_second(ahead, drift):
-    samples = made(ahead, 0.01, drift=drift)
+def test_the_onset_of_the_signal_is_found_within_a_tenth_of_a_second(ahead, drift):
+    samples = noise_with_signal(ahead, 0.01, drift=drift)
     assert motion_onset_index(samples) * DT == pytest.approx(ahead, abs=0.1)
     assert motion_onset_index(samples * 2.0**-24) == motion_onset_index(samples)  # in any unit
 
 
-def test_white_noise_and_a_white_signal_have_the_ratio_of_their_powers():
-    found = signal_to_noise_ratio([made(20.0, 0.01), made(20.0, 0.01, seed=4)], DT)
+def test_signal_to_noise_ratio_of_white_signals_matches_their_amplitudes():
+    found = signal_to_noise_ratio([noise_with_signal(20.0, 0.01), noise_with_signal(20.0, 0.01, seed=4)], DT)
     assert found is not None
     assert found.onset == pytest.approx(20.0, abs=0.1)
     assert found.frequency[0] == pytest.approx(3 / found.onset)  # three cycles of the slowest
@@ -47,7 +47,7 @@ def test_white_noise_and_a_white_signal_have_the_ratio_of_their_powers():
 
 
 @pytest.mark.parametrize("lasting", [12, 3000])
-def test_windows_are_tapered_over_five_per_cent_at_each_end(lasting):
+def test_spectral_windows_are_tapered_over_five_per_cent_at_each_end(lasting):
     """Against scipy's Tukey window, whose taper is the share α/2 of the steps from its first sample to its last."""
     random = np.random.default_rng(8)
     samples = 0.01 * random.normal(size=5200)
@@ -66,9 +66,9 @@ def test_windows_are_tapered_over_five_per_cent_at_each_end(lasting):
         np.testing.assert_allclose(spectrum, expected, rtol=1e-9)
 
 
-def test_constant_offset_does_not_count_as_noise():
+def test_a_constant_offset_does_not_count_as_noise():
     """A tilted sensor has an offset between the samples before and after the onset."""
-    level, shifted = made(20.0, 0.01), made(20.0, 0.01) - np.where(TIME < 20.0, 0.05, 0.0)
+    level, shifted = noise_with_signal(20.0, 0.01), noise_with_signal(20.0, 0.01) - np.where(TIME < 20.0, 0.05, 0.0)
     first, second = signal_to_noise_ratio([level], DT), signal_to_noise_ratio([shifted], DT)
     assert first is not None
     assert second is not None
@@ -76,20 +76,21 @@ def test_constant_offset_does_not_count_as_noise():
     np.testing.assert_allclose(first.noise, second.noise, rtol=1e-6)
 
 
-def test_no_ratio_without_noise_before_the_onset():
-    assert signal_to_noise_ratio([made(1.0, 0.01)], DT) is None
+def test_there_is_no_signal_to_noise_ratio_without_noise_before_the_onset():
+    assert signal_to_noise_ratio([noise_with_signal(1.0, 0.01)], DT) is None
     assert signal_to_noise_ratio([np.zeros(100)], DT) is None
-    quiet = made(20.0, 0.0)
+    quiet = noise_with_signal(20.0, 0.0)
     assert signal_to_noise_ratio([quiet], DT) is None  # zeros put before a record are no noise
 
 
-def record(north, east) -> Record:
+def record_of_components(north, east) -> Record:
+    """Return a record of two horizontal components."""
     return Record("r", north, east, None, DT)
 
 
 @pytest.mark.parametrize("interval", [0.1, 0.15, 0.3, 0.5, 1.0])
 @pytest.mark.parametrize("ahead", [2.1, 3.0, 5.0, 20.0])
-def test_ratio_at_long_sampling_intervals_is_finite_or_missing(interval, ahead):
+def test_signal_to_noise_ratio_at_long_sampling_intervals_is_finite_or_missing(interval, ahead):
     """With 7 samples of 0.3 s as noise, the lowest frequency, of three cycles, is above the highest, 0.4 per sample."""
     count = round(ahead / interval)
     noise = 1e-3 * np.random.default_rng(1).normal(size=count)
@@ -103,9 +104,9 @@ def test_ratio_at_long_sampling_intervals_is_finite_or_missing(interval, ahead):
     assert found is not None or motion_onset_index(np.append(noise, 10.0 * signal)) * interval < max(2.0, 15 * interval)
 
 
-def test_reasons_for_a_corner_without_comparison_name_what_is_missing():
+def test_the_reason_for_a_default_corner_names_the_missing_data():
     wave = np.random.default_rng(2).normal(size=400)
-    still = Record("r", np.zeros(400), np.zeros(400), made(20.0, 0.01)[:400], DT)
+    still = Record("r", np.zeros(400), np.zeros(400), noise_with_signal(20.0, 0.01)[:400], DT)
     assert choose_highpass_corner_and_reason(still) == (DEFAULT_HZ, "no horizontal motion")
     coarse = Record("r", wave, wave[::-1].copy(), None, 0.5)
     assert choose_highpass_corner_and_reason(coarse) == (
@@ -114,30 +115,36 @@ def test_reasons_for_a_corner_without_comparison_name_what_is_missing():
     )
 
 
-def test_corner_is_where_the_signal_exceeds_the_noise():
+def test_the_auto_corner_is_where_the_signal_exceeds_the_noise():
     """The noise exceeds the signal below 0.4 Hz, so the corner is at 0.4 Hz."""
     rumble = 0.05 * np.sin(2 * np.pi * 0.2 * TIME) + 0.05 * np.sin(2 * np.pi * 0.33 * TIME + 1)
     corner, reason = choose_highpass_corner_and_reason(
-        record(made(30.0, 0.01) + rumble, made(30.0, 0.01, seed=5) + rumble)
+        record_of_components(noise_with_signal(30.0, 0.01) + rumble, noise_with_signal(30.0, 0.01, seed=5) + rumble)
     )
     assert 0.33 < corner < 0.6
     assert "less than 3 times the noise of the first 30" in reason
 
 
-def test_corner_without_noise_is_the_default_with_a_note():
-    corner, reason = choose_highpass_corner_and_reason(record(made(0.5, 0.01), made(0.5, 0.01)))
+def test_the_auto_corner_without_noise_is_the_default_with_a_note():
+    corner, reason = choose_highpass_corner_and_reason(
+        record_of_components(noise_with_signal(0.5, 0.01), noise_with_signal(0.5, 0.01))
+    )
     assert corner == DEFAULT_HZ
     assert "no noise of 2 s before the onset" in reason
-    clean, reason = choose_highpass_corner_and_reason(record(made(30.0, 0.001), made(30.0, 0.001, seed=6)))
+    clean, reason = choose_highpass_corner_and_reason(
+        record_of_components(noise_with_signal(30.0, 0.001), noise_with_signal(30.0, 0.001, seed=6))
+    )
     assert clean == pytest.approx(0.1, rel=0.01)  # three cycles in 30 s
     assert "as far down as that tells" in reason
     ahead = 0.001 * np.random.default_rng(7).normal(size=(2, 6000))
     long, _ = choose_highpass_corner_and_reason(
-        record(*(np.append(ahead[n], made(30.0, 0.001, seed=3 + n)) for n in range(2)))
+        record_of_components(*(np.append(ahead[n], noise_with_signal(30.0, 0.001, seed=3 + n)) for n in range(2)))
     )
     assert BOUNDS_HZ[0] <= long <= 0.05
     # Three seconds of noise tell nothing of what is slower than a hertz.
-    short, reason = choose_highpass_corner_and_reason(record(made(3.0, 0.001), made(3.0, 0.001, seed=6)))
+    short, reason = choose_highpass_corner_and_reason(
+        record_of_components(noise_with_signal(3.0, 0.001), noise_with_signal(3.0, 0.001, seed=6))
+    )
     assert short == DEFAULT_HZ
     assert "noise of the first 3.0 s as far down as that tells, 1" in reason
 
@@ -149,19 +156,21 @@ def test_sensor_tilt_raises_the_corner_and_recovers_the_displacement(tilt):
     random, away = np.random.default_rng(9), time - 48
     ground = [np.exp(-((away / 5) ** 2)) * np.cos(2 * np.pi * away / 4 + phase) for phase in (0.0, 1.0)]
     noise = [1e-4 * random.normal(size=time.size) for _ in ground]
-    level, tilted = (record(*(g + n + (away > 0) * a for g, n in zip(ground, noise, strict=True))) for a in (0.0, tilt))
+    level, tilted = (
+        record_of_components(*(g + n + (away > 0) * a for g, n in zip(ground, noise, strict=True))) for a in (0.0, tilt)
+    )
     corner, reason = choose_highpass_corner_and_reason(tilted)
     assert 1.2 * choose_highpass_corner_and_reason(level)[0] < corner < 0.25
     assert "offset that the shock leaves" in reason
     found, true = (
         np.hypot(*process_record(r, default_processing_steps(r, corner)).displacement).max()
-        for r in (tilted, record(*ground))
+        for r in (tilted, record_of_components(*ground))
     )
     assert found == pytest.approx(true, rel=0.1)
 
 
 def test_auto_corner_is_stored_as_a_number_with_its_reason():
-    raw = record(made(30.0, 0.01), made(30.0, 0.01, seed=5))
+    raw = record_of_components(noise_with_signal(30.0, 0.01), noise_with_signal(30.0, 0.01, seed=5))
     done = process_record(raw, None)
     step = done.processing[-1]
     assert isinstance(step["corner_hz"], float)

@@ -42,8 +42,11 @@ SITE = {"layers": [{"thickness_m": 20, "velocity_m_s": 200}], "rock": {"velocity
 PULSE = record_of_pulse(parse_pulse("sine amplitude_gal=300 period_s=0.4 azimuth_deg=0"))
 
 
-def transfer(frequency: np.ndarray, layer: SoilLayer, rock: RockHalfSpace) -> np.ndarray:
-    """Return the ratio of surface to outcrop (Kramer 1996, eq. 7.28) for the shear modulus G (√(1 − 4ξ²) + 2iξ)."""
+def closed_form_transfer_function(frequency: np.ndarray, layer: SoilLayer, rock: RockHalfSpace) -> np.ndarray:
+    """Return the ratio of surface to outcrop motion of one layer (Kramer 1996, eq. 7.28).
+
+    The complex shear modulus is G (√(1 − 4ξ²) + 2iξ).
+    """
     speed = [one.velocity_m_s * np.sqrt(np.sqrt(1 - 4 * one.damping**2) + 2j * one.damping) for one in (layer, rock)]
     impedance = layer.density_kg_m3 * speed[0] / (rock.density_kg_m3 * speed[1])
     phase = 2 * np.pi * frequency * layer.thickness_m / speed[0]
@@ -51,21 +54,24 @@ def transfer(frequency: np.ndarray, layer: SoilLayer, rock: RockHalfSpace) -> np
 
 
 @pytest.fixture(scope="module")
-def noise() -> np.ndarray:
+def noise_samples() -> np.ndarray:
+    """Noise of 2000 samples under a Hann window."""
     return np.random.default_rng(2).normal(size=2000) * np.hanning(2000)
 
 
-def test_one_layer_matches_the_closed_form(noise: np.ndarray) -> None:
-    found = propagate_through_soil(noise, INTERVAL, [LAYER], ROCK)
+def test_the_response_of_one_soil_layer_matches_the_closed_form(noise_samples: np.ndarray) -> None:
+    found = propagate_through_soil(noise_samples, INTERVAL, [LAYER], ROCK)
     length = 1 << 16
     frequency = np.fft.rfftfreq(length, INTERVAL)
-    expected = np.fft.irfft(np.fft.rfft(noise, length) * transfer(frequency, LAYER, ROCK), length)
-    assert found.samples.size == noise.size + round(MIN_TAIL / INTERVAL)
+    expected = np.fft.irfft(
+        np.fft.rfft(noise_samples, length) * closed_form_transfer_function(frequency, LAYER, ROCK), length
+    )
+    assert found.samples.size == noise_samples.size + round(MIN_TAIL / INTERVAL)
     assert np.abs(found.samples - expected[: found.samples.size]).max() < 1e-3 * np.abs(expected).max()
     assert found.converged
 
 
-def test_free_vibration_does_not_wrap_to_the_start(noise: np.ndarray) -> None:
+def test_free_vibration_of_soil_does_not_wrap_to_the_start(noise_samples: np.ndarray) -> None:
     # A pulse at the very end: without zeros behind it its echo would stand at the start.
     late = np.zeros(1000)
     late[-50:] = np.hanning(50)
@@ -85,7 +91,7 @@ def test_lightly_damped_soil_above_a_borehole_matches_the_closed_form(
     found = propagate_through_soil(late, INTERVAL, [layer], ROCK, outcrop=False).samples
     length = 1 << 19
     rigid = ROCK.model_copy(update={"velocity_m_s": 1e15})
-    ratio = transfer(np.fft.rfftfreq(length, INTERVAL), layer, rigid)
+    ratio = closed_form_transfer_function(np.fft.rfftfreq(length, INTERVAL), layer, rigid)
     whole = np.fft.irfft(np.fft.rfft(late, length) * ratio, length)
     expected, left = whole[: found.size], np.abs(whole[found.size : -1000]).max() / np.abs(whole).max()
     assert np.abs(found - expected).max() < 3e-3 * np.abs(expected).max()
@@ -100,12 +106,12 @@ def test_lightly_damped_soil_above_a_borehole_matches_the_closed_form(
         ({"thickness_m": 1e4, "velocity_m_s": 10}, "check thickness_m (m) and velocity_m_s (m/s)"),
     ],
 )
-def test_layers_without_a_usable_response_are_refused(layer: dict[str, float], reason: str) -> None:
+def test_soil_layers_without_a_usable_response_are_refused(layer: dict[str, float], reason: str) -> None:
     with refused(ArgumentError, "site: ", reason):
         propagate_through_soil(PULSE.north, PULSE.sampling_interval, [SoilLayer(**layer)], ROCK, outcrop=False)
 
 
-def test_resonance_is_at_the_fundamental_period() -> None:
+def test_a_soil_layer_resonates_at_its_fundamental_period() -> None:
     time = np.arange(0, 30, INTERVAL)
     peaks = [
         np.abs(
@@ -113,23 +119,23 @@ def test_resonance_is_at_the_fundamental_period() -> None:
         ).max()
         for period in (0.25, 0.4, 0.8)
     ]
-    expected = np.abs(transfer(1 / np.array([0.25, 0.4, 0.8]), LAYER, ROCK))
+    expected = np.abs(closed_form_transfer_function(1 / np.array([0.25, 0.4, 0.8]), LAYER, ROCK))
     assert peaks == pytest.approx(expected, rel=0.03)
 
 
-def test_equivalent_linear_response_of_weak_motion_is_linear(noise: np.ndarray) -> None:
+def test_equivalent_linear_response_of_weak_motion_is_linear(noise_samples: np.ndarray) -> None:
     soft = LAYER.model_copy(update={"curve": "Vucetic & Dobry (91), PI=15"})
-    weak, strong = (propagate_through_soil(scale * noise, INTERVAL, [soft], ROCK) for scale in (1e-4, 3.0))
+    weak, strong = (propagate_through_soil(scale * noise_samples, INTERVAL, [soft], ROCK) for scale in (1e-4, 3.0))
     assert weak.converged
     assert strong.largest_strain > 100 * weak.largest_strain
     ratio = np.abs(strong.samples).max() / 3.0 / (np.abs(weak.samples).max() / 1e-4)
     assert ratio < 0.8
 
 
-def test_strain_beyond_the_curve_is_named(noise: np.ndarray) -> None:
+def test_a_soil_strain_beyond_the_curve_is_noted(noise_samples: np.ndarray) -> None:
     """At the end of a curve modulus and damping stay the same, so that the iteration converges at any strain."""
     soft = LAYER.model_copy(update={"curve": "Vucetic & Dobry (91), PI=15"})  # ends at a strain of 1 %
-    within, beyond = (propagate_through_soil(scale * noise, INTERVAL, [soft], ROCK) for scale in (10.0, 30.0))
+    within, beyond = (propagate_through_soil(scale * noise_samples, INTERVAL, [soft], ROCK) for scale in (10.0, 30.0))
     assert (within.converged, within.beyond_curve) == (True, None)
     assert within.largest_strain < 0.01
     assert beyond.beyond_curve == pytest.approx((0.65 * beyond.largest_strain, 0.01))
@@ -139,20 +145,20 @@ def test_strain_beyond_the_curve_is_named(noise: np.ndarray) -> None:
     assert "% beyond the curve (which ends at 1 %); east converged, strain 0 %" in text
 
 
-def test_invalid_profiles_are_refused(noise: np.ndarray) -> None:
+def test_an_invalid_soil_profile_is_refused(noise_samples: np.ndarray) -> None:
     with pytest.raises(ValidationError, match="thickness_m"):
         SoilLayer(thickness_m=0, velocity_m_s=200)
     with pytest.raises(ValidationError, match="layers"):
         SoilSite(layers=[], rock=ROCK)
     with pytest.raises(ArgumentError, match="curve 'none'; known are"):
-        propagate_through_soil(noise, INTERVAL, [LAYER.model_copy(update={"curve": "none"})], ROCK)
+        propagate_through_soil(noise_samples, INTERVAL, [LAYER.model_copy(update={"curve": "none"})], ROCK)
 
 
 @pytest.mark.parametrize(
     ("curve", "part"),
     [("Iwasaki, 0.25 atm", "damping"), ("Seed & Idriss, Sand Lower", "modulus reduction")],
 )
-def test_curves_with_one_part_only_are_refused(curve: str, part: str) -> None:
+def test_a_soil_curve_without_modulus_or_damping_is_refused(curve: str, part: str) -> None:
     """Both publications give one of the two; pystrata keeps what there is."""
     layer = LAYER.model_copy(update={"curve": curve})
     for refusal in (check_soil_layer_curves, lambda layers: propagate_through_soil(PULSE.north, 0.01, layers, ROCK)):
@@ -182,17 +188,17 @@ def test_borehole_motion_is_not_treated_as_outcrop() -> None:
     assert np.abs(within.north).max() > 1.3 * np.abs(outcrop.north).max()
 
 
-def test_components_at_the_surface_have_equal_length(noise: np.ndarray) -> None:
+def test_components_at_the_soil_surface_have_equal_length(noise_samples: np.ndarray) -> None:
     """The soil vibrates longer under the component that ends abruptly; the others are continued by zeros."""
-    late = np.zeros(noise.size)
+    late = np.zeros(noise_samples.size)
     late[-50:] = np.hanning(50)
     light = SoilSite(layers=[{"thickness_m": 30, "velocity_m_s": 100, "damping": 0.01}], rock=ROCK)
-    record = replace(PULSE, north=noise, east=late, up=np.ones(noise.size))
+    record = replace(PULSE, north=noise_samples, east=late, up=np.ones(noise_samples.size))
     found, _ = light.propagate_record_to_surface(record)
     alone = propagate_through_soil(late, record.sampling_interval, light.layers, ROCK).samples
     assert found.north.size == found.east.size == found.up.size == alone.size
     assert np.array_equal(found.east, alone)
-    assert np.array_equal(found.up, np.append(record.up, np.zeros(alone.size - noise.size)))
+    assert np.array_equal(found.up, np.append(record.up, np.zeros(alone.size - noise_samples.size)))
 
 
 def test_record_passed_to_a_study_uses_its_site() -> None:
@@ -206,7 +212,7 @@ def test_record_passed_to_a_study_uses_its_site() -> None:
     assert np.abs(rock["overturned"]).sum() < np.abs(soft["overturned"]).sum()
 
 
-def test_variant_with_soil_has_its_own_motions(tmp_path: Path) -> None:
+def test_a_variant_with_soil_has_its_own_motions(tmp_path: Path) -> None:
     record = round_to_stored_precision(PULSE)
     study = {"name": "x", "records": {"use": ["pulse"]}, "variants": {"soft": {"site": SITE}}}
     renamed = replace(record, record_id="pulse")

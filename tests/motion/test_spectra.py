@@ -48,8 +48,8 @@ from overturning.records.steps import Highpass, Scale
 TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
 
 
-def peer(name: str) -> Any:
-    """Import a reference package; if it is missing, skip the test, or fail if skipping is forbidden."""
+def reference_package(name: str) -> Any:
+    """Import a package to compare with; if it is missing, skip the test, or fail if skipping is forbidden."""
     if name == "pyrotd":
         # It asks pkg_resources for its own version, which newer setuptools no longer bring.
         stub: Any = types.ModuleType("pkg_resources")
@@ -61,7 +61,8 @@ def peer(name: str) -> Any:
 
 
 @pytest.fixture(scope="module")
-def rinaldi() -> Record:
+def rinaldi_record() -> Record:
+    """The Rinaldi record of the record table."""
     return read_record(read_record_table(TABLE)["rinaldi"], Path("unused"))
 
 
@@ -69,7 +70,7 @@ def rinaldi() -> Record:
 @given(
     arrays(np.float64, (2, 300), elements=st.floats(-1e3, 1e3)), st.lists(st.floats(0, 360), min_size=1, max_size=40)
 )
-def test_largest_along_azimuths_matches_all_samples(pair, azimuths):
+def test_largest_values_along_azimuths_match_a_search_of_all_samples(pair, azimuths):
     cosines = north_east_cosines_of_azimuths(np.array(azimuths))
     expected = np.abs(cosines[:, :1] * pair[0] + cosines[:, 1:] * pair[1]).max(axis=1)
     np.testing.assert_array_equal(largest_motion_along_azimuths(pair, cosines), expected)
@@ -82,7 +83,7 @@ def test_largest_along_azimuths_matches_all_samples(pair, azimuths):
     st.floats(0.0, 0.9),
     st.sampled_from([(0, 180, 1), (30, 31, 1), (90, 800, 47)]),
 )
-def test_peaks_of_a_filtered_motion_have_the_bits_of_scipys_filter(seed, period, damping, azimuths):
+def test_oscillator_peaks_are_bit_identical_to_those_of_scipys_filter(seed, period, damping, azimuths):
     pair = np.random.default_rng(seed).normal(size=(2, 2000)) * np.hanning(2000)
     cosines = north_east_cosines_of_azimuths(np.arange(*azimuths))
     *above, below = oscillator_filter_coefficients(period, damping, 0.005)
@@ -95,7 +96,7 @@ def test_peaks_of_a_filtered_motion_have_the_bits_of_scipys_filter(seed, period,
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("place", [(0, 0), (1, 150), (0, 299)])
-def test_a_sample_that_is_not_finite_is_not_overlooked(value, place):
+def test_a_non_finite_sample_gives_a_missing_peak(value, place):
     pair = np.random.default_rng(5).normal(size=(2, 300))
     pair[place] = value
     *above, below = oscillator_filter_coefficients(0.5, 0.05, 0.01)
@@ -105,7 +106,7 @@ def test_a_sample_that_is_not_finite_is_not_overlooked(value, place):
         assert np.isnan(largest_filtered_motion_along_azimuths(pair, numerator, below, cosines)).all()
 
 
-def test_largest_along_azimuths_of_a_linear_motion():
+def test_largest_values_along_azimuths_of_a_linear_motion_are_exact():
     """For motion along N60E only, the lower bound across it is zero, and no sample may be left out."""
     wave = np.random.default_rng(0).normal(size=5000)
     pair = np.stack([wave * 0.5, wave * math.sqrt(0.75)])
@@ -132,7 +133,7 @@ def test_the_interpolated_motion_passes_through_its_samples(count):
 
 @pytest.mark.parametrize("period", [0.05, 0.3, 1.0, 4.0])
 @pytest.mark.parametrize("damping", [0.0, 0.05, 0.2])
-def test_response_to_a_step_of_acceleration(period, damping):
+def test_oscillator_response_to_an_acceleration_step_matches_the_closed_form(period, damping):
     """D = a/ω² (1 + exp(−πh/√(1−h²))) at half a period, the textbook overshoot."""
     steady = np.concatenate([np.zeros(100), np.full(4000, 2.0)])
     omega = 2 * math.pi / period
@@ -145,7 +146,7 @@ def test_response_to_a_step_of_acceleration(period, damping):
 
 @pytest.mark.parametrize("period", [10.0, 20.0, 100.0, 1000.0])
 @pytest.mark.parametrize("damping", [0.0, 0.05])
-def test_free_vibration_after_the_motion_reaches_its_peak(period, damping):
+def test_response_spectra_include_free_vibration_after_the_motion(period, damping):
     """The velocity V of a short pulse: D = V/ω exp(−h/√(1−h²) arccos h), a quarter of a period after the pulse."""
     pulse = np.where((np.arange(300) > 100) & (np.arange(300) < 120), 1.0, 0.0)
     omega, speed = 2 * math.pi / period, 0.005 * pulse.sum()
@@ -155,7 +156,7 @@ def test_free_vibration_after_the_motion_reaches_its_peak(period, damping):
     assert found == pytest.approx(expected, rel=1e-3)
 
 
-def test_response_to_a_sine_matches_the_transfer_function():
+def test_oscillator_response_to_a_sine_matches_the_transfer_function():
     time = np.arange(0, 100, 0.01)
     for forcing, period in ((1.0, 0.5), (1.0, 1.0), (0.7, 2.0)):
         ratio = period / forcing
@@ -165,10 +166,12 @@ def test_response_to_a_sine_matches_the_transfer_function():
         assert found == pytest.approx(expected, rel=0.01)
 
 
-def test_limits_of_the_spectrum(rinaldi):
+def test_response_spectra_have_the_limits_of_stiff_and_soft_oscillators(rinaldi_record):
     """A stiff oscillator responds with PGA; a soft one stays at rest, so its relative displacement is the ground's."""
-    pga = np.abs(rinaldi.north).max()
-    assert component_spectrum(rinaldi.north, rinaldi.sampling_interval, [0.001])[0] == pytest.approx(pga, rel=0.01)
+    pga = np.abs(rinaldi_record.north).max()
+    assert component_spectrum(rinaldi_record.north, rinaldi_record.sampling_interval, [0.001])[0] == pytest.approx(
+        pga, rel=0.01
+    )
     short = np.concatenate(
         [np.sin(2 * np.pi * np.arange(0, 1, 0.01)), -np.sin(2 * np.pi * np.arange(0, 1, 0.01)), np.zeros(50)]
     )
@@ -179,7 +182,7 @@ def test_limits_of_the_spectrum(rinaldi):
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["rinaldi", "petrolia"])
 def test_rotd_agrees_with_pyrotd(name):
-    pyrotd = peer("pyrotd")
+    pyrotd = reference_package("pyrotd")
     pyrotd.processes = 1
     record = read_record(read_record_table(TABLE)[name], Path("unused"))
     # pyrotd convolves in a circle: rest before and after keeps one end's motion from ringing into the other.
@@ -199,7 +202,7 @@ def test_rotd_agrees_with_pyrotd(name):
     np.testing.assert_allclose(mine.T, theirs.spec_accel.reshape(-1, 3), rtol=0.005)
 
 
-def test_rotd_of_motion_in_one_direction():
+def test_rotd_percentiles_of_a_linear_motion_match_the_closed_form():
     """Over half a turn |cos| has the median cos 45°, the largest 1 and the smallest 0."""
     wave = np.sin(2 * np.pi * np.arange(0, 5, 0.01))
     found = rotd_percentile_measures(Motion(wave * 0.5, wave * math.sqrt(0.75), sampling_interval=0.01), [0.5, 2.0])
@@ -208,21 +211,23 @@ def test_rotd_of_motion_in_one_direction():
         assert values[1] / values[2] == pytest.approx(math.cos(math.pi / 4), rel=0.01)
 
 
-def test_measures_agree_with_eqsig(rinaldi):
-    eqsig = peer("eqsig")
-    motion = Motion.of(rinaldi)
+def test_intensity_measures_agree_with_eqsig(rinaldi_record):
+    eqsig = reference_package("eqsig")
+    motion = Motion.of(rinaldi_record)
     for azimuth in (0.0, 32.0, 122.0):
         along = motion.along(azimuth)
-        signal = eqsig.AccSignal(along, rinaldi.sampling_interval)
+        signal = eqsig.AccSignal(along, rinaldi_record.sampling_interval)
         arias = eqsig.im.calc_arias_intensity(signal)[-1]
         assert arias_intensity(motion, azimuth)[0] == pytest.approx(arias, rel=0.005)
         assert cumulative_absolute_velocity(motion, azimuth)[0] == pytest.approx(
             eqsig.im.calc_cav(signal)[-1], rel=0.005
         )
         start, end = eqsig.im.calc_sig_dur(signal, se=True)
-        assert significant_duration(motion, azimuth)[0] == pytest.approx(end - start, abs=2 * rinaldi.sampling_interval)
+        assert significant_duration(motion, azimuth)[0] == pytest.approx(
+            end - start, abs=2 * rinaldi_record.sampling_interval
+        )
         periods = np.geomspace(0.3, 5, 10)
-        theirs = eqsig.sdof.pseudo_response_spectra(along, rinaldi.sampling_interval, periods, xi=0.05)
+        theirs = eqsig.sdof.pseudo_response_spectra(along, rinaldi_record.sampling_interval, periods, xi=0.05)
         mine = response_spectra_by_azimuth(motion, periods, azimuth)
         np.testing.assert_allclose(mine["displacement"][:, 0], theirs[0], rtol=0.005)
         np.testing.assert_allclose(mine["acceleration"][:, 0], theirs[2], rtol=0.005)
@@ -233,12 +238,13 @@ def test_measures_agree_with_eqsig(rinaldi):
 PYSHINDO = {"intensity": 6.378077963459177, "si20": (148.24809147, 82.41052249), "si05": (204.06229183, 115.5137774)}
 
 
-def three(record: Record) -> Motion:
+def three_component_motion(record: Record) -> Motion:
+    """Return the motion of a record with a vertical component made from the reversed east component."""
     return Motion(record.north, record.east, 0.5 * record.east[::-1], sampling_interval=record.sampling_interval)
 
 
-def test_jma_and_spectrum_intensity_agree_with_pyshindo(rinaldi):
-    motion = three(rinaldi)
+def test_jma_and_spectrum_intensity_agree_with_pyshindo(rinaldi_record):
+    motion = three_component_motion(rinaldi_record)
     assert jma_instrumental_intensity(motion) == pytest.approx(PYSHINDO["intensity"], abs=1e-9)
     np.testing.assert_allclose(housner_spectrum_intensity(motion, [0, 90]) * 100, PYSHINDO["si20"], rtol=0.005)
     np.testing.assert_allclose(
@@ -248,9 +254,9 @@ def test_jma_and_spectrum_intensity_agree_with_pyshindo(rinaldi):
 
 if sys.version_info >= (3, 12):
 
-    def test_stored_pyshindo_values_match_the_package(rinaldi):
-        pyshindo = peer("pyshindo")
-        motion = three(rinaldi)
+    def test_stored_pyshindo_values_match_the_package(rinaldi_record):
+        pyshindo = reference_package("pyshindo")
+        motion = three_component_motion(rinaldi_record)
         gal = np.column_stack([motion.north, motion.east, motion.up]) * 100
         assert pyshindo.calculate_measured_intensity(gal, 100.0).intensity_raw == pytest.approx(
             PYSHINDO["intensity"], abs=1e-9
@@ -273,7 +279,7 @@ def test_jma_intensity_of_a_steady_sine():
         assert found == pytest.approx(2 * math.log10(gain) + 0.94, abs=0.005)
 
 
-def test_survey_rule_matches_the_degrees_of_the_jma_scale():
+def test_the_survey_rule_for_jma_intensity_matches_the_degrees_of_the_scale():
     """JMA's degrees are 6 upper from 6.0 to below 6.5, 7 from 6.5 on; a share of stones is at most 1."""
     (low, high, *upper), (then, whole, *seven) = SURVEY_RULE
     assert low < high == then < whole == 1
@@ -281,9 +287,19 @@ def test_survey_rule_matches_the_degrees_of_the_jma_scale():
     assert (seven[0], seven[2]) == (6.5, "7")
 
 
-def test_horizontal_jma_intensity_equals_zero_vertical_motion(rinaldi):
-    level = Motion(rinaldi.north, rinaldi.east, 0 * rinaldi.north, sampling_interval=rinaldi.sampling_interval)
-    both = Motion(rinaldi.north, rinaldi.north, rinaldi.north / np.sqrt(2), sampling_interval=rinaldi.sampling_interval)
+def test_horizontal_jma_intensity_equals_zero_vertical_motion(rinaldi_record):
+    level = Motion(
+        rinaldi_record.north,
+        rinaldi_record.east,
+        0 * rinaldi_record.north,
+        sampling_interval=rinaldi_record.sampling_interval,
+    )
+    both = Motion(
+        rinaldi_record.north,
+        rinaldi_record.north,
+        rinaldi_record.north / np.sqrt(2),
+        sampling_interval=rinaldi_record.sampling_interval,
+    )
     assert jma_instrumental_intensity(level, horizontal=True) == jma_instrumental_intensity(level)
     # A vertical motion half as strong as the horizontal vector at every moment adds log₁₀ 1.25.
     added = jma_instrumental_intensity(both) - jma_instrumental_intensity(both, horizontal=True)
@@ -298,7 +314,7 @@ def test_jma_intensity_needs_three_components_and_0_3_seconds():
     assert jma_instrumental_intensity(Motion(*np.zeros((3, 50)), sampling_interval=0.01)) == -math.inf
 
 
-def test_cumulative_measures_of_a_sine():
+def test_arias_intensity_cav_and_duration_of_a_sine_match_the_closed_form():
     """Whole cycles of A sin: Arias πA²T/(4g), CAV 2AT/π; 90 % of the energy comes in 90 % of the time."""
     time = np.arange(0, 10.0005, 0.001)
     motion = Motion(3 * np.sin(2 * np.pi * 2 * time), 0 * time, sampling_interval=0.001)
@@ -312,7 +328,7 @@ def test_cumulative_measures_of_a_sine():
     assert significant_duration(motion, [90])[0] == 0.0
 
 
-def test_fourier_amplitude_of_a_sine_and_of_a_pulse():
+def test_fourier_amplitudes_of_a_sine_and_a_pulse_match_the_closed_forms():
     time = np.arange(0, 10, 0.01)
     frequency, amplitude = fourier_amplitude_spectrum(2.0 * np.sin(2 * np.pi * 3 * time), 0.01)
     assert frequency[amplitude.argmax()] == pytest.approx(3.0)
@@ -322,7 +338,7 @@ def test_fourier_amplitude_of_a_sine_and_of_a_pulse():
     np.testing.assert_allclose(fourier_amplitude_spectrum(spike, 0.01)[1], 0.07)
 
 
-def test_konno_ohmachi_matches_formula_and_pykooh():
+def test_konno_ohmachi_smoothing_matches_its_formula_and_pykooh():
     """Compared with the normalised window [sin(b log₁₀ f/f_c)/(b log₁₀ f/f_c)]⁴, and with pykooh."""
     random = np.random.default_rng(3)
     frequency = np.arange(0, 25, 0.05)
@@ -334,7 +350,9 @@ def test_konno_ohmachi_matches_formula_and_pykooh():
             window = np.where(np.abs(x) < 1e-12, 1.0, (np.sin(x) / x) ** 4)
         expected = (window * a).sum() / window.sum()
         assert konno_ohmachi_smoothed_amplitude(frequency, amplitude, at)[0] == pytest.approx(expected, rel=1e-12)
-        smoother = peer("pykooh").CachedSmoother(f, np.array([at]), 40.0)  # `smooth` is compiled first (0.7 s)
+        smoother = reference_package("pykooh").CachedSmoother(
+            f, np.array([at]), 40.0
+        )  # `smooth` is compiled first (0.7 s)
         assert smoother(a)[0] == pytest.approx(expected, rel=1e-12)
     np.testing.assert_allclose(
         konno_ohmachi_smoothed_amplitude(frequency, np.full_like(frequency, 3.0), [0.3, 2, 20]), 3.0, rtol=1e-9
@@ -352,7 +370,7 @@ def test_konno_ohmachi_matches_formula_and_pykooh():
 
 
 @pytest.mark.parametrize("frequency", [8.0, 15.0, 20.0])
-def test_slow_oscillators_follow_fast_motion_at_20_ms(frequency):
+def test_soft_oscillators_follow_fast_motion_sampled_at_20_ms(frequency):
     """Far above its own frequency an oscillator's velocity is that of the ground: A/ω, in closed form to 1 %."""
     time = np.arange(0, 20, 0.02)
     bell = np.sin(np.pi * time / 20) ** 2
@@ -363,8 +381,8 @@ def test_slow_oscillators_follow_fast_motion_at_20_ms(frequency):
     assert found == pytest.approx(exact, rel=0.02)
 
 
-def test_dataset_has_units_and_a_period_of_180_degrees(rinaldi):
-    motion = Motion.of(rinaldi)
+def test_the_spectra_dataset_has_units_and_repeats_after_180_degrees(rinaldi_record):
+    motion = Motion.of(rinaldi_record)
     table = intensity_dataset_by_azimuth(motion, np.arange(0, 360, 30))
     assert set(table) == set(MEASURES)
     for name, (unit, _) in MEASURES.items():
@@ -375,7 +393,7 @@ def test_dataset_has_units_and_a_period_of_180_degrees(rinaldi):
     assert (table.si05 > table.si20).all()
 
 
-def test_predominant_period_of_a_sine():
+def test_the_predominant_period_of_a_sine_is_its_period():
     time = np.arange(0, 30, 0.01)
     motion = Motion(np.sin(2 * np.pi * time / 0.8), np.sin(2 * np.pi * time / 0.3), sampling_interval=0.01)
     np.testing.assert_allclose(
@@ -404,13 +422,17 @@ def test_there_is_no_predominant_period_perpendicular_to_a_linear_motion(azimuth
     assert {name for name, value in at_rest.items() if np.isnan(value[0])} == {"predominant_period"}
 
 
-def test_record_measures_contain_peaks_before_and_after_processing(rinaldi):
-    done = process_record(rinaldi, [Scale(factor=2), Highpass(corner_hz=0.2)])
+def test_record_measures_contain_peaks_before_and_after_processing(rinaldi_record):
+    done = process_record(rinaldi_record, [Scale(factor=2), Highpass(corner_hz=0.2)])
     found = jma_intensity_and_peaks_of_record(Motion.of(done), done.processing)
-    assert found["pga_unprocessed"] == pytest.approx(max(np.abs(rinaldi.north).max(), np.abs(rinaldi.east).max()))
+    assert found["pga_unprocessed"] == pytest.approx(
+        max(np.abs(rinaldi_record.north).max(), np.abs(rinaldi_record.east).max())
+    )
     assert found["pgd_processed"] < 0.9 * 2 * found["pgd_unprocessed"]
     assert found["jma_intensity"] is None
-    assert jma_intensity_and_peaks_of_record(Motion.of(rinaldi), rinaldi.processing)["pga_processed"] is None
+    assert (
+        jma_intensity_and_peaks_of_record(Motion.of(rinaldi_record), rinaldi_record.processing)["pga_processed"] is None
+    )
 
 
 @pytest.mark.parametrize(("seconds", "defined"), [(0.2, False), (0.4, True)])
@@ -422,13 +444,13 @@ def test_a_motion_shorter_than_0_3_s_has_no_jma_intensity(seconds, defined):
 
 
 @pytest.mark.parametrize("periods", [[], [0.0], [-1.0], [math.nan], [math.inf], [1001.0], [[1.0]], "long"])
-def test_invalid_periods_are_refused(periods):
+def test_invalid_spectral_periods_are_refused(periods):
     with pytest.raises(ArgumentError, match="period_s"):
         rotd_percentile_measures(Motion([0, 1], [0, 1], sampling_interval=0.01), periods)
 
 
 @pytest.mark.long
-def test_rotated_motions_are_not_stored():
+def test_intensity_measures_need_no_memory_for_all_rotated_motions():
     """The 360 rotated motions of 300 s would take 86 MB for each of acceleration, velocity and displacement."""
     import tracemalloc
 
@@ -456,7 +478,7 @@ def test_peaks_of_a_sine_match_the_closed_form():
 
 
 @pytest.mark.parametrize("azimuths", [[], [[0, 1]], [np.nan], "north", [0, "E"]])
-def test_invalid_azimuths_are_refused(azimuths):
+def test_invalid_azimuths_of_spectra_are_refused(azimuths):
     with pytest.raises(ArgumentError, match="azimuth_deg"):
         intensity_dataset_by_azimuth(Motion([0, 1], [0, 1], sampling_interval=1), azimuths)
 
@@ -480,7 +502,7 @@ def test_the_degree_of_the_jma_scale_follows_from_the_published_intensity():
     assert is_published_intensity_in_range(intensity, 6.5, np.inf).tolist() == [False, False, False, True, False, False]
 
 
-def test_jma_filter_at_special_frequencies():
+def test_the_jma_filter_matches_its_formula_at_special_frequencies():
     """The notice of 1996: f^-½, (1 + 0.694 x² + … + 0.000155 x¹²)^-½ of x = f/10, and √(1 − exp(−(f/0.5)³)).
 
     At 10 Hz the high cut is the root of the sum of its coefficients, 2.001859, and the low cut 1; at 0.5 Hz the low

@@ -15,7 +15,7 @@ BOXES = {
 
 
 def box_sums(name: str) -> tuple[float, np.ndarray, np.ndarray]:
-    """Volume, centre and inertia per mass of a solid of `BOXES`, from those of its boxes (parallel axes)."""
+    """Volume, centre and inertia per mass of a solid in `BOXES`, summed over its boxes (parallel axis theorem)."""
     volume, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
     for low, high, sign in BOXES[name]:
         side, middle = np.subtract(high, low), np.add(high, low) / 2
@@ -28,7 +28,7 @@ def box_sums(name: str) -> tuple[float, np.ndarray, np.ndarray]:
     return volume, centre, np.trace(spread) * np.eye(3) - spread
 
 
-def extruded(outline: list[tuple[float, float]], low: float, high: float) -> TriangleSurface:
+def extrude(outline: list[tuple[float, float]], low: float, high: float) -> TriangleSurface:
     """Extrude an outline in (x, z), anticlockwise and star-shaped about its first corner, along y from low to high."""
     n = len(outline)
     points = np.array([[x, y, z] for y in (low, high) for x, z in outline])
@@ -38,7 +38,8 @@ def extruded(outline: list[tuple[float, float]], low: float, high: float) -> Tri
 
 
 def l_shape() -> TriangleSurface:
-    return extruded([(0.2, 0.2), (0.2, 0.8), (0, 0.8), (0, 0), (0.6, 0), (0.6, 0.2)], 0.0, 0.3)
+    """Return a prism of L-shaped section."""
+    return extrude([(0.2, 0.2), (0.2, 0.8), (0, 0.8), (0, 0), (0.6, 0), (0.6, 0.2)], 0.0, 0.3)
 
 
 def ring() -> TriangleSurface:
@@ -58,8 +59,9 @@ def ring() -> TriangleSurface:
 
 
 def box(side: tuple[float, float, float]) -> TriangleSurface:
+    """Return a box with a corner at the origin and the given sides along x, y and z."""
     x, y, z = side
-    return extruded([(x, 0), (x, z), (0, z), (0, 0)], 0.0, y)
+    return extrude([(x, 0), (x, z), (0, z), (0, 0)], 0.0, y)
 
 
 def statue() -> TriangleSurface:

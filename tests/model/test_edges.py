@@ -7,7 +7,7 @@ from overturning.model.edges import fall_flag_and_azimuth_from_planes, fall_prob
 NAN = np.nan
 
 
-def test_edge_passed_first_decides() -> None:
+def test_the_edge_passed_first_decides_the_fall_azimuth() -> None:
     #        both, second first | both, first first | one | the other | neither | no time needed where one falls
     falls = [[1, 1, 1, 0, 0, 1], [1, 1, 0, 1, 0, 0]]
     time = [[3.0, 2.0, 9.0, NAN, NAN, NAN], [2.5, 2.5, NAN, 1.0, NAN, NAN]]
@@ -17,7 +17,7 @@ def test_edge_passed_first_decides() -> None:
     np.testing.assert_array_equal(azimuth, [90, 0, 0, 90, NAN, 0])
 
 
-def test_missing_outcome_never_counts_as_standing() -> None:
+def test_a_missing_plane_outcome_never_counts_as_standing() -> None:
     fell, azimuth = fall_flag_and_azimuth_from_planes(
         [[NAN, NAN, NAN], [0, 1, NAN]], [[NAN] * 3, [NAN, 2.0, NAN]], np.zeros((2, 3))
     )
@@ -25,20 +25,20 @@ def test_missing_outcome_never_counts_as_standing() -> None:
     assert np.isnan(azimuth).all()
 
 
-def test_two_falls_with_a_missing_time_have_no_direction() -> None:
+def test_falls_in_two_planes_with_a_missing_time_have_no_direction() -> None:
     fell, azimuth = fall_flag_and_azimuth_from_planes([[1], [1]], [[NAN], [2.0]], [[0.0], [90.0]])
     assert fell.tolist() == [1]
     assert np.isnan(azimuth).all()
 
 
-def test_any_number_of_planes() -> None:
+def test_a_fall_in_any_number_of_planes_follows_the_first_one() -> None:
     """A round column falls in that of eighteen planes which it leaves first."""
     time = np.random.default_rng(1).permutation(18).astype(float)
     fell, azimuth = fall_flag_and_azimuth_from_planes(np.ones(18), time, 10.0 * np.arange(18))
     assert (fell, azimuth) == (1, 10 * np.flatnonzero(time == 0)[0])
 
 
-def test_probabilities_0_and_1_match_the_first_edge() -> None:
+def test_fall_probabilities_of_0_and_1_reproduce_the_first_edge_rule() -> None:
     generator = np.random.default_rng(2)
     falls, time = generator.integers(0, 2, (2, 500)).astype(float), generator.permutation(1000).reshape(2, 500) * 0.01
     fell, azimuth = fall_flag_and_azimuth_from_planes(falls, time, np.array([[0.0], [90.0]]) * np.ones((2, 500)))
@@ -47,7 +47,7 @@ def test_probabilities_0_and_1_match_the_first_edge() -> None:
     assert (over[:, fell == 1].argmax(axis=0) * 90 == azimuth[fell == 1]).all()
 
 
-def test_probabilities_by_hand() -> None:
+def test_probabilities_of_falls_over_two_edges_match_a_hand_calculation() -> None:
     """Probabilities ½ in the first plane and 1/5 in the second: 1/10 in both, over the first edge, or 5 to 2."""
     for first, second, shared in ((1.0, 2.0, 1.0), (2.0, 1.0, 0.0), (NAN, 1.0, 5 / 7)):
         over = fall_probability_over_each_edge(np.array([[0.5], [0.2]]), np.array([[first], [second]]))

@@ -11,7 +11,7 @@ from overturning.model.planes import PlanarModel
 NAMES = ("falls", "direction_cosine", "direction_sine", "axis_cosine", "axis_sine")
 
 
-def test_a_plane_falls_to_either_side_or_the_other_way() -> None:
+def test_a_planar_fall_is_counted_towards_or_away_from_its_azimuth() -> None:
     """¾ of the members fall, three towards the east for each towards the west; the northern case is missing."""
     cube = xr.Dataset(
         {
@@ -32,7 +32,7 @@ def test_a_plane_falls_to_either_side_or_the_other_way() -> None:
     np.testing.assert_allclose([nominal[name].values[1] for name in NAMES], [1, 0, 1, -1, 0], atol=1e-15)
 
 
-def test_a_body_falls_towards_its_own_azimuth() -> None:
+def test_the_fall_direction_of_a_3d_body_is_its_fall_azimuth() -> None:
     """Facing north it falls to the south-east, facing 45° it stands; at 60° the outcome is missing."""
     cube = xr.Dataset(
         {"overturned": ("orientation", [1.0, 0.0, np.nan]), "fall_azimuth": ("orientation", [135.0, np.nan, np.nan])},
@@ -49,7 +49,7 @@ def test_a_body_falls_towards_its_own_azimuth() -> None:
 
 
 @pytest.mark.parametrize(("spread", "apart"), [(14.0, False), (16.0, True)])
-def test_members_beyond_15_degrees_disagree(spread: float, apart: bool) -> None:
+def test_ensemble_members_disagree_if_fall_azimuths_spread_beyond_15_degrees(spread: float, apart: bool) -> None:
     """Half of the members fall clockwise of north, half anticlockwise, by the same angle."""
     cube = xr.Dataset(
         {

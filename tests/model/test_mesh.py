@@ -18,19 +18,20 @@ FILES = ("a.obj", "a.ply", "a.text.ply", "a.stl", "a.text.stl")
 
 @pytest.fixture(autouse=True)
 def _needs_trimesh() -> None:
+    """Skip the test if trimesh is not installed."""
     pytest.importorskip("trimesh")
 
 
 @pytest.mark.parametrize("file", FILES)
 @pytest.mark.parametrize("name", SURFACES)
-def test_formats(tmp_path: Path, file: str, name: str) -> None:
+def test_every_mesh_format_gives_the_same_mass_properties(tmp_path: Path, file: str, name: str) -> None:
     found = mass_properties(read_mesh_surface(write_mesh(SURFACES[name](), tmp_path / file)).corners)
     for one, other in zip(found, box_sums(name), strict=True):
         np.testing.assert_allclose(one, other, atol=1e-7)
 
 
 @pytest.mark.parametrize("file", FILES)
-def test_a_convex_mesh_is_a_polyhedron(tmp_path: Path, file: str) -> None:
+def test_a_convex_mesh_becomes_a_polyhedron(tmp_path: Path, file: str) -> None:
     scan = read_scan(write_mesh(box((0.4, 0.3, 0.8)), tmp_path / file))
     assert isinstance(scan.shape, Polyhedron)
     assert scan.volume == pytest.approx(0.4 * 0.3 * 0.8)
@@ -40,7 +41,7 @@ def test_a_convex_mesh_is_a_polyhedron(tmp_path: Path, file: str) -> None:
     )
 
 
-def test_variants_of_the_formats(tmp_path: Path) -> None:
+def test_variants_of_obj_ply_and_stl_are_read(tmp_path: Path) -> None:
     """Polygons as faces, vertex numbers counted from the end, texture numbers, comments, further columns and lists."""
     whole, n = l_shape(), 6
     points = whole.vertices
@@ -73,7 +74,7 @@ def test_variants_of_the_formats(tmp_path: Path) -> None:
             np.testing.assert_allclose(one, other, atol=1e-7, err_msg=path.name)
 
 
-def test_volume_and_inertia_equal_those_of_trimesh(tmp_path: Path) -> None:
+def test_volume_and_inertia_of_a_mesh_equal_those_of_trimesh(tmp_path: Path) -> None:
     path = write_mesh(l_shape(), tmp_path / "a.ply")
     found, other = mass_properties(read_mesh_surface(path).corners), import_trimesh().load_mesh(path)
     assert found.volume == pytest.approx(other.volume)
@@ -94,14 +95,14 @@ def test_a_corner_in_the_middle_of_an_edge_leaves_the_surface_closed(tmp_path: P
 
 
 @pytest.mark.parametrize("corners", [((1, 0, 0), (1.1, 0, 0), (1.2, 0, 0)), ((0, 0, 0), (0.1, 0, 0), (0.2, 0, 0))])
-def test_a_stray_triangle_on_a_line_does_not_matter(tmp_path: Path, corners: tuple[tuple[float, ...], ...]) -> None:
+def test_a_stray_triangle_of_zero_area_is_ignored(tmp_path: Path, corners: tuple[tuple[float, ...], ...]) -> None:
     path = write_mesh(box((0.2, 0.3, 0.8)), tmp_path / "a.obj")
     more = "".join(f"v {x} {y} {z}\n" for x, y, z in corners) + "f -3 -2 -1\n"
     path.write_text(path.read_text() + more)
     assert read_scan(path).volume == pytest.approx(0.048, rel=1e-6)
 
 
-def test_units(tmp_path: Path) -> None:
+def test_a_mesh_of_implausible_size_needs_its_unit_declared(tmp_path: Path) -> None:
     path = write_mesh(l_shape(), tmp_path / "stone.obj", 1000.0)
     with refused(ArgumentError, "stone.obj", "800 m large", "declare the unit", "perhaps mm", brief=True):
         read_scan(path)
@@ -118,13 +119,13 @@ def test_units(tmp_path: Path) -> None:
     ("factor", "reason"),
     [(1e307, "damaged"), (1e100, "damaged"), (1e30, "correct the unit"), (1e-9, "correct the unit")],
 )
-def test_a_mesh_as_large_as_no_stone_is_refused(tmp_path: Path, factor: float, reason: str) -> None:
+def test_a_mesh_larger_or_smaller_than_any_stone_is_refused(tmp_path: Path, factor: float, reason: str) -> None:
     whole = l_shape()
     with refused(ArgumentError, "whole.obj", reason, brief=True):
         read_scan(write_mesh(whole._replace(vertices=whole.vertices * factor), tmp_path / "whole.obj"), "m")
 
 
-def test_vertices_in_a_plane_are_no_mesh(tmp_path: Path) -> None:
+def test_a_mesh_whose_vertices_lie_in_a_plane_is_refused(tmp_path: Path) -> None:
     (tmp_path / "flat.obj").write_text("v 0 0\nv 1 0\nv 1 1\nf 1 2 3\n")
     with refused(ArgumentError, "flat.obj", "damaged", brief=True):
         read_scan(tmp_path / "flat.obj", "m")
@@ -142,7 +143,7 @@ def test_map_coordinates_in_single_precision_are_refused(tmp_path: Path, file: s
         read_scan(path)
 
 
-def test_a_mesh_that_is_not_convex_is_a_scan(tmp_path: Path) -> None:
+def test_a_non_convex_mesh_becomes_a_scanned_stone(tmp_path: Path) -> None:
     scan = read_scan(write_mesh(l_shape(), tmp_path / "stone.stl"), relief=0.001)
     assert isinstance(scan.shape, ScannedStone)
     assert scan.shape.relief == 0.001
@@ -150,7 +151,7 @@ def test_a_mesh_that_is_not_convex_is_a_scan(tmp_path: Path) -> None:
     assert scan.shape.unscaled_solid.b_over_h == pytest.approx(min(centre[0], 0.15) / centre[2], abs=1e-5)
 
 
-def test_files_that_are_refused(tmp_path: Path) -> None:
+def test_damaged_and_unknown_mesh_files_are_refused_by_name(tmp_path: Path) -> None:
     whole = l_shape()
     cases = {
         "box.xyz": (b"", ["box.xyz", ".obj, .ply, .stl"]),

@@ -11,14 +11,14 @@ from overturning.errors import ArgumentError
 from overturning.model.polygon import make_polygon, rectangle_vertices
 
 
-def test_rectangle() -> None:
+def test_area_and_inertia_of_a_rectangle_match_the_closed_form() -> None:
     shape = make_polygon("stone", rectangle_vertices(0.3, 0.8))
     assert shape.area == pytest.approx(0.24, rel=1e-14)
     assert shape.centre == pytest.approx((0.0, 0.4), abs=1e-15)
     assert shape.polar == pytest.approx(0.24 * (0.3**2 + 0.8**2) / 12, rel=1e-14)
 
 
-def test_triangle() -> None:
+def test_area_and_inertia_of_a_triangle_match_the_closed_form() -> None:
     """A triangle's centre is the mean of its vertices, its polar moment A (a² + b² + c²)/36."""
     points = np.array([[0.0, 0.0], [3.0, 1.0], [1.0, 2.0]])
     shape = make_polygon("stone", points)
@@ -28,7 +28,7 @@ def test_triangle() -> None:
 
 
 @pytest.mark.parametrize("corners", [3, 5, 6, 12])
-def test_regular_polygon_far_from_the_origin(corners: int) -> None:
+def test_a_regular_polygon_far_from_the_origin_matches_the_closed_form(corners: int) -> None:
     """Regular n-gon of circumradius r: A = n r² sin(2π/n)/2, J = A r² (2 + cos(2π/n))/6."""
     angle = 2 * np.pi * np.arange(corners) / corners
     shape = make_polygon("stone", 2.0 * np.column_stack([np.cos(angle), np.sin(angle)]) + 1000.0)
@@ -40,7 +40,7 @@ def test_regular_polygon_far_from_the_origin(corners: int) -> None:
 
 @settings(max_examples=60, deadline=None)
 @given(st.integers(3, 9), st.integers(0, 10_000))
-def test_against_triangles_and_parallel_axes(corners: int, seed: int) -> None:
+def test_polygon_properties_match_the_sum_of_its_triangles(corners: int, seed: int) -> None:
     """Sum of the triangles of a fan, each by its closed form and moved by the parallel axis theorem."""
     rng = np.random.default_rng(seed)
     angle = np.sort(rng.uniform(0, 2 * np.pi, corners))
@@ -61,14 +61,14 @@ def test_against_triangles_and_parallel_axes(corners: int, seed: int) -> None:
     assert shape.polar == pytest.approx(second - area * (centre @ centre), rel=1e-10)
 
 
-def test_mirrored_faces_of_a_symmetric_polygon_are_mirrored_exactly() -> None:
+def test_faces_of_a_symmetric_polygon_are_mirrored_exactly() -> None:
     shape = make_polygon("stone", [[-0.3, 0], [0.3, 0], [0.41, 0.37], [0.1, 0.93], [-0.1, 0.93], [-0.41, 0.37]])
     assert shape.is_mirror_symmetric
     faces = {tuple(row) for row in shape.face_table[:, 4:9]}
     assert {(-nx, nz, offset, -middle, half) for nx, nz, offset, middle, half in faces} == faces
 
 
-def test_a_lopsided_polygon_is_not_symmetric() -> None:
+def test_an_asymmetric_polygon_is_not_taken_for_symmetric() -> None:
     assert not make_polygon("stone", [[-0.3, 0], [0.31, 0], [0.3, 1], [-0.3, 1]]).is_mirror_symmetric
 
 
@@ -84,7 +84,7 @@ def test_a_lopsided_polygon_is_not_symmetric() -> None:
         ([[0, 1], [-0.59, -0.81], [0.95, 0.31], [-0.95, 0.31], [0.59, -0.81]], "crosses itself"),
     ],
 )
-def test_refused(points: list[list[float]], said: str) -> None:
+def test_an_invalid_polygon_is_refused_with_its_element(points: list[list[float]], said: str) -> None:
     with pytest.raises(ArgumentError, match=f"element stone.*{said}"):
         make_polygon("stone", points)
 
@@ -120,7 +120,7 @@ def test_polygons_of_rectangles_match_parallel_axis_theorem(
     assert shape.polar == pytest.approx(polar, rel=1e-12)
 
 
-def test_a_trapezium() -> None:
+def test_area_and_centre_of_a_trapezium_match_the_closed_form() -> None:
     """Sides a = 0.8 below and b = 0.4 above, h = 1: A = h (a + b)/2, z = h (a + 2b)/(3 (a + b)).
 
     Its sides lean in by atan 0.2, so that it lies on one after a turn of 90° and as much again.

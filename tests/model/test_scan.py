@@ -29,7 +29,7 @@ def test_mass_properties_of_non_convex_solids(name: str) -> None:
     assert len(open_edges(surface.triangles)) == 0
 
 
-def test_the_solid_of_a_scan_has_the_inertia_of_the_volume() -> None:
+def test_a_scanned_ring_has_the_inertia_of_its_volume_not_of_its_hull() -> None:
     """The ring is a body with a hole: its hull would have a quarter less inertia about the vertical."""
     _, _, inertia = box_sums("ring")
     scan = stone_from_surface(ring(), [], "ring")
@@ -37,7 +37,7 @@ def test_the_solid_of_a_scan_has_the_inertia_of_the_volume() -> None:
     assert scan.shape.solid(0.25, 1.0, 1.0).base == 4
 
 
-def test_clockwise_faces_are_turned_outwards() -> None:
+def test_clockwise_mesh_faces_are_turned_outwards() -> None:
     inside_out = l_shape()._replace(triangles=l_shape().triangles[:, ::-1])
     assert mass_properties(inside_out.corners).volume < 0
     surface, notes = close_base_of_surface(inside_out)
@@ -45,11 +45,12 @@ def test_clockwise_faces_are_turned_outwards() -> None:
     assert "clockwise" in notes[0]
 
 
-def moved(surface: TriangleSurface, *by: float) -> TriangleSurface:
+def translate(surface: TriangleSurface, *by: float) -> TriangleSurface:
+    """Return a surface moved by the given distances along the axes."""
     return surface._replace(vertices=surface.vertices + np.array(by))
 
 
-def together(*surfaces: TriangleSurface) -> TriangleSurface:
+def concatenate_surfaces(*surfaces: TriangleSurface) -> TriangleSurface:
     """Return one surface of several, whose vertices are numbered one after the other."""
     first = np.cumsum([0, *(len(one.vertices) for one in surfaces)])
     triangles = [one.triangles + start for one, start in zip(surfaces, first, strict=False)]
@@ -57,30 +58,30 @@ def together(*surfaces: TriangleSurface) -> TriangleSurface:
 
 
 @pytest.mark.parametrize("away", [5.0, 0.3], ids=["apart", "overlapping"])
-def test_several_bodies_are_refused(away: float) -> None:
+def test_a_mesh_of_several_bodies_is_refused(away: float) -> None:
     """An overlap would count twice, and stones that do not touch would move as one."""
     with refused(ArgumentError, "2 separate parts", "one rigid body", brief=True):
-        close_base_of_surface(together(l_shape(), moved(l_shape(), away, 0.0, 0.0)))
+        close_base_of_surface(concatenate_surfaces(l_shape(), translate(l_shape(), away, 0.0, 0.0)))
 
 
-def test_a_second_body_inside_out_is_refused() -> None:
+def test_a_mesh_with_a_second_body_inside_out_is_refused() -> None:
     """Its volume is negative like that of a cavity, but it lies outside, and would be subtracted."""
-    small = moved(box((0.1, 0.1, 0.3)), 0.8, 0.0, 0.0)
+    small = translate(box((0.1, 0.1, 0.3)), 0.8, 0.0, 0.0)
     inside_out = small._replace(triangles=small.triangles[:, ::-1])
-    for several in (together(l_shape(), inside_out), together(inside_out, l_shape())):
+    for several in (concatenate_surfaces(l_shape(), inside_out), concatenate_surfaces(inside_out, l_shape())):
         with refused(ArgumentError, "2 separate parts", "0.003", "one rigid body", brief=True):
             close_base_of_surface(several)
 
 
-def joined(*surfaces: TriangleSurface) -> TriangleSurface:
-    """Return one surface of several, in which equal vertices are the same, as in a mesh file that is read."""
-    whole = together(*surfaces)
+def merge_surfaces(*surfaces: TriangleSurface) -> TriangleSurface:
+    """Return one surface of several, in which equal vertices are merged, as in a mesh file that is read."""
+    whole = concatenate_surfaces(*surfaces)
     vertices, number = np.unique(whole.vertices, axis=0, return_inverse=True)
     return TriangleSurface(vertices, number.reshape(-1)[whole.triangles])
 
 
-def cubes(filled: list[list[list[int]]]) -> TriangleSurface:
-    """Return the surface of the cubes of 1 m that are marked 1 in an array over x, y and z."""
+def surface_of_unit_cubes(filled: list[list[list[int]]]) -> TriangleSurface:
+    """Return the surface of the cubes of 1 m whose entry is 1 in an array over x, y and z."""
     inside = np.pad(np.array(filled), 1)
     quads = []
     for place in np.argwhere(inside):
@@ -93,53 +94,55 @@ def cubes(filled: list[list[list[int]]]) -> TriangleSurface:
                     quads.append([corner, corner + one, corner + one + two, corner + two])
     faces = np.array(quads).reshape(-1, 3)
     triangles = 4 * np.arange(len(quads))[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])
-    return joined(TriangleSurface(faces, triangles.reshape(-1, 3)))
+    return merge_surfaces(TriangleSurface(faces, triangles.reshape(-1, 3)))
 
 
-BASE, SHAFT = box((0.5, 0.5, 0.2)), moved(box((0.5, 0.5, 0.8)), 0.0, 0.0, 0.2)
+BASE, SHAFT = box((0.5, 0.5, 0.2)), translate(box((0.5, 0.5, 0.8)), 0.0, 0.0, 0.2)
 
 
 @pytest.mark.parametrize(
     "solids",
     [
-        pytest.param(cubes([[[1, 0], [0, 0]], [[0, 0], [0, 1]]]), id="touch at a corner"),
-        pytest.param(cubes([[[1], [0]], [[0], [1]]]), id="touch along an edge"),
-        pytest.param(joined(BASE, SHAFT), id="two stones of equal width"),
-        pytest.param(joined(box((0.5, 0.5, 0.9)), box((0.2, 0.1, 0.5))), id="overlap from a common corner"),
+        pytest.param(surface_of_unit_cubes([[[1, 0], [0, 0]], [[0, 0], [0, 1]]]), id="touch at a corner"),
+        pytest.param(surface_of_unit_cubes([[[1], [0]], [[0], [1]]]), id="touch along an edge"),
+        pytest.param(merge_surfaces(BASE, SHAFT), id="two stones of equal width"),
+        pytest.param(merge_surfaces(box((0.5, 0.5, 0.9)), box((0.2, 0.1, 0.5))), id="overlap from a common corner"),
     ],
 )
 @pytest.mark.parametrize("turn_deg", [0.0, 33.0])
-def test_solids_that_only_touch_are_several_bodies(solids: TriangleSurface, turn_deg: float) -> None:
+def test_touching_solids_count_as_several_bodies(solids: TriangleSurface, turn_deg: float) -> None:
     """Rotated coordinates are rounded, so that faces that coincide differ a little."""
     with refused(ArgumentError, "2 separate parts", "one rigid body", brief=True):
         close_base_of_surface(rotated(solids, 0, turn_deg))
 
 
 @pytest.mark.parametrize("turn_deg", [0.0, 33.0])
-def test_a_body_that_touches_itself_along_an_edge_is_one(turn_deg: float) -> None:
+def test_a_solid_that_touches_itself_along_an_edge_counts_as_one_body(turn_deg: float) -> None:
     """Two cubes that share an edge stand on a slab of four."""
-    surface, notes = close_base_of_surface(rotated(cubes([[[1, 1], [1, 0]], [[1, 0], [1, 1]]]), 0, turn_deg))
+    surface, notes = close_base_of_surface(
+        rotated(surface_of_unit_cubes([[[1, 1], [1, 0]], [[1, 0], [1, 1]]]), 0, turn_deg)
+    )
     assert mass_properties(surface.corners).volume == pytest.approx(6.0)
     assert notes == []
 
 
 @pytest.mark.parametrize("x", [-0.1, 0.4])
 def test_a_cavity_that_breaks_through_the_wall_is_refused(x: float) -> None:
-    whole, hole = box((0.5, 0.5, 0.9)), moved(box((0.2, 0.1, 0.1)), x, 0.2, 0.3)
+    whole, hole = box((0.5, 0.5, 0.9)), translate(box((0.2, 0.1, 0.1)), x, 0.2, 0.3)
     with refused(ArgumentError, "2 separate parts", brief=True):
-        close_base_of_surface(together(whole, hole._replace(triangles=hole.triangles[:, ::-1])))
+        close_base_of_surface(concatenate_surfaces(whole, hole._replace(triangles=hole.triangles[:, ::-1])))
 
 
-def test_a_double_face_outside_adds_nothing() -> None:
+def test_a_double_mesh_face_outside_the_body_adds_no_volume() -> None:
     flap = TriangleSurface(
         np.array([[2.0, 0.0, 0.0], [2.1, 0.0, 0.0], [2.0, 0.1, 0.0]]), np.array([[0, 1, 2], [0, 2, 1]])
     )
-    surface, _ = close_base_of_surface(together(l_shape(), flap))
+    surface, _ = close_base_of_surface(concatenate_surfaces(l_shape(), flap))
     assert mass_properties(surface.corners).volume == pytest.approx(box_sums("l-shape")[0], rel=1e-12)
 
 
 @pytest.mark.parametrize("all_of_it", [True, False])
-def test_triangles_that_are_listed_twice_count_once(all_of_it: bool) -> None:
+def test_mesh_triangles_that_are_listed_twice_count_once(all_of_it: bool) -> None:
     """The second list starts each triangle at another corner."""
     whole = l_shape()
     again = np.roll(whole.triangles, 1, axis=1)[: None if all_of_it else 1]
@@ -148,16 +151,16 @@ def test_triangles_that_are_listed_twice_count_once(all_of_it: bool) -> None:
     assert f"{len(again)} left out" in notes[0]
 
 
-def test_a_cavity_is_no_second_body() -> None:
-    hole = moved(statue()._replace(vertices=0.1 * statue().vertices), 0.1, 0.15, 0.05)
-    hollow = together(l_shape(), hole._replace(triangles=hole.triangles[:, ::-1]))
+def test_a_cavity_in_a_mesh_is_not_taken_for_a_second_body() -> None:
+    hole = translate(statue()._replace(vertices=0.1 * statue().vertices), 0.1, 0.15, 0.05)
+    hollow = concatenate_surfaces(l_shape(), hole._replace(triangles=hole.triangles[:, ::-1]))
     surface, notes = close_base_of_surface(hollow)
     expected = box_sums("l-shape")[0] - 1e-3 * box_sums("statue")[0]
     assert mass_properties(surface.corners).volume == pytest.approx(expected, rel=1e-9)
     assert notes == []
 
 
-def test_an_open_base_in_one_plane_is_closed() -> None:
+def test_an_open_planar_base_of_a_mesh_is_closed() -> None:
     """Removing the faces of the base changes nothing, for one rim and for the two rims of a ring."""
     for whole in (l_shape(), ring(), statue()):
         bottom = (whole.corners[:, :, 2] == 0.0).all(axis=1)
@@ -168,7 +171,7 @@ def test_an_open_base_in_one_plane_is_closed() -> None:
             np.testing.assert_allclose(one, other, atol=1e-12)
 
 
-def test_a_hole_elsewhere_is_refused_and_its_edges_are_named() -> None:
+def test_a_mesh_hole_outside_the_base_is_refused_with_its_edges() -> None:
     whole = l_shape()
     top = int(np.flatnonzero((whole.corners[:, :, 2] == 0.8).all(axis=1))[0])
     with refused(ArgumentError, "not closed at 3 edges", "0.8]", "fill the holes", brief=True):
@@ -183,7 +186,7 @@ def test_a_hole_elsewhere_is_refused_and_its_edges_are_named() -> None:
         close_base_of_surface(TriangleSurface(whole.vertices, np.zeros((0, 3), np.int64)))
 
 
-def test_a_face_of_the_wrong_sense_is_refused() -> None:
+def test_a_mesh_with_one_face_turned_inwards_is_refused() -> None:
     whole = box((0.4, 0.3, 0.8))
     turned = whole.triangles.copy()
     turned[-1] = turned[-1, ::-1]
@@ -193,7 +196,7 @@ def test_a_face_of_the_wrong_sense_is_refused() -> None:
 
 @pytest.mark.parametrize(("axis", "direction"), [(1, 0.0), (0, -90.0)])
 @pytest.mark.parametrize("tilt", [0.5, 7.0, 20.0])
-def test_a_tilted_box_is_placed_upright_and_the_tilt_is_known(axis: int, direction: float, tilt: float) -> None:
+def test_a_tilted_scan_is_placed_upright_and_its_tilt_is_stored(axis: int, direction: float, tilt: float) -> None:
     """Rotated about y its top leans towards +x; placed upright it is the box again, at the same azimuth."""
     scan = stone_from_surface(rotated(box((0.4, 0.3, 0.8)), axis, tilt), [], "box")
     assert scan.pose.tilt_deg == pytest.approx(tilt, abs=1e-6)
@@ -204,7 +207,7 @@ def test_a_tilted_box_is_placed_upright_and_the_tilt_is_known(axis: int, directi
     assert solid.b_over_h == pytest.approx(0.15 / 0.4, abs=1e-5)
 
 
-def test_a_wedge_falls_onto_its_nearest_face() -> None:
+def test_a_scanned_wedge_is_placed_on_its_nearest_face() -> None:
     """A slender wedge that stands on its edge leans by half of its opening angle onto the nearer side."""
     half = np.radians(15.0)
     outline = np.array([(0.0, 0.0), (np.sin(half), np.cos(half)), (-np.sin(half), np.cos(half))])
@@ -215,7 +218,7 @@ def test_a_wedge_falls_onto_its_nearest_face() -> None:
 
 
 @pytest.mark.parametrize("slope_deg", [0.001, 0.02, 0.046, 0.07, 1.0])
-def test_a_base_of_two_inclined_facets_rests_on_that_below_the_centre(slope_deg: float) -> None:
+def test_a_base_of_two_inclined_facets_rests_on_the_facet_below_the_centre(slope_deg: float) -> None:
     """The base has a ridge beside the foot of the centre: on the facet beyond the ridge the body would not stand."""
     drop = np.tan(np.radians(slope_deg))
     outline = [(0.3, 0.9), (-0.3, 0.9), (-0.3, 0.25 * drop), (-0.05, 0.0), (0.3, 0.0)]
@@ -244,7 +247,7 @@ def rough_block(generator: np.random.Generator) -> TriangleSurface:
     return TriangleSurface(np.concatenate([low, high]), np.concatenate([top[:, ::-1], top + m, sides]))
 
 
-def test_the_footprint_is_the_hull_of_the_points_within_the_relief() -> None:
+def test_the_footprint_of_a_scan_is_the_hull_of_the_points_within_the_relief() -> None:
     surface, _ = close_base_of_surface(rough_block(np.random.default_rng(4)))
     stone = stone_from_surface(surface, [], "rough", 0.0).shape
     assert isinstance(stone, ScannedStone)
@@ -266,7 +269,7 @@ def test_the_footprint_is_the_hull_of_the_points_within_the_relief() -> None:
     assert slenderness[-1] == pytest.approx(whole.b_over_h, rel=0.03)
 
 
-def test_a_convex_mesh_is_the_polyhedron_of_its_vertices() -> None:
+def test_a_convex_mesh_equals_the_polyhedron_of_its_vertices_bit_for_bit() -> None:
     """The same bits, so that studies with such a mesh keep their results."""
     frustum = box((0.5, 0.4, 0.7))
     points = frustum.vertices * np.where(frustum.vertices[:, 2:] > 0, [[0.6, 0.7, 1.0]], 1.0)
@@ -282,7 +285,7 @@ def test_a_convex_mesh_is_the_polyhedron_of_its_vertices() -> None:
     np.testing.assert_allclose(scanned.unscaled_solid.inertia, own.inertia, atol=1e-8)
 
 
-def test_an_outline_lies_inside_by_at_most_the_tolerance() -> None:
+def test_a_simplified_outline_lies_inside_by_at_most_the_tolerance() -> None:
     points = np.random.default_rng(2).normal(size=(4000, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]
     counts = []

@@ -25,14 +25,16 @@ from overturning.model.symmetry import (
         ([30], [29, 119, 121, 210], [0, 0, 0, 0], [False, False, True, True]),
     ],
 )
-def test_planes(azimuth: list[float], asked: list[float], cell: list[int], mirrored: list[bool]) -> None:
+def test_the_nearest_simulated_plane_is_selected_and_mirrored_if_needed(
+    azimuth: list[float], asked: list[float], cell: list[int], mirrored: list[bool]
+) -> None:
     found = nearest_simulated_planes(azimuth, asked)
     assert found.cell.tolist() == cell
     assert found.mirrored.tolist() == mirrored
     assert found.turn_deg.tolist() == [180.0 * one for one in mirrored]
 
 
-def test_bodies() -> None:
+def test_the_nearest_simulated_orientation_is_selected_by_rotational_symmetry() -> None:
     """A square with three orientations covers all by quarter turns; a body without symmetry does not; a column does."""
     found = nearest_simulated_directions([0, 30, 60], [1, 121, 260, -29], 90.0)
     assert (found.cell.tolist(), found.turn_deg.tolist()) == ([0, 1, 0, 2], [0, 90, 270, 270])
@@ -42,7 +44,7 @@ def test_bodies() -> None:
     assert not found.mirrored.any()
 
 
-def test_repeated_cells_of_a_grid() -> None:
+def test_equivalent_directions_of_a_grid_share_their_first_cell() -> None:
     planes = mark_mirrored_planes(first_equivalent_direction_of_each(np.array([0, 30, 180, 210, 359, 0]), 180.0), 180.0)
     assert planes.cell.ravel().tolist() == [0, 1, 0, 1, 4, 0]
     assert planes.mirrored.ravel().tolist() == [False, False, True, True, False, False]
@@ -52,7 +54,7 @@ def test_repeated_cells_of_a_grid() -> None:
     assert bodies.turn_deg[:, 0].tolist() == [0, 0, 0, 90, 90, 90]
 
 
-def test_periods_without_exact_float_value() -> None:
+def test_rotational_symmetry_of_360_over_7_degrees_is_recognised() -> None:
     """The turns of a prism of seven sides, each 360/7 degrees, are one orientation."""
     turns = 10 + np.arange(7) * 360 / 7
     assert first_equivalent_direction_of_each(turns, 360 / 7).cell.ravel().tolist() == [0] * 7
@@ -69,6 +71,6 @@ def test_periods_without_exact_float_value() -> None:
         ([37], [1.0]),
     ],
 )
-def test_weight_of_a_plane_is_half_the_gap_to_its_neighbours(planes: list[float], weights: list[float]) -> None:
+def test_the_weight_of_a_plane_is_half_the_gap_to_its_neighbours(planes: list[float], weights: list[float]) -> None:
     """By hand, of the half circle of 180°, that goes on from its last plane to its first."""
     np.testing.assert_allclose(circle_share_of_planes(planes, divide_gaps=True), weights, rtol=1e-12)

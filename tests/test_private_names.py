@@ -40,7 +40,7 @@ USED: dict[str, dict[tuple[str, ...], tuple[str, str]]] = {
     "arrays.py": {
         ("xarray.namedarray", "_cached_duck_array_modules"): (
             "xarray imports dask (0.3 s) to learn that an array is none of dask's; without the table it still does",
-            "tests/study/test_gather.py::test_arrays_of_dask_are_imported_where_a_cube_is_read_by_them_and_known_then",
+            "tests/study/test_gather.py::test_dask_is_imported_only_when_a_cube_is_read_in_chunks",
         ),
     },
     "kernel_cache.py": {

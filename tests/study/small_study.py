@@ -15,6 +15,7 @@ from overturning.study.sweep import sweep_cases_of_record
 
 
 def study(**more: object) -> Study:
+    """Return a small study of two records; keyword arguments replace its settings."""
     base = {
         "name": "small", "records": {"use": ["a", "b"]}, "azimuth": {"step": 60}, "b_over_h": [0.2, 0.3, 0.4],
         "height": [0.6], "friction": [0.58], "verification": {"at_least": 10},
@@ -23,7 +24,7 @@ def study(**more: object) -> Study:
 
 
 def pulse(name: str = "a", peak: float = 6.0, across: float = 0.3, begin: float = 1.0, cycles: int = 1) -> Record:
-    """Cycles of a sine of 0.8 s northwards, with a share of it across, and 2.2 s of rest; as it stands in a file."""
+    """Record of sine cycles of 0.8 s northwards, the same times `across` eastwards, then 2.2 s of rest."""
     end = begin + 0.8 * cycles
     time = np.arange(0, end + 2.2, 0.01)
     sine = peak * np.sin(2 * np.pi * (time - begin) / 0.8)
@@ -35,7 +36,7 @@ def pulse(name: str = "a", peak: float = 6.0, across: float = 0.3, begin: float 
 def cube_of(
     settings: Study, records: Sequence[Record], folder: Path, variant: str = "nominal", chunks: int = 1
 ) -> Path:
-    """The cube of a study's variant in a folder, as the workflow makes it, with the motions beside it."""
+    """Simulate a variant of a study and return the path of its cube, in a folder that also gets the motion files."""
     for record in records:
         write_record_to_motion_file(record, folder / "motion" / f"{record.record_id}.nc")
     kept = [read_record_from_motion_file(folder / "motion" / f"{record.record_id}.nc") for record in records]

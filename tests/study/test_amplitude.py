@@ -22,7 +22,7 @@ from overturning.study.sweep import sweep_cases_of_record
 from tests.expect import refused
 from tests.study.small_study import cube_of, pulse
 
-SMALL = {
+SMALL_STUDY = {
     "name": "small", "records": {"use": ["a"]}, "azimuth": {"step": 45}, "b_over_h": [0.15, 0.25, 0.4],
     "friction": [0.7],
     "ensemble": {"members": 8},
@@ -31,34 +31,36 @@ RECORD = pulse("a", 4.0)
 
 
 @pytest.fixture(scope="module")
-def cubes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+def cube_paths(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Paths of the cubes of a study without and with amplitude factors, by name."""
     folder = tmp_path_factory.mktemp("cubes")
     several = {"one": {}, "three": {"amplitude": [0.5, 1, 2]}}
     return {
-        name: cube_of(study_from_content(SMALL | more, name), [RECORD], folder / name) for name, more in several.items()
+        name: cube_of(study_from_content(SMALL_STUDY | more, name), [RECORD], folder / name)
+        for name, more in several.items()
     }
 
 
-def test_progress_increases_to_the_total_over_all_factors(tmp_path: Path) -> None:
+def test_progress_of_a_sweep_increases_to_the_total_over_all_amplitude_factors(tmp_path: Path) -> None:
     told: list[float] = []
-    settings = study_from_content(SMALL | {"amplitude": [0.5, 1, 2]}, "test")
+    settings = study_from_content(SMALL_STUDY | {"amplitude": [0.5, 1, 2]}, "test")
     numerics = numerical_options_of_study(settings, progress=lambda done, whole: told.append(done / whole))
     sweep_cases_of_record(settings, RECORD, tmp_path / "part.nc", numerics=numerics)
     assert told == sorted(told)
     assert told[-1] == pytest.approx(1.0)
 
 
-def test_as_recorded_it_is_the_cube_without_the_axis(cubes: dict[str, Path]) -> None:
-    with open_cube(cubes["one"]) as one, open_cube(cubes["three"]) as three:
+def test_amplitude_factor_1_gives_the_cube_without_the_amplitude_axis(cube_paths: dict[str, Path]) -> None:
+    with open_cube(cube_paths["one"]) as one, open_cube(cube_paths["three"]) as three:
         assert set(one.data_vars) == set(three.data_vars)
         for name in one.data_vars:
             np.testing.assert_array_equal(one[name], three[name])
         assert (three["members"] > 0).any()
 
 
-def test_each_factor_is_the_motion_times_it(cubes: dict[str, Path]) -> None:
+def test_each_amplitude_factor_multiplies_the_motion(cube_paths: dict[str, Path]) -> None:
     motion = Motion.of(RECORD)
-    with open_cube(cubes["three"], amplitude=None) as cube:
+    with open_cube(cube_paths["three"], amplitude=None) as cube:
         assert cube["overturned"].dims == ("record", "amplitude", "azimuth", "height", "b_over_h", "friction")
         shares = []
         for factor in (0.5, 2.0):
@@ -67,7 +69,7 @@ def test_each_factor_is_the_motion_times_it(cubes: dict[str, Path]) -> None:
                 motion.scaled_by(factor),
                 azimuth_deg=own["azimuth"].values,
                 height=[0.6],
-                b_over_h=SMALL["b_over_h"],
+                b_over_h=SMALL_STUDY["b_over_h"],
                 friction=[0.7],
             )
             for name in ("overturned", "peak_rotation", "residual_slip"):
@@ -78,28 +80,28 @@ def test_each_factor_is_the_motion_times_it(cubes: dict[str, Path]) -> None:
         assert shares[0] < shares[1]
 
 
-def test_a_recheck_finds_every_factor_the_same_and_a_sample_is_as_recorded(cubes: dict[str, Path]) -> None:
-    found = recheck(cubes["three"], cell_count=72)
+def test_a_recheck_reproduces_all_amplitude_factors(cube_paths: dict[str, Path]) -> None:
+    found = recheck(cube_paths["three"], cell_count=72)
     assert (found.of, found.cells, found.is_identical) == (72, 72, True)
-    samples = [read_cell_sample(cubes[name], ConvergenceCheckSettings(at_least=12)) for name in ("one", "three")]
+    samples = [read_cell_sample(cube_paths[name], ConvergenceCheckSettings(at_least=12)) for name in ("one", "three")]
     np.testing.assert_array_equal(*(sample.answers["overturned"] for sample in samples))
 
 
-def test_the_record_itself_and_a_known_factor_are_needed(cubes: dict[str, Path]) -> None:
+def test_an_unknown_amplitude_factor_is_refused(cube_paths: dict[str, Path]) -> None:
     with pytest.raises(ResultError, match=r"no amplitude 3; known: 0.5, 1, 2"):
-        open_cube(cubes["three"], amplitude=3.0)
+        open_cube(cube_paths["three"], amplitude=3.0)
     other, parts = (
-        study_from_content(SMALL | {"amplitude": [1, 3]}, "test"),
-        cubes["three"].parent / "sweep" / "nominal",
+        study_from_content(SMALL_STUDY | {"amplitude": [1, 3]}, "test"),
+        cube_paths["three"].parent / "sweep" / "nominal",
     )
     with pytest.raises(ResultError, match="its amplitude values are not those of the study"):
-        merge_sweep_parts(other, [RECORD], list(parts.iterdir()), cubes["three"].with_name("none.nc"))
+        merge_sweep_parts(other, [RECORD], list(parts.iterdir()), cube_paths["three"].with_name("none.nc"))
 
 
-def test_a_figure_of_a_factor_names_it_and_takes_no_measures_of_the_record_as_it_is(cubes: dict[str, Path]) -> None:
+def test_a_figure_of_an_amplitude_factor_states_it_and_uses_no_unscaled_measures(cube_paths: dict[str, Path]) -> None:
     """Regression: falls under twice the record were plotted at the PGA of the record itself."""
-    path = cubes["three"]
-    write_intensity_measures(study_from_content(SMALL, "test"), [RECORD], path.with_name("intensity.nc"))
+    path = cube_paths["three"]
+    write_intensity_measures(study_from_content(SMALL_STUDY, "test"), [RECORD], path.with_name("intensity.nc"))
     with overturning.open_cube(path, amplitude=2.0) as twice, overturning.open_cube(path) as once:
         of_twice, of_once = (plot.fall_map(cube) for cube in (twice, once))
         titles = [figure.get_suptitle() for figure in (of_twice, of_once)]

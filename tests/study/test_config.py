@@ -21,11 +21,11 @@ from tests.expect import refused
 from tests.sources import shipped_files
 
 CONFIG = Path(__file__).parents[2] / "config"
-SMALL = {"name": "small", "records": {"use": ["rinaldi"]}}
-SPACE = {"body": {"aspect": [1, 2]}, "orientation": {"step": 45}, "b_over_h": [0.15, 0.25, 0.4]}
+SMALL_STUDY = {"name": "small", "records": {"use": ["rinaldi"]}}
+STUDY_IN_3D = {"body": {"aspect": [1, 2]}, "orientation": {"step": 45}, "b_over_h": [0.15, 0.25, 0.4]}
 
 
-def test_range_includes_its_stop_without_rounding_dust() -> None:
+def test_a_range_in_a_study_includes_its_stop_without_rounding_errors() -> None:
     assert ValueRange(start=0.1, stop=0.6, step=0.05).expand_values() == tuple(n / 20 for n in range(2, 13))
 
 
@@ -41,18 +41,18 @@ def test_azimuths_exclude_360_and_include_additional_ones() -> None:
     )
 
 
-def test_default_study_has_the_cases_that_the_readme_states() -> None:
+def test_the_default_study_has_the_number_of_cases_that_the_readme_states() -> None:
     study = load_study(CONFIG / "near-fault.yaml")
     assert len(study.records.use) * study.cases_per_record == 133_056
 
 
 @pytest.mark.parametrize("name", ["near-fault.yaml", "tottori.yaml"])
-def test_shipped_studies_name_records_of_the_table(name: str) -> None:
+def test_shipped_studies_name_records_of_the_record_table(name: str) -> None:
     study = load_study(CONFIG / name)
     assert list(record_table_rows(study, name, CONFIG.parent)) == list(study.records.use)
 
 
-def test_schema_and_key_table_are_those_of_the_model() -> None:
+def test_the_study_schema_and_key_table_are_up_to_date() -> None:
     assert (CONFIG / "schema.json").read_text(encoding="utf-8") == study_json_schema_text(), (
         "run: overturning study document"
     )
@@ -61,7 +61,7 @@ def test_schema_and_key_table_are_those_of_the_model() -> None:
     assert readme == insert_tables_into_readme(readme), "run: overturning study document"
 
 
-def test_filled_in_study_reads_back_equal() -> None:
+def test_a_filled_in_study_is_read_back_equal() -> None:
     study = load_study(CONFIG / "tottori.yaml")
     assert load_study_from_file_or_json(study.model_dump_json()) == study
     assert load_study_from_file_or_json(str(CONFIG / "tottori.yaml")) == study
@@ -77,7 +77,7 @@ def test_each_shipped_study_states_its_question_and_primary_statistic(path: Path
 SOIL = {"site": {"layers": [{"thickness_m": 20, "velocity_m_s": 150}], "rock": {"velocity_m_s": 760}}}
 BOULDER = [[x, y, 0.0] for x in (-0.2, 0.2) for y in (-0.15, 0.15)] + [[0.05, 0.0, 0.7]]
 
-IN_PLANES = [
+WRONG_2D_SETTINGS = [
     ({"frictoin": [1.0]}, "mine.yaml: frictoin: unknown key; did you mean friction?"),
     ({"contact": {"dampingratio": 1}}, "mine.yaml: contact.dampingratio: unknown key; did you mean damping_ratio?"),
     ({"b_over_h": [0.2, 0.0]}, "mine.yaml: b_over_h.1: 0.0 – it should be greater than 0"),
@@ -168,8 +168,8 @@ ICY = {
         {"name": "stone", "width": 0.24, "height": 0.6, "stands_on": "ground"},
     ],
 }
-STACK = {"scene": "gravestone", "variants": {"stack": {"scene": "three-tier"}}}
-IN_SCENES = [
+GRAVESTONE_WITH_STACK_VARIANT = {"scene": "gravestone", "variants": {"stack": {"scene": "three-tier"}}}
+WRONG_SCENE_SETTINGS = [
     ({"scene": "three-teir"}, "no file"),
     ({"contact": {"damping_ratio": 0.5}}, "contact: the scene has contact laws of its own"),
     ({"density": 2000}, "density: the scene's materials have it"),
@@ -177,13 +177,19 @@ IN_SCENES = [
     ({"population": {}}, "population: its stones are single blocks"),
     ({"scene": ICY, "friction": [0.2, 1.0]}, "friction: the scene has coefficients of its own; leave it out"),
     (
-        STACK | {"variants": {"stack": {"scene": "three-tier", "contact": {"damping": 9}}}},
+        GRAVESTONE_WITH_STACK_VARIANT | {"variants": {"stack": {"scene": "three-tier", "contact": {"damping": 9}}}},
         "variants.stack.contact: the scene has contact laws of its own",
     ),
-    (STACK | {"ensemble": {"initial_tilt": 0.01}}, "a scene starts at rest (variants.stack.scene)"),
-    (STACK | {"population": {}}, "population: its stones are single blocks; leave out variants.stack.scene"),
+    (
+        GRAVESTONE_WITH_STACK_VARIANT | {"ensemble": {"initial_tilt": 0.01}},
+        "a scene starts at rest (variants.stack.scene)",
+    ),
+    (
+        GRAVESTONE_WITH_STACK_VARIANT | {"population": {}},
+        "population: its stones are single blocks; leave out variants.stack.scene",
+    ),
 ]
-IN_SPACE = [
+WRONG_3D_SETTINGS = [
     (
         {"orientation": {"step": 4}},
         "orientation: a step of 4° does not divide 90°, after which the body looks the same",
@@ -209,7 +215,7 @@ IN_SPACE = [
     ({"height": [60]}, "60 m; a stone is 0.01 to 50 m high; is that in centimetres"),
     ({"azimuth": {"step": 30}}, "azimuth: a 3-D body or stack moves in all directions at once; give orientation"),
     ({"scene": {"name": "x"}}, "scene"),
-    (STACK, "variants.stack.scene: only a study with a scene can have a variant"),
+    (GRAVESTONE_WITH_STACK_VARIANT, "variants.stack.scene: only a study with a scene can have a variant"),
     ({"density": 2000}, "density: nothing depends on it in 3-D"),
     ({"contact": {"stiffness": 1e6}}, "in 3-D the stiffness is auto"),
     ({"variants": {"hard": {"contact": {"damping": 3500}}}}, "variants.hard.contact: in 3-D the stiffness is auto"),
@@ -223,24 +229,26 @@ IN_SPACE = [
 @pytest.mark.parametrize(
     ("change", "expected"),
     [
-        *IN_PLANES,
-        *(({"scene": "three-tier"} | change, expected) for change, expected in IN_SCENES),
-        *((SPACE | change, expected) for change, expected in IN_SPACE),
+        *WRONG_2D_SETTINGS,
+        *(({"scene": "three-tier"} | change, expected) for change, expected in WRONG_SCENE_SETTINGS),
+        *((STUDY_IN_3D | change, expected) for change, expected in WRONG_3D_SETTINGS),
     ],
 )
-def test_each_wrong_key_or_value_gives_a_line_with_the_remedy(
+def test_each_wrong_key_or_value_of_a_study_gives_a_line_with_the_remedy(
     change: dict, expected: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(CONFIG.parent)  # from where scenes are named
     with pytest.raises(ConfigError) as caught:
-        study_from_content({key: value for key, value in (SMALL | change).items() if value is not None}, "mine.yaml")
+        study_from_content(
+            {key: value for key, value in (SMALL_STUDY | change).items() if value is not None}, "mine.yaml"
+        )
     text = str(caught.value)
     assert expected in text
     assert all(line.strip().startswith("mine.yaml: ") for line in text.split("\n"))
     assert not {"^", "constrained"} & set(text.replace("-", " ").split()), "the file has no such key"
 
 
-def test_all_settings_that_do_not_go_together_are_named_at_once() -> None:
+def test_all_incompatible_settings_of_a_study_are_named_at_once() -> None:
     published = [{"record": "x", "azimuth": 31, "b_over_h": 0.25, "overturns": True}]
     planes = {
         "figures": {"height": 0.7}, "primary": {"statistic": "fall_rate", "against": "soft"}, "published": published,
@@ -252,28 +260,28 @@ def test_all_settings_that_do_not_go_together_are_named_at_once() -> None:
             planes,
             ["primary.statistic", "primary.against", "figures.height", "published", "published", "published"],
         ),
-        (SPACE | space, ["density", "orientation", "contact"]),
+        (STUDY_IN_3D | space, ["density", "orientation", "contact"]),
     ):
         with pytest.raises(ConfigError) as caught:
-            study_from_content(SMALL | change, "mine.yaml")
+            study_from_content(SMALL_STUDY | change, "mine.yaml")
         lines = str(caught.value).split("\n       ")
         assert [line.split(": ")[:3] for line in lines] == [["mine.yaml", "the study", key] for key in keys]
 
 
-def test_record_that_is_not_in_the_table() -> None:
+def test_a_record_missing_from_the_record_table_is_named_with_a_suggestion() -> None:
     study = study_from_content({"name": "small", "records": {"use": ["rinaldy"]}}, "mine.yaml")
     with pytest.raises(ConfigError, match=r"mine.yaml: records.use: 'rinaldy' is not in .*did you mean rinaldi\?"):
         record_table_rows(study, "mine.yaml", CONFIG.parent)
 
 
-def test_record_missing_in_its_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_record_file_missing_in_its_folder_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     study = study_from_content({"name": "small", "records": {"use": ["my-own"]}}, "mine.yaml")
     with pytest.raises(ConfigError, match="there is none here but the package's: run in the study's project"):
         record_table_rows(study, "mine.yaml")
 
 
-def test_unreadable_files(tmp_path: Path) -> None:
+def test_an_unreadable_study_file_gives_a_plain_error(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"none\.yaml: cannot be read \(.*\); check its name and permissions$"):
         load_study(tmp_path / "none.yaml")
     for text, expected in (("name: [", "line 1"), ("- 1", "a study is a mapping"), ("name: \udcff", "UTF-8")):
@@ -283,34 +291,36 @@ def test_unreadable_files(tmp_path: Path) -> None:
             load_study(path)
 
 
-def test_studies_are_frozen() -> None:
-    study = study_from_content(SMALL, "mine.yaml")
+def test_settings_of_a_study_cannot_be_changed() -> None:
+    study = study_from_content(SMALL_STUDY, "mine.yaml")
     with pytest.raises(ValidationError):
         study.density = 1.0
 
 
-def test_compatible_settings_are_accepted() -> None:
+def test_compatible_settings_of_a_study_are_accepted() -> None:
     """A population of blocks and of square prisms, soil of a variant, a spring of any stiffness above 0."""
     assert (
-        study_from_content(SMALL | {"population": {"width": {"low": 0.2, "high": 0.3}}}, "x").population.height.high
+        study_from_content(
+            SMALL_STUDY | {"population": {"width": {"low": 0.2, "high": 0.3}}}, "x"
+        ).population.height.high
         == 0.9
     )
-    assert study_from_content(SMALL | {"body": {}, "population": {}}, "x").population.rotated == 5.0
-    assert study_from_content(SMALL | {"variants": {"soft": SOIL}}, "x").variants["soft"].site.motion == "outcrop"
-    assert study_from_content(SMALL | {"contact": {"stiffness": 0.5}}, "x").contact.stiffness == 0.5
+    assert study_from_content(SMALL_STUDY | {"body": {}, "population": {}}, "x").population.rotated == 5.0
+    assert study_from_content(SMALL_STUDY | {"variants": {"soft": SOIL}}, "x").variants["soft"].site.motion == "outcrop"
+    assert study_from_content(SMALL_STUDY | {"contact": {"stiffness": 0.5}}, "x").contact.stiffness == 0.5
     block = {"block": {"scene": "gravestone", "contact": {"damping_ratio": 0.5}}}
     both = {"scene": ICY, "friction": [0.2, 1.0], "variants": {"stack": {"scene": "three-tier"}}}
-    assert study_from_content(SMALL | both, "x").friction == (0.2, 1.0)
+    assert study_from_content(SMALL_STUDY | both, "x").friction == (0.2, 1.0)
     assert (
-        study_from_content(SMALL | {"scene": "three-tier", "variants": block}, "x").variants["block"].contact
+        study_from_content(SMALL_STUDY | {"scene": "three-tier", "variants": block}, "x").variants["block"].contact
         is not None
     )
 
 
-def test_contact_of_a_variant_defaults_to_that_of_the_study() -> None:
+def test_the_contact_of_a_variant_defaults_to_that_of_the_study() -> None:
     variants = {"ringing": {"contact": {"damping": 9}}, "hard": {"contact": {"stiffness": "auto"}}}
     own = {"stiffness": 1e7, "stiffness_ratio": 0.5, "damping_ratio": 1.0}
-    study = study_from_content(SMALL | {"contact": own, "variants": variants}, "x")
+    study = study_from_content(SMALL_STUDY | {"contact": own, "variants": variants}, "x")
     assert variant_contact(study, "ringing") == ContactSettings(stiffness=1e7, stiffness_ratio=0.5, damping=9)
     assert variant_contact(study, "hard") == ContactSettings(stiffness_ratio=0.5, damping_ratio=1.0)
     for left_out in ((), {"contact"}):  # as a step of the workflow may be given it
@@ -319,13 +329,13 @@ def test_contact_of_a_variant_defaults_to_that_of_the_study() -> None:
 
 
 @pytest.mark.parametrize("key", ["[]", "../../etc/passwd", "", "<b>"])
-def test_unknown_keys_unlike_any_other_are_named(key: str) -> None:
+def test_an_unknown_key_unlike_any_other_is_named_without_a_suggestion(key: str) -> None:
     with pytest.raises(ConfigError, match="unknown key; known are ") as problem:
         study_from_content({"name": "a", "records": {"use": ["b"]}, key: 1}, "mine.yaml")
     assert str(problem.value).startswith(f'mine.yaml: "{key}": unknown key')
 
 
-def test_invalid_yaml_and_python_values_give_one_line(tmp_path: Path) -> None:
+def test_invalid_yaml_and_python_values_of_a_study_give_one_line(tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
     twice = "a: &a [x,x,x,x,x,x,x,x,x]\n" + "".join(
         f"{name}: &{name} [{','.join([f'*{last}'] * 9)}]\n" for last, name in zip("abcdefgh", "bcdefghi", strict=True)
@@ -360,7 +370,7 @@ def test_invalid_yaml_and_python_values_give_one_line(tmp_path: Path) -> None:
         ("60°", "°", 60.0),
     ],
 )
-def test_number_in_the_unit_of_the_key(value: object, unit: str, expected: float) -> None:
+def test_a_value_with_a_unit_is_converted_to_the_unit_of_its_key(value: object, unit: str, expected: float) -> None:
     assert parse_quantity(value, unit) == expected
 
 
@@ -373,12 +383,12 @@ def test_lengths_of_a_population_have_units_and_its_frictions_none() -> None:
 
 
 @pytest.mark.parametrize("value", ["60 kg", "0.6 ft", "60 cm 3", "tall", None, True, [1.0]])
-def test_wrong_unit_or_no_number_is_refused(value: object) -> None:
+def test_a_value_with_a_wrong_unit_or_without_a_number_is_refused(value: object) -> None:
     with pytest.raises(ValueError, match="m"):
         parse_quantity(value, "m")
 
 
-def test_a_step_for_a_record_that_the_study_lacks_is_named(tmp_path: Path) -> None:
+def test_reading_a_record_that_the_study_lacks_is_refused(tmp_path: Path) -> None:
     study = '{"name": "small", "records": {"use": ["rinaldi"]}}'
     with refused(ArgumentError, "--record gone: not in the study small; it has rinaldi"):
         read_and_process_record(study, "gone", tmp_path / "gone.nc")
@@ -388,11 +398,11 @@ def test_a_step_for_a_record_that_the_study_lacks_is_named(tmp_path: Path) -> No
     "timed",
     [{"step": "cut", "start_s": 5}, {"step": "baseline", "fit_from_s": 5}, {"step": "remove_mean", "first_s": 5}],
 )
-def test_times_after_an_unknown_start_are_refused(timed: dict[str, object]) -> None:
+def test_processing_times_after_an_auto_corner_filter_are_refused(timed: dict[str, object]) -> None:
     auto = {"step": "highpass", "corner_hz": "auto"}
     with refused(
         ConfigError, "processing", f"{timed['step']} after highpass with corner_hz auto", "before it, or give"
     ):
-        study_from_content(SMALL | {"processing": [auto, {"step": "detrend"}, timed]}, "small.yaml")
+        study_from_content(SMALL_STUDY | {"processing": [auto, {"step": "detrend"}, timed]}, "small.yaml")
     for steps in ([timed, auto], [auto | {"corner_hz": 0.1}, timed], [auto, {"step": "remove_mean"}]):
-        assert len(study_from_content(SMALL | {"processing": steps}, "small.yaml").processing or ()) == 2
+        assert len(study_from_content(SMALL_STUDY | {"processing": steps}, "small.yaml").processing or ()) == 2

@@ -39,32 +39,32 @@ from overturning.study.sections import ConvergenceCheckSettings
 from tests.dem.near_field import strong_part_of_record
 from tests.study.small_study import cube_of, study
 
-COUNTS = {
+COUNT_FIELDS = {
     "element": "", "cases": 200, "flags": 2, "undivided": 160, "flags_undivided": 1, "sides_undivided": 0, "fallen": 50,
     "sides": 0, "fallen_undivided": 45, "fallen_agreed": 40, "sides_agreed": 0, "unanswered": 0,
 }  # fmt: skip
-FOUND = {
+RESULT_FIELDS = {
     "seed": 1, "wanted": 200, "chosen": 200, "at_rest": 0, "cells": 9000, "computed": 4500, "study_block_steps": 1000,
     "cost": 1.0, "finer_by": 8, "stiffer_by": 4.0,
-    "finer": {"block_steps": 500, "outcomes": [COUNTS]},
+    "finer": {"block_steps": 500, "outcomes": [COUNT_FIELDS]},
     "stiffer": {"block_steps": 0, "outcomes": [], "refused": "too stiff"},
     "settling": {"changed": 0, "looked_at": 0, "settled": 0, "chaotic": 0, "block_steps": 0},
     "amplitude": None, "rigid": None,
 }  # fmt: skip
 
 
-def test_intervals_are_scipys() -> None:
+def test_wilson_intervals_equal_those_of_scipy() -> None:
     count, total = np.array([0, 3, 200, 17, 1]), np.array([200, 200, 200, 40, 1])
     expected = [binomtest(n, of).proportion_ci(method="wilson") for n, of in zip(count, total, strict=True)]
     low, high = wilson_interval(count, total)
     np.testing.assert_allclose(np.stack([low, high], axis=1), expected, rtol=0, atol=1e-12)
 
 
-def test_interval_without_cases_is_0_to_1() -> None:
+def test_the_wilson_interval_without_cases_is_0_to_1() -> None:
     assert wilson_interval(0, 0) == (0.0, 1.0)
 
 
-def test_comparison_counts_each_kind_of_change_once() -> None:
+def test_comparison_of_outcomes_counts_each_kind_of_change_once() -> None:
     first = np.array([0, 0, 1, 1, -1, -1, -128, 1, -128], np.int8)
     second = np.array([0, 1, 0, -1, -1, 1, 0, -128, -128], np.int8)
     found = count_outcome_differences(first, second)
@@ -72,7 +72,7 @@ def test_comparison_counts_each_kind_of_change_once() -> None:
     assert found + found == OutcomeDifferenceCounts(cases=12, flags=4, fallen=6, sides=4, unanswered=6)
 
 
-def test_choice_has_the_wanted_size_no_mirrored_cell_and_none_twice() -> None:
+def test_cells_to_check_are_drawn_once_in_the_wanted_number_without_mirrored_ones() -> None:
     computed = np.ones((10, 1, 20, 2), bool)
     computed[5:] = False
     record, cells = choose_random_cells(ConvergenceCheckSettings(share=0.1, at_least=7), 3, computed)
@@ -90,51 +90,54 @@ def test_choice_has_the_wanted_size_no_mirrored_cell_and_none_twice() -> None:
 
 
 @cache
-def short(number: int, name: str = "a") -> Record:
-    """The strong part of a record."""
+def record_of_strong_part(number: int, name: str = "a") -> Record:
+    """Record of the strong part of a motion."""
     motion = strong_part_of_record(number, 4.0, 8.0)
     return round_to_stored_precision(Record(name, motion.north, motion.east, None, motion.sampling_interval))
 
 
 @dataclass(frozen=True)
-class Swept:
-    """A study's own answers, without files."""
+class SimulatedStudy:
+    """Records of a simulated study and the cells drawn from its cube to be checked."""
 
     records: list[Record]
     sample: CellSample
 
     def saying(self, overturned: Any, divided: Any = None) -> CellSample:
-        """The sample with other flags in the study's answers."""
+        """Return the sample as if the study had these flags."""
         answers = self.sample.answers.copy()
         answers["overturned"] = overturned
         divided = self.sample.divided if divided is None else divided
         return replace(self.sample, answers=answers, divided=divided, apart=self.sample.apart | divided)
 
 
-def swept(settings: Study, records: list[Record], folder: Path) -> Swept:
-    """All of a small study, without an ensemble, and its sample as the rule draws it from the cube."""
+def simulate_study(settings: Study, records: list[Record], folder: Path) -> SimulatedStudy:
+    """Simulate a small study without an ensemble and draw the cells to check from its cube."""
     alone = settings.model_copy(update={"ensemble": EnsembleSettings(members=0)})
     assert isinstance(settings.verification, ConvergenceCheckSettings)
-    return Swept(records, read_cell_sample(cube_of(alone, records, folder), settings.verification))
+    return SimulatedStudy(records, read_cell_sample(cube_of(alone, records, folder), settings.verification))
 
 
-def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threads(tmp_path: Path) -> None:
+def test_convergence_counts_do_not_depend_on_the_number_of_threads(tmp_path: Path) -> None:
     settings = study(verification={"at_least": 10, "cost": 20})
-    done = swept(settings, [short(7, "a"), short(8, "b")], tmp_path)
+    done = simulate_study(settings, [record_of_strong_part(7, "a"), record_of_strong_part(8, "b")], tmp_path)
     found = check_convergence(settings, done.records, done.sample)
     assert found.chosen == found.wanted == 10
     (finer,), (stiffer,) = found.finer.outcomes, found.stiffer.outcomes
     assert finer.cases + finer.unanswered == 10
 
     def steps(**changed: Any) -> int:
-        chosen = (cases_of(settings, done.sample.index[done.sample.record == number]) for number in (0, 1))
+        chosen = (cases_at_positions(settings, done.sample.index[done.sample.record == number]) for number in (0, 1))
         each = zip(map(Motion.of, done.records), chosen, strict=True)
         return sum(int(run_cases(motion, one, **changed).block_steps.sum()) for motion, one in each)
 
     def whole(model: PlanarModel | None = None, **changed: Any) -> np.ndarray:
         numerics = NumericalOptions(time_step="0.01 stable", **changed)
         return plan_simulation(
-            model or PlanarModel(), Motion.of(short(7)), cases_of(settings, done.sample.index), numerics
+            model or PlanarModel(),
+            Motion.of(record_of_strong_part(7)),
+            cases_at_positions(settings, done.sample.index),
+            numerics,
         ).steps
 
     stiff = {"model": PlanarModel(gravestone(Contact(static_penetration=STATIC_PENETRATION / 4)))}
@@ -167,7 +170,7 @@ def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threa
 
 def test_changed_cases_are_confirmed_by_finer_steps_or_chaotic(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     settings = study(verification={"at_least": 10, "cost": 30})
-    done = swept(settings, [short(7)], tmp_path)
+    done = simulate_study(settings, [record_of_strong_part(7)], tmp_path)
     own = done.sample.answers["overturned"][:, 0]
     other = np.where(own == 0, 1, 0).astype(np.int8)
     position = {tuple(cell): row for row, cell in enumerate(done.sample.index.tolist())}
@@ -215,15 +218,18 @@ def test_changed_cases_are_confirmed_by_finer_steps_or_chaotic(tmp_path: Path, m
     assert len(looked_at) > 2
 
 
-def cases_of(settings: Study, index: np.ndarray) -> Cases:
+def cases_at_positions(settings: Study, index: np.ndarray) -> Cases:
+    """Return the cases of a study at index positions of its grid."""
     grid = variant_grid(settings)
     return grid.cases_at_positions(list(index.T))
 
 
 @pytest.mark.parametrize(("step", "least"), [(90, 0), (20, 3), (5, 12)])
-def test_repetition_of_a_small_study_costs_no_more_than_the_study(step: int, least: int, tmp_path: Path) -> None:
+def test_the_convergence_check_of_a_small_study_costs_no_more_than_the_study(
+    step: int, least: int, tmp_path: Path
+) -> None:
     settings = study(azimuth={"step": step}, verification={})
-    done = swept(settings, [short(7, "a"), short(8, "b")], tmp_path)
+    done = simulate_study(settings, [record_of_strong_part(7, "a"), record_of_strong_part(8, "b")], tmp_path)
     found = check_convergence(settings, done.records, done.sample)
     assert found.wanted == min(200, done.sample.computed)
     spent = found.finer.block_steps + found.stiffer.block_steps
@@ -232,7 +238,7 @@ def test_repetition_of_a_small_study_costs_no_more_than_the_study(step: int, lea
     assert found.chosen < 4 or spent > 0.5 * done.sample.block_steps, "the allowance is made use of"
 
 
-def test_repetition_goes_on_with_finer_steps_where_stiffer_springs_are_refused() -> None:
+def test_convergence_is_checked_with_finer_steps_if_stiffer_springs_are_refused() -> None:
     settings = study(contact={"stiffness": 3e13}, verification={"at_least": 4, "cost": 50})
     none = np.zeros(2, np.bool_)
     sure, index = none[:, None], np.zeros((2, 4), np.int64)
@@ -246,7 +252,7 @@ def test_repetition_goes_on_with_finer_steps_where_stiffer_springs_are_refused()
 def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Path) -> None:
     data = {"friction": [0.58, 1.0, 1.2], "b_over_h": [0.2, 0.3, 1.1], "ensemble": {"members": 0}}
     settings = study(**data, verification={"at_least": 2})
-    records = [short(7, "a"), short(8, "b")]
+    records = [record_of_strong_part(7, "a"), record_of_strong_part(8, "b")]
     cube = cube_of(settings, records, tmp_path)
     rigid, sample = read_rigid_block_sample(cube, settings), read_cell_sample(cube, settings.verification)
     assert rigid is not None
@@ -276,7 +282,7 @@ def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Pa
     assert (hopping.cases, hopping.unanswered) == (15, 15)
 
 
-ROW = {
+ROW_SCENE = {
     "name": "row",
     "elements": [
         {"name": "ground", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]},
@@ -286,10 +292,10 @@ ROW = {
 }
 
 
-def row_of_two(**keys: object) -> Study:
-    """A study of a slender and a squat stone beside each other: two free elements."""
+def study_of_two_free_stones(**keys: object) -> Study:
+    """Return a study of a slender and a squat stone next to each other: two free elements."""
     return study_from_content(
-        {"name": "row", "records": {"use": ["a"]}, "scene": ROW, "friction": [0.7], **keys}, "row"
+        {"name": "row", "records": {"use": ["a"]}, "scene": ROW_SCENE, "friction": [0.7], **keys}, "row"
     )
 
 
@@ -298,14 +304,14 @@ def test_sliding_blocks_and_other_shapes_have_no_rigid_reference() -> None:
     nowhere = Path("nowhere.nc")
     assert read_rigid_block_sample(nowhere, study(friction=[0.33, 0.99])) is None
     assert read_rigid_block_sample(nowhere, study(friction=[1.0], b_over_h=[1.0, 1.5])) is None
-    assert read_rigid_block_sample(nowhere, row_of_two(friction=[1.0])) is None
+    assert read_rigid_block_sample(nowhere, study_of_two_free_stones(friction=[1.0])) is None
     body = {"body": {}, "azimuth": {}, "orientation": {"step": 30}}
     assert read_rigid_block_sample(nowhere, study(friction=[1.0], b_over_h=[0.2], **body)) is None
 
 
-def test_convergence_of_scenes_is_checked_element_by_element(tmp_path: Path) -> None:
-    settings = row_of_two(azimuth={"step": 60}, verification={"at_least": 4, "cost": 20})
-    done = swept(settings, [short(7)], tmp_path)
+def test_convergence_of_a_scene_is_checked_for_each_element(tmp_path: Path) -> None:
+    settings = study_of_two_free_stones(azimuth={"step": 60}, verification={"at_least": 4, "cost": 20})
+    done = simulate_study(settings, [record_of_strong_part(7)], tmp_path)
     found = check_convergence(settings, done.records, done.sample)
     assert [one.element for one in found.finer.outcomes] == ["slender", "squat"]
     for outcome in (*found.finer.outcomes, *found.stiffer.outcomes):
@@ -324,9 +330,9 @@ def test_convergence_of_scenes_is_checked_element_by_element(tmp_path: Path) -> 
     assert rows[0].falls_or_stands.value == fell / 4
 
 
-def test_scene_repetitions_are_finer_and_stiffer() -> None:
-    settings = row_of_two()
-    motion, cases = Motion.of(short(7)), Cases([0.0, 60.0], 0.4, 0.25, 0.7)
+def test_convergence_reruns_of_a_scene_use_finer_steps_and_stiffer_contacts() -> None:
+    settings = study_of_two_free_stones()
+    motion, cases = Motion.of(record_of_strong_part(7)), Cases([0.0, 60.0], 0.4, 0.25, 0.7)
     own = simulate_cases(settings.scene, motion, cases)
     steps = {
         name: again(motion, cases).block_steps.sum() / own.block_steps.sum()
@@ -354,16 +360,16 @@ def test_scene_repetitions_are_finer_and_stiffer() -> None:
 def test_the_gravestone_scene_is_checked_with_the_fast_kernel() -> None:
     scene = study(scene="gravestone", ensemble={"members": 0}, b_over_h=[0.2], height=[0.6])
     block = study(ensemble={"members": 0}, b_over_h=[0.2])
-    motion, cases = Motion.of(short(7)), Cases([0.0, 60.0], 0.6, 0.2, 0.58)
+    motion, cases = Motion.of(record_of_strong_part(7)), Cases([0.0, 60.0], 0.6, 0.2, 0.58)
     for kind, again in case_rerun_functions(scene).items():
         found, expected = again(motion, cases), case_rerun_functions(block)[kind](motion, cases)
         np.testing.assert_array_equal(found.overturned, expected.overturned)
         np.testing.assert_array_equal(found.block_steps, expected.block_steps)
 
 
-def test_the_command_checks_a_scene_for_the_report(tmp_path: Path) -> None:
-    settings = row_of_two(azimuth={"step": 30}, friction=[0.4, 0.7], verification={"cost": 4})
-    cube = cube_of(settings, [short(7)], tmp_path)
+def test_the_check_convergence_command_checks_a_scene_for_the_report(tmp_path: Path) -> None:
+    settings = study_of_two_free_stones(azimuth={"step": 30}, friction=[0.4, 0.7], verification={"cost": 4})
+    cube = cube_of(settings, [record_of_strong_part(7)], tmp_path)
     output = tmp_path / "convergence.json"
     workflow.run_convergence_check(settings.model_dump_json(), tmp_path / "motion", cube, output)
     found = read_convergence_result(output)
@@ -376,7 +382,7 @@ def test_the_command_checks_a_scene_for_the_report(tmp_path: Path) -> None:
     assert all(outcome.flags <= 1 for outcome in found.finer.outcomes)
 
 
-def test_members_disagree_if_some_fall_and_some_stand(tmp_path: Path) -> None:
+def test_ensemble_members_disagree_if_some_fall_and_some_stand(tmp_path: Path) -> None:
     # The last cell has no ensemble; the third falls in every member, now to one side and now to the other.
     towards, away = np.array([0.0, 0.25, 0.75, 1.0, np.nan]), np.array([0.0, 0.25, 0.25, 0.0, np.nan])
     shape = (1, 5, 1, 1, 1)
@@ -393,7 +399,7 @@ def test_members_disagree_if_some_fall_and_some_stand(tmp_path: Path) -> None:
     assert apart == {0: False, 1: True, 2: True, 3: False, 4: False}
 
 
-def test_3d_members_disagree_if_their_directions_spread(tmp_path: Path) -> None:
+def test_3d_ensemble_members_disagree_if_their_fall_directions_spread(tmp_path: Path) -> None:
     """All members fall: one way, 10° and 40° to either side of a mean; then some stand; no member was run."""
     half = np.radians([0.0, 10.0, 40.0])
     falls = np.array([1.0, 1.0, 1.0, 0.5, np.nan])
@@ -413,13 +419,13 @@ def test_3d_members_disagree_if_their_directions_spread(tmp_path: Path) -> None:
     assert sample.weight[place] == pytest.approx([1.0, *np.sqrt((8 * np.cos(half[1:]) ** 2 - 1) / 7), 1.0, 1.0])
 
 
-def test_falls_in_space_whose_azimuth_moves_under_nearly_the_same_motion(
+def test_3d_falls_whose_azimuth_changes_under_nearly_the_same_motion_are_counted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Every third fall turns by 140° at 0.995 of the amplitude, every third by 29° always, and one other stands."""
     body = {"body": {}, "azimuth": {}, "orientation": {"step": 30}, "b_over_h": [0.1, 0.15, 0.2, 0.25]}
     settings = study(**body, verification={"at_least": 24, "cost": 100})
-    done = swept(settings, [short(7)], tmp_path)
+    done = simulate_study(settings, [record_of_strong_part(7)], tmp_path)
     sample = done.sample
     fell = np.flatnonzero(sample.answers["overturned"][:, 0] == 1)
     assert fell.size >= 6
@@ -461,17 +467,19 @@ def test_falls_in_space_whose_azimuth_moves_under_nearly_the_same_motion(
 @pytest.mark.parametrize(
     ("written", "said"),
     [
-        ({name: value for name, value in FOUND.items() if name != "seed"}, "seed: this key is needed"),
-        (FOUND | {"finer": {"outcomes": [COUNTS]}}, "finer.block_steps: this key is needed"),
+        ({name: value for name, value in RESULT_FIELDS.items() if name != "seed"}, "seed: this key is needed"),
+        (RESULT_FIELDS | {"finer": {"outcomes": [COUNT_FIELDS]}}, "finer.block_steps: this key is needed"),
         (
-            FOUND | {"finer": {"block_steps": 1, "outcomes": [{"element": ""}]}},
+            RESULT_FIELDS | {"finer": {"block_steps": 1, "outcomes": [{"element": ""}]}},
             "finer.outcomes.0.cases: this key is needed",
         ),
-        (FOUND | {"chosen": "many"}, "chosen: a whole number is needed"),
+        (RESULT_FIELDS | {"chosen": "many"}, "chosen: a whole number is needed"),
         (["old"], "keys with values are needed"),
     ],
 )
-def test_the_outcome_of_an_older_version_is_refused_by_file_and_key(tmp_path: Path, written: Any, said: str) -> None:
+def test_a_convergence_result_of_an_older_version_is_refused_by_file_and_key(
+    tmp_path: Path, written: Any, said: str
+) -> None:
     path = tmp_path / "convergence.json"
     path.write_text(json.dumps(written), encoding="utf-8")
     with pytest.raises(ResultError, match="run the study again to recreate") as error:

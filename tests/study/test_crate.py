@@ -19,13 +19,13 @@ from tests.study.small_study import cube_of, pulse, study
 PUBLISHED = {"licence": "https://spdx.org/licenses/CC-BY-4.0", "date": "2026-01-31", "authors": ["A. Mason"]}
 
 
-def without_ensemble(**keys: Any) -> Study:
-    """Settings of the small study; a crate is the same with an ensemble, of which the cube has more variables."""
+def study_without_ensemble(**keys: Any) -> Study:
+    """Return the small study without an ensemble, which only adds variables to the cube."""
     return study(**keys, ensemble={"members": 0})
 
 
-def crate_of(settings: Study, folder: Path) -> dict[str, dict[str, Any]]:
-    """A crate of a cube, its motions and a figure; its entities by id."""
+def write_and_read_crate(settings: Study, folder: Path) -> dict[str, dict[str, Any]]:
+    """Write a research crate of a cube, its motions and a figure; return the entities of the crate by id."""
     cube = cube_of(settings, [pulse("a"), pulse("b", across=-0.8)], folder)
     figures = folder / "figures" / "polar"
     figures.mkdir(parents=True)
@@ -35,27 +35,31 @@ def crate_of(settings: Study, folder: Path) -> dict[str, dict[str, Any]]:
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def result_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of the results that the crate describes."""
     return tmp_path_factory.mktemp("crate")
 
 
 @pytest.fixture(scope="module")
-def crate(folder: Path) -> dict[str, dict[str, Any]]:
-    return crate_of(without_ensemble(records={"use": ["a", "b"]}, crate=PUBLISHED), folder)
+def crate_entities(result_folder: Path) -> dict[str, dict[str, Any]]:
+    """Entities of the research crate of the small study by id."""
+    return write_and_read_crate(study_without_ensemble(records={"use": ["a", "b"]}, crate=PUBLISHED), result_folder)
 
 
-def test_files_are_there_with_their_hashes_and_named(crate: dict[str, dict[str, Any]], folder: Path) -> None:
-    found = {name: one for name, one in crate.items() if one["@type"] == "File"}
+def test_the_research_crate_lists_all_files_with_hashes_and_descriptions(
+    crate_entities: dict[str, dict[str, Any]], result_folder: Path
+) -> None:
+    found = {name: one for name, one in crate_entities.items() if one["@type"] == "File"}
     assert found.keys() == {"cube.nc", "motion/a.nc", "motion/b.nc", "figures/polar/a.svg", "study.yaml"}
     for name, one in found.items():
-        content = (folder / name).read_bytes()
+        content = (result_folder / name).read_bytes()
         assert (one["sha256"], one["contentSize"]) == (sha256(content).hexdigest(), str(len(content))), name
         assert {"name", "description", "encodingFormat"} <= one.keys(), name
-    assert {part["@id"] for part in crate["./"]["hasPart"]} == found.keys() | {"motion/", "figures/"}
+    assert {part["@id"] for part in crate_entities["./"]["hasPart"]} == found.keys() | {"motion/", "figures/"}
 
 
-def test_a_motion_through_soil_is_not_called_that_of_the_record(tmp_path: Path) -> None:
-    settings = without_ensemble(records={"use": ["a"]})
+def test_the_crate_describes_a_motion_through_soil_as_such(tmp_path: Path) -> None:
+    settings = study_without_ensemble(records={"use": ["a"]})
     cube, own = cube_of(settings, [pulse("a")], tmp_path), tmp_path / "motion" / "a.nc"
     soft = tmp_path / "motion" / "soft" / "a.nc"
     soft.parent.mkdir()
@@ -70,49 +74,61 @@ def test_a_motion_through_soil_is_not_called_that_of_the_record(tmp_path: Path) 
     }
 
 
-def test_inputs_have_source_hash_and_licence_and_motions_their_record(crate: dict[str, dict[str, Any]]) -> None:
-    record = crate["#record-b"]
+def test_crate_inputs_have_source_hash_and_licence_and_motions_their_record(
+    crate_entities: dict[str, dict[str, Any]],
+) -> None:
+    record = crate_entities["#record-b"]
     assert (record["identifier"], record["sha256"], record["description"]) == ("made", "0" * 64, "S, E")
-    assert crate[record["license"]["@id"]]["name"] == "none"
-    assert crate["motion/b.nc"]["isBasedOn"] == {"@id": "#record-b"}
-    run = crate["#run"]
+    assert crate_entities[record["license"]["@id"]]["name"] == "none"
+    assert crate_entities["motion/b.nc"]["isBasedOn"] == {"@id": "#record-b"}
+    run = crate_entities["#run"]
     assert {one["@id"] for one in run["object"]} == {"study.yaml", "#record-a", "#record-b"}
     assert {"@id": "cube.nc"} in run["result"]
-    program = crate[run["instrument"]["@id"]]
+    program = crate_entities[run["instrument"]["@id"]]
     assert program["name"] == "overturning"
     assert {"@id": "#numba"} in program["softwareRequirements"]
-    assert crate["#numba"]["version"]
+    assert crate_entities["#numba"]["version"]
 
 
-def test_terms_day_and_authors_are_the_study_s(crate: dict[str, dict[str, Any]]) -> None:
-    root = crate["./"]
+def test_licence_date_and_authors_of_the_crate_are_those_of_the_study(
+    crate_entities: dict[str, dict[str, Any]],
+) -> None:
+    root = crate_entities["./"]
     assert root["license"] == {"@id": PUBLISHED["licence"]}
     assert root["datePublished"] == PUBLISHED["date"]
-    assert [crate[root["author"]["@id"]]["name"]] == PUBLISHED["authors"]
+    assert [crate_entities[root["author"]["@id"]]["name"]] == PUBLISHED["authors"]
 
 
-def test_the_configuration_is_the_study(crate: dict[str, dict[str, Any]], folder: Path) -> None:
-    assert load_study(folder / "study.yaml") == without_ensemble(records={"use": ["a", "b"]}, crate=PUBLISHED)
+def test_the_study_file_in_the_crate_is_the_complete_study(
+    crate_entities: dict[str, dict[str, Any]], result_folder: Path
+) -> None:
+    assert load_study(result_folder / "study.yaml") == study_without_ensemble(
+        records={"use": ["a", "b"]}, crate=PUBLISHED
+    )
 
 
-def test_without_clock_or_chance_nor_path(crate: dict[str, dict[str, Any]], folder: Path, tmp_path: Path) -> None:
-    plain = without_ensemble(records={"use": ["a", "b"]})
-    assert crate_of(plain, tmp_path)["./"]["datePublished"] == "2026-11-21", "of the version, in CITATION.cff"
-    crate_of(without_ensemble(records={"use": ["a", "b"]}, crate=PUBLISHED), tmp_path / "again")
-    text = (folder / METADATA).read_bytes()
+def test_the_crate_is_reproducible_and_contains_no_local_path(
+    crate_entities: dict[str, dict[str, Any]], result_folder: Path, tmp_path: Path
+) -> None:
+    plain = study_without_ensemble(records={"use": ["a", "b"]})
+    assert write_and_read_crate(plain, tmp_path)["./"]["datePublished"] == "2026-11-21", (
+        "of the version, in CITATION.cff"
+    )
+    write_and_read_crate(study_without_ensemble(records={"use": ["a", "b"]}, crate=PUBLISHED), tmp_path / "again")
+    text = (result_folder / METADATA).read_bytes()
     assert (tmp_path / "again" / METADATA).read_bytes() == text
-    assert str(folder).encode() not in text
+    assert str(result_folder).encode() not in text
 
 
-def test_missing_file_is_named(tmp_path: Path) -> None:
-    cube = cube_of(without_ensemble(records={"use": ["a"]}), [pulse("a")], tmp_path)
+def test_the_error_names_a_result_file_missing_for_the_crate(tmp_path: Path) -> None:
+    cube = cube_of(study_without_ensemble(records={"use": ["a"]}), [pulse("a")], tmp_path)
     with pytest.raises(ResultError, match=r"report\.html: no such file; run the study again"):
-        write_ro_crate(without_ensemble(records={"use": ["a"]}), tmp_path, [cube, tmp_path / "report.html"])
+        write_ro_crate(study_without_ensemble(records={"use": ["a"]}), tmp_path, [cube, tmp_path / "report.html"])
 
 
 @pytest.mark.long
-def test_the_profile_holds(
-    crate: dict[str, dict[str, Any]], folder: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+def test_the_crate_passes_the_ro_crate_validator(
+    crate_entities: dict[str, dict[str, Any]], result_folder: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """The crate is valid RO-Crate 1.1 (roc-validator); its terms are looked up offline, in the package `rocrate`."""
     if importlib.util.find_spec("rocrate_validator") is None:
@@ -129,11 +145,11 @@ def test_the_profile_holds(
             return words
 
     monkeypatch.setattr(HttpRequester, "get", lambda *_, **__: Answer(), raising=False)
-    settings = {"rocrate_uri": str(folder), "profile_identifier": "ro-crate-1.1", "no_cache": True}
+    settings = {"rocrate_uri": str(result_folder), "profile_identifier": "ro-crate-1.1", "no_cache": True}
     found = services.validate(models.ValidationSettings(**settings, requirement_severity="RECOMMENDED"))
     # Who publishes the crate, and for whom its authors work, is not known.
     said = [issue.message or "" for issue in found.get_issues()]
     assert [one for one in said if "publisher" not in one and "affiliation" not in one] == []
-    (tmp_path / METADATA).write_text((folder / METADATA).read_text(encoding="utf-8"), encoding="utf-8")
+    (tmp_path / METADATA).write_text((result_folder / METADATA).read_text(encoding="utf-8"), encoding="utf-8")
     settings["rocrate_uri"] = str(tmp_path)
     assert not services.validate(models.ValidationSettings(**settings, requirement_severity="REQUIRED")).passed()

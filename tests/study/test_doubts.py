@@ -23,34 +23,36 @@ ONE_SIZE = {"width": {"low": 0.25, "high": 0.25}, "height": {"low": 0.75, "high"
 """Sizes of a population of equal stones with B/H = 1/3."""
 
 
-def soil(velocity: float, rock: float = 760.0, **more: float) -> dict[str, Any]:
+def soil_site(velocity: float, rock: float = 760.0, **more: float) -> dict[str, Any]:
+    """Return the settings of a soil layer of 20 m over rock, with velocities in m/s."""
     return {"layers": [{"thickness_m": 20, "velocity_m_s": velocity, **more}], "rock": {"velocity_m_s": rock}}
 
 
-def doubts(**keys: Any) -> list[str]:
+def warnings_of_study(**keys: Any) -> list[str]:
+    """Return the warnings on implausible settings of a study."""
     return list(
         implausible_setting_warnings(study_from_content({"name": "mine", "records": PULSE} | keys, "mine.yaml"))
     )
 
 
 @pytest.mark.parametrize("path", shipped_files("config/*.yaml"), ids=lambda path: path.stem)
-def test_no_study_of_the_package_is_doubted(path: Path) -> None:
+def test_no_shipped_study_gives_a_warning_on_its_settings(path: Path) -> None:
     assert list(implausible_setting_warnings(load_study(path))) == []
 
 
-def test_variants_with_the_settings_of_others_are_doubted() -> None:
+def test_variants_that_repeat_the_settings_of_others_give_a_warning() -> None:
     """Of five variants the first is the study itself, the third repeats the second, and the last that on soil."""
     variants = {
         "same": {"vertical": True}, "flat": {"vertical": False}, "level": {"vertical": False},
-        "clay": {"vertical": False, "site": soil(200)}, "soil": {"vertical": False, "site": soil(200)},
+        "clay": {"vertical": False, "site": soil_site(200)}, "soil": {"vertical": False, "site": soil_site(200)},
     }  # fmt: skip
-    assert [line.partition(" are those of ")[::2] for line in doubts(variants=variants)] == [
+    assert [line.partition(" are those of ")[::2] for line in warnings_of_study(variants=variants)] == [
         (f"variants.{name}: its settings", f"{whose}, and so are its outcomes; change or leave it out")
         for name, whose in (("same", "the study"), ("level", "the variant flat"), ("soil", "the variant clay"))
     ]
 
 
-def test_a_range_that_does_not_reach_its_stop_is_doubted() -> None:
+def test_a_range_that_does_not_reach_its_stop_gives_a_warning() -> None:
     content = {"name": "mine", "b_over_h": {"start": 0.1, "stop": 0.6, "step": 0.15}, "height": [0.6]}
     assert list(skipped_range_end_warnings(content)) == [
         "b_over_h: steps of 0.15 end at 0.55, before stop 0.6; change step or stop"
@@ -59,9 +61,9 @@ def test_a_range_that_does_not_reach_its_stop_is_doubted() -> None:
     assert list(skipped_range_end_warnings(sound)) == []
 
 
-def test_a_friction_is_no_size_in_centimetres() -> None:
+def test_only_a_length_outside_the_grid_is_suspected_to_be_in_centimetres() -> None:
     """Frictions and heights of a population outside the grid; only the heights may be in another unit."""
-    lines = doubts(friction=[1.0], height=[0.3], b_over_h=[0.3, 0.7], population={})
+    lines = warnings_of_study(friction=[1.0], height=[0.3], b_over_h=[0.3, 0.7], population={})
     remedies = {line.partition(":")[0]: line.rpartition("; ")[2] for line in lines}
     assert remedies["population.friction"] == "those stones take the nearest value: add values to friction"
     assert remedies["population.height"].endswith("add values to height, or is a size in centimetres?")
@@ -89,23 +91,31 @@ def test_a_friction_is_no_size_in_centimetres() -> None:
             },
             "primary.against: the variant flat differs from the study in contact and vertical; no difference can be",
         ),
-        ({"site": soil(0.2)}, {"site": soil(30)}, "site.layers.0.velocity_m_s: 0.2 m/s below 30 m/s; km/s? Give 200"),
         (
-            {"site": soil(150, 0.76)},
-            {"site": soil(150)},
+            {"site": soil_site(0.2)},
+            {"site": soil_site(30)},
+            "site.layers.0.velocity_m_s: 0.2 m/s below 30 m/s; km/s? Give 200",
+        ),
+        (
+            {"site": soil_site(150, 0.76)},
+            {"site": soil_site(150)},
             "site.rock.velocity_m_s: 0.76 m/s below 30 m/s; km/s?",
         ),
         (
-            {"surveys": [{"stones": "a.csv", "sites": {"River": soil(0.15)}}]},
-            {"surveys": [{"stones": "a.csv", "sites": {"River": soil(150)}}]},
+            {"surveys": [{"stones": "a.csv", "sites": {"River": soil_site(0.15)}}]},
+            {"surveys": [{"stones": "a.csv", "sites": {"River": soil_site(150)}}]},
             "surveys.0.sites.River.layers.0.velocity_m_s: 0.15 m/s below 30 m/s; km/s? Give 150",
         ),
         (
-            {"variants": {"soft": {"site": soil(0.15)}}},
-            {"variants": {"soft": {"site": soil(150)}}},
+            {"variants": {"soft": {"site": soil_site(0.15)}}},
+            {"variants": {"soft": {"site": soil_site(150)}}},
             "variants.soft.site.layers.0.velocity_m_s: 0.15 m/s below 30 m/s; km/s? Give 150",
         ),
-        ({"site": soil(150, density_kg_m3=180)}, {"site": soil(150)}, "site.layers.0.density_kg_m3: 180 kg/m³ outside"),
+        (
+            {"site": soil_site(150, density_kg_m3=180)},
+            {"site": soil_site(150)},
+            "site.layers.0.density_kg_m3: 180 kg/m³ outside",
+        ),
         (
             {"friction": [0.5, 30]},
             {"friction": [3]},
@@ -142,14 +152,16 @@ def test_a_friction_is_no_size_in_centimetres() -> None:
         ),
     ],
 )
-def test_values_in_another_unit_are_doubted(keys: dict[str, Any], sound: dict[str, Any], line: str) -> None:
+def test_values_that_seem_to_be_in_another_unit_give_a_warning(
+    keys: dict[str, Any], sound: dict[str, Any], line: str
+) -> None:
     """Each bound itself is sound."""
-    assert doubts(**sound) == []
-    (doubt,) = doubts(**keys)
+    assert warnings_of_study(**sound) == []
+    (doubt,) = warnings_of_study(**keys)
     assert doubt.startswith(line)
 
 
-def test_materials_and_contacts_of_a_scene_are_doubted() -> None:
+def test_implausible_materials_and_contacts_of_a_scene_give_a_warning() -> None:
     scene: dict[str, Any] = {
         "name": "mine",
         "materials": {"stone": {"density": 2.65}},
@@ -159,13 +171,13 @@ def test_materials_and_contacts_of_a_scene_are_doubted() -> None:
             {"name": "shaft", "vertices": [[-0.1, 0], [0.1, 0], [0.1, 0.6], [-0.1, 0.6]], "material": "stone"},
         ],
     }
-    density, friction = doubts(scene=scene)
+    density, friction = warnings_of_study(scene=scene)
     assert density.startswith("scene.materials.stone.density: 2.65 kg/m³")
     assert friction.startswith("scene.contacts.0.friction: 40 above 3. An angle of friction in degrees?")
     assert friction.endswith("Give its tangent: 0.839")
 
 
-def overhanging(share: float) -> dict[str, Any]:
+def scene_of_overhanging_slab(share: float) -> dict[str, Any]:
     """A slab that overhangs a block by a `share` of half its width, at which it is on the point of tipping."""
     return {
         "name": "mine",
@@ -177,7 +189,7 @@ def overhanging(share: float) -> dict[str, Any]:
     }
 
 
-def lantern(foot_height: float) -> dict[str, Any]:
+def scene_of_lantern(foot_height: float) -> dict[str, Any]:
     """A cube of 0.6 m that overhangs each side of its foot by 0.1 m."""
     ground = {"name": "ground", "kind": "driven", "width": 20, "height": 1, "at": [0, -1]}
     foot = {"name": "foot", "width": 0.4, "depth": 0.4, "height": foot_height, "stands_on": "ground"}
@@ -185,45 +197,44 @@ def lantern(foot_height: float) -> dict[str, Any]:
     return {"name": "lantern", "reference": "cube", "elements": [ground, foot, cube]}
 
 
-def inclined(tangent: float) -> dict[str, Any]:
+def scene_of_block_on_slope(tangent: float) -> dict[str, Any]:
+    """Return a scene of a block on a slope whose angle has the given tangent."""
     ground = {"name": "slope", "kind": "driven", "vertices": [[-5, 0], [5, 0], [5, 10 * tangent]]}
     lean = math.degrees(math.atan(tangent))
     block = {"name": "block", "width": 0.5, "height": 0.5, "at": [0, 5 * tangent], "rotation_deg": -lean}
     return {"name": "mine", "elements": [ground, block]}
 
 
-def test_a_scene_that_moves_without_an_earthquake_is_doubted() -> None:
-    assert doubts(scene=overhanging(0.98)) == []
-    (doubt,) = doubts(scene=overhanging(1.02))
+def test_a_scene_that_moves_without_an_earthquake_gives_a_warning() -> None:
+    assert warnings_of_study(scene=scene_of_overhanging_slab(0.98)) == []
+    (doubt,) = warnings_of_study(scene=scene_of_overhanging_slab(1.02))
     assert doubt.startswith("scene: at B/H 0.5, the scene has no equilibrium at rest: an element falls or slides")
 
 
-def test_the_tilt_at_which_an_overhang_meets_the_ground_is_named() -> None:
+def test_the_warning_names_the_tilt_at_which_an_overhang_meets_the_ground() -> None:
     """The cube's corner overhangs the foot's by 0.1 √2 m, and balances on it at atan(0.2 √2 / 0.3) = 43.3°."""
-    assert doubts(scene=lantern(0.1), orientation={"step": 45}) == []
-    (doubt,) = doubts(scene=lantern(0.05), orientation={"step": 45})
+    assert warnings_of_study(scene=scene_of_lantern(0.1), orientation={"step": 45}) == []
+    (doubt,) = warnings_of_study(scene=scene_of_lantern(0.05), orientation={"step": 45})
     assert doubt.startswith(
         "scene: at B/H 1, element cube overhangs, and would meet the ground at a tilt of 20.7°, before it tips over "
         "the rim of the stone below at 43.3°. The simulation does not have this contact"
     )
-    assert doubts(scene=lantern(0.05)) == [], "2-D has the contact"
+    assert warnings_of_study(scene=scene_of_lantern(0.05)) == [], "2-D has the contact"
 
 
-def test_a_block_on_a_slope_steeper_than_its_friction_is_doubted() -> None:
-    assert doubts(scene=inclined(0.3), friction=[0.31, 0.6]) == []
-    (doubt,) = doubts(scene=inclined(0.3), friction=[0.29, 0.6])
+def test_a_block_on_a_slope_steeper_than_its_friction_gives_a_warning() -> None:
+    assert warnings_of_study(scene=scene_of_block_on_slope(0.3), friction=[0.31, 0.6]) == []
+    (doubt,) = warnings_of_study(scene=scene_of_block_on_slope(0.3), friction=[0.29, 0.6])
     assert doubt.startswith("scene: at B/H 1, an element slides down its face without an earthquake")
 
 
-def test_level_ground_without_friction_and_an_arch_are_not_doubted() -> None:
+def test_level_frictionless_ground_and_an_arch_give_no_warning() -> None:
     """Nothing pushes a level block; the joints of an arch are steep, but pressed together."""
-    assert doubts(scene=overhanging(0.0), friction=[0.0]) == []
-    assert (
-        reason_scene_moves_by_itself(arch_scene(), None, size_reference_height_and_b_over_h(arch_scene())[1], 0.7) == ""
-    )
+    assert warnings_of_study(scene=scene_of_overhanging_slab(0.0), friction=[0.0]) == []
+    assert reason_scene_moves_by_itself(arch(), None, size_reference_height_and_b_over_h(arch())[1], 0.7) == ""
 
 
-def test_study_check_prints_doubts_and_goes_on(tmp_path: Path) -> None:
+def test_study_check_prints_warnings_and_succeeds(tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
     keys = {"name": "mine", "records": PULSE, "b_over_h": [2.5], "density": 2.65}
     path.write_text(json.dumps(keys), encoding="utf-8")

@@ -47,19 +47,25 @@ GRID = CaseGrid({
 
 
 @pytest.fixture(scope="module")
-def motion() -> Motion:
+def pulse_motion() -> Motion:
+    """Motion of a pulse northwards and a weaker, delayed one eastwards."""
     cycle = pulse().north
     return Motion(cycle, 0.3 * np.roll(cycle, 20), sampling_interval=0.01)
 
 
 @pytest.fixture(scope="module")
-def nominal(motion: Motion) -> dict[str, np.ndarray]:
+def nominal_outcomes(pulse_motion: Motion) -> dict[str, np.ndarray]:
+    """Outcomes of the cells of `GRID` without changes of an ensemble."""
     return simulate_as_arrays(
-        motion, azimuth_deg=AZIMUTH.astype(float), **{name: GRID[name] for name in GRID.dimension_names[1:]}
+        pulse_motion, azimuth_deg=AZIMUTH.astype(float), **{name: GRID[name] for name in GRID.dimension_names[1:]}
     )
 
 
-def run(motion: Motion, nominal: dict[str, np.ndarray], members: EnsembleMembers, everywhere: bool = True, **more):
+def run_ensemble(
+    motion: Motion, nominal: dict[str, np.ndarray], members: EnsembleMembers, everywhere: bool = True, **more
+):
+    """Run the ensemble members of the cells of `GRID` and return their statistics."""
+
     def members_of(cases: Cases, progress: Progress | None) -> CaseResults:
         return run_cases(motion, cases, progress=progress, threads=2)
 
@@ -69,7 +75,7 @@ def run(motion: Motion, nominal: dict[str, np.ndarray], members: EnsembleMembers
     )[0]
 
 
-def test_members_fill_their_neighbourhood_and_no_more() -> None:
+def test_ensemble_members_fill_their_neighbourhood_without_exceeding_it() -> None:
     settings = EnsembleSettings(members=64, initial_tilt=0.01)
     members = sample_member_changes(settings)
     assert members.member_count == 64
@@ -84,7 +90,7 @@ def test_members_fill_their_neighbourhood_and_no_more() -> None:
     assert np.abs(members.initial_tilt).max() <= 0.01
 
 
-def test_members_depend_on_the_seed_alone(tmp_path: Path) -> None:
+def test_ensemble_members_depend_only_on_the_seed(tmp_path: Path) -> None:
     for name, seed in (("a", 1), ("b", 1), ("c", 2)):
         sample_member_changes(EnsembleSettings(seed=seed)).write_csv(tmp_path / name)
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes() != (tmp_path / "c").read_bytes()
@@ -93,7 +99,7 @@ def test_members_depend_on_the_seed_alone(tmp_path: Path) -> None:
         assert np.array_equal(getattr(members, name), getattr(again, name))
 
 
-def test_a_wrong_table(tmp_path: Path) -> None:
+def test_a_damaged_table_of_ensemble_members_is_refused_by_name(tmp_path: Path) -> None:
     for text in (
         "",
         "a,b\n1,2\n",
@@ -104,7 +110,7 @@ def test_a_wrong_table(tmp_path: Path) -> None:
             EnsembleMembers.read_csv(tmp_path / "members.csv")
 
 
-def test_cells_near_a_change() -> None:
+def test_ensemble_cells_are_those_near_a_change_of_flag() -> None:
     flags = np.array([1, 1, 1, 1, 0, 0, 0, 0, 0, 0], np.int8)[None, None, :, None]
     assert select_ensemble_cells(flags, run_all_cells=False)[0, 0, :, 0].nonzero()[0].tolist() == [2, 3, 4, 5]
     assert select_ensemble_cells(flags, run_all_cells=True).all()
@@ -116,7 +122,7 @@ def test_cells_near_a_change() -> None:
     assert EnsembleSettings(where="everywhere").repeats_every_cell(2)
 
 
-def test_cells_near_a_change_of_fall_azimuth() -> None:
+def test_ensemble_cells_include_those_near_a_change_of_fall_azimuth() -> None:
     """All fall, from one B/H to the next across north by 20°, and once by 150°; in planes a flag has the side."""
     flags = np.ones((1, 1, 8, 1), np.int8)
     azimuth = np.array([350.0, 10.0, 12.0, 14.0, 164.0, 166.0, 168.0, 170.0]).reshape(flags.shape)
@@ -128,7 +134,7 @@ def test_cells_near_a_change_of_fall_azimuth() -> None:
     assert chosen.ravel().nonzero()[0].tolist() == [2, 3, 4, 5, 6, 7]
 
 
-def test_in_space_members_are_run_where_the_azimuth_of_a_fall_changes(motion: Motion) -> None:
+def test_3d_ensemble_members_are_run_where_the_fall_azimuth_changes(pulse_motion: Motion) -> None:
     """Every cell falls; that of B/H 0.2 goes another way than its neighbours, and its members go every way."""
     grid = CaseGrid({
         "orientation": np.array([0]), "height": np.array([0.6]), "b_over_h": np.arange(1, 10) / 10,
@@ -148,7 +154,7 @@ def test_in_space_members_are_run_where_the_azimuth_of_a_fall_changes(motion: Mo
         )
 
     found = EnsembleRunner(Body(), members, everywhere=False).run_members_of_cells(
-        motion, grid, nominal | {"fall_azimuth": azimuth}, falls
+        pulse_motion, grid, nominal | {"fall_azimuth": azimuth}, falls
     )
     run = (found[0]["members"] > 0).ravel()
     assert run.nonzero()[0].tolist() == [0, 1, 2, 3]
@@ -157,7 +163,7 @@ def test_in_space_members_are_run_where_the_azimuth_of_a_fall_changes(motion: Mo
     assert weight == pytest.approx([1.0, 0.0, *[1.0] * 7], abs=1e-3)
 
 
-def test_weight_of_a_fall_is_the_resultant_of_its_members() -> None:
+def test_the_weight_of_a_fall_is_the_mean_resultant_of_its_members() -> None:
     """Members from a von Mises distribution of known resultant; the plain resultant of eight is 0.31 where it is 0."""
     generator, count = np.random.default_rng(5), 4000
     for kappa in (0.0, 0.5, 2.0, 8.0):
@@ -179,25 +185,29 @@ def test_weight_of_a_fall_is_the_resultant_of_its_members() -> None:
     assert case_weight_in_direction_statistics(1 / 8, 1 / 8, 0.0, 8) == 1.0
 
 
-def test_no_spread_gives_the_nominal_answer(motion: Motion, nominal: dict[str, np.ndarray]) -> None:
+def test_an_ensemble_without_spread_gives_the_nominal_outcome(
+    pulse_motion: Motion, nominal_outcomes: dict[str, np.ndarray]
+) -> None:
     members = sample_member_changes(
         EnsembleSettings(members=4, amplitude=0, b_over_h=0, friction=0, damping=0, azimuth=0)
     )
-    found = run(motion, nominal, members)
-    assert np.array_equal(found["probability_towards"], (nominal["overturned"] == 1).astype(np.float32))
-    assert np.array_equal(found["probability_away"], (nominal["overturned"] == -1).astype(np.float32))
+    found = run_ensemble(pulse_motion, nominal_outcomes, members)
+    assert np.array_equal(found["probability_towards"], (nominal_outcomes["overturned"] == 1).astype(np.float32))
+    assert np.array_equal(found["probability_away"], (nominal_outcomes["overturned"] == -1).astype(np.float32))
     assert (found["members"] == 4).all()
     assert (found["scramble_difference_towards"] == 0).all()
 
 
-def test_spread_is_that_of_the_members_run_one_by_one(motion: Motion, nominal: dict[str, np.ndarray]) -> None:
+def test_ensemble_probabilities_equal_those_of_members_run_one_by_one(
+    pulse_motion: Motion, nominal_outcomes: dict[str, np.ndarray]
+) -> None:
     members = sample_member_changes(EnsembleSettings(members=8, amplitude=0.2, b_over_h=0.1))
-    found = run(motion, nominal, members)
+    found = run_ensemble(pulse_motion, nominal_outcomes, members)
     cell = (1, 0, 2, 1)
     flags = [
         int(
             run_cases(
-                motion,
+                pulse_motion,
                 Cases(
                     60 + members.azimuth_deg[j], 0.6, 0.3 * members.b_over_h[j], 1.0 * members.friction[j],
                     members.amplitude[j], members.damping[j], members.initial_tilt[j],
@@ -214,7 +224,9 @@ def test_spread_is_that_of_the_members_run_one_by_one(motion: Motion, nominal: d
 
 
 @pytest.mark.parametrize(("name", "most"), [("MAX_MOTION_SAMPLES", 2 * 8 * 400), ("MAX_MEMBER_CASES", 2 * 8 * 10)])
-def test_pieces_respect_the_memory_limit(motion: Motion, monkeypatch: pytest.MonkeyPatch, name: str, most: int) -> None:
+def test_an_ensemble_is_run_in_pieces_within_the_memory_limit(
+    pulse_motion: Motion, monkeypatch: pytest.MonkeyPatch, name: str, most: int
+) -> None:
     """Eight members under 400 samples in each of six directions of ten cells: two directions at a time may be."""
     grid = GRID.replace_values(height=np.array([0.6, 1.2]), friction=np.array([1.0]))
     members = sample_member_changes(EnsembleSettings(members=8))
@@ -226,24 +238,26 @@ def test_pieces_respect_the_memory_limit(motion: Motion, monkeypatch: pytest.Mon
         return SimpleNamespace(overturned=np.zeros(len(calls[-1]), np.int8), block_steps=np.ones(len(calls[-1])))
 
     monkeypatch.setattr(ensemble, name, most)
-    found = EnsembleRunner(PlanarModel(), members).run_members_of_cells(motion, grid, nothing, all_stand)[0]
-    held = [(np.unique(cases[:, 0]).size * motion.sample_count, len(cases)) for cases in calls]
+    found = EnsembleRunner(PlanarModel(), members).run_members_of_cells(pulse_motion, grid, nothing, all_stand)[0]
+    held = [(np.unique(cases[:, 0]).size * pulse_motion.sample_count, len(cases)) for cases in calls]
     assert held == [(2 * 8 * 400, 2 * 8 * 10)] * 3
     assert len(np.unique(np.concatenate(calls), axis=0)) == 6 * 10 * 8, "each member of each cell once"
     assert (found["members"] == 8).all()
 
 
-def test_mirrored_cells_exchange_the_sides(motion: Motion, nominal: dict[str, np.ndarray]) -> None:
+def test_mirrored_cells_exchange_the_probabilities_of_both_sides(
+    pulse_motion: Motion, nominal_outcomes: dict[str, np.ndarray]
+) -> None:
     members = sample_member_changes(EnsembleSettings(members=8, amplitude=0.2, b_over_h=0.1, initial_tilt=0.02))
-    found = run(motion, nominal, members)
-    assert nominal["mirrored"][3:].all()
+    found = run_ensemble(pulse_motion, nominal_outcomes, members)
+    assert nominal_outcomes["mirrored"][3:].all()
     for name in ("probability", "scramble_difference"):
         assert np.array_equal(found[f"{name}_towards"][3:], found[f"{name}_away"][:3])
         assert np.array_equal(found[f"{name}_away"][3:], found[f"{name}_towards"][:3])
     assert ((found["probability_towards"] > 0) & (found["probability_towards"] < 1)).any()
 
 
-def test_members_are_run_in_batches_of_both_scrambles() -> None:
+def test_ensemble_batches_contain_equal_numbers_of_both_sobol_scrambles() -> None:
     members = sample_member_changes(EnsembleSettings())
     batches = members.member_number_batches(BATCH)
     assert [batch.size for batch in batches] == [8, 8, 8]
@@ -258,7 +272,7 @@ def test_members_are_run_in_batches_of_both_scrambles() -> None:
     )
 
 
-def test_a_cell_is_settled_by_its_own_flags() -> None:
+def test_convergence_of_fall_probabilities_depends_on_the_flags_of_the_cell() -> None:
     flags = np.full((5, 24), -128, np.int8)
     flags[0, :8] = 1  # all alike
     flags[1, :8] = [1, 1, 1, 1, 1, 1, 1, 0]
@@ -274,28 +288,33 @@ def test_a_cell_is_settled_by_its_own_flags() -> None:
     )  # every element counts
 
 
-def test_a_cell_stops_by_its_own_members(motion: Motion, nominal: dict[str, np.ndarray]) -> None:
+def test_the_number_of_members_of_a_cell_does_not_depend_on_other_cells(
+    pulse_motion: Motion, nominal_outcomes: dict[str, np.ndarray]
+) -> None:
     members = sample_member_changes(EnsembleSettings(amplitude=0.1, b_over_h=0.05))
-    every, some = run(motion, nominal, members), run(motion, nominal, members, widest=0.19)
+    every, some = (
+        run_ensemble(pulse_motion, nominal_outcomes, members),
+        run_ensemble(pulse_motion, nominal_outcomes, members, widest=0.19),
+    )
     assert set(np.unique(some["members"])) == {8, 16, 24}
     assert (every["members"] == 24).all()
     whole = some["members"] == 24
     for name in ("probability_towards", "scramble_difference_away"):
         assert np.array_equal(every[name][whole], some[name][whole])
     # Whatever stands beside it, a cell has the same members.
-    for flat in np.flatnonzero(nominal["mirrored"] == 0)[::7]:
+    for flat in np.flatnonzero(nominal_outcomes["mirrored"] == 0)[::7]:
         place = np.unravel_index(flat, GRID.shape)
         one = GRID.replace_values(
             **{name: GRID[name][[at]] for name, at in zip(GRID.dimension_names, place, strict=True)}
         )
-        own = {name: values[tuple(slice(at, at + 1) for at in place)] for name, values in nominal.items()}
+        own = {name: values[tuple(slice(at, at + 1) for at in place)] for name, values in nominal_outcomes.items()}
         few = EnsembleRunner(PlanarModel(), members, widest=0.19)
-        alone = few.run_members_of_cells(motion, one, own, lambda cases, _: run_cases(motion, cases))[0]
+        alone = few.run_members_of_cells(pulse_motion, one, own, lambda cases, _: run_cases(pulse_motion, cases))[0]
         for variable in PLANE_ENSEMBLE_VARIABLES:
             assert alone[variable.name].item() == some[variable.name][place].item()
 
 
-def test_recheck_reproduces_converged_cells(tmp_path: Path) -> None:
+def test_a_recheck_reproduces_cells_whose_ensemble_stopped_early(tmp_path: Path) -> None:
     study = study_from_content(
         {
             "name": "few", "records": {"use": ["pulse"]}, "azimuth": {"start": 0, "stop": 360, "step": 60},
@@ -318,11 +337,12 @@ def test_recheck_reproduces_converged_cells(tmp_path: Path) -> None:
 
 @cache
 def _is_converged(falls: int, size: int, widest: float) -> bool:
+    """True if the stopping rule ends an ensemble with this number of falls."""
     flags = np.array([[1] * falls + [0] * (size - falls)], np.int8)
     return bool(fall_probabilities_converged(flags, widest)[0])
 
 
-def _stopped(probability: float, widest: float, batches: list[int]) -> dict[tuple[int, int], float]:
+def _stopping_probabilities(probability: float, widest: float, batches: list[int]) -> dict[tuple[int, int], float]:
     """Return the exact probability that the stopping rule ends with k falls of n members."""
     going, ended, size = {0: 1.0}, {}, 0
     for batch in batches:
@@ -340,14 +360,14 @@ def _stopped(probability: float, widest: float, batches: list[int]) -> dict[tupl
     return ended
 
 
-def test_stopping_rule_covers_as_well_as_sixteen_members() -> None:
+def test_the_stopping_rule_has_the_interval_coverage_of_sixteen_members() -> None:
     """Exact coverage at known probabilities, without random numbers; intervals are never wider than stated."""
     coverage, error, widest, interval = {}, {}, {}, cache(wilson_interval)
     for batches in ([16], [8, 8, 8]):
         covered, square, widths = [], [], [0.0]
         for probability in np.linspace(0, 1, 101):
             cover = off = 0.0
-            for (falls, size), chance in _stopped(probability, 0.19, batches).items():
+            for (falls, size), chance in _stopping_probabilities(probability, 0.19, batches).items():
                 low, high = (float(end) for end in interval(falls, size))
                 half = (high - low) / 2
                 cover += chance * (low - 1e-12 <= probability <= high + 1e-12)
@@ -363,23 +383,27 @@ def test_stopping_rule_covers_as_well_as_sixteen_members() -> None:
     assert error[3].max() < error[1].max()
 
 
-def test_where_it_is_not_run_it_is_missing(motion: Motion, nominal: dict[str, np.ndarray]) -> None:
+def test_ensemble_probabilities_are_missing_where_no_members_were_run(
+    pulse_motion: Motion, nominal_outcomes: dict[str, np.ndarray]
+) -> None:
     members = sample_member_changes(EnsembleSettings(members=4))
-    found = run(motion, nominal, members, everywhere=False)
-    chosen = select_ensemble_cells(nominal["overturned"], run_all_cells=False)
+    found = run_ensemble(pulse_motion, nominal_outcomes, members, everywhere=False)
+    chosen = select_ensemble_cells(nominal_outcomes["overturned"], run_all_cells=False)
     assert 0 < chosen.sum() < chosen.size
     assert np.array_equal(np.isfinite(found["probability_towards"]), chosen)
     assert np.array_equal(found["members"] > 0, chosen)
 
 
-def test_the_same_in_any_portion(
-    motion: Motion, nominal: dict[str, np.ndarray], monkeypatch: pytest.MonkeyPatch
+def test_ensemble_probabilities_do_not_depend_on_the_size_of_pieces(
+    pulse_motion: Motion, nominal_outcomes: dict[str, np.ndarray], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     members = sample_member_changes(EnsembleSettings(members=4, amplitude=0.1))
-    whole = run(motion, nominal, members)
+    whole = run_ensemble(pulse_motion, nominal_outcomes, members)
     monkeypatch.setattr("overturning.study.ensemble.MAX_MOTION_SAMPLES", 1)
     reports: list[tuple[int, int]] = []
-    pieces = run(motion, nominal, members, progress=lambda done, total: reports.append((done, total)))
+    pieces = run_ensemble(
+        pulse_motion, nominal_outcomes, members, progress=lambda done, total: reports.append((done, total))
+    )
     for variable in PLANE_ENSEMBLE_VARIABLES:
         assert np.array_equal(whole[variable.name], pieces[variable.name], equal_nan=True)
     shares = [done / total for done, total in reports]

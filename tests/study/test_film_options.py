@@ -27,7 +27,7 @@ STACK: dict[str, Any] = {"scene": "three-tier", "azimuth": {"step": 30}}
         (STACK, "--scene three-tier"),
     ],
 )
-def test_the_command_gives_the_outcome_of_the_cell(
+def test_the_film_command_reproduces_the_outcome_of_its_cell(
     keys: dict[str, Any], words: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(Path(__file__).parents[2])  # scenes are named from the project's folder
@@ -46,13 +46,15 @@ def test_the_command_gives_the_outcome_of_the_cell(
         assert ("falls towards" in capsys.readouterr().out) == bool((abs(cell["overturned"]) == 1).any())
 
 
-def test_the_reason_is_given_if_one_command_cannot_repeat_a_study() -> None:
+def test_a_reason_is_given_if_no_film_command_can_reproduce_a_study() -> None:
     record = round_to_stored_precision(record_of_pulse(parse_pulse(PULSE)))
     cube = run_study([record], **BLOCK, azimuth={"step": 90}, simulation={"time_step": 0.0001})
     assert film_command_options(cube)["missing"] == "the study has numerical settings of its own"
 
 
-def test_no_command_is_given_for_records_outside_the_project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_film_command_is_given_for_records_outside_the_project(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Of an absolute path the results state only the file name, which is a valid path only in the project's folder."""
     cube = run_study([round_to_stored_precision(record_of_pulse(parse_pulse(PULSE)))], **BLOCK, azimuth={"step": 90})
     study = json.loads(cube.attrs["study"])

@@ -24,30 +24,31 @@ from overturning.study.parts import write_sweep_part
 from overturning.study.scenes import variant_grid, variant_model
 from overturning.study.schema import Study
 
-NAMES = ("first", "second")
-AXES = {"azimuth": {"step": 45}, "b_over_h": [0.2, 0.4, 0.6], "friction": [0.5, 1.0], "ensemble": {"members": 0}}
-STUDY = study_from_content({"name": "small", "records": {"use": list(NAMES)}, **AXES}, "test")
-STILL = np.zeros(10)
-PLACE = {"latitude": 35.2, "longitude": 133.4, "fault_strike_deg": 30.0}
-EXTRA = {"pulse": True, "event_latitude": 35.3, "event_longitude": 133.3}
+RECORD_NAMES = ("first", "second")
+GRID_KEYS = {"azimuth": {"step": 45}, "b_over_h": [0.2, 0.4, 0.6], "friction": [0.5, 1.0], "ensemble": {"members": 0}}
+STUDY = study_from_content({"name": "small", "records": {"use": list(RECORD_NAMES)}, **GRID_KEYS}, "test")
+ZERO_SAMPLES = np.zeros(10)
+SITE_FIELDS = {"latitude": 35.2, "longitude": 133.4, "fault_strike_deg": 30.0}
+EXTRA_FIELDS = {"pulse": True, "event_latitude": 35.3, "event_longitude": 133.3}
 RECORDS = [
-    Record("first", STILL, STILL, None, 0.01, station="A", event="E", **PLACE, extra=EXTRA),
-    Record("second", STILL, STILL, STILL, 0.01, station="<script>", event="E"),
+    Record("first", ZERO_SAMPLES, ZERO_SAMPLES, None, 0.01, station="A", event="E", **SITE_FIELDS, extra=EXTRA_FIELDS),
+    Record("second", ZERO_SAMPLES, ZERO_SAMPLES, ZERO_SAMPLES, 0.01, station="<script>", event="E"),
 ]
 
 
-def outcome(shape: tuple[int, ...], seed: int) -> dict[str, np.ndarray]:
+def random_outcomes(shape: tuple[int, ...], seed: int) -> dict[str, np.ndarray]:
+    """Return random outcome variables of a grid shape."""
     rng = np.random.default_rng(seed)
     values = {v.name: rng.random(shape).astype(v.dtype) for v in VARIABLES if v.dtype == "f4"}
     values |= {"overturned": rng.integers(-1, 2, shape, dtype=np.int8), "status": np.zeros(shape, np.int8)}
     return values | {"mirrored": np.zeros(shape, np.int8)}
 
 
-def parts(folder: Path, pieces: int = 1) -> list[Path]:
-    """Parts of the study, each record's in some pieces."""
+def write_sweep_parts(folder: Path, pieces: int = 1) -> list[Path]:
+    """Write the parts of the study that a sweep would write, in some pieces per record; return their paths."""
     grid, paths = variant_grid(STUDY), []
-    for seed, name in enumerate(NAMES):
-        full = outcome(grid.shape, seed)
+    for seed, name in enumerate(RECORD_NAMES):
+        full = random_outcomes(grid.shape, seed)
         for piece, places in enumerate(np.array_split(np.arange(grid["azimuth"].size), pieces)):
             path = folder / f"{name}-{pieces}-{piece}.nc"
             part = grid.replace_values(azimuth=grid["azimuth"][places])
@@ -57,24 +58,24 @@ def parts(folder: Path, pieces: int = 1) -> list[Path]:
     return paths
 
 
-def cube(folder: Path, of: list[Record] = RECORDS, settings: Study = STUDY) -> xr.Dataset:
-    """The cube of the parts of the study, or of another one or of other records."""
-    merge_sweep_parts(settings, of, parts(folder), folder / "cube.nc")
+def merged_cube(folder: Path, of: list[Record] = RECORDS, settings: Study = STUDY) -> xr.Dataset:
+    """Merge the parts of the study into a cube, with other records or settings if given."""
+    merge_sweep_parts(settings, of, write_sweep_parts(folder), folder / "cube.nc")
     with open_cube(folder / "cube.nc") as opened:
         return opened.load()
 
 
 @pytest.fixture(scope="module")
-def gathered(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
-    """The cube of the study, which no test changes."""
-    return cube(tmp_path_factory.mktemp("gathered"))
+def study_cube(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
+    """The cube of the study, which tests must not change."""
+    return merged_cube(tmp_path_factory.mktemp("gathered"))
 
 
-def test_every_cell_is_in_its_place(gathered: xr.Dataset) -> None:
-    found = gathered
+def test_merging_puts_every_cell_at_its_place_in_the_cube(study_cube: xr.Dataset) -> None:
+    found = study_cube
     assert found.attrs["block_steps"] == 2 * variant_grid(STUDY)["azimuth"].size, "one a direction"
     for seed in range(2):
-        for name, values in outcome(variant_grid(STUDY).shape, seed).items():
+        for name, values in random_outcomes(variant_grid(STUDY).shape, seed).items():
             np.testing.assert_array_equal(found[name].isel(record=seed), values)
     assert found["fault_normal"].values.tolist()[0] == 120.0
     assert np.isnan(found["fault_normal"].values[1])
@@ -89,18 +90,18 @@ def test_every_cell_is_in_its_place(gathered: xr.Dataset) -> None:
     assert study_of_cube(found) == STUDY
 
 
-def test_sources_of_places_are_in_no_coordinate(gathered: xr.Dataset, tmp_path: Path) -> None:
+def test_sources_of_site_coordinates_are_stored_only_as_attributes(study_cube: xr.Dataset, tmp_path: Path) -> None:
     """They stand beside the sources of the records; coordinates, variables and their hash are the same."""
     places = {"coordinates_source": "survey", "fault_trace": "35 133, 36 133", "fault_trace_source": "map"}
-    with_places = cube(tmp_path, [replace(RECORDS[0], extra=EXTRA | places), RECORDS[1]])
+    with_places = merged_cube(tmp_path, [replace(RECORDS[0], extra=EXTRA_FIELDS | places), RECORDS[1]])
     first, second = record_sources(with_places)
     assert {name: first[name] for name in places} == places
     assert not {*places} & {*second}
-    assert with_places.identical(gathered.assign_attrs(record_sources=with_places.attrs["record_sources"]))
+    assert with_places.identical(study_cube.assign_attrs(record_sources=with_places.attrs["record_sources"]))
 
 
 @pytest.mark.parametrize(("scene", "period"), [("gravestone", 180.0), ("three-tier", 180.0), ("against-a-wall", 360.0)])
-def test_a_cube_states_if_opposite_azimuths_are_one_case(scene: str, period: float, tmp_path: Path) -> None:
+def test_a_cube_states_the_azimuth_period_after_which_cases_repeat(scene: str, period: float, tmp_path: Path) -> None:
     """A wall on one side stands in the way of a fall towards 0°, or 180° under the opposite motion: two cases."""
     of_scene = STUDY.model_copy(update={"scene": load_scene(scene)})
     with netCDF4.Dataset(tmp_path / "cube.nc", "w") as cube:
@@ -116,61 +117,61 @@ def test_record_metadata_are_copied_to_the_cube(tmp_path: Path) -> None:
     numbers = {"magnitude": 7.8, "rupture_distance": 1.5, "vs30": 410.0, "pulse_period": 2.2}
     known = numbers | {"site_class": "C", "wall": "foot", "agency_processing": "gefiltert in Zürich"}
     described = [replace(RECORDS[0], extra=RECORDS[0].extra | known), RECORDS[1]]
-    found = cube(tmp_path, described)
+    found = merged_cube(tmp_path, described)
     processing = known.pop("agency_processing")
     for name, value in known.items():
         assert found[name].values[0] == value
         assert found[name].values[1] == "" if isinstance(value, str) else np.isnan(found[name].values[1])
     assert found["rupture_distance"].attrs["units"] == "km"
     accounts = record_provenance(found)
-    assert set(accounts) == set(NAMES)
+    assert set(accounts) == set(RECORD_NAMES)
     assert accounts["first"]["data"] == "raw"
     assert accounts["first"]["duration_s"] == 0.09
     assert accounts["first"]["agency"] == processing
     assert processing in found.attrs["record_processing"], "as it is written, for those who look at it with ncdump"
 
 
-def test_two_names_of_an_earthquake_are_merged_with_a_note(tmp_path: Path) -> None:
+def test_two_names_of_one_earthquake_are_merged_in_the_cube_with_a_note(tmp_path: Path) -> None:
     names = ("Loma Prieta 10/18/1989", "Loma Prieta, CA")
     named = [
         replace(record, event=name, extra={"origin_time": f"1989-10-18T00:04:{second}Z"})
         for record, name, second in zip(RECORDS, names, (15, 14), strict=True)
     ]
-    found = cube(tmp_path, named)
+    found = merged_cube(tmp_path, named)
     assert found["event"].to_numpy().tolist() == [names[0]] * 2
     assert earthquake_assignment_notes(found) == [
         f"'{names[0]}' and '{names[1]}' are one earthquake (one origin, 1989-10-18 00:04)"
     ]
 
 
-def test_pieces_in_any_order_give_the_same_bytes(tmp_path: Path) -> None:
-    merge_sweep_parts(STUDY, RECORDS, parts(tmp_path), tmp_path / "whole.nc")
-    merge_sweep_parts(STUDY, RECORDS, parts(tmp_path, 3)[::-1], tmp_path / "pieces.nc")
+def test_sweep_parts_in_any_order_give_a_cube_with_the_same_bytes(tmp_path: Path) -> None:
+    merge_sweep_parts(STUDY, RECORDS, write_sweep_parts(tmp_path), tmp_path / "whole.nc")
+    merge_sweep_parts(STUDY, RECORDS, write_sweep_parts(tmp_path, 3)[::-1], tmp_path / "pieces.nc")
     assert (tmp_path / "whole.nc").read_bytes() == (tmp_path / "pieces.nc").read_bytes()
 
 
-def test_missing_cells_stop_the_gathering_and_leave_no_cube(tmp_path: Path) -> None:
+def test_missing_cells_are_refused_and_no_cube_is_written(tmp_path: Path) -> None:
     with pytest.raises(ResultError, match="no part holds all cells of second"):
-        merge_sweep_parts(STUDY, RECORDS, parts(tmp_path, 2)[:-1], tmp_path / "cube.nc")
+        merge_sweep_parts(STUDY, RECORDS, write_sweep_parts(tmp_path, 2)[:-1], tmp_path / "cube.nc")
     assert not [path for path in tmp_path.iterdir() if "cube" in path.name]
 
 
-def test_part_of_another_study_is_refused(tmp_path: Path) -> None:
+def test_a_sweep_part_of_another_study_is_refused(tmp_path: Path) -> None:
     other = STUDY.model_copy(update={"friction": (0.5, 0.9)})
     with pytest.raises(ResultError, match="its friction values are not those of the study"):
-        merge_sweep_parts(other, RECORDS, parts(tmp_path), tmp_path / "cube.nc")
+        merge_sweep_parts(other, RECORDS, write_sweep_parts(tmp_path), tmp_path / "cube.nc")
     with pytest.raises(ResultError, match="which are not in this study"):
-        merge_sweep_parts(STUDY, RECORDS[:1], parts(tmp_path), tmp_path / "cube.nc")
+        merge_sweep_parts(STUDY, RECORDS[:1], write_sweep_parts(tmp_path), tmp_path / "cube.nc")
     broken = tmp_path / "broken.nc"
     broken.write_bytes(b"CDF nothing")
     with pytest.raises(ResultError, match=r"broken\.nc: damaged"):
         merge_sweep_parts(STUDY, RECORDS, [broken], tmp_path / "cube.nc")
 
 
-def test_missing_outcomes_are_missing_and_never_a_flag(tmp_path: Path) -> None:
-    paths = parts(tmp_path)
+def test_missing_outcomes_in_a_cube_are_nan_and_never_a_flag(tmp_path: Path) -> None:
+    paths = write_sweep_parts(tmp_path)
     grid = variant_grid(STUDY)
-    cells = outcome(grid.shape, 0)
+    cells = random_outcomes(grid.shape, 0)
     cells["overturned"][2, 0, 1, 1] = INT8_MISSING
     cells["overturning_time"][2, 0, 1, 1] = FLOAT32_MISSING
     cells["status"][2, 0, 1, 1] = CaseStatus.UNDECIDED
@@ -183,8 +184,8 @@ def test_missing_outcomes_are_missing_and_never_a_flag(tmp_path: Path) -> None:
         assert cube["status"][0, 2, 0, 1, 1] == CaseStatus.UNDECIDED
 
 
-def test_record_flags_have_flag_meanings(gathered: xr.Dataset) -> None:
-    found = gathered
+def test_record_flags_have_flag_meanings(study_cube: xr.Dataset) -> None:
+    found = study_cube
     for name, meanings in (("pulse", "no_pulse pulse"), ("vertical", "horizontal_only with_vertical")):
         assert found[name].attrs["flag_values"].tolist() == [0, 1]
         assert found[name].attrs["flag_meanings"] == meanings
@@ -192,23 +193,23 @@ def test_record_flags_have_flag_meanings(gathered: xr.Dataset) -> None:
 
 @pytest.mark.filterwarnings("ignore:The ioos_sos checker is deprecated")
 def test_cube_passes_the_checker_of_the_convention_it_claims(
-    gathered: xr.Dataset, capsys: pytest.CaptureFixture[str]
+    study_cube: xr.Dataset, capsys: pytest.CaptureFixture[str]
 ) -> None:
     CheckSuite.load_all_available_checkers()
-    ComplianceChecker.run_checker(gathered.encoding["source"], ["cf:1.11"], verbose=0, criteria="strict")
+    ComplianceChecker.run_checker(study_cube.encoding["source"], ["cf:1.11"], verbose=0, criteria="strict")
     report = capsys.readouterr().out
     remarks = [line for line in report.splitlines() if line.startswith("* ")]
     # The checker takes a dimension called height for the vertical axis and asks for its standard name. The convention
     # goes by no variable's name (§1.3), and its standard name is the distance of a place above the ground.
     taken_for_an_axis = "'height' should have standard_name='height'"
     assert [line for line in remarks if taken_for_an_axis not in line] == []
-    assert gathered["height"].attrs == {"long_name": "height of the block", "units": "m"}
+    assert study_cube["height"].attrs == {"long_name": "height of the block", "units": "m"}
     assert "Compliance Checker Report" in report
     errors = [line for line in report.partition(" Errors ")[2].splitlines() if line.startswith("* ")]
     assert len(errors) == report.count(taken_for_an_axis) == len(remarks)
 
 
-def test_opening_something_else_is_refused(tmp_path: Path) -> None:
+def test_opening_a_file_that_is_not_a_cube_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ResultError, match="a folder; name the cube in it"):
         open_cube(tmp_path)
     with pytest.raises(ResultError, match="no such cube"):
@@ -216,28 +217,28 @@ def test_opening_something_else_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ResultError, match=r"x\.nc: cannot be opened \(.+\); check its name and permissions"):
         open_cube(tmp_path / f"{'x' * 300}.nc")
     write_sweep_part(
-        tmp_path / "part.nc", variant_grid(STUDY), outcome(variant_grid(STUDY).shape, 0), {"record_id": "a"}
+        tmp_path / "part.nc", variant_grid(STUDY), random_outcomes(variant_grid(STUDY).shape, 0), {"record_id": "a"}
     )
     with pytest.raises(ResultError, match="not a cube"):
         open_cube(tmp_path / "part.nc")
 
 
-def test_paths_of_this_machine_stay_out_of_the_cube(tmp_path: Path) -> None:
+def test_a_cube_contains_no_paths_of_this_machine(tmp_path: Path) -> None:
     folder = STUDY.records.model_copy(update={"folder": str(tmp_path / "mine")})
-    found = cube(tmp_path, settings=STUDY.model_copy(update={"records": folder}))
+    found = merged_cube(tmp_path, settings=STUDY.model_copy(update={"records": folder}))
     assert str(tmp_path) not in repr(dict(found.attrs))
 
 
-def test_arrays_of_dask_are_imported_where_a_cube_is_read_by_them_and_known_then(gathered: xr.Dataset) -> None:
+def test_dask_is_imported_only_when_a_cube_is_read_in_chunks(study_cube: xr.Dataset) -> None:
     program = f"""if True:
         import sys
         sys.modules["distributed"] = None  # of the group cluster, which users seldom install
         from pathlib import Path
         from xarray.namedarray.pycompat import array_type
         from overturning.study.cube import open_cube
-        with open_cube(Path({gathered.encoding["source"]!r})) as cube:
+        with open_cube(Path({study_cube.encoding["source"]!r})) as cube:
             print((cube["overturned"] == 0).sum().item(), "dask.array" in sys.modules)
-        with open_cube(Path({gathered.encoding["source"]!r}), {{"record": 1}}) as cube:
+        with open_cube(Path({study_cube.encoding["source"]!r}), {{"record": 1}}) as cube:
             known = isinstance(cube["overturned"].data, array_type("dask"))
             print((cube["overturned"] == 0).sum().compute().item(), known)
     """

@@ -15,23 +15,29 @@ from overturning.study.load import study_from_content
 from overturning.study.schema import Study
 
 
-def soil(thickness_m: float, velocity_m_s: float = 150) -> dict[str, Any]:
-    """Return a description of one layer over rock."""
+def soil_site(thickness_m: float, velocity_m_s: float = 150) -> dict[str, Any]:
+    """Return the settings of one soil layer over rock."""
     return {
         "layers": [{"thickness_m": thickness_m, "velocity_m_s": velocity_m_s}],
         "rock": {"velocity_m_s": 760},
     }
 
 
-def study(*surveys: dict[str, Any], **more: Any) -> Study:
+def study_with_surveys(*surveys: dict[str, Any], **more: Any) -> Study:
+    """Return a study of two records with the surveys."""
     content = {"name": "mine", "records": {"use": ["rinaldi", "petrolia"]}, "surveys": surveys}
     return study_from_content(content | more, "mine.yaml")
 
 
-def test_equal_layers_have_one_cube_and_only_the_records_of_their_surveys() -> None:
-    mine = study(
-        {"stones": "a.csv", "record": "rinaldi", "site": soil(10), "sites": {"River": soil(20), "Church": soil(10)}},
-        {"stones": "b.csv", "record": "petrolia", "sites": {"Hill": soil(10.0)}},
+def test_surveys_with_equal_soil_layers_share_one_cube_of_their_records() -> None:
+    mine = study_with_surveys(
+        {
+            "stones": "a.csv",
+            "record": "rinaldi",
+            "site": soil_site(10),
+            "sites": {"River": soil_site(20), "Church": soil_site(10)},
+        },
+        {"stones": "b.csv", "record": "petrolia", "sites": {"Hill": soil_site(10.0)}},
         {"stones": "c.csv", "record": "petrolia"},
     )
     (first, by_site), (second, at_hill), third = (soil_cube_names_of_survey(mine, one) for one in mine.surveys)
@@ -45,31 +51,36 @@ def test_equal_layers_have_one_cube_and_only_the_records_of_their_surveys() -> N
     assert keys == ["surveys.0.site", "surveys.0.sites.River", "surveys.0.sites.Church", "surveys.1.sites.Hill"]
 
 
-def test_the_cube_of_a_variant_with_the_same_layers_is_used() -> None:
-    survey = {"stones": "a.csv", "record": "rinaldi", "site": soil(10)}
-    same, other = (study(survey, variants={"clay": one}) for one in ({"site": soil(10)}, {"site": soil(11)}))
+def test_a_survey_uses_the_cube_of_a_variant_with_the_same_soil_layers() -> None:
+    survey = {"stones": "a.csv", "record": "rinaldi", "site": soil_site(10)}
+    same, other = (
+        study_with_surveys(survey, variants={"clay": one}) for one in ({"site": soil_site(10)}, {"site": soil_site(11)})
+    )
     assert (soil_cube_names_of_survey(same, same.surveys[0]), soil_layers_with_own_cube(same)) == (("clay", {}), {})
     assert len(soil_layers_with_own_cube(other)) == 1
-    flat = study(survey, variants={"flat": {"site": soil(10), "vertical": False}})
+    flat = study_with_surveys(survey, variants={"flat": {"site": soil_site(10), "vertical": False}})
     assert len(soil_layers_with_own_cube(flat)) == 1, "a variant that changes more than the soil"
 
 
-def test_names_do_not_depend_on_other_surveys_or_on_defaults_that_are_written() -> None:
-    own = {"stones": "a.csv", "record": "rinaldi", "site": soil(10)}
-    alone, second = study(own), study({"stones": "b.csv", "record": "rinaldi", "site": soil(5)}, own)
-    spelled = study(own | {"site": soil(10) | {"motion": "outcrop"}})
+def test_names_of_soil_cubes_do_not_depend_on_other_surveys_or_spelled_defaults() -> None:
+    own = {"stones": "a.csv", "record": "rinaldi", "site": soil_site(10)}
+    alone, second = (
+        study_with_surveys(own),
+        study_with_surveys({"stones": "b.csv", "record": "rinaldi", "site": soil_site(5)}, own),
+    )
+    spelled = study_with_surveys(own | {"site": soil_site(10) | {"motion": "outcrop"}})
     (name,) = soil_layers_with_own_cube(alone)
     assert name in soil_layers_with_own_cube(second)
     assert [*soil_layers_with_own_cube(spelled)] == [name]
-    assert soil_layers_with_own_cube(study()) == {}
+    assert soil_layers_with_own_cube(study_with_surveys()) == {}
 
 
 @pytest.mark.parametrize(
     ("known", "remedy"),
     [({"River", "Hill"}, "did you mean River"), ({"A", ""}, "its sites are A"), ({""}, "give `site` instead")],
 )
-def test_unknown_cemetery(known: set[str], remedy: str) -> None:
-    mine = study({"stones": "a.csv", "record": "rinaldi", "sites": {"Rivre": soil(10)}})
+def test_the_error_names_an_unknown_cemetery_of_a_survey(known: set[str], remedy: str) -> None:
+    mine = study_with_surveys({"stones": "a.csv", "record": "rinaldi", "sites": {"Rivre": soil_site(10)}})
     message = rf"^mine\.yaml: surveys\.0\.sites\.Rivre: no stone of a\.csv has this site; .*{remedy}"
     with pytest.raises(ConfigError, match=message):
         check_survey_site_names(mine, 0, known, "mine.yaml")

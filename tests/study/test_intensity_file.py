@@ -19,7 +19,8 @@ pytestmark = pytest.mark.long
 
 
 @pytest.fixture(scope="module")
-def table(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
+def intensity_measures(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
+    """Intensity measures of a sine pulse and of a record with a vertical component, as written to a file."""
     folder = tmp_path_factory.mktemp("intensity")
     study = study_from_content({"name": "x", "records": {"use": ["sine", "three"]}, "azimuth": {"step": 30}}, "x.yaml")
     sine = record_of_pulse(parse_pulse("sine amplitude_gal=300 period_s=1 azimuth_deg=60"), "sine")
@@ -31,21 +32,21 @@ def table(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
     return xr.open_dataset(folder / "one.nc")
 
 
-def test_measures_by_azimuth_and_of_whole_records(table: xr.Dataset) -> None:
-    assert float(table.pga.isel(record=0).sel(azimuth=60)) == pytest.approx(3.0)
-    assert float(table.pga.isel(record=0).sel(azimuth=150)) < 1e-12
-    np.testing.assert_allclose(table.pga_rotd.isel(record=0), [0, 3 / np.sqrt(2), 3], atol=0.03)
-    assert table.psa_rotd.sizes == {"record": 2, "percentile": 3, "period": 61}
-    assert np.isnan(table.jma_intensity[0])
-    assert 4.5 < float(table.jma_intensity[1]) < 6.5
-    assert table.record_id.values.tolist() == ["sine", "three"]
+def test_the_intensity_file_has_measures_by_azimuth_and_of_whole_records(intensity_measures: xr.Dataset) -> None:
+    assert float(intensity_measures.pga.isel(record=0).sel(azimuth=60)) == pytest.approx(3.0)
+    assert float(intensity_measures.pga.isel(record=0).sel(azimuth=150)) < 1e-12
+    np.testing.assert_allclose(intensity_measures.pga_rotd.isel(record=0), [0, 3 / np.sqrt(2), 3], atol=0.03)
+    assert intensity_measures.psa_rotd.sizes == {"record": 2, "percentile": 3, "period": 61}
+    assert np.isnan(intensity_measures.jma_intensity[0])
+    assert 4.5 < float(intensity_measures.jma_intensity[1]) < 6.5
+    assert intensity_measures.record_id.values.tolist() == ["sine", "three"]
     # Twenty per decade of periods from 0.01 to 10 s, and of frequencies from 0.1 to 50 Hz.
-    for axis, ends in ((table.period, [0.01, 10.0]), (table.frequency, [0.1, 50.0])):
+    for axis, ends in ((intensity_measures.period, [0.01, 10.0]), (intensity_measures.frequency, [0.1, 50.0])):
         np.testing.assert_allclose(axis[[0, -1]], ends)
         np.testing.assert_allclose(axis.values[1:] / axis.values[:-1], 10**0.05, rtol=1e-4)
 
 
-def test_the_periods_of_a_population_are_among_those_of_the_spectra(tmp_path: Path) -> None:
+def test_the_spectra_include_the_periods_of_a_population(tmp_path: Path) -> None:
     """An oscillator of another period than the ground's has its closed form in the tests of the spectra."""
     given = {"name": "x", "records": {"use": ["sine"]}, "azimuth": {"step": 90}, "population": {"period": ["0.5 s", 1]}}
     sine = record_of_pulse(parse_pulse("sine amplitude_gal=300 period_s=1 azimuth_deg=60"), "sine")
@@ -56,15 +57,15 @@ def test_the_periods_of_a_population_are_among_those_of_the_spectra(tmp_path: Pa
         assert table.psa_rotd.sel(percentile=50, period=0.5).values == pytest.approx(psa)
 
 
-def test_the_file_has_peaks_before_and_after_processing(table: xr.Dataset) -> None:
-    assert np.isnan(table.pgd_processed[0])
+def test_the_intensity_file_has_peaks_before_and_after_processing(intensity_measures: xr.Dataset) -> None:
+    assert np.isnan(intensity_measures.pgd_processed[0])
     # one cycle of a sine from rest leaves a drift of A T²/2π per period, which the filter takes away
-    assert float(table.pgd_processed[1]) < 0.7 * float(table.pgd_unprocessed[1])
+    assert float(intensity_measures.pgd_processed[1]) < 0.7 * float(intensity_measures.pgd_unprocessed[1])
 
 
-def test_the_file_passes_the_checker_of_its_convention(table: xr.Dataset) -> None:
+def test_the_intensity_file_passes_the_cf_convention_checker(intensity_measures: xr.Dataset) -> None:
     program = Path(sys.executable).with_name("compliance-checker")
-    path = table.encoding["source"]
+    path = intensity_measures.encoding["source"]
     done = subprocess.run(
         [program, "--test", "cf:1.11", "--criteria", "lenient", path], capture_output=True, text=True, check=False
     )

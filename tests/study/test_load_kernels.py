@@ -14,7 +14,7 @@ from tests.study.small_study import pulse, study
         ("nominal", {"amplitude": [0.01, 1.0]}),
     ],
 )
-def test_one_case_that_moves_is_simulated(
+def test_loading_the_kernels_simulates_one_case_that_moves(
     monkeypatch: pytest.MonkeyPatch, variant: str, keys: dict[str, object]
 ) -> None:
     """A case at rest would not call the kernel."""

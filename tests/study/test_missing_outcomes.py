@@ -14,15 +14,17 @@ from overturning.motion.motion import Motion
 
 WAVE = Motion.sine(6.0, 0.8)
 # The wall's face is at 0.22 m, so that a stone of 0.6 m overlaps it at rest from B/H = 0.7333 on.
-AXES = {"height": [0.6], "b_over_h": [0.2, 0.3, 0.75, 0.9], "friction": [1.0]}
+SIZES_AND_FRICTION = {"height": [0.6], "b_over_h": [0.2, 0.3, 0.75, 0.9], "friction": [1.0]}
 AZIMUTHS = np.arange(0.0, 360.0, 45.0)
 
 
 @pytest.fixture(scope="module")
-def pair(tmp_path_factory: pytest.TempPathFactory) -> tuple[xr.Dataset, xr.Dataset]:
+def simulated_and_saved(tmp_path_factory: pytest.TempPathFactory) -> tuple[xr.Dataset, xr.Dataset]:
     """The same cases from `simulate`, and from the saved cube of a study."""
-    own = overturning.simulate(WAVE, overturning.load_scene("against-a-wall"), azimuth_deg=AZIMUTHS, **AXES)
-    keys: dict[str, Any] = {**AXES}
+    own = overturning.simulate(
+        WAVE, overturning.load_scene("against-a-wall"), azimuth_deg=AZIMUTHS, **SIZES_AND_FRICTION
+    )
+    keys: dict[str, Any] = {**SIZES_AND_FRICTION}
     path: Path = tmp_path_factory.mktemp("study") / "cube.nc"
     overturning.run_study(
         [WAVE], scene="against-a-wall", azimuth={"step": 45}, ensemble={"members": 0}, **keys
@@ -31,9 +33,13 @@ def pair(tmp_path_factory: pytest.TempPathFactory) -> tuple[xr.Dataset, xr.Datas
         return own, cube.isel(record=0).load()
 
 
-def test_flags_without_an_outcome_are_nan_in_both(pair: tuple[xr.Dataset, xr.Dataset]) -> None:
-    own, cube = pair
-    overlaps = np.broadcast_to(np.array(AXES["b_over_h"])[:, None] > 2 * 0.22 / 0.6, own["overturned"].shape)
+def test_flags_without_an_outcome_are_nan_in_simulations_and_cubes(
+    simulated_and_saved: tuple[xr.Dataset, xr.Dataset],
+) -> None:
+    own, cube = simulated_and_saved
+    overlaps = np.broadcast_to(
+        np.array(SIZES_AND_FRICTION["b_over_h"])[:, None] > 2 * 0.22 / 0.6, own["overturned"].shape
+    )
     for dataset in (own, cube):
         np.testing.assert_array_equal(dataset["overturned"].isnull(), overlaps)
     for name in own.data_vars:
@@ -42,8 +48,8 @@ def test_flags_without_an_outcome_are_nan_in_both(pair: tuple[xr.Dataset, xr.Dat
     assert own["overturned"].isel(azimuth=0, height=0, friction=0).to_numpy().tolist()[0] == -1
 
 
-def test_means_are_those_of_the_cases_with_an_outcome(pair: tuple[xr.Dataset, xr.Dataset]) -> None:
-    own, cube = pair
+def test_means_over_a_cube_count_only_cases_with_an_outcome(simulated_and_saved: tuple[xr.Dataset, xr.Dataset]) -> None:
+    own, cube = simulated_and_saved
     known = own["overturned"].sel(b_over_h=[0.2, 0.3]).to_numpy()
     share = float(np.count_nonzero(known)) / known.size
     assert 0.5 < share < 1.0
@@ -53,10 +59,10 @@ def test_means_are_those_of_the_cases_with_an_outcome(pair: tuple[xr.Dataset, xr
     assert float((own["overturned"] != 0).mean()) == pytest.approx(0.5 + share / 2)
 
 
-def test_a_dataset_of_simulate_is_the_same_after_it_was_saved(
-    pair: tuple[xr.Dataset, xr.Dataset], tmp_path: Path
+def test_a_simulated_dataset_is_equal_after_saving_and_opening(
+    simulated_and_saved: tuple[xr.Dataset, xr.Dataset], tmp_path: Path
 ) -> None:
-    own = pair[0]
+    own = simulated_and_saved[0]
     own.to_netcdf(tmp_path / "outcome.nc")
     with xr.open_dataset(tmp_path / "outcome.nc", decode_timedelta=False) as again:
         assert again.equals(own)
@@ -65,7 +71,7 @@ def test_a_dataset_of_simulate_is_the_same_after_it_was_saved(
 
 
 @pytest.mark.parametrize("model", [None, "three-tier", "rectangle"])
-def test_a_case_over_its_budget_is_nan(model: str | None) -> None:
+def test_a_case_that_exceeds_its_step_budget_is_nan(model: str | None) -> None:
     made = overturning.load_scene(model) if model == "three-tier" else model
     direction = "orientation_deg" if model == "rectangle" else "azimuth_deg"
     motion = Motion(WAVE.north, WAVE.north, sampling_interval=WAVE.sampling_interval)

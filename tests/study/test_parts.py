@@ -34,7 +34,7 @@ def test_bytes_of_the_cube_are_the_same_for_any_number_of_chunks(keys: dict[str,
 
 @pytest.mark.parametrize("keys", [PLANES, SPACE], ids=["planes", "space"])
 @pytest.mark.parametrize("chunks", [1, 3, 50])
-def test_every_cell_is_in_one_chunk(keys: dict[str, object], chunks: int) -> None:
+def test_every_cell_of_a_grid_is_in_exactly_one_chunk(keys: dict[str, object], chunks: int) -> None:
     settings = study(**keys)
     grid = variant_grid(settings)
     pieces = [grid_of_chunk(settings, grid, SweepChunk(number, chunks)) for number in range(1, chunks + 1)]
@@ -46,7 +46,7 @@ def test_every_cell_is_in_one_chunk(keys: dict[str, object], chunks: int) -> Non
         ]
 
 
-def test_azimuths_that_mirror_each_other_share_a_chunk() -> None:
+def test_opposite_azimuths_share_a_chunk() -> None:
     settings = study(**PLANES | {"azimuth": {"step": 10}})
     sizes = []
     for number in range(1, 6):
@@ -57,7 +57,7 @@ def test_azimuths_that_mirror_each_other_share_a_chunk() -> None:
 
 
 @pytest.mark.parametrize("text", ["", "3", "0-of-2", "3-of-2", "1-of-0", "a-of-b"])
-def test_a_text_that_names_no_chunk_is_refused(text: str) -> None:
+def test_a_text_that_specifies_no_chunk_is_refused(text: str) -> None:
     with pytest.raises(ArgumentError, match=r"chunk: .*; write a number and that of all chunks, 3-of-8"):
         SweepChunk.parse(text)
 
@@ -71,7 +71,7 @@ def test_a_text_that_names_no_chunk_is_refused(text: str) -> None:
         ((3, 0, 5), (3, 0, 5)),
     ],
 )
-def test_a_chunk_of_a_file_holds_whole_directions_of_about_a_million_values(
+def test_an_hdf5_chunk_holds_whole_directions_of_about_a_million_values(
     grid: tuple[int, ...], chunk: tuple[int, ...]
 ) -> None:
     assert hdf5_chunk_shape(grid) == chunk

@@ -29,28 +29,30 @@ from tests.expect import said
 from tests.records.world_writers import unam_text
 
 ROOT = Path(__file__).parents[2]
-TABLE = "id\tformat\tsource\tcolumns\n"
+TABLE_HEADING = "id\tformat\tsource\tcolumns\n"
 
 
-def study_of(tmp_path: Path, *rows: str, **more: Any) -> Any:
-    (tmp_path / "records.tsv").write_text(TABLE + "".join(f"{row}\n" for row in rows), encoding="utf-8")
+def study_of_table_rows(tmp_path: Path, *rows: str, **more: Any) -> Any:
+    """Return a study of all records in a record table of the given rows."""
+    (tmp_path / "records.tsv").write_text(TABLE_HEADING + "".join(f"{row}\n" for row in rows), encoding="utf-8")
     use = [row.split("\t")[0] for row in rows]
     records = {"use": use, "table": str(tmp_path / "records.tsv"), "folder": str(tmp_path)}
     return study_from_content({"name": "mine", "records": records} | more, "mine.yaml")
 
 
-def mine(record: str, **more: Any) -> Any:
+def study_of_record(record: str, **more: Any) -> Any:
+    """Return a study of one record of the shipped record table."""
     return study_from_content({"name": "mine", "records": {"use": [record]}} | more, "mine.yaml")
 
 
-def told(study: Any) -> tuple[str, ...]:
+def record_notes(study: Any) -> tuple[str, ...]:
     """Return the notes on the records of a study."""
     return read_and_check_records(study, check_record_files(study, "mine.yaml")[0])
 
 
-def test_all_missing_files_are_named(tmp_path: Path) -> None:
+def test_the_preflight_check_names_all_missing_record_files(tmp_path: Path) -> None:
     with pytest.raises(MissingDataError) as found:
-        check_record_files(study_of(tmp_path, *(f"r{n}\tauto\tr{n}.V2A" for n in range(9))), "mine.yaml")
+        check_record_files(study_of_table_rows(tmp_path, *(f"r{n}\tauto\tr{n}.V2A" for n in range(9))), "mine.yaml")
     lines = str(found.value).splitlines()
     assert lines[0].startswith("record r0: r0.V2A is not in ")
     assert len(lines) == 7
@@ -58,15 +60,15 @@ def test_all_missing_files_are_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("source", ["../secret.V2A", "/etc/passwd"])
-def test_a_path_out_of_the_folder(tmp_path: Path, source: str) -> None:
+def test_a_record_source_outside_its_folder_is_refused(tmp_path: Path, source: str) -> None:
     with pytest.raises(ConfigError, match=rf"record one: source '{source}' lies outside"):
-        check_record_files(study_of(tmp_path, f"one\tauto\t{source}"), "mine.yaml")
+        check_record_files(study_of_table_rows(tmp_path, f"one\tauto\t{source}"), "mine.yaml")
 
 
-def test_unreadable_files_are_named(tmp_path: Path) -> None:
+def test_the_preflight_check_names_unreadable_record_files(tmp_path: Path) -> None:
     for name in ("one.csv", "two.csv"):
         (tmp_path / name).write_text("time,north,east\n0,1,2\n", encoding="utf-8")
-    study = study_of(tmp_path, "one\tcsv\tone.csv", "two\tnonsense\ttwo.csv")
+    study = study_of_table_rows(tmp_path, "one\tcsv\tone.csv", "two\tnonsense\ttwo.csv")
     entries, files = check_record_files(study, "mine.yaml")
     assert files["one"] == [tmp_path / "one.csv"]
     with pytest.raises(OverturningError) as found:
@@ -77,11 +79,11 @@ def test_unreadable_files_are_named(tmp_path: Path) -> None:
     assert "format 'nonsense'" in second
 
 
-def test_skipped_data_of_a_file_are_noted(tmp_path: Path) -> None:
+def test_the_preflight_check_notes_skipped_data_of_a_record_file(tmp_path: Path) -> None:
     waves = 50 * np.sin(np.arange(500) / 9)
     (tmp_path / "x.asa").write_text(unam_text({"N00E": waves, "N90E": waves[::-1], "V": waves}), encoding="utf-8")
-    study = study_of(tmp_path, "one\tauto\tx.asa", b_over_h=[0.02, 0.1])
-    (note,) = told(study)
+    study = study_of_table_rows(tmp_path, "one\tauto\tx.asa", b_over_h=[0.02, 0.1])
+    (note,) = record_notes(study)
     assert note.startswith("record one: vertical axis 'V' left out: x.asa does not say whether up or down")
 
 
@@ -89,37 +91,39 @@ def test_skipped_data_of_a_file_are_noted(tmp_path: Path) -> None:
 def test_a_record_too_weak_to_move_any_stone_is_noted(tmp_path: Path, gal: float, weak: bool) -> None:
     """West: a rigid block of B/H = 0.1 rocks from 98 Gal on, along the motion."""
     row = f"slight\tsynthetic\tsine amplitude_gal={gal:g} period_s=1 azimuth_deg=40"
-    study = study_of(tmp_path, row, b_over_h=[0.1, 0.4], friction=[0.5])
-    assert told(study) == (("record slight: too weak to move any stone of the study",) if weak else ())
-    twice = study_of(tmp_path, row, b_over_h=[0.1, 0.4], friction=[0.5], amplitude=[1, 2])
-    assert told(twice) == ()
+    study = study_of_table_rows(tmp_path, row, b_over_h=[0.1, 0.4], friction=[0.5])
+    assert record_notes(study) == (("record slight: too weak to move any stone of the study",) if weak else ())
+    twice = study_of_table_rows(tmp_path, row, b_over_h=[0.1, 0.4], friction=[0.5], amplitude=[1, 2])
+    assert record_notes(twice) == ()
 
 
 @pytest.mark.parametrize("without", [{"simulation": {"vertical": False}}, {"variants": {"flat": {"vertical": False}}}])
-def test_a_vertical_motion_that_is_left_out_holds_no_stone(tmp_path: Path, without: dict[str, Any]) -> None:
+def test_omitted_vertical_motion_is_ignored_in_the_note_on_weak_records(
+    tmp_path: Path, without: dict[str, Any]
+) -> None:
     """100 Gal do not rock B/H 0.1 while the ground presses up at as much; without that they do."""
     wave = 105 * np.sin(np.arange(500) / 9)
     # Some of it goes east: an axis at rest beside one that moves is taken for a dead channel.
     rows = "".join(f"{h:.4f},{0.1 * h:.4f},{abs(h):.4f}\n" for h in wave)
     (tmp_path / "x.csv").write_text(rows, encoding="utf-8")
-    header = TABLE.strip() + "\tprocessed\tsampling_interval_s\n"
+    header = TABLE_HEADING.strip() + "\tprocessed\tsampling_interval_s\n"
     (tmp_path / "records.tsv").write_text(
         f"{header}slight\tcsv\tx.csv\tnorth:gal east:gal up:gal\ttrue\t0.01\n", encoding="utf-8"
     )
     records = {"use": ["slight"], "table": str(tmp_path / "records.tsv"), "folder": str(tmp_path)}
     plain = {"name": "mine", "records": records, "b_over_h": [0.1, 0.4], "friction": [0.5]}
     weak = "record slight: too weak to move any stone of the study"
-    assert weak in told(study_from_content(plain, "mine.yaml"))
-    assert weak not in told(study_from_content(plain | without, "mine.yaml"))
+    assert weak in record_notes(study_from_content(plain, "mine.yaml"))
+    assert weak not in record_notes(study_from_content(plain | without, "mine.yaml"))
 
 
-def test_no_note_on_weak_records_that_soil_can_amplify(tmp_path: Path) -> None:
+def test_no_note_is_given_on_weak_records_that_soil_can_amplify(tmp_path: Path) -> None:
     """The preflight has the motion of the rock alone."""
     row = "slight\tsynthetic\tsine amplitude_gal=90 period_s=1 azimuth_deg=40"
     layer = {"thickness_m": 20, "velocity_m_s": 150, "density_kg_m3": 1800}
     site = {"layers": [layer], "rock": {"velocity_m_s": 760}}
     for more in ({"site": site}, {"variants": {"soil": {"site": site}}}):
-        assert told(study_of(tmp_path, row, b_over_h=[0.1, 0.4], friction=[0.5], **more)) == ()
+        assert record_notes(study_of_table_rows(tmp_path, row, b_over_h=[0.1, 0.4], friction=[0.5], **more)) == ()
 
 
 SITE = {"layers": [{"thickness_m": 20, "velocity_m_s": 150}], "rock": {"velocity_m_s": 760}}
@@ -157,9 +161,9 @@ def test_study_check_finds_an_unknown_soil_curve(monkeypatch: pytest.MonkeyPatch
     curves = SimpleNamespace(known_published_curves=lambda: ["kishida", "idriss_sand"])
     monkeypatch.setitem(sys.modules, "pystrata", SimpleNamespace(site=curves))
     layers = [*SITE["layers"], {"thickness_m": 5, "velocity_m_s": 150, "curve": "idris"}]
-    check_optional_packages(mine("rinaldi", site=SITE | {"layers": layers[:1]}), "mine.yaml")
+    check_optional_packages(study_of_record("rinaldi", site=SITE | {"layers": layers[:1]}), "mine.yaml")
     with pytest.raises(ConfigError, match=re.escape("mine.yaml: site: curve 'idris'; known are idriss_sand, kishida")):
-        check_optional_packages(mine("rinaldi", site=SITE | {"layers": layers}), "mine.yaml")
+        check_optional_packages(study_of_record("rinaldi", site=SITE | {"layers": layers}), "mine.yaml")
 
 
 @pytest.mark.parametrize(
@@ -173,7 +177,7 @@ def test_study_check_finds_an_unknown_soil_curve(monkeypatch: pytest.MonkeyPatch
         ([(None, True), (None, False), (30.0, None)], False),
     ],
 )
-def test_an_alignment_has_an_answer_where_the_records_that_it_is_of_have_a_fault(
+def test_fault_alignment_is_computed_only_for_records_with_a_fault_strike(
     records: list[tuple[float | None, bool | None]], answer: bool
 ) -> None:
     """It is of records with a pulse where there is a control: the first group of `record_masks_by_group`."""
@@ -188,15 +192,15 @@ def test_an_alignment_has_an_answer_where_the_records_that_it_is_of_have_a_fault
 
 def test_a_study_without_soil_needs_no_optional_package(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pystrata", None)
-    check_optional_packages(mine("rinaldi"), "mine.yaml")
+    check_optional_packages(study_of_record("rinaldi"), "mine.yaml")
 
 
-def test_a_study_too_large_is_refused_with_its_size() -> None:
+def test_a_study_that_is_too_large_is_refused_with_its_size() -> None:
     fine = {"start": 0.001, "stop": 10, "step": 0.001}
     with pytest.raises(
         ConfigError, match=r"mine\.yaml: 1 record × 7,200,000,000 cases = .* of processor time, .* of memory"
     ):
-        check_study_size(mine("rinaldi", b_over_h=fine, friction=fine), "mine.yaml")
+        check_study_size(study_of_record("rinaldi", b_over_h=fine, friction=fine), "mine.yaml")
 
 
 @pytest.mark.parametrize(
@@ -215,43 +219,43 @@ def test_a_study_too_large_is_refused_with_its_size() -> None:
         ),
     ],
 )
-def test_cases_that_no_run_would_compute_are_refused_before_it(keys: dict[str, Any], message: str) -> None:
+def test_cases_that_cannot_be_simulated_are_refused_before_the_run(keys: dict[str, Any], message: str) -> None:
     with pytest.raises(ConfigError, match=re.escape(message)):
-        told(mine("wtmc", **keys))
+        record_notes(study_of_record("wtmc", **keys))
 
 
-def test_estimated_run_time_is_near_the_measured_one() -> None:
+def test_the_estimated_run_time_is_within_a_factor_of_two_of_the_measured_one() -> None:
     measured = pd.read_csv(ROOT / "verification/results/x86-64-2-cores.csv").set_index("quantity")["value"]
     processor_s = float(measured["default study, whole run: processor time"])
     assert 0.5 < estimate_study_size(load_study(ROOT / "config/near-fault.yaml")).processor_s / processor_s < 2
-    small = estimate_study_size(mine("wtmc"))
+    small = estimate_study_size(study_of_record("wtmc"))
     assert 10 < small.processor_s < 100, "most of it is no case"
     assert 1e6 < small.disk_bytes < 5e6, "the report alone is half a megabyte"
 
 
-def test_the_memory_of_an_ensemble_holds_the_answers_of_its_members() -> None:
+def test_the_memory_estimate_includes_the_outcomes_of_ensemble_members() -> None:
     """A flag of one byte and an azimuth of eight for each member of each case of the largest job."""
     without, with_members = (
-        estimate_study_size(mine("rinaldi", ensemble={"members": n}), chunks_per_record=4) for n in (0, 24)
+        estimate_study_size(study_of_record("rinaldi", ensemble={"members": n}), chunks_per_record=4) for n in (0, 24)
     )
     assert with_members.memory_bytes - without.memory_bytes >= 9 * 24 * with_members.cases / 4
 
 
 @pytest.mark.parametrize(("step", "size"), [(360, "1 record × 1 case = 1; "), (180, "1 record × 2 cases = 2; ")])
-def test_the_size_of_a_study_has_its_nouns_in_the_right_number(step: int, size: str) -> None:
-    one = mine("rinaldi", azimuth={"step": step}, b_over_h=[0.3], height=[0.6], friction=[0.58])
+def test_the_printed_size_of_a_study_uses_singular_and_plural_correctly(step: int, size: str) -> None:
+    one = study_of_record("rinaldi", azimuth={"step": step}, b_over_h=[0.3], height=[0.6], friction=[0.58])
     assert str(estimate_study_size(one)).startswith(size)
 
 
-def test_pulses_need_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_study_of_pulses_needs_no_record_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     study = tmp_path / "pulse.yaml"
     study.write_text('name: pulse\nrecords: {pulses: {p1: "sine amplitude_gal=300 period_s=1 azimuth_deg=60"}}\n')
     assert "study 'pulse', 1 record × 216 cases = 216; about " in said("study", "check", study)
 
 
-def test_a_table_with_commas(tmp_path: Path) -> None:
-    study = study_of(tmp_path, "one\tauto\tone.csv")
+def test_a_record_table_separated_by_commas_is_refused(tmp_path: Path) -> None:
+    study = study_of_table_rows(tmp_path, "one\tauto\tone.csv")
     (tmp_path / "records.tsv").write_text("id,format\none,auto\n", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"line 1: columns are separated by commas; use tabs"):
         check_record_files(study, "mine.yaml")

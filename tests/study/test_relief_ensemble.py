@@ -22,7 +22,7 @@ BODY = {
 }
 
 
-def test_new_dimensions_leave_other_ensembles_as_they_are(tmp_path: Path) -> None:
+def test_ensemble_members_vary_relief_and_orientation_only_on_request(tmp_path: Path) -> None:
     plain = sample_member_changes(EnsembleSettings(members=16))
     assert not plain.varies_relief
     assert not plain.orientation_deg.any()
@@ -44,8 +44,8 @@ def test_new_dimensions_leave_other_ensembles_as_they_are(tmp_path: Path) -> Non
             np.testing.assert_array_equal(getattr(again, name), getattr(members, name))
 
 
-class Grid:
-    """Grid of one stone at two orientations, as far as an ensemble needs it."""
+class TwoOrientationGrid:
+    """Grid of one stone at two orientations, with only the methods that an ensemble needs."""
 
     dimension_names = ("orientation", "aspect", "height", "b_over_h", "friction")
     shape = (2, 1, 1, 1, 1)
@@ -54,7 +54,7 @@ class Grid:
         return {"orientation": np.array([0.0, 90.0]), "height": np.array([0.8])}.get(name, np.ones(1))
 
 
-def test_members_run_with_their_own_relief_and_orientation(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ensemble_members_of_a_scan_have_their_own_relief_and_orientation(monkeypatch: pytest.MonkeyPatch) -> None:
     """The fall depends on the relief only here, so that the shares of both halves are 1 and 0."""
     members = sample_member_changes(
         EnsembleSettings.model_validate({"members": 16, "relief": {"low": 0.001, "high": 0.005}, "orientation": 5.0})
@@ -75,10 +75,13 @@ def test_members_run_with_their_own_relief_and_orientation(monkeypatch: pytest.M
     class Still:
         sample_count = 100
 
-    nominal = {"overturned": np.zeros(Grid.shape, np.int8), "repeated": np.zeros(Grid.shape, np.int8)}
+    nominal = {
+        "overturned": np.zeros(TwoOrientationGrid.shape, np.int8),
+        "repeated": np.zeros(TwoOrientationGrid.shape, np.int8),
+    }
     runner = EnsembleRunner(Body(STONE), members)
     monkeypatch.setattr(EnsembleRunner, "_copy_to_symmetric_cells", lambda *_: None)
-    found, steps = runner.run_members_of_cells(Still(), Grid(), nominal, run)  # type: ignore[arg-type]
+    found, steps = runner.run_members_of_cells(Still(), TwoOrientationGrid(), nominal, run)  # type: ignore[arg-type]
     assert steps == 2 * 16
     assert [relief for relief, _ in seen] == pytest.approx(
         np.concatenate([members.relief[batch] for batch in members.member_number_batches(8)]).tolist()
@@ -92,7 +95,7 @@ def test_members_run_with_their_own_relief_and_orientation(monkeypatch: pytest.M
     np.testing.assert_allclose(found["probability_falls"].ravel(), 0.5)
 
 
-def test_settings_of_a_scan_and_what_is_refused() -> None:
+def test_relief_spread_is_accepted_only_for_a_scanned_stone() -> None:
     about = {"name": "b", "records": {"use": ["a"]}}
     ensemble = {"relief": {"low": 0.001, "high": 0.005}, "members": 8}
     study = study_from_content(about | {"body": BODY, "ensemble": ensemble}, "b")

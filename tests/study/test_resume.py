@@ -24,14 +24,15 @@ from overturning.study.resume import (
 )
 
 
-def motion(path: Path) -> Path:
+def write_motion_file(path: Path) -> Path:
+    """Write a motion file of a short sine and return its path."""
     samples = np.sin(np.arange(50.0))
     write_record_to_motion_file(Record(path.stem, samples, samples, None, 0.01), path)
     return path
 
 
-def test_every_byte_of_a_file_counts(tmp_path: Path) -> None:
-    path = motion(tmp_path / "a.nc")
+def test_a_change_of_any_byte_of_a_motion_file_is_detected(tmp_path: Path) -> None:
+    path = write_motion_file(tmp_path / "a.nc")
     content = path.read_bytes()
     assert checksum_at_end_matches(path)
     assert read_record_from_motion_file(path).north.size == 50
@@ -46,7 +47,7 @@ def test_every_byte_of_a_file_counts(tmp_path: Path) -> None:
     assert checksum_at_end_matches(tmp_path / "none.nc") is None
 
 
-def test_members_are_checked_too(tmp_path: Path) -> None:
+def test_a_change_in_the_table_of_ensemble_members_is_detected(tmp_path: Path) -> None:
     path = tmp_path / "members.csv"
     drawn = sample_member_changes(EnsembleSettings(members=16))
     drawn.write_csv(path)
@@ -57,9 +58,12 @@ def test_members_are_checked_too(tmp_path: Path) -> None:
         EnsembleMembers.read_csv(path)
 
 
-def test_only_damaged_and_incomplete_files_are_removed(tmp_path: Path) -> None:
-    kept = [motion(tmp_path / "motion" / "a.nc"), motion(tmp_path / "cube.nc")]
-    cut, emptied = motion(tmp_path / "sweep" / "nominal" / "a.nc"), motion(tmp_path / "motion" / "b.nc")
+def test_resuming_removes_only_damaged_and_incomplete_files(tmp_path: Path) -> None:
+    kept = [write_motion_file(tmp_path / "motion" / "a.nc"), write_motion_file(tmp_path / "cube.nc")]
+    cut, emptied = (
+        write_motion_file(tmp_path / "sweep" / "nominal" / "a.nc"),
+        write_motion_file(tmp_path / "motion" / "b.nc"),
+    )
     cut.write_bytes(cut.read_bytes()[:-200])
     emptied.write_bytes(b"")
     (tmp_path / ".a.nc.x.part").write_bytes(b"half")
@@ -84,7 +88,7 @@ def test_only_damaged_and_incomplete_files_are_removed(tmp_path: Path) -> None:
         ("fragility/fragility-pga.xml", b"<nrml>\n</nrml>\n"),
     ],
 )
-def test_a_file_without_its_end_is_removed(tmp_path: Path, name: str, content: bytes) -> None:
+def test_resuming_removes_a_truncated_file(tmp_path: Path, name: str, content: bytes) -> None:
     path = tmp_path / name
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_bytes(content)
@@ -95,14 +99,14 @@ def test_a_file_without_its_end_is_removed(tmp_path: Path, name: str, content: b
         assert not path.exists()
 
 
-def test_an_unfinished_file_of_the_user_stays(tmp_path: Path) -> None:
+def test_resuming_does_not_remove_an_unfinished_file_of_the_user(tmp_path: Path) -> None:
     (tmp_path / "figures").mkdir()
     for name in ("figures/for-a-paper.svg", "figures/notes.json", "notes.html"):
         (tmp_path / name).write_text("not finished", encoding="utf-8")
     assert remove_damaged_results(tmp_path) == []
 
 
-def test_files_of_a_record_that_is_no_longer_in_the_study_are_removed_and_no_others(tmp_path: Path) -> None:
+def test_resuming_removes_only_files_of_records_dropped_from_the_study(tmp_path: Path) -> None:
     """Files that a run writes for a record are removed; files of the user, and files outside, stay."""
     results, outside = tmp_path / "results" / "mine", tmp_path / "elsewhere"
     of_record = (
@@ -122,7 +126,7 @@ def test_files_of_a_record_that_is_no_longer_in_the_study_are_removed_and_no_oth
     own = ["figures/polar/gone-2.svg", "figures/polar/mine.svg", "motion/notes.txt", "gone.csv", "cube.nc"]
     for name in own:
         (results / name).touch()
-    motion(results / "motion" / "renamed.nc").rename(results / "motion" / "other.nc")
+    write_motion_file(results / "motion" / "renamed.nc").rename(results / "motion" / "other.nc")
     write_record_to_motion_file(Record("gone", samples, samples, None, 0.01), outside / "gone.nc")
     (results / "motion" / "linked").symlink_to(outside)
     assert remove_files_of_dropped_records(results, ["kept"]) == {"gone": len((*of_record, *drawn, *notes))}
@@ -134,7 +138,7 @@ def test_files_of_a_record_that_is_no_longer_in_the_study_are_removed_and_no_oth
     assert remove_files_of_dropped_records(tmp_path / "none", ["kept"]) == {}
 
 
-def test_a_figure_that_has_gone_makes_the_figures_again(tmp_path: Path) -> None:
+def test_a_deleted_figure_causes_all_figures_to_be_made_again(tmp_path: Path) -> None:
     figures = tmp_path / "figures"
     (figures / "illustrative").mkdir(parents=True)
     for name in ("1-response.svg", "illustrative.json"):
@@ -148,7 +152,7 @@ def test_a_figure_that_has_gone_makes_the_figures_again(tmp_path: Path) -> None:
     assert not (figures / "illustrative.txt").exists(), "an output of the rule, which is made again then"
 
 
-def test_a_failed_run_does_not_cost_the_cube(tmp_path: Path) -> None:
+def test_a_failed_run_restores_the_earlier_cubes(tmp_path: Path) -> None:
     cubes = [tmp_path / name for name in ("cube.nc", "cube.other.nc", "cube.third.nc")]
     for cube in cubes:
         cube.write_text("earlier", encoding="utf-8")
@@ -165,9 +169,9 @@ def test_a_failed_run_does_not_cost_the_cube(tmp_path: Path) -> None:
     assert sorted(tmp_path.iterdir()) == cubes
 
 
-def test_times_ahead_keep_their_order_and_lie_ahead_no_more(tmp_path: Path) -> None:
+def test_file_times_in_the_future_are_moved_to_the_past_in_their_order(tmp_path: Path) -> None:
     now = time.time()
-    paths = [motion(tmp_path / f"{name}.nc") for name in "abcd"]
+    paths = [write_motion_file(tmp_path / f"{name}.nc") for name in "abcd"]
     for path, moment in zip(paths, (now - 100, now + 7200, now + 3600, now + 3601), strict=True):
         os.utime(path, (moment, moment))
     assert remove_damaged_results(tmp_path) == []
@@ -176,7 +180,7 @@ def test_times_ahead_keep_their_order_and_lie_ahead_no_more(tmp_path: Path) -> N
     assert after[0] < after[2] < after[3] < after[1] <= time.time()
 
 
-def test_the_lock_goes_with_its_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_folder_lock_is_released_when_its_process_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     file = tmp_path / "hidden" / "run.lock"
     code = (
@@ -196,7 +200,7 @@ def test_the_lock_goes_with_its_process(tmp_path: Path, monkeypatch: pytest.Monk
     os.close(descriptor)
 
 
-def test_a_step_of_a_killed_run_is_waited_for(
+def test_a_new_run_waits_for_a_running_step_of_a_killed_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -213,7 +217,9 @@ def test_a_step_of_a_killed_run_is_waited_for(
     assert capsys.readouterr().err == f"A step of a killed run is still at work (process {step.pid}); waiting for it.\n"
 
 
-def test_a_command_that_reads_results_is_not_waited_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_new_run_does_not_wait_for_a_command_that_only_reads_results(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "overturning").write_text("import time\nprint(1, flush=True)\ntime.sleep(60)\n", encoding="utf-8")
     reads = subprocess.Popen(
@@ -232,7 +238,7 @@ def test_a_command_that_reads_results_is_not_waited_for(tmp_path: Path, monkeypa
     assert waited_for == []
 
 
-def test_only_netcdf_is_sealed_by_itself(tmp_path: Path) -> None:
+def test_only_netcdf_files_get_a_checksum_at_their_end(tmp_path: Path) -> None:
     with atomic_write(tmp_path / "a.csv") as part:
         part.write_text("a\n", encoding="utf-8")
     assert (tmp_path / "a.csv").read_text(encoding="utf-8") == "a\n"

@@ -37,29 +37,32 @@ AXES = "µ = 0.9, H = 0.636 m; radius: slenderness B/H", "largest B/H that falls
 
 
 @pytest.fixture(autouse=True)
-def _in_the_project(monkeypatch: pytest.MonkeyPatch) -> None:
+def _run_in_project_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Run each test in the folder of the project, from which scenes are named."""
     monkeypatch.chdir(ROOT)  # scenes are named from the project's folder
 
 
-def _study(**keys: Any) -> Study:
+def _three_tier_study(**keys: Any) -> Study:
+    """Return a study of the three-tier grave."""
     return study_from_content(
         {"name": "stack", "records": {"use": ["pulse"]}, "scene": "three-tier", **keys}, "study.yaml"
     )
 
 
-def _record() -> Record:
+def _pulse_record() -> Record:
+    """Return a record of two sine cycles with a peak of 9 m/s²."""
     return pulse("pulse", 9.0, 0.2, begin=0.0, cycles=2)
 
 
-def test_sizes_are_the_scenes_own_where_none_is_given() -> None:
-    study = _study()
+def test_a_study_of_a_scene_has_the_sizes_of_the_scene_by_default() -> None:
+    study = _three_tier_study()
     assert study.height == (0.636,)
     assert study.b_over_h == pytest.approx((0.242 / 0.636,), abs=1e-9)
     assert study.ensemble.members == 0
     assert Study.model_validate(study.model_dump(mode="json")) == study
 
 
-def test_a_study_without_a_scene_has_the_shipped_gravestone_with_its_own_contact_and_density() -> None:
+def test_a_study_without_a_scene_is_of_the_shipped_gravestone() -> None:
     study = study_from_content(
         {
             "name": "plain", "records": {"use": ["pulse"]}, "density": 2000, "contact": {"damping_ratio": 0.5},
@@ -81,12 +84,12 @@ def test_a_study_without_a_scene_has_the_shipped_gravestone_with_its_own_contact
         variant_scene(study, "hard")
 
 
-def test_a_cube_with_elements(tmp_path: Path) -> None:
-    study = _study(
+def test_the_cube_of_a_scene_has_outcomes_of_each_element(tmp_path: Path) -> None:
+    study = _three_tier_study(
         variants={"monolith": {"scene": "monolith"}, "alone": {"scene": "shaft-alone"}},
         azimuth={"start": 0, "stop": 360, "step": 60}, b_over_h=[0.2, 0.25], friction=[0.5, 0.9],
     )  # fmt: skip
-    paths = {name: cube_of(study, [_record()], tmp_path, name) for name in ("nominal", *study.variants)}
+    paths = {name: cube_of(study, [_pulse_record()], tmp_path, name) for name in ("nominal", *study.variants)}
     nominal = paths["nominal"]
     with open_cube(nominal, element=None) as cube:
         assert cube["overturned"].dims == ("record", "azimuth", "height", "b_over_h", "friction", "element")
@@ -170,7 +173,7 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
         open_cube(nominal, element="roof")
 
 
-def test_comparisons_count_what_they_say() -> None:
+def test_comparison_of_two_stones_counts_falls_and_their_order() -> None:
     import xarray as xr
 
     def cube(times: list[float], **more: list[float]) -> xr.Dataset:
@@ -208,9 +211,9 @@ def test_comparisons_count_what_they_say() -> None:
     ]
 
 
-def test_a_variant_without_vertical_motion_is_the_study_without_it(tmp_path: Path) -> None:
+def test_a_variant_without_vertical_motion_equals_the_study_without_it(tmp_path: Path) -> None:
     """Its contact is the study's, too, with which a block of 0.35 falls that stands with the default one."""
-    record = dataclasses.replace(_record(), up=0.8 * _record().north)
+    record = dataclasses.replace(_pulse_record(), up=0.8 * _pulse_record().north)
     grid = {"azimuth": {"step": 60}, "b_over_h": [0.2, 0.35], "friction": [0.9], "ensemble": {"members": 0}}
     grid["contact"] = {"damping_ratio": 0.2}
     study = study_from_content(
@@ -230,12 +233,12 @@ def test_a_variant_without_vertical_motion_is_the_study_without_it(tmp_path: Pat
 @pytest.mark.parametrize("variant", ["nominal", "monolith", "gravestone"])
 def test_an_ensemble_of_a_scene_has_probabilities_of_each_element(tmp_path: Path, variant: str) -> None:
     """Every member is a case that can be run by itself: amplitude, B/H, friction, damping and azimuth changed."""
-    study = _study(
+    study = _three_tier_study(
         azimuth={"start": 0, "stop": 360, "step": 90}, b_over_h=[0.3], friction=[0.8],
         ensemble={"members": 8, "where": "everywhere", "amplitude": 0.2},
         variants={"monolith": {"scene": "monolith"}, "gravestone": {"scene": "gravestone"}},
     )  # fmt: skip
-    record, members = _record(), sample_member_changes(study.ensemble)
+    record, members = _pulse_record(), sample_member_changes(study.ensemble)
     path = cube_of(study, [record], tmp_path, variant)
     with open_cube(path, element=None) as cube:
         towards, away = (cube[f"probability_{name}"].to_numpy()[0] for name in ("towards", "away"))
@@ -260,12 +263,12 @@ def test_an_ensemble_of_a_scene_has_probabilities_of_each_element(tmp_path: Path
 
 
 @pytest.mark.parametrize("variant", ["nominal", "wall"])
-def test_a_scenes_cube_is_found_again_cell_by_cell(tmp_path: Path, variant: str) -> None:
+def test_a_recheck_reproduces_the_cube_of_a_scene_cell_by_cell(tmp_path: Path, variant: str) -> None:
     """Mirrored cells, elements, variants with another B/H, and the ensemble."""
-    study = _study(
+    study = _three_tier_study(
         azimuth={"start": 0, "stop": 360, "step": 180}, b_over_h=[0.25, 0.3, 0.35], friction=[0.8],
         ensemble={"members": 2, "where": "everywhere"}, variants={"wall": {"scene": "against-a-wall"}},
     )  # fmt: skip
-    found = recheck(cube_of(study, [_record()], tmp_path, variant), cell_count=6)
+    found = recheck(cube_of(study, [_pulse_record()], tmp_path, variant), cell_count=6)
     assert found.differences == []
     assert found.cells == found.ensemble_cells == 6

@@ -7,7 +7,7 @@ import pytest
 from overturning.study import sources
 
 
-def test_hash_follows_the_named_rooms_and_the_modules_at_the_top(
+def test_the_source_hash_of_a_step_covers_its_subpackages_and_top_level_modules(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sources, "PACKAGE", tmp_path)
@@ -16,7 +16,7 @@ def test_hash_follows_the_named_rooms_and_the_modules_at_the_top(
         (tmp_path / name).write_text("1", encoding="utf-8")
 
     def changed(name: str) -> list[bool]:
-        """True for each of two steps whose hash follows a change of a file."""
+        """For each of two steps, return True if its hash changes when a file changes."""
         steps = (("dem",), ("report",))
         before = [sources.package_source_hash.__wrapped__(*one) for one in steps]
         (tmp_path / name).write_text("2", encoding="utf-8")
@@ -28,6 +28,6 @@ def test_hash_follows_the_named_rooms_and_the_modules_at_the_top(
     assert changed("top.py") == [True, True]
 
 
-def test_an_unknown_room_is_refused() -> None:
+def test_a_source_hash_of_an_unknown_subpackage_is_refused() -> None:
     with pytest.raises(FileNotFoundError, match="nonsense"):
         sources.package_source_hash("nonsense")

@@ -35,7 +35,7 @@ from tests.expect import said
 from tests.model.solids import box, box_sums, rotated, statue, write_mesh
 from tests.study.small_study import cube_of
 
-SMALL: dict[str, Any] = {
+SMALL_STUDY: dict[str, Any] = {
     "name": "space",
     "records": {"use": ["a"]},
     "body": {"aspect": [1, 2]},
@@ -47,8 +47,8 @@ SMALL: dict[str, Any] = {
 }
 
 
-def record(name: str = "a", up: bool = False) -> Record:
-    """Two cycles of a sine towards N20°E, with a weaker one across it."""
+def record_of_two_cycles(name: str = "a", up: bool = False) -> Record:
+    """Record of two cycles of a sine towards N20°E, with a weaker one across it."""
     time = np.arange(0, 3, 0.01)
     cycle, across = (np.where(time < 1.6, np.sin(2 * np.pi * (time - lag) / 0.8), 0.0) for lag in (0.0, 0.2))
     north, east = 5.0 * cycle * np.cos(0.35) - 2.0 * across, 5.0 * cycle * np.sin(0.35) + across
@@ -57,72 +57,91 @@ def record(name: str = "a", up: bool = False) -> Record:
 
 
 @pytest.fixture(scope="module")
-def settings() -> Study:
-    return study_from_content(SMALL, "space")
+def study_settings() -> Study:
+    """Settings of a small study of 3-D prisms."""
+    return study_from_content(SMALL_STUDY, "space")
 
 
 @pytest.fixture(scope="module")
-def cube_file(settings: Study, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return cube_of(settings, [record()], tmp_path_factory.mktemp("space"))
+def cube_file(study_settings: Study, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Path of the cube of the small study."""
+    return cube_of(study_settings, [record_of_two_cycles()], tmp_path_factory.mktemp("space"))
 
 
 @pytest.fixture(scope="module")
-def motion(cube_file: Path) -> Motion:
+def stored_motion(cube_file: Path) -> Motion:
+    """Motion of the record as the study stored it."""
     return Motion.of(read_record_from_motion_file(cube_file.parent / "motion" / "a.nc"))
 
 
 @pytest.fixture(scope="module")
-def cube(cube_file: Path) -> xr.Dataset:
+def loaded_cube(cube_file: Path) -> xr.Dataset:
+    """The cube of the small study."""
     with open_cube(cube_file) as opened:
         return opened.load()
 
 
-def test_cube_has_orientation_and_aspect_in_place_of_azimuth(cube: xr.Dataset, settings: Study) -> None:
-    assert dict(cube.sizes) == {"record": 1, "orientation": 4, "height": 1, "b_over_h": 3, "aspect": 2, "friction": 1}
-    assert cube["orientation"].to_numpy().tolist() == [0, 45, 90, 135]
-    assert settings.cases_per_record == cube["overturned"].size
-    assert study_of_cube(cube) == settings
-    assert cube["vertical"].item() == 0
+def test_a_3d_cube_has_orientation_and_aspect_in_place_of_azimuth(
+    loaded_cube: xr.Dataset, study_settings: Study
+) -> None:
+    assert dict(loaded_cube.sizes) == {
+        "record": 1,
+        "orientation": 4,
+        "height": 1,
+        "b_over_h": 3,
+        "aspect": 2,
+        "friction": 1,
+    }
+    assert loaded_cube["orientation"].to_numpy().tolist() == [0, 45, 90, 135]
+    assert study_settings.cases_per_record == loaded_cube["overturned"].size
+    assert study_of_cube(loaded_cube) == study_settings
+    assert loaded_cube["vertical"].item() == 0
 
 
-def test_flags_have_their_documented_values(cube: xr.Dataset) -> None:
+def test_flags_in_a_3d_cube_have_their_documented_values(loaded_cube: xr.Dataset) -> None:
     """CF 1.11, section 3.5: one meaning for each of the flag values, and no other value."""
-    flags = {name: values for name, values in cube.variables.items() if "flag_values" in values.attrs}
+    flags = {name: values for name, values in loaded_cube.variables.items() if "flag_values" in values.attrs}
     assert {"overturned", "plane_overturned", "repeated", "vertical"} <= set(flags)
     for name, values in flags.items():
         allowed = values.attrs["flag_values"].tolist()
         assert len(allowed) == len(values.attrs["flag_meanings"].split()), name
         found = values.to_numpy().astype(np.float64)
         assert set(found[np.isfinite(found)].tolist()) <= set(allowed), name
-    assert {0, 1} <= set(cube["plane_overturned"].to_numpy().ravel().tolist()), "both are looked at"
+    assert {0, 1} <= set(loaded_cube["plane_overturned"].to_numpy().ravel().tolist()), "both are looked at"
 
 
-def test_cells_are_those_of_simulate_as_arrays(cube: xr.Dataset, motion: Motion) -> None:
+def test_cells_of_a_3d_cube_equal_those_of_simulate_as_arrays(loaded_cube: xr.Dataset, stored_motion: Motion) -> None:
     alone = simulate_as_arrays(
-        motion, "rectangle", orientation_deg=[45.0], height=[0.6], b_over_h=[0.25], aspect=[2.0], friction=[0.7]
+        stored_motion, "rectangle", orientation_deg=[45.0], height=[0.6], b_over_h=[0.25], aspect=[2.0], friction=[0.7]
     )
     for name in ("overturned", "fall_azimuth", "fall_face", "peak_tilt", "residual_twist", "energy_error"):
-        cell = cube[name].isel(record=0).sel(orientation=45, b_over_h=0.25, aspect=2, height=0.6, friction=0.7)
+        cell = loaded_cube[name].isel(record=0).sel(orientation=45, b_over_h=0.25, aspect=2, height=0.6, friction=0.7)
         np.testing.assert_array_equal(np.float32(cell), np.float32(alone[name].item()), err_msg=name)
 
 
-def test_a_square_looks_the_same_after_a_quarter_turn_and_answers_for_it(cube: xr.Dataset) -> None:
+def test_a_square_prism_has_equal_outcomes_after_a_quarter_turn(loaded_cube: xr.Dataset) -> None:
     square, oblong = (
-        cube["repeated"].sel(aspect=aspect).isel(record=0, height=0, b_over_h=0, friction=0) for aspect in (1, 2)
+        loaded_cube["repeated"].sel(aspect=aspect).isel(record=0, height=0, b_over_h=0, friction=0) for aspect in (1, 2)
     )
     assert square.to_numpy().tolist() == [0, 0, 1, 1]
     assert oblong.to_numpy().tolist() == [0, 0, 0, 0]
     for name in ("overturned", "fall_azimuth", "members", "probability_falls", "fall_north", "plane_overturned"):
-        values = cube[name].sel(aspect=1)
+        values = loaded_cube[name].sel(aspect=1)
         np.testing.assert_array_equal(values.sel(orientation=0), values.sel(orientation=90), err_msg=name)
 
 
-def test_planes_of_the_faces_are_those_of_the_plane_kernel(cube: xr.Dataset, motion: Motion) -> None:
-    along = simulate_as_arrays(motion, azimuth_deg=[45.0], height=[0.6], b_over_h=[0.15, 0.25, 0.4], friction=[0.7])
-    across = simulate_as_arrays(motion, azimuth_deg=[135.0], height=[0.6], b_over_h=[0.3, 0.5, 0.8], friction=[0.7])
+def test_planar_outcomes_in_a_3d_cube_equal_those_of_the_2d_kernel(
+    loaded_cube: xr.Dataset, stored_motion: Motion
+) -> None:
+    along = simulate_as_arrays(
+        stored_motion, azimuth_deg=[45.0], height=[0.6], b_over_h=[0.15, 0.25, 0.4], friction=[0.7]
+    )
+    across = simulate_as_arrays(
+        stored_motion, azimuth_deg=[135.0], height=[0.6], b_over_h=[0.3, 0.5, 0.8], friction=[0.7]
+    )
     sides = [found["overturned"].ravel().astype(int) for found in (along, across)]
     times = [np.nan_to_num(found["overturning_time"].ravel(), nan=np.inf) for found in (along, across)]
-    cells = cube.isel(record=0, height=0, friction=0).sel(orientation=45, aspect=2)
+    cells = loaded_cube.isel(record=0, height=0, friction=0).sel(orientation=45, aspect=2)
     assert cells["plane_overturned"].to_numpy().tolist() == [int(a != 0 or b != 0) for a, b in zip(*sides, strict=True)]
     expected = [
         np.nan if not (a or b) else (45.0 if a > 0 else 225.0) if s <= t else (135.0 if b > 0 else 315.0)
@@ -132,11 +151,17 @@ def test_planes_of_the_faces_are_those_of_the_plane_kernel(cube: xr.Dataset, mot
     assert np.isfinite(expected).any()
 
 
-def test_ensemble_is_its_members_one_by_one(cube: xr.Dataset, settings: Study, motion: Motion) -> None:
-    members = sample_member_changes(settings.ensemble)
+def test_3d_ensemble_statistics_equal_those_of_members_run_one_by_one(
+    loaded_cube: xr.Dataset, study_settings: Study, stored_motion: Motion
+) -> None:
+    members = sample_member_changes(study_settings.ensemble)
     angles, falls = [], []
     for i in range(members.member_count):
-        scaled = Motion(motion.north * members.amplitude[i], motion.east * members.amplitude[i], sampling_interval=0.01)
+        scaled = Motion(
+            stored_motion.north * members.amplitude[i],
+            stored_motion.east * members.amplitude[i],
+            sampling_interval=0.01,
+        )
         one = simulate_as_arrays(
             scaled, "rectangle", orientation_deg=[45.0 + members.azimuth_deg[i]], height=[0.6],
             b_over_h=[0.25 * members.b_over_h[i]],
@@ -144,7 +169,7 @@ def test_ensemble_is_its_members_one_by_one(cube: xr.Dataset, settings: Study, m
         )  # fmt: skip
         falls.append(int(one["overturned"].item()))
         angles.append(np.radians(one["fall_azimuth"].item() - members.azimuth_deg[i]))
-    cell = cube.isel(record=0, height=0, friction=0).sel(orientation=45, b_over_h=0.25, aspect=1)
+    cell = loaded_cube.isel(record=0, height=0, friction=0).sel(orientation=45, b_over_h=0.25, aspect=1)
     # The dashpots' spread, which a call has no argument for, moves an azimuth by far less than this.
     assert cell["probability_falls"] == pytest.approx(np.mean(falls))
     assert float(cell["fall_north"]) == pytest.approx(np.nansum(np.cos(angles)) / 4, abs=0.03)
@@ -153,29 +178,33 @@ def test_ensemble_is_its_members_one_by_one(cube: xr.Dataset, settings: Study, m
     first, second = np.reshape(falls, (2, 2)).mean(axis=1)
     assert cell["scramble_difference"] == pytest.approx(first - second)
     # Where one or three of four members fall it is half of one scramble more than of the other.
-    uneven = cube["probability_falls"].isin([0.25, 0.75])
+    uneven = loaded_cube["probability_falls"].isin([0.25, 0.75])
     assert uneven.any()
-    assert (np.abs(cube["scramble_difference"].where(uneven, 0.5)) == 0.5).all()
+    assert (np.abs(loaded_cube["scramble_difference"].where(uneven, 0.5)) == 0.5).all()
 
 
-def test_recheck_finds_the_same_bits(cube_file: Path) -> None:
+def test_a_recheck_reproduces_every_bit_of_a_3d_cube(cube_file: Path) -> None:
     found = recheck(cube_file, cell_count=12)
     assert found.is_identical
     assert found.ensemble_cells == 12
 
 
-def test_a_part_of_it_is_run_again_more_exactly(cube_file: Path, settings: Study) -> None:
-    assert isinstance(settings.verification, ConvergenceCheckSettings)
-    sample = read_cell_sample(cube_file, settings.verification)
+def test_convergence_of_a_3d_study_is_checked_with_finer_and_stiffer_reruns(
+    cube_file: Path, study_settings: Study
+) -> None:
+    assert isinstance(study_settings.verification, ConvergenceCheckSettings)
+    sample = read_cell_sample(cube_file, study_settings.verification)
     assert sample.index.shape == (6, 5)
     done = replace(sample, block_steps=10_000_000)
-    found = check_convergence(settings, [read_record_from_motion_file(cube_file.parent / "motion" / "a.nc")], done)
+    found = check_convergence(
+        study_settings, [read_record_from_motion_file(cube_file.parent / "motion" / "a.nc")], done
+    )
     for part in (found.finer, found.stiffer):
         assert part.block_steps > 0
         assert part.outcomes[0].cases == found.chosen == 6
 
 
-def test_azimuths_fifteen_degrees_apart_are_another_direction() -> None:
+def test_fall_azimuths_more_than_fifteen_degrees_apart_count_as_different() -> None:
     first, second = empty_outcome_array(4, 1), empty_outcome_array(4, 1)
     first["overturned"][:, 0] = second["overturned"][:, 0] = flags = np.array([1, 1, 1, 0], np.int8)
     first["azimuth"][:, 0], second["azimuth"][:, 0] = [359.0, 10.0, 100.0, np.nan], [13.0, 26.0, 110.0, np.nan]
@@ -184,28 +213,28 @@ def test_azimuths_fifteen_degrees_apart_are_another_direction() -> None:
     assert outcomes_differ(first, second).tolist() == [False, True, False, False]
 
 
-def test_gathering_refuses_a_part_in_planes(cube_file: Path, settings: Study, tmp_path: Path) -> None:
-    data = {name: value for name, value in SMALL.items() if name not in ("body", "orientation")}
+def test_merging_a_3d_cube_refuses_a_2d_sweep_part(cube_file: Path, study_settings: Study, tmp_path: Path) -> None:
+    data = {name: value for name, value in SMALL_STUDY.items() if name not in ("body", "orientation")}
     plane = study_from_content(data | {"azimuth": {"step": 180}, "ensemble": {"members": 0}}, "plane")
-    sweep_cases_of_record(plane, record(), tmp_path / "a.nc")
-    space = settings.model_copy(update={"ensemble": plane.ensemble})
+    sweep_cases_of_record(plane, record_of_two_cycles(), tmp_path / "a.nc")
+    space = study_settings.model_copy(update={"ensemble": plane.ensemble})
     with pytest.raises(ResultError, match=r"another (version|study)"):
-        merge_sweep_parts(space, [record()], [tmp_path / "a.nc"], tmp_path / "cube.nc")
+        merge_sweep_parts(space, [record_of_two_cycles()], [tmp_path / "a.nc"], tmp_path / "cube.nc")
 
 
-def test_vertical_motion_is_applied_and_flagged(tmp_path: Path) -> None:
-    data = SMALL | {"orientation": {"step": 90}, "body": {}, "ensemble": {"members": 0}, "b_over_h": [0.25]}
+def test_vertical_motion_is_applied_to_3d_bodies_and_flagged_in_the_cube(tmp_path: Path) -> None:
+    data = SMALL_STUDY | {"orientation": {"step": 90}, "body": {}, "ensemble": {"members": 0}, "b_over_h": [0.25]}
     cubes = []
     for vertical in (True, False):
         study = study_from_content(data | {"simulation": {"vertical": vertical}}, "space")
-        with open_cube(cube_of(study, [record(up=True)], tmp_path)) as opened:
+        with open_cube(cube_of(study, [record_of_two_cycles(up=True)], tmp_path)) as opened:
             cubes.append(opened.load())
     assert [cube["vertical"].item() for cube in cubes] == [1, 0]
     assert float(cubes[0]["peak_tilt"].max()) != float(cubes[1]["peak_tilt"].max())
 
 
-def test_filled_in_study_reads_back_equal(settings: Study) -> None:
-    assert load_study_from_file_or_json(settings.model_dump_json()) == settings
+def test_a_filled_in_3d_study_is_read_back_equal(study_settings: Study) -> None:
+    assert load_study_from_file_or_json(study_settings.model_dump_json()) == study_settings
     shipped = load_study(Path(__file__).parents[2] / "config" / "in-space.yaml")
     assert len(shipped.records.use) * shipped.cases_per_record == 33_264
     assert load_study_from_file_or_json(shipped.model_dump_json()) == shipped
@@ -214,14 +243,14 @@ def test_filled_in_study_reads_back_equal(settings: Study) -> None:
 BOULDER = [[x, y, 0.0] for x in (-0.2, 0.2) for y in (-0.15, 0.15)] + [[0.05, 0.0, 0.7]]
 
 
-def test_a_polyhedron_has_its_own_sizes() -> None:
+def test_a_study_of_a_polyhedron_has_its_own_sizes() -> None:
     study = study_from_content({"name": "b", "records": {"use": ["a"]}, "body": {"vertices": BOULDER}}, "b")
     assert study.height == (0.7,)
     assert len(study.azimuths_or_orientations_deg) == 72
     assert load_study_from_file_or_json(study.model_dump_json()) == study
 
 
-def test_a_mesh_becomes_part_of_the_study(tmp_path: Path) -> None:
+def test_a_study_of_a_mesh_stores_its_geometry(tmp_path: Path) -> None:
     pytest.importorskip("trimesh")
     faces = [(1, 2, 3), (2, 4, 3), (1, 5, 2), (2, 5, 4), (4, 5, 3), (3, 5, 1)]
     lines = [*(f"v {x} {y} {z}" for x, y, z in BOULDER), *(f"f {a} {b} {c}" for a, b, c in faces)]
@@ -239,7 +268,7 @@ def test_a_mesh_becomes_part_of_the_study(tmp_path: Path) -> None:
         study_from_content({"name": "b", "records": {"use": ["a"]}, "body": {"mesh": "gone.obj"}}, "b")
 
 
-def test_the_check_of_a_study_names_the_repairs_of_its_mesh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_study_check_names_the_repairs_of_its_mesh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A box of 0.3 m³ without its base, which is closed by a lid; it is convex, so that it becomes a polyhedron."""
     pytest.importorskip("trimesh")
     whole = box((0.5, 0.6, 1.0))
@@ -253,7 +282,7 @@ def test_the_check_of_a_study_names_the_repairs_of_its_mesh(tmp_path: Path, monk
     assert f"{path}: body: the open base is closed by a flat lid; its 4 open edges" in lines
 
 
-def test_a_scan_becomes_part_of_the_study(tmp_path: Path) -> None:
+def test_a_study_of_a_scan_stores_its_geometry_and_mass_properties(tmp_path: Path) -> None:
     """The study holds points that can touch, mass properties, tilt and relief; the file is no longer needed."""
     pytest.importorskip("trimesh")
     path = write_mesh(rotated(statue(), 0, 4.0), tmp_path / "statue.stl", 1000.0)

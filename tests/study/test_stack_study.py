@@ -28,9 +28,9 @@ from overturning.surveys.displacements import compare_displacements
 from overturning.surveys.stones import read_survey_table
 from tests.expect import refused, said
 from tests.study.small_study import cube_of
-from tests.study.test_space_study import record
+from tests.study.test_space_study import record_of_two_cycles
 
-SMALL: dict[str, Any] = {
+SMALL_STUDY: dict[str, Any] = {
     "name": "stack",
     "records": {"use": ["a"]},
     "scene": "three-tier",
@@ -44,28 +44,32 @@ STONES = ["lower-base", "upper-base", "shaft"]
 
 
 @pytest.fixture(scope="module")
-def settings() -> Study:
-    return study_from_content(SMALL, "stack")
+def study_settings() -> Study:
+    """Settings of a small study of a 3-D stack."""
+    return study_from_content(SMALL_STUDY, "stack")
 
 
 @pytest.fixture(scope="module")
-def cube_file(settings: Study, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return cube_of(settings, [record(up=True)], tmp_path_factory.mktemp("stack"))
+def cube_file(study_settings: Study, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Path of the cube of the small study."""
+    return cube_of(study_settings, [record_of_two_cycles(up=True)], tmp_path_factory.mktemp("stack"))
 
 
 @pytest.fixture(scope="module")
-def motion(cube_file: Path) -> Motion:
+def stored_motion(cube_file: Path) -> Motion:
+    """Motion of the record as the study stored it."""
     return Motion.of(read_record_from_motion_file(cube_file.parent / "motion" / "a.nc"))
 
 
 @pytest.fixture(scope="module")
-def cube(cube_file: Path) -> xr.Dataset:
+def loaded_cube(cube_file: Path) -> xr.Dataset:
+    """The cube of the small study, for all elements and amplitudes."""
     with open_cube(cube_file, element=None, amplitude=None) as opened:
         return opened.load()
 
 
 @pytest.mark.parametrize(("plan", "measured"), [(8, 10.0), ("circle", 29.0)])
-def test_the_expected_time_of_a_stack_grows_with_the_corners_of_its_stones(plan: str | int, measured: float) -> None:
+def test_the_estimated_time_of_a_stack_grows_with_the_corners_of_its_stones(plan: str | int, measured: float) -> None:
     """Two equal drums with a capital take about `measured` times as long as square stones that taper."""
     ground = {"name": "ground", "kind": "driven", "width": 40, "depth": 40, "height": 1, "at": (0, -1)}
 
@@ -79,79 +83,85 @@ def test_the_expected_time_of_a_stack_grows_with_the_corners_of_its_stones(plan:
     assert measured / 2 <= times <= 2 * measured
 
 
-def test_the_cube_has_orientations_and_an_outcome_of_each_stone(cube: xr.Dataset, settings: Study) -> None:
+def test_the_cube_of_a_stack_has_orientations_and_an_outcome_of_each_stone(
+    loaded_cube: xr.Dataset, study_settings: Study
+) -> None:
     sizes = {"record": 1, "amplitude": 2, "orientation": 3, "height": 1, "b_over_h": 1, "friction": 2, "element": 3}
-    assert dict(cube.sizes) == sizes
-    assert cube["element"].to_numpy().tolist() == STONES
-    assert cube["orientation"].to_numpy().tolist() == [0, 30, 60]
+    assert dict(loaded_cube.sizes) == sizes
+    assert loaded_cube["element"].to_numpy().tolist() == STONES
+    assert loaded_cube["orientation"].to_numpy().tolist() == [0, 30, 60]
     for name in ("overturned", "fall_azimuth", "overturning_time", "peak_tilt", "residual_twist", "slid_off"):
-        assert "element" in cube[name].dims, name
-    assert {"residual_slip_north", "residual_slip_east"} <= set(cube.data_vars)
-    assert study_of_cube(cube) == settings
-    assert isinstance(model_of_cube(cube), Stack)
-    assert cube["vertical"].item() == 1
-    shares = {row.name: row.share for row in count_falls_by_element(cube)}
+        assert "element" in loaded_cube[name].dims, name
+    assert {"residual_slip_north", "residual_slip_east"} <= set(loaded_cube.data_vars)
+    assert study_of_cube(loaded_cube) == study_settings
+    assert isinstance(model_of_cube(loaded_cube), Stack)
+    assert loaded_cube["vertical"].item() == 1
+    shares = {row.name: row.share for row in count_falls_by_element(loaded_cube)}
     assert 0.0 < shares["shaft"] <= 1.0
 
 
-def test_cells_are_those_of_simulate_as_arrays(cube: xr.Dataset, motion: Motion, settings: Study) -> None:
-    sizes = {"height": settings.height, "b_over_h": settings.b_over_h}  # rounded in the study
-    alone = simulate_as_arrays(motion.scaled_by(1.5), settings.scene, orientation_deg=[30.0], friction=[0.7], **sizes)
+def test_cells_of_a_stack_cube_equal_those_of_simulate_as_arrays(
+    loaded_cube: xr.Dataset, stored_motion: Motion, study_settings: Study
+) -> None:
+    sizes = {"height": study_settings.height, "b_over_h": study_settings.b_over_h}  # rounded in the study
+    alone = simulate_as_arrays(
+        stored_motion.scaled_by(1.5), study_settings.scene, orientation_deg=[30.0], friction=[0.7], **sizes
+    )
     for name in ("overturned", "fall_azimuth", "peak_tilt", "residual_twist", "residual_slip_north", "slid_off"):
-        cell = cube[name].isel(record=0).sel(amplitude=1.5, orientation=30, friction=0.7).to_numpy().ravel()
+        cell = loaded_cube[name].isel(record=0).sel(amplitude=1.5, orientation=30, friction=0.7).to_numpy().ravel()
         found = alone[name].ravel()
         found = np.where(found == -128, np.nan, found) if found.dtype.kind == "i" else found
         np.testing.assert_array_equal(np.float32(cell), np.float32(found), err_msg=name)
 
 
-def test_the_ensemble_has_probabilities_and_directions_of_each_stone(cube: xr.Dataset) -> None:
-    nominal = cube.sel(amplitude=1.0)
+def test_the_ensemble_of_a_stack_has_probabilities_and_directions_of_each_stone(loaded_cube: xr.Dataset) -> None:
+    nominal = loaded_cube.sel(amplitude=1.0)
     assert nominal["probability_falls"].dims[-1] == "element"
     shares = nominal["probability_falls"].to_numpy()
     assert ((shares >= 0.0) & (shares <= 1.0)).all()
     assert (nominal["members"] == 4).all()
     length = np.hypot(nominal["fall_north"], nominal["fall_east"]).to_numpy()
     assert (length <= shares + 1e-6).all()
-    assert np.isnan(cube["probability_falls"].sel(amplitude=1.5)).all()
+    assert np.isnan(loaded_cube["probability_falls"].sel(amplitude=1.5)).all()
 
 
-def test_recheck_repeats_every_bit(cube_file: Path) -> None:
+def test_a_recheck_reproduces_every_bit_of_a_stack_cube(cube_file: Path) -> None:
     found = recheck(cube_file, cell_count=4)
     assert found.is_identical, found.differences
     assert found.ensemble_cells > 0
 
 
-def test_the_convergence_check_compares_each_stone(cube_file: Path, settings: Study) -> None:
-    sample = read_cell_sample(cube_file, settings.verification)
+def test_the_convergence_check_of_a_stack_compares_each_stone(cube_file: Path, study_settings: Study) -> None:
+    sample = read_cell_sample(cube_file, study_settings.verification)
     done = read_record_from_motion_file(cube_file.parent / "motion" / "a.nc")
-    found = check_convergence(settings, [done], sample)
+    found = check_convergence(study_settings, [done], sample)
     for part in (found.finer, found.stiffer):
         assert [one.element for one in part.outcomes] == STONES
 
 
-def test_a_complete_study_is_the_same_when_it_is_read_again(settings: Study) -> None:
-    content = json.loads(json.dumps(study_without_absolute_paths(settings)))
-    assert study_from_content(content, "complete") == settings
+def test_a_complete_study_of_a_stack_is_read_back_equal(study_settings: Study) -> None:
+    content = json.loads(json.dumps(study_without_absolute_paths(study_settings)))
+    assert study_from_content(content, "complete") == study_settings
     assert "azimuth" not in content
 
 
 @pytest.mark.parametrize("step", [5, 30])
-def test_the_settings_that_a_job_gets_are_those_of_a_stack(step: int) -> None:
+def test_a_study_passed_to_a_job_as_json_stays_a_stack(step: int) -> None:
     """Each job reads the study from JSON; 5° is the default step, which 2-D studies of earlier versions had, too."""
-    whole = study_from_content(SMALL | {"orientation": {"step": step}}, "stack")
+    whole = study_from_content(SMALL_STUDY | {"orientation": {"step": step}}, "stack")
     read = study_from_content(json.loads(json.dumps(whole.model_dump(mode="json"))), "job")
     assert read == whole
     assert read.is_stack
 
 
 def test_a_complete_planar_study_of_an_earlier_version_stays_planar() -> None:
-    plane = study_from_content(SMALL | {"orientation": None}, "plane")
+    plane = study_from_content(SMALL_STUDY | {"orientation": None}, "plane")
     content = study_without_absolute_paths(plane) | {"orientation": {"start": 0.0, "step": 5.0}}
     assert study_from_content(content, "earlier") == plane
 
 
-def test_the_film_of_a_cell_is_of_the_stack(cube: xr.Dataset) -> None:
-    found = film_command_options(cube)
+def test_the_film_of_a_cell_shows_the_3d_stack(loaded_cube: xr.Dataset) -> None:
+    found = film_command_options(loaded_cube)
     assert found["missing"] == ""
     assert found["options"] == ["--scene", "three-tier"]
 
@@ -168,23 +178,23 @@ def test_the_film_of_a_cell_is_of_the_stack(cube: xr.Dataset) -> None:
         ({"variants": {"wall": {"scene": "against-a-wall"}}}, "variants.wall.scene: orientation: scene against-a-wall"),
     ],
 )
-def test_a_wrong_setting_is_refused_with_its_key(change: dict[str, Any], message: str) -> None:
+def test_a_wrong_setting_of_a_stack_study_is_refused_with_its_key(change: dict[str, Any], message: str) -> None:
     with refused(ConfigError, message):
-        study_from_content({key: value for key, value in (SMALL | change).items() if value is not None}, "stack")
+        study_from_content({key: value for key, value in (SMALL_STUDY | change).items() if value is not None}, "stack")
 
 
-def test_a_survey_is_compared_with_the_counted_stone_relative_to_the_one_below(
-    cube: xr.Dataset, cube_file: Path, tmp_path: Path
+def test_surveyed_twist_and_slip_are_compared_relative_to_the_stone_below(
+    loaded_cube: xr.Dataset, cube_file: Path, tmp_path: Path
 ) -> None:
     """Each stone and amplitude gets a twist and a slip of its own, so that another one would give other numbers."""
     own, stronger = np.array([1.0, 2.0, 12.0]), np.array([0.0, 100.0])
     order = ("element", "amplitude")
     twist = xr.DataArray(own[:, None] + stronger, dims=order)
-    known = cube.assign(
-        overturned=xr.zeros_like(cube["overturned"]),
-        residual_twist=xr.zeros_like(cube["residual_twist"]) + twist,
-        residual_slip_north=xr.zeros_like(cube["residual_slip_north"]) + 0.003 * twist,
-        residual_slip_east=xr.zeros_like(cube["residual_slip_east"]) - 0.004 * twist,
+    known = loaded_cube.assign(
+        overturned=xr.zeros_like(loaded_cube["overturned"]),
+        residual_twist=xr.zeros_like(loaded_cube["residual_twist"]) + twist,
+        residual_slip_north=xr.zeros_like(loaded_cube["residual_slip_north"]) + 0.003 * twist,
+        residual_slip_east=xr.zeros_like(loaded_cube["residual_slip_east"]) - 0.004 * twist,
     )
     stones = tmp_path / "stones.csv"
     stones.write_text('outcome,face_azimuth_deg,count\n"shifted 6 cm, twisted 12",30,7\nstands,0,3\n', encoding="utf-8")
@@ -195,6 +205,8 @@ def test_a_survey_is_compared_with_the_counted_stone_relative_to_the_one_below(
     assert (found["twisted"].observed, found["twisted"].computed, found["clockwise"].computed) == (0.7, 1.0, 1.0)
 
     text = said("survey", stones, "--cube", cube_file)
-    falls = cube["overturned"].sel(amplitude=1.0, orientation=[0, 30]).mean(["orientation", "friction"]).squeeze()
+    falls = (
+        loaded_cube["overturned"].sel(amplitude=1.0, orientation=[0, 30]).mean(["orientation", "friction"]).squeeze()
+    )
     assert falls.sel(element="shaft") == 1.0 > falls.sel(element="lower-base")
     assert re.search(r"\n\s*fell\s+10\s+0\s% \(0 to 31\)\s+100\s% \(100 to 100\)", text), "that of the shaft"

@@ -19,13 +19,13 @@ from overturning.surveys.standing import FragilityCurveRow, HazardCurveRow
 from overturning.surveys.stones import SurveyRow
 from overturning.tables import read_table_rows
 
-OF_PYDANTIC = re.compile(
+PYDANTIC_WORDS = re.compile(
     r"discriminator|tag:|tags:|Tuple|List should|String should|Dictionary|Input |instance of|a valid |unable to|"
     r"should have|Field required|Extra inputs|Keys should|after validation|pydantic|constrained|function-|zero time"
 )
 """Words that only pydantic uses."""
 
-WRONG: tuple[Any, ...] = (
+WRONG_VALUES: tuple[Any, ...] = (
     None, True, 3, -7.5, 1e400, float("nan"), "", "nonsense", "60 in", [], [None], [[]], ["nonsense"], [1, "a"], {},
     {"nonsense": 1}, {"step": "nonsense"}, [{"stp": 1}], [{"step": "detrnd"}], {3: 4},
 )  # fmt: skip
@@ -36,46 +36,47 @@ BLOCK = {"name": "stone", "width": 0.3, "height": 0.6}
 SCENE = {"name": "mine", "elements": [{"name": "ground", "kind": "driven", "width": 9, "height": 1}, BLOCK]}
 
 
-def paths_of(model: type[BaseModel], *before: str) -> Iterator[tuple[str, ...]]:
-    """The keys of a model, and those of settings in it; of a list of settings, or settings by name, its own only."""
+def key_paths(model: type[BaseModel], *before: str) -> Iterator[tuple[str, ...]]:
+    """Yield the paths of the keys of a model, also inside nested settings; a list or mapping is one key."""
     for name, field in model.model_fields.items():
         yield (*before, name)
         forms = (field.annotation, *get_args(field.annotation))
         for form in forms:
             if isinstance(form, type) and issubclass(form, BaseModel) and form is not Scene:
-                yield from paths_of(form, *before, name)
+                yield from key_paths(form, *before, name)
 
 
-def changed(base: dict[str, Any], path: tuple[str, ...], value: Any) -> dict[str, Any]:
+def with_value_at_path(base: dict[str, Any], path: tuple[str, ...], value: Any) -> dict[str, Any]:
+    """Return a mapping with another value at the path of a key."""
     first, *rest = path
     inside = base.get(first)
-    new = changed(inside if isinstance(inside, dict) else {}, tuple(rest), value) if rest else value
+    new = with_value_at_path(inside if isinstance(inside, dict) else {}, tuple(rest), value) if rest else value
     return base | {first: new}
 
 
-def answers(check: Any, base: dict[str, Any], path: tuple[str, ...]) -> list[str]:
-    """Return the lines of the error for each wrong value of a key."""
+def error_lines(check: Any, base: dict[str, Any], path: tuple[str, ...]) -> list[str]:
+    """Return the lines of the errors for each wrong value of a key."""
     lines: list[str] = []
-    for value in WRONG:
+    for value in WRONG_VALUES:
         try:
-            check(changed(base, path, value))
+            check(with_value_at_path(base, path, value))
         except ConfigError as error:
             lines += str(error).split("\n       ")
     return lines
 
 
-@pytest.mark.parametrize("path", list(paths_of(Study)), ids=".".join)
-def test_a_wrong_value_of_a_study_is_answered_in_plain_words(path: tuple[str, ...]) -> None:
-    lines = answers(lambda data: study_from_content(data, "mine.yaml"), BASE, path)
+@pytest.mark.parametrize("path", list(key_paths(Study)), ids=".".join)
+def test_a_wrong_value_of_a_study_gives_a_plain_error(path: tuple[str, ...]) -> None:
+    lines = error_lines(lambda data: study_from_content(data, "mine.yaml"), BASE, path)
     assert lines, "no value of WRONG is wrong there"
-    assert [line for line in lines if OF_PYDANTIC.search(line)] == []
+    assert [line for line in lines if PYDANTIC_WORDS.search(line)] == []
     assert [line for line in lines if not line.startswith("mine.yaml: ")] == []
 
 
 @pytest.mark.parametrize("settings", ["published", "surveys", "processing", "variants", "pulses", "layers"])
-def test_a_wrong_entry_of_a_list_or_mapping_is_answered_in_plain_words(settings: str) -> None:
+def test_a_wrong_entry_of_a_list_or_mapping_gives_a_plain_error(settings: str) -> None:
     lines = []
-    for value in WRONG:
+    for value in WRONG_VALUES:
         data = {
             "variants": {"variants": {"soft": value}},
             "pulses": {"records": {"use": ["rinaldi"], "pulses": {"p1": value}}},
@@ -85,22 +86,22 @@ def test_a_wrong_entry_of_a_list_or_mapping_is_answered_in_plain_words(settings:
             study_from_content(BASE | data, "mine.yaml")
         except ConfigError as error:
             lines += str(error).split("\n")
-    assert len(lines) >= len(WRONG) // 2
-    assert [line for line in lines if OF_PYDANTIC.search(line)] == []
+    assert len(lines) >= len(WRONG_VALUES) // 2
+    assert [line for line in lines if PYDANTIC_WORDS.search(line)] == []
 
 
-def test_a_wrong_value_of_a_scene_is_answered_in_plain_words() -> None:
+def test_a_wrong_value_of_a_scene_gives_a_plain_error() -> None:
     lines = []
-    for path in paths_of(Scene):
-        lines += answers(check_scene, SCENE, path)
+    for path in key_paths(Scene):
+        lines += error_lines(check_scene, SCENE, path)
     for name in BLOCK | {"kind": 1, "vertices": 1, "at": 1, "stands_on": 1, "pieces": 1}:
-        lines += answers(lambda one: check_scene(SCENE | {"elements": [SCENE["elements"][0], one]}), BLOCK, (name,))
+        lines += error_lines(lambda one: check_scene(SCENE | {"elements": [SCENE["elements"][0], one]}), BLOCK, (name,))
     assert len(lines) > 100
-    assert [line for line in lines if OF_PYDANTIC.search(line)] == []
+    assert [line for line in lines if PYDANTIC_WORDS.search(line)] == []
 
 
 @pytest.mark.parametrize("model", [RecordTableRow, SurveyRow, FragilityCurveRow, HazardCurveRow])
-def test_a_wrong_cell_of_a_table_is_answered_in_plain_words(model: type[BaseModel], tmp_path: Path) -> None:
+def test_a_wrong_cell_of_a_table_gives_a_plain_error(model: type[BaseModel], tmp_path: Path) -> None:
     lines, needed = [], {name: "x" for name, field in model.model_fields.items() if field.is_required()}
     for column in model.model_fields:
         for cell in ("nonsense", "-7.5", "1e400", "nan", "1;2", "60 cm", "x y", "Z"):
@@ -115,7 +116,7 @@ def test_a_wrong_cell_of_a_table_is_answered_in_plain_words(model: type[BaseMode
             except ConfigError as error:
                 lines.append(str(error))
     assert len(lines) > len(model.model_fields)
-    assert [line for line in lines if OF_PYDANTIC.search(line)] == []
+    assert [line for line in lines if PYDANTIC_WORDS.search(line)] == []
 
 
 @pytest.mark.parametrize(
@@ -128,7 +129,7 @@ def test_a_wrong_cell_of_a_table_is_answered_in_plain_words(model: type[BaseMode
         ("detrend", 'processing: "detrend" – a list is needed: [detrend]'),
     ],
 )
-def test_a_wrong_step_gives_the_remedy(processing: Any, message: str, tmp_path: Path) -> None:
+def test_the_error_for_a_wrong_processing_step_names_the_remedy(processing: Any, message: str, tmp_path: Path) -> None:
     """The same in a study and in Python."""
     with pytest.raises(ConfigError, match=re.escape(f"mine.yaml: {message}")):
         study_from_content(BASE | {"processing": processing}, "mine.yaml")
@@ -156,7 +157,7 @@ def test_a_wrong_step_gives_the_remedy(processing: Any, message: str, tmp_path: 
         ("crate: {date: 5}", "mine.yaml: crate.date: 5 – a date is needed, as in 2026-11-21"),
     ],
 )  # fmt: skip
-def test_a_wrong_value_gives_the_remedy(text: str, message: str) -> None:
+def test_the_error_for_a_wrong_value_of_a_study_names_the_remedy(text: str, message: str) -> None:
     with pytest.raises(OverturningError) as found:
         study_from_content(BASE | yaml.safe_load(text), "mine.yaml")
     assert message in str(found.value)

@@ -16,7 +16,7 @@ from overturning.cli import main
 from overturning.study.load import load_study_from_file_or_json
 from verification.project import CUBE, Project
 
-SMALL = """\
+SMALL_STUDY = """\
 name: small
 question: Which way?
 records: {use: [rinaldi, petrolia]}
@@ -28,7 +28,7 @@ population: {stones: 16}
 """
 
 
-class Plan(logging.Handler):
+class PlanCollector(logging.Handler):
     """Logging handler that collects planned rules, commands and warnings from Snakemake's events."""
 
     def __init__(self) -> None:
@@ -48,28 +48,28 @@ class Plan(logging.Handler):
 class Checkout(Project):
     """A copy of the project's workflow with a study in a folder of its own."""
 
-    def __init__(self, folder: Path, study: str = SMALL, *, cores: int = 2, chunks: int = 1) -> None:
+    def __init__(self, folder: Path, study: str = SMALL_STUDY, *, cores: int = 2, chunks: int = 1) -> None:
         super().__init__(folder, study, "--cores", str(cores), "--set-scatter", f"sweep={chunks}")
         self._chunks = chunks
 
     def run(self, *options: str, file: str = CUBE) -> subprocess.CompletedProcess[str]:
-        """Run Snakemake, whose first word is of the profile it uses."""
+        """Run Snakemake and check that it uses the profile of the workflow."""
         done = super().run(*options, file=file)
         head, _, done.stderr = done.stderr.partition("\n")
         assert head.startswith("Using workflow specific profile profiles/default"), head
         return done
 
     def planned(self, **config: Any) -> frozenset[str]:
-        """Rules that a run would carry out with some keys of the study changed; raises what would stop it."""
+        """Return the rules that a run would execute with some keys of the study changed; raise what would stop it."""
         return self.plan(**config).rules
 
-    def plan(self, look: bool = True, file: str | None = "", **config: Any) -> Plan:
+    def plan(self, look: bool = True, file: str | None = "", **config: Any) -> PlanCollector:
         """Return the plan of a run with some keys of the study changed; raise the errors of the run or its steps."""
         from snakemake.api import SnakemakeApi
         from snakemake.logging import logger
         from snakemake.settings import types
 
-        found = Plan()
+        found = PlanCollector()
         with chdir(self.folder), SnakemakeApi(types.OutputSettings(dryrun=look, quiet=set(types.Quietness))) as api:
             logger.handlers = [found]
             workflow = api.workflow(
@@ -86,7 +86,7 @@ class Checkout(Project):
         return found
 
     def carry_out(self, commands: list[str]) -> None:
-        """Carry out the steps of a plan in this process, where Snakemake itself is not the question."""
+        """Execute the steps of a plan in this process, for tests that do not concern Snakemake itself."""
         with chdir(self.folder):
             for command in commands:
                 program, *words = shlex.split(re.sub(r" 2?> .*", "", command))
@@ -99,8 +99,8 @@ class Checkout(Project):
                 assert end.value.code == 0, command
 
 
-def bytes_of(results: Path) -> dict[str, bytes]:
-    """Everything made but logs, run times, chunks, and motions without labels."""
+def result_file_contents(results: Path) -> dict[str, bytes]:
+    """Contents of all results by path, without logs, run times, chunks, and motions without labels."""
     return {
         str(path.relative_to(results)): path.read_bytes()
         for path in sorted(results.rglob("*"))
@@ -112,7 +112,7 @@ def bytes_of(results: Path) -> dict[str, bytes]:
 
 
 @pytest.fixture(scope="session")
-def finished(made_once: Callable[[str, Callable[[Path], object]], Path]) -> Checkout:
+def finished_run(made_once: Callable[[str, Callable[[Path], object]], Path]) -> Checkout:
     """A study computed on two cores, in two chunks of each record. Tests must not change it."""
 
     def make(folder: Path) -> None:

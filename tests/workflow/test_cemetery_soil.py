@@ -35,8 +35,8 @@ STONES = "site,outcome,azimuth_deg,b_over_h,face_azimuth_deg\n" + "".join(
 )
 
 
-def made(folder: Path, **more: object) -> Path:
-    """Carry out the steps of a study that the comparison needs, and return the folder of its results."""
+def run_survey_steps(folder: Path, **more: object) -> Path:
+    """Execute the steps of a study that the comparison needs, and return the folder of its results."""
     checkout = Checkout(folder, STUDY)
     (folder / "config" / "stones.csv").write_text(STONES, encoding="utf-8")
     plan = checkout.plan(**more)
@@ -45,12 +45,19 @@ def made(folder: Path, **more: object) -> Path:
     return folder / "results" / "mine"
 
 
-def test_soil_of_a_cemetery_equals_soil_of_a_study(tmp_path: Path) -> None:
+def test_soil_of_a_cemetery_gives_the_results_of_the_same_soil_of_a_study(tmp_path: Path) -> None:
     survey = {"stones": "config/stones.csv", "backwards": False}
-    mixed = made(tmp_path / "mixed", surveys=[survey | {"sites": {"River bank": SOIL}}, survey | {"site": SOIL}])
-    soft, rock = made(tmp_path / "soft", site=SOIL, surveys=[survey]), made(tmp_path / "rock", surveys=[survey])
+    mixed = run_survey_steps(
+        tmp_path / "mixed", surveys=[survey | {"sites": {"River bank": SOIL}}, survey | {"site": SOIL}]
+    )
+    soft, rock = (
+        run_survey_steps(tmp_path / "soft", site=SOIL, surveys=[survey]),
+        run_survey_steps(tmp_path / "rock", surveys=[survey]),
+    )
     (cube,) = mixed.glob("cube.soil-*.nc")
-    variant = made(tmp_path / "variant", variants={"clay": {"site": SOIL}}, surveys=[survey | {"site": SOIL}])
+    variant = run_survey_steps(
+        tmp_path / "variant", variants={"clay": {"site": SOIL}}, surveys=[survey | {"site": SOIL}]
+    )
     assert not [*variant.glob("cube.soil-*.nc")], "the cube of the variant with these layers is used"
     with open_cube(cube) as here, open_cube(variant / "cube.clay.nc") as there, open_cube(mixed / "cube.nc") as bare:
         assert here.attrs["content_sha256"] == there.attrs["content_sha256"]

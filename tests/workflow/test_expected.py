@@ -11,7 +11,7 @@ SECONDS = {"read": 0.5, "sweep": 4.0, "figures": 12.0, "report": 8.0}
 
 @pytest.mark.parametrize("factor", [0.4, 1.0, 3.0])
 @pytest.mark.parametrize("at_once", [1, 2])
-def test_the_time_to_go_follows_the_measured_pace(factor: float, at_once: int) -> None:
+def test_the_remaining_time_follows_the_measured_pace(factor: float, at_once: int) -> None:
     """Jobs of one rule, in turn or two at once, take `factor` times the expected time: after each the rest is known."""
     run = Expected(dict(SECONDS), at_once)
     run.plan({"sweep": 8}, now=0.0)
@@ -28,7 +28,7 @@ def test_the_time_to_go_follows_the_measured_pace(factor: float, at_once: int) -
     assert run.to_go(elapsed)[1] == 0.0
 
 
-def test_a_percentage_in_a_log_counts_as_work(tmp_path: Path) -> None:
+def test_a_percentage_in_the_log_of_a_job_counts_as_progress(tmp_path: Path) -> None:
     log = tmp_path / "sweep.log"
     run = Expected({"sweep": 100.0})
     run.plan({"sweep": 2}, now=0.0)
@@ -40,7 +40,7 @@ def test_a_percentage_in_a_log_counts_as_work(tmp_path: Path) -> None:
     assert run.line(80.0).startswith("0 of 2 steps, 0%"), "a failed job has done nothing"
 
 
-def test_a_large_job_counts_for_more_than_a_small_one() -> None:
+def test_progress_weights_a_large_job_more_than_a_small_one() -> None:
     run = Expected({"sweep": 10.0})
     run.plan({"sweep": 2}, now=0.0)
     for job, size in ((1, 0.5), (2, 1.5)):
@@ -49,7 +49,7 @@ def test_a_large_job_counts_for_more_than_a_small_one() -> None:
     assert run.to_go(5.0) == (pytest.approx(0.25), pytest.approx(15.0))
 
 
-def test_jobs_at_once_take_less_time() -> None:
+def test_the_remaining_time_is_shorter_with_concurrent_jobs() -> None:
     run = Expected({"sweep": 100.0}, at_once=4)
     run.plan({"sweep": 8}, now=0.0)
     assert run.to_go(0.0)[1] == 200.0

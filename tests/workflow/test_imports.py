@@ -11,11 +11,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.workflow.conftest import SMALL, Checkout
+from tests.workflow.conftest import SMALL_STUDY, Checkout
 
 pytestmark = pytest.mark.workflow
 
-HEAVY = {
+HEAVY_PACKAGES = {
     *("matplotlib", "obspy", "xarray", "pandas", "dask", "distributed", "numba", "typst", "jinja2"),
     *("scipy.interpolate", "scipy.optimize", "scipy.signal", "scipy.sparse", "scipy.spatial", "scipy.stats"),
 }
@@ -23,7 +23,7 @@ HEAVY = {
 
 STATISTICS = {"scipy.interpolate", "scipy.optimize", "scipy.sparse", "scipy.spatial", "scipy.stats"}
 TABLES = {"xarray", "pandas", "dask", "jinja2"}
-NEEDED = {
+PACKAGES_NEEDED_BY_STEP = {
     "read": set(),
     "members": STATISTICS,
     "sweep": {"numba"},
@@ -36,7 +36,17 @@ NEEDED = {
 }
 """Heavy modules that a step may import; steps that draw or write pages are left out."""
 
-IN_TURN = ("read", "describe", "members", "sweep", "gather", "check-convergence", "rotate", "fragility", "findings")
+STEPS_IN_ORDER = (
+    "read",
+    "describe",
+    "members",
+    "sweep",
+    "gather",
+    "check-convergence",
+    "rotate",
+    "fragility",
+    "findings",
+)
 """The steps in an order in which each has its inputs, and all that need tables and statistics are the last."""
 
 PROGRAM = f"""
@@ -55,7 +65,7 @@ def run(words):
         failed = False
     except SystemExit as end:
         failed = bool(end.code)
-    print(json.dumps([words[0], [name for name in {sorted(HEAVY)} if name in sys.modules]]), flush=True)
+    print(json.dumps([words[0], [name for name in {sorted(HEAVY_PACKAGES)} if name in sys.modules]]), flush=True)
     os._exit(failed)
 
 commands = json.load(sys.stdin)
@@ -68,11 +78,14 @@ for words in commands:
 """Steps in copies (forks) of one process, which has imported what all of them or all that are left may import."""
 
 
-def test_steps_import_only_what_they_need(tmp_path: Path) -> None:
-    study = SMALL.replace("rinaldi, petrolia", "rinaldi").replace("step: 30, also: [32]", "step: 90")
+def test_each_workflow_step_imports_only_the_heavy_packages_that_it_needs(tmp_path: Path) -> None:
+    study = SMALL_STUDY.replace("rinaldi, petrolia", "rinaldi").replace("step: 30, also: [32]", "step: 90")
     checkout = Checkout(tmp_path / "imports", study)
     planned = [shlex.split(re.sub(r" 2?> .*", "", command))[1:] for command in checkout.plan().commands]
-    commands = sorted((words for words in planned if words[0] in NEEDED), key=lambda words: IN_TURN.index(words[0]))
+    commands = sorted(
+        (words for words in planned if words[0] in PACKAGES_NEEDED_BY_STEP),
+        key=lambda words: STEPS_IN_ORDER.index(words[0]),
+    )
     for word in chain.from_iterable(commands):
         if word.startswith("results/"):
             (checkout.folder / word).parent.mkdir(parents=True, exist_ok=True)
@@ -88,5 +101,9 @@ def test_steps_import_only_what_they_need(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     answers = [json.loads(line) for line in done.stdout.splitlines() if line.startswith('["')]
     imported = {name: set(found) for name, found in answers}
-    assert imported.keys() == NEEDED.keys()
-    assert {name: found - NEEDED[name] for name, found in imported.items() if found - NEEDED[name]} == {}
+    assert imported.keys() == PACKAGES_NEEDED_BY_STEP.keys()
+    assert {
+        name: found - PACKAGES_NEEDED_BY_STEP[name]
+        for name, found in imported.items()
+        if found - PACKAGES_NEEDED_BY_STEP[name]
+    } == {}

@@ -20,7 +20,7 @@ from snakemake_interface_logger_plugins.tests import TestLogHandlerBase
 from overturning.study.load import load_study
 from snakemake_logger_plugin_overturning import LogHandler
 from tests.records.record_writers import geonet_text
-from tests.workflow.conftest import SMALL, Checkout
+from tests.workflow.conftest import SMALL_STUDY, Checkout
 from verification.tables import ROOT
 
 pytestmark = pytest.mark.workflow
@@ -39,7 +39,7 @@ class TestInterface(TestLogHandlerBase):
 
     @pytest.fixture(autouse=True)
     def closed(self) -> Iterator[None]:
-        """A handler that is left open says into the next tests how far its run is."""
+        """Close the log handler after each test, so that it prints no progress into the next one."""
         self.made: list[Any] = []
         yield
         for handler in self.made:
@@ -50,65 +50,70 @@ class TestInterface(TestLogHandlerBase):
         return self.made[-1]
 
 
-def handler_of(verbose: bool) -> LogHandler:
+def create_log_handler(verbose: bool) -> LogHandler:
+    """Return a log handler of the workflow with the given verbosity."""
     about = {"verbose": verbose, "dryrun": False, "stdout": False, "nocolor": True, "quiet": (), "debug_dag": False}
     return LogHandler(SimpleNamespace(**about, show_failed_logs=False, printshellcmds=False), None)
 
 
 @pytest.fixture
-def handler(monkeypatch: pytest.MonkeyPatch) -> LogHandler:
+def log_handler(monkeypatch: pytest.MonkeyPatch) -> LogHandler:
+    """A log handler of a run with default verbosity."""
     monkeypatch.setattr(sys, "argv", ["snakemake", "--cores", "2"])
-    return handler_of(verbose=False)
+    return create_log_handler(verbose=False)
 
 
-def event(handler: LogHandler, text: str = "", level: int = logging.INFO, **about: Any) -> None:
+def emit_event(handler: LogHandler, text: str = "", level: int = logging.INFO, **about: Any) -> None:
+    """Send an event of Snakemake to the log handler."""
     record = logging.LogRecord("snakemake", level, "", 1, text, (), None)
     vars(record).update(about)
     handler.emit(record)
 
 
 @pytest.mark.parametrize("exists_before", [False, True])
-def test_the_first_polar_map_is_named_once_when_the_file_is_new(
-    handler: LogHandler, tmp_path: Path, capsys: pytest.CaptureFixture[str], exists_before: bool
+def test_the_first_new_polar_map_is_announced_once(
+    log_handler: LogHandler, tmp_path: Path, capsys: pytest.CaptureFixture[str], exists_before: bool
 ) -> None:
     figure = tmp_path / "rinaldi.svg"
     if exists_before:
         figure.touch()
-    event(handler, expected_s={"sweep": 4.0}, first_figure=str(figure))
-    event(handler, event=LogEvent.JOB_FINISHED, job_id=1)
+    emit_event(log_handler, expected_s={"sweep": 4.0}, first_figure=str(figure))
+    emit_event(log_handler, event=LogEvent.JOB_FINISHED, job_id=1)
     assert capsys.readouterr().err == ""
     figure.touch()
     for job_id in (2, 3):
-        event(handler, event=LogEvent.JOB_FINISHED, job_id=job_id)
+        emit_event(log_handler, event=LogEvent.JOB_FINISHED, job_id=job_id)
     assert capsys.readouterr().err == ("" if exists_before else f"First polar map: {figure}\n")
 
 
-def test_errors_of_steps_are_printed_unchanged(
-    handler: LogHandler, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+def test_error_messages_of_workflow_steps_are_printed_unchanged(
+    log_handler: LogHandler, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    event(handler, event=LogEvent.RUN_INFO, stats={"sweep": 2, "read": 1, "total": 3})
+    emit_event(log_handler, event=LogEvent.RUN_INFO, stats={"sweep": 2, "read": 1, "total": 3})
     log = tmp_path / "sweep.log"
     about = {"event": LogEvent.JOB_ERROR, "level": logging.ERROR, "jobid": 3, "shellcmd": "overturning sweep {json}"}
     log.write_text("12%\nerror: mine.yaml: key: wrong\n       another line\nmore\n", encoding="utf-8")
     for _ in range(2):  # each once
-        event(handler, "Error in rule sweep", rule_name="sweep", log=[str(log)], **about)
+        emit_event(log_handler, "Error in rule sweep", rule_name="sweep", log=[str(log)], **about)
     first = "error: mine.yaml: key: wrong\n       another line\n"
     assert capsys.readouterr().err == first
     log.write_text("Traceback (most recent call last):\n  File\nValueError: that\n", encoding="utf-8")
-    event(handler, rule_name="sweep", log=[str(log)], **about)
+    emit_event(log_handler, rule_name="sweep", log=[str(log)], **about)
     second = f"error: ValueError: that (see {log})\n"
     assert capsys.readouterr().err == second
-    event(handler, rule_name="read", log=["gone.log"], **about)
+    emit_event(log_handler, rule_name="read", log=["gone.log"], **about)
     third = "error: the step read failed without a message; see gone.log\n"
     assert capsys.readouterr().err == third
     empty = tmp_path / "empty.log"
     empty.touch()
     monkeypatch.setattr("shutil.disk_usage", lambda _: SimpleNamespace(free=44_000))
-    event(handler, rule_name="gather", log=[str(empty)], **about)
+    emit_event(log_handler, rule_name="gather", log=[str(empty)], **about)
     fourth = capsys.readouterr().err
     assert fourth.startswith(f"error: {empty}: no space left on device; free some space")
-    event(handler, "WorkflowError:\nAt least one job did not complete successfully.", logging.ERROR, event="error")
-    handler.close()
+    emit_event(
+        log_handler, "WorkflowError:\nAt least one job did not complete successfully.", logging.ERROR, event="error"
+    )
+    log_handler.close()
     said = capsys.readouterr().err.splitlines(keepends=True)
     assert said[0].startswith("The run failed; all messages of Snakemake are in .snakemake/log; ")
     assert "".join(said[1:]) == first + second + third + fourth, "last, where it is seen"
@@ -146,8 +151,8 @@ def test_errors_of_steps_are_printed_unchanged(
         ),
     ],
 )
-def test_errors_found_before_a_run(
-    handler: LogHandler,
+def test_errors_found_before_a_run_are_printed_in_plain_words(
+    log_handler: LogHandler,
     text: str,
     said: str,
     tmp_path: Path,
@@ -158,55 +163,58 @@ def test_errors_found_before_a_run(
     (tmp_path / "config" / "mine.yaml").touch()
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_CACHE_HOME", "/.cache")  # as HOME=/ in a container
-    event(handler, text, logging.ERROR, event=LogEvent.ERROR)
-    handler.close()
+    emit_event(log_handler, text, logging.ERROR, event=LogEvent.ERROR)
+    log_handler.close()
     assert capsys.readouterr().err == said
 
 
-def test_successful_run_prints_only_its_results(handler: LogHandler, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_successful_run_prints_only_its_results(log_handler: LogHandler, capsys: pytest.CaptureFixture[str]) -> None:
     for text in ("Building DAG of jobs...", "Select jobs to execute...", "Complete log(s): x"):
-        event(handler, text)
-    event(handler, "sweep 7", event=LogEvent.JOB_FINISHED, job_id=7)
-    event(handler, "a\n  b", result=True)
-    event(handler, "Nothing to be done (all requested files are present and up to date).")
-    event(handler, "damaged: x", logging.WARNING)
+        emit_event(log_handler, text)
+    emit_event(log_handler, "sweep 7", event=LogEvent.JOB_FINISHED, job_id=7)
+    emit_event(log_handler, "a\n  b", result=True)
+    emit_event(log_handler, "Nothing to be done (all requested files are present and up to date).")
+    emit_event(log_handler, "damaged: x", logging.WARNING)
     out, err = capsys.readouterr()
     assert out == "a\n  b\nNothing to be done (all requested files are present and up to date).\n"
     assert err == "damaged: x\n"
 
 
-def test_interrupted_run_reports_no_failures(handler: LogHandler, capsys: pytest.CaptureFixture[str]) -> None:
-    event(handler, event=LogEvent.RUN_INFO, stats={"sweep": 2, "total": 2})
-    event(handler, "Terminating processes on user request, this might take some time.")
-    event(handler, "Error in rule sweep", logging.ERROR, event=LogEvent.JOB_ERROR, rule_name="sweep", log=[], jobid=3)
-    handler.close()
+def test_an_interrupted_run_reports_no_failures(log_handler: LogHandler, capsys: pytest.CaptureFixture[str]) -> None:
+    emit_event(log_handler, event=LogEvent.RUN_INFO, stats={"sweep": 2, "total": 2})
+    emit_event(log_handler, "Terminating processes on user request, this might take some time.")
+    emit_event(
+        log_handler, "Error in rule sweep", logging.ERROR, event=LogEvent.JOB_ERROR, rule_name="sweep", log=[], jobid=3
+    )
+    log_handler.close()
     assert capsys.readouterr().err == ("Stopped; finished results are kept, and the same command resumes the run.\n")
 
 
-def test_verbose_run_shows_snakemake_output(capsys: pytest.CaptureFixture[str]) -> None:
-    event(handler_of(verbose=True), "Building DAG of jobs...")
+def test_a_verbose_run_shows_the_output_of_snakemake(capsys: pytest.CaptureFixture[str]) -> None:
+    emit_event(create_log_handler(verbose=True), "Building DAG of jobs...")
     assert capsys.readouterr().err == "Building DAG of jobs...\n"
 
 
 @pytest.fixture(scope="module")
-def checkout(tmp_path_factory: pytest.TempPathFactory) -> Checkout:
+def small_checkout(tmp_path_factory: pytest.TempPathFactory) -> Checkout:
+    """A copy of the workflow with the small study."""
     return Checkout(tmp_path_factory.mktemp("messages") / "checkout")
 
 
-def test_a_second_run_is_refused_at_once(checkout: Checkout) -> None:
-    lock = checkout.folder / ".snakemake" / "run.lock"
+def test_a_second_concurrent_run_in_a_folder_is_refused(small_checkout: Checkout) -> None:
+    lock = small_checkout.folder / ".snakemake" / "run.lock"
     lock.parent.mkdir(exist_ok=True)
     with lock.open("w") as held:
         held.write("4711")
         held.flush()
         fcntl.flock(held, fcntl.LOCK_EX)
         with pytest.raises(WorkflowError, match=r"another run works in this folder \(process 4711\); wait for it, or"):
-            checkout.plan(look=False)
-        assert "sweep" in checkout.planned(), "who only looks is not in the way"
+            small_checkout.plan(look=False)
+        assert "sweep" in small_checkout.planned(), "who only looks is not in the way"
 
 
-def test_a_missing_file_is_named_before_the_run(tmp_path: Path) -> None:
-    checkout = Checkout(tmp_path / "checkout", SMALL.replace("rinaldi,", "mine,"))
+def test_a_missing_record_file_is_named_before_the_run(tmp_path: Path) -> None:
+    checkout = Checkout(tmp_path / "checkout", SMALL_STUDY.replace("rinaldi,", "mine,"))
     with (checkout.folder / "config" / "records.tsv").open("a", encoding="utf-8") as rows:
         rows.write("mine\tauto\tmine.V2A\n")
     with pytest.raises(WorkflowError, match=r"record mine: mine\.V2A is not in resources/records; "):
@@ -220,8 +228,8 @@ def test_a_missing_file_is_named_before_the_run(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_a_file_that_takes_the_place_of_another_is_read_though_it_is_older(tmp_path: Path) -> None:
-    checkout = Checkout(tmp_path / "checkout", SMALL.replace("rinaldi, petrolia", "mine"))
+def test_a_replaced_record_file_is_read_again_even_if_it_is_older(tmp_path: Path) -> None:
+    checkout = Checkout(tmp_path / "checkout", SMALL_STUDY.replace("rinaldi, petrolia", "mine"))
     with (checkout.folder / "config" / "records.tsv").open("a", encoding="utf-8") as rows:
         rows.write("mine\tauto\tmine.V2A\n")
     file = checkout.folder / "resources" / "records" / "mine.V2A"
@@ -236,36 +244,36 @@ def test_a_file_that_takes_the_place_of_another_is_read_though_it_is_older(tmp_p
         assert "read" not in checkout.planned()
 
 
-def test_missing_files_of_a_user_are_named_with_where_they_are(tmp_path: Path) -> None:
+def test_missing_files_of_a_user_are_named_with_the_expected_folder(tmp_path: Path) -> None:
     checkout = Checkout(tmp_path / "checkout", (ROOT / "config" / "tottori.yaml").read_text(encoding="utf-8"))
     with pytest.raises(WorkflowError, match=r"(?s)TTRH020010061330\.NS2.*resources/records.*NIED"):
         checkout.planned()
 
 
 @pytest.mark.parametrize("key", ["site", "variants"])
-def test_a_missing_package_for_soil_is_named_before_anything_runs(
-    checkout: Checkout, monkeypatch: pytest.MonkeyPatch, key: str
+def test_a_missing_soil_package_is_named_before_anything_runs(
+    small_checkout: Checkout, monkeypatch: pytest.MonkeyPatch, key: str
 ) -> None:
     """None in sys.modules makes the import fail, as if pystrata were not installed."""
     monkeypatch.setitem(sys.modules, "pystrata", None)
     site = {"layers": [{"thickness_m": 20, "velocity_m_s": 200}], "rock": {"velocity_m_s": 760}}
     with pytest.raises(WorkflowError, match=r"study\.yaml: .*site: soil layers need pystrata.*pip install"):
-        checkout.planned(**{key: site if key == "site" else {"soft": {"site": site}}})
-    assert not checkout.results.exists()
+        small_checkout.planned(**{key: site if key == "site" else {"soft": {"site": site}}})
+    assert not small_checkout.results.exists()
 
 
-def test_a_wrong_key_is_named(checkout: Checkout) -> None:
+def test_a_wrong_study_key_is_named_before_a_run(small_checkout: Checkout) -> None:
     with pytest.raises(WorkflowError, match=r"study\.yaml: frictoin: unknown key; did you mean friction\?"):
-        checkout.planned(frictoin=[1.0])
+        small_checkout.planned(frictoin=[1.0])
 
 
-def test_duplicate_key_is_named(tmp_path: Path) -> None:
-    checkout = Checkout(tmp_path / "twice", SMALL + "friction: [0.5]\n")
+def test_a_duplicate_study_key_is_named_before_a_run(tmp_path: Path) -> None:
+    checkout = Checkout(tmp_path / "twice", SMALL_STUDY + "friction: [0.5]\n")
     with pytest.raises(WorkflowError, match=r"study\.yaml, line 9: friction is given twice; keep one"):
         checkout.planned()
 
 
-def test_each_step_of_a_study_of_a_scan_gets_a_study(tmp_path: Path) -> None:
+def test_each_workflow_step_of_a_scan_study_gets_a_valid_study(tmp_path: Path) -> None:
     """Regression: the step of the ensemble got its relief without the body, which alone has one, and was refused."""
     corners = [
         [a * x, a * y, z] for a, z in ((0.05, 0.0), (0.07, 0.003), (0.07, 0.8)) for x in (-1, 1) for y in (-1, 1)
@@ -280,12 +288,12 @@ def test_each_step_of_a_study_of_a_scan_gets_a_study(tmp_path: Path) -> None:
     assert {"members", "sweep", "report"} <= checkout.planned()
 
 
-def test_each_job_of_figures_has_its_own_pulses_and_published_values_alone(tmp_path: Path) -> None:
+def test_each_figure_job_gets_only_its_own_pulses_and_published_values(tmp_path: Path) -> None:
     pulses = ", ".join(f"p{n}: sine amplitude_gal={n}00 period_s=1" for n in range(1, 10))
     published = "published: [{record: rinaldi, azimuth: 32, b_over_h: 0.4, overturns: true}]\n"
     checkout = Checkout(
         tmp_path / "pulses",
-        SMALL.replace("use: [rinaldi, petrolia]", f"use: [rinaldi], pulses: {{{pulses}}}") + published,
+        SMALL_STUDY.replace("use: [rinaldi, petrolia]", f"use: [rinaldi], pulses: {{{pulses}}}") + published,
     )
     commands = [command for command in checkout.plan().commands if "record-figures" in command]
     used = [re.search(r'"use": \[(.*?)\]', command) for command in commands]
@@ -312,9 +320,9 @@ def test_a_missing_default_study_is_replaced_by_an_option(tmp_path: Path) -> Non
         checkout.plan(file=None)
 
 
-def test_another_workflow_uses_it_as_a_module(tmp_path: Path) -> None:
+def test_another_snakemake_workflow_can_use_this_one_as_a_module(tmp_path: Path) -> None:
     """As snakedeploy has it: a Snakefile of one's own, a whole study in its config."""
-    checkout = Checkout(tmp_path / "module", SMALL.replace("name: small", "name: deployed"))
+    checkout = Checkout(tmp_path / "module", SMALL_STUDY.replace("name: small", "name: deployed"))
     (checkout.folder / "config" / "near-fault.yaml").unlink()
     (checkout.folder / "Snakefile").rename(checkout.folder / "used.smk")
     (checkout.folder / "Snakefile").write_text(
@@ -325,8 +333,10 @@ def test_another_workflow_uses_it_as_a_module(tmp_path: Path) -> None:
     assert {"sweep", "report"} <= checkout.planned()
 
 
-def test_failed_step_is_reported_first_and_last(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    checkout = Checkout(tmp_path / "failing", SMALL.replace("rinaldi, petrolia", "rinaldi"))
+def test_a_failed_step_is_reported_when_it_fails_and_at_the_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    checkout = Checkout(tmp_path / "failing", SMALL_STUDY.replace("rinaldi, petrolia", "rinaldi"))
     programs = tmp_path / "bin"
     programs.mkdir()
     (programs / "overturning").write_text(

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.expect import lacking
-from tests.workflow.conftest import SMALL, Checkout, bytes_of
+from tests.workflow.conftest import SMALL_STUDY, Checkout, result_file_contents
 from verification import one_node_slurm
 from verification.faults.__main__ import find_fault_effect
 from verification.faults.kinds import KINDS, FaultKind
@@ -20,13 +20,13 @@ pytestmark = [pytest.mark.workflow, pytest.mark.long]
 
 
 @pytest.fixture(scope="module", autouse=True)
-def slurm() -> Iterator[Future[list[StudyRun]]]:
-    """The study on a cluster, which is waited for more than it computes: beside the other tests."""
+def slurm_runs() -> Iterator[Future[list[StudyRun]]]:
+    """The study run on a Slurm cluster in the background, as it mostly waits."""
     with ThreadPoolExecutor(1) as pool:
-        yield pool.submit(run_on_slurm, SMALL, 2)
+        yield pool.submit(run_on_slurm, SMALL_STUDY, 2)
 
 
-def test_resumed_run_has_the_same_bytes(finished: Checkout, tmp_path: Path) -> None:
+def test_a_resumed_run_gives_results_with_the_same_bytes(finished_run: Checkout, tmp_path: Path) -> None:
     """In one piece, where the other was in two chunks; after the cube the steps are carried out in this process."""
 
     def killed(place: Checkout, _dice: random.Random, _seconds: float) -> None:
@@ -41,25 +41,27 @@ def test_resumed_run_has_the_same_bytes(finished: Checkout, tmp_path: Path) -> N
 
     faults = {kind.label: kind for kind in KINDS}
     assert sum(kind.times for kind in KINDS) == 50
-    place, wanted = Checkout(tmp_path / "elsewhere", cores=1), finished.cube.read_bytes()
+    place, wanted = Checkout(tmp_path / "elsewhere", cores=1), finished_run.cube.read_bytes()
     for kind in (FaultKind("killed", killed, 1), faults["a byte of a partial result changed"]):
         assert find_fault_effect(kind, place, random.Random(1), 0.0, wanted, brief=True) == ""
     place.carry_out(place.plan().commands)
-    one, other = bytes_of(finished.results), bytes_of(place.results)
+    one, other = result_file_contents(finished_run.results), result_file_contents(place.results)
     assert {"cube.nc", "report.html", "intensity.nc", "figures/rose.svg"} <= one.keys() == other.keys()
     assert [name for name in one if one[name] != other[name]] == []
 
 
-def test_a_study_on_slurm_has_the_bytes_of_this_machine(finished: Checkout, slurm: Future[list[StudyRun]]) -> None:
+def test_a_study_on_slurm_gives_the_same_bytes_as_a_local_run(
+    finished_run: Checkout, slurm_runs: Future[list[StudyRun]]
+) -> None:
     if why := one_node_slurm.slurm_unavailable_reason():
         lacking(why)
-    (run,) = slurm.result()
-    assert run.sha256 == sha256(finished.cube.read_bytes()).hexdigest()
+    (run,) = slurm_runs.result()
+    assert run.sha256 == sha256(finished_run.cube.read_bytes()).hexdigest()
     assert run.kept == 4, "of which figures may be drawn later"
 
 
 @pytest.mark.parametrize(("killed", "stays"), [(False, True), (True, False)])
-def test_a_configuration_of_slurm_is_put_back_but_not_what_a_killed_test_left(
+def test_the_slurm_configuration_is_restored_unless_left_by_a_killed_test(
     killed: bool, stays: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = tmp_path / "slurm" / "slurm.conf"

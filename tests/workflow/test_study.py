@@ -19,7 +19,7 @@ from overturning.study.resume import ENDS, FILES_WITH_END
 from overturning.study.scenes import variant_grid
 from overturning.study.sources import package_source_hash
 from tests.expect import lacking
-from tests.workflow.conftest import Checkout, bytes_of
+from tests.workflow.conftest import Checkout, result_file_contents
 from verification.scale.same_bytes import run_without_snakemake
 from verification.tables import ROOT
 
@@ -27,42 +27,49 @@ from verification.tables import ROOT
 pytestmark = pytest.mark.workflow
 
 
-def crate_of(study: Checkout) -> dict[str, dict[str, object]]:
+def crate_entities(study: Checkout) -> dict[str, dict[str, object]]:
     """The entities of a study's research crate, by id."""
     text = (study.results / "ro-crate-metadata.json").read_text(encoding="utf-8")
     return {one["@id"]: one for one in json.loads(text)["@graph"]}
 
 
-def test_the_crate_names_all_that_was_made_with_its_hash(finished: Checkout) -> None:
+def test_the_research_crate_lists_all_results_with_their_hashes(finished_run: Checkout) -> None:
     """Itself apart; parts, logs and run times are no results."""
-    crate = crate_of(finished)
-    made = {name: sha256(content).hexdigest() for name, content in bytes_of(finished.results).items()}
+    crate = crate_entities(finished_run)
+    made = {name: sha256(content).hexdigest() for name, content in result_file_contents(finished_run.results).items()}
     assert {name: one["sha256"] for name, one in crate.items() if one["@type"] == "File"} == {
         name: digest for name, digest in made.items() if name != "ro-crate-metadata.json"
     }
     assert {"#record-rinaldi", "#record-petrolia", "study.yaml", "cube.nc", "motion/rinaldi.nc"} <= crate.keys()
 
 
-def test_results_contain_no_time_host_or_path(finished: Checkout) -> None:
-    report = (finished.results / "report.html").read_text(encoding="utf-8")
-    with open_cube(finished.results / "cube.nc") as cube:
+def test_results_contain_no_time_host_name_or_path(finished_run: Checkout) -> None:
+    report = (finished_run.results / "report.html").read_text(encoding="utf-8")
+    with open_cube(finished_run.results / "cube.nc") as cube:
         text = report + repr(dict(cube.attrs))
     # Its day is that of the version, which may be today.
-    text += json.dumps([one | {"datePublished": ""} for one in crate_of(finished).values()])
-    for word in (str(finished.folder), os.uname().nodename + " ", time.strftime("%Y-%m-%d"), time.strftime("%H:%M")):
+    text += json.dumps([one | {"datePublished": ""} for one in crate_entities(finished_run).values()])
+    for word in (
+        str(finished_run.folder),
+        os.uname().nodename + " ",
+        time.strftime("%Y-%m-%d"),
+        time.strftime("%H:%M"),
+    ):
         assert word not in text, word
 
 
-def test_the_command_prints_the_numbers_of_the_report(finished: Checkout, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_findings_command_prints_the_stored_findings(
+    finished_run: Checkout, capsys: pytest.CaptureFixture[str]
+) -> None:
     with pytest.raises(SystemExit, match="0"):
-        main(["findings", str(finished.results / "cube.nc"), "--json"])
-    assert capsys.readouterr().out == (finished.results / "findings.json").read_text(encoding="utf-8")
+        main(["findings", str(finished_run.results / "cube.nc"), "--json"])
+    assert capsys.readouterr().out == (finished_run.results / "findings.json").read_text(encoding="utf-8")
 
 
-def test_time_and_memory_of_each_job_are_kept(finished: Checkout) -> None:
-    benchmarks = finished.results / "benchmarks"
+def test_time_and_memory_of_each_job_are_stored(finished_run: Checkout) -> None:
+    benchmarks = finished_run.results / "benchmarks"
     names = {path.relative_to(benchmarks).as_posix() for path in benchmarks.rglob("*.tsv")}
-    jobs = {"members", "rotate", "describe/motions"} | AFTER_SWEEP - {"record_figures_1", "all"}
+    jobs = {"members", "rotate", "describe/motions"} | RULES_AFTER_SWEEP - {"record_figures_1", "all"}
     of_records = {f"{job}/{record}" for job in ("read", "sweep/nominal") for record in ("rinaldi", "petrolia")}
     of_records |= {"record_figures/record_figures_1"}
     assert {name.partition(".")[0] for name in names} == jobs | of_records | {"steps"}
@@ -72,66 +79,66 @@ def test_time_and_memory_of_each_job_are_kept(finished: Checkout) -> None:
 
 SOIL = {"layers": [{"thickness_m": 20, "velocity_m_s": 200}], "rock": {"velocity_m_s": 760}}
 
-FIGURES = {"record_figures_1", "figures", "illustrative"}
-LAST = {"report", "crate", "all"}
-AFTER_SWEEP = FIGURES | {"gather", "convergence", "explore", "fragility", "findings"} | LAST
+FIGURE_RULES = {"record_figures_1", "figures", "illustrative"}
+LAST_RULES = {"report", "crate", "all"}
+RULES_AFTER_SWEEP = FIGURE_RULES | {"gather", "convergence", "explore", "fragility", "findings"} | LAST_RULES
 
 
 @pytest.mark.parametrize(
     ("change", "again"),
     [
         ({}, set()),
-        ({"friction": [0.5]}, {"sweep"} | AFTER_SWEEP),
-        ({"amplitude": [1, 2]}, {"sweep"} | AFTER_SWEEP),
+        ({"friction": [0.5]}, {"sweep"} | RULES_AFTER_SWEEP),
+        ({"amplitude": [1, 2]}, {"sweep"} | RULES_AFTER_SWEEP),
         (
             {"site": SOIL},
-            {"read", "describe", "rotate", "sweep"} | AFTER_SWEEP,
+            {"read", "describe", "rotate", "sweep"} | RULES_AFTER_SWEEP,
         ),
-        ({"title": "Other", "question": "Where?"}, {"explore", "findings", *LAST}),
-        ({"primary": {"statistic": "fall_rate"}, "population": {"stones": 32}}, {"fragility", "findings", *LAST}),
-        ({"processing": [{"step": "remove_mean"}]}, {"read", "describe", "rotate", "sweep"} | AFTER_SWEEP),
-        ({"verification": "none"}, AFTER_SWEEP - {"convergence"}),
+        ({"title": "Other", "question": "Where?"}, {"explore", "findings", *LAST_RULES}),
+        ({"primary": {"statistic": "fall_rate"}, "population": {"stones": 32}}, {"fragility", "findings", *LAST_RULES}),
+        ({"processing": [{"step": "remove_mean"}]}, {"read", "describe", "rotate", "sweep"} | RULES_AFTER_SWEEP),
+        ({"verification": "none"}, RULES_AFTER_SWEEP - {"convergence"}),
         (
             {"surveys": [{"stones": "config/stones.csv", "record": "rinaldi"}]},
-            {"survey", "backwards", "findings", *LAST},
+            {"survey", "backwards", "findings", *LAST_RULES},
         ),
         (
             {"surveys": [{"stones": "config/stones.csv", "record": "rinaldi", "backwards": False}]},
-            {"survey", "findings", *LAST},
+            {"survey", "findings", *LAST_RULES},
         ),
         (
             {"surveys": [{"stones": "config/stones.csv", "record": "rinaldi", "site": SOIL, "backwards": False}]},
-            {"cemetery_surface", "describe_cemetery", "sweep", "gather", "survey", "findings", *LAST},
+            {"cemetery_surface", "describe_cemetery", "sweep", "gather", "survey", "findings", *LAST_RULES},
         ),
-        ({"figures": {"dpi": 100}}, {"record_figures_1", "figures", *LAST}),
-        ({"figures": {"formats": ["pdf"]}}, {"record_figures_1", "figures", *LAST}),
-        ({"figures": {"friction": 1.0}}, {"record_figures_1", "figures", "explore", "findings", *LAST}),
+        ({"figures": {"dpi": 100}}, {"record_figures_1", "figures", *LAST_RULES}),
+        ({"figures": {"formats": ["pdf"]}}, {"record_figures_1", "figures", *LAST_RULES}),
+        ({"figures": {"friction": 1.0}}, {"record_figures_1", "figures", "explore", "findings", *LAST_RULES}),
     ],
     ids=lambda value: next(iter(value), "nothing") if isinstance(value, dict) else None,
 )
-def test_change_of_a_key_runs_only_what_depends_on_it(
-    finished: Checkout, change: dict[str, object], again: set[str]
+def test_changing_a_study_key_reruns_only_dependent_steps(
+    finished_run: Checkout, change: dict[str, object], again: set[str]
 ) -> None:
     if "cemetery_surface" in again and find_spec("pystrata") is None:
         lacking("pystrata is not installed (`make soil`)")
-    (finished.folder / "config" / "stones.csv").write_text("octant\nSE\n", encoding="utf-8")
-    assert finished.planned(**change) == again
+    (finished_run.folder / "config" / "stones.csv").write_text("octant\nSE\n", encoding="utf-8")
+    assert finished_run.planned(**change) == again
 
 
 @pytest.mark.parametrize(
     ("column", "value", "again"),
     [
-        ("event", "Another name 1994", {"describe", "rotate"} | AFTER_SWEEP),
-        ("station", "Another name", {"describe", "rotate"} | AFTER_SWEEP),
-        ("fault_strike_deg", "10", {"describe", "rotate"} | AFTER_SWEEP),
-        ("orientation_correction_deg", "5", {"read", "describe", "rotate", "sweep"} | AFTER_SWEEP),
+        ("event", "Another name 1994", {"describe", "rotate"} | RULES_AFTER_SWEEP),
+        ("station", "Another name", {"describe", "rotate"} | RULES_AFTER_SWEEP),
+        ("fault_strike_deg", "10", {"describe", "rotate"} | RULES_AFTER_SWEEP),
+        ("orientation_correction_deg", "5", {"read", "describe", "rotate", "sweep"} | RULES_AFTER_SWEEP),
     ],
 )
-def test_a_change_of_a_label_in_the_record_table_reads_and_sweeps_nothing_again(
-    finished: Checkout, column: str, value: str, again: set[str]
+def test_changing_a_label_in_the_record_table_repeats_no_reading_or_sweep(
+    finished_run: Checkout, column: str, value: str, again: set[str]
 ) -> None:
     """A correction of the sensor's azimuth turns the samples; names and the fault's strike do not."""
-    table = finished.folder / "config" / "records.tsv"
+    table = finished_run.folder / "config" / "records.tsv"
     text = table.read_text(encoding="utf-8")
     lines = [line.split("\t") for line in text.splitlines()]
     head = next(line for line in lines if line[0] == "id")
@@ -143,14 +150,14 @@ def test_a_change_of_a_label_in_the_record_table_reads_and_sweeps_nothing_again(
             line[head.index(column)] = value
     table.write_text("".join("\t".join(line) + "\n" for line in lines), encoding="utf-8")
     try:
-        assert finished.planned() == again
+        assert finished_run.planned() == again
     finally:
         table.write_text(text, encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
-def sources(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A copy of the package's sources, which may be changed."""
+def copied_sources(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the package's sources, which tests may change."""
     folder = tmp_path_factory.mktemp("sources") / "overturning"
     return Path(shutil.copytree(ROOT / "src" / "overturning", folder, ignore=shutil.ignore_patterns("__pycache__")))
 
@@ -159,21 +166,21 @@ def sources(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ("module", "again"),
     [
         ("", set()),
-        ("figures/study.py", {"record_figures_1", "figures", "illustrative", "explore", *LAST}),
-        ("dem/kernel/queue.py", {"members", "sweep"} | AFTER_SWEEP),
-        ("report/page.py", LAST),
+        ("figures/study.py", {"record_figures_1", "figures", "illustrative", "explore", *LAST_RULES}),
+        ("dem/kernel/queue.py", {"members", "sweep"} | RULES_AFTER_SWEEP),
+        ("report/page.py", LAST_RULES),
     ],
 )
-def test_change_of_a_source_runs_what_depends_on_it(
-    finished: Checkout, sources: Path, module: str, again: set[str], monkeypatch: pytest.MonkeyPatch
+def test_changing_a_source_file_reruns_dependent_steps(
+    finished_run: Checkout, copied_sources: Path, module: str, again: set[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("overturning.study.sources.PACKAGE", sources)
+    monkeypatch.setattr("overturning.study.sources.PACKAGE", copied_sources)
     package_source_hash.cache_clear()
-    path = sources / (module or "errors.py")
+    path = copied_sources / (module or "errors.py")
     text = path.read_text(encoding="utf-8")
     path.write_text(text + ("\n# changed\n" if module else ""), encoding="utf-8")
     try:
-        assert finished.planned() == again
+        assert finished_run.planned() == again
     finally:
         path.write_text(text, encoding="utf-8")
         package_source_hash.cache_clear()
@@ -182,37 +189,35 @@ def test_change_of_a_source_runs_what_depends_on_it(
 @pytest.mark.parametrize(
     ("name", "again"),
     [
-        ("figures/rose.svg", {"figures", *LAST}),
-        ("figures/intensity/rinaldi.svg", {"record_figures_1", *LAST}),
-        ("report.pdf", LAST),
-        ("intensity.nc", {"rotate", "fragility", "record_figures_1", "figures", "findings", *LAST}),
-        ("convergence.json", {"convergence", "findings", *LAST}),
-        ("fragility/fragility-pga.xml", {"fragility", "findings", *LAST}),
-        ("motion/rinaldi.nc", {"describe", "rotate"} | AFTER_SWEEP),
-        ("members.csv", {"members", "sweep"} | AFTER_SWEEP),
+        ("figures/rose.svg", {"figures", *LAST_RULES}),
+        ("figures/intensity/rinaldi.svg", {"record_figures_1", *LAST_RULES}),
+        ("report.pdf", LAST_RULES),
+        ("intensity.nc", {"rotate", "fragility", "record_figures_1", "figures", "findings", *LAST_RULES}),
+        ("convergence.json", {"convergence", "findings", *LAST_RULES}),
+        ("fragility/fragility-pga.xml", {"fragility", "findings", *LAST_RULES}),
+        ("motion/rinaldi.nc", {"describe", "rotate"} | RULES_AFTER_SWEEP),
+        ("members.csv", {"members", "sweep"} | RULES_AFTER_SWEEP),
     ],
 )
-def test_a_result_that_was_deleted_is_made_again(
-    finished: Checkout, tmp_path: Path, name: str, again: set[str]
-) -> None:
-    path = finished.results / name
+def test_a_deleted_result_is_made_again(finished_run: Checkout, tmp_path: Path, name: str, again: set[str]) -> None:
+    path = finished_run.results / name
     kept = path.rename(tmp_path / path.name)
     try:
-        assert finished.planned() == again
+        assert finished_run.planned() == again
     finally:
         kept.rename(path)
 
 
-def test_the_end_of_every_page_figure_and_table_is_looked_at(finished: Checkout) -> None:
+def test_every_page_figure_and_table_is_checked_for_truncation(finished_run: Checkout) -> None:
     """Names of figures stand in the patterns, so that files of the user are left alone: none may be missing there."""
-    looked_at = {path for pattern in FILES_WITH_END for path in finished.results.glob(pattern)}
-    written = {path for path in finished.results.rglob("*") if path.suffix in ENDS}
-    assert {path.relative_to(finished.results).as_posix() for path in written - looked_at} == {"convergence.json"}
+    looked_at = {path for pattern in FILES_WITH_END for path in finished_run.results.glob(pattern)}
+    written = {path for path in finished_run.results.rglob("*") if path.suffix in ENDS}
+    assert {path.relative_to(finished_run.results).as_posix() for path in written - looked_at} == {"convergence.json"}
 
 
-def test_additional_records_run_alone(finished: Checkout) -> None:
+def test_only_added_records_are_simulated(finished_run: Checkout) -> None:
     use = ["rinaldi", "petrolia", "sylmar", "tcu065", "izmit", "duzce", "erzincan", "lucerne", "sturno", "tcu102"]
-    plan = finished.plan(records={"use": use})
+    plan = finished_run.plan(records={"use": use})
     swept = {line.partition(" --motion ")[2].split()[0] for line in plan.commands if "overturning sweep " in line}
     assert swept == {f"results/small/read/{name}.nc" for name in use[2:]}
     assert "members" not in plan.rules
@@ -224,10 +229,10 @@ def test_additional_records_run_alone(finished: Checkout) -> None:
     assert not any("cube.nc" in line for line in of_records)
 
 
-def test_an_additional_variant_is_swept_alone(finished: Checkout) -> None:
+def test_only_an_added_variant_is_simulated(finished_run: Checkout) -> None:
     """What a job is given depends on its own variant only, so that another one repeats no simulation."""
     soft = {"soft": {"contact": {"damping_ratio": 1}}}
-    one, two = (finished.plan(variants=soft | more) for more in ({}, {"flat": {"vertical": False}}))
+    one, two = (finished_run.plan(variants=soft | more) for more in ({}, {"flat": {"vertical": False}}))
     swept = [{line for line in plan.commands if "overturning sweep " in line} for plan in (one, two)]
     assert {line.partition(" --variant ")[2].split()[0] for line in swept[0]} == {"soft"}
     assert swept[0] < swept[1]
@@ -236,8 +241,8 @@ def test_an_additional_variant_is_swept_alone(finished: Checkout) -> None:
     assert "damping_ratio" in cube, "the cube states all variants of its study"
 
 
-def test_removed_record_leaves_no_files(finished: Checkout, tmp_path: Path) -> None:
-    checkout = finished.copy_to(tmp_path / "checkout")
+def test_removing_a_record_from_a_study_removes_its_files(finished_run: Checkout, tmp_path: Path) -> None:
+    checkout = finished_run.copy_to(tmp_path / "checkout")
     before = {str(path.relative_to(checkout.results)) for path in checkout.results.rglob("*") if path.is_file()}
     of_record = {name for name in before if "petrolia" in name}
     assert {"read/petrolia.nc", "motion/petrolia.nc", "figures/polar/petrolia.svg"} < of_record
@@ -250,9 +255,9 @@ def test_removed_record_leaves_no_files(finished: Checkout, tmp_path: Path) -> N
     assert not plan.rules & {"read", "sweep"}
 
 
-def test_results_that_the_settings_no_longer_make_are_removed(finished: Checkout, tmp_path: Path) -> None:
+def test_results_that_the_settings_no_longer_produce_are_removed(finished_run: Checkout, tmp_path: Path) -> None:
     """Their numbers are those of other settings; what a user has put there stays. They go before the first step."""
-    checkout = finished.copy_to(tmp_path / "checkout")
+    checkout = finished_run.copy_to(tmp_path / "checkout")
     own = [checkout.results / name for name in ("fragility/notes.csv", "figures/mine.svg")]
     for path in own:
         path.write_text("<svg></svg>", encoding="utf-8")
@@ -271,31 +276,31 @@ def test_results_that_the_settings_no_longer_make_are_removed(finished: Checkout
     assert all(path.is_file() for path in own)
 
 
-def test_changed_title_remakes_only_the_report(finished: Checkout, tmp_path: Path) -> None:
+def test_changing_the_title_reruns_only_the_report(finished_run: Checkout, tmp_path: Path) -> None:
     """The figure is one of those of which Snakemake does not know how many there are."""
-    checkout = finished.copy_to(tmp_path / "checkout")
-    before = bytes_of(checkout.results)
+    checkout = finished_run.copy_to(tmp_path / "checkout")
+    before = result_file_contents(checkout.results)
     gone = next((checkout.results / "figures" / "illustrative").glob("*.svg"))
     kept = gone.rename(tmp_path / gone.name)
     plan = checkout.plan(look=False, title="Another title")
     kept.rename(gone)
-    assert plan.rules == {"illustrative", "explore", "findings", *LAST}
+    assert plan.rules == {"illustrative", "explore", "findings", *LAST_RULES}
     assert f"{gone.relative_to(checkout.folder)}" in plan.warnings, "it is said"
     steps = ("overturning findings", "overturning report")
     checkout.carry_out([command for command in plan.commands if command.startswith(steps)])
-    after = bytes_of(checkout.results)
+    after = result_file_contents(checkout.results)
     assert {name for name in after if after[name] != before[name]} == {"findings.json", "report.html", "report.pdf"}
     assert b"Another title" in after["report.html"]
 
 
-def test_package_and_workflow_give_the_same_bytes(finished: Checkout, tmp_path: Path) -> None:
-    run = run_without_snakemake(finished.copy_to(tmp_path / "checkout"), "whole")
-    assert run.sha256 == sha256(finished.cube.read_bytes()).hexdigest()
-    assert len(list(finished.results.glob("sweep/*/*.nc"))) == 4, "the default profile keeps parts"
+def test_a_run_without_snakemake_gives_a_cube_with_the_same_bytes(finished_run: Checkout, tmp_path: Path) -> None:
+    run = run_without_snakemake(finished_run.copy_to(tmp_path / "checkout"), "whole")
+    assert run.sha256 == sha256(finished_run.cube.read_bytes()).hexdigest()
+    assert len(list(finished_run.results.glob("sweep/*/*.nc"))) == 4, "the default profile keeps parts"
 
 
-def test_cube_holds_what_the_config_asked_for(finished: Checkout) -> None:
-    with open_cube(finished.results / "cube.nc", chunks={"record": 1}) as cube:
+def test_the_cube_has_the_grid_that_the_study_asks_for(finished_run: Checkout) -> None:
+    with open_cube(finished_run.results / "cube.nc", chunks={"record": 1}) as cube:
         assert cube["overturned"].chunks is not None
         assert dict(cube.sizes) == {"record": 2, "azimuth": 13, "height": 1, "b_over_h": 2, "friction": 2}
         assert 32 in cube["azimuth"]
@@ -305,7 +310,9 @@ def test_cube_holds_what_the_config_asked_for(finished: Checkout) -> None:
         assert np.isfinite(overturned).all()
 
 
-def test_settings_too_long_for_a_command_go_through_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_settings_too_long_for_a_command_line_are_passed_in_a_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Linux allows a command of a shell 128 KiB."""
     also = [round(0.01 * number, 2) for number in range(1, 18000)]
     checkout = Checkout(tmp_path / "checkout")

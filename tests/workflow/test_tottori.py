@@ -15,7 +15,7 @@ from verification.tables import ROOT
 pytestmark = [pytest.mark.workflow, pytest.mark.long]
 
 
-def test_published_values_are_compared_for_every_size_and_contact(
+def test_published_tottori_values_are_compared_for_every_size_and_contact(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Which motions came along is asked in tests/surveys: here that of the study is enough.

@@ -22,12 +22,12 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the server runs
 
 STUDY = '{"name": "small", "records": {"use": ["rinaldi"]}}'
 PROGRAM = [sys.executable, "-m", "overturning.cli"]
-READ = ("read", "--study", STUDY, "--record", "rinaldi")
+READ_STEP = ("read", "--study", STUDY, "--record", "rinaldi")
 
 
 @contextmanager
 def running_server(table: Path) -> Iterator[psutil.Process]:
-    """Run a fork server with its table of measurements; its process."""
+    """Run a fork server that writes its table of measurements; yield its process."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(THREADS_VARIABLE, "1")
         patch.setenv(SERVER_VARIABLE, "")
@@ -42,12 +42,13 @@ def running_server(table: Path) -> Iterator[psutil.Process]:
 
 @pytest.fixture(scope="module")
 def measurements(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Path of the server's table of measurements."""
     return tmp_path_factory.mktemp("server") / "steps.tsv"
 
 
 @pytest.fixture(scope="module")
-def servers(measurements: Path) -> Iterator[Callable[[], psutil.Process]]:
-    """Return the server of this file, or a new one after a test that killed it."""
+def server_factory(measurements: Path) -> Iterator[Callable[[], psutil.Process]]:
+    """Return the server process of this file, or a new one after a test that killed it."""
     started: list[psutil.Process] = []
     with ExitStack() as stack:
 
@@ -61,31 +62,32 @@ def servers(measurements: Path) -> Iterator[Callable[[], psutil.Process]]:
 
 
 @pytest.fixture
-def server(servers: Callable[[], psutil.Process]) -> psutil.Process:
-    """A server, which takes a second to start: one for all tests of this file as long as none kills it."""
-    return servers()
+def fork_server_process(server_factory: Callable[[], psutil.Process]) -> psutil.Process:
+    """Process of the server, shared by the tests of this file, as it takes a second to start."""
+    return server_factory()
 
 
-def step(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
-    """Run a step as a workflow does; without the name of a server in the environment it is a process of its own."""
+def run_step(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    """Run a step as a workflow does; without a server in the environment it is a separate process."""
     return subprocess.run([*PROGRAM, *words], env=os.environ | environment, capture_output=True, text=True, check=False)
 
 
-def rows(measurements: Path) -> list[list[str]]:
+def measurement_rows(measurements: Path) -> list[list[str]]:
     """Rows of the table of measurements without its heading: one for each step that ran in the server."""
     lines = measurements.read_text(encoding="utf-8").splitlines() if measurements.exists() else []
     return [line.split("\t") for line in lines[1:]]
 
 
 def wait_until(condition: Callable[[], object]) -> None:
+    """Wait until a condition is true; fail after a minute."""
     end = time.monotonic() + 60.0
     while not condition():
         assert time.monotonic() < end
         time.sleep(0.02)
 
 
-def writer_to_reader_of(pipe: Path) -> list[int]:
-    """Open a named pipe for writing; nothing if nobody reads it yet."""
+def open_pipe_for_writing(pipe: Path) -> list[int]:
+    """Open a named pipe for writing, as a list of one descriptor; empty if nobody reads the pipe yet."""
     try:
         return [os.open(pipe, os.O_WRONLY | os.O_NONBLOCK)]
     except OSError:
@@ -100,13 +102,13 @@ def ignores_interrupt(process: int) -> bool:
 
 @contextmanager
 def endless_step(server: psutil.Process, folder: Path) -> Iterator[tuple[subprocess.Popen[str], psutil.Process]]:
-    """Begin a step that waits for its study, which nobody writes; its client, and its process in the server."""
+    """Start a step that waits forever for its study; yield its client and its process in the server."""
     study, writers = folder / "study.yaml", list[int]()
     os.mkfifo(study)
     words = ["read", "--study", str(study), "--record", "rinaldi", "--output", str(folder / "never.nc")]
     client = subprocess.Popen([*PROGRAM, *words], stderr=subprocess.PIPE, text=True)
     try:
-        wait_until(lambda: writers.extend(writer_to_reader_of(study)) or writers)  # past the begin of a step
+        wait_until(lambda: writers.extend(open_pipe_for_writing(study)) or writers)  # past the begin of a step
         wait_until(lambda: ignores_interrupt(client.pid))  # the server has answered it
         yield client, server.children()[0]
     finally:  # without it, the server of a failed test would wait for ever
@@ -115,14 +117,14 @@ def endless_step(server: psutil.Process, folder: Path) -> Iterator[tuple[subproc
             os.close(writer)
 
 
-def test_output_of_a_step_is_that_of_a_process_of_its_own(
-    server: psutil.Process, measurements: Path, tmp_path: Path
+def test_a_step_in_the_fork_server_gives_the_output_of_a_separate_process(
+    fork_server_process: psutil.Process, measurements: Path, tmp_path: Path
 ) -> None:
     for name, environment in (("own.nc", {SERVER_VARIABLE: ""}), ("server.nc", {})):
-        done = step(*READ, "--output", str(tmp_path / name), **environment)
+        done = run_step(*READ_STEP, "--output", str(tmp_path / name), **environment)
         assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
     assert (tmp_path / "own.nc").read_bytes() == (tmp_path / "server.nc").read_bytes()
-    (row,) = (one for one in rows(measurements) if str(tmp_path) in one[1])
+    (row,) = (one for one in measurement_rows(measurements) if str(tmp_path) in one[1])
     assert row[:2] == ["read", str(tmp_path / "server.nc")]
     head = measurements.read_text(encoding="utf-8").splitlines()[0].split("\t")
     used = dict(zip(head, row, strict=True))
@@ -131,12 +133,12 @@ def test_output_of_a_step_is_that_of_a_process_of_its_own(
 
 
 @pytest.mark.parametrize("words", [("read", "--study", STUDY, "--record", "none", "--output", "x.nc"), ("read",)])
-def test_a_failing_step_has_the_message_and_status_of_a_process_of_its_own(
-    server: psutil.Process, measurements: Path, words: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+def test_a_failing_step_in_the_fork_server_gives_the_usual_message_and_status(
+    fork_server_process: psutil.Process, measurements: Path, words: tuple[str, ...], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    before = len(rows(measurements))
-    served = step(*words)
-    assert len(rows(measurements)) == before + 1, "it ran in the server"
+    before = len(measurement_rows(measurements))
+    served = run_step(*words)
+    assert len(measurement_rows(measurements)) == before + 1, "it ran in the server"
     with pytest.raises(SystemExit) as end:
         main(list(words))  # as a process of its own does
     own = capsys.readouterr()
@@ -144,38 +146,38 @@ def test_a_failing_step_has_the_message_and_status_of_a_process_of_its_own(
     assert (served.returncode, served.stdout, served.stderr) == (end.value.code, own.out, own.err)
 
 
-def test_a_step_has_the_folder_and_environment_of_its_client(
-    server: psutil.Process, measurements: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_a_fork_server_step_has_the_folder_and_environment_of_its_client(
+    fork_server_process: psutil.Process, measurements: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    before = len(rows(measurements))
+    before = len(measurement_rows(measurements))
     monkeypatch.chdir(tmp_path)
     (tmp_path / "config").mkdir()
     (tmp_path / "config" / "records.tsv").write_text("id\tformat\tsource\nmine\tauto\tgone.V2A\n", encoding="utf-8")
     words = ("read", "--study", STUDY.replace("rinaldi", "mine"), "--record", "mine", "--output", "mine.nc")
-    assert "mine: gone.V2A is not in resources/records" in step(*words).stderr
+    assert "mine: gone.V2A is not in resources/records" in run_step(*words).stderr
     (tmp_path / "config" / "records.tsv").unlink()
     (tmp_path / "temporary").mkdir(mode=0o500)
-    assert step(*READ, "--output", "motion.nc", TMPDIR=str(tmp_path / "temporary")).returncode == 0
+    assert run_step(*READ_STEP, "--output", "motion.nc", TMPDIR=str(tmp_path / "temporary")).returncode == 0
     assert (tmp_path / "motion.nc").is_file()
-    assert len(rows(measurements)) == before + 2
+    assert len(measurement_rows(measurements)) == before + 2
 
 
-def test_steps_run_at_the_same_time(server: psutil.Process, tmp_path: Path) -> None:
-    with endless_step(server, tmp_path) as (client, process):
-        assert step(*READ, "--output", str(tmp_path / "other.nc")).returncode == 0
+def test_the_fork_server_runs_steps_concurrently(fork_server_process: psutil.Process, tmp_path: Path) -> None:
+    with endless_step(fork_server_process, tmp_path) as (client, process):
+        assert run_step(*READ_STEP, "--output", str(tmp_path / "other.nc")).returncode == 0
         assert client.poll() is None
         process.kill()
         client.communicate(timeout=60.0)
     assert client.returncode == 128 + signal.SIGKILL, "as a shell returns it"
-    assert step(*READ, "--output", str(tmp_path / "third.nc")).returncode == 0, "the server goes on"
+    assert run_step(*READ_STEP, "--output", str(tmp_path / "third.nc")).returncode == 0, "the server goes on"
 
 
-def test_a_step_ends_with_its_client(server: psutil.Process, tmp_path: Path) -> None:
-    with endless_step(server, tmp_path) as (client, process):
+def test_a_fork_server_step_ends_with_its_client(fork_server_process: psutil.Process, tmp_path: Path) -> None:
+    with endless_step(fork_server_process, tmp_path) as (client, process):
         client.kill()
         client.communicate(timeout=60.0)
         process.wait(60.0)
-    assert step(*READ, "--output", str(tmp_path / "other.nc")).returncode == 0, "the server goes on"
+    assert run_step(*READ_STEP, "--output", str(tmp_path / "other.nc")).returncode == 0, "the server goes on"
 
 
 LATE_STEPS = """
@@ -190,7 +192,7 @@ for server in (os.getpid(), 1):
 """Program that runs a step as a forked copy of its parent, and one as that of another process; prints their status."""
 
 
-def test_a_step_whose_server_ended_before_it_began_does_not_run(tmp_path: Path) -> None:
+def test_a_step_does_not_run_if_its_server_ended_before_it_began(tmp_path: Path) -> None:
     environment = os.environ | {SERVER_VARIABLE: "of the server"}
     command = [sys.executable, "-c", LATE_STEPS]
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
@@ -199,13 +201,13 @@ def test_a_step_whose_server_ended_before_it_began_does_not_run(tmp_path: Path) 
     assert [path.name for path in tmp_path.iterdir()] == ["of-True"], "made by the step whose server is there"
 
 
-def test_a_server_ends_after_its_killed_workflow_and_the_steps_that_run(tmp_path: Path) -> None:
+def test_the_fork_server_of_a_killed_workflow_ends_after_the_running_steps(tmp_path: Path) -> None:
     """Those steps go on, and a new run waits for them."""
     motion = tmp_path / "motion.nc"
     code = (
         "import subprocess, sys\nfrom overturning.commands.fork_client import start_fork_server\n"
         f"start_fork_server({str(tmp_path / 'steps.tsv')!r})\n"
-        f"print(subprocess.Popen([*{PROGRAM}, *{[*READ, '--output', str(motion)]}]).pid, flush=True)\ninput()\n"
+        f"print(subprocess.Popen([*{PROGRAM}, *{[*READ_STEP, '--output', str(motion)]}]).pid, flush=True)\ninput()\n"
     )
     environment = os.environ | {THREADS_VARIABLE: "1", SERVER_VARIABLE: "", "TMPDIR": str(tmp_path)}
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
@@ -225,17 +227,17 @@ def test_a_server_ends_after_its_killed_workflow_and_the_steps_that_run(tmp_path
 @pytest.mark.parametrize(
     ("variable", "value"), [(THREADS_VARIABLE, "2"), (SERVER_VARIABLE, ""), (SERVER_VARIABLE, "/no/socket")]
 )
-def test_a_step_that_the_server_cannot_run_is_left_to_the_caller(
-    server: psutil.Process, measurements: Path, monkeypatch: pytest.MonkeyPatch, variable: str, value: str
+def test_a_step_that_the_fork_server_cannot_run_is_run_by_the_caller(
+    fork_server_process: psutil.Process, measurements: Path, monkeypatch: pytest.MonkeyPatch, variable: str, value: str
 ) -> None:
     """Its numerical libraries were loaded for one thread."""
-    before = rows(measurements)
+    before = measurement_rows(measurements)
     monkeypatch.setenv(variable, value)
     assert run_step_in_fork_server(["--version"]) is None
-    assert rows(measurements) == before
+    assert measurement_rows(measurements) == before
 
 
-def test_steps_run_in_their_own_processes_on_request(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_steps_run_in_separate_processes_on_request(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(SERVER_VARIABLE, "off")
     monkeypatch.setenv(THREADS_VARIABLE, "1")
     fork_client.start_fork_server(tmp_path / "steps.tsv")
@@ -244,7 +246,9 @@ def test_steps_run_in_their_own_processes_on_request(tmp_path: Path, monkeypatch
 
 
 @pytest.mark.parametrize("folder", ["gone", "long" * 30])
-def test_a_run_goes_on_without_a_socket(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, folder: str) -> None:
+def test_a_run_continues_without_a_fork_server_if_no_socket_can_be_made(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, folder: str
+) -> None:
     """No folder for temporary files, or a path that is too long for a socket."""
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / folder))
     if folder != "gone":
@@ -255,16 +259,16 @@ def test_a_run_goes_on_without_a_socket(tmp_path: Path, monkeypatch: pytest.Monk
     assert [path.name for path in tmp_path.rglob("*")] == [folder] * (folder != "gone")
 
 
-def test_a_server_of_another_installation_is_not_used(
-    server: psutil.Process, measurements: Path, monkeypatch: pytest.MonkeyPatch
+def test_a_fork_server_of_another_installation_is_not_used(
+    fork_server_process: psutil.Process, measurements: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    before = rows(measurements)
+    before = measurement_rows(measurements)
     monkeypatch.setattr(fork_client, "installation_paths", lambda: [sys.executable, "/elsewhere"])
     assert run_step_in_fork_server(["--version"]) is None
-    assert rows(measurements) == before
+    assert measurement_rows(measurements) == before
 
 
-def test_kernels_are_loaded_once_for_each_variant(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_fork_server_loads_kernels_once_for_each_variant(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Before the first sweep after a successful one, which has left the kernels compiled on disk."""
     from overturning.commands import fork_server
 
@@ -287,12 +291,12 @@ def test_kernels_are_loaded_once_for_each_variant(tmp_path: Path, monkeypatch: p
     assert loaded == ["nominal", "soft"]
 
 
-def test_steps_end_with_a_killed_server(server: psutil.Process, tmp_path: Path) -> None:
+def test_steps_end_when_their_fork_server_is_killed(fork_server_process: psutil.Process, tmp_path: Path) -> None:
     """The last test of the file: others would start a server again."""
-    with endless_step(server, tmp_path) as (client, process):
-        server.kill()
+    with endless_step(fork_server_process, tmp_path) as (client, process):
+        fork_server_process.kill()
         assert "error: the fork server of the run has ended; run again" in client.communicate(timeout=60.0)[1]
         assert client.returncode == 1
         wait_until(lambda: not process.is_running() or process.status() == psutil.STATUS_ZOMBIE)
-        done = step("--version")
+        done = run_step("--version")
         assert (done.returncode, done.stderr) == (0, ""), "a step without a server runs in a process of its own"

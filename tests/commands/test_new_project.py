@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")
-def wheel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+def unpacked_wheel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """A folder into which the wheel was unpacked; the wheel was built from the sdist, without network."""
     folder = tmp_path_factory.mktemp("wheel")
     build = [sys.executable, "-m", "hatchling", "build", "-t", "sdist", "-t", "wheel", "-d", str(folder)]
@@ -51,8 +51,10 @@ for folder, (program, *words) in json.loads(sys.argv[1]):
 
 
 @pytest.fixture(scope="module")
-def printed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[tuple[str, str]]]:
-    """Commands of the unpacked wheel in place of the checkout: their folder, and what each printed with its status.
+def command_outputs(
+    unpacked_wheel: Path, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Path, list[tuple[str, str]]]:
+    """Outputs and statuses of commands of the unpacked wheel, and the folder in which they ran.
 
     One process runs all of them, as the imports of a process take longer than its command.
     """
@@ -68,25 +70,25 @@ def printed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path
         (project, f"snakemake --cores 1 {study} --dry-run --quiet host"),
     )
     listed = json.dumps([(str(place), shlex.split(words)) for place, words in commands])
-    paths = os.pathsep.join([str(wheel), os.environ.get("XDG_DATA_HOME", "")]).rstrip(os.pathsep)
+    paths = os.pathsep.join([str(unpacked_wheel), os.environ.get("XDG_DATA_HOME", "")]).rstrip(os.pathsep)
     done = subprocess.run(
         [sys.executable, "-c", COMMANDS, listed],
         cwd=folder, env=os.environ | {"PYTHONPATH": paths}, capture_output=True, text=True, check=True, timeout=300,
     )  # fmt: skip
     (where, *outputs), (warned, *errors) = (text.split("\f") for text in (done.stdout, done.stderr))
-    assert all(path.startswith(str(wheel)) for path in where.split()), where
+    assert all(path.startswith(str(unpacked_wheel)) for path in where.split()), where
     assert not warned
     return folder, list(zip(outputs, errors, strict=True))
 
 
-def test_commands_printed_by_init_work(tmp_path: Path) -> None:
+def test_the_commands_that_init_prints_work(tmp_path: Path) -> None:
     go = said("init", tmp_path / "my stones").splitlines()[1]
     done = subprocess.run(["sh", "-c", f"{go} && ls"], capture_output=True, text=True, check=True)
     assert "config" in done.stdout
 
 
 @pytest.mark.parametrize(("folder", "name"), [("mine", "mine"), ("My stones, 2nd", "my-stones-2nd"), ("墓石", "study")])
-def test_new_study_is_named_after_its_folder(
+def test_a_new_study_is_named_after_its_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, folder: str, name: str
 ) -> None:
     text = said("init", tmp_path / folder)
@@ -98,7 +100,7 @@ def test_new_study_is_named_after_its_folder(
     assert "no answer" not in checked
 
 
-def test_readme_of_a_new_project_names_existing_files(tmp_path: Path) -> None:
+def test_the_readme_of_a_new_project_names_existing_files(tmp_path: Path) -> None:
     said("init", tmp_path / "mine")
     readme = tmp_path / "mine" / "config" / "README.md"
     text = readme.read_text(encoding="utf-8")
@@ -111,14 +113,16 @@ def test_readme_of_a_new_project_names_existing_files(tmp_path: Path) -> None:
     assert "docs/formats.md has the formats." in text
 
 
-def test_wheel_is_complete(wheel: Path, printed: tuple[Path, list[tuple[str, str]]]) -> None:
-    folder, ((version, _), (one, _), *_) = printed
+def test_the_wheel_contains_all_files_of_the_package(
+    unpacked_wheel: Path, command_outputs: tuple[Path, list[tuple[str, str]]]
+) -> None:
+    folder, ((version, _), (one, _), *_) = command_outputs
     assert version.startswith("overturning 0.")
     assert "falls towards S32°W" in one
     assert version.endswith("status 0\n")
     assert one.endswith("status 0\n"), "and without dask.array, whose import takes longer than the command"
     assert (folder / "fall.html").stat().st_size > 10_000
-    project = wheel / "overturning" / "project"
+    project = unpacked_wheel / "overturning" / "project"
     for part in (
         "Snakefile",
         "profiles/default/config.yaml",
@@ -130,14 +134,16 @@ def test_wheel_is_complete(wheel: Path, printed: tuple[Path, list[tuple[str, str
         assert (project / part).read_bytes() == (ROOT / part).read_bytes(), part
     for part in ("ground-motions.zip", "LICENSE", "README.md"):
         shipped = Path("overturning", "records", "fema-p695", part)
-        assert (wheel / shipped).read_bytes() == (ROOT / "src" / shipped).read_bytes(), part
-    (licence,) = wheel.glob("*.dist-info/licenses/src/overturning/records/fema-p695/LICENSE")
+        assert (unpacked_wheel / shipped).read_bytes() == (ROOT / "src" / shipped).read_bytes(), part
+    (licence,) = unpacked_wheel.glob("*.dist-info/licenses/src/overturning/records/fema-p695/LICENSE")
     assert "MIT License" in licence.read_text(encoding="utf-8")
     assert not list(project.rglob("__pycache__"))
 
 
-def test_new_project(printed: tuple[Path, list[tuple[str, str]]]) -> None:
-    *_, (made, _), (checked, _), (again, refused), (planned, profile) = printed[1]
+def test_a_project_made_by_the_installed_wheel_can_be_planned(
+    command_outputs: tuple[Path, list[tuple[str, str]]],
+) -> None:
+    *_, (made, _), (checked, _), (again, refused), (planned, profile) = command_outputs[1]
     assert "snakemake --cores 2" in made
     assert "2 records × " in checked
     assert [text.splitlines()[-1] for text in (made, checked, again)] == ["status 0", "status 0", "status 1"]
@@ -147,7 +153,7 @@ def test_new_project(printed: tuple[Path, list[tuple[str, str]]]) -> None:
     assert "profiles/default" in profile, "which asks for the logger plugin"
 
 
-def test_own_record_and_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_new_project_accepts_a_record_of_the_user(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     said("init", tmp_path / "mine")
     monkeypatch.chdir(tmp_path / "mine")
     rows = "\n".join(f"{0.01 * n:.2f},{100 * (n % 50 == 7)},{50 * (n % 40 == 3)}" for n in range(400))

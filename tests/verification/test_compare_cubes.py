@@ -10,8 +10,8 @@ from verification.compare_cubes import cube_changes
 DIMENSIONS = ("record", "azimuth", "b_over_h")
 
 
-def cube(flags: list[list[float]], rotation: float = 0.5, slip: float = 0.01, record: str = "a") -> xr.Dataset:
-    """One record, four azimuths, the whole circle, and two B/H; what stands has turned and slid as much as given."""
+def cube_of_flags(flags: list[list[float]], rotation: float = 0.5, slip: float = 0.01, record: str = "a") -> xr.Dataset:
+    """Cube of one record, four azimuths and two B/H; standing cases have the given peak rotation and slip."""
     overturned = np.array([flags])
     stands = overturned == 0
     values = {
@@ -24,12 +24,12 @@ def cube(flags: list[list[float]], rotation: float = 0.5, slip: float = 0.01, re
     return xr.Dataset({name: (DIMENSIONS, array) for name, array in values.items()}, coordinates)
 
 
-OLD = cube([[1, 1], [1, 1], [1, 0], [1, 0]])
+OLD_CUBE = cube_of_flags([[1, 1], [1, 1], [1, 0], [1, 0]])
 
 
-def test_changes_are_counted() -> None:
-    new = cube([[-1, 1], [0, 1], [np.nan, 0], [1, 0]], rotation=0.6, slip=0.009)
-    found = cube_changes(OLD, new)
+def test_changes_between_two_cubes_are_counted() -> None:
+    new = cube_of_flags([[-1, 1], [0, 1], [np.nan, 0], [1, 0]], rotation=0.6, slip=0.009)
+    found = cube_changes(OLD_CUBE, new)
     assert found["cells"] == "8"
     assert found["fall, before"] == "6 (75.00 %)"
     assert found["fall, after"] == "4 (57.14 %)"
@@ -44,21 +44,21 @@ def test_changes_are_counted() -> None:
     assert found["peak slip of what stands: change in %, median and 95 %"] == "-10, 10"
 
 
-def test_cubes_of_other_values_are_not_compared() -> None:
-    new = cube([[1, 1]] * 4).assign_coords(b_over_h=[0.2, 0.4])
+def test_cubes_with_different_grid_values_are_not_compared() -> None:
+    new = cube_of_flags([[1, 1]] * 4).assign_coords(b_over_h=[0.2, 0.4])
     with pytest.raises(ResultError, match="cubes of different b_over_h values; compare those of one study"):
-        cube_changes(OLD, new)
+        cube_changes(OLD_CUBE, new)
 
 
-def test_neighbours_are_compared_around_the_circle() -> None:
+def test_neighbouring_azimuths_are_compared_across_north() -> None:
     # Beside the first azimuth of B/H 0.3 lies the last one, which stands: neither its fall nor the second's is firm.
-    found = cube_changes(OLD, cube([[1, 0], [1, 1], [1, 0], [1, 0]]))
+    found = cube_changes(OLD_CUBE, cube_of_flags([[1, 0], [1, 1], [1, 0], [1, 0]]))
     assert (found["flags changed"], found["of them where the neighbours agree"]) == ("1", "0")
 
 
-def test_in_space_neighbours_also_fall_the_same_way() -> None:
+def test_3d_neighbours_must_also_fall_the_same_way_to_count_as_robust() -> None:
     """The second azimuth falls east where the others fall north: it and its neighbours are not firm; it turns."""
-    old, new = cube([[1, 1]] * 4), cube([[1, 1]] * 4)
+    old, new = cube_of_flags([[1, 1]] * 4), cube_of_flags([[1, 1]] * 4)
     for one, second in ((old, 90.0), (new, 0.0)):
         one["fall_azimuth"] = DIMENSIONS, np.array([[[0.0, 0.0], [second, second], [0.0, 0.0], [350.0, 350.0]]])
         one["peak_tilt"] = DIMENSIONS, np.full((1, 4, 2), 90.0)
@@ -67,25 +67,26 @@ def test_in_space_neighbours_also_fall_the_same_way() -> None:
     assert found["of these where the neighbours agree"] == "0 of 2"
 
 
-def test_only_common_records_are_compared() -> None:
-    other = cube([[0, 0]] * 4, record="b")
-    assert cube_changes(xr.concat([other, OLD], "record"), OLD) == cube_changes(OLD, OLD)
+def test_only_records_common_to_both_cubes_are_compared() -> None:
+    other = cube_of_flags([[0, 0]] * 4, record="b")
+    assert cube_changes(xr.concat([other, OLD_CUBE], "record"), OLD_CUBE) == cube_changes(OLD_CUBE, OLD_CUBE)
 
 
-def test_cubes_of_different_studies_are_refused() -> None:
+def test_comparing_cubes_of_different_studies_is_refused() -> None:
     with pytest.raises(ResultError, match="of one study"):
-        cube_changes(OLD, OLD.isel(azimuth=slice(2)))
+        cube_changes(OLD_CUBE, OLD_CUBE.isel(azimuth=slice(2)))
     with pytest.raises(ResultError, match="of one study"):
-        cube_changes(OLD, cube([[1, 1]] * 4, record="b"))
+        cube_changes(OLD_CUBE, cube_of_flags([[1, 1]] * 4, record="b"))
 
 
-def test_slips_of_stacks_are_residual() -> None:
+def test_slips_of_stack_cubes_are_compared_by_residual_slip() -> None:
     """Their cubes have no peak slip; 4 mm north and 3 mm west are 5 mm."""
 
     def of_stack(one: xr.Dataset, share: float) -> xr.Dataset:
+        """Return a cube of stacks with residual slips."""
         still = xr.zeros_like(one.peak_slip)
         north, east = (still + share * value for value in (0.004, -0.003))
         return one.drop_vars("peak_slip").assign(residual_slip_north=north, residual_slip_east=east)
 
-    changes = cube_changes(of_stack(OLD, 1.0), of_stack(OLD, 1.1))
+    changes = cube_changes(of_stack(OLD_CUBE, 1.0), of_stack(OLD_CUBE, 1.1))
     assert changes["peak slip of what stands: change in %, median and 95 %"] == "+10, 10"

@@ -14,37 +14,40 @@ from verification.work_precision.parts import SchemeSetting, reference_outcomes,
 
 pytestmark = pytest.mark.long
 
-STEPS = np.array([0.5, 0.25, 0.125])
+RELATIVE_STEPS = np.array([0.5, 0.25, 0.125])
 
 
-def soft(scheme: str, step: float) -> SchemeSetting:
-    """A contact of which the step's error stands far above what single digits of chaos and of rounding leave."""
+def soft_contact(scheme: str, step: float) -> SchemeSetting:
+    """Setting with a contact so soft that the error of the step exceeds effects of chaos and rounding by far."""
     return SchemeSetting(scheme, step, 2e-5)
 
 
 def decaying_sine() -> CaseGroup:
-    """Blocks that rock, and some that slide, under one strong motion of 3 s."""
+    """Cases of blocks that rock, some of which slide, under one strong motion of 3 s."""
     time = np.arange(300) * 0.01
     north = 5.0 * np.sin(2 * np.pi * time / 0.8) * np.exp(-time)
     motion = Motion(north, 0 * north, sampling_interval=0.01)
     return CaseGroup(motion, case_grid(0.0, [0.6, 1.0], np.linspace(0.2, 0.4, 12), [0.45, 1.0]))
 
 
-def test_order_is_that_of_a_known_line() -> None:
-    assert convergence_order(STEPS, 3.0 * STEPS**2) == pytest.approx(2.0)
-    assert np.isnan(convergence_order(STEPS, np.zeros(3)))
+def test_convergence_order_is_exact_for_a_power_law() -> None:
+    assert convergence_order(RELATIVE_STEPS, 3.0 * RELATIVE_STEPS**2) == pytest.approx(2.0)
+    assert np.isnan(convergence_order(RELATIVE_STEPS, np.zeros(3)))
 
 
 @pytest.mark.parametrize(("scheme", "least"), [("centred", 1.0), ("cundall", 0.9)])
-def test_peak_rotation_converges(scheme: str, least: float) -> None:
+def test_peak_rotation_converges_with_the_time_step(scheme: str, least: float) -> None:
     groups = [decaying_sine()]
-    right = reference_outcomes(groups, soft("centred", 0.004))
-    errors = [median_rotation_error(*reference_outcomes(groups, soft(scheme, step)), *right) for step in STEPS]
+    right = reference_outcomes(groups, soft_contact("centred", 0.004))
+    errors = [
+        median_rotation_error(*reference_outcomes(groups, soft_contact(scheme, step)), *right)
+        for step in RELATIVE_STEPS
+    ]
     assert errors[0] > errors[-1] > 0
-    assert convergence_order(STEPS, np.array(errors)) >= least
+    assert convergence_order(RELATIVE_STEPS, np.array(errors)) >= least
 
 
-def test_a_rigid_contact_converges_from_smaller_errors() -> None:
+def test_a_stiff_contact_has_smaller_errors_at_the_whole_step() -> None:
     """Its changes take less than the finest step, which leaves the first order; but its whole steps err less by far."""
     cases = case_grid(0.0, np.linspace(0.5, 1.2, 8), np.linspace(0.2, 0.4, 24), [0.45, 1.0])
     groups, steps = [CaseGroup(decaying_sine().motion, cases)], np.array([1.0, 0.5, 0.25, 0.125])
@@ -62,14 +65,16 @@ def test_a_rigid_contact_converges_from_smaller_errors() -> None:
 
 
 @pytest.mark.parametrize("scheme", ["centred", "cundall"])
-def test_energy_balance_converges(scheme: str) -> None:
-    group, steps = decaying_sine(), [*STEPS, 0.0625]
-    residual = [run_case_groups([group], **soft(scheme, step).arguments).results.energy_error.mean() for step in steps]
+def test_the_energy_balance_error_converges_with_the_time_step(scheme: str) -> None:
+    group, steps = decaying_sine(), [*RELATIVE_STEPS, 0.0625]
+    residual = [
+        run_case_groups([group], **soft_contact(scheme, step).arguments).results.energy_error.mean() for step in steps
+    ]
     assert convergence_order(np.array(steps), np.array(residual)) >= 0.9
 
 
 @pytest.mark.parametrize(("scheme", "least"), [("centred", 1.2), ("cundall", 0.9)])
-def test_overturning_boundary_converges(scheme: str, least: float) -> None:
+def test_the_overturning_boundary_converges_with_the_time_step(scheme: str, least: float) -> None:
     """The B/H at which the flag changes, found to 1e-8, against that at a far finer step."""
     cases = case_grid(0.0, [0.5, 0.8, 1.3], np.linspace(0.15, 0.45, 16), [0.45, 0.6, 1.0, 2.0])
     groups = [CaseGroup(decaying_sine().motion, cases)]
@@ -80,17 +85,17 @@ def test_overturning_boundary_converges(scheme: str, least: float) -> None:
 
     def found(scheme: str, step: float) -> np.ndarray:
         return bisect_boundaries(
-            groups, where, soft(scheme, step).arguments, near * (1 - BRACKET), near * (1 + BRACKET), 20
+            groups, where, soft_contact(scheme, step).arguments, near * (1 - BRACKET), near * (1 + BRACKET), 20
         )
 
     exact = found("centred", 0.015)
     assert np.isfinite(exact).sum() >= 10
-    shifts = [float(np.nanmedian(np.abs(found(scheme, step) / exact - 1.0))) for step in STEPS]
+    shifts = [float(np.nanmedian(np.abs(found(scheme, step) / exact - 1.0))) for step in RELATIVE_STEPS]
     assert shifts[0] > shifts[-1] > 0
-    assert convergence_order(STEPS, np.array(shifts)) >= least
+    assert convergence_order(RELATIVE_STEPS, np.array(shifts)) >= least
 
 
-def test_boundary_lies_between_its_cases_and_the_flag_changes_there() -> None:
+def test_the_bisected_boundary_lies_where_the_flag_changes() -> None:
     groups = every_nth_case([decaying_sine()], 2)
     where = find_boundaries(groups, run_case_groups(groups).results.overturned, 3)
     assert where
@@ -105,7 +110,7 @@ def test_boundary_lies_between_its_cases_and_the_flag_changes_there() -> None:
         assert ((run_cases(groups[0].motion, cases).overturned != 0) == falls).all()
 
 
-def test_missing_boundary_stays_missing() -> None:
+def test_a_boundary_without_a_bracket_stays_missing() -> None:
     groups = [decaying_sine()]
     where = find_boundaries(groups, run_case_groups(groups).results.overturned, 2)
     low, high = bracket_ends(where)
@@ -116,7 +121,7 @@ def test_missing_boundary_stays_missing() -> None:
     np.testing.assert_array_equal(found[1:], exact[1:])
 
 
-def test_rigid_limit_error_falls_with_the_static_penetration() -> None:
+def test_the_error_to_the_rigid_limit_decreases_with_static_penetration() -> None:
     groups = rocking_pulse_groups(periods=3, blocks=12)
     right = run_exact_block(groups)
     errors = [

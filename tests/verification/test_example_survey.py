@@ -13,18 +13,19 @@ from verification.example_survey import PAGE, ROSE, SITES, SURVEY, InventedStone
 
 
 @pytest.fixture(scope="module")
-def truth() -> dict[str, list[InventedStone]]:
+def invented_stones() -> dict[str, list[InventedStone]]:
+    """The invented stones of the example survey."""
     return invent_stones()
 
 
-def test_the_survey_is_what_the_script_makes(
-    truth: dict[str, list[InventedStone]], monkeypatch: pytest.MonkeyPatch
+def test_the_example_survey_equals_the_output_of_its_script(
+    invented_stones: dict[str, list[InventedStone]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(example_survey, "invent_stones", lambda: truth)
+    monkeypatch.setattr(example_survey, "invent_stones", lambda: invented_stones)
     assert SURVEY.read_text(encoding="utf-8") == example_survey.survey_text(), "python -m verification.example_survey"
 
 
-def test_the_page_shows_what_the_commands_print() -> None:
+def test_the_survey_page_shows_the_output_of_its_commands() -> None:
     page = PAGE.read_text(encoding="utf-8")
     for mark, block in example_survey.comparison_outputs().items():
         assert f"<!-- {mark}:begin -->\n\n{example_survey.fenced_code_block(block)}\n\n<!-- {mark}:end -->" in page, (
@@ -43,11 +44,11 @@ def test_the_page_shows_what_the_commands_print() -> None:
     assert ROSE.read_text(encoding="utf-8").startswith("<?xml")
 
 
-def test_the_survey_is_read_as_it_was_invented(truth: dict[str, list[InventedStone]]) -> None:
+def test_the_example_survey_is_read_as_it_was_invented(invented_stones: dict[str, list[InventedStone]]) -> None:
     stones = overturning.read_survey(SURVEY)
     assert stones.attrs["warnings"] == []
     assert Counter(stones["site"]) == dict.fromkeys(SITES, 20)
-    true_stones = [stone for site in SITES for stone in truth[site]]
+    true_stones = [stone for site in SITES for stone in invented_stones[site]]
     width = {"Hill": 0.5, "River": 11.25, "Church": 0.5}
     for (_, row), stone in zip(stones.iterrows(), true_stones, strict=True):
         assert row["height_m"] == stone.height
@@ -67,5 +68,7 @@ def test_the_survey_is_read_as_it_was_invented(truth: dict[str, list[InventedSto
         (357.5, "bearings", "N 25° W"), (232.5, "bearings", "S 30° W"), (52.5, "bearings", "N 30° E"),
     ],
 )  # fmt: skip
-def test_directions_are_written_in_the_notation_of_a_site(azimuth: float, notation: str, text: str) -> None:
+def test_invented_directions_are_written_in_the_notation_of_their_site(
+    azimuth: float, notation: str, text: str
+) -> None:
     assert direction_in_notation(azimuth, notation) == text

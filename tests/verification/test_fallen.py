@@ -12,8 +12,8 @@ from overturning.model.element import ContactLaw
 from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
-from tests.dem.polygon_scenes import load_shipped_scene
-from tests.verification.test_stability_scenes import pulse
+from tests.dem.polygon_scenes import shipped
+from tests.verification.test_stability_scenes import one_second_pulse
 from verification.stability.checks import (
     find_failed_scene_check,
     flags_match_rotations,
@@ -22,20 +22,22 @@ from verification.stability.checks import (
 )
 
 
-def case(scene: Scene) -> CaseResults:
-    """A case that falls: the stone away from its wall, and of the three-tier grave the shaft alone."""
-    return simulate_cases(scene, pulse(6.0), Cases([180.0], *size_reference_height_and_b_over_h(scene), 0.7))
+def simulate_falling_case(scene: Scene) -> CaseResults:
+    """Simulate a case in which the stone of a scene falls; of the three-tier grave, only the shaft."""
+    return simulate_cases(scene, one_second_pulse(6.0), Cases([180.0], *size_reference_height_and_b_over_h(scene), 0.7))
 
 
 @cache
 def three_tier_case() -> tuple[PreparedScene, CaseResults]:
-    """The three-tier grave and its case; a test changes a copy."""
-    scene = load_shipped_scene("three-tier")
-    return prepare_scene(scene), case(scene)
+    """The prepared three-tier grave and the results of its falling case; tests change only copies."""
+    scene = shipped("three-tier")
+    return prepare_scene(scene), simulate_falling_case(scene)
 
 
-def with_row(prepared: PreparedScene, found: CaseResults, turned_deg: list[float], flags: list[int]) -> CaseResults:
-    """An answer with other rotations and flags, and the times that go with these."""
+def with_rotations_and_flags(
+    prepared: PreparedScene, found: CaseResults, turned_deg: list[float], flags: list[int]
+) -> CaseResults:
+    """Return results with other rotations and flags, and overturning times that fit them."""
     rotation = np.radians([turned_deg]) / prepared.unit_of_peak_rotation_by_element[prepared.free_element_indices]
     times = np.where(np.array([flags]) != 0, 3.0, np.nan)
     changed = {
@@ -60,13 +62,17 @@ def with_row(prepared: PreparedScene, found: CaseResults, turned_deg: list[float
         ([3.0, 40.0, 90.0], [1, 0, 1], False),
     ],
 )
-def test_flags_that_do_not_fit_the_rotations_are_found(turned_deg: list[float], flags: list[int], fits: bool) -> None:
+def test_overturning_flags_that_contradict_the_rotations_are_reported(
+    turned_deg: list[float], flags: list[int], fits: bool
+) -> None:
     prepared, found = three_tier_case()
-    answer = with_row(prepared, found, turned_deg, flags)
-    assert find_failed_scene_check(prepared, 0.7, pulse(6.0), answer) == ("" if fits else "flag and rotation")
+    answer = with_rotations_and_flags(prepared, found, turned_deg, flags)
+    assert find_failed_scene_check(prepared, 0.7, one_second_pulse(6.0), answer) == (
+        "" if fits else "flag and rotation"
+    )
 
 
-def test_softer_contact_lies_flat_at_a_smaller_rotation() -> None:
+def test_a_block_with_softer_contact_lies_flat_at_a_smaller_rotation() -> None:
     """A block of B x H lying on its side: m g/2 on each end of a face of length H, δ/B where it stands."""
     for share in (1e-4, 1e-2):
         law = ContactLaw(between=("stone", "stone"), static_penetration=share)
@@ -76,7 +82,7 @@ def test_softer_contact_lies_flat_at_a_smaller_rotation() -> None:
         assert standing_rotation_limits(prepare_scene(scene)) == pytest.approx(np.arctan(0.4))
 
 
-def test_a_boulder_has_fallen_where_it_lies_on_its_next_side() -> None:
+def test_a_boulder_counts_as_fallen_when_it_lies_on_its_next_side() -> None:
     """The sides from (0.22, 0) to (0.52, 0.31) and from (−0.18, 0) to (−0.56, 0.47) come down as steep as they rise.
 
     Results keep no sign of a rotation, so it surely has fallen at the larger of both.
@@ -93,8 +99,8 @@ def test_a_boulder_has_fallen_where_it_lies_on_its_next_side() -> None:
     assert not flags_match_rotations(prepared, np.array([True]), np.array([0.09]))
 
 
-def test_fallen_rotation_of_the_scene_is_used() -> None:
-    scene = load_shipped_scene("gravestone")
+def test_the_fallen_rotation_of_a_scene_file_is_used() -> None:
+    scene = shipped("gravestone")
     tips = np.degrees(np.arctan(0.4))
     for asked, drop, early, lying in ((60.0, None, tips, 60.0), (120.0, None, tips, np.inf), (90.0, 0.2, 0.0, 90.0)):
         elements = [

@@ -14,7 +14,7 @@ from verification.fema_p695 import archive_members, source_folder, write_archive
 
 
 @pytest.fixture(scope="module")
-def source() -> Path:
+def source_package() -> Path:
     """Folder of the package fema-p695, from whose files the archive was made."""
     try:
         import h5py
@@ -26,11 +26,11 @@ def source() -> Path:
         lacking(str(missing))
 
 
-def test_each_sample_of_the_archive_is_that_of_the_package(source: Path) -> None:
+def test_each_sample_of_the_fema_archive_equals_that_of_its_source(source_package: Path) -> None:
     import h5py
 
     for record_set in fema_p695.SETS:
-        with h5py.File(source / f"{record_set}.hdf5") as file:
+        with h5py.File(source_package / f"{record_set}.hdf5") as file:
             numbers = list(file["_timeseries"])
             assert len(numbers) == (22 if record_set == "farfield" else 14)
             for number in numbers:
@@ -46,12 +46,12 @@ def test_each_sample_of_the_archive_is_that_of_the_package(source: Path) -> None
                     np.testing.assert_array_equal(times, series["Time"][:])
 
 
-def test_archive_is_what_the_script_makes_of_the_package(source: Path) -> None:
+def test_the_fema_archive_equals_the_output_of_its_script(source_package: Path) -> None:
     with zipfile.ZipFile(fema_p695.ARCHIVE) as archive:
-        assert {name: archive.read(name).decode() for name in archive.namelist()} == archive_members(source)
+        assert {name: archive.read(name).decode() for name in archive.namelist()} == archive_members(source_package)
 
 
-def test_same_members_give_the_same_bytes(tmp_path: Path) -> None:
+def test_an_archive_of_the_same_members_has_the_same_bytes(tmp_path: Path) -> None:
     for name in ("one.zip", "two.zip"):
         write_archive({"a/1.txt": "0.1\n", "a/2.txt": "-0.0\n"}, tmp_path / name)
     assert (tmp_path / "one.zip").read_bytes() == (tmp_path / "two.zip").read_bytes()

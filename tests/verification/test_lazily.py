@@ -38,14 +38,14 @@ KINDS: dict[str, dict[str, Any]] = {
     | {"scene": "three-tier", "variants": {"monolith": {"scene": "monolith"}}}
     | {"azimuth": {"step": 10}, "ensemble": {"members": 4}},
 }
-FEW, MANY = 1, 3
-MOST = 1 / 3  # of the bytes of the records that are more, as the cube's types have them
+FEW_RECORDS, MANY_RECORDS = 1, 3
+MAX_MEMORY_SHARE = 1 / 3  # of the bytes of the records that are more, as the cube's types have them
 
 Statistic = Callable[[StudyResults], object]
 
 
-def stones_of(results: StudyResults) -> list[object]:
-    """Read the sections of a report on elements and variants of a scene, and their roses."""
+def statistics_by_stone(results: StudyResults) -> list[object]:
+    """Compute the statistics of a report that concern the elements and variants of a scene."""
     stones = {name: results.cube_of_default_element(name) for name in results.cubes}
     one, other = stones.values()
     said = [
@@ -74,19 +74,19 @@ STATISTICS: dict[str, dict[str, Statistic]] = {
         "population": lambda results: population_rates_by_record(results.cube, StonePopulation()),
         "illustrative cases": lambda results: find_illustrative_cases(results.cube),
     },
-    "scene": {"elements and variants": stones_of},
+    "scene": {"elements and variants": statistics_by_stone},
 }
 
 
 @pytest.fixture(scope="module")
-def folders(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, list[Path]]]:
-    """Folders of results by kind, of few records and of many."""
+def result_folders(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, list[Path]]]:
+    """Folders of study results with few and with many records, by kind of study."""
     made: dict[str, list[Path]] = {}
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(Path(__file__).parents[2])  # scenes are named from the project's folder
         for kind, grid in KINDS.items():
-            made[kind] = [tmp_path_factory.mktemp(f"{kind}-{records}") for records in (FEW, MANY)]
-            for records, folder in zip((FEW, MANY), made[kind], strict=True):
+            made[kind] = [tmp_path_factory.mktemp(f"{kind}-{records}") for records in (FEW_RECORDS, MANY_RECORDS)]
+            for records, folder in zip((FEW_RECORDS, MANY_RECORDS), made[kind], strict=True):
                 study = synthetic_study(records, grid)
                 for variant in variant_names(study):
                     name = "cube.nc" if variant == NOMINAL else f"cube.{variant}.nc"
@@ -95,8 +95,8 @@ def folders(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, list
         yield made
 
 
-def peak(statistic: Statistic, folder: Path) -> int:
-    """Largest memory of a statistic, bytes, that NumPy and Python allocate."""
+def peak_memory_bytes(statistic: Statistic, folder: Path) -> int:
+    """Peak memory that NumPy and Python allocate for a statistic, bytes."""
     with open_study_results(folder) as results, project_style():
         tracemalloc.start()
         statistic(results)
@@ -106,14 +106,14 @@ def peak(statistic: Statistic, folder: Path) -> int:
 
 
 @pytest.mark.parametrize(("kind", "name"), [(kind, name) for kind, names in STATISTICS.items() for name in names])
-def test_additional_record_needs_little_memory(
-    kind: str, name: str, folders: dict[str, list[Path]], monkeypatch: pytest.MonkeyPatch
+def test_memory_of_report_statistics_grows_little_with_each_record(
+    kind: str, name: str, result_folders: dict[str, list[Path]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(cube_module, "IN_MEMORY", 0)  # these are as small as tests must be
-    statistic, few_many = STATISTICS[kind][name], folders[kind]
+    statistic, few_many = STATISTICS[kind][name], result_folders[kind]
     with open_study_results(few_many[0]) as results, project_style():
         statistic(results)  # what is imported and kept on the first call
-    few, many = (peak(statistic, folder) for folder in few_many)
+    few, many = (peak_memory_bytes(statistic, folder) for folder in few_many)
     with open_cube(few_many[0] / "cube.nc", element=None) as cube:
-        more = cube.nbytes / FEW * (MANY - FEW)
-    assert (many - few) / more < MOST, f"{(many - few) / more:.2f} of the records' own size"
+        more = cube.nbytes / FEW_RECORDS * (MANY_RECORDS - FEW_RECORDS)
+    assert (many - few) / more < MAX_MEMORY_SHARE, f"{(many - few) / more:.2f} of the records' own size"

@@ -24,7 +24,7 @@ from verification.scenes import SHAFT
 pytestmark = pytest.mark.long
 
 
-def test_flags_agree_within_the_engines_mutual_disagreement() -> None:
+def test_scene_flags_agree_with_engines_within_their_mutual_disagreement() -> None:
     """120 cases of five default records: the mean distance to both engines against their own.
 
     Their contacts give; so do ours here. The rigid ones are no farther from the nearer engine than it from the other.
@@ -52,7 +52,7 @@ def test_flags_agree_within_the_engines_mutual_disagreement() -> None:
         assert min((what(rigid) != what(other)).mean() for other in (pymunk, box2d)) < mutual
 
 
-def test_stored_answers_match_the_engines() -> None:
+def test_stored_engine_outcomes_of_scenes_match_the_engines() -> None:
     if find_spec("pymunk") is None or find_spec("Box2D") is None:
         lacking("pymunk and Box2D are not installed (`make peers`); their kept answers are compared above")
     kept = pd.read_csv(TABLE)

@@ -42,7 +42,7 @@ from verification.shaking_table.models import (
 from verification.shaking_table.scores import bootstrap_samples, motion_interval, prediction_scores, reliability_bins
 
 
-def test_scores_by_hand() -> None:
+def test_prediction_scores_match_a_hand_calculation() -> None:
     p, fell = np.array([0.9, 0.6, 0.4, 0.1]), np.array([True, False, True, False])
     f1, auc, brier = prediction_scores(p, fell)
     assert f1 == pytest.approx(0.5)  # one hit, one miss, one false alarm
@@ -52,7 +52,7 @@ def test_scores_by_hand() -> None:
     assert area == pytest.approx(0.875), "equal probabilities count as half"
 
 
-def test_intervals_are_expanded_and_resample_motions() -> None:
+def test_score_intervals_resample_motions_and_are_expanded_for_few_of_them() -> None:
     """Regression: plain percentiles, which are too short for few motions. Here two tests of each motion are equal."""
     values = np.random.default_rng(3).normal(size=10)
     motions, tests = np.repeat([f"RSN{i}" for i in range(10)], 2), np.repeat(values, 2)
@@ -66,7 +66,7 @@ def test_intervals_are_expanded_and_resample_motions() -> None:
     assert len(bootstrap_samples(motions, 100)) == np.ceil(10 / tail_share_of_expanded_interval(10))
 
 
-def test_a_bin_in_which_nothing_fell_has_an_exact_bound() -> None:
+def test_a_reliability_bin_without_falls_has_an_exact_upper_bound() -> None:
     """Regression: its interval had no width. No test of 20 motions fell: 1 − 0.05^(1/20), for motions, not tests."""
     motions = np.repeat([f"RSN{i}" for i in range(20)], 3)
     probabilities, fell = np.tile([0.01, 0.01, 0.99], 20), np.tile([False, False, True], 20)
@@ -77,7 +77,7 @@ def test_a_bin_in_which_nothing_fell_has_an_exact_bound() -> None:
 
 
 @pytest.mark.parametrize("kind", [RECTANGLES, PRISMS], ids=lambda kind: kind.name)
-def test_stones_lie_within_their_bounds(kind: StoneDistribution) -> None:
+def test_sampled_stones_lie_within_the_bounds_of_their_distribution(kind: StoneDistribution) -> None:
     rows = sample_stones(kind, 256)
     for name, (low, high) in kind.bounds.items():
         assert low <= rows[name].min() < (1.05 * low or 0.05 * high)
@@ -85,7 +85,7 @@ def test_stones_lie_within_their_bounds(kind: StoneDistribution) -> None:
 
 
 @pytest.mark.parametrize("kind", [RECTANGLES, PRISMS], ids=lambda kind: kind.name)
-def test_stones_outside_all_neighbourhoods_change_no_share(kind: StoneDistribution) -> None:
+def test_stones_outside_all_neighbourhoods_do_not_change_fall_fractions(kind: StoneDistribution) -> None:
     rows = sample_stones(kind, 256)
     near, fell = in_any_neighbourhood(rows), np.random.default_rng(2).random((3, 256)) < 0.4
     whole = SimulatedStones(rows["b_over_h"], rows["height"], rows["damping"], fell)
@@ -95,7 +95,7 @@ def test_stones_outside_all_neighbourhoods_change_no_share(kind: StoneDistributi
 
 
 @pytest.mark.long
-def test_prisms_and_rectangles_under_one_motion() -> None:
+def test_prisms_and_rectangles_fall_only_under_strong_motion() -> None:
     """Far below every threshold nothing falls; under a pulse of 1 s and 8 m/s² slender stones do."""
     time = np.arange(400) * 0.005
     pulse = np.where(time < 1, np.sin(2 * np.pi * time), 0.0)
@@ -109,13 +109,13 @@ def test_prisms_and_rectangles_under_one_motion() -> None:
         assert found.fell[1][found.b_over_h < 0.2].mean() > 0.8
 
 
-def limit(b_over_h: np.ndarray, height: np.ndarray) -> np.ndarray:
+def overturning_acceleration(b_over_h: np.ndarray, height: np.ndarray) -> np.ndarray:
     """Return the synthetic acceleration, m/s², at which a rectangle falls; it grows with B/H and height."""
     return 9.8 * b_over_h * (1 + height**2)
 
 
 def synthetic_tests(peak: np.ndarray, threshold: np.ndarray, generator: np.random.Generator) -> ShakingTableTests:
-    """Return tests of twelve motions, with as many tests each, in which stones fall above a threshold of the peak."""
+    """Return equally many tests of each of twelve motions; a stone falls if the peak exceeds its threshold."""
     return ShakingTableTests(
         number=np.arange(peak.size),
         motion=np.repeat([f"RSN{i}" for i in range(12)], peak.size // 12),
@@ -128,37 +128,39 @@ def synthetic_tests(peak: np.ndarray, threshold: np.ndarray, generator: np.rando
 
 
 @pytest.fixture(scope="module")
-def synthetic() -> tuple[ShakingTableTests, SimulatedStones]:
-    """Return 300 tests of twelve records on a rectangle of B/H 0.15 and height 0.8 m, and the cloud."""
+def synthetic_tests_and_stones() -> tuple[ShakingTableTests, SimulatedStones]:
+    """Return 300 tests of twelve motions on a rectangle of B/H 0.15 and height 0.8 m, and the simulated stones."""
     generator = np.random.default_rng(1)
     peak = np.exp(generator.uniform(np.log(0.5), np.log(8), 300))
     rows = sample_stones(RECTANGLES, 4096)
-    fell = peak[:, None] * rows["amplitude"] > limit(rows["b_over_h"], rows["height"])
-    threshold = limit(np.array(0.15), np.array(0.8)) * np.exp(generator.normal(0, 0.35, 300))
+    fell = peak[:, None] * rows["amplitude"] > overturning_acceleration(rows["b_over_h"], rows["height"])
+    threshold = overturning_acceleration(np.array(0.15), np.array(0.8)) * np.exp(generator.normal(0, 0.35, 300))
     tests = synthetic_tests(peak, threshold, generator)
     return tests, SimulatedStones(rows["b_over_h"], rows["height"], rows["damping"], fell)
 
 
 @pytest.fixture(scope="module")
-def shares(synthetic: tuple[ShakingTableTests, SimulatedStones]) -> FloatArray:
-    """Shares of the cloud's neighbourhoods that fall."""
-    return fall_shares_by_neighbourhood(synthetic[1])
+def fall_fractions(synthetic_tests_and_stones: tuple[ShakingTableTests, SimulatedStones]) -> FloatArray:
+    """Fraction of stones that fall in each neighbourhood of the simulated stones."""
+    return fall_shares_by_neighbourhood(synthetic_tests_and_stones[1])
 
 
-def test_most_likely_centre_has_the_true_strength(
-    synthetic: tuple[ShakingTableTests, SimulatedStones], shares: FloatArray
+def test_the_most_likely_neighbourhood_has_the_true_strength(
+    synthetic_tests_and_stones: tuple[ShakingTableTests, SimulatedStones], fall_fractions: FloatArray
 ) -> None:
-    tests, _ = synthetic
-    centre = most_likely_neighbourhood(shares, tests.fell[1], np.arange(150))
+    tests, _ = synthetic_tests_and_stones
+    centre = most_likely_neighbourhood(fall_fractions, tests.fell[1], np.arange(150))
     shape, size = divmod(centre, HEIGHT.size)
-    assert limit(B_OVER_H[shape], HEIGHT[size]) == pytest.approx(limit(np.array(0.15), np.array(0.8)), rel=0.15)
+    assert overturning_acceleration(B_OVER_H[shape], HEIGHT[size]) == pytest.approx(
+        overturning_acceleration(np.array(0.15), np.array(0.8)), rel=0.15
+    )
 
 
-def test_held_out_scores_and_reliability(
-    synthetic: tuple[ShakingTableTests, SimulatedStones], shares: FloatArray
+def test_held_out_scores_and_reliability_of_synthetic_tests_are_good(
+    synthetic_tests_and_stones: tuple[ShakingTableTests, SimulatedStones], fall_fractions: FloatArray
 ) -> None:
-    tests, _ = synthetic
-    rows, held = measure_scores(tests, {ENSEMBLE: shares, SPACE: shares}, draws=40)
+    tests, _ = synthetic_tests_and_stones
+    rows, held = measure_scores(tests, {ENSEMBLE: fall_fractions, SPACE: fall_fractions}, draws=40)
     values = rows.set_index(["split", "specimen", "model", "score"])["value"]
     for split in ("odd to even", "motion left out"):
         for model in (PEAKS, ENSEMBLE, BOTH):
@@ -171,16 +173,20 @@ def test_held_out_scores_and_reliability(
             assert one.low - 0.25 <= one.probability <= one.high + 0.25
 
 
-def test_damping_classes_contain_every_rectangle_once(synthetic: tuple[ShakingTableTests, SimulatedStones]) -> None:
-    tests, made = synthetic
+def test_damping_classes_contain_every_rectangle_once(
+    synthetic_tests_and_stones: tuple[ShakingTableTests, SimulatedStones],
+) -> None:
+    tests, made = synthetic_tests_and_stones
     found = scores_by_damping_ratio(tests, made)
     assert list(found) == ["0.9 to 1.6", "1.6 to 2.8", "2.8 to 5.1", "5.1 to 9.0"]
     assert sum(count for count, _ in found.values()) == made.damping.size
     assert all(rows.shape == (2, 3) and np.isfinite(rows).all() for _, rows in found.values())
 
 
-def test_no_test_is_predicted_from_its_own_motion(synthetic: tuple[ShakingTableTests, SimulatedStones]) -> None:
-    tests, _ = synthetic
+def test_no_shaking_table_test_is_predicted_from_its_own_motion(
+    synthetic_tests_and_stones: tuple[ShakingTableTests, SimulatedStones],
+) -> None:
+    tests, _ = synthetic_tests_and_stones
     for learn, predict in split_by_motion(tests):
         assert not set(tests.motion[learn]) & set(tests.motion[predict])
     learn, predict = next(split_odd_and_even_tests(tests))
@@ -188,7 +194,9 @@ def test_no_test_is_predicted_from_its_own_motion(synthetic: tuple[ShakingTableT
     assert (tests.number[predict] % 2 == 0).all()
 
 
-def test_read_tests_names_a_missing_array_or_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_error_names_a_missing_array_or_file_of_shaking_table_tests(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     whole = {
         "acceleration": np.arange(10, dtype=np.int16), "scale": 0.5, "start": [0, 4, 10], "sampling_interval": 0.005,
         "test": [11, 12], "motion": ["RSN1_A_X", "RSN1_A_Y"], "pga_g": [0.1, 0.2], "pgv": [0.01, 0.02],
@@ -206,7 +214,7 @@ def test_read_tests_names_a_missing_array_or_file(tmp_path: Path, capsys: pytest
     assert "skipped: " in capsys.readouterr().out
 
 
-def test_small_table_motion_has_the_stated_pga_and_pgv() -> None:
+def test_a_cosine_motion_of_the_small_table_has_the_stated_pga_and_pgv() -> None:
     for pga, ratio in ((0.4, 0.05), (1.0, 0.2)):
         motion = small_table.one_cosine_cycle(pga, ratio)
         along = motion.north
@@ -221,7 +229,7 @@ def test_small_table_motion_has_the_stated_pga_and_pgv() -> None:
 
 
 @pytest.mark.long
-def test_small_table_fit_recovers_a_known_block() -> None:
+def test_the_fit_to_small_table_tests_recovers_a_known_block() -> None:
     """The block lies between the centres; each half of its tests is predicted from the other alone."""
     grid = [(pga, ratio) for pga in np.linspace(0.1, 1.0, 10) for ratio in np.linspace(0.03, 0.3, 8)]
     motions = [small_table.one_cosine_cycle(*pair) for pair in grid]

@@ -36,7 +36,7 @@ TRUE_YAW = 7
 
 
 @pytest.fixture
-def synthetic(monkeypatch: pytest.MonkeyPatch) -> tuple[ShakingTableTests, np.ndarray]:
+def synthetic_tests_and_falls(monkeypatch: pytest.MonkeyPatch) -> tuple[ShakingTableTests, np.ndarray]:
     """Return 240 tests of twelve motions, and falls of a boulder that is weakest towards one orientation."""
     generator = np.random.default_rng(3)
     monkeypatch.setattr("verification.shaking_table.scores.DRAWS", 40)
@@ -47,9 +47,11 @@ def synthetic(monkeypatch: pytest.MonkeyPatch) -> tuple[ShakingTableTests, np.nd
     return synthetic_tests(peak, threshold, generator), fell
 
 
-def test_the_orientation_is_recovered_from_each_half(synthetic: tuple[ShakingTableTests, np.ndarray]) -> None:
+def test_the_boulder_orientation_is_recovered_from_each_half_of_the_tests(
+    synthetic_tests_and_falls: tuple[ShakingTableTests, np.ndarray],
+) -> None:
     """Orientations are symmetric about 0°, so that the mirror image is equally likely."""
-    tests, fell = synthetic
+    tests, fell = synthetic_tests_and_falls
     shares = fall_probabilities(fell)
     assert shares.shape == (YAWS.size, 240)
     assert ((shares > 0) & (shares < 1)).all()
@@ -58,8 +60,10 @@ def test_the_orientation_is_recovered_from_each_half(synthetic: tuple[ShakingTab
         assert min(abs(chosen - TRUE_YAW), abs(YAWS.size - chosen - TRUE_YAW)) <= 2
 
 
-def test_no_motion_is_in_both_halves(synthetic: tuple[ShakingTableTests, np.ndarray]) -> None:
-    tests, _ = synthetic
+def test_no_motion_is_in_both_halves_of_the_tests(
+    synthetic_tests_and_falls: tuple[ShakingTableTests, np.ndarray],
+) -> None:
+    tests, _ = synthetic_tests_and_falls
     predicted = []
     for learn, predict in split_motions_in_halves(tests):
         assert not set(tests.motion[learn]) & set(tests.motion[predict])
@@ -68,8 +72,10 @@ def test_no_motion_is_in_both_halves(synthetic: tuple[ShakingTableTests, np.ndar
     assert np.array_equal(np.sort(np.concatenate(predicted)), np.arange(240))
 
 
-def test_scores_and_tables(synthetic: tuple[ShakingTableTests, np.ndarray]) -> None:
-    tests, fell = synthetic
+def test_scores_and_tables_of_a_scanned_boulder_are_complete(
+    synthetic_tests_and_falls: tuple[ShakingTableTests, np.ndarray],
+) -> None:
+    tests, fell = synthetic_tests_and_falls
     shares = fall_probabilities(fell)
     unknown = np.full((576, 240), 0.5)
     models = {PEAKS: prediction_models(tests, unknown, unknown)[PEAKS], SCAN: scan_orientation_model(tests, shares)}
@@ -94,7 +100,7 @@ def test_neighbouring_orientations_share_their_falls() -> None:
     np.testing.assert_allclose(shares[[0, 1, -1, 2]], (np.array([0.5, 0.25, 0.25, 0.0]) + 0.25) / 1.5)
 
 
-def test_a_scanned_statue_under_two_motions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_scanned_statue_falls_only_under_the_strong_motion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Far below its threshold it stands at every orientation; a long pulse overturns it. The results are kept."""
     time = np.arange(300) * 0.005
     pulse = np.where(time < 1, np.sin(2 * np.pi * time), 0.0)
@@ -112,7 +118,7 @@ def test_a_scanned_statue_under_two_motions(tmp_path: Path, monkeypatch: pytest.
     assert np.array_equal(simulate_orientations(stone, tests, tmp_path, 1, (0.002,)), fell)
 
 
-def test_read_boulder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_boulder_mesh_is_read_with_its_unit_and_volume(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("trimesh")
     with pytest.raises(ResultError, match=r"no SP1\.ply"):
         read_boulder(tmp_path)

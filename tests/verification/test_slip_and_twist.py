@@ -5,7 +5,7 @@ import pandas as pd
 from verification.slip_and_twist import REFINEMENTS, error_table
 
 
-def test_errors_are_relative_to_the_finest_step_and_leave_out_small_and_fallen_stones() -> None:
+def test_slip_errors_are_relative_to_the_finest_step_of_standing_stones() -> None:
     """Of five shafts one falls with the longest step, and one slips by less than 1 mm; three remain."""
     reference = [0.010, 0.020, 0.040, 0.0005, 0.030]
     longest = [0.011, 0.018, 0.040, 0.0010, 0.090]

@@ -28,14 +28,14 @@ pytestmark = pytest.mark.long
 ROOT = Path(__file__).parents[2]
 
 
-def pulse(peak: float) -> Motion:
-    """One sine cycle of a second."""
+def one_second_pulse(peak: float) -> Motion:
+    """Motion of one sine cycle of 1 s with a peak in m/s²."""
     time = np.arange(200) * 0.01
     north = np.where(time <= 1.0, peak * np.sin(2 * np.pi * time), 0.0)
     return Motion(north, 0 * north, sampling_interval=0.01)
 
 
-def test_no_case_of_a_scene_is_silent() -> None:
+def test_every_wrong_outcome_of_extreme_scenes_is_marked() -> None:
     settings = [setting for setting in scene_settings(8, 1, 7) if setting.common.motion != "ten minutes"]
     assert {setting.scene for setting in settings} == set(SCENES)
     found = run_map(partial(run_scene_setting, root=ROOT), settings, threads=2)
@@ -60,15 +60,15 @@ def test_no_case_of_a_scene_is_silent() -> None:
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_rocking_threshold_worked_out_from_the_shapes_is_that_of_the_kernel(name: str) -> None:
-    made = prepare_scene(load_shipped_scene(name))
+def test_rocking_thresholds_computed_from_shapes_equal_those_of_the_kernel(name: str) -> None:
+    made = prepare_scene(shipped(name))
     assert rocking_bound(made.placed) == pytest.approx(made.threshold, rel=1e-9)
     if name in ("gravestone", "against-a-wall"):
         assert rocking_bound(made.placed) == pytest.approx(0.24 / 0.6)
 
 
-def test_the_checks_find_a_wrong_answer_of_one_element() -> None:
-    made, motion = load_shipped_scene("three-tier"), pulse(6.0)
+def test_the_scene_checks_detect_a_wrong_outcome_of_one_element() -> None:
+    made, motion = shipped("three-tier"), one_second_pulse(6.0)
     prepared = prepare_scene(made)
     found = simulate_cases(made, motion, Cases([0.0], 0.636, 0.3805031447, 0.7))
     assert found.status[0] == CaseStatus.SIMULATED
@@ -92,7 +92,9 @@ def test_the_checks_find_a_wrong_answer_of_one_element() -> None:
     }
     for reason, answer in wrong.items():
         assert find_failed_scene_check(prepared, 0.7, motion, answer) == reason
-    assert find_failed_scene_check(prepared, 0.7, pulse(0.1), found) == "fell below the threshold of rocking"
+    assert (
+        find_failed_scene_check(prepared, 0.7, one_second_pulse(0.1), found) == "fell below the threshold of rocking"
+    )
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -103,7 +105,7 @@ def test_scene_with_too_soft_contacts_is_marked(name: str) -> None:
         soft = load_shipped_scene(name).model_copy(update={"contacts": (law,)})
         found = simulate_cases(
             soft,
-            pulse(3.0),
+            one_second_pulse(3.0),
             Cases(0.0, *size_reference_height_and_b_over_h(soft), 0.7, [0.0, 1.0]),
             NumericalOptions(general=True),
         )
@@ -114,7 +116,7 @@ def test_scene_with_too_soft_contacts_is_marked(name: str) -> None:
     with pytest.raises(ArgumentError, match="stiffness: static penetration"):
         simulate_cases(
             stiff,
-            pulse(3.0),
+            one_second_pulse(3.0),
             Cases(0.0, *size_reference_height_and_b_over_h(stiff), 0.7),
             NumericalOptions(general=True),
         )
@@ -123,7 +125,7 @@ def test_scene_with_too_soft_contacts_is_marked(name: str) -> None:
 # Gravestones of the map that the two kernels, with their own centred schemes at the step of the map, throw to different
 # sides: number, height, B/H, μ, peak (m/s²), upward over horizontal peak, sampling interval (s), density, contact,
 # step. (Number 53 is left out: with µ < B/H all its landings stay flat, and it slides off the ground, 40 m wide.)
-DIFFER = (
+CASES_WITH_DIFFERENT_FLAGS = (
     (115, 0.3435, 0.3954, 0.5694, -40.97, 0.0, 0.03813, 8441.0, {"static_penetration": 2.751e-4, "damping": 3500.0},
     "0.2061 stable"),
     (122, 1.248, 0.4, 2.55, 132.7, 0.7847, 0.005461, 11520.0, {"static_penetration": 3.014e-7,
@@ -131,8 +133,8 @@ DIFFER = (
 )  # fmt: skip
 
 
-@pytest.mark.parametrize("stone", DIFFER, ids=lambda stone: str(stone[0]))
-def test_kernels_converge_to_the_same_flags(stone: tuple[Any, ...]) -> None:
+@pytest.mark.parametrize("stone", CASES_WITH_DIFFERENT_FLAGS, ids=lambda stone: str(stone[0]))
+def test_block_and_scene_kernels_converge_to_the_same_flags(stone: tuple[Any, ...]) -> None:
     """With Cundall's scheme they compute one motion; with their centred ones the same fall once the step is fine.
 
     These stones slide by many times their widths, two of them to the side other than that to which they tip.

@@ -28,7 +28,7 @@ from verification.stability.stacks import (
 pytestmark = pytest.mark.long
 
 
-def test_no_case_of_a_stack_is_silent() -> None:
+def test_every_wrong_outcome_of_extreme_stacks_is_marked() -> None:
     settings = stack_settings(16, 7)
     rows = run_map(run_stack_setting, settings, threads=2)
     assert set(rows) == set(STACK_MEANINGS)
@@ -43,8 +43,8 @@ def test_no_case_of_a_stack_is_silent() -> None:
     assert again.equals(rows[: len(again)])
 
 
-def answered_case() -> tuple[StackSetting, Motion, CaseResults]:
-    """Return a setting with two stones, of which the upper falls, and its results for one case."""
+def simulated_stack_case() -> tuple[StackSetting, Motion, CaseResults]:
+    """Return a setting with two stones, of which the upper falls, its motion, and the results of its case."""
     setting = replace(
         stack_settings(1, 1)[0], sizes=np.array([[0.6, 0.6, 0.3], [0.2, 0.2, 0.6]]), density=np.array([2650.0, 2650.0]),
         penetration_ratio=2e-6, damping=1.0, friction=np.array([0.7]), amplitude=np.array([1.0]),
@@ -70,8 +70,8 @@ def answered_case() -> tuple[StackSetting, Motion, CaseResults]:
         ({"status": CaseStatus.AT_REST}, "left out above a threshold"),
     ],
 )
-def test_the_checks_find_a_wrong_outcome(changes: dict[str, Any], reason: str) -> None:
-    setting, motion, found = answered_case()
+def test_the_stack_checks_detect_a_wrong_outcome(changes: dict[str, Any], reason: str) -> None:
+    setting, motion, found = simulated_stack_case()
     assert find_failed_stack_check(setting, motion, found, 0) == ""
     changed = CaseResults(**vars(found) | {
         name: np.array([values]).astype(getattr(found, name).dtype) for name, values in changes.items()
@@ -79,8 +79,8 @@ def test_the_checks_find_a_wrong_outcome(changes: dict[str, Any], reason: str) -
     assert find_failed_stack_check(setting, motion, changed, 0) == reason
 
 
-def test_the_checks_find_falls_without_and_below_the_shaking_that_opens_a_joint() -> None:
-    setting, motion, found = answered_case()
+def test_the_stack_checks_detect_falls_under_shaking_too_weak_to_open_a_joint() -> None:
+    setting, motion, found = simulated_stack_case()
     for amplitude, reason in ((0.0, "moved without motion"), (0.15, "fell below the least acceleration")):
         weak = replace(setting, amplitude=np.array([amplitude]))
         assert find_failed_stack_check(weak, motion, found, 0).startswith(reason)

@@ -22,12 +22,12 @@ from verification.stack_peers import outcome_in_solver
 
 @cache
 def drawn_cases() -> list[StackCase]:
-    """The cases of both solvers."""
+    """The random cases that the program and each other solver simulate."""
     return draw_stack_cases()
 
 
 @pytest.mark.parametrize("name", PEER_TABLES)
-def test_the_stored_cases_are_those_of_the_seed(name: str) -> None:
+def test_the_stored_stack_cases_are_reproduced_from_the_seed(name: str) -> None:
     installed_near_field(6)  # skips where the records are not installed
     kept, cases = pd.read_csv(PEER_TABLES[name]), drawn_cases()
     drawn = pd.DataFrame([case_row(number, cases[number]) for number in kept["case"]])
@@ -39,13 +39,13 @@ def test_the_stored_cases_are_those_of_the_seed(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", PEER_TABLES)
-def test_at_least_200_cases_are_robust_in_each_solver(name: str) -> None:
+def test_at_least_200_stack_cases_are_robust_in_each_solver(name: str) -> None:
     assert pd.read_csv(PEER_TABLES[name])["robust"].sum() >= 200
 
 
 @cache
-def agreement(name: str) -> tuple[float, int, int]:
-    """Return the share of robust cases with the solver's flag, the falls with its azimuth, and the falls in both."""
+def agreement_with_solver(name: str) -> tuple[float, int, int]:
+    """Return the fraction of robust cases with the same flag, the falls with the same azimuth, and the falls in both."""
     installed_near_field(6)
     kept, cases = pd.read_csv(PEER_TABLES[name]), drawn_cases()
     some = kept[kept["robust"] == 1]
@@ -60,9 +60,9 @@ def agreement(name: str) -> tuple[float, int, int]:
 
 @pytest.mark.long
 @pytest.mark.parametrize(("name", "azimuths"), [("MuJoCo", 83), ("LMGC90", 84)])
-def test_flags_and_azimuths_agree_with_the_solver(name: str, azimuths: int) -> None:
+def test_stack_flags_and_fall_azimuths_agree_with_the_solver(name: str, azimuths: int) -> None:
     """The aim is 0.98 of the flags; the azimuths that agree do not become fewer."""
-    same_flag, agree, both = agreement(name)
+    same_flag, agree, both = agreement_with_solver(name)
     assert same_flag >= 0.98
     assert both >= 80
     assert agree >= azimuths
@@ -73,15 +73,15 @@ def test_flags_and_azimuths_agree_with_the_solver(name: str, azimuths: int) -> N
     strict=True, reason="83 of 93 azimuths agree with MuJoCo, and 85 of 104 with LMGC90, whose corners sink"
 )
 @pytest.mark.parametrize("name", PEER_TABLES)
-def test_nine_azimuths_of_ten_agree_with_the_solver(name: str) -> None:
+def test_nine_of_ten_stack_fall_azimuths_agree_with_the_solver(name: str) -> None:
     """The aim, which is missed; when it is met, this test fails and the mark goes."""
-    _, agree, both = agreement(name)
+    _, agree, both = agreement_with_solver(name)
     assert agree >= 0.9 * both
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", PEER_TABLES)
-def test_some_stored_answers_match_the_solver(name: str) -> None:
+def test_some_stored_stack_outcomes_match_the_solver(name: str) -> None:
     if find_spec(STACK_MODULES[name]) is None:
         lacking(f"{name} is not installed (`make peers`); its kept answers are compared with this program")
     kept, cases = pd.read_csv(PEER_TABLES[name]), drawn_cases()

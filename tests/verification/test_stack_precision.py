@@ -7,7 +7,7 @@ import pandas as pd
 from verification.stack_precision import STEPS, precision_table
 
 
-def test_wrong_flags_and_azimuths_are_counted_against_the_finest_step() -> None:
+def test_wrong_stack_outcomes_are_counted_against_the_finest_step() -> None:
     """Reference: falls to 0°, falls to 350°, stands. One flag differs, and 350° to 30° is 40° apart."""
     rows = []
     for solver, steps in STEPS.items():

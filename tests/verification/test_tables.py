@@ -26,7 +26,7 @@ from verification.tables import (
 from verification.work_precision import page as error_page
 
 
-def test_table_is_read_back_and_reproducible(tmp_path: Path) -> None:
+def test_a_verification_table_is_reproducible_and_read_back_equal(tmp_path: Path) -> None:
     rows = pd.DataFrame({"a": [1.0, np.nan], "b": ["x", ""], "c": np.array([1, -128], np.int8)})
     meanings = {name: (name, "1") for name in rows}
     for name in ("one", "two"):
@@ -42,7 +42,7 @@ def test_table_is_read_back_and_reproducible(tmp_path: Path) -> None:
         read_table(tmp_path / "none.nc")
 
 
-def test_pages_change_between_their_marks_only(tmp_path: Path) -> None:
+def test_generated_tables_replace_only_the_text_between_their_markers(tmp_path: Path) -> None:
     (tmp_path / "docs").mkdir()
     pages = [tmp_path / "README.md", tmp_path / "docs" / "page.md", tmp_path / "docs" / "other.md"]
     for page in pages[:2]:
@@ -59,7 +59,7 @@ def test_pages_change_between_their_marks_only(tmp_path: Path) -> None:
     assert "newer" in pages[0].read_text(encoding="utf-8"), "what has its marks is published all the same"
 
 
-def test_new_figures_replace_old_ones(tmp_path: Path) -> None:
+def test_new_measured_figures_replace_old_ones(tmp_path: Path) -> None:
     path = tmp_path / "exactness.csv"
     write_figures([MeasuredFigure("speed", 3.0, "x"), MeasuredFigure("cases", 20_000)], path)
     assert write_figures([MeasuredFigure("speed", 2.5, "x")], path, keep_other_figures=True) == read_figures(path)
@@ -78,7 +78,7 @@ def test_a_table_names_the_commit_of_each_figure_that_was_measured_earlier(tmp_p
     assert current_commit() in provenance_line()
 
 
-def test_a_long_computation_is_timed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_long_benchmark_is_timed_only_once(monkeypatch: pytest.MonkeyPatch) -> None:
     for seconds, runs in ((0.5, 3), (3.0, 2), (5.0, 1)):
         clock = iter(np.arange(20) * seconds)
         monkeypatch.setattr("verification.timing.time.process_time", lambda clock=clock: next(clock))
@@ -91,13 +91,13 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_the_figures_in_sentences_are_those_of_their_tables(page: Path) -> None:
+def test_measured_figures_in_sentences_equal_those_in_their_tables(page: Path) -> None:
     text = page.read_text(encoding="utf-8")
     assert sentences.fill_markers(text, RESULTS) == text, "python -m verification.tables"
     assert len(sentences.MARK.findall(text)) == text.count("<!--=") == text.count("<!--/-->")
 
 
-def test_each_figure_stands_in_a_sentence_and_follows_its_table(tmp_path: Path) -> None:
+def test_each_measured_figure_is_in_a_sentence_and_updated_from_its_table(tmp_path: Path) -> None:
     texts = "".join(page.read_text(encoding="utf-8") for page in PAGES)
     assert {name for name, _ in sentences.MARK.findall(texts)} == set(sentences.FIGURES)
     write_figures([MeasuredFigure("flags changed by leaving out", 7.0)], tmp_path / "x86-64-2-cores.csv")
@@ -116,7 +116,7 @@ def test_each_figure_stands_in_a_sentence_and_follows_its_table(tmp_path: Path) 
         sentences.fill_markers("<!--=unheard-of-->5<!--/-->", tmp_path)
 
 
-def test_tables_of_the_pages_are_those_of_the_files() -> None:
+def test_tables_in_the_docs_equal_those_of_the_result_files() -> None:
     boulder = shaking_table.score_tables(pd.read_csv(RESULTS / "shaking-table.csv"))
     curve = pd.read_csv(RESULTS / "default-step.csv")
     made = boulder | {"equal-error": experiments.cost_at_equal_error(curve)}
@@ -125,7 +125,7 @@ def test_tables_of_the_pages_are_those_of_the_files() -> None:
     assert [mark for mark, body in made.items() if f"<!-- {mark}:begin -->\n\n{body}\n\n" not in texts] == []
 
 
-def test_equal_error_on_a_curve_that_turns_back() -> None:
+def test_cost_at_equal_error_is_found_on_a_non_monotonic_curve() -> None:
     """Errors 4, 1 and 2 % at 1, 2 and 4 s: 2 % is first reached between 1 and 2 s, at √2 s, not at 4 s."""
     rows = [("centred", 0.1, 2.0), ("cundall", 4.0, 2.0), ("cundall", 2.0, 1.0), ("cundall", 1.0, 4.0)]
     curve = pd.DataFrame([(name, cost, *(error,) * 4) for name, cost, error in rows])
@@ -136,7 +136,7 @@ def test_equal_error_on_a_curve_that_turns_back() -> None:
     assert shares == ["1/40, at most |", "1/10, at least |", "1/10, at least |", "1/20 |"]
 
 
-def test_times_at_equal_agreement() -> None:
+def test_times_at_equal_agreement_are_interpolated_for_each_engine() -> None:
     """One engine is right in 8 of 10 cases after 1 s, in 9 after 5 s and in 9 after 3 s, and never in more."""
     rows = pd.DataFrame({
         "cases_of": "records, no sliding", "method": ["exact", "pymunk", "pymunk", "pymunk"], "shared": 10.0,

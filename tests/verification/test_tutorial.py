@@ -8,7 +8,7 @@ from verification import tutorial
 from verification.tables import RESULTS, read_figures
 
 
-def test_the_tutorial_gives_the_stored_survey_and_study() -> None:
+def test_the_tutorial_commands_give_the_stored_survey_and_study() -> None:
     page = (tutorial.ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
     for line in tutorial.SURVEY.splitlines():
         assert f"    {line}\n" in page
@@ -17,20 +17,20 @@ def test_the_tutorial_gives_the_stored_survey_and_study() -> None:
     assert '"orientation": {"step": 5}, "b_over_h": {"start": 0.1, "stop": 0.6, "step": 0.05}' in page
 
 
-def test_the_tutorial_shows_the_size_of_its_study() -> None:
+def test_the_tutorial_shows_the_printed_size_of_its_study() -> None:
     page = (tutorial.ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
     study = study_from_content({"name": "mine", "records": {"use": ["wtmc"]}, **tutorial.STUDY}, "mine.yaml")
     assert f"    config/mine.yaml: study 'mine', {estimate_study_size(study)}\n" in page
 
 
 @pytest.mark.long
-def test_the_survey_prints_what_the_tutorial_shows() -> None:
+def test_the_survey_command_prints_what_the_tutorial_shows() -> None:
     stored = (RESULTS / "tutorial-survey.txt").read_text(encoding="utf-8")
     assert tutorial.survey_output() == stored, "python -m verification.tutorial"
 
 
 @pytest.mark.long
-def test_the_figures_of_the_tutorial_are_those_of_today() -> None:
+def test_the_figures_of_the_tutorial_are_up_to_date() -> None:
     stored = {one.quantity: one.value for one in read_figures(RESULTS / "tutorial.csv")}
     today = {
         one.quantity: one.value

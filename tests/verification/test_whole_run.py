@@ -19,7 +19,7 @@ from verification.whole_run import (
 
 
 @pytest.mark.parametrize("header", ["command\toutput\tcpu_time\tmax_rss\n", ""])
-def test_costs_of_the_steps_of_a_command_are_added(tmp_path: Path, header: str) -> None:
+def test_measured_costs_of_workflow_steps_are_added_by_command(tmp_path: Path, header: str) -> None:
     table = tmp_path / "steps.tsv"
     rows = "read\ta.nc\t0.50\t90.0\nsweep\ta.nc\t4.00\t150.0\nread\tb.nc\t0.25\t95.5\n"
     table.write_text(header + rows, encoding="utf-8")
@@ -28,7 +28,7 @@ def test_costs_of_the_steps_of_a_command_are_added(tmp_path: Path, header: str) 
     assert list(costs) == ["sweep", "read"], "the longest first"
 
 
-def test_a_row_has_the_figures_of_both_runs() -> None:
+def test_the_start_up_table_has_a_row_with_the_figures_of_both_runs() -> None:
     quantity = "processor time of `read` × 28"
     figures = [
         MeasuredFigure(f"{WITH_SERVER}: {quantity}", 1.62, "s"),
@@ -37,9 +37,7 @@ def test_a_row_has_the_figures_of_both_runs() -> None:
     assert start_up_table(figures).splitlines()[2:] == [f"| {quantity} | 16.6 s | 1.62 s |"]
 
 
-def test_versions_are_compared_in_pairs_without_their_first_run(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_versions_are_timed_in_pairs_without_their_first_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Both states are twice as slow in the second pair: the ratio stays, and the first run of each does not count."""
     subprocess.run(["git", "init", "-q", str(tmp_path)], check=True)
     author = ("-c", "user.name=a", "-c", "user.email=a@b")

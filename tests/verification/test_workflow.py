@@ -10,7 +10,7 @@ ROOT = Path(__file__).parents[2]
 
 
 @pytest.mark.long
-def test_every_part_is_planned(tmp_path: Path) -> None:
+def test_the_verification_workflow_plans_every_part(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "verification" / "Snakefile"), "--dry-run"]
     for name in ("verification", "src", "config", "surveys"):
         (tmp_path / name).symlink_to(ROOT / name)

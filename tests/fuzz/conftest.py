@@ -7,8 +7,8 @@ import pytest
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """Empty working folder; nothing may be written outside of it."""
+def isolated_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """Empty working folder; the test fails if anything is written outside it."""
     inner = tmp_path / "inner"
     inner.mkdir()
     monkeypatch.chdir(inner)

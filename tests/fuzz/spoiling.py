@@ -18,8 +18,8 @@ from hypothesis import strategies as st
 from overturning.errors import LONGEST_LINE, MOST_LINES, OverturningError
 from tests.bounds import bounded
 
-SECONDS = float(os.environ.get("FUZZ_SECONDS", "10"))
-READERS = 12
+TOTAL_SECONDS = float(os.environ.get("FUZZ_SECONDS", "10"))
+READER_COUNT = 12
 
 EVIL_NUMBERS = [
     *("nan", "inf", "-inf", "1e308", "-1e308", "1e-320", "1e999", "-0", "9" * 400, "0x1F", "٣", "1_0", "--1", ""),
@@ -33,18 +33,18 @@ EVIL_WORDS = [
 ]
 
 
-def spoilt(content: bytes) -> st.SearchStrategy[bytes]:
-    """Content with a few bytes, runs, numbers or words changed, moved, multiplied or deleted."""
+def corrupted(content: bytes) -> st.SearchStrategy[bytes]:
+    """Strategy for a content in which a few bytes, runs, numbers or words are changed, moved, repeated or deleted."""
     pieces = st.one_of(
         st.binary(max_size=8),
         st.sampled_from([*EVIL_NUMBERS, *EVIL_WORDS]).map(lambda word: word.encode("utf-8", "surrogatepass")),
     )
     edit = st.tuples(st.sampled_from("rdipxnwt"), st.floats(0, 1), st.integers(0, 400), pieces)
-    return st.lists(edit, max_size=6).map(lambda edits: edited(content, edits))
+    return st.lists(edit, max_size=6).map(lambda edits: apply_edits(content, edits))
 
 
-def edited(content: bytes, edits: list[tuple[str, float, int, bytes]]) -> bytes:
-    """Return the content after edits (kind, position as a share of the length, length, inserted bytes)."""
+def apply_edits(content: bytes, edits: list[tuple[str, float, int, bytes]]) -> bytes:
+    """Return a content after edits (kind, position as a share of the length, length, inserted bytes)."""
     data = bytearray(content)
     for what, where, length, piece in edits:
         at = int(where * len(data))
@@ -70,15 +70,15 @@ def edited(content: bytes, edits: list[tuple[str, float, int, bytes]]) -> bytes:
     return bytes(data)
 
 
-def leaves(data: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """Yield every position in nested mappings and lists."""
+def nested_positions(data: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Yield the path of every value in nested mappings and lists."""
     if path:
         yield path
     for key, value in data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ():
-        yield from leaves(value, (*path, key))
+        yield from nested_positions(value, (*path, key))
 
 
-ANYTHING = st.recursive(
+ANY_VALUE = st.recursive(
     st.one_of(
         st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=20), st.dates(),
         st.sampled_from(EVIL_WORDS), st.sampled_from([10**30, 1e308, -0.0, 5e-324]),
@@ -88,9 +88,9 @@ ANYTHING = st.recursive(
 )  # fmt: skip
 
 
-def wrong_tree(data: dict[str, Any]) -> st.SearchStrategy[bytes]:
-    """A file of keys and values in which some have another value, are lost or doubled under another name."""
-    change = st.tuples(st.sampled_from(list(leaves(data))), st.sampled_from("vvvdk"), ANYTHING)
+def corrupted_tree(data: dict[str, Any]) -> st.SearchStrategy[bytes]:
+    """Strategy for a file of keys and values, some of which are replaced, deleted or repeated under another name."""
+    change = st.tuples(st.sampled_from(list(nested_positions(data))), st.sampled_from("vvvdk"), ANY_VALUE)
 
     def changed(changes: list[tuple[tuple[Any, ...], str, Any]]) -> bytes:
         tree = json.loads(json.dumps(data))
@@ -110,8 +110,8 @@ def wrong_tree(data: dict[str, Any]) -> st.SearchStrategy[bytes]:
     return st.lists(change, min_size=1, max_size=3).map(changed)
 
 
-def met(read: Callable[[], Any]) -> None:
-    """Read a file within the limits; an error of this package must be short and plain."""
+def read_or_plain_error(read: Callable[[], Any]) -> None:
+    """Read a file within the limits of time and memory; an error of this package must be short and plain."""
     try:
         with bounded():
             read()
@@ -123,9 +123,9 @@ def met(read: Callable[[], Any]) -> None:
         assert not set(message) & {"\0", "\x1b", "\r", "\u202e"}, repr(message[:300])
 
 
-def fuzz(strategy: st.SearchStrategy[Any], test: Callable[[Any], None], examples: int = 25) -> None:
-    """Run a test on random examples, in rounds with different seeds, for a reader's share of the time."""
-    end = sum(os.times()[:4]) + SECONDS / READERS  # of processor time, that of children too
+def run_on_random_examples(strategy: st.SearchStrategy[Any], test: Callable[[Any], None], examples: int = 25) -> None:
+    """Run a test on random examples, in rounds with different seeds, for one share of the total time."""
+    end = sum(os.times()[:4]) + TOTAL_SECONDS / READER_COUNT  # of processor time, that of children too
     for turn in itertools.count():
         run = given(strategy)(lambda example: test(example))
         run = settings(
@@ -140,7 +140,7 @@ def fuzz(strategy: st.SearchStrategy[Any], test: Callable[[Any], None], examples
             return
 
 
-class _Scripts(HTMLParser):
+class _ScriptCollector(HTMLParser):
     """Collects the scripts of a page, and other code that a browser would run."""
 
     def __init__(self) -> None:
@@ -155,7 +155,8 @@ class _Scripts(HTMLParser):
                 self.found.append(f"{tag} {name}")
 
 
-def scripts_of(page: str) -> list[str]:
-    parser = _Scripts()
+def scripts_in_page(page: str) -> list[str]:
+    """Return the scripts of a page, and other code that a browser would run."""
+    parser = _ScriptCollector()
     parser.feed(page)
     return parser.found

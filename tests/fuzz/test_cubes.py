@@ -25,15 +25,22 @@ from overturning.study.cube import open_cube, record_provenance, record_sources,
 from overturning.study.gather import merge_sweep_parts
 from overturning.study.load import study_from_content
 from overturning.study.sweep import sweep_cases_of_record
-from tests.fuzz.spoiling import EVIL_WORDS, fuzz, met, scripts_of, spoilt, wrong_tree
+from tests.fuzz.spoiling import (
+    EVIL_WORDS,
+    corrupted,
+    corrupted_tree,
+    read_or_plain_error,
+    run_on_random_examples,
+    scripts_in_page,
+)
 from tests.report.by_hand import RECORD, STUDIES, changed
 
 pytestmark = pytest.mark.long
 
 
 @pytest.fixture(scope="module")
-def cube(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """A small cube, as it is written."""
+def cube_bytes(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """Bytes of the file of a small cube."""
     folder = tmp_path_factory.mktemp("cube")
     study = study_from_content(
         {
@@ -49,7 +56,7 @@ def cube(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     return (folder / "cube.nc").read_bytes()
 
 
-def look_at(path: Path) -> None:
+def make_explorer_page(path: Path) -> None:
     """Make the explorer page of a cube; it must contain exactly two scripts, the data and its own."""
     assert write_explorer  # imported, so that a child need not
     page = path.with_suffix(".html")
@@ -62,20 +69,20 @@ def look_at(path: Path) -> None:
         code = end.code
     assert not code or (code == 1 and said.getvalue().startswith("error: ")), said.getvalue()
     if page.is_file():
-        assert scripts_of(page.read_text(encoding="utf-8")) == ["meta", "meta", "script", "script"], (
+        assert scripts_in_page(page.read_text(encoding="utf-8")) == ["meta", "meta", "script", "script"], (
             "a script in the page"
         )
     with suppress(RuntimeError), open_cube(path) as opened:
         study_of_cube(opened), record_sources(opened), record_provenance(opened)
 
 
-def in_a_child(read: Callable[[], Any]) -> str:
-    """Read in a separate process, which a damaged file may crash; return the outcome."""
+def read_in_child_process(read: Callable[[], Any]) -> str:
+    """Read in a child process, which a damaged file may crash; return the unexpected error."""
     receiver, sender = os.pipe()
     child = os.fork()
     if not child:
         try:
-            met(read)
+            read_or_plain_error(read)
         except BaseException as other:
             os.write(sender, f"{type(other).__name__}: {other}"[:2000].encode("utf-8", "replace"))
         os._exit(0)
@@ -86,27 +93,27 @@ def in_a_child(read: Callable[[], Any]) -> str:
     return said or (f"signal {os.WTERMSIG(status)}" if os.WIFSIGNALED(status) else "")
 
 
-def test_cubes(folder: Path, cube: bytes) -> None:
-    path = folder / "cube.nc"
-    bare = cube[:-75]
+def test_a_corrupted_cube_is_read_or_refused_plainly(isolated_folder: Path, cube_bytes: bytes) -> None:
+    path = isolated_folder / "cube.nc"
+    bare = cube_bytes[:-75]
 
     def read(case: tuple[bool, bytes]) -> None:
         path.write_bytes(case[1])
         if case[0]:
             append_checksum(path)
-        said = in_a_child(lambda: look_at(path))
+        said = read_in_child_process(lambda: make_explorer_page(path))
         # The library of HDF5 itself may fall over a file that was made to; a process of ours falls with it.
         assert said in ("", "signal 11", "signal 6"), said
 
-    read((False, cube))
+    read((False, cube_bytes))
     read((False, bare))
-    fuzz(st.tuples(st.booleans(), spoilt(bare)), read, examples=6)
+    run_on_random_examples(st.tuples(st.booleans(), corrupted(bare)), read, examples=6)
 
 
-def test_cubes_with_other_content(folder: Path, cube: bytes) -> None:
-    (folder / "whole.nc").write_bytes(cube)
-    path = folder / "cube.nc"
-    with xr.open_dataset(folder / "whole.nc", decode_timedelta=False) as opened:
+def test_a_cube_with_unexpected_content_is_read_or_refused_plainly(isolated_folder: Path, cube_bytes: bytes) -> None:
+    (isolated_folder / "whole.nc").write_bytes(cube_bytes)
+    path = isolated_folder / "cube.nc"
+    with xr.open_dataset(isolated_folder / "whole.nc", decode_timedelta=False) as opened:
         whole = opened.load()
     study = json.loads(whole.attrs["study"])
 
@@ -122,7 +129,7 @@ def test_cubes_with_other_content(folder: Path, cube: bytes) -> None:
         else:
             changed.attrs[name] = value
         changed.drop_encoding().to_netcdf(path, engine="netcdf4")
-        said = in_a_child(lambda: look_at(path))
+        said = read_in_child_process(lambda: make_explorer_page(path))
         assert said == "", f"{case[:2]}: {said}"
 
     def studied(value: bytes) -> str:
@@ -134,12 +141,12 @@ def test_cubes_with_other_content(folder: Path, cube: bytes) -> None:
         st.tuples(st.just("dimension"), st.sampled_from(sorted(map(str, whole.dims))), st.none()),
         st.tuples(st.just("attribute"), st.sampled_from(sorted(whole.attrs)), st.none()),
         st.tuples(st.just("value"), st.sampled_from(sorted(whole.attrs)), words),
-        st.tuples(st.just("value"), st.just("study"), wrong_tree(study).map(studied)),
+        st.tuples(st.just("value"), st.just("study"), corrupted_tree(study).map(studied)),
     )
-    fuzz(cases, read, examples=6)
+    run_on_random_examples(cases, read, examples=6)
 
 
-def test_names_in_the_report(folder: Path) -> None:
+def test_hostile_names_cannot_add_scripts_to_the_report(isolated_folder: Path) -> None:
     name = (
         st.text(max_size=40)
         | st.sampled_from(EVIL_WORDS[:-1])
@@ -154,9 +161,9 @@ def test_names_in_the_report(folder: Path) -> None:
         text = render_markdown(Findings.model_validate(data))
         return report_html_page(parse_markdown(text), three, "en", None, {})
 
-    usual = scripts_of(page_of(["a", "b", "c"]))
+    usual = scripts_in_page(page_of(["a", "b", "c"]))
 
     def read(names: list[str]) -> None:
-        assert scripts_of(page_of(names)) == usual
+        assert scripts_in_page(page_of(names)) == usual
 
-    fuzz(st.lists(name, min_size=3, max_size=3), read)
+    run_on_random_examples(st.lists(name, min_size=3, max_size=3), read)

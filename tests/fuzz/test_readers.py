@@ -18,7 +18,7 @@ from overturning.records.read import read_record_without_processing
 from overturning.study.load import load_study
 from overturning.study.preflight import check_record_files, check_study_size
 from overturning.surveys.stones import read_stones
-from tests.fuzz.spoiling import edited, fuzz, met, spoilt, wrong_tree
+from tests.fuzz.spoiling import apply_edits, corrupted, corrupted_tree, read_or_plain_error, run_on_random_examples
 from tests.model.solids import box
 from tests.records.malformed_corpus import COUNTS, VALID_FILES
 from tests.records.seed_writers import write_inventory, write_mseed, write_sac
@@ -26,58 +26,62 @@ from tests.records.seed_writers import write_inventory, write_mseed, write_sac
 pytestmark = pytest.mark.long
 
 ROOT = Path(__file__).parents[2]
-BOMB = "a: &a [x,x,x,x,x,x,x,x,x]\n" + "".join(
+ALIAS_BOMB = "a: &a [x,x,x,x,x,x,x,x,x]\n" + "".join(
     f"{name}: &{name} [{','.join([f'*{last}'] * 9)}]\n" for last, name in itertools.pairwise("abcdefghij")
 )
-DEEP = "[" * 5000 + "]" * 5000
+DEEP_NESTING = "[" * 5000 + "]" * 5000
 
 
-def test_records_as_text(folder: Path) -> None:
+def test_a_corrupted_text_record_is_read_or_refused_plainly(isolated_folder: Path) -> None:
     def read(case: tuple[str, bytes]) -> None:
         form, content = case
-        paths = [folder / name for name in VALID_FILES[form][0]]
+        paths = [isolated_folder / name for name in VALID_FILES[form][0]]
         for path, text in zip(paths, VALID_FILES[form][0].values(), strict=True):
             path.write_bytes(content if path == paths[0] else text.encode())
-        met(lambda: read_record_without_processing(paths, DeclaredFileProperties(unit="gal")))
+        read_or_plain_error(lambda: read_record_without_processing(paths, DeclaredFileProperties(unit="gal")))
 
     forms = [
-        st.tuples(st.just(form), spoilt(next(iter(texts.values())).encode()))
+        st.tuples(st.just(form), corrupted(next(iter(texts.values())).encode()))
         for form, (texts, _) in VALID_FILES.items()
     ]
-    fuzz(st.one_of(forms), read)
+    run_on_random_examples(st.one_of(forms), read)
 
 
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("form", ["mseed", "sac", "xml", "zip"])
-def test_records_in_binary(folder: Path, form: str) -> None:
+def test_a_corrupted_binary_record_is_read_or_refused_plainly(isolated_folder: Path, form: str) -> None:
     if form == "sac":
-        first = write_sac(folder / "a.sac", COUNTS[0] / 1e3, "HNN", 0.0, 90.0)
-        other = write_sac(folder / "b.sac", COUNTS[1] / 1e3, "HNE", 90.0, 90.0)
+        first = write_sac(isolated_folder / "a.sac", COUNTS[0] / 1e3, "HNN", 0.0, 90.0)
+        other = write_sac(isolated_folder / "b.sac", COUNTS[1] / 1e3, "HNE", 90.0, 90.0)
     elif form == "zip":
         first = other = ROOT / "src" / "overturning" / "records" / "examples" / "20161113_110259_WTMC_20.V2A.zip"
     else:
-        first = write_mseed(folder / "x.mseed", {"HNN": np.repeat(COUNTS[0], 10), "HNE": np.repeat(COUNTS[1], 10)})
-        other = write_inventory(folder / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0)})
+        first = write_mseed(
+            isolated_folder / "x.mseed", {"HNN": np.repeat(COUNTS[0], 10), "HNE": np.repeat(COUNTS[1], 10)}
+        )
+        other = write_inventory(isolated_folder / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0)})
         first, other = (first, other) if form == "mseed" else (other, first)
-    path, whole = folder / f"spoilt{first.suffix}", first.read_bytes()
+    path, whole = isolated_folder / f"spoilt{first.suffix}", first.read_bytes()
 
     def read(content: bytes) -> None:
         path.write_bytes(content)
-        met(
+        read_or_plain_error(
             lambda: read_record_without_processing(
                 [path] if form == "zip" else [path, other], DeclaredFileProperties(unit="gal")
             )
         )
 
-    fuzz(spoilt(whole), read)
+    run_on_random_examples(corrupted(whole), read)
 
 
-def whole_table(path: Path) -> None:
+def read_table_safely(path: Path) -> None:
+    """Read a record table and check that no record id leads out of a folder."""
     for name in read_record_table(path):
         assert Path("results", name).resolve().parent == Path("results").resolve(), "a name that leads out"
 
 
-def whole_study(path: Path) -> None:
+def read_study_safely(path: Path) -> None:
+    """Read and check a study, and check that no name in it leads out of a folder."""
     study = load_study(path)
     for name in (study.name, *(f"cube.{variant}.nc" for variant in study.variants)):
         assert Path("results", name).resolve().parent == Path("results").resolve(), "a name that leads out"
@@ -92,27 +96,34 @@ BOMBS_OF_SCENES = ("elements: {DEEP}", "{BOMB}name: *j\nelements: [*j, *j]\n")
 @pytest.mark.parametrize(
     ("name", "read", "bombs"),
     [
-        ("config/records.tsv", whole_table, ()),
+        ("config/records.tsv", read_table_safely, ()),
         ("surveys/example-ruin.csv", read_stones, ()),
-        ("config/near-fault.yaml", whole_study, BOMBS_OF_STUDIES),
-        ("config/in-space.yaml", whole_study, BOMBS_OF_STUDIES),
+        ("config/near-fault.yaml", read_study_safely, BOMBS_OF_STUDIES),
+        ("config/in-space.yaml", read_study_safely, BOMBS_OF_STUDIES),
         ("config/scenes/three-tier.yaml", load_scene, BOMBS_OF_SCENES),
     ],
 )
-def test_files_that_users_write(folder: Path, name: str, read: Callable[[Path], object], bombs: Sequence[str]) -> None:
+def test_corrupted_files_of_the_user_are_read_or_refused_plainly(
+    isolated_folder: Path, name: str, read: Callable[[Path], object], bombs: Sequence[str]
+) -> None:
     whole = (ROOT / name).read_bytes()
-    path = folder / f"mine{Path(name).suffix}"
+    path = isolated_folder / f"mine{Path(name).suffix}"
 
     def put(content: bytes) -> None:
         path.write_bytes(content)
-        met(lambda: read(path))
+        read_or_plain_error(lambda: read(path))
 
     if bombs:
         text = whole.decode()
-        words = {"BOMB": BOMB, "DEEP": DEEP, "whole": text, "whole_j": text.replace("name:", "name: *j #")}
-        for bomb in (BOMB, *(bomb.format(**words) for bomb in bombs)):
+        words = {
+            "BOMB": ALIAS_BOMB,
+            "DEEP": DEEP_NESTING,
+            "whole": text,
+            "whole_j": text.replace("name:", "name: *j #"),
+        }
+        for bomb in (ALIAS_BOMB, *(bomb.format(**words) for bomb in bombs)):
             put(bomb.encode())
-    fuzz(wrong_tree(yaml.safe_load(whole)) | spoilt(whole) if bombs else spoilt(whole), put)
+    run_on_random_examples(corrupted_tree(yaml.safe_load(whole)) | corrupted(whole) if bombs else corrupted(whole), put)
 
 
 _BOX = box((0.4, 0.6, 1.0))
@@ -138,22 +149,24 @@ MESHES = {
 }
 
 
-def test_meshes(folder: Path) -> None:
+def test_a_corrupted_mesh_is_read_or_refused_plainly(isolated_folder: Path) -> None:
     pytest.importorskip("trimesh")
 
     def read(case: tuple[str, bytes]) -> None:
-        path = folder / f"body.{case[0]}"
+        path = isolated_folder / f"body.{case[0]}"
         path.write_bytes(case[1])
-        met(lambda: read_scan(path))
+        read_or_plain_error(lambda: read_scan(path))
 
     huge = _PLY.replace("vertex 8", "vertex 99999999999").format("binary_little_endian 1.0")
     read(("ply", huge.encode()))
     read(("stl", bytes(80) + b"\xff\xff\xff\xff"))
-    fuzz(st.one_of([st.tuples(st.just(form), spoilt(whole)) for form, whole in MESHES.items()]), read)
+    run_on_random_examples(
+        st.one_of([st.tuples(st.just(form), corrupted(whole)) for form, whole in MESHES.items()]), read
+    )
 
 
-def test_random_corruption_changes_files() -> None:
+def test_random_corruption_nearly_always_changes_a_file() -> None:
     """Random corruption changes a file nearly always, and leaves the rest of it intact."""
     content, throw = bytes(range(256)) * 8, random.Random(3)
     edits = [(throw.choice("rdipxnt"), throw.random(), throw.randrange(400), b"12345678") for _ in range(200)]
-    assert sum(edited(content, [edit]) != content for edit in edits) > 190
+    assert sum(apply_edits(content, [edit]) != content for edit in edits) > 190

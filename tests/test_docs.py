@@ -96,7 +96,7 @@ def test_the_readme_links_every_page_and_each_linked_table_exists():
     ] == []
 
 
-def test_readme_has_its_parts_in_order():
+def test_the_readme_has_its_sections_in_order():
     text = PAGES[0].read_text(encoding="utf-8")
     places = [text.index(part) for part in ("rotates", "![", "    make run ", "    make test ", "<!-- found:end -->")]
     assert places == sorted(places)

@@ -77,7 +77,7 @@ def test_the_requirements_exclude_versions_that_cannot_run_a_study(package: str,
     assert one.specifier.contains(oldest)
 
 
-def test_types_are_checked_for_the_running_python() -> None:
+def test_mypy_checks_types_for_the_running_python() -> None:
     """The locks install other versions of NumPy for newer versions of Python, and their types hold for those only."""
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     assert len({str(one.specifier) for one in requirements_in_lock(RUN_LOCK)["numpy"]}) > 1

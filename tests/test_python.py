@@ -63,7 +63,7 @@ def test_the_module_has_a_version_and_help_for_each_public_name() -> None:
 
 
 @pytest.mark.parametrize("face", [Motion, Motion.sine, Motion.from_obspy, overturning.Contact, overturning.simulate])
-def test_known_keywords_match_the_signatures(face: Callable[..., Any]) -> None:
+def test_the_error_for_an_unknown_keyword_lists_those_of_the_signature(face: Callable[..., Any]) -> None:
     """Neither `self` nor `cls`, which Python gives."""
     with pytest.raises(ArgumentError, match=r"frobnicate: no keyword of .*; known are ") as found:
         face(frobnicate=1)
@@ -102,7 +102,7 @@ def test_wrong_argument_types_give_plain_errors(call: Callable[[], Any], message
         call()
 
 
-def test_stream_in_place_of_motion_gives_a_plain_error() -> None:
+def test_an_obspy_stream_in_place_of_a_motion_gives_a_plain_error() -> None:
     from obspy import Stream
 
     with pytest.raises(ArgumentError, match=r"an obspy Stream; convert it with Motion\.from_obspy"):
@@ -197,7 +197,7 @@ def test_a_record_is_accepted_in_place_of_a_motion() -> None:
     assert both.sel(record="motion-2").sizes["azimuth"] == 4
 
 
-def test_repr_of_motion_and_record() -> None:
+def test_motion_and_record_have_a_short_repr_and_record_a_velocity() -> None:
     record = pulse()  # a cycle of 6 sin(2πt/T) with T = 0.8 s: its velocity ends at 0, and comes to 6 T/π
     motion = Motion.of(record)
     assert repr(motion) == "<Motion: 400 samples of 0.01 s, north and east, horizontal peak 6.26 m/s²>"
@@ -482,7 +482,7 @@ def test_simulated_outcomes_outside_a_study_are_drawn() -> None:
         ("rotation_slip_and_uplift", "outcomes without a time axis; give datasets of overturning.trajectory"),
     ],
 )
-def test_figures_of_a_motion_or_path_are_refused_for_simulated_outcomes(figure: str, message: str) -> None:
+def test_motion_and_path_figures_are_refused_for_simulated_outcomes(figure: str, message: str) -> None:
     outcome = overturning.simulate(Motion.sine(6.0, 0.8), azimuth_deg=[0, 30], height=[0.6], b_over_h=[0.2, 0.3])
     with pytest.raises((ArgumentError, MissingDataError), match=message):
         getattr(overturning.plot, figure)(outcome)

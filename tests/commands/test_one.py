@@ -211,7 +211,7 @@ def test_slip_in_a_stack_is_relative_to_the_support() -> None:
     assert "slipped 0.0 cm by the end (shaft)" in run_one(*given, "--scene", "three-tier")
 
 
-def test_friction_set_by_the_scene_is_reported(tmp_path: Path) -> None:
+def test_one_reports_the_friction_set_by_the_scene(tmp_path: Path) -> None:
     scene = tmp_path / "icy.yaml"
     scene.write_text(
         """name: icy
@@ -266,7 +266,7 @@ def test_one_simulates_a_3d_stack(tmp_path: Path) -> None:
     assert "no stack" in run_one(*given[:3], "against-a-wall", *given[4:6], status=1)
 
 
-def test_all_elements_of_a_falling_gate_are_counted(tmp_path: Path) -> None:
+def test_one_counts_all_fallen_elements_of_a_gate(tmp_path: Path) -> None:
     """Both pillars of 0.3 m x 2.2 m lie, the lintel on them."""
     scene = tmp_path / "gate.yaml"
     scene.write_text(

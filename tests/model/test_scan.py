@@ -12,12 +12,12 @@ from overturning.model.surface import TriangleSurface, close_base_of_surface, ma
 from tests.expect import refused
 from tests.model.solids import SURFACES, box, box_sums, l_shape, ring, rotated, statue
 
-ROUGH = 0.004
+ROUGHNESS_M = 0.004
 """Largest height of the rough base of `rough_block`, m."""
 
 
 @pytest.mark.parametrize("name", SURFACES)
-def test_mass_properties_of_non_convex_solids(name: str) -> None:
+def test_mass_properties_of_non_convex_solids_match_the_sum_of_boxes(name: str) -> None:
     """Volume, centre and inertia equal sums over the boxes that the solid consists of."""
     volume, centre, inertia = box_sums(name)
     surface = SURFACES[name]()
@@ -127,7 +127,7 @@ def test_a_solid_that_touches_itself_along_an_edge_counts_as_one_body(turn_deg: 
 
 
 @pytest.mark.parametrize("x", [-0.1, 0.4])
-def test_a_cavity_that_breaks_through_the_wall_is_refused(x: float) -> None:
+def test_a_mesh_whose_cavity_breaks_through_the_wall_is_refused(x: float) -> None:
     whole, hole = box((0.5, 0.5, 0.9)), translate(box((0.2, 0.1, 0.1)), x, 0.2, 0.3)
     with refused(ArgumentError, "2 separate parts", brief=True):
         close_base_of_surface(concatenate_surfaces(whole, hole._replace(triangles=hole.triangles[:, ::-1])))
@@ -235,7 +235,7 @@ def rough_block(generator: np.random.Generator) -> TriangleSurface:
     """Return a block with a rough base: a grid of points with heights up to `ROUGH`, and a flat top."""
     n = 9
     x, y = np.meshgrid(np.linspace(-0.2, 0.2, n), np.linspace(-0.15, 0.15, n), indexing="ij")
-    low = np.column_stack([x.ravel(), y.ravel(), generator.uniform(0.0, ROUGH, n * n)])
+    low = np.column_stack([x.ravel(), y.ravel(), generator.uniform(0.0, ROUGHNESS_M, n * n)])
     high = np.column_stack([x.ravel(), y.ravel(), np.full(n * n, 0.7)])
     cells = np.arange(n * n).reshape(n, n)
     a, b, c, d = cells[:-1, :-1].ravel(), cells[1:, :-1].ravel(), cells[1:, 1:].ravel(), cells[:-1, 1:].ravel()

@@ -25,7 +25,7 @@ def test_pulse_axis_and_period_are_recovered_from_noise(azimuth: float) -> None:
     assert period == pytest.approx(2.0, rel=0.15)
 
 
-def test_wavelet_matches_pywavelets_db4() -> None:
+def test_the_pulse_wavelet_matches_pywavelets_db4() -> None:
     """Values from PyWavelets 1.9, `Wavelet("db4").wavefun(level=14)`; energy, moments, shifts by definition."""
     wavelet, x = daubechies_wavelet_values(), np.arange(1793) / 256
     known = {1.5: 0.0449, 2.5: -0.0465, 3.0: -0.8872, 3.5: 1.0437, 4.0: -0.3975, 4.5: 0.0616, 5.5: 0.0026}
@@ -40,14 +40,14 @@ def test_wavelet_matches_pywavelets_db4() -> None:
 @pytest.mark.parametrize(
     ("number", "axis", "period"), [(3, 85.73, 3.08), (16, 8.71, 0.79), (21, 80.57, 0.79), (28, 54.19, 12.0)]
 )
-def test_pulse_axes_match_a_time_domain_convolution(number: int, axis: float, period: float) -> None:
+def test_pulse_axes_match_a_wavelet_convolution_in_the_time_domain(number: int, axis: float, period: float) -> None:
     """Reference: PyWavelets' db4 convolved in time with the velocity, at samples at least 0.04 s apart."""
     found = strongest_pulse_axis_and_period(read_near_field_record(number, pulse=number < 15)[0])
     assert abs((found[0] - axis + 90) % 180 - 90) < 0.2
     assert found[1] == pytest.approx(period, rel=0.01)
 
 
-def test_peak_azimuths_point_along_the_largest_vector() -> None:
+def test_peak_azimuths_point_along_the_largest_motion_vector() -> None:
     north, east = np.zeros(200), np.zeros(200)
     north[50], east[50], north[120] = -3.0, 4.0, 4.9
     towards = peak_acceleration_and_velocity_azimuths(Motion(north, east, sampling_interval=0.01))

@@ -16,7 +16,7 @@ from overturning.motion.motion import Motion
 from overturning.records.record import Record
 
 
-def test_sine_has_the_given_amplitude_and_direction() -> None:
+def test_a_sine_motion_has_the_given_amplitude_and_direction() -> None:
     motion = Motion.sine(3.0, 0.8, azimuth_deg=60, cycles=2, rest=0.5)
     assert motion.duration == pytest.approx(2.6)
     assert motion.along(60).max() == pytest.approx(3.0, rel=1e-4)
@@ -95,7 +95,7 @@ def test_a_stream_with_components_of_different_stations_is_refused(key: str) -> 
         Motion.from_obspy(several)
 
 
-def test_masked_samples_are_refused_in_each_component() -> None:
+def test_a_motion_with_masked_samples_in_any_component_is_refused() -> None:
     """Values under a mask (here 30 m/s²) must not be used."""
     samples = np.where(np.arange(200) == 70, 30.0, np.sin(np.arange(200) / 10))
     gap, still = np.ma.masked_greater(samples, 20.0), np.zeros(200)
@@ -113,7 +113,7 @@ def test_masked_samples_are_refused_in_each_component() -> None:
 
 
 @pytest.mark.parametrize("channels", [("HNN", "HNE", "HNZ"), ("NS2", "EW2", "UD2")])
-def test_stream_gives_the_motion_of_its_components(channels: tuple[str, ...]) -> None:
+def test_an_obspy_stream_gives_the_motion_of_its_components(channels: tuple[str, ...]) -> None:
     motion = Motion.from_obspy(stream_of_channels(*channels))
     assert (motion.north[0], motion.east[0], motion.up[0]) == (2.0, 4.0, 6.0)  # type: ignore[index]
     assert motion.sampling_interval == 0.01
@@ -173,7 +173,7 @@ def test_channels_of_velocity_sensors_are_refused_unless_their_unit_is_stated(ch
 
 @pytest.mark.parametrize(("output", "taken"), [("ACC", True), ("VEL", False), ("DISP", False)])
 @pytest.mark.parametrize("code", ["HH", "HN"])
-def test_output_of_remove_response_decides_the_unit(code: str, output: str, taken: bool) -> None:
+def test_the_output_of_obspys_remove_response_determines_the_unit(code: str, output: str, taken: bool) -> None:
     """Obspy removes the response of a flat velocity sensor and records this in the trace's processing."""
     from obspy.core.inventory import Channel, Inventory, Network, Station
     from obspy.core.inventory.response import Response
@@ -249,7 +249,7 @@ def test_the_scale_factor_of_a_sac_file_is_not_applied(tmp_path: Path) -> None:
     np.testing.assert_array_equal(record.north, plain.north)
 
 
-def test_drifting_velocity_gives_a_warning() -> None:
+def test_a_stream_with_drifting_velocity_gives_a_warning() -> None:
     """Raw counts read by obspy contain an offset; `overturning.read` removes it, `from_obspy` only warns."""
     found = stream_of_channels("HNN", "HNE", npts=4000)
     for trace, offset, speed in zip(found, (0.0, 0.05), (0.07, 0.06), strict=True):
@@ -285,7 +285,7 @@ def test_direction_cosines_match_known_compass_angles(azimuth: float, north: flo
     assert cosine_and_sine_of_azimuth(azimuth) == pytest.approx((north, east), abs=1e-12)
 
 
-def test_integral_follows_the_trapezoidal_rule() -> None:
+def test_the_integral_of_a_motion_follows_the_trapezoidal_rule() -> None:
     """Computed by hand: cumulative sum of (0 + 1)/2 · 0.5, (1 + 3)/2 · 0.5 and (3 − 1)/2 · 0.5, from 0."""
     np.testing.assert_allclose(integrate(np.array([0.0, 1.0, 3.0, -1.0]), 0.5), [0.0, 0.25, 1.25, 1.75])
 

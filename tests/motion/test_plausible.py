@@ -32,7 +32,7 @@ def test_the_error_for_an_implausible_peak_names_bound_and_likely_unit(peak, uni
         assert word in found
 
 
-def test_implausible_velocity_is_reported():
+def test_an_implausible_velocity_is_reported():
     steady = np.full(1000, 2.0)
     assert "peak velocity 1998 cm/s" in implausible_amplitude_reason([steady], 0.01)
     assert implausible_amplitude_reason([steady], 0.01, check_velocity=False) == ""

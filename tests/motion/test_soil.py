@@ -167,7 +167,7 @@ def test_a_soil_curve_without_modulus_or_damping_is_refused(curve: str, part: st
     check_soil_layer_curves([LAYER, LAYER.model_copy(update={"curve": "Seed & Idriss, Sand Mean"})])
 
 
-def test_site_of_a_study_changes_the_motion() -> None:
+def test_the_soil_site_of_a_study_changes_the_motion() -> None:
     soft = LAYER.model_copy(update={"curve": "Vucetic & Dobry (91), PI=15"})
     done = process_record(PULSE, (), SoilSite(layers=[soft], rock=ROCK))
     alone = propagate_through_soil(PULSE.north, PULSE.sampling_interval, [soft], ROCK)
@@ -201,7 +201,7 @@ def test_components_at_the_soil_surface_have_equal_length(noise_samples: np.ndar
     assert np.array_equal(found.up, np.append(record.up, np.zeros(alone.size - noise_samples.size)))
 
 
-def test_record_passed_to_a_study_uses_its_site() -> None:
+def test_a_record_passed_to_a_study_is_propagated_through_its_soil_site() -> None:
     """For a sine at the period of the layer, 4 H/v, the surface overturns blocks that stand on rock."""
     motion = Motion.sine(amplitude=2.0, period=0.4, cycles=6)
     keys = {"azimuth": {"step": 180}, "b_over_h": [0.2, 0.3], "height": [0.3], "ensemble": {"members": 0}}

@@ -181,7 +181,7 @@ def test_response_spectra_have_the_limits_of_stiff_and_soft_oscillators(rinaldi_
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["rinaldi", "petrolia"])
-def test_rotd_agrees_with_pyrotd(name):
+def test_rotd_spectra_agree_with_pyrotd(name):
     pyrotd = reference_package("pyrotd")
     pyrotd.processes = 1
     record = read_record(read_record_table(TABLE)[name], Path("unused"))
@@ -265,7 +265,7 @@ if sys.version_info >= (3, 12):
         np.testing.assert_allclose(si, PYSHINDO["si20"], rtol=1e-6)
 
 
-def test_jma_intensity_of_a_steady_sine():
+def test_jma_intensity_of_a_steady_sine_matches_the_closed_form():
     """1 Gal at f on one axis for a minute: a₀ is the amplitude that |sin| exceeds for 0.3 s, nearly the peak."""
     time = np.arange(0, 60, 0.01)
     for frequency in (0.5, 1.0, 5.0):
@@ -287,7 +287,7 @@ def test_the_survey_rule_for_jma_intensity_matches_the_degrees_of_the_scale():
     assert (seven[0], seven[2]) == (6.5, "7")
 
 
-def test_horizontal_jma_intensity_equals_zero_vertical_motion(rinaldi_record):
+def test_horizontal_jma_intensity_equals_that_with_zero_vertical_motion(rinaldi_record):
     level = Motion(
         rinaldi_record.north,
         rinaldi_record.east,
@@ -463,7 +463,7 @@ def test_intensity_measures_need_no_memory_for_all_rotated_motions():
     assert peak < 40e6
 
 
-def test_peaks_of_a_sine_match_the_closed_form():
+def test_pga_pgv_and_pgd_of_a_sine_match_the_closed_form():
     """A sin ωt from rest: v = A/ω (1 − cos ωt), PGV 2A/ω; d = A/ω t − A/ω² sin ωt, 2πA/ω² at last."""
     amplitude, period = 3.0, 1.0
     omega = 2 * np.pi / period

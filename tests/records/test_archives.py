@@ -86,7 +86,7 @@ def test_an_archive_of_all_volumes_gives_processed_accelerations_and_notes(tmp_p
         ("smc", "2 CORRECTED ACCELEROGRAM", "3 VELOCITY"),
     ],
 )
-def test_velocities_in_an_archive_of_accelerations_are_left_out(tmp_path, form, old, new):
+def test_velocities_in_an_archive_of_accelerations_are_skipped(tmp_path, form, old, new):
     steps = np.random.default_rng(3).integers(-999, 999, (3, 210))
     files = {name: text.encode() for name, text in FORMS[form].files(*steps).items()}
     others = {name.replace(".", "_other."): data.replace(old.encode(), new.encode()) for name, data in files.items()}
@@ -117,7 +117,7 @@ def test_extra_files_do_not_make_an_archive_unreadable(tmp_path, pack):
     assert [note for note in record.notes if "left out" in note] == []
 
 
-def test_a_folder_skips_spectra_and_velocities_next_to_accelerations(tmp_path, capsys, monkeypatch):
+def test_checking_a_folder_skips_spectra_and_velocities_next_to_accelerations(tmp_path, capsys, monkeypatch):
     """Regression: CESMD's V3 was reported as refused next to the V2 that was read, with exit status 1."""
     steps = np.random.default_rng(3).integers(-999, 999, (3, 210))
     (second,) = FORMS["csmip2"].files(*steps).values()
@@ -241,7 +241,7 @@ def encrypted_zip() -> bytes:
 
 
 VALID_MEMBERS = {"T.NS": NS, "T.EW": EW}
-HARMFUL = {
+HARMFUL_ARCHIVES = {
     "tar out of the folder": (tar_archive({"../T.NS": NS, "T.EW": EW}), "points out"),
     "tar absolute": (tar_archive({"/tmp/T.NS": NS, "T.EW": EW}), "points out"),
     "zip out of the folder": (zip_archive({"a/../../T.NS": NS}), "points out"),
@@ -272,9 +272,9 @@ HARMFUL = {
 }
 
 
-@pytest.mark.parametrize("name", HARMFUL)
+@pytest.mark.parametrize("name", HARMFUL_ARCHIVES)
 def test_harmful_archives_are_refused(tmp_path, name):
-    data, word = HARMFUL[name]
+    data, word = HARMFUL_ARCHIVES[name]
     path = tmp_path / "in" / "archive.bin"
     path.parent.mkdir()
     path.write_bytes(data)
@@ -311,7 +311,7 @@ def test_archive_bombs_are_refused_within_1_gb_and_10_s(tmp_path, kind):
         read_record_without_processing(path)
 
 
-def test_stated_sizes_of_archive_members_are_checked():
+def test_an_archive_member_larger_than_its_stated_size_is_refused():
     """A zip member with more bytes than the ten stated in the directory is refused."""
     data = bytearray(zip_archive({"T.NS": b"\0" * 1000}))
     central = data.index(b"PK\x01\x02")

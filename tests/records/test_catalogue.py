@@ -14,7 +14,7 @@ from overturning.records.store import write_record_to_motion_file
 from tests.expect import refused
 from tests.records.record_writers import geonet_text
 
-HEAD = "id\tformat\tsource\tstation\tevent\tfault_strike_deg\tpulse\n"
+TABLE_HEADING = "id\tformat\tsource\tstation\tevent\tfault_strike_deg\tpulse\n"
 
 
 @pytest.mark.parametrize(
@@ -23,12 +23,12 @@ HEAD = "id\tformat\tsource\tstation\tevent\tfault_strike_deg\tpulse\n"
         ("", ["empty"]),
         ("id\tformat\tsuorce\nx\tauto\ty\n", ["line 1", "suorce", "did you mean source?"]),
         ("id\tid\n", ["named twice"]),
-        (HEAD + "a\tauto\tx\t\t\t400\t\n", ["line 2", "fault_strike_deg", "400"]),
-        (HEAD + "a\tauto\tx\t\t\t\tmaybe\n", ["line 2", "pulse", "maybe"]),
-        (HEAD + "A b\tauto\tx\t\t\t\t\n", ["line 2", "column id", "A b"]),
-        (HEAD + "a\tauto\tx\na\tauto\ty\n", ["line 3", "twice"]),
-        (HEAD + "a\tauto\tx\t1\t2\t3\ttrue\t8\n", ["line 2", "8 cells"]),
-        (HEAD + "a\tauto\t\n", ["line 2", "source"]),
+        (TABLE_HEADING + "a\tauto\tx\t\t\t400\t\n", ["line 2", "fault_strike_deg", "400"]),
+        (TABLE_HEADING + "a\tauto\tx\t\t\t\tmaybe\n", ["line 2", "pulse", "maybe"]),
+        (TABLE_HEADING + "A b\tauto\tx\t\t\t\t\n", ["line 2", "column id", "A b"]),
+        (TABLE_HEADING + "a\tauto\tx\na\tauto\ty\n", ["line 3", "twice"]),
+        (TABLE_HEADING + "a\tauto\tx\t1\t2\t3\ttrue\t8\n", ["line 2", "8 cells"]),
+        (TABLE_HEADING + "a\tauto\t\n", ["line 2", "source"]),
         ("id\tsource\tstation_latitude_deg\na\tx\t35\n", ["line 2", "station_longitude_deg", "both"]),
         ("id\tsource\tepicentre_latitude_deg\na\tx\t95\n", ["line 2", "epicentre_latitude_deg", "95"]),
         ("id\tsource\tfault_trace\na\tx\t35 133, 36 134\n", ["line 2", "fault_trace_source", "catalogue"]),
@@ -48,7 +48,7 @@ def test_the_error_names_an_invalid_line_of_the_record_table(tmp_path, text, wor
 def test_the_record_table_may_have_comments_a_bom_and_empty_cells(tmp_path):
     path = tmp_path / "records.tsv"
     path.write_text(
-        "\ufeff# mine\n" + HEAD + "\n# second\na\tauto\tx.V2A\t\t\t\t\nb\tauto\ty\tSt\tEv\t12.5\tfalse\n",
+        "\ufeff# mine\n" + TABLE_HEADING + "\n# second\na\tauto\tx.V2A\t\t\t\t\nb\tauto\ty\tSt\tEv\t12.5\tfalse\n",
         encoding="utf-8",
     )
     table = read_record_table(path)
@@ -63,7 +63,7 @@ def test_the_error_names_a_missing_record_table(tmp_path):
         read_record_table(tmp_path / "none.tsv")
 
 
-def test_a_record_with_a_missing_file_is_refused(tmp_path):
+def test_a_record_table_row_with_a_missing_file_is_refused(tmp_path):
     for name in ("x.NS", "x.EW"):
         (tmp_path / name).write_text("")
     entry = RecordTableRow(id="x", source="x.NS x.EW x.UD")
@@ -73,7 +73,7 @@ def test_a_record_with_a_missing_file_is_refused(tmp_path):
     assert [path.name for path in paths_of_record_files(entry, tmp_path)] == ["x.NS", "x.EW", "x.UD"]
 
 
-LABELLED = RecordTableRow(
+FULL_ROW = RecordTableRow(
     id="mine",
     source="mine.V2A",
     station="Church",
@@ -102,7 +102,7 @@ LABELLED = RecordTableRow(
 
 def test_label_columns_of_the_record_table_change_no_sample(tmp_path):
     """The other columns are for the reader; labels do not affect the samples."""
-    assert {name for name in RecordTableRow.model_fields if getattr(LABELLED, name) not in ("", None, False, 0.0)} == {
+    assert {name for name in RecordTableRow.model_fields if getattr(FULL_ROW, name) not in ("", None, False, 0.0)} == {
         *LABELS, "id", "source", "format",
     }  # fmt: skip
     wave = 100 * np.sin(np.arange(400) / 5)
@@ -110,12 +110,12 @@ def test_label_columns_of_the_record_table_change_no_sample(tmp_path):
     (tmp_path / "mine.V2A").write_text(text, encoding="utf-8")
     bare, labelled = (
         read_record_without_table_labels(one, tmp_path)
-        for one in (RecordTableRow(id="mine", source="mine.V2A"), LABELLED)
+        for one in (RecordTableRow(id="mine", source="mine.V2A"), FULL_ROW)
     )
     write_record_to_motion_file(bare, tmp_path / "bare.nc")
     write_record_to_motion_file(labelled, tmp_path / "labelled.nc")
     assert (tmp_path / "bare.nc").read_bytes() == (tmp_path / "labelled.nc").read_bytes()
-    described = add_labels_from_record_table(bare, LABELLED)
+    described = add_labels_from_record_table(bare, FULL_ROW)
     assert (described.station, described.event, described.latitude) == ("Church", "Darfield 2010", -43.5)
     assert described.extra["magnitude"] == 7.1
     assert {name: described.extra[name] for name in PLACES} == {
@@ -124,7 +124,7 @@ def test_label_columns_of_the_record_table_change_no_sample(tmp_path):
         "fault_trace_source": "map of 2011",
     }
     write_record_to_motion_file(described, tmp_path / "described.nc")
-    write_record_to_motion_file(read_record(LABELLED, tmp_path), tmp_path / "whole.nc")
+    write_record_to_motion_file(read_record(FULL_ROW, tmp_path), tmp_path / "whole.nc")
     assert (tmp_path / "described.nc").read_bytes() == (tmp_path / "whole.nc").read_bytes()
 
 

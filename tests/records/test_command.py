@@ -26,7 +26,7 @@ def exit_status_of_command(*arguments: object) -> int:
     return 0
 
 
-def test_check_reads_valid_files_and_gives_reasons_for_the_others(tmp_path, capsys):
+def test_records_check_reads_valid_files_and_gives_reasons_for_the_others(tmp_path, capsys):
     (tmp_path / "good.V2A").write_text(geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02))
     (tmp_path / "bad.V2A").write_text(geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02)[:3000])
     (tmp_path / "notes.txt").write_text("my notes")
@@ -41,7 +41,7 @@ def test_check_reads_valid_files_and_gives_reasons_for_the_others(tmp_path, caps
     assert "1 read, 2 refused" in out
 
 
-def test_check_accepts_declarations(tmp_path, capsys):
+def test_records_check_accepts_declared_properties(tmp_path, capsys):
     paths = [tmp_path / "x1.AT2", tmp_path / "x2.AT2"]
     for path, samples, axis in zip(paths, (A, B), ("H1", "H2"), strict=True):
         path.write_text(peer_text(samples / 1000, 0.01, axis))
@@ -84,7 +84,7 @@ def test_errors_of_records_fetch_take_one_line(arguments, capsys, tmp_path):
     assert capsys.readouterr().err.startswith("error: ")
 
 
-def test_file_of_another_sensor_than_declared_is_not_skipped(capsys, tmp_path):
+def test_a_file_of_another_sensor_than_declared_is_refused(capsys, tmp_path):
     path = write_columns_file(tmp_path / "x.csv")
     words = ("--columns", "time:s north:gal east:gal", "--processed", "--sensor")
     assert exit_status_of_command("records", "check", path, *words, "surface") == 0
@@ -171,7 +171,7 @@ def test_check_and_add_include_the_other_files_of_the_record(tmp_path, capsys):
     assert read_record_table(table)["z"].source == "z.mseed s.xml"
 
 
-def test_add_prints_the_notes_of_check_and_names_duplicates(tmp_path, capsys):
+def test_records_add_prints_the_notes_of_check_and_names_duplicates(tmp_path, capsys):
     time = np.arange(3000) / 100
     for name, more in (("a", 0), ("b", 5)):
         wave = np.random.default_rng(4).normal(0, 50, (2, time.size)) * np.exp(-(((time - 15) / 4) ** 2))
@@ -195,7 +195,7 @@ def test_add_prints_the_notes_of_check_and_names_duplicates(tmp_path, capsys):
     assert "records a.csv and b.csv have the same samples" in capsys.readouterr().out
 
 
-def test_add_refuses_invalid_cells(tmp_path, capsys):
+def test_records_add_refuses_invalid_table_cells(tmp_path, capsys):
     path = tmp_path / "my site.V2A"
     path.write_text(geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02))
     table, folder = tmp_path / "records.tsv", tmp_path / "data"
@@ -215,7 +215,7 @@ def test_add_refuses_invalid_cells(tmp_path, capsys):
     assert read_record_table(table)["mine"].station == 'Te "Mara"'
 
 
-def test_add_keeps_the_records_that_come_with_the_package(tmp_path, capsys, monkeypatch):
+def test_records_add_preserves_the_records_shipped_with_the_package(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     path = tmp_path / "x.V2A"
     path.write_text(geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02))
@@ -242,7 +242,7 @@ def test_an_implausible_unit_is_refused_with_a_plausible_one(tmp_path, capsys):
     assert "trusted although peak acceleration 300 g" in capsys.readouterr().out
 
 
-def test_columns_must_be_declared_raw_or_processed(tmp_path, capsys):
+def test_a_columns_file_must_be_declared_raw_or_processed(tmp_path, capsys):
     path = write_columns_file(tmp_path / "x.csv", offset=5.0)
     given = ("records", "check", path, "--columns", "time:s north:gal east:gal")
     assert exit_status_of_command(*given) == 1
@@ -259,7 +259,7 @@ def test_columns_must_be_declared_raw_or_processed(tmp_path, capsys):
     assert float(out.split("PGD ")[1].split(" cm")[0]) < 100
 
 
-def test_check_is_recursive_and_skips_files_that_are_no_records(tmp_path, capsys):
+def test_records_check_is_recursive_and_skips_other_files(tmp_path, capsys):
     inside = tmp_path / "a" / "b"
     inside.mkdir(parents=True)
     (inside / "good.V2A").write_text(geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02))
@@ -281,7 +281,7 @@ def test_check_is_recursive_and_skips_files_that_are_no_records(tmp_path, capsys
     assert "1 files, none of them a record" in capsys.readouterr().out
 
 
-def test_plot_draws_a_page_and_prints_the_corner_and_its_reason(tmp_path, capsys):
+def test_records_plot_draws_a_page_and_prints_the_corner_and_its_reason(tmp_path, capsys):
     path = tmp_path / "good.V1A"
     path.write_text(geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02, corrected=False))
     assert exit_status_of_command("records", "plot", path, "--corner", "auto", "--output", tmp_path / "x.pdf") == 0

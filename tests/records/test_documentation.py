@@ -10,7 +10,7 @@ from overturning.records.processing import Step
 from overturning.records.pulses import SHAPES, Pulse
 from overturning.units import UNITS
 
-TEXT = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
+FORMATS_PAGE = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
 
 
 def union_members(union: object) -> tuple[type, ...]:
@@ -34,8 +34,8 @@ NAMES = {
 }
 
 
-def test_the_documentation_has_a_row_per_format_and_every_name_and_unit():
-    rows = set(re.findall(r"^\| `([^`]+)` \|", TEXT, flags=re.MULTILINE))
+def test_the_formats_page_lists_every_format_name_and_unit():
+    rows = set(re.findall(r"^\| `([^`]+)` \|", FORMATS_PAGE, flags=re.MULTILINE))
     assert {form.name for form in FORMATS} - rows == set()
-    assert {name for name in NAMES if f"`{name}`" not in TEXT} == set()
-    assert {unit for unit in UNITS if unit not in TEXT} == set()
+    assert {name for name in NAMES if f"`{name}`" not in FORMATS_PAGE} == set()
+    assert {unit for unit in UNITS if unit not in FORMATS_PAGE} == set()

@@ -61,7 +61,7 @@ COPIES = {
     "reversed": (-NORTH, -EAST, 0.01),
     "with an offset": (NORTH + 0.02, EAST - 0.01, 0.01),
 }
-DIFFERENT = {
+DIFFERENT_MOTIONS = {
     "another motion": (*OTHER, 0.01),
     "north of another": (OTHER[0], EAST, 0.01),
     "of twice the size": (2 * NORTH, 2 * EAST, 0.01),
@@ -77,13 +77,13 @@ def test_a_copied_record_is_reported_with_both_record_names(name):
         refuse_duplicate_records(pair)
 
 
-@pytest.mark.parametrize("name", DIFFERENT)
+@pytest.mark.parametrize("name", DIFFERENT_MOTIONS)
 def test_a_different_motion_is_not_reported_as_a_copy(name):
     assert (
         find_duplicate_records(
             map(
                 motion_fingerprint,
-                [record_of_components("a", NORTH, EAST), record_of_components("b", *DIFFERENT[name])],
+                [record_of_components("a", NORTH, EAST), record_of_components("b", *DIFFERENT_MOTIONS[name])],
             )
         )
         == []

@@ -115,7 +115,7 @@ def test_event_ids_override_earthquake_names_and_origins() -> None:
         ("Earthquake of Fri Nov 30, 2018 17:29 UTC", "Anchorage 11/30/2018"),
     ],
 )
-def test_names_that_resemble_each_other_are_noted_with_both_names(first: str, second: str) -> None:
+def test_similar_earthquake_names_are_noted_with_both_names(first: str, second: str) -> None:
     found = assigned_earthquakes(table_row("a", first), table_row("b", "Gazli 1976"), table_row("c", second))
     assert len(set(found.labels)) == 3
     assert len(found.doubtful) == 1

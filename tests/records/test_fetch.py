@@ -107,7 +107,9 @@ def test_a_download_from_a_dead_server_ends_with_an_error(tmp_path):
         fetch_url("http://127.0.0.1:19/x.bin", HASH, tmp_path, tries=2, timeout=0.5, wait=0.01)
 
 
-def test_credentials_come_from_the_environment_and_are_never_shown(server, tmp_path, monkeypatch, caplog, capsys):
+def test_download_credentials_come_from_the_environment_and_are_never_shown(
+    server, tmp_path, monkeypatch, caplog, capsys
+):
     monkeypatch.setenv(download.USER, "somebody")
     monkeypatch.setenv(download.PASSWORD, "s3cret-w0rd")
     with caplog.at_level("DEBUG"):

@@ -42,7 +42,7 @@ from tests.records.world_writers import (
 )
 from tests.records.written import FORMS, OF_COSMOS, TURNED, G
 
-MG = G / 1000
+MILLI_G = G / 1000
 STEPS = np.random.default_rng(7).integers(-999, 999, (3, 210))
 A, B, C = STEPS / 10
 
@@ -93,7 +93,7 @@ def test_every_text_format_gives_its_samples_and_header_fields(tmp_path, form):
 @pytest.mark.parametrize("form", FORMS)
 @settings(max_examples=20, deadline=None, suppress_health_check=list(HealthCheck))
 @given(st.integers(2, 60).flatmap(lambda n: arrays(np.int64, (2, n), elements=st.integers(-99999, 99999))))
-def test_any_samples_written_are_read_back(form, samples):
+def test_any_samples_written_in_a_text_format_are_read_back(form, samples):
     written = FORMS[form]
     if form == "cosmos":
         samples = samples // 11  # F10.5 holds -999.9
@@ -105,7 +105,7 @@ def test_any_samples_written_are_read_back(form, samples):
 
 
 @pytest.mark.parametrize("form", ["knet", "peer", "csmnc", "esm"])
-def test_a_number_split_in_two_is_refused(tmp_path, form):
+def test_a_file_with_a_sample_split_in_two_is_refused(tmp_path, form):
     """Regression: with a blank inside a number, all later samples were shifted; only a note told of one too many."""
     files = FORMS[form].files(*STEPS)
     name, text = next(iter(files.items()))
@@ -148,7 +148,7 @@ def test_a_file_longer_than_its_header_is_read_to_the_stated_count(tmp_path, for
     ],
 )
 @pytest.mark.parametrize("sense", [1, -1])
-def test_samples_of_the_other_sign_than_the_peak_are_refused(tmp_path, form, stated, sense):
+def test_samples_with_the_opposite_sign_of_the_header_peak_are_refused(tmp_path, form, stated, sense):
     """Regression: samples of reversed sign agreed with the header, whose peak was compared without its sign."""
     steps = STEPS.copy()
     steps[0, 50] = sense * 1500
@@ -186,7 +186,7 @@ def test_smc_of_an_inclined_axis_is_refused(tmp_path, from_up, refusal):
         )
 
 
-def test_smc_with_samples_of_the_other_sign_is_refused(tmp_path):
+def test_smc_samples_with_the_opposite_sign_of_the_header_extremes_are_refused(tmp_path):
     """Its header states the largest and the smallest sample."""
     peak = np.where(np.arange(A.size) == 50, 150.0, A)
     texts = [smc_text(sense * peak, 100, "360").splitlines(keepends=True) for sense in (1, -1)]
@@ -232,7 +232,7 @@ def test_japanese_components_from_peer_are_north_east_and_up(tmp_path, suffix):
     """NGA-West2 has EW, NS, UD of K-NET and EW2, NS2, UD2 of KiK-net's surface sensors."""
     named = {"EW": A, "NS": B, "UD": C}
     files = {f"x_{axis}.AT2": peer_text(x / 1000, 0.01, f"{axis}{suffix}") for axis, x in named.items()}
-    assert_components(write_and_read(tmp_path, files), B * MG, A * MG, C * MG, rtol=1e-6)
+    assert_components(write_and_read(tmp_path, files), B * MILLI_G, A * MILLI_G, C * MILLI_G, rtol=1e-6)
     assert write_and_read(tmp_path, files, vertical_sense="none").up is None
 
 
@@ -243,7 +243,7 @@ def test_borehole_components_from_peer_are_refused_unless_declared(tmp_path):
     with refused(RecordError, "of the borehole sensor"):
         write_and_read(tmp_path, files)
     record = write_and_read(tmp_path, files, sensor="borehole")
-    assert_components(record, B * MG, A * MG, C * MG, rtol=1e-6)
+    assert_components(record, B * MILLI_G, A * MILLI_G, C * MILLI_G, rtol=1e-6)
     assert record.station.endswith("(borehole)")
 
 
@@ -257,14 +257,14 @@ def test_a_third_axis_of_unknown_name_is_omitted_with_a_note_unless_declared(tmp
     turn = {} if known else {"azimuths_deg": (90, 0)}
     north, east = (A, B) if axes[0] == "NS" else (B, A)
     record = write_and_read(tmp_path, files, **turn)
-    assert_components(record, north * MG, east * MG, rtol=1e-6)
+    assert_components(record, north * MILLI_G, east * MILLI_G, rtol=1e-6)
     assert f"vertical axis '{axes[2]}' left out: " in record.notes[0]
     for sense, sign in (("up", 1), ("down", -1)):
         assert_components(
             write_and_read(tmp_path, files, vertical_sense=sense, **turn),
-            north * MG,
-            east * MG,
-            sign * C * MG,
+            north * MILLI_G,
+            east * MILLI_G,
+            sign * C * MILLI_G,
             rtol=1e-6,
         )
     assert write_and_read(tmp_path, files, vertical_sense="none", **turn).up is None
@@ -407,7 +407,7 @@ def test_an_old_csmip_header_gives_its_agency_and_minute_of_origin(tmp_path, age
 
 
 @pytest.mark.parametrize("month", ["SEPT", "Sep.", "SEPTEMBER"])
-def test_the_month_of_an_old_origin_may_be_written_in_any_length(tmp_path, month):
+def test_the_month_of_a_csmip_origin_time_may_be_abbreviated_to_any_length(tmp_path, month):
     """Regression: the origin was None for "SEPT", without a word."""
     text = csmip_text({"UP": (500, C), "360 DEG": (360, A), "270 DEG": (270, B)}, 100, volume=2, old_agency="USGS")
     assert re.search(r"\bMAY\b", text, re.IGNORECASE)
@@ -539,7 +539,9 @@ def test_two_digit_years_are_not_before_the_first_accelerogram(tmp_path, year, s
 def test_csmip_vertical_axis_text_is_compared_with_its_code(tmp_path, axis, code, sense):
     """Code 500 is up, as in CSMIP's own files, and 600 down."""
     channels = {"360 Deg": (360, A / 1000), "270 Deg": (270, B / 1000), axis: (code, C / 1000)}
-    assert_components(write_and_read(tmp_path, csmip_text(channels, 100)), A * MG, -B * MG, sense * C * MG, rtol=1e-6)
+    assert_components(
+        write_and_read(tmp_path, csmip_text(channels, 100)), A * MILLI_G, -B * MILLI_G, sense * C * MILLI_G, rtol=1e-6
+    )
     other = {500: "down", 600: "up"}[code]
     with refused(RecordError, f"axis {axis!r}, but the numbers below it say {other}; components may be swapped"):
         write_and_read(tmp_path, csmip_text(channels | {axis: (1100 - code, C / 1000)}, 100))
@@ -820,11 +822,11 @@ def test_components_of_two_stations_or_earthquakes_are_refused(tmp_path, this, t
     with refused(RecordError, this, that, "not of one record"):
         write_and_read(tmp_path, files)
     trusting = write_and_read(tmp_path, files, trust_data=True)
-    assert_components(trusting, A * MG, B * MG, rtol=1e-6)
+    assert_components(trusting, A * MILLI_G, B * MILLI_G, rtol=1e-6)
     (told,) = trusting.extra["trusted"]
     assert all(name in told for name in (this, that)), "what is trusted is said"
     files["x2.AT2"] = files["x2.AT2"].replace(that, f" {this.upper()}")
-    assert_components(write_and_read(tmp_path, files), A * MG, B * MG, rtol=1e-6)
+    assert_components(write_and_read(tmp_path, files), A * MILLI_G, B * MILLI_G, rtol=1e-6)
 
 
 def test_different_agency_filters_are_listed_for_each_component(tmp_path):
@@ -847,13 +849,13 @@ def test_esm_components_of_two_locations_at_one_station_are_refused(tmp_path):
 
 
 @pytest.mark.parametrize(("axes", "told"), [(("5", "90"), False), (("10", "85"), True), (("350", "280"), True)])
-def test_axes_far_from_a_right_angle_are_noted(tmp_path, axes, told):
+def test_horizontal_axes_far_from_a_right_angle_are_noted(tmp_path, axes, told):
     """Regression: one azimuth with an error of up to 26° rotated the motion without a note."""
     record = write_and_read(tmp_path, peer_file_pair(A, B, axes))
     first, second = (np.radians(float(axis)) for axis in axes)
     for samples, azimuth in ((A, first), (B, second)):
         projected = record.north * np.cos(azimuth) + record.east * np.sin(azimuth)
-        np.testing.assert_allclose(projected, samples * MG, atol=1e-6)
+        np.testing.assert_allclose(projected, samples * MILLI_G, atol=1e-6)
     which = f"horizontal axes at {axes[0]}° and {axes[1]}°, "
     assert [note.startswith(which) for note in record.notes] == [True] * told
 
@@ -906,7 +908,7 @@ def test_axes_without_a_direction_are_refused_unless_declared(tmp_path, axes, wo
         write_and_read(tmp_path, peer_file_pair(A, B, axes))
     assert_components(
         write_and_read(tmp_path, peer_file_pair(A, B, axes), azimuths_deg=(60, 330)),
-        *north_and_east(A * MG, 60, B * MG, 330),
+        *north_and_east(A * MILLI_G, 60, B * MILLI_G, 330),
         rtol=1e-6,
     )
 
@@ -917,7 +919,7 @@ def test_declared_azimuths_follow_the_order_of_files_with_a_note(tmp_path):
     first, second = files
     for (one, x), (other, y) in (((first, A), (second, B)), ((second, B), (first, A))):
         record = write_and_read(tmp_path, {name: files[name] for name in (one, other)}, azimuths_deg=(-30, 60))
-        assert_components(record, *north_and_east(x * MG, 330, y * MG, 60), rtol=1e-6)
+        assert_components(record, *north_and_east(x * MILLI_G, 330, y * MILLI_G, 60), rtol=1e-6)
         names = {first: "H1", second: "H2"}
         assert record.extra["declared"] == [
             f"axis '{names[one]}' of {one} at -30°",
@@ -925,7 +927,9 @@ def test_declared_azimuths_follow_the_order_of_files_with_a_note(tmp_path):
         ]
     alone = DeclaredFileProperties(azimuths_deg=(60, 330))
     assert_components(
-        read_record_without_processing(tmp_path / first, alone), *north_and_east(A * MG, 60, B * MG, 330), rtol=1e-6
+        read_record_without_processing(tmp_path / first, alone),
+        *north_and_east(A * MILLI_G, 60, B * MILLI_G, 330),
+        rtol=1e-6,
     )
     with refused(
         RecordError, f"{second}: azimuths_deg are those of the files in their order", f"{first} {second}", "name both"
@@ -937,23 +941,23 @@ def test_declared_azimuths_follow_the_order_of_files_with_a_note(tmp_path):
 def test_a_vertical_axis_of_unknown_sense_is_omitted_with_a_note_unless_declared(tmp_path, axis):
     files = peer_file_pair(A, B) | {"x3.AT2": peer_text(C / 1000, 0.01, axis)}
     record = write_and_read(tmp_path, files)
-    assert_components(record, A * MG, B * MG, rtol=1e-6)
+    assert_components(record, A * MILLI_G, B * MILLI_G, rtol=1e-6)
     (note,) = record.extra["notes"]
     assert f"vertical axis {axis!r} left out: x3.AT2 does not say whether up or down" in note
     assert "declare vertical_sense up or down (in the record table;" in note
-    for sense, up in (("up", C * MG), ("down", -C * MG), ("none", None)):
+    for sense, up in (("up", C * MILLI_G), ("down", -C * MILLI_G), ("none", None)):
         entry = RecordTableRow(id="x", source=" ".join(files), vertical_sense=sense)
         record = read_record(entry, tmp_path)
-        assert_components(record, A * MG, B * MG, up, rtol=1e-6)
+        assert_components(record, A * MILLI_G, B * MILLI_G, up, rtol=1e-6)
         assert "notes" not in record.extra
     files["x3.AT2"] = files["x3.AT2"].replace(axis, "DWN")
     for sense, notes in (("down", []), ("none", []), ("up", ["axis 'DWN' is not taken up"])):
         record = write_and_read(tmp_path, files, vertical_sense=sense)
-        assert_components(record, A * MG, B * MG, None if sense == "none" else -C * MG, rtol=1e-6)
+        assert_components(record, A * MILLI_G, B * MILLI_G, None if sense == "none" else -C * MILLI_G, rtol=1e-6)
         assert [note.partition(",")[0] for note in record.notes] == notes
 
 
-def test_all_reasons_against_a_record_are_given_at_once(tmp_path):
+def test_all_errors_of_a_record_are_reported_at_once(tmp_path):
     files = peer_file_pair(1e6 * A, B[:100], ("H1", "H2"))
     with refused(RecordError, "says nothing about north", "210 and 100 samples", "peak acceleration 9"):
         write_and_read(tmp_path, files)
@@ -974,13 +978,15 @@ def test_a_fault_normal_pulse_keeps_its_sense(tmp_path):
     """Samples recorded towards S60W give the opposite motion towards N60E."""
     assert_components(
         write_and_read(tmp_path, peer_file_pair(-A, B, ("240", "150"))),
-        *north_and_east(A * MG, 60, B * MG, 150),
+        *north_and_east(A * MILLI_G, 60, B * MILLI_G, 150),
         rtol=1e-6,
     )
 
 
 def test_components_of_different_length_are_cut_to_the_shortest_or_refused(tmp_path):
-    assert_components(write_and_read(tmp_path, peer_file_pair(A, B[:160])), A[:160] * MG, B[:160] * MG, rtol=1e-6)
+    assert_components(
+        write_and_read(tmp_path, peer_file_pair(A, B[:160])), A[:160] * MILLI_G, B[:160] * MILLI_G, rtol=1e-6
+    )
     with refused(RecordError, "210 and 159 samples, 0.51 s apart"):
         write_and_read(tmp_path, peer_file_pair(A, B[:159]))
     trusting = write_and_read(tmp_path, peer_file_pair(A, B[:159]), trust_data=True)
@@ -1022,4 +1028,4 @@ def test_rotation_to_north_and_east_preserves_motion_along_sensor_axes(samples, 
     record = assemble_record(read_components(files, declared), "x", declared)
     for along, expected in zip(np.radians(np.add(azimuths, correction)), samples, strict=True):
         found = record.north * np.cos(along) + record.east * np.sin(along)
-        np.testing.assert_allclose(found, expected * MG, atol=1e-8)
+        np.testing.assert_allclose(found, expected * MILLI_G, atol=1e-8)

@@ -203,7 +203,7 @@ def test_the_error_names_an_unreadable_file(tmp_path, monkeypatch):
         read_record_without_processing(path)
 
 
-def test_stationxml_alone_and_archives_without_files_are_named(tmp_path):
+def test_stationxml_alone_and_empty_archives_are_refused_by_name(tmp_path):
     """Regression: they ended in an IndexError."""
     alone = write_inventory(tmp_path / "s.xml", {"HNN": (0.0, 0.0)})
     with refused(RecordError, "s.xml: StationXML alone; name the file of a record, too"):

@@ -211,7 +211,7 @@ def test_a_baseline_correction_without_effect_is_noted() -> None:
 
 
 @pytest.mark.parametrize("interval", [0.005, 0.02, 0.008])
-def test_resampling_keeps_a_sine_and_removes_frequencies_above_the_new_nyquist(interval):
+def test_resampling_preserves_a_sine_and_removes_frequencies_above_nyquist(interval):
     done = process_record(record_of_components(tapered_sine(2.0)), [Resample(sampling_interval_s=interval)])
     time = np.arange(done.north.size) * interval
     expected = np.sin(2 * np.pi * 2 * time) * np.sin(np.pi * time / TIME[-1]) ** 2

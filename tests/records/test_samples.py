@@ -74,12 +74,12 @@ def test_records_check_identifies_every_sample_file():
     assert {"0111a.smc", "0111b.smc", "0111c.smc", "20161113_110259_WTMC_20.V2A"} <= read
 
 
-PAPER = [p for folder in (SAMPLES, ROOT / "resources" / "records") for p in folder.glob("TTRH020010061330*")]
+TTRH02_FILES = [p for folder in (SAMPLES, ROOT / "resources" / "records") for p in folder.glob("TTRH020010061330*")]
 
-if PAPER:
+if TTRH02_FILES:
 
-    def test_the_published_spectrum_intensity_of_ttrh02():
+    def test_the_ttrh02_record_has_its_published_spectrum_intensity():
         """KiK-net TTRH02, 2000-10-06, surface, NS: SI (h = 0.2) 113 cm/s. NIED's files are not here."""
         entry = RecordTableRow(id="ttrh02", format="kik-net", source="TTRH020010061330")
-        record = process_record(read_record(entry, PAPER[0].parent), [RemoveMean()])
+        record = process_record(read_record(entry, TTRH02_FILES[0].parent), [RemoveMean()])
         assert housner_spectrum_intensity(Motion.of(record), [0])[0] * 100 == pytest.approx(113, abs=1)

@@ -26,7 +26,7 @@ from tests.records.seed_writers import (
     write_sac,
 )
 
-quick = settings(max_examples=30, deadline=None, suppress_health_check=list(HealthCheck))
+quick_examples = settings(max_examples=30, deadline=None, suppress_health_check=list(HealthCheck))
 random = np.random.default_rng(11)
 N, E, Z = (random.integers(-400_000, 400_000, 500) for _ in range(3))
 CHANNELS = {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0), "HNZ": (0.0, -90.0)}
@@ -442,7 +442,7 @@ def test_sac_whose_peak_contradicts_its_header_is_refused(tmp_path):
         read_record_without_processing([path, other], DeclaredFileProperties(unit="gal"))
 
 
-def test_sac_with_samples_of_the_other_sign_than_its_extremes_is_refused(tmp_path):
+def test_sac_samples_with_the_opposite_sign_of_the_header_extremes_are_refused(tmp_path):
     """Its header states the largest and the smallest sample (DEPMAX, DEPMIN)."""
     peak = np.where(np.arange(N.size) == 50, 600.0, N / 1e3)
     paths = [
@@ -569,18 +569,18 @@ def test_a_columns_file_whose_text_states_another_quantity_is_refused(tmp_path, 
         )
 
 
-SCEC = "#    time(sec)      E-W({0})      N-S({0})      U-D({0})"
+SCEC_HEADING = "#    time(sec)      E-W({0})      N-S({0})      U-D({0})"
 
 
 @pytest.mark.parametrize(
     ("headings", "columns", "told"),
     [
-        (SCEC.format("cm/s/s"), "time:s east:gal north:gal up:gal", []),
-        (SCEC.format("cm/sec^2"), "time:s east:gal north:gal up:gal", []),
-        (SCEC.format("cm/s/s"), "time:s north:gal east:gal up:gal", ["E-W(cm/s/s)", "N-S(cm/s/s)"]),
-        (SCEC.format("m/s/s"), "time:s east:gal north:gal up:gal", ["E-W(m/s/s)", "N-S(m/s/s)", "U-D(m/s/s)"]),
+        (SCEC_HEADING.format("cm/s/s"), "time:s east:gal north:gal up:gal", []),
+        (SCEC_HEADING.format("cm/sec^2"), "time:s east:gal north:gal up:gal", []),
+        (SCEC_HEADING.format("cm/s/s"), "time:s north:gal east:gal up:gal", ["E-W(cm/s/s)", "N-S(cm/s/s)"]),
+        (SCEC_HEADING.format("m/s/s"), "time:s east:gal north:gal up:gal", ["E-W(m/s/s)", "N-S(m/s/s)", "U-D(m/s/s)"]),
         ("# by hand\nStation X, 5 km\nt;E;N;Z\ns;g;g;g", "time:s east:gal north:gal up:gal", ["g", "g", "g"]),
-        (SCEC.format("cm/s/s"), "time:ms east:gal north:gal up:gal", ["time(sec)"]),
+        (SCEC_HEADING.format("cm/s/s"), "time:ms east:gal north:gal up:gal", ["time(sec)"]),
     ],
 )
 def test_column_headings_after_a_hash_or_on_several_lines_are_read(tmp_path, headings, columns, told):
@@ -708,7 +708,7 @@ def test_samples_continued_over_several_lines_are_read_in_order(tmp_path, word, 
     np.testing.assert_allclose(record.east, np.round(E[:403] / 1e3, 3) / 100, rtol=1e-12)
 
 
-@quick
+@quick_examples
 @given(st.integers(2, 60).flatmap(lambda n: arrays(np.int64, (2, n), elements=st.integers(-99999, 99999))), st.data())
 def test_any_written_columns_file_is_read_back(samples, data):
     unit, scale = data.draw(st.sampled_from([("g", 9.80665), ("gal", 0.01), ("m/s2", 1.0)]))
@@ -721,7 +721,7 @@ def test_any_written_columns_file_is_read_back(samples, data):
         np.testing.assert_allclose(component.samples, expected / 10 * scale, rtol=1e-15)
 
 
-@quick
+@quick_examples
 @given(
     # Steim2 has 30 bits for the difference of two samples.
     st.integers(2, 60).flatmap(lambda n: arrays(np.int32, n, elements=st.integers(-(2**28), 2**28 - 1))),
@@ -736,7 +736,7 @@ def test_any_written_miniseed_is_read_back(tmp_path_factory, counts, rate):
     assert component.sampling_interval == pytest.approx(1 / rate)
 
 
-@quick
+@quick_examples
 @given(arrays(np.float32, st.integers(2, 60), elements=st.floats(-1e4, 1e4, width=32)), st.floats(0, 359))
 def test_any_written_sac_is_read_back(tmp_path_factory, samples, azimuth):
     path = write_sac(tmp_path_factory.mktemp("sac") / "x.sac", samples, "HN1", azimuth, 90.0)

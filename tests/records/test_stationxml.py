@@ -103,7 +103,7 @@ def test_stage_gains_stated_at_another_frequency_agree_with_the_channel(tmp_path
     assert not [note for note in read_record_without_processing(waves).notes if "stages make" in note]
 
 
-def test_a_zero_at_the_frequency_of_the_stated_gain_gives_no_ratio_of_gains():
+def test_gains_are_not_compared_where_the_response_is_zero():
     """Regression: the gain of the stage is 0 there, and numpy warned of a division by it."""
     stage = PolesZerosResponseStage(
         1, 1.0, 1.0, "M/S", "V", "LAPLACE (HERTZ)", 1.0, [1j, -1j], [-0.1 + 0.1j, -0.1 - 0.1j]
@@ -115,7 +115,7 @@ def test_a_zero_at_the_frequency_of_the_stated_gain_gives_no_ratio_of_gains():
 
 
 @pytest.mark.parametrize("factor", [10.0, 2.0, 1.06, 0.1])
-def test_a_gain_that_its_stages_contradict_is_refused(tmp_path, factor):
+def test_a_channel_gain_that_its_response_stages_contradict_is_refused(tmp_path, factor):
     """Regression: a gain wrong by a factor of ten only gave a warning."""
     metadata = write_inventory(tmp_path / "s.xml", CHANNELS)
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})
@@ -198,7 +198,7 @@ def test_a_sampling_rate_that_the_stationxml_contradicts_is_refused(tmp_path, ra
         assert read_record_without_processing(path).sampling_interval == pytest.approx(1 / rate)
 
 
-def test_a_negative_gain_reverses_the_polarity_with_a_note(tmp_path):
+def test_a_negative_channel_gain_reverses_the_polarity_with_a_note(tmp_path):
     write_inventory(tmp_path / "s.xml", CHANNELS, gain=-4e5)
     record = read_record_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z}))
     np.testing.assert_allclose(record.north, -N / 4e5, rtol=1e-12)
@@ -252,7 +252,7 @@ def test_units_in_stationxml_are_read_in_every_spelling(unit, scale):
         *("unoriented sensor", "uncertain orientation", "azimuth not yet measured"),
     ],
 )
-def test_an_unknown_orientation_is_not_read_as_north(tmp_path, text):
+def test_an_unknown_orientation_in_stationxml_is_not_read_as_north(tmp_path, text):
     """GeoNet writes azimuths of 0 and 90 next to this comment."""
     path = write_inventory(tmp_path / "s.xml", CHANNELS)
     inventory = obspy.read_inventory(path)

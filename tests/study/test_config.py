@@ -29,7 +29,7 @@ def test_a_range_in_a_study_includes_its_stop_without_rounding_errors() -> None:
     assert ValueRange(start=0.1, stop=0.6, step=0.05).expand_values() == tuple(n / 20 for n in range(2, 13))
 
 
-def test_azimuths_exclude_360_and_include_additional_ones() -> None:
+def test_the_azimuths_of_a_study_exclude_360_and_include_additional_ones() -> None:
     assert AzimuthRange(step=90).expand_azimuths() == (0.0, 90.0, 180.0, 270.0)
     assert AzimuthRange(step=90, also=(330.0, 360.0, -45.0)).expand_azimuths() == (
         0.0,
@@ -374,7 +374,7 @@ def test_a_value_with_a_unit_is_converted_to_the_unit_of_its_key(value: object, 
     assert parse_quantity(value, unit) == expected
 
 
-def test_lengths_of_a_population_have_units_and_its_frictions_none() -> None:
+def test_lengths_of_a_population_may_have_units_but_frictions_may_not() -> None:
     given = {"width": {"low": "30 cm", "high": 0.4}, "height": {"low": "0.6 m", "high": "900 mm"}}
     population = StonePopulation.model_validate(given)
     assert (population.width.low, population.height.low, population.height.high) == (0.3, 0.6, 0.9)

@@ -168,7 +168,9 @@ def test_convergence_counts_do_not_depend_on_the_number_of_threads(tmp_path: Pat
     assert again == found
 
 
-def test_changed_cases_are_confirmed_by_finer_steps_or_chaotic(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_changed_cases_are_classified_as_confirmed_by_finer_steps_or_chaotic(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     settings = study(verification={"at_least": 10, "cost": 30})
     done = simulate_study(settings, [record_of_strong_part(7)], tmp_path)
     own = done.sample.answers["overturned"][:, 0]
@@ -299,7 +301,7 @@ def study_of_two_free_stones(**keys: object) -> Study:
     )
 
 
-def test_sliding_blocks_and_other_shapes_have_no_rigid_reference() -> None:
+def test_sliding_blocks_and_other_shapes_are_not_compared_with_the_rigid_block() -> None:
     """No cube is read if there is no such cell."""
     nowhere = Path("nowhere.nc")
     assert read_rigid_block_sample(nowhere, study(friction=[0.33, 0.99])) is None

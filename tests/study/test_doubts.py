@@ -231,7 +231,9 @@ def test_a_block_on_a_slope_steeper_than_its_friction_gives_a_warning() -> None:
 def test_level_frictionless_ground_and_an_arch_give_no_warning() -> None:
     """Nothing pushes a level block; the joints of an arch are steep, but pressed together."""
     assert warnings_of_study(scene=scene_of_overhanging_slab(0.0), friction=[0.0]) == []
-    assert reason_scene_moves_by_itself(arch(), None, size_reference_height_and_b_over_h(arch())[1], 0.7) == ""
+    assert (
+        reason_scene_moves_by_itself(arch_scene(), None, size_reference_height_and_b_over_h(arch_scene())[1], 0.7) == ""
+    )
 
 
 def test_study_check_prints_warnings_and_succeeds(tmp_path: Path) -> None:

@@ -184,7 +184,7 @@ def test_missing_outcomes_in_a_cube_are_nan_and_never_a_flag(tmp_path: Path) -> 
         assert cube["status"][0, 2, 0, 1, 1] == CaseStatus.UNDECIDED
 
 
-def test_record_flags_have_flag_meanings(study_cube: xr.Dataset) -> None:
+def test_flags_of_records_in_a_cube_have_flag_meanings(study_cube: xr.Dataset) -> None:
     found = study_cube
     for name, meanings in (("pulse", "no_pulse pulse"), ("vertical", "horizontal_only with_vertical")):
         assert found[name].attrs["flag_values"].tolist() == [0, 1]
@@ -192,9 +192,7 @@ def test_record_flags_have_flag_meanings(study_cube: xr.Dataset) -> None:
 
 
 @pytest.mark.filterwarnings("ignore:The ioos_sos checker is deprecated")
-def test_cube_passes_the_checker_of_the_convention_it_claims(
-    study_cube: xr.Dataset, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_cube_passes_the_cf_convention_checker(study_cube: xr.Dataset, capsys: pytest.CaptureFixture[str]) -> None:
     CheckSuite.load_all_available_checkers()
     ComplianceChecker.run_checker(study_cube.encoding["source"], ["cf:1.11"], verbose=0, criteria="strict")
     report = capsys.readouterr().out

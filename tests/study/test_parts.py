@@ -11,9 +11,13 @@ from overturning.study.parts import SweepChunk, grid_of_chunk
 from overturning.study.scenes import variant_grid
 from tests.study.small_study import cube_of, pulse, study
 
-ENSEMBLE = {"ensemble": {"members": 16, "where": "everywhere"}}
-PLANES = ENSEMBLE | {"azimuth": {"step": 45, "also": [32]}, "b_over_h": [0.2, 0.3], "friction": [0.33, 1.0]}
-SPACE = ENSEMBLE | {
+ENSEMBLE_EVERYWHERE = {"ensemble": {"members": 16, "where": "everywhere"}}
+PLANAR_STUDY = ENSEMBLE_EVERYWHERE | {
+    "azimuth": {"step": 45, "also": [32]},
+    "b_over_h": [0.2, 0.3],
+    "friction": [0.33, 1.0],
+}
+STUDY_IN_3D = ENSEMBLE_EVERYWHERE | {
     "body": {"plan": "rectangle", "aspect": [1.0, 1.5]},
     "orientation": {"step": 30},
     "b_over_h": [0.2, 0.3],
@@ -22,7 +26,7 @@ SPACE = ENSEMBLE | {
 }
 
 
-@pytest.mark.parametrize("keys", [PLANES, SPACE], ids=["planes", "space"])
+@pytest.mark.parametrize("keys", [PLANAR_STUDY, STUDY_IN_3D], ids=["planes", "space"])
 def test_bytes_of_the_cube_are_the_same_for_any_number_of_chunks(keys: dict[str, object], tmp_path: Path) -> None:
     settings, records = study(**keys), [pulse("a", 4.0), pulse("b")]
     whole, *others = (
@@ -32,7 +36,7 @@ def test_bytes_of_the_cube_are_the_same_for_any_number_of_chunks(keys: dict[str,
     assert others == [whole, whole]
 
 
-@pytest.mark.parametrize("keys", [PLANES, SPACE], ids=["planes", "space"])
+@pytest.mark.parametrize("keys", [PLANAR_STUDY, STUDY_IN_3D], ids=["planes", "space"])
 @pytest.mark.parametrize("chunks", [1, 3, 50])
 def test_every_cell_of_a_grid_is_in_exactly_one_chunk(keys: dict[str, object], chunks: int) -> None:
     settings = study(**keys)
@@ -47,7 +51,7 @@ def test_every_cell_of_a_grid_is_in_exactly_one_chunk(keys: dict[str, object], c
 
 
 def test_opposite_azimuths_share_a_chunk() -> None:
-    settings = study(**PLANES | {"azimuth": {"step": 10}})
+    settings = study(**PLANAR_STUDY | {"azimuth": {"step": 10}})
     sizes = []
     for number in range(1, 6):
         azimuth = grid_of_chunk(settings, variant_grid(settings), SweepChunk(number, 5))["azimuth"]

@@ -1,4 +1,4 @@
-"""The angle of a fall that the map's check works out by itself: what it must let pass, and what it must find."""
+"""Checks of the rotation at which a stone has fallen: outcomes that fit are accepted, others are reported."""
 
 from functools import cache
 
@@ -12,7 +12,7 @@ from overturning.model.element import ContactLaw
 from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
-from tests.dem.polygon_scenes import shipped
+from tests.dem.polygon_scenes import load_shipped_scene
 from tests.verification.test_stability_scenes import one_second_pulse
 from verification.stability.checks import (
     find_failed_scene_check,
@@ -30,7 +30,7 @@ def simulate_falling_case(scene: Scene) -> CaseResults:
 @cache
 def three_tier_case() -> tuple[PreparedScene, CaseResults]:
     """The prepared three-tier grave and the results of its falling case; tests change only copies."""
-    scene = shipped("three-tier")
+    scene = load_shipped_scene("three-tier")
     return prepare_scene(scene), simulate_falling_case(scene)
 
 
@@ -100,7 +100,7 @@ def test_a_boulder_counts_as_fallen_when_it_lies_on_its_next_side() -> None:
 
 
 def test_the_fallen_rotation_of_a_scene_file_is_used() -> None:
-    scene = shipped("gravestone")
+    scene = load_shipped_scene("gravestone")
     tips = np.degrees(np.arctan(0.4))
     for asked, drop, early, lying in ((60.0, None, tips, 60.0), (120.0, None, tips, np.inf), (90.0, 0.2, 0.0, 90.0)):
         elements = [

@@ -173,7 +173,7 @@ def test_held_out_scores_and_reliability_of_synthetic_tests_are_good(
             assert one.low - 0.25 <= one.probability <= one.high + 0.25
 
 
-def test_damping_classes_contain_every_rectangle_once(
+def test_every_simulated_rectangle_is_in_exactly_one_damping_class(
     synthetic_tests_and_stones: tuple[ShakingTableTests, SimulatedStones],
 ) -> None:
     tests, made = synthetic_tests_and_stones

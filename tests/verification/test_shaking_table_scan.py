@@ -93,7 +93,7 @@ def test_scores_and_tables_of_a_scanned_boulder_are_complete(
     assert f"{fell[1].mean():.3f}" in lines[2]
 
 
-def test_neighbouring_orientations_share_their_falls() -> None:
+def test_fall_fractions_are_averaged_over_neighbouring_orientations() -> None:
     fell = np.zeros((2, 1, YAWS.size), bool)
     fell[:, 0, 0] = True
     shares = fall_probabilities(fell)[:, 0]

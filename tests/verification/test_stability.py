@@ -86,7 +86,7 @@ def test_the_stability_checks_detect_a_wrong_outcome() -> None:
         assert find_failed_block_check(STABLE_CASE, motion, CaseResults(**vars(found) | change)) == reason
 
 
-def test_too_stiff_contacts_are_refused_by_name() -> None:
+def test_a_contact_that_is_too_stiff_is_refused_by_name() -> None:
     outcome = run_case(replace(STABLE_CASE, stiffness=1e18), 0)
     assert outcome["ending"] == CheckedOutcome.REFUSED
     assert outcome["reason"] == "stiffness"

@@ -61,14 +61,14 @@ def test_every_wrong_outcome_of_extreme_scenes_is_marked() -> None:
 
 @pytest.mark.parametrize("name", SCENES)
 def test_rocking_thresholds_computed_from_shapes_equal_those_of_the_kernel(name: str) -> None:
-    made = prepare_scene(shipped(name))
+    made = prepare_scene(load_shipped_scene(name))
     assert rocking_bound(made.placed) == pytest.approx(made.threshold, rel=1e-9)
     if name in ("gravestone", "against-a-wall"):
         assert rocking_bound(made.placed) == pytest.approx(0.24 / 0.6)
 
 
 def test_the_scene_checks_detect_a_wrong_outcome_of_one_element() -> None:
-    made, motion = shipped("three-tier"), one_second_pulse(6.0)
+    made, motion = load_shipped_scene("three-tier"), one_second_pulse(6.0)
     prepared = prepare_scene(made)
     found = simulate_cases(made, motion, Cases([0.0], 0.636, 0.3805031447, 0.7))
     assert found.status[0] == CaseStatus.SIMULATED
@@ -92,13 +92,11 @@ def test_the_scene_checks_detect_a_wrong_outcome_of_one_element() -> None:
     }
     for reason, answer in wrong.items():
         assert find_failed_scene_check(prepared, 0.7, motion, answer) == reason
-    assert (
-        find_failed_scene_check(prepared, 0.7, one_second_pulse(0.1), found) == "fell below the threshold of rocking"
-    )
+    assert find_failed_scene_check(prepared, 0.7, one_second_pulse(0.1), found) == "fell below the threshold of rocking"
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_scene_with_too_soft_contacts_is_marked(name: str) -> None:
+def test_a_scene_with_too_soft_contacts_is_marked_unstable(name: str) -> None:
     """Also where nothing moves, and where the faces have passed one another: 8 widths deep."""
     for penetration in (0.6, 8.0):
         law = ContactLaw(between=("stone", "stone"), static_penetration=penetration)
@@ -163,7 +161,7 @@ def test_block_and_scene_kernels_converge_to_the_same_flags(stone: tuple[Any, ..
         assert general.overturning_time[0] == pytest.approx(block.overturning_time[0], rel=tolerance)
 
 
-def test_a_stone_that_hops_where_its_case_ends_has_not_fallen() -> None:
+def test_a_stone_that_hops_when_its_case_ends_does_not_count_as_fallen() -> None:
     """Bouncing contacts, more than gravity up and down: one base hops where the rest is done, one for seconds after."""
     number = 341
     setting = scene_settings(160, 2, 1)[number]

@@ -45,7 +45,7 @@ def test_at_least_200_stack_cases_are_robust_in_each_solver(name: str) -> None:
 
 @cache
 def agreement_with_solver(name: str) -> tuple[float, int, int]:
-    """Return the fraction of robust cases with the same flag, the falls with the same azimuth, and the falls in both."""
+    """Return the share of robust cases with equal flags, the number of equal fall azimuths, and of common falls."""
     installed_near_field(6)
     kept, cases = pd.read_csv(PEER_TABLES[name]), drawn_cases()
     some = kept[kept["robust"] == 1]

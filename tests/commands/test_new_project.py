@@ -110,7 +110,7 @@ def test_the_readme_of_a_new_project_names_existing_files(tmp_path: Path) -> Non
     assert [name for name in named if not (readme.parent / name).is_file()] == []
     assert "repository -->" not in text
     assert "| `b_over_h` |" in text, "the tables of keys and columns are whole"
-    assert "docs/formats.md has the formats." in text
+    assert "docs/formats.md describes the formats of records." in text
 
 
 def test_the_wheel_contains_all_files_of_the_package(

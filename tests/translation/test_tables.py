@@ -23,26 +23,26 @@ from overturning.translation.texts import (
 )
 from tests.sources import shipped_files
 
-ROOT = Path(__file__).parents[2]
-ENGLISH = re.compile(r"[A-Za-z]{3,}")
-SYMBOLS = {
+REPOSITORY_ROOT = Path(__file__).parents[2]
+LATIN_WORD = re.compile(r"[A-Za-z]{3,}")
+UNTRANSLATED_WORDS = {
     *("PGA", "PGV", "Gal", "cos", "RotD", "Home", "End", "Shift", "Esc", "Rinaldi", "TTRH"),
 }
 """Words that stay in every language: symbols, units, keys, stations."""
 
-FIELD = re.compile(r"\{(\w*)\}")
+PLACEHOLDER = re.compile(r"\{(\w*)\}")
 
 
 def english_words(text: str) -> set[str]:
-    """Return the words of a text in Latin letters that are no symbols."""
-    return {word for word in ENGLISH.findall(FIELD.sub("", text)) if word not in SYMBOLS}
+    """Return the words of a text in Latin letters, without placeholders and symbols that are never translated."""
+    return {word for word in LATIN_WORD.findall(PLACEHOLDER.sub("", text)) if word not in UNTRANSLATED_WORDS}
 
 
 @pytest.mark.parametrize("name", ["labels", "figures", "explorer"])
-def test_a_translation_has_the_placeholders_of_its_text_and_no_english_word(name: str) -> None:
+def test_each_translation_keeps_the_placeholders_and_has_no_english_word(name: str) -> None:
     for english, translation in read_translation_table("ja", name).items():
         assert not english_words(translation), translation
-        before, after = FIELD.findall(english), FIELD.findall(translation)
+        before, after = PLACEHOLDER.findall(english), PLACEHOLDER.findall(translation)
         if english in {"figure", "table"}:  # keys of words that have no English text of their own
             continue
         if name == "explorer" or any(one.isdigit() for one in after):
@@ -53,7 +53,7 @@ def test_a_translation_has_the_placeholders_of_its_text_and_no_english_word(name
             assert sorted(before) == sorted(after), english
 
 
-NOISE = "3 times the noise of the first 3.5 s"
+NOISE_LIMIT_REASON = "3 times the noise of the first 3.5 s"
 
 
 @pytest.mark.parametrize(
@@ -63,12 +63,12 @@ NOISE = "3 times the noise of the first 3.5 s"
             {"step": "highpass", "corner_hz": 0.1, "order": 2, "chosen": reason}
             for reason in (
                 "no noise of 2 s before the onset to compare with",
-                f"signal nowhere {NOISE}, so the highest corner is taken",
-                f"signal less than {NOISE} below it",
+                f"signal nowhere {NOISE_LIMIT_REASON}, so the highest corner is taken",
+                f"signal less than {NOISE_LIMIT_REASON} below it",
                 "signal less than 3 times the offset that the shock leaves below it, kept within 0.03 to 1 Hz",
-                f"signal more than {NOISE} as far down as that tells",
-                f"signal more than {NOISE} as far down as that tells, 0.87 Hz",
-                f"signal more than {NOISE} as far down as that tells, kept within 0.03 to 1 Hz",
+                f"signal more than {NOISE_LIMIT_REASON} as far down as that tells",
+                f"signal more than {NOISE_LIMIT_REASON} as far down as that tells, 0.87 Hz",
+                f"signal more than {NOISE_LIMIT_REASON} as far down as that tells, kept within 0.03 to 1 Hz",
             )
         ),
         *(
@@ -95,7 +95,7 @@ NOISE = "3 times the noise of the first 3.5 s"
         ),
     ],
 )  # fmt: skip
-def test_processing_steps_and_their_reasons_are_translated(step: dict[str, object]) -> None:
+def test_names_and_reasons_of_processing_steps_are_translated(step: dict[str, object]) -> None:
     text = processing_entry_text(step)
     assert not english_words(translate(text, "ja").replace("boore-2001", ""))
     assert translate(text.replace(" the ", "\nthe "), "ja") == translate(text, "ja")  # broken in a title
@@ -107,7 +107,7 @@ def test_shapes_of_pulses_are_translated(shape: str) -> None:
 
 
 @pytest.mark.parametrize("path", shipped_files("config/*.yaml"), ids=lambda path: path.stem)
-def test_titles_and_questions_of_the_studies_that_come_with_the_program_are_translated(path: Path) -> None:
+def test_titles_and_questions_of_shipped_studies_are_translated(path: Path) -> None:
     study = yaml.safe_load(path.read_text(encoding="utf-8"))
     table = read_translation_table("ja", "labels")
     for text in (study["title"], study["question"]):
@@ -119,7 +119,7 @@ def test_every_language_has_the_words_that_reports_need() -> None:
         assert {"to", "figure", "table", "azimuth"} <= read_translation_table(language, "labels").keys()
 
 
-def test_the_explorer_scripts_and_their_table_have_the_same_texts() -> None:
+def test_translation_table_lists_exactly_the_texts_of_the_explorer_scripts() -> None:
     folder = resources.files("overturning").joinpath("figures", "templates")
     scripts = [one for one in folder.iterdir() if one.name.startswith("explore") and one.name.endswith(".js")]
     script = re.sub(r'" \+\s*"', "", "\n".join(one.read_text(encoding="utf-8") for one in scripts))
@@ -172,7 +172,7 @@ def test_texts_of_films_and_players_are_translated() -> None:
          "設定 tall(H と B/H は本解析の棹石の値。石の十字架は高さがその 1.85 倍、B/H は棹石によらず 0.463)"),
     ],
 )  # fmt: skip
-def test_composed_texts_are_translated_by_their_parts(english: str, japanese: str) -> None:
+def test_texts_made_of_several_phrases_are_translated_phrase_by_phrase(english: str, japanese: str) -> None:
     assert translate(english, "ja") == japanese
     assert translate(english) == english
 
@@ -197,12 +197,12 @@ def test_a_sentence_is_translated_wherever_it_is_broken(sentence: str) -> None:
             assert english_words(translate(broken, "ja")) == names, broken
 
 
-def test_packed_data_and_numbers_are_not_translated() -> None:
+def test_packed_data_and_numbers_of_a_film_are_not_translated() -> None:
     data = {"title": "stands", "rows": [{"data": "stands", "scale": 1.5}], "free": True}
     assert translate_strings(data, "ja") == data | {"title": "非転倒"}
 
 
-def test_the_language_holds_inside_the_block() -> None:
+def test_language_is_changed_only_inside_the_with_block() -> None:
     with translate_visible_texts_to("ja"):
         assert translate("stands") == "非転倒"
     assert translate("stands") == "stands"
@@ -210,7 +210,7 @@ def test_the_language_holds_inside_the_block() -> None:
         pass
 
 
-def test_a_missing_font_is_named_with_its_package(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_error_about_a_missing_font_names_its_package(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(texts, "installed_fonts_of_language", lambda _: [])
     check_font_is_installed("en", "a.png")
     with pytest.raises(MissingDataError, match=r"^a\.png: .*install the Debian package fonts-noto-cjk$"):

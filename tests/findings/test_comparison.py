@@ -16,13 +16,13 @@ from overturning.study.convergence import (
     RigidComparison,
 )
 
-COUNTS = {
+COUNTS_OF_CHANGED_CASES = {
     "cases": 100, "flags": 4, "fallen": 50, "sides": 5, "unanswered": 2, "undivided": 80, "flags_undivided": 1,
     "sides_undivided": 3, "fallen_undivided": 40, "fallen_agreed": 30, "sides_agreed": 3,
 }  # fmt: skip
 
 
-def test_interval_of_a_share() -> None:
+def test_interval_of_a_share_is_that_of_wilson() -> None:
     """Wilson (1927), written out: (p + z²/2n ± z √(p(1 − p)/n + z²/4n²))/(1 + z²/n)."""
     found, n, z = share_of_changed_cases(5, 50, is_random_sample=True), 50, 1.959964
     middle, half = 0.1 + z * z / (2 * n), z * np.sqrt(0.1 * 0.9 / n + z * z / (4 * n * n))
@@ -33,9 +33,9 @@ def test_interval_of_a_share() -> None:
     assert share_of_changed_cases(0, 0, is_random_sample=True).value is None
 
 
-def test_each_computation_has_its_shares() -> None:
-    one = OutcomeChangesOfElement(element="", **COUNTS)
-    rigid = RigidComparison(element="", cells=102, **COUNTS)
+def test_each_repeated_computation_has_shares_of_changed_cases() -> None:
+    one = OutcomeChangesOfElement(element="", **COUNTS_OF_CHANGED_CASES)
+    rigid = RigidComparison(element="", cells=102, **COUNTS_OF_CHANGED_CASES)
     found = ConvergenceCheckResult(
         seed=1, wanted=100, chosen=102, at_rest=0, cells=1000, computed=500, study_block_steps=1, cost=1.0, finer_by=8,
         stiffer_by=4.0, finer=RerunResult(block_steps=1, outcomes=[one]),
@@ -52,7 +52,7 @@ def test_each_computation_has_its_shares() -> None:
     assert finer.side.low is not None
 
 
-def test_axes_on_two_grounds_are_compared_where_both_are_clear() -> None:
+def test_fall_axes_on_rock_and_soil_are_compared_where_both_are_clear() -> None:
     def ground(axes: list[float], rates: list[float], resultants: list[float]) -> xr.Dataset:
         parts = {"fall_axis": axes, "fall_rate": rates, "fall_resultant": resultants}
         return xr.Dataset({name: ("record", values) for name, values in parts.items()})

@@ -14,10 +14,10 @@ from overturning.findings.results import StudyResults
 from overturning.study.load import load_study
 from overturning.study.scenes import NOMINAL
 
-STUDY = Path(__file__).parents[2] / "config" / "stack-3d.yaml"
+STACK_STUDY_FILE = Path(__file__).parents[2] / "config" / "stack-3d.yaml"
 
 
-def cube(elements: list[str], **values: Any) -> xr.Dataset:
+def cube_of_one_record(elements: list[str], **values: Any) -> xr.Dataset:
     """Return a cube of one record: values of each element, then of each of its five orientations."""
     shape = (len(elements), 5)
     names = ("overturned", "residual_slip_north", "residual_slip_east", "residual_twist", "slid_off")
@@ -31,9 +31,9 @@ def cube(elements: list[str], **values: Any) -> xr.Dataset:
 
 
 @pytest.fixture
-def results() -> StudyResults:
+def stack_and_single_shaft_results() -> StudyResults:
     """A base and a shaft, which falls in two of five cases, once over the rim; and the shaft alone, which stands."""
-    stack = cube(
+    stack = cube_of_one_record(
         ["base", "shaft"],
         overturned=[[0] * 5, [0, 0, 0, 1, 1]],
         slid_off=[[0] * 5, [0, 0, 0, 0, 1]],
@@ -41,13 +41,13 @@ def results() -> StudyResults:
         residual_slip_east=[[-0.04] * 5, [0.0] * 5],
         residual_twist=[[-2.0, 2.0, -2.0, 2.0, np.nan], [1.0, -3.0, 5.0, 90.0, 90.0]],  # NaN: too weak to move it
     )
-    alone = cube(["shaft"], residual_twist=[[7.0, -7.0, 7.0, -7.0, 7.0]])
+    alone = cube_of_one_record(["shaft"], residual_twist=[[7.0, -7.0, 7.0, -7.0, 7.0]])
     cubes = {NOMINAL: stack, "shaft-alone": alone.isel(element=0, drop=True)}
-    return cast(StudyResults, SimpleNamespace(study=load_study(STUDY), cubes=cubes))
+    return cast(StudyResults, SimpleNamespace(study=load_study(STACK_STUDY_FILE), cubes=cubes))
 
 
-def test_displacements_are_those_of_the_standing_cases(results: StudyResults) -> None:
-    base, shaft, alone = element_displacement_findings(results)
+def test_displacement_findings_count_only_cases_that_stand(stack_and_single_shaft_results: StudyResults) -> None:
+    base, shaft, alone = element_displacement_findings(stack_and_single_shaft_results)
     assert [one.element for one in (base, shaft)] == ["base", "shaft"]
     assert (base.variant, shaft.variant, alone.variant) == (NOMINAL, NOMINAL, "shaft-alone")
     assert (base.standing, base.falls, base.share_slid_off) == (5, 0, None)
@@ -61,10 +61,12 @@ def test_displacements_are_those_of_the_standing_cases(results: StudyResults) ->
     assert alone.median_twist_deg == 7.0
 
 
-def test_the_lowest_stone_slides_over_no_rim_and_a_stack_has_no_twist_of_a_body(results: StudyResults) -> None:
-    """The ground of a stack has no rim; the twists of its stones are among the displacements of the elements."""
-    fallen = cube(["base", "shaft"], overturned=[[1] * 5, [1] * 5], slid_off=[[0] * 5, [1, 0, 0, 0, 0]])
-    both = cast(StudyResults, SimpleNamespace(study=results.study, cubes={NOMINAL: fallen}))
+def test_lowest_stone_cannot_slide_off_and_a_stack_has_no_body_twist(
+    stack_and_single_shaft_results: StudyResults,
+) -> None:
+    """The ground has no rim; the twist of each stone of a stack is among the displacements of the elements."""
+    fallen = cube_of_one_record(["base", "shaft"], overturned=[[1] * 5, [1] * 5], slid_off=[[0] * 5, [1, 0, 0, 0, 0]])
+    both = cast(StudyResults, SimpleNamespace(study=stack_and_single_shaft_results.study, cubes={NOMINAL: fallen}))
     base, shaft = element_displacement_findings(both)
     assert (base.falls, base.share_slid_off) == (5, None)
     assert (shaft.falls, shaft.share_slid_off) == (5, 0.2)

@@ -46,48 +46,52 @@ from overturning.study.sweep import cube_variables_of_study
 from overturning.surveys.population import population_rates_by_record
 from tests.report.tiny_studies import make_results, pulse_record
 
-DOCS = Path(__file__).parents[2] / "docs"
+DOCS_FOLDER = Path(__file__).parents[2] / "docs"
 
 
-NOTED = {"declared": ["borehole sensor"], "trusted": ["peaks differ"], "notes": ["the vertical is left out"]}
+PROVENANCE_WITH_NOTES = {
+    "declared": ["borehole sensor"],
+    "trusted": ["peaks differ"],
+    "notes": ["the vertical is left out"],
+}
 
 
 @pytest.fixture(scope="module")
-def folder(made_once: Callable[[str, Callable[[Path], object]], Path]) -> Path:
-    """A study of three records with one velocity pulse each: along 60°, 150° and 20°."""
+def study_folder(made_once: Callable[[str, Callable[[Path], object]], Path]) -> Path:
+    """Make the results of a study of three records with one velocity pulse each: along 60°, 150° and 20°."""
     records = [
         pulse_record("one", 60, 6.0, fault_strike_deg=330.0, extra={"pulse": True}),
         pulse_record("two", 150, 6.6, fault_strike_deg=330.0, extra={"pulse": True}),
-        pulse_record("three", 20, 5.0, fault_strike_deg=290.0, extra={"pulse": False} | NOTED),
+        pulse_record("three", 20, 5.0, fault_strike_deg=290.0, extra={"pulse": False} | PROVENANCE_WITH_NOTES),
     ]
     settings = {"drawn": False, "azimuth": {"step": 15}, "population": {"stones": 64}}
     return made_once("findings", lambda place: make_results(place, records, **settings))
 
 
 @pytest.fixture(scope="module")
-def found(folder: Path) -> Findings:
-    return overturning.findings(folder)
+def study_findings(study_folder: Path) -> Findings:
+    return overturning.findings(study_folder)
 
 
 @pytest.fixture(scope="module")
-def cube(folder: Path) -> xr.Dataset:
-    with overturning.open_cube(folder / "cube.nc") as opened:
+def study_cube(study_folder: Path) -> xr.Dataset:
+    with overturning.open_cube(study_folder / "cube.nc") as opened:
         return opened.load()
 
 
-def test_shares_are_those_of_the_flags(found: Findings, cube: xr.Dataset) -> None:
-    flags = cube["overturned"].transpose("record", ...).to_numpy().reshape(3, -1)
-    for record, own in zip(found.records, flags, strict=True):
+def test_overturned_shares_equal_counts_of_flags_in_the_cube(study_findings: Findings, study_cube: xr.Dataset) -> None:
+    flags = study_cube["overturned"].transpose("record", ...).to_numpy().reshape(3, -1)
+    for record, own in zip(study_findings.records, flags, strict=True):
         assert record.share_overturned == pytest.approx(np.mean(own[np.isfinite(own)] != 0))
-    assert found.cases.total == flags.size
-    assert found.cases.share_overturned == pytest.approx(np.mean(flags[np.isfinite(flags)] != 0))
-    assert found.cases.computed == flags.size / 2  # φ + 180° mirrors φ
-    assert [record.pulse for record in found.records] == [True, True, False]
+    assert study_findings.cases.total == flags.size
+    assert study_findings.cases.share_overturned == pytest.approx(np.mean(flags[np.isfinite(flags)] != 0))
+    assert study_findings.cases.computed == flags.size / 2  # φ + 180° mirrors φ
+    assert [record.pulse for record in study_findings.records] == [True, True, False]
 
 
-def test_falls_go_along_the_pulse(found: Findings) -> None:
+def test_fall_axes_of_records_are_those_of_their_pulses(study_findings: Findings) -> None:
     """One pulse along the normal (60° for a strike of 330°), one along the strike, one along its own normal (20°)."""
-    pulse, control = found.direction.groups
+    pulse, control = study_findings.direction.groups
     along, across = (one.alignment or math.nan for one in pulse.by_earthquake)
     assert along > 0.5  # falls spread about the axis
     assert across < -0.4
@@ -97,15 +101,17 @@ def test_falls_go_along_the_pulse(found: Findings) -> None:
     assert (pulse.alignment.earthquakes, control.alignment.earthquakes) == (2, 1)
     assert pulse.alignment.low is None  # two earthquakes are too few for an interval
     assert not pulse.alignment.excludes_zero
-    np.testing.assert_allclose([record.axis_from_normal_deg for record in found.records], [0.0, 90.0, 0.0], atol=2.0)
-    difference = found.direction.alignment_difference
+    np.testing.assert_allclose(
+        [record.axis_from_normal_deg for record in study_findings.records], [0.0, 90.0, 0.0], atol=2.0
+    )
+    difference = study_findings.direction.alignment_difference
     assert difference is not None
     assert difference.value == pytest.approx((pulse.alignment.value or 0.0) - control.alignment.value)
 
 
-def test_earthquakes_with_records_of_both_groups_are_counted(folder: Path) -> None:
+def test_earthquakes_with_records_of_both_groups_are_counted(study_folder: Path) -> None:
     """Events A with and without a pulse, B with one only, C without one only, and D of neither group."""
-    with open_study_results(folder) as opened:
+    with open_study_results(study_folder) as opened:
         first = opened.cube.isel(record=[0] * 6)
         events, pulses = list("AABCDA"), [1.0, 0.0, 1.0, 0.0, np.nan, 0.0]
         cube = first.assign_coords(event=("record", events), pulse=("record", pulses))
@@ -113,8 +119,8 @@ def test_earthquakes_with_records_of_both_groups_are_counted(folder: Path) -> No
     assert (extent.earthquakes_in_several_groups, extent.records) == (1, 6)
 
 
-def test_peaks_are_those_of_the_motion(found: Findings) -> None:
-    for record, peak, towards in zip(found.records, (6.0, 6.6, 5.0), (60.0, 150.0, 20.0), strict=True):
+def test_peak_acceleration_and_velocity_are_those_of_the_motion(study_findings: Findings) -> None:
+    for record, peak, towards in zip(study_findings.records, (6.0, 6.6, 5.0), (60.0, 150.0, 20.0), strict=True):
         assert record.pga_m_s2 == pytest.approx(peak, rel=0.03)
         assert record.pga_azimuth_deg is not None
         assert abs((record.pga_azimuth_deg - towards + 90.0) % 180.0 - 90.0) <= 7.5
@@ -122,90 +128,92 @@ def test_peaks_are_those_of_the_motion(found: Findings) -> None:
         assert record.pgv_m_s == pytest.approx(peak * 0.8 / math.pi, rel=0.05)
 
 
-def test_notes_of_a_record_are_those_of_its_provenance(found: Findings) -> None:
-    one, _, three = (record.processing for record in found.records)
+def test_notes_on_a_record_repeat_its_stored_provenance(study_findings: Findings) -> None:
+    one, _, three = (record.processing for record in study_findings.records)
     assert one is not None
     assert three is not None
-    assert (three.declared, three.trusted, three.notes) == tuple(NOTED.values())
+    assert (three.declared, three.trusted, three.notes) == tuple(PROVENANCE_WITH_NOTES.values())
     assert one.declared == one.trusted == one.notes == []
     # The noise across the pulse leaves a velocity at the end.
     assert (one.doubts, three.doubts) == ([DRIFT], [DRIFT, TRUSTED])
     assert "velocity of" in one.drift
     assert three.pga_before_m_s2 == three.pga_after_m_s2 == pytest.approx(5.0 * math.cos(math.radians(20.0)), rel=0.03)
-    assert found.record_notes.records_with_notes == 3
-    named = {one.doubt: one.records for one in found.record_notes.doubts}
+    assert study_findings.record_notes.records_with_notes == 3
+    named = {one.doubt: one.records for one in study_findings.record_notes.doubts}
     assert named == {DRIFT: ["one", "two", "three"], TRUSTED: ["three"]}
 
 
-def test_the_median_rate_is_that_of_the_records(found: Findings) -> None:
-    assert found.population is not None
-    rates = [one.fall_rate for one in found.population.by_record]
-    assert found.population.median_fall_rate == pytest.approx(np.median(np.array(rates, float)))
-    assert found.population.stones == 64
+def test_median_fall_rate_is_the_median_over_records(study_findings: Findings) -> None:
+    assert study_findings.population is not None
+    rates = [one.fall_rate for one in study_findings.population.by_record]
+    assert study_findings.population.median_fall_rate == pytest.approx(np.median(np.array(rates, float)))
+    assert study_findings.population.stones == 64
 
 
-def test_json_follows_the_schema_and_holds_no_nan(found: Findings) -> None:
-    text, schema = found.model_dump_json(), findings_schema()
+def test_json_follows_the_schema_and_holds_no_nan(study_findings: Findings) -> None:
+    text, schema = study_findings.model_dump_json(), findings_schema()
     jsonschema.validate(json.loads(text, parse_constant=pytest.fail), json.loads(schema))
-    assert (DOCS / "findings.schema.json").read_text(encoding="utf-8") == schema, "run: overturning study document"
+    assert (DOCS_FOLDER / "findings.schema.json").read_text(encoding="utf-8") == schema, (
+        "run: overturning study document"
+    )
 
 
-def test_a_changed_number_shows_in_the_lines(found: Findings) -> None:
-    lines = list(finding_text_lines(found))
+def test_a_changed_number_changes_the_printed_lines(study_findings: Findings) -> None:
+    lines = list(finding_text_lines(study_findings))
     assert any(line.startswith("direction, groups, with a velocity pulse, alignment: ") for line in lines)
-    shares = {f"records, {one.id}, share overturned: {one.share_overturned:.4g}" for one in found.records}
+    shares = {f"records, {one.id}, share overturned: {one.share_overturned:.4g}" for one in study_findings.records}
     assert shares <= set(lines), "the two records of one group are told apart"
     names = [line.partition(":")[0] for line in lines]
     assert sorted(set(names)) == sorted(names), "each name stands for one number"
-    cases = found.cases.model_copy(update={"share_overturned": 0.123})
-    changed = list(finding_text_lines(found.model_copy(update={"cases": cases})))
+    cases = study_findings.cases.model_copy(update={"share_overturned": 0.123})
+    changed = list(finding_text_lines(study_findings.model_copy(update={"cases": cases})))
     assert [line for line in changed if line not in lines] == ["cases, share overturned: 0.123"]
 
 
 @pytest.mark.parametrize(
     ("low", "high", "excludes"), [(0.1, 0.3, True), (-0.3, -0.1, True), (-0.1, 0.3, False), (math.nan, math.nan, False)]
 )
-def test_an_interval_excludes_zero(low: float, high: float, excludes: bool) -> None:
+def test_interval_excludes_zero_only_if_both_bounds_have_one_sign(low: float, high: float, excludes: bool) -> None:
     assert Estimate(statistic="", value=0.2, low=low, high=high, earthquakes=9).excludes_zero is excludes
 
 
-def main_status(*arguments: str) -> int:
-    """Exit status of the command line."""
+def run_command_line(*arguments: str) -> int:
+    """Run the command line and return its exit status."""
     with pytest.raises(SystemExit) as stop:
         main(list(arguments))
     return int(stop.value.code or 0)
 
 
-def test_the_command_prints_and_writes_all_findings(
-    folder: Path, found: Findings, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_findings_command_prints_and_writes_all_findings(
+    study_folder: Path, study_findings: Findings, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    everything = json.loads(found.model_dump_json())
-    assert main_status("findings", str(folder / "cube.nc"), "--json") == 0
+    everything = json.loads(study_findings.model_dump_json())
+    assert run_command_line("findings", str(study_folder / "cube.nc"), "--json") == 0
     assert json.loads(capsys.readouterr().out) == everything
-    assert main_status("findings", str(folder), "--output", str(tmp_path / "findings.json")) == 0
+    assert run_command_line("findings", str(study_folder), "--output", str(tmp_path / "findings.json")) == 0
     assert json.loads((tmp_path / "findings.json").read_text(encoding="utf-8")) == everything
 
 
-def test_the_command_writes_the_numbers_of_the_study_file_next_to_the_cube(
-    folder: Path, found: Findings, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_findings_command_reads_the_study_file_next_to_the_cube(
+    study_folder: Path, study_findings: Findings, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The cube of a run stores no question, primary statistic and population: study.yaml next to it has them."""
     for name in ("cube.nc", "intensity.nc"):
-        shutil.copy(folder / name, tmp_path)
+        shutil.copy(study_folder / name, tmp_path)
     with overturning.open_cube(tmp_path / "cube.nc") as opened:
         stored = study_of_cube(opened)
     changed = {"question": "Where to?", "primary": {"statistic": "fall_rate"}, "population": {"stones": 128}}
     settings = study_without_absolute_paths(stored) | changed
     (tmp_path / CONFIGURATION).write_text(yaml.safe_dump(settings), encoding="utf-8")
     output = tmp_path / "findings.json"
-    assert main_status("findings", str(tmp_path / "cube.nc"), "--output", str(output)) == 0
+    assert run_command_line("findings", str(tmp_path / "cube.nc"), "--output", str(output)) == 0
     assert capsys.readouterr() == (f"{output}\n", "")
     written = json.loads(output.read_text(encoding="utf-8"))
     assert (written["study"]["question"], written["study"]["primary_statistic"]) == ("Where to?", "fall_rate")
     assert written["population"]["stones"] == 128
-    assert written.keys() == json.loads(found.model_dump_json()).keys()
+    assert written.keys() == json.loads(study_findings.model_dump_json()).keys()
     (tmp_path / CONFIGURATION).write_text(yaml.safe_dump(settings | {"name": "other"}), encoding="utf-8")
-    assert main_status("findings", str(tmp_path), "--output", str(output)) == 0
+    assert run_command_line("findings", str(tmp_path), "--output", str(output)) == 0
     warned = capsys.readouterr().err
     assert json.loads(output.read_text(encoding="utf-8"))["population"]["stones"] == 64, "that in the cube"
     assert "study.yaml is not of the study 'tiny': the findings are without the primary statistic, surveys;" in warned
@@ -224,27 +232,29 @@ NAMED_FILES: dict[str, tuple[Callable[[bytes], bytes], str]] = {
 
 
 @pytest.mark.parametrize("name", NAMED_FILES)
-def test_a_file_that_is_no_cube_of_a_study_is_refused_by_its_name(folder: Path, tmp_path: Path, name: str) -> None:
+def test_error_names_a_file_that_is_no_cube_of_a_study(study_folder: Path, tmp_path: Path, name: str) -> None:
     """A whole cube in the same folder does not replace the file named."""
     change, message = NAMED_FILES[name]
     for one in ("cube.nc", "intensity.nc"):
-        shutil.copy(folder / one, tmp_path)
-    if content := change((folder / "cube.nc").read_bytes()):
+        shutil.copy(study_folder / one, tmp_path)
+    if content := change((study_folder / "cube.nc").read_bytes()):
         (tmp_path / name).write_bytes(content)
     with pytest.raises(overturning.errors.ResultError, match=rf"/{name}: ({message})"):
         overturning.findings(tmp_path / name)
 
 
-def test_the_numbers_are_those_of_the_cube_that_is_named(folder: Path, found: Findings, tmp_path: Path) -> None:
+def test_findings_are_those_of_the_cube_file_that_is_named(
+    study_folder: Path, study_findings: Findings, tmp_path: Path
+) -> None:
     """A cube with falls only, under another name; cubes of a variant and of a part of the study are refused."""
     for name in ("cube.nc", "intensity.nc", CONFIGURATION):
-        shutil.copy(folder / name, tmp_path)
-    with xr.open_dataset(folder / "cube.nc", decode_timedelta=False) as cube:
+        shutil.copy(study_folder / name, tmp_path)
+    with xr.open_dataset(study_folder / "cube.nc", decode_timedelta=False) as cube:
         cube.assign(overturned=xr.ones_like(cube["overturned"])).to_netcdf(tmp_path / "falls.nc")
         cube.assign_attrs(variant="flat").to_netcdf(tmp_path / "cube.flat.nc")
         cube.isel(record=[0, 2]).to_netcdf(tmp_path / "part.nc")
         cube.isel(azimuth=slice(1, None)).to_netcdf(tmp_path / "planes.nc")
-    assert (found.cases.share_overturned or 1.0) < 1.0
+    assert (study_findings.cases.share_overturned or 1.0) < 1.0
     assert overturning.findings(tmp_path / "falls.nc").cases.share_overturned == 1.0
     for name, message in (
         ("cube.flat.nc", "results of the variant 'flat'"), ("part.nc", "a part of"), ("planes.nc", "a part of")
@@ -275,11 +285,13 @@ def test_missing_outcomes_at_other_amplitudes_are_counted(tmp_path: Path) -> Non
     assert found.population.largest_share_without_outcome == 0.0
 
 
-def test_the_hash_of_changed_outcomes_is_theirs(folder: Path, found: Findings, tmp_path: Path) -> None:
+def test_hash_in_findings_follows_changed_outcomes(
+    study_folder: Path, study_findings: Findings, tmp_path: Path
+) -> None:
     """A cube saved by another program keeps its attributes, whether or not its outcomes were changed."""
-    shutil.copytree(folder, tmp_path / "results")
+    shutil.copytree(study_folder, tmp_path / "results")
     path = tmp_path / "results" / "cube.nc"
-    stated = found.numerical_quality.content_sha256
+    stated = study_findings.numerical_quality.content_sha256
     with xr.open_dataset(path, decode_timedelta=False) as opened:
         cube = opened.load()
     cube.to_netcdf(path)
@@ -298,14 +310,14 @@ def test_the_hash_of_changed_outcomes_is_theirs(folder: Path, found: Findings, t
     assert changed.records[0].share_overturned == 0.0
 
 
-def test_a_missing_result_is_named(tmp_path: Path) -> None:
+def test_error_names_the_missing_results_file(tmp_path: Path) -> None:
     with pytest.raises(overturning.errors.ResultError, match=r"cube\.nc"):
         overturning.findings(tmp_path)
 
 
-def test_blocks_that_fall_in_every_direction_or_in_none_have_no_axis(folder: Path) -> None:
+def test_blocks_that_fall_in_every_direction_or_in_none_have_no_axis(study_folder: Path) -> None:
     """The slender half falls in all planes, the rest in none: there is no axis, and rounding errors make none."""
-    with open_study_results(folder) as results:
+    with open_study_results(study_folder) as results:
         cube = results.cube.load()
         slender = (cube["b_over_h"] < float(cube["b_over_h"].mean())).broadcast_like(cube["overturned"])
         towards = xr.where(slender, 1, 0).transpose(*cube["overturned"].dims).astype(np.int8)
@@ -321,9 +333,9 @@ def test_blocks_that_fall_in_every_direction_or_in_none_have_no_axis(folder: Pat
     assert extent.records_with_imposed_axis == cube["record_id"].to_numpy().tolist()
 
 
-def test_records_that_no_block_falls_under_have_no_direction(folder: Path) -> None:
+def test_records_that_no_block_falls_under_have_no_direction(study_folder: Path) -> None:
     """A cube in which nothing falls: shares are 0, directions are not defined, and nothing fails."""
-    with open_study_results(folder) as results:
+    with open_study_results(study_folder) as results:
         still = results.cube.load().assign(overturned=xr.zeros_like(results.cube["overturned"]))
         for name in ("probability_towards", "probability_away"):
             if name in still:
@@ -344,11 +356,11 @@ def test_records_that_no_block_falls_under_have_no_direction(folder: Path) -> No
         ([60, 240], "one plane"),
     ],
 )
-def test_planes_of_a_sector_give_shares_but_no_axis(
-    folder: Path, cube: xr.Dataset, planes: list[int], reason: str
+def test_planes_in_one_sector_only_give_shares_but_no_axis(
+    study_folder: Path, study_cube: xr.Dataset, planes: list[int], reason: str
 ) -> None:
     """Falls lie in the sector whatever the motion, so they would be aligned with any normal within it."""
-    with open_study_results(folder) as results:
+    with open_study_results(study_folder) as results:
         values = {name: getattr(results, name) for name in results.__dataclass_fields__}
         sector = StudyResults(**values | {"cube": results.cube.sel(azimuth=planes)})
         direction, records, maps = fall_direction_findings(sector), record_facts(sector), choose_report_maps(sector)
@@ -368,14 +380,14 @@ def test_planes_of_a_sector_give_shares_but_no_axis(
     assert all(one.alignment is None for one in maps.records)
     expected = {}
     for plane in [60, 75, 90] if reason == "uneven planes" else []:
-        flags = cube["overturned"].sel(azimuth=[one for one in planes if one % 180 == plane]).to_numpy()
+        flags = study_cube["overturned"].sel(azimuth=[one for one in planes if one % 180 == plane]).to_numpy()
         expected[plane] = np.mean(flags[np.isfinite(flags)] != 0)
     shares = {one.azimuth_deg: one.share_overturned for one in direction.share_overturned_by_plane}
     assert shares == pytest.approx(expected)
 
 
-def fit_with(coefficient: list[float], half_width: float, note: str = "") -> LogisticFit:
-    """Return a fit with these coefficients, of the intercept and of `PREDICTORS`, and one half-width of all."""
+def fit_with_coefficients(coefficient: list[float], half_width: float, note: str = "") -> LogisticFit:
+    """Return a fit with these coefficients (intercept, then `PREDICTORS`), all with the same interval half-width."""
     value, four = np.array(coefficient), np.zeros(4)
     width = np.full(5, half_width)
     return LogisticFit(
@@ -388,16 +400,16 @@ def fit_with(coefficient: list[float], half_width: float, note: str = "") -> Log
     [
         # Doubling multiplies the odds by 2 to the power of the coefficient: 8 (4 to 16), and 1/4 (1/8 to 1/2).
         (
-            fit_with([0, 3, 0.9, 5, -2], 1),
+            fit_with_coefficients([0, 3, 0.9, 5, -2], 1),
             {"PGA and PGV": (8 / 9, 4 / 5, 16 / 17), "size of the block": (1 / 5, 1 / 9, 1 / 3)},
         ),
         # A wide interval that excludes 0 is an effect; all others of this fit are not.
-        (fit_with([0, 12, 2, -2, 1], 11), {"PGA and PGV": (1 - 1 / 4097, 2 / 3, 1 - 1 / (1 + 2**23))}),
-        (fit_with([0, 3, 3, 3, 3], math.nan, "no interval: fewer than 8 earthquakes"), {}),
-        (fit_with([0, 3, 3, 3, 3], math.nan, "no fit: everything falls"), {}),
+        (fit_with_coefficients([0, 12, 2, -2, 1], 11), {"PGA and PGV": (1 - 1 / 4097, 2 / 3, 1 - 1 / (1 + 2**23))}),
+        (fit_with_coefficients([0, 3, 3, 3, 3], math.nan, "no interval: fewer than 8 earthquakes"), {}),
+        (fit_with_coefficients([0, 3, 3, 3, 3], math.nan, "no fit: everything falls"), {}),
     ],
 )
-def test_an_effect_is_stated_with_its_interval_if_that_excludes_none(
+def test_effect_of_a_predictor_is_stated_if_its_interval_excludes_no_effect(
     fit: LogisticFit, expected: dict[str, tuple[float, float, float]]
 ) -> None:
     found = logistic_fit_findings(SimpleNamespace(logistic_fit=fit))
@@ -411,12 +423,12 @@ def test_an_effect_is_stated_with_its_interval_if_that_excludes_none(
 
 
 @pytest.mark.parametrize(("planes", "angle"), [(slice(None), 0.0), ([60, 75, 90], None)])
-def test_soil_turns_no_axis_that_the_planes_impose(
-    folder: Path, planes: "slice | list[int]", angle: float | None
+def test_soil_rotates_no_axis_imposed_by_the_simulated_planes(
+    study_folder: Path, planes: "slice | list[int]", angle: float | None
 ) -> None:
     """The outcomes on soil are those on rock, so the axes of all planes agree."""
     soil = SoilSite(layers=(SoilLayer(thickness_m=20, velocity_m_s=180),), rock=RockHalfSpace(velocity_m_s=760))
-    with open_study_results(folder) as opened:
+    with open_study_results(study_folder) as opened:
         cube = opened.cube.sel(azimuth=planes)
         rates = population_rates_by_record(cube, opened.study.population)
         study = opened.study.model_copy(update={"variants": {"soft": Variant(site=soil)}})
@@ -430,9 +442,9 @@ def test_soil_turns_no_axis_that_the_planes_impose(
     assert (soft.axes_compared > 0) is (angle is not None)
 
 
-def test_a_variant_is_compared_over_the_cases_with_an_outcome_in_both(folder: Path) -> None:
+def test_study_and_variant_are_compared_where_both_have_an_outcome(study_folder: Path) -> None:
     """The same outcomes, but the study lacks those at B/H 0.3 that stand, and the variant those at 0.4 that fall."""
-    with open_study_results(folder) as opened:
+    with open_study_results(study_folder) as opened:
         whole = opened.cube.isel(record=[0, 1], azimuth=slice(None, None, 4)).load()
         flags, shape = whole["overturned"], whole["b_over_h"]
         lost = [(flags == 0) & (shape == 0.3), (flags != 0) & (shape == 0.4)]
@@ -456,12 +468,18 @@ def test_a_variant_is_compared_over_the_cases_with_an_outcome_in_both(folder: Pa
     assert found.rate_here == found.rate_there
 
 
-def test_figures_of_a_study_that_no_cube_alone_has(found: Findings, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_study_figures_exist_only_for_studies_with_their_findings(
+    study_findings: Findings, monkeypatch: pytest.MonkeyPatch
+) -> None:
     assert tuple(STUDY_FIGURES) == STUDY_KINDS
     opened: Any = SimpleNamespace(study=SimpleNamespace(name="tiny"))
-    assert [len(STUDY_FIGURES[kind](opened, found)) for kind in ("fragility", "fall-rate", "surveys")] == [1, 1, 0]
+    assert [len(STUDY_FIGURES[kind](opened, study_findings)) for kind in ("fragility", "fall-rate", "surveys")] == [
+        1,
+        1,
+        0,
+    ]
     monkeypatch.setattr("overturning.report.drawings.open_study_results", lambda _: nullcontext(opened))
-    monkeypatch.setattr("overturning.report.drawings.findings_from_results", lambda _: found)
+    monkeypatch.setattr("overturning.report.drawings.findings_from_results", lambda _: study_findings)
     with pytest.raises(ArgumentError, match="surveys: the study tiny has no such figure; it needs a 2-D study with"):
         draw_study_figure("surveys", Path("cube.nc"))
 

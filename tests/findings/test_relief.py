@@ -16,7 +16,7 @@ from tests.report.by_hand import STUDIES
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.9, 0.1), (0.5, 0.5), (0.7, 0.4)])
-def test_variance_components_are_unbiased(low: float, high: float) -> None:
+def test_estimated_variance_components_of_the_relief_are_unbiased(low: float, high: float) -> None:
     """24 runs of many cells: between (p₁ − p₀)²/4, in total p (1 − p)."""
     generator = np.random.default_rng(5)
     shares = [generator.binomial(12, share, 40_000) / 12 for share in (low, high)]
@@ -26,8 +26,8 @@ def test_variance_components_are_unbiased(low: float, high: float) -> None:
     assert total.mean() == pytest.approx(mean * (1.0 - mean), abs=2e-3)
 
 
-class Results:
-    """Study results as far as the findings on the relief need them."""
+class StubStudyResults:
+    """Stand-in for study results with only the variables that the findings on the relief read."""
 
     def __init__(self, low: np.ndarray, high: np.ndarray, settings: dict) -> None:
         dims = ("record", "orientation")
@@ -40,13 +40,13 @@ class Results:
         self.study = type("S", (), {"ensemble": EnsembleSettings.model_validate(settings)})
 
 
-RELIEF = {"relief": {"low": 0.001, "high": 0.005}}
+RELIEF_SETTINGS = {"relief": {"low": 0.001, "high": 0.005}}
 
 
-def test_relief_findings() -> None:
+def test_relief_findings_have_the_known_share_of_variance() -> None:
     """The relief decides everything in the first record and nothing in the second; one case was not run."""
     low, high = np.array([[1.0, 1.0], [0.5, np.nan]]), np.array([[0.0, 0.0], [0.5, np.nan]])
-    found = relief_findings(Results(low, high, RELIEF))  # type: ignore[arg-type]
+    found = relief_findings(StubStudyResults(low, high, RELIEF_SETTINGS))  # type: ignore[arg-type]
     assert found is not None
     assert found.middle_mm == pytest.approx(3.0)
     assert (found.share_falling_low, found.share_falling_high) == pytest.approx((2.5 / 3, 0.5 / 3))
@@ -54,11 +54,11 @@ def test_relief_findings() -> None:
     noise = 0.25 * 0.5 / 11
     total = 0.5 + 0.5 * 12 / 11 * 0.5 - noise
     assert found.share_of_spread == pytest.approx((0.5 - noise) / total, abs=1e-6)
-    assert relief_findings(Results(low, high, {})) is None  # type: ignore[arg-type]
+    assert relief_findings(StubStudyResults(low, high, {})) is None  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_the_report_states_the_part_of_the_relief(language: str) -> None:
+def test_report_states_the_share_of_variance_explained_by_the_relief(language: str) -> None:
     relief = ReliefFindings(middle_mm=3.0, share_falling_low=0.61, share_falling_high=0.17, share_of_spread=0.43)
     ensemble = EnsembleFindings(
         share_of_cells_repeated=0.5, repeats_every_cell=False, fewest_runs_per_cell=8, most_runs_per_cell=24,
@@ -81,7 +81,7 @@ def test_the_report_states_the_part_of_the_relief(language: str) -> None:
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_the_report_states_volume_tilt_and_relief_of_a_scan(language: str) -> None:
+def test_report_states_volume_tilt_and_relief_of_a_scanned_body(language: str) -> None:
     content = Findings.model_validate(STUDIES["reference"]).model_dump()
     content["study"]["scan"] = {"volume_m3": 0.53173, "tilt_deg": 7.43, "relief_mm": 8.35}
     plain, text = (render_markdown(Findings.model_validate(one), language) for one in (STUDIES["reference"], content))
@@ -91,7 +91,7 @@ def test_the_report_states_volume_tilt_and_relief_of_a_scan(language: str) -> No
     assert all(number in method and number not in plain for number in ("0.532", "7.4°", "8.35"))
 
 
-def test_cells_with_an_outcome_of_fewer_runs_than_the_first_batch_tell_nothing_of_disagreement() -> None:
+def test_cells_with_fewer_runs_than_the_first_batch_have_no_disagreement() -> None:
     """All 4 runs fall, half of them fall to either side, half of them fall to one side; of the last, one is unknown."""
     towards, away = np.array([[1.0, 0.5, 0.5, 1 / 3], [0.0, 0.5, 0.0, 1 / 3]])
     dims = ("record", "azimuth", "height", "b_over_h", "friction")

@@ -9,11 +9,12 @@ from scipy.stats import norm
 
 from overturning.statistics.fragility import FittedFragilityCurve, fit_fragility_curve
 
-Rule = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+FallRule = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+"""Function of azimuth, height, B/H and friction: 1 for a fall towards the azimuth, −1 away from it, 0 for none."""
 
 
-def build_cube(
-    rule: Rule | Sequence[Rule],
+def cube_from_fall_rules(
+    rule: FallRule | Sequence[FallRule],
     *,
     azimuth: Sequence[float] = tuple(range(0, 360, 5)),
     height: Sequence[float] = (0.6, 1.2),
@@ -23,7 +24,7 @@ def build_cube(
     fault_normal: Sequence[float] | float = 60.0,
     pulse: Sequence[int] | int = 1,
 ) -> xr.Dataset:
-    """Cube of flags given by a rule of (azimuth, height, b_over_h, friction) per record."""
+    """Return a 2-D cube whose flags follow from one rule for all records or one for each: see `FallRule`."""
     axes = np.meshgrid(azimuth, height, b_over_h, friction, indexing="ij")
     rules = [rule] * len(events) if callable(rule) else list(rule)
     flags = np.stack([one(*axes).astype(np.float32) for one in rules])
@@ -46,8 +47,8 @@ def build_cube(
     )
 
 
-def sector_rule(axis: float, half_width: float, largest: float = 1.0, side: int = 1) -> Rule:
-    """Falls where the plane is within ``half_width`` of ``axis`` and B/H ≤ ``largest``; to ``axis`` if side is 1."""
+def sector_fall_rule(axis: float, half_width: float, largest: float = 1.0, side: int = 1) -> FallRule:
+    """Return a rule: blocks of B/H ≤ ``largest`` fall within ``half_width`` of ``axis`` (side −1: opposite)."""
 
     def rule(azimuth: np.ndarray, height: np.ndarray, slender: np.ndarray, friction: np.ndarray) -> np.ndarray:
         offset = (azimuth - axis + 180) % 360 - 180
@@ -57,23 +58,25 @@ def sector_rule(axis: float, half_width: float, largest: float = 1.0, side: int 
     return rule
 
 
-def lognormal_curve(
+def fitted_lognormal_curve(
     median: float,
     spread: float,
     name: str = "all stones",
     measure: tuple[str, str] = ("PGA", "g"),
     most: float = 2.0,
 ) -> FittedFragilityCurve:
-    """Fall rates of eight earthquakes that follow one fragility curve, from an intensity of 0.1 on."""
+    """Fit a fragility curve to lognormal fall rates of eight earthquakes, for intensities from 0.1 to ``most``."""
     x = np.tile(np.geomspace(0.1, most, 20), 4)
     return fit_fragility_curve(name, measure, x, norm.cdf(np.log(x / median) / spread), np.repeat(list("abcdefgh"), 10))
 
 
 @pytest.fixture
 def make_cube() -> Callable[..., xr.Dataset]:
-    return build_cube
+    """Return `cube_from_fall_rules`, so that tests need no import."""
+    return cube_from_fall_rules
 
 
 @pytest.fixture
-def sector() -> Callable[..., Rule]:
-    return sector_rule
+def falls_in_sector() -> Callable[..., FallRule]:
+    """Return `sector_fall_rule`, so that tests need no import."""
+    return sector_fall_rule

@@ -18,9 +18,9 @@ from overturning.statistics.bootstrap import (
     unanimous_share_interval,
 )
 
-VALUES = np.array([0.1, 0.5, 0.9, -0.2, 0.4, np.nan, 0.7, 1.1, -0.6, 0.0])
-EVENTS = list("AABCDEFGHI")
-MEANS = np.array([0.3, 0.9, -0.2, 0.4, 0.7, 1.1, -0.6, 0.0])
+RECORD_VALUES = np.array([0.1, 0.5, 0.9, -0.2, 0.4, np.nan, 0.7, 1.1, -0.6, 0.0])
+RECORD_EARTHQUAKES = list("AABCDEFGHI")
+EARTHQUAKE_MEANS = np.array([0.3, 0.9, -0.2, 0.4, 0.7, 1.1, -0.6, 0.0])
 
 
 def test_records_of_an_earthquake_are_averaged_first() -> None:
@@ -29,26 +29,31 @@ def test_records_of_an_earthquake_are_averaged_first() -> None:
 
 
 def test_a_mean_over_earthquakes_has_scipys_interval() -> None:
-    found = mean_over_earthquakes(VALUES, EVENTS, draws=20_000)
-    assert (found.n, found.value) == (8, pytest.approx(MEANS.mean()))
+    found = mean_over_earthquakes(RECORD_VALUES, RECORD_EARTHQUAKES, draws=20_000)
+    assert (found.n, found.value) == (8, pytest.approx(EARTHQUAKE_MEANS.mean()))
     # The expanded percentile by SciPy: its percentile interval of the wider level that Hesterberg (2015) gives.
     level = 1 - 2 * stats.norm.cdf(-math.sqrt(8 / 7) * stats.t.ppf(0.975, 7))
     other = stats.bootstrap(
-        (MEANS,), np.mean, method="percentile", confidence_level=level, n_resamples=40_000, rng=np.random.default_rng(5)
+        (EARTHQUAKE_MEANS,),
+        np.mean,
+        method="percentile",
+        confidence_level=level,
+        n_resamples=40_000,
+        rng=np.random.default_rng(5),
     )
     assert (found.low, found.high) == pytest.approx(tuple(other.confidence_interval), abs=0.03)
 
 
 def test_few_earthquakes_have_no_interval_and_none_no_mean() -> None:
-    few = mean_over_earthquakes(VALUES[:-1], EVENTS[:-1])
-    assert (few.n, few.value) == (FEWEST_EARTHQUAKES - 1, pytest.approx(MEANS[:-1].mean()))
+    few = mean_over_earthquakes(RECORD_VALUES[:-1], RECORD_EARTHQUAKES[:-1])
+    assert (few.n, few.value) == (FEWEST_EARTHQUAKES - 1, pytest.approx(EARTHQUAKE_MEANS[:-1].mean()))
     assert math.isnan(few.low)
     nothing = mean_over_earthquakes(np.array([np.nan]), ["A"])
     assert nothing.n == 0
     assert math.isnan(nothing.value)
 
 
-def test_the_tail_is_that_of_hesterbergs_table() -> None:
+def test_tail_of_the_expanded_percentile_interval_matches_hesterbergs_table() -> None:
     """Table of α/2 for 95 % intervals (Hesterberg 2015, section 5.3)."""
     assert [tail_share_of_expanded_interval(n) for n in (5, 10, 20)] == pytest.approx(
         [0.0010, 0.0086, 0.0159], abs=6e-5
@@ -69,9 +74,7 @@ def test_interval_of_a_share_of_0_in_most_earthquakes_covers_the_true_share() ->
 
 @pytest.mark.parametrize("usual", [0.0, -0.25, 1.0])
 @pytest.mark.parametrize("other", [-1.0, 0.5])
-def test_interval_of_a_difference_that_is_the_same_in_most_earthquakes_covers_its_mean(
-    usual: float, other: float
-) -> None:
+def test_interval_of_a_difference_equal_in_most_earthquakes_covers_its_mean(usual: float, other: float) -> None:
     """One earthquake in five has another difference; of nine, none in 13 % of samples, whose interval had no width."""
     generator = np.random.default_rng(7)
     samples = np.where(generator.random((400, 9)) < 0.2, other, usual)
@@ -104,15 +107,16 @@ def test_interval_for_eight_earthquakes_covers_95_percent() -> None:
     assert held / 1000 == pytest.approx(0.94, abs=0.02)
 
 
-def test_each_end_rests_on_several_resamples() -> None:
+def test_each_bound_of_an_interval_rests_on_several_resamples() -> None:
     """At 99 % and n = 8, a tail has 1 in 10,000 resamples; with 100 resamples the bounds would be the extremes."""
     few, many = (
-        bootstrap_interval(mean_of_each_bootstrap_sample, MEANS, level=0.99, draws=draws) for draws in (100, 300_000)
+        bootstrap_interval(mean_of_each_bootstrap_sample, EARTHQUAKE_MEANS, level=0.99, draws=draws)
+        for draws in (100, 300_000)
     )
     assert few == pytest.approx(many, abs=0.03)
 
 
-def test_a_share_on_which_all_earthquakes_agree_has_its_exact_bound() -> None:
+def test_share_of_0_or_1_in_all_earthquakes_has_the_exact_bound() -> None:
     """Compared with SciPy's Clopper–Pearson bound for n of n; a bootstrap would give an interval of zero width."""
     for n in (1, 4, 11):
         exact = stats.binomtest(n, n, alternative="greater").proportion_ci(0.95, method="exact")
@@ -128,8 +132,8 @@ def test_a_share_on_which_all_earthquakes_agree_has_its_exact_bound() -> None:
 
 
 @pytest.mark.parametrize("share", [0.3, 0.7])
-def test_a_statistic_that_most_samples_do_not_have_has_no_interval(share: float) -> None:
-    def sometimes(drawn: np.ndarray) -> np.ndarray:
+def test_statistic_undefined_in_most_resamples_has_no_interval(share: float) -> None:
+    def mean_of_some_resamples(drawn: np.ndarray) -> np.ndarray:
         return np.where(np.arange(len(drawn)) < share * len(drawn), drawn.mean(axis=1), np.nan)
 
-    assert math.isnan(bootstrap_interval(sometimes, MEANS).low) == (share < 0.5)
+    assert math.isnan(bootstrap_interval(mean_of_some_resamples, EARTHQUAKE_MEANS).low) == (share < 0.5)

@@ -25,13 +25,15 @@ from overturning.statistics.boundary import (
         ([np.nan] * 6, np.nan, False),
     ],
 )
-def test_the_last_crossing(probability: list[float], crossing: float, falls: bool) -> None:
+def test_boundary_is_the_last_b_over_h_where_probability_crosses_one_half(
+    probability: list[float], crossing: float, falls: bool
+) -> None:
     found = largest_b_over_h_at_half_probability(probability, [0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
     assert found == (pytest.approx(crossing, nan_ok=True), falls)
 
 
-def test_boundary_of_a_cube(make_cube, sector) -> None:
-    cube = make_cube(sector(60, 20, largest=0.3))
+def test_boundary_of_a_cube_is_half_a_step_above_the_last_fall(make_cube, falls_in_sector) -> None:
+    cube = make_cube(falls_in_sector(60, 20, largest=0.3))
     bounds = overturning_boundary_by_azimuth(cube)
     inside = bounds["boundary"].sel(azimuth=[60, 75, 240])
     assert inside.values == pytest.approx(0.35)
@@ -41,8 +43,8 @@ def test_boundary_of_a_cube(make_cube, sector) -> None:
     assert easiest_overturning_axis(bounds, cube["b_over_h"])["easiest_axis"].values == pytest.approx(60)
 
 
-def test_falls_beyond_the_grid(make_cube, sector) -> None:
-    cube = make_cube(sector(60, 20))
+def test_falls_at_the_largest_b_over_h_leave_the_boundary_unknown(make_cube, falls_in_sector) -> None:
+    cube = make_cube(falls_in_sector(60, 20))
     bounds = overturning_boundary_by_azimuth(cube)
     assert bounds["falls_beyond"].sel(azimuth=60).all()
     assert bounds["boundary"].isnull().all()
@@ -51,9 +53,9 @@ def test_falls_beyond_the_grid(make_cube, sector) -> None:
     assert easiest["ratio"].values == pytest.approx(0.5 / 0.1)
 
 
-def test_no_boundary_above_the_largest_known_outcome(make_cube, sector) -> None:
+def test_no_boundary_above_the_largest_known_outcome(make_cube, falls_in_sector) -> None:
     """Towards 60° outcomes above B/H 0.3 are missing: the boundary lies above 0.3, not above 0.5."""
-    cube = make_cube(sector(60, 20))
+    cube = make_cube(falls_in_sector(60, 20))
     untold = (cube["azimuth"] % 180 == 60) & (cube["b_over_h"] > 0.3)
     bounds = overturning_boundary_by_azimuth(cube.assign(overturned=cube["overturned"].where(~untold)))
     assert bounds["falls_beyond"].sel(azimuth=60).all()
@@ -64,7 +66,7 @@ def test_no_boundary_above_the_largest_known_outcome(make_cube, sector) -> None:
     assert not easiest["bounded"].any()
 
 
-def test_ratio_of_easiest_to_hardest_plane(make_cube) -> None:
+def test_ratio_of_the_boundaries_of_easiest_and_hardest_plane(make_cube) -> None:
     def rule(azimuth, height, slender, friction):
         limit = 0.25 + 0.2 * np.cos(np.radians(azimuth - 30)) ** 2
         return np.where(slender <= limit, np.where(np.cos(np.radians(azimuth - 30)) >= 0, 1, -1), 0)
@@ -76,8 +78,8 @@ def test_ratio_of_easiest_to_hardest_plane(make_cube) -> None:
     assert easiest["bounded"].all()
 
 
-def test_interval_between_scrambles(make_cube, sector) -> None:
-    cube = make_cube(sector(60, 20, largest=0.3))
+def test_interval_of_the_boundary_spans_the_two_scrambled_samples(make_cube, falls_in_sector) -> None:
+    cube = make_cube(falls_in_sector(60, 20, largest=0.3))
     towards = xr.full_like(cube["overturned"], np.nan)
     towards[{"b_over_h": 2}] = 0.75
     towards[{"b_over_h": 3}] = 0.25
@@ -108,7 +110,7 @@ def test_interval_between_scrambles(make_cube, sector) -> None:
         ([0.7, 0.4, 0.4, 0], [0, 0.4, -0.4, 0], 0.1 + 0.1 * 0.2 / 0.3, 0.1 + 0.1 * 0.2 / 0.3, 0.3 + 0.1 * 0.1 / 0.6),
     ],
 )
-def test_the_range_of_the_ensemble_includes_the_boundary(
+def test_interval_from_the_ensemble_includes_the_boundary(
     probability: list[float], difference: list[float], boundary: float, low: float, high: float
 ) -> None:
     def of(values: list[float]) -> tuple[tuple[str, str], np.ndarray]:
@@ -129,14 +131,14 @@ def test_the_range_of_the_ensemble_includes_the_boundary(
     assert ends == pytest.approx([boundary, low, high])
 
 
-def test_lazy_is_the_same(make_cube, sector) -> None:
-    cube = make_cube(sector(60, 20, largest=0.3))
+def test_boundary_of_a_lazy_cube_is_that_of_a_loaded_one(make_cube, falls_in_sector) -> None:
+    cube = make_cube(falls_in_sector(60, 20, largest=0.3))
     lazy = overturning_boundary_by_azimuth(cube.chunk({"azimuth": 10, "b_over_h": 2}))
     assert lazy["boundary"].chunks is not None
     xr.testing.assert_allclose(lazy.compute(), overturning_boundary_by_azimuth(cube))
 
 
-def test_missing_outcomes_do_not_count_as_falls(make_cube) -> None:
+def test_missing_outcomes_do_not_count_as_falls_in_the_boundary(make_cube) -> None:
     cube = make_cube(lambda azimuth, *_rest: np.zeros_like(azimuth))
     cube["overturned"][{"b_over_h": 2}] = np.nan
     assert overturning_boundary_by_azimuth(cube)["stands_throughout"].all()

@@ -11,8 +11,9 @@ from overturning.statistics.earthquakes import fall_axes_by_group, fall_vector_s
 
 
 @pytest.fixture
-def cube(make_cube, sector):
-    rules = [sector(60.0 + offset, 10) for offset in (0, 0, 80, 80)]
+def four_record_cube(make_cube, falls_in_sector):
+    """Cube of four records with a wall (word), a vs30 (number) and a pulse (1 or 0), by which records are grouped."""
+    rules = [falls_in_sector(60.0 + offset, 10) for offset in (0, 0, 80, 80)]
     described = {"wall": ["hanging", "", "foot", "hanging"], "vs30": [200.0, 360.0, 800.0, np.nan]}
     made = make_cube(
         rules, azimuth=range(0, 360, 5), events=["A", "B", "C", "D"], fault_normal=60.0, pulse=[1, 1, 0, 0]
@@ -20,35 +21,42 @@ def cube(make_cube, sector):
     return made.assign_coords({name: ("record", values) for name, values in described.items()})
 
 
-def test_batches_of_records_equal_single_records(cube, monkeypatch):
-    together = fall_vector_sums_by_record(cube, "b_over_h")
-    for cells in (1, 2 * cube["overturned"].size // 4):  # one at a time, and by two
+def test_statistics_of_records_in_batches_equal_those_of_single_records(four_record_cube, monkeypatch):
+    together = fall_vector_sums_by_record(four_record_cube, "b_over_h")
+    for cells in (1, 2 * four_record_cube["overturned"].size // 4):  # one at a time, and by two
         monkeypatch.setattr(by_record, "CELLS_PER_READ", cells)
-        xr.testing.assert_identical(fall_vector_sums_by_record(cube, "b_over_h"), together)
+        xr.testing.assert_identical(fall_vector_sums_by_record(four_record_cube, "b_over_h"), together)
 
 
-def members(groups):
+def record_indices_by_group(groups):
+    """Return the indices of the records of each group."""
     return {name: np.flatnonzero(mask).tolist() for name, mask in groups.items()}
 
 
-def test_by_pulse_by_word_and_by_number(cube):
-    assert members(record_masks_by_group(cube)) == {"with a velocity pulse": [0, 1], "without (control)": [2, 3]}
-    assert members(record_masks_by_group(cube, "wall")) == {"wall foot": [2], "wall hanging": [0, 3]}
-    found = members(record_masks_by_group(cube, "vs30", [360.0, 760.0]))
+def test_records_are_grouped_by_pulse_by_word_and_by_number(four_record_cube):
+    assert record_indices_by_group(record_masks_by_group(four_record_cube)) == {
+        "with a velocity pulse": [0, 1],
+        "without (control)": [2, 3],
+    }
+    assert record_indices_by_group(record_masks_by_group(four_record_cube, "wall")) == {
+        "wall foot": [2],
+        "wall hanging": [0, 3],
+    }
+    found = record_indices_by_group(record_masks_by_group(four_record_cube, "vs30", [360.0, 760.0]))
     assert found == {"vs30 below 360": [0], "vs30 from 360 to below 760": [1], "vs30 from 760": [2]}
 
 
-def test_fall_axes_of_the_groups(cube):
-    axes = fall_axes_by_group(cube, "vs30", [500.0])
+def test_fall_axes_are_computed_for_each_group_of_records(four_record_cube):
+    axes = fall_axes_by_group(four_record_cube, "vs30", [500.0])
     assert list(axes) == ["vs30 below 500", "vs30 from 500"]
     assert axes["vs30 below 500"]["axis"].values == pytest.approx([0, 0], abs=1e-6)
     assert axes["vs30 from 500"]["axis"].values == pytest.approx([80])
 
 
-def test_unknown_group_coordinates_are_named(cube):
+def test_error_names_an_unknown_coordinate_for_groups(four_record_cube):
     with pytest.raises(ArgumentError, match=r"coordinate: 'geology'; records are described by .*vs30, wall"):
-        record_masks_by_group(cube, "geology")
+        record_masks_by_group(four_record_cube, "geology")
     with pytest.raises(ArgumentError, match="edges"):
-        record_masks_by_group(cube, "vs30")
+        record_masks_by_group(four_record_cube, "vs30")
     with pytest.raises(ArgumentError, match="ascending"):
-        record_masks_by_group(cube, "vs30", [700.0, 360.0])
+        record_masks_by_group(four_record_cube, "vs30", [700.0, 360.0])

@@ -21,9 +21,9 @@ from overturning.statistics.circular import (
 )
 
 # Mardia & Jupp (2000), Directional Statistics, example 2.1: stops of a roulette wheel.
-ROULETTE = [43, 45, 52, 61, 75, 88, 88, 279, 357]
+ROULETTE_STOPS_DEG = [43, 45, 52, 61, 75, 88, 88, 279, 357]
 # Zar (2010), Biostatistical Analysis, example 26.4: lean of trees.
-TREES = [45, 55, 81, 96, 110, 117, 132, 154]
+TREE_LEANS_DEG = [45, 55, 81, 96, 110, 117, 132, 154]
 
 
 def test_sectors_are_centred_on_north_and_none_lies_beyond_the_last() -> None:
@@ -36,8 +36,8 @@ def test_sectors_are_centred_on_north_and_none_lies_beyond_the_last() -> None:
     ("angles", "axial", "mean", "length"),
     [
         ([15, 355], False, (5, 1e-9), (math.cos(math.radians(10)), 1e-9)),
-        (ROULETTE, False, (51, 0.5), (0.711, 5e-4)),
-        (TREES, False, (99, 0.5), (0.82522, 1e-5)),
+        (ROULETTE_STOPS_DEG, False, (51, 0.5), (0.711, 5e-4)),
+        (TREE_LEANS_DEG, False, (99, 0.5), (0.82522, 1e-5)),
         # Axes have no head, so that opposite directions cancel and axes at right angles do.
         ([10, 190], True, (10, 1e-9), (1, 1e-9)),
         ([170, 10], True, (0, 1e-9), (math.cos(math.radians(20)), 1e-9)),
@@ -46,20 +46,20 @@ def test_sectors_are_centred_on_north_and_none_lies_beyond_the_last() -> None:
         ([], False, (math.nan, 0), (math.nan, 0)),
     ],
 )
-def test_means(angles, axial, mean, length) -> None:
+def test_mean_angle_and_resultant_match_textbook_examples(angles, axial, mean, length) -> None:
     for value, (expected, within) in zip(mean_angle_and_resultant(angles, axial=axial), (mean, length), strict=True):
         assert value == pytest.approx(expected, abs=within, nan_ok=True)
 
 
-def test_weights_are_repetitions() -> None:
+def test_weight_of_an_angle_counts_as_repetition() -> None:
     assert mean_angle_and_resultant([20, 100], [2, 1]) == pytest.approx(mean_angle_and_resultant([20, 20, 100]))
 
 
-def test_difference_of_axes() -> None:
+def test_difference_of_two_axes_is_wrapped_to_90_degrees() -> None:
     assert wrap_axis_difference([0, 90, -90, 91, 180, 270, -1]).tolist() == [0, 90, 90, -89, 0, 90, -1]
 
 
-def test_a_worked_example_of_watson() -> None:
+def test_watson_u2_test_matches_a_worked_example() -> None:
     # Kanji (2006), 100 Statistical Tests, test 96; vanishing directions of thirteen pigeons.
     pigeons = watson_u2_test(np.array([20, 135, 145, 165, 170, 200, 300, 325, 335, 350, 350, 350, 355]) / 360)
     assert pigeons.statistic == pytest.approx(0.1361, abs=5e-5)
@@ -67,7 +67,7 @@ def test_a_worked_example_of_watson() -> None:
 
 
 @pytest.mark.parametrize("n", [5, 40])
-def test_stephens_critical_values(n: int) -> None:
+def test_watson_u2_test_matches_critical_values_of_stephens(n: int) -> None:
     # Stephens (1970), table 1: modified U² at 10, 5, 2.5 and 1 %, for every n.
     for critical, level in ((0.152, 0.10), (0.187, 0.05), (0.221, 0.025), (0.267, 0.01)):
         wanted = critical / (1 + 0.8 / n) + 0.1 / n - 0.1 / n**2
@@ -80,7 +80,7 @@ def test_stephens_critical_values(n: int) -> None:
 
 
 @pytest.mark.parametrize("name", ["B3", "B7", "B11", "B12"])  # Fisher (1993), appendix B
-def test_against_pycircstat2(name: str) -> None:
+def test_watson_u2_test_matches_pycircstat2_for_any_origin(name: str) -> None:
     angle = load_data(name, source="fisher")["θ"].to_numpy(dtype=float)
     radians = np.radians(angle)
     watson = hypothesis.watson_test(radians, n_simulation=4999)
@@ -90,7 +90,7 @@ def test_against_pycircstat2(name: str) -> None:
         assert ours.p_value == pytest.approx(watson.pval, abs=0.02)
 
 
-def test_grouped_watson_against_all_tables() -> None:
+def test_grouped_watson_p_value_matches_enumeration_of_all_tables() -> None:
     counts, p = np.array([4, 1, 0, 1]), np.array([0.4, 0.3, 0.2, 0.1])
 
     def u2(table: tuple[int, ...]) -> float:
@@ -104,7 +104,7 @@ def test_grouped_watson_against_all_tables() -> None:
     assert result.p_value == pytest.approx(exact, abs=0.01)
 
 
-def test_grouped_watson_knows_order_chi_square_does_not() -> None:
+def test_grouped_watson_statistic_depends_on_the_order_of_sectors() -> None:
     even = np.full(8, 1 / 8)
     counts = ([6, 6, 0, 0, 0, 0, 0, 0], [0, 0, 6, 6, 0, 0, 0, 0], [6, 0, 0, 0, 6, 0, 0, 0])
     together, rotated, apart = (grouped_watson_test(one, even) for one in counts)
@@ -112,33 +112,33 @@ def test_grouped_watson_knows_order_chi_square_does_not() -> None:
     assert rotated.statistic == pytest.approx(together.statistic)
 
 
-def test_chi_square_is_scipys() -> None:
+def test_chi_square_test_matches_scipy() -> None:
     counts, p = np.array([30, 22, 25, 43.0]), np.full(4, 0.25)
     ours, theirs = chi_square_test(counts, p), chisquare(counts)
     assert (ours.statistic, ours.p_value) == (pytest.approx(theirs.statistic), pytest.approx(theirs.pvalue, abs=0.01))
 
 
 @pytest.mark.parametrize("probability", [[0.5, 0.6], [1.5, -0.5], [1.0]])
-def test_invalid_probabilities_are_refused(probability: list[float]) -> None:
+def test_invalid_sector_probabilities_are_refused(probability: list[float]) -> None:
     with pytest.raises(ArgumentError):
         grouped_watson_test([1, 2], probability)
     with pytest.raises(ArgumentError, match="0 to 1"):
         watson_u2_test([0.2, 1.2])
 
 
-def test_tests_without_observations() -> None:
+def test_goodness_of_fit_tests_without_observations_have_no_p_value() -> None:
     for result in (watson_u2_test([]), grouped_watson_test([0, 0], [0.5, 0.5])):
         assert result.n == 0
         assert math.isnan(result.p_value)
 
 
 @pytest.mark.parametrize("place", [0.0, 0.3, 1.0])
-def test_one_angle_rejects_no_direction(place: float) -> None:
+def test_one_angle_alone_does_not_reject_random_directions(place: float) -> None:
     assert watson_u2_test([place]).p_value == 1.0
     assert grouped_watson_test(np.eye(8)[int(7 * place)], np.full(8, 1 / 8)).p_value == 1.0
 
 
-@pytest.mark.parametrize("angles", [TREES, ROULETTE, [10, 130, 250, 20, 140], [0, 100, 170, 300]])
+@pytest.mark.parametrize("angles", [TREE_LEANS_DEG, ROULETTE_STOPS_DEG, [10, 130, 250, 20, 140], [0, 100, 170, 300]])
 def test_the_common_axis_of_unit_vectors_is_tested_as_by_rayleigh(angles: list[float]) -> None:
     """Against Zar's approximation (2010, eq. 27.4) of the p-value of Rayleigh's test, good to a few parts in 1,000."""
     radians = np.radians(angles)
@@ -149,7 +149,7 @@ def test_the_common_axis_of_unit_vectors_is_tested_as_by_rayleigh(angles: list[f
     assert found.p_value == pytest.approx(expected, abs=0.02)
 
 
-def test_two_vectors_have_a_common_axis_by_their_angle() -> None:
+def test_common_axis_p_value_of_two_vectors_follows_from_their_angle() -> None:
     """For two unit vectors the p-value follows from their angle, which is uniform up to 180°."""
     for angle in (4.0, 30.0, 120.0):
         found = common_axis_test(np.cos(np.radians([0, angle])), np.sin(np.radians([0, angle])))
@@ -160,7 +160,7 @@ def test_two_vectors_have_a_common_axis_by_their_angle() -> None:
 
 @pytest.mark.parametrize("winds", [(0, 0), (0, 4), (0, 4, 0), (0, 1, 0, 0), (1, 2, 4, 6)])
 @pytest.mark.parametrize("fold", [1, 2])
-def test_winds_are_tested_against_all_surveys_of_as_many_winds(winds: tuple[int, ...], fold: int) -> None:
+def test_p_value_of_winds_matches_enumeration_of_all_lists_of_winds(winds: tuple[int, ...], fold: int) -> None:
     """All 8ⁿ lists of n of the eight winds are equally probable if directions are random."""
 
     def length(wind: np.ndarray) -> np.ndarray:
@@ -199,7 +199,7 @@ def test_power_and_size_of_the_common_axis_test(count: int) -> None:
         ([0], None, 30.0, {23: 0.25, 0: 0.5, 1: 0.25}),
     ],
 )
-def test_shares_of_sectors_by_hand(
+def test_shares_of_sectors_match_hand_computation(
     angles: list[float], weight: list[float] | None, wide: float, shares: dict[int, float]
 ) -> None:
     """24 sectors of 15°, the first from −7.5° to 7.5°; a step of several degrees is distributed by overlap."""

@@ -30,7 +30,7 @@ from overturning.statistics.criteria import (
 from overturning.units import STANDARD_GRAVITY
 
 
-def test_limits_in_closed_form() -> None:
+def test_west_and_ishiyama_limits_match_closed_forms() -> None:
     assert west_acceleration_limit([0.1, 0.4]) == pytest.approx([0.980665, 3.92266])
     height, slender = 1.0, 0.4
     alpha, radius = math.atan(slender), math.hypot(height, slender * height) / 2
@@ -43,7 +43,7 @@ def test_limits_in_closed_form() -> None:
 
 
 @pytest.mark.parametrize("value", [0.0, -0.1, math.nan, math.inf])
-def test_refuses(value: float) -> None:
+def test_limits_refuse_sizes_that_are_not_positive(value: float) -> None:
     with pytest.raises(ArgumentError, match="positive"):
         west_acceleration_limit(value)
     with pytest.raises(ArgumentError, match="positive"):
@@ -52,7 +52,7 @@ def test_refuses(value: float) -> None:
 
 @pytest.mark.parametrize("height", [0.3, 1.0, 2.0])
 @pytest.mark.parametrize("slender", [0.1, 0.3, 0.6])
-def test_branches_of_kaneko_and_hayashi_meet(height: float, slender: float) -> None:
+def test_two_branches_of_the_kaneko_hayashi_limit_meet(height: float, slender: float) -> None:
     border = 1 / (2 * math.pi * kaneko_hayashi_branch_frequency(height, slender))
     below, above = kaneko_hayashi_acceleration_limit(height, slender, border * np.array([1 + 1e-9, 1 - 1e-9]))
     assert below == pytest.approx(9.80665 * slender * (1 + slender))
@@ -63,7 +63,7 @@ def test_branches_of_kaneko_and_hayashi_meet(height: float, slender: float) -> N
     assert pgv == pytest.approx(10 * slender * height_cm / math.sqrt(height_cm) * (1 + slender) ** 2.5)
 
 
-def one_sine(factors: Any, ratio: float, height: float, slender: float) -> np.ndarray:
+def rocking_outcomes_under_one_sine(factors: Any, ratio: float, height: float, slender: float) -> np.ndarray:
     """Return the sides of the rocking block under sines of given multiples of West's acceleration, ω = ratio p."""
     period = 2 * math.pi / (ratio * float(block_frequency_parameter(height, slender)))
     motion = Motion(np.sin(2 * math.pi * np.arange(801) / 800), np.zeros(801), sampling_interval=period / 800)
@@ -72,24 +72,27 @@ def one_sine(factors: Any, ratio: float, height: float, slender: float) -> np.nd
     ).overturned
 
 
-def pulse_factor(criterion: Any, ratio: float, height: float, slender: float) -> float:
+def predicted_pulse_factor(criterion: Any, ratio: float, height: float, slender: float) -> float:
     """Return the multiple of West's acceleration from which a criterion predicts a fall for a sine with ω = ratio p."""
     pgv_over_pga = 2 / (ratio * float(block_frequency_parameter(height, slender)))
     return float(criterion(height, slender, pgv_over_pga)) / (9.80665 * slender)
 
 
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 3.0, 5.0])
-def test_pulse_without_impact_is_that_of_the_rocking_block(ratio: float) -> None:
+def test_pulse_limit_without_impact_matches_the_simulated_rocking_block(ratio: float) -> None:
     # A base that accelerates towards +s first throws the block towards −s: the fall without impact.
-    factor = pulse_factor(pulse_acceleration_to_overturn_without_impact, ratio, 1.0, 0.1)
-    assert (one_sine([0.995 * factor, 1.015 * factor], ratio, 1.0, 0.1) == -1).tolist() == [False, True]
+    factor = predicted_pulse_factor(pulse_acceleration_to_overturn_without_impact, ratio, 1.0, 0.1)
+    assert (rocking_outcomes_under_one_sine([0.995 * factor, 1.015 * factor], ratio, 1.0, 0.1) == -1).tolist() == [
+        False,
+        True,
+    ]
 
 
 @pytest.mark.parametrize("ratio", [1.0, 2.0, 3.0, 4.0])
-def test_pulse_after_one_impact_is_near_that_of_the_rocking_block(ratio: float) -> None:
-    factor = pulse_factor(pulse_acceleration_to_overturn_after_impact, ratio, 1.0, 0.1)
+def test_pulse_limit_after_one_impact_is_near_the_simulated_block(ratio: float) -> None:
+    factor = predicted_pulse_factor(pulse_acceleration_to_overturn_after_impact, ratio, 1.0, 0.1)
     factors = np.arange(1.01, 2.0, 0.01)
-    first = factors[one_sine(factors, ratio, 1.0, 0.1) == 1].min()
+    first = factors[rocking_outcomes_under_one_sine(factors, ratio, 1.0, 0.1) == 1].min()
     assert 0.98 <= factor / first <= 1.11
 
 
@@ -99,7 +102,7 @@ def test_every_criterion_needs_the_acceleration_of_rocking() -> None:
         assert (criterion.acceleration(0.6, 0.3, ratio) >= west_acceleration_limit(0.3) * (1 - 1e-12)).all()
 
 
-def test_score_by_hand() -> None:
+def test_hit_rate_and_skill_match_hand_computation() -> None:
     found = FallPredictionCounts(2, 1, 1, 1)
     assert found.hit_rate == pytest.approx(2 / 3)
     assert found.skill == pytest.approx(2 / 3 - 1 / 2)
@@ -128,7 +131,7 @@ def test_falls_by_wests_formula_are_predicted_by_it(make_cube) -> None:
     assert len(found.blocks) == 8
 
 
-def test_rules_are_ranked_within_blocks_with_the_slenderness_rule(make_cube) -> None:
+def test_criteria_are_ranked_by_skill_within_blocks_of_equal_slenderness(make_cube) -> None:
     # Falls by the pulse after one impact, of blocks that mostly fall (B/H 0.1) or mostly stand (0.4).
     azimuth, slender = np.arange(0, 180, 10), np.array([0.1, 0.2, 0.3, 0.4])
     pga = STANDARD_GRAVITY * np.linspace(0.15, 0.60, azimuth.size)
@@ -185,11 +188,11 @@ def test_rules_are_ranked_within_blocks_with_the_slenderness_rule(make_cube) -> 
     assert found.beyond == pytest.approx(np.mean(beyond))
 
 
-KINDS = np.array([(1.60, 0.15), (1.30, 0.07), (1.45, 0.12), (2.60, 0.05)])
+MOTION_KINDS = np.array([(1.60, 0.15), (1.30, 0.07), (1.45, 0.12), (2.60, 0.05)])
 """PGA over g B/H and PGV/PGA, s, of motions for which of Kaneko–Hayashi and the pulse with one impact both predict that
 a block of 0.6 m and B/H 0.3 falls, neither, the first alone, and the second alone. West and Ishiyama always predict a
 fall, the pulse without impact never."""
-FIRST, SECOND = "Kaneko–Hayashi", "pulse, one impact"
+FIRST_CRITERION, SECOND_CRITERION = "Kaneko–Hayashi", "pulse, one impact"
 
 
 def scores_where_the_first_is_right(
@@ -204,29 +207,29 @@ def scores_where_the_first_is_right(
     cube = make_cube(
         rules, azimuth=azimuth, height=[0.6], b_over_h=[0.3], friction=[1.0], events="abcdefghijklmn"
     )  # fmt: skip
-    pga = STANDARD_GRAVITY * 0.3 * KINDS[kind, 0]
-    peaks = {"pga": (("record", "azimuth"), pga), "pgv": (("record", "azimuth"), pga * KINDS[kind, 1])}
+    pga = STANDARD_GRAVITY * 0.3 * MOTION_KINDS[kind, 0]
+    peaks = {"pga": (("record", "azimuth"), pga), "pgv": (("record", "azimuth"), pga * MOTION_KINDS[kind, 1])}
     found = score_overturning_criteria(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
     assert found is not None
     return found
 
 
 @pytest.mark.long
-def test_equal_criteria_are_not_ranked_and_different_ones_are(make_cube: Callable[..., xr.Dataset]) -> None:
+def test_best_criterion_is_named_only_if_criteria_differ(make_cube: Callable[..., xr.Dataset]) -> None:
     """Regression: the criterion with the higher skill was called the best even if two were equal."""
     generator = np.random.default_rng(42)
     alike = [scores_where_the_first_is_right(make_cube, generator, (2, 2)) for _ in range(400)]
-    assert {one.best_criterion.name for one in alike} == {FIRST, SECOND}
+    assert {one.best_criterion.name for one in alike} == {FIRST_CRITERION, SECOND_CRITERION}
     assert np.mean([all(lead.low > 0 for lead in one.leads.values()) for one in alike]) <= 0.07
     # Both lead the three that always say the same.
     assert np.mean([sum(lead.low > 0 for lead in one.leads.values()) >= 3 for one in alike]) >= 0.95
     better = [scores_where_the_first_is_right(make_cube, generator, (6, 2)) for _ in range(60)]
     ranked = [one.best_criterion.name for one in better if all(lead.low > 0 for lead in one.leads.values())]
-    assert set(ranked) == {FIRST}
+    assert set(ranked) == {FIRST_CRITERION}
     assert len(ranked) >= 48
 
 
-def test_blocks_of_which_nearly_all_stand_hardly_count(make_cube: Callable[..., xr.Dataset]) -> None:
+def test_blocks_that_nearly_always_stand_have_little_weight_in_scores(make_cube: Callable[..., xr.Dataset]) -> None:
     """The weight of a block is f(1 − f): by hand for f = 1/2 and f = 1/50."""
     azimuth = np.arange(0, 180, 3.6)
     strong = np.arange(50) < 25

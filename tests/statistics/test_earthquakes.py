@@ -19,16 +19,16 @@ from overturning.statistics.roses import fall_rose
 
 
 @pytest.fixture
-def axes(make_cube, sector):
-    """Axes of records whose falls lie so far from their fault normals, each of an earthquake of its own or as named."""
+def fall_axes_at_offsets(make_cube, falls_in_sector):
+    """Return a function: fall axes of records that fall at these offsets, degrees, from their fault normals."""
 
-    def of(offsets, *, normals=None, events=None):
+    def fall_axes(offsets, *, normals=None, events=None):
         normals = [20.0 + 37 * i for i in range(len(offsets))] if normals is None else normals
-        rules = [sector(normal + offset, 10) for normal, offset in zip(normals, offsets, strict=True)]
+        rules = [falls_in_sector(normal + offset, 10) for normal, offset in zip(normals, offsets, strict=True)]
         names = [f"E{i}" for i in range(len(offsets))] if events is None else events
         return fall_axes_by_earthquake(make_cube(rules, azimuth=range(360), events=names, fault_normal=normals))
 
-    return of
+    return fall_axes
 
 
 @pytest.mark.parametrize(
@@ -42,15 +42,17 @@ def axes(make_cube, sector):
         ([10, 30, -40], {"events": ["A", "A", "B"]}, [20, -40]),
     ],
 )
-def test_axis_relative_to_the_fault_normal(axes, offsets, more, expected) -> None:
-    found = axes(offsets, **more)
+def test_fall_axis_is_measured_from_the_fault_normal(fall_axes_at_offsets, offsets, more, expected) -> None:
+    found = fall_axes_at_offsets(offsets, **more)
     assert found["axis"].values == pytest.approx(expected, abs=1e-6)
     assert found["records"].values.tolist() == [len(offsets) - len(expected) + 1, *[1] * (len(expected) - 1)]
     assert summarise_fall_axes(found).alignment.n == len(expected)
 
 
-def test_n_excludes_records_without_falls_or_fault_normal(make_cube, sector) -> None:
-    cube = make_cube([sector(60, 10)] * 4, azimuth=range(360), events="ABCD", fault_normal=[60, 60, 60, math.nan])
+def test_sample_size_excludes_records_without_falls_or_fault_normal(make_cube, falls_in_sector) -> None:
+    cube = make_cube(
+        [falls_in_sector(60, 10)] * 4, azimuth=range(360), events="ABCD", fault_normal=[60, 60, 60, math.nan]
+    )
     cube["overturned"][{"record": 1}] = 0
     summary = summarise_fall_axes(fall_axes_by_earthquake(cube))
     assert (summary.earthquakes, summary.alignment.n) == (4, 2)
@@ -60,10 +62,10 @@ def test_n_excludes_records_without_falls_or_fault_normal(make_cube, sector) -> 
     assert np.isnan([nothing.axis_deg, nothing.alignment.value]).all()
 
 
-def test_only_marginal_blocks_count_and_weights_follow_the_resultant(make_cube) -> None:
-    """B/H 0.1 falls in every plane and B/H 0.3 near one axis, or, of the last earthquake, near two across each other.
+def test_only_marginal_blocks_count_and_axes_are_weighted_by_resultant(make_cube) -> None:
+    """B/H 0.1 falls in every plane; B/H 0.3 near one axis or, in the last earthquake, near two perpendicular axes.
 
-    The expected numbers are of the azimuths in which B/H 0.3 falls, by numpy.
+    The expected values are computed by numpy from the azimuths in which B/H 0.3 falls.
     """
     offsets, normals = [[0], [20, 20], [60], [3, 91]], [10.0, 70.0, 130.0, 40.0]
     planes = np.arange(0, 180, 2)
@@ -104,7 +106,7 @@ def test_only_marginal_blocks_count_and_weights_follow_the_resultant(make_cube) 
     assert alone == pytest.approx(0.0, abs=1e-9)
 
 
-def test_alignment_cannot_exceed_the_resultant_of_its_records(make_cube, sector) -> None:
+def test_alignment_cannot_exceed_the_resultant_of_its_records(make_cube, falls_in_sector) -> None:
     """Blocks fall in planes within w of an axis: the resultant of doubled axes is sin(2w + s)/((2w/s + 1) sin s)."""
 
     def length(half_width: int) -> float:
@@ -113,7 +115,7 @@ def test_alignment_cannot_exceed_the_resultant_of_its_records(make_cube, sector)
     widths, normals = (10, 40, 20, 30), np.array([20.0, 20.0, 75.0, 110.0])
     cube = [
         make_cube(
-            [sector(normal + offset, width) for normal, offset, width in zip(normals, offsets, widths, strict=True)],
+            [falls_in_sector(a + b, width) for a, b, width in zip(normals, offsets, widths, strict=True)],
             azimuth=range(360), events="AABC", fault_normal=normals,
         )
         for offsets in ([0, 0, 0, 0], [0, 90, 30, 60])
@@ -128,7 +130,7 @@ def test_alignment_cannot_exceed_the_resultant_of_its_records(make_cube, sector)
     assert aside.alignment.value == pytest.approx(np.mean(cosines))
 
 
-def test_alignment_under_each_rule_that_chooses_blocks(make_cube) -> None:
+def test_alignment_is_computed_for_each_rule_that_selects_blocks(make_cube) -> None:
     """B/H 0.1 falls in all planes, 0.2 in 5/6, 0.3 in 2/5, 0.4 in 1/10, each about an axis of its own; by numpy.
 
     Under the second record, of an earthquake of its own, only B/H 0.1 and 0.2 fall.
@@ -180,9 +182,9 @@ def test_alignment_under_each_rule_that_chooses_blocks(make_cube) -> None:
     assert fault_normal_alignment_by_block_selection(many, [EVERY_BLOCK])["all records"][0].largest < own.largest
 
 
-def test_a_rose_of_planes_weighs_earthquakes_and_shows_blocks_that_just_fall(make_cube, sector) -> None:
+def test_rose_of_planes_weights_earthquakes_equally_and_shows_marginal_blocks(make_cube, falls_in_sector) -> None:
     """Seven earthquakes whose blocks fall in eleven planes about 0°, one of two records with one plane each, 90°."""
-    rules = [sector(0, 5)] * 7 + [sector(90, 0)] * 2
+    rules = [falls_in_sector(0, 5)] * 7 + [falls_in_sector(90, 0)] * 2
     cube = make_cube(rules, azimuth=range(360), events="ABCDEFGHH")
     rose = fall_rose(cube)
     assert (rose.falls, rose.earthquakes) == (7 * 11 * 20 + 2 * 20, 8)
@@ -199,9 +201,9 @@ def test_a_rose_of_planes_weighs_earthquakes_and_shows_blocks_that_just_fall(mak
     assert fall_rose(together).shares == pytest.approx(shares)
 
 
-def test_a_sector_on_which_all_earthquakes_agree_has_an_exact_bound(make_cube, sector) -> None:
+def test_a_sector_on_which_all_earthquakes_agree_has_an_exact_bound(make_cube, falls_in_sector) -> None:
     """Regression: its interval had no width. Falls along the normal alone: share 1 there, 0 in the other sectors."""
-    cube = make_cube([sector(60, 5)] * 9, events="ABCDEFGHI", fault_normal=60.0)
+    cube = make_cube([falls_in_sector(60, 5)] * 9, events="ABCDEFGHI", fault_normal=60.0)
     rose = fall_rose(cube, from_normal=True, axial=True)
     bound = 0.05 ** (1 / 9)  # nine of nine earthquakes have it with a probability of 5 %
     assert rose.shares.tolist() == [1.0] + [0.0] * 11
@@ -214,7 +216,7 @@ def test_a_sector_on_which_all_earthquakes_agree_has_an_exact_bound(make_cube, s
 
 @pytest.mark.parametrize("step", [5, 10, 15, 20, 30, 45])
 @pytest.mark.parametrize("from_normal", [False, True])
-def test_a_rose_of_falls_every_way_is_round_whatever_the_step_of_the_azimuths(make_cube, step, from_normal) -> None:
+def test_rose_of_falls_in_all_directions_is_round_for_any_azimuth_step(make_cube, step, from_normal) -> None:
     """Regression: with a step of 10° every second sector had two azimuths, with 30° every second none."""
 
     def every_way(azimuth: np.ndarray, _: np.ndarray, __: np.ndarray, friction: np.ndarray) -> np.ndarray:
@@ -224,9 +226,9 @@ def test_a_rose_of_falls_every_way_is_round_whatever_the_step_of_the_azimuths(ma
     assert fall_rose(cube, from_normal=from_normal).shares == pytest.approx(np.full(SECTORS, 1 / SECTORS))
 
 
-def test_aligned_and_scattered(axes) -> None:
+def test_aligned_fall_axes_have_a_mean_axis_and_scattered_ones_none(fall_axes_at_offsets) -> None:
     offsets = [-12, -7, -3, 2, 6, 9, 14, 4]
-    aligned = summarise_fall_axes(axes(offsets))
+    aligned = summarise_fall_axes(fall_axes_at_offsets(offsets))
     assert abs(aligned.axis_deg) < 3
     assert aligned.half_width_deg < 10
     assert aligned.alignment.low > 0.8
@@ -235,13 +237,15 @@ def test_aligned_and_scattered(axes) -> None:
     doubled = np.exp(2j * np.radians(offsets)).mean() * np.cos(2 * np.radians(np.arange(-10, 11))).mean()
     assert aligned.axis_deg == pytest.approx(np.degrees(np.angle(doubled)) / 2)
     assert aligned.alignment.value == pytest.approx(doubled.real)
-    scattered = summarise_fall_axes(axes([0, 23, 45, 68, 90, -68, -45, -23]))
+    scattered = summarise_fall_axes(fall_axes_at_offsets([0, 23, 45, 68, 90, -68, -45, -23]))
     assert math.isnan(scattered.axis_deg)
     assert scattered.alignment.low < 0 < scattered.alignment.high
-    assert str(summarise_fall_axes(axes([0, 23, 45, 68, 90, -68, -45, -23]))) == str(scattered)  # the same each time
+    assert str(summarise_fall_axes(fall_axes_at_offsets([0, 23, 45, 68, 90, -68, -45, -23]))) == str(
+        scattered
+    )  # the same each time
 
 
-def test_bootstrap_interval_covers() -> None:
+def test_bootstrap_interval_covers_the_mean_axis_at_its_level() -> None:
     """For samples from a known distribution about 90 % of the 90 % intervals cover the mean axis."""
     generator, held = np.random.default_rng(5), 0
     for _ in range(200):
@@ -256,10 +260,12 @@ def test_bootstrap_interval_covers() -> None:
     assert 0.80 <= held / 200 <= 0.97
 
 
-def test_pulse_against_control(axes) -> None:
-    pulse = axes([0, 5, -5, 8, -8, 3, 6, -2])
+def test_alignment_of_pulse_and_control_groups_is_compared_with_an_interval(fall_axes_at_offsets) -> None:
+    pulse = fall_axes_at_offsets([0, 5, -5, 8, -8, 3, 6, -2])
     names = ["E0", "E1", "C2", "C3", "C4", "C5", "C6", "C7"]
-    difference = difference_of_mean_alignments(pulse, axes([90, 70, 85, -80, 60, 88, 75, -85], events=names))
+    difference = difference_of_mean_alignments(
+        pulse, fall_axes_at_offsets([90, 70, 85, -80, 60, 88, 75, -85], events=names)
+    )
     assert difference.value > 1.5
     assert difference.low > 1
     assert difference.n == 8
@@ -268,7 +274,7 @@ def test_pulse_against_control(axes) -> None:
     assert (same.value, same.low, same.high) == pytest.approx(
         (0, *(2 * one * (1 - 0.05 ** (1 / 8)) for one in (-1, 1)))
     )
-    few = axes([0, 5, 10, 15, 20, 25, 30])
+    few = fall_axes_at_offsets([0, 5, 10, 15, 20, 25, 30])
     assert np.isnan([difference_of_mean_alignments(few, few).low, summarise_fall_axes(few).alignment.low]).all()
 
 
@@ -283,11 +289,11 @@ def test_pulse_against_control(axes) -> None:
     ],
 )
 def test_unknown_outcomes_on_one_side_of_the_circle_impose_the_axis(
-    make_cube, sector, unknown_planes, half_width: float, imposed: bool
+    make_cube, falls_in_sector, unknown_planes, half_width: float, imposed: bool
 ) -> None:
     """Planes of 5°; under the first record the outcomes of both blocks are unknown in some planes."""
     whole = make_cube(
-        [sector(120, half_width), sector(120, 30)],
+        [falls_in_sector(120, half_width), falls_in_sector(120, 30)],
         azimuth=range(0, 360, 5), b_over_h=(0.1, 0.2), events="AB", fault_normal=[120.0, 120.0],
     )  # fmt: skip
     unknown = whole["azimuth"].isin([*unknown_planes, *(one + 180 for one in unknown_planes)]) & (whole["record"] == 0)

@@ -36,7 +36,8 @@ from overturning.statistics.falls import (
 )
 
 
-def line(azimuth: list[int], overturned: list[float]) -> xr.Dataset:
+def flags_by_azimuth(azimuth: list[int], overturned: list[float]) -> xr.Dataset:
+    """Return a dataset of fall flags of one block by azimuth, degrees."""
     return xr.Dataset(
         {"overturned": ("azimuth", np.array(overturned))}, coords={"azimuth": np.array(azimuth, np.int16)}
     )
@@ -92,19 +93,19 @@ def test_each_plane_counts_once_in_shares_and_in_the_choice_of_blocks(
     ],
 )
 def test_each_fall_is_counted_once_at_its_azimuth(azimuth, flags, expected) -> None:
-    assert fall_counts_towards_azimuths(line(azimuth, flags)).to_series().to_dict() == expected
-    lazy = fall_counts_towards_azimuths(line(azimuth, flags).chunk({"azimuth": 2}))
+    assert fall_counts_towards_azimuths(flags_by_azimuth(azimuth, flags)).to_series().to_dict() == expected
+    lazy = fall_counts_towards_azimuths(flags_by_azimuth(azimuth, flags).chunk({"azimuth": 2}))
     assert lazy.chunks is not None
     assert lazy.to_series().to_dict() == expected
 
 
-def test_missing_outcomes_stay_missing() -> None:
-    assert np.isnan(fall_counts_towards_azimuths(line([0, 180], [np.nan, np.nan]))).all()
-    np.testing.assert_array_equal(overturning_indicator(line([0, 90], [np.nan, -1])), [np.nan, 1])
+def test_missing_outcomes_are_counted_neither_as_fall_nor_as_stand() -> None:
+    assert np.isnan(fall_counts_towards_azimuths(flags_by_azimuth([0, 180], [np.nan, np.nan]))).all()
+    np.testing.assert_array_equal(overturning_indicator(flags_by_azimuth([0, 90], [np.nan, -1])), [np.nan, 1])
 
 
 def test_integer_and_float_flags_are_equivalent() -> None:
-    read = line([0, 30, 60, 90, 120, 150], [1, np.nan, np.nan, 0, -1, 0])
+    read = flags_by_azimuth([0, 30, 60, 90, 120, 150], [1, np.nan, np.nan, 0, -1, 0])
     whole = read.fillna(-128).astype("int8").assign_coords(azimuth=read["azimuth"])  # as in the file
     for found in (
         overturning_indicator,
@@ -117,8 +118,8 @@ def test_integer_and_float_flags_are_equivalent() -> None:
     assert float(shares_of_directions_with_fall(whole)) == pytest.approx(2 / 4)
 
 
-def test_changes_need_two_known_outcomes() -> None:
-    flags = line([0, 90, 180, 270], [1, 1, np.nan, 0])
+def test_outcome_changes_are_counted_between_known_neighbours_only() -> None:
+    flags = flags_by_azimuth([0, 90, 180, 270], [1, 1, np.nan, 0])
     assert count_outcome_changes(flags, "azimuth") == (1, 2)  # round the compass: from 270 to 0
     assert count_outcome_changes(flags.isel(azimuth=slice(0, 2)), "azimuth") == (0, 1)
     ratios = xr.concat([flags, flags * 0, flags * 0 - 1], xr.DataArray([0.2, 0.3, 0.4], dims="b_over_h"))
@@ -134,8 +135,8 @@ def test_blocks_near_the_boundary_fall_in_some_planes_and_in_at_most_half() -> N
     assert informative_block_mask(data.isel(azimuth=[0, 1, 3], b_over_h=[2])).values.tolist() == [True]
 
 
-def test_a_plane_is_counted_once(make_cube, sector) -> None:
-    cube = make_cube(sector(60, 20))
+def test_opposite_azimuths_of_one_plane_are_counted_once(make_cube, falls_in_sector) -> None:
+    cube = make_cube(falls_in_sector(60, 20))
     whole = shares_of_directions_with_fall(cube)
     half = shares_of_directions_with_fall(cube.isel(azimuth=cube["azimuth"] < 180))
     assert whole.values == pytest.approx(9 / 36)  # 40° to 80° by 5° of 36 planes
@@ -143,8 +144,8 @@ def test_a_plane_is_counted_once(make_cube, sector) -> None:
     assert model_of_cube(cube).fall_probability_and_direction_by_case(cube).sizes["azimuth"] == 36
 
 
-def both_ways(azimuth, *_):
-    """Within 10° of the axis 30°: eleven planes towards, ten away, nearly and not exactly cancelled."""
+def falls_both_ways_along_30(azimuth, *_):
+    """Fall rule: within 10° of the axis 30° eleven planes fall towards it and ten away, which nearly cancel."""
     near = np.abs((azimuth - 30 + 90) % 180 - 90) <= 10
     return np.where(near, np.where(azimuth.astype(int) % 2 == 0, 1, -1), 0)
 
@@ -154,15 +155,17 @@ def both_ways(azimuth, *_):
     [
         ("towards 60", 9 / 36, (60, (0.9, 1)), (60, (0.9, 1))),
         ("away from 60", 9 / 36, (240, (0.9, 1)), (60, (0.9, 1))),
-        (both_ways, 21 / 180, (None, (0, 0.06)), (30, (0.9, 1))),
+        (falls_both_ways_along_30, 21 / 180, (None, (0, 0.06)), (30, (0.9, 1))),
         (lambda azimuth, *_: np.zeros_like(azimuth), 0, (np.nan, None), (np.nan, None)),
         (lambda azimuth, *_: np.where(azimuth < 180, 1, -1), 1, (None, (0.6, 0.7)), (np.nan, (0, 1e-9))),
     ],
 )
-def test_shares_directions_and_axes(make_cube, sector, rule, share, direction, axis) -> None:
+def test_fall_shares_mean_directions_and_axes_of_known_cubes(
+    make_cube, falls_in_sector, rule, share, direction, axis
+) -> None:
     if isinstance(rule, str):
-        rule = sector(60, 20, side=1 if rule == "towards 60" else -1)
-    cube = make_cube(rule, azimuth=range(360) if rule is both_ways else range(0, 360, 5))
+        rule = falls_in_sector(60, 20, side=1 if rule == "towards 60" else -1)
+    cube = make_cube(rule, azimuth=range(360) if rule is falls_both_ways_along_30 else range(0, 360, 5))
     means = mean_fall_directions(cube)
     assert shares_of_directions_with_fall(cube).values == pytest.approx(share)
     for kind, (angle, resultant) in (("direction", direction), ("axis", axis)):
@@ -174,8 +177,8 @@ def test_shares_directions_and_axes(make_cube, sector, rule, share, direction, a
         )
 
 
-def test_missing_is_not_standing(make_cube, sector) -> None:
-    cube = make_cube(sector(60, 20))
+def test_missing_outcomes_do_not_count_as_standing_in_shares(make_cube, falls_in_sector) -> None:
+    cube = make_cube(falls_in_sector(60, 20))
     cube["overturned"] = cube["overturned"].where(cube["azimuth"] % 180 != 0)
     shares = shares_of_directions_with_fall(cube)
     assert shares.values == pytest.approx(9 / 35)
@@ -184,23 +187,25 @@ def test_missing_is_not_standing(make_cube, sector) -> None:
     assert shares_of_directions_with_fall(cube.where(False)).isnull().all()
 
 
-def test_over_more_dimensions(make_cube, sector) -> None:
-    shares = shares_of_directions_with_fall(make_cube(sector(60, 20, largest=0.3)), summed_dims=PlanarModel.case_dims)
+def test_shares_are_averaged_over_all_case_dimensions(make_cube, falls_in_sector) -> None:
+    shares = shares_of_directions_with_fall(
+        make_cube(falls_in_sector(60, 20, largest=0.3)), summed_dims=PlanarModel.case_dims
+    )
     assert float(shares[0]) == pytest.approx(9 / 36 * 3 / 5)
     assert shares.dims == ("record",)
 
 
-def test_lazy_is_the_same(make_cube, sector) -> None:
-    cube = make_cube(sector(100, 30), events=("A", "B", "C"))
+def test_statistics_of_a_lazy_cube_are_those_of_a_loaded_one(make_cube, falls_in_sector) -> None:
+    cube = make_cube(falls_in_sector(100, 30), events=("A", "B", "C"))
     for function in (shares_of_directions_with_fall, mean_fall_directions):
         answer = function(cube.chunk({"record": 1, "azimuth": 12}))
         assert answer.chunks
         xr.testing.assert_allclose(answer.compute(), function(cube))
 
 
-def test_extra_azimuths_share_a_weight(make_cube, sector) -> None:
-    regular = make_cube(sector(60, 20))
-    extra = make_cube(sector(60, 20), azimuth=sorted([*range(0, 360, 5), 61, 62, 63, 64, 241, 242, 243, 244]))
+def test_azimuths_added_to_a_grid_do_not_change_shares_and_axes(make_cube, falls_in_sector) -> None:
+    regular = make_cube(falls_in_sector(60, 20))
+    extra = make_cube(falls_in_sector(60, 20), azimuth=sorted([*range(0, 360, 5), 61, 62, 63, 64, 241, 242, 243, 244]))
     assert circle_share_of_planes(
         extra["azimuth"].values[distinct_plane_indices(extra["azimuth"].values)]
     ).sum() == pytest.approx(1)
@@ -212,12 +217,12 @@ def test_extra_azimuths_share_a_weight(make_cube, sector) -> None:
     )
 
 
-def test_end_planes_of_a_partial_circle_have_no_extra_weight(make_cube, sector) -> None:
+def test_end_planes_of_a_partial_circle_have_no_extra_weight(make_cube, falls_in_sector) -> None:
     """Of twelve planes from 30° to 85°, those from 40° on fall, each counted once."""
     part = np.arange(30, 90, 5)
     assert circle_share_of_planes(part) == pytest.approx(np.full(12, 1 / 12))
     assert circle_share_of_planes(part, divide_gaps=True)[[0, 1, -1]] == pytest.approx([65 / 180, 5 / 180, 65 / 180])
-    cube = make_cube(sector(62.5, 24), azimuth=part.tolist())
+    cube = make_cube(falls_in_sector(62.5, 24), azimuth=part.tolist())
     assert shares_of_directions_with_fall(cube).values == pytest.approx(10 / 12)
     assert mean_fall_directions(cube)["mean_axis"].values == pytest.approx(62.5, abs=1e-4)
     assert circle_share_of_planes([0, 60, 90]) == pytest.approx([75 / 180, 45 / 180, 60 / 180]), (
@@ -279,8 +284,8 @@ def test_a_scene_without_mirror_image_is_two_cases_at_opposite_azimuths(make_cub
         assert fall_counts_towards_azimuths(case).sel(azimuth=[0, 175, 180, 355]).values.tolist() == expected
 
 
-def test_ensemble_before_flag(make_cube, sector) -> None:
-    cube = make_cube(sector(60, 20))
+def test_fall_probabilities_come_from_the_ensemble_where_it_was_run(make_cube, falls_in_sector) -> None:
+    cube = make_cube(falls_in_sector(60, 20))
     towards = xr.full_like(cube["overturned"], np.nan)
     towards[{"b_over_h": 1}] = 0.25
     cube = cube.assign(probability_towards=towards, probability_away=towards * 0 + 0.5)
@@ -291,18 +296,18 @@ def test_ensemble_before_flag(make_cube, sector) -> None:
     assert set(np.unique(nominal["towards"])) == {0, 1}
 
 
-def test_a_single_azimuth(make_cube) -> None:
+def test_mean_axis_of_a_single_azimuth_is_that_azimuth(make_cube) -> None:
     cube = make_cube(lambda azimuth, *_rest: np.ones_like(azimuth), azimuth=(32,))
     assert mean_fall_directions(cube)["mean_axis"].values == pytest.approx(32)
     assert (shares_of_directions_with_fall(cube) == 1).all()
 
 
-def test_not_a_cube() -> None:
+def test_dataset_without_fall_flags_is_refused() -> None:
     with pytest.raises(ResultError, match="overturned"):
         fall_probability_to_either_side(xr.Dataset({"x": 1}))
 
 
-def test_something_falls_where_any_element_does() -> None:
+def test_a_scene_falls_where_any_of_its_elements_falls() -> None:
     """One of five cases has no outcome; in the others fall: nothing, the lintel, a pillar before it, the pillar."""
     flags = np.array([[[0, 0], [0, 1], [-1, 1], [1, 0], [np.nan, np.nan]]])
     times = np.array([[[np.nan, np.nan], [np.nan, 3.0], [1.0, 2.0], [5.0, np.nan], [np.nan, np.nan]]])
@@ -369,6 +374,6 @@ def test_a_part_of_a_cube_keeps_its_model() -> None:
         (sorted({*range(0, 180, 5), *range(60, 121)}), False),
     ],
 )
-def test_planes_that_are_spread_unevenly_impose_the_axis(azimuth, imposed: bool) -> None:
+def test_unevenly_spaced_planes_impose_the_fall_axis(azimuth, imposed: bool) -> None:
     assert plane_choice_imposes_fall_axis(list(azimuth)) is imposed
     assert LARGEST_RESULTANT_OF_PLANES == LEAST_RESULTANT  # up to which falls have no axis

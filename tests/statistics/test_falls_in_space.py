@@ -32,15 +32,18 @@ from overturning.statistics.space import (
     summarise_twists,
 )
 
-EVENTS = ("A", "A", "B", "C", "D")
-NORMALS = np.array([10.0, 10.0, 80.0, 150.0, 40.0])
+RECORD_EARTHQUAKES = ("A", "A", "B", "C", "D")
+FAULT_NORMALS_DEG = np.array([10.0, 10.0, 80.0, 150.0, 40.0])
 DIMENSIONS = ("record", "orientation", "height", "b_over_h", "aspect", "friction")
 
 
-def space_cube(
-    seed: int = 1, events: Sequence[str] = EVENTS, spread: float = 30.0, normals: np.ndarray = NORMALS
+def random_3d_cube(
+    seed: int = 1,
+    events: Sequence[str] = RECORD_EARTHQUAKES,
+    spread: float = 30.0,
+    normals: np.ndarray = FAULT_NORMALS_DEG,
 ) -> xr.Dataset:
-    """Two of three blocks fall, about 20° clockwise of the fault normal or opposite to it."""
+    """Return a random 3-D cube: two of three blocks fall, about 20° clockwise of the fault normal or opposite."""
     generator = np.random.default_rng(seed)
     shape = (len(events), 6, 2, 3, 1, 2)
     normals = normals[: len(events)]
@@ -58,19 +61,20 @@ def space_cube(
     )  # fmt: skip
 
 
-def angles_of(cube: xr.Dataset, record: int) -> np.ndarray:
+def fall_azimuths_of_record(cube: xr.Dataset, record: int) -> np.ndarray:
+    """Return the azimuths of all falls under one record, degrees."""
     values = cube["fall_azimuth"].isel(record=record).to_numpy().ravel().astype(np.float64)
     return values[np.isfinite(values)]
 
 
 def test_directions_and_axes_are_those_of_the_falls() -> None:
-    cube = space_cube()
+    cube = random_3d_cube()
     assert isinstance(model_of_cube(cube), Body)
     means, shares = (
         of(cube, summed_dims=Body.case_dims) for of in (mean_fall_directions, shares_of_directions_with_fall)
     )
-    for record in range(len(EVENTS)):
-        angles = np.radians(angles_of(cube, record))
+    for record in range(len(RECORD_EARTHQUAKES)):
+        angles = np.radians(fall_azimuths_of_record(cube, record))
         expected = np.degrees(circmean(angles))
         assert float(means["mean_direction"][record]) == pytest.approx(expected, abs=1e-4)
         assert float(means["mean_axis"][record]) == pytest.approx(np.degrees(circmean(angles, high=np.pi)), abs=1e-4)
@@ -82,7 +86,7 @@ def test_directions_and_axes_are_those_of_the_falls() -> None:
 
 
 def test_an_ensemble_takes_the_place_of_the_nominal_falls_where_it_was_run() -> None:
-    cube = space_cube()
+    cube = random_3d_cube()
     run = np.random.default_rng(3).random(cube["overturned"].shape) < 0.5
     half, angle = 0.5 * np.ones(run.shape), np.radians(70.0)
     parts = (1.0, np.cos(angle), np.sin(angle), np.cos(2 * angle), np.sin(2 * angle))
@@ -101,28 +105,34 @@ def test_an_ensemble_takes_the_place_of_the_nominal_falls_where_it_was_run() -> 
     assert float(mixed) == pytest.approx(np.nanmean(flags), abs=1e-6)
 
 
-def test_axes_relative_to_the_fault_normal_average_records_first() -> None:
-    cube = space_cube(spread=10.0)
+def test_axes_from_fault_normals_average_the_records_of_an_earthquake_first() -> None:
+    cube = random_3d_cube(spread=10.0)
     axes = fall_axes_by_earthquake(cube)
-    vectors = [np.exp(2j * np.radians(angles_of(cube, record) - NORMALS[record])).mean() for record in range(5)]
+    vectors = [
+        np.exp(2j * np.radians(fall_azimuths_of_record(cube, record) - FAULT_NORMALS_DEG[record])).mean()
+        for record in range(5)
+    ]
     means = [np.mean(vectors[:2]), *vectors[2:]]
     assert axes["axis"].to_numpy() == pytest.approx(np.degrees(np.angle(means)) / 2, abs=1e-4)
     assert summarise_fall_axes(axes).axis_deg == pytest.approx(20.0, abs=5.0)
 
 
-def shares_of(cube: xr.Dataset, record: int, zero: float = 0.0) -> np.ndarray:
-    angles = (angles_of(cube, record) - zero + 7.5) % 360.0 - 7.5
+def sector_shares_of_record(cube: xr.Dataset, record: int, zero: float = 0.0) -> np.ndarray:
+    """Return the share of the falls of one record in each sector of 15°, counted clockwise from ``zero``, degrees."""
+    angles = (fall_azimuths_of_record(cube, record) - zero + 7.5) % 360.0 - 7.5
     return np.histogram(angles, np.arange(-7.5, 360.0, 15.0))[0] / angles.size
 
 
 @pytest.mark.parametrize("from_normal", [False, True])
 def test_a_rose_is_the_mean_of_its_earthquakes(from_normal: bool) -> None:
-    cube = space_cube()
+    cube = random_3d_cube()
     rose = fall_rose(cube, from_normal=from_normal)
-    shares = [shares_of(cube, record, NORMALS[record] if from_normal else 0.0) for record in range(5)]
+    shares = [
+        sector_shares_of_record(cube, record, FAULT_NORMALS_DEG[record] if from_normal else 0.0) for record in range(5)
+    ]
     assert rose.shares == pytest.approx(np.mean([np.mean(shares[:2], axis=0), *shares[2:]], axis=0))
     assert rose.shares.sum() == pytest.approx(1.0)
-    assert rose.falls == sum(angles_of(cube, record).size for record in range(5))
+    assert rose.falls == sum(fall_azimuths_of_record(cube, record).size for record in range(5))
     assert rose.earthquakes == 4
     assert np.isnan(rose.low).all()  # of four earthquakes there is no interval
 
@@ -133,7 +143,7 @@ def test_falls_in_random_directions_do_not_affect_mean_or_rose() -> None:
     The truth is known: falls have one direction, 30°, in which all of the rose lies but for what chance leaves. Counted
     in full the nominal falls gave 75° and half of the rose at 120°.
     """
-    generator, cube = np.random.default_rng(8), space_cube()
+    generator, cube = np.random.default_rng(8), random_3d_cube()
     shape, members = cube["overturned"].shape, 24
     chance = generator.random(shape) < 0.5
     azimuth = np.where(chance, 120.0, 30.0)
@@ -157,23 +167,23 @@ def test_falls_in_random_directions_do_not_affect_mean_or_rose() -> None:
     assert fall_rose(weighed).falls == fall_rose(nominal).falls
 
 
-def test_a_rose_has_scipys_intervals() -> None:
-    cube = space_cube(events="ABCDEFGH", normals=np.arange(8) * 20.0)
+def test_rose_intervals_match_scipy() -> None:
+    cube = random_3d_cube(events="ABCDEFGH", normals=np.arange(8) * 20.0)
     half = fall_rose(cube, level=0.5, draws=20_000)
-    means = np.array([shares_of(cube, record) for record in range(8)])
+    means = np.array([sector_shares_of_record(cube, record) for record in range(8)])
     scipys = bootstrap((means,), np.mean, method="percentile", confidence_level=0.5, n_resamples=20_000, rng=5)
     assert (half.low, half.high) == tuple(pytest.approx(ends, abs=0.006) for ends in scipys.confidence_interval)
 
 
-def test_a_rose_without_falls() -> None:
-    cube = space_cube()
+def test_rose_without_falls_has_empty_sectors() -> None:
+    cube = random_3d_cube()
     cube["fall_azimuth"] = cube["fall_azimuth"] * np.nan
     rose = fall_rose(cube)
     assert (rose.falls, rose.shares.tolist()) == (0, [0.0] * SECTORS)
 
 
 def test_alignment_is_the_mean_cosine_of_the_falls() -> None:
-    cube, reference = space_cube(), xr.DataArray([0.0, 90.0, np.nan, 45.0, 300.0], dims="record")
+    cube, reference = random_3d_cube(), xr.DataArray([0.0, 90.0, np.nan, 45.0, 300.0], dims="record")
     sums = fall_vector_sums_by_record(cube, "b_over_h")
     for axial, factor in ((True, 2), (False, 1)):
         for part in (slice(None), slice(1, 2), slice(0, 2)):
@@ -181,14 +191,14 @@ def test_alignment_is_the_mean_cosine_of_the_falls() -> None:
                 "cosine"
             ]
             for record in range(5):
-                angles = angles_of(cube.isel(b_over_h=part), record) - float(reference[record])
+                angles = fall_azimuths_of_record(cube.isel(b_over_h=part), record) - float(reference[record])
                 assert float(found[record]) == pytest.approx(
                     np.cos(np.radians(factor * angles)).mean(), abs=1e-6, nan_ok=True
                 )
 
 
-def test_falls_that_go_along_a_reference_follow_it() -> None:
-    cube = space_cube()
+def test_falls_along_a_reference_direction_have_alignment_1_with_it() -> None:
+    cube = random_3d_cube()
     pgv = np.array([0.0, 30.0, 100.0, 220.0, 300.0])
     azimuth = np.broadcast_to(pgv.reshape(-1, 1, 1, 1, 1, 1) + 180.0, cube["overturned"].shape) % 360.0
     cube["fall_azimuth"] = (DIMENSIONS, np.where(cube["overturned"] == 1, azimuth, np.nan))
@@ -229,7 +239,7 @@ def test_the_radial_direction_is_that_of_the_great_circle_at_the_station() -> No
 
 
 def test_falls_towards_the_epicentre_align_with_the_radial_axis() -> None:
-    cube = space_cube()
+    cube = random_3d_cube()
     radial = np.array([0.0, 90.0, 180.0, 270.0, 0.0])
     east, north = np.sin(np.radians(radial)), np.cos(np.radians(radial))
     places = {"epicentre_latitude": 0.0, "epicentre_longitude": 0.0, "station_latitude": north}
@@ -247,9 +257,9 @@ def test_falls_towards_the_epicentre_align_with_the_radial_axis() -> None:
     assert ("radial direction", True) not in found.means
 
 
-def test_closest_reference_is_known_for_all_records() -> None:
+def test_closest_reference_direction_is_chosen_among_those_of_all_records() -> None:
     """Falls go along the fault normal of the one record that has one, and 30° from the peak velocity of the others."""
-    cube = space_cube(normals=np.array([40.0, *[np.nan] * 4]))
+    cube = random_3d_cube(normals=np.array([40.0, *[np.nan] * 4]))
     azimuth = np.broadcast_to(np.full(5, 40.0).reshape(-1, 1, 1, 1, 1, 1), cube["overturned"].shape)
     cube["fall_azimuth"] = (DIMENSIONS, np.where(cube["overturned"] == 1, azimuth, np.nan))
     pgv, other = np.array([40.0, 70.0, 70.0, 70.0, 70.0]), ("record", np.full(5, 130.0))
@@ -260,9 +270,9 @@ def test_closest_reference_is_known_for_all_records() -> None:
     assert found.closest[0] == "peak velocity", "which under that one record is as close"
 
 
-def test_two_references_are_compared_earthquake_by_earthquake() -> None:
+def test_two_reference_directions_are_compared_earthquake_by_earthquake() -> None:
     normals = np.arange(9) * 20.0
-    cube = space_cube(events="AABCDEFGH", normals=normals)
+    cube = random_3d_cube(events="AABCDEFGH", normals=normals)
     away = np.array([40.0, 35, 45, 50, 30, 55, 25, 60, 40])
     references = {"pgv_azimuth": normals + 20.0, "pga_azimuth": normals + 110.0, "pulse_axis": normals + 20.0 + away}
     intensity = xr.Dataset({name: ("record", values) for name, values in references.items()})
@@ -270,7 +280,7 @@ def test_two_references_are_compared_earthquake_by_earthquake() -> None:
     assert found.closest == ("peak velocity", "fault normal")
 
     def cosine(record: int, reference: float) -> float:
-        return float(np.cos(2 * np.radians(angles_of(cube, record) - reference)).mean())
+        return float(np.cos(2 * np.radians(fall_azimuths_of_record(cube, record) - reference)).mean())
 
     apart = np.array([cosine(record, normals[record] + 20.0) - cosine(record, normals[record]) for record in range(9)])
     apart = np.array([apart[:2].mean(), *apart[2:]])
@@ -283,7 +293,7 @@ def test_two_references_are_compared_earthquake_by_earthquake() -> None:
     assert (closer.low, closer.high) == pytest.approx(tuple(scipys), abs=0.01)
 
 
-def test_the_plane_is_counted_right() -> None:
+def test_agreement_with_the_2d_model_matches_counts_by_hand() -> None:
     flags = np.array([1, 1, 1, 0, 0, 1, np.nan, 1], np.float32)
     plane = np.array([1, 1, 0, 0, 1, 1, 1, np.nan], np.float32)
     falls = np.array([350.0, 100.0, 5.0, np.nan, np.nan, 190.0, np.nan, 5.0])
@@ -309,7 +319,7 @@ def test_the_plane_is_counted_right() -> None:
     )
 
 
-def test_twist_is_of_stones_that_moved_and_stand() -> None:
+def test_twist_statistics_cover_stones_that_moved_and_stand() -> None:
     cube = xr.Dataset({
         "overturned": ("record", [0.0, 0.0, 0.0, 1.0, 0.0]),
         "status": ("record", [0, 0, 0, 0, 1]),
@@ -323,15 +333,15 @@ def test_twist_is_of_stones_that_moved_and_stand() -> None:
 
 
 @pytest.mark.parametrize("size", [1, 2, 3, 10, 997])
-def test_quantiles_of_twist_are_numpys(size: int) -> None:
+def test_quantiles_of_twist_match_numpy(size: int) -> None:
     turned = np.random.default_rng(size).normal(size=size).astype(np.float32)
     expected = np.quantile(turned.astype(np.float64), [0.5, 0.9, 1.0])
     found = summarise_twists(turned.copy())
     assert (found.median, found.most, found.largest) == tuple(expected)
 
 
-def test_illustrative_cases_are_the_extremes_of_their_rules() -> None:
-    cube = space_cube()
+def test_each_illustrative_3d_case_is_the_extreme_of_its_rule() -> None:
+    cube = random_3d_cube()
     shape = cube["overturned"].shape
     turned, plane = np.zeros(shape, np.float32), np.ones(shape, np.float32)
     flags, falls = cube["overturned"].to_numpy().copy(), cube["fall_azimuth"].to_numpy().copy()

@@ -21,18 +21,18 @@ from overturning.statistics.fragility import (
     variance_share_between_records,
 )
 from overturning.statistics.fragility_files import openquake_file_name, write_fragility_csv, write_openquake_model
-from tests.statistics.conftest import lognormal_curve
+from tests.statistics.conftest import fitted_lognormal_curve
 
-NRML = "{http://openquake.org/xmlns/nrml/0.5}"
+NRML_NAMESPACE = "{http://openquake.org/xmlns/nrml/0.5}"
 
 
-def test_finds_the_curve_again() -> None:
+def test_fit_recovers_a_known_lognormal_curve() -> None:
     x = np.geomspace(0.1, 2, 40)
     median, spread = fit_lognormal_median_and_spread(x, norm.cdf(np.log(x / 0.6) / 0.4))
     assert (median, spread) == pytest.approx((0.6, 0.4), rel=1e-4)
 
 
-def test_counts_of_stones_that_fell() -> None:
+def test_fit_recovers_the_curve_from_single_falls_and_stands() -> None:
     generator = np.random.default_rng(3)
     x = np.repeat(np.geomspace(0.1, 2, 30), 200)
     fell = generator.random(x.size) < norm.cdf(np.log(x / 0.6) / 0.4)
@@ -40,7 +40,7 @@ def test_counts_of_stones_that_fell() -> None:
     assert (median, spread) == pytest.approx((0.6, 0.4), rel=0.05)
 
 
-def test_fit_converges_if_strong_records_overturn_nothing() -> None:
+def test_fragility_fit_converges_if_strong_records_overturn_nothing() -> None:
     """Rates of 64 stones under 28 records, for which full Newton steps oscillate; reference: SciPy's BFGS."""
     pga = [
         *(0.413, 0.432, 0.287, 0.426, 0.368, 0.504, 0.623, 0.728, 0.680, 0.640, 0.214, 0.722, 0.261, 0.422, 0.635),
@@ -60,19 +60,19 @@ def test_fit_converges_if_strong_records_overturn_nothing() -> None:
 
 
 @pytest.mark.parametrize("share", [[0, 0, 0], [1, 1, 1], [1, 0.5, 0], [0, 0, 1], [0, 0.5, 1]])
-def test_no_curve_where_there_is_none(share: list[float]) -> None:
+def test_no_curve_is_fitted_to_shares_that_determine_none(share: list[float]) -> None:
     assert math.isnan(fit_lognormal_median_and_spread([1.0, 2.0, 4.0], share)[0])
     # Shares without weight, which alone would allow a curve, change nothing.
     more = fit_lognormal_median_and_spread([1.0, 2.0, 4.0, 1.1, 3.9], [*share, 0.4, 0.6], [1, 1, 1, 0, 0])
     assert math.isnan(more[0])
 
 
-def test_invalid_shares_are_refused() -> None:
+def test_fall_shares_outside_0_to_1_are_refused() -> None:
     with pytest.raises(ArgumentError, match="0 to 1"):
         fit_lognormal_median_and_spread([1.0, 2.0], [0.0, 1.2])
 
 
-def test_the_interval_is_that_of_all_samples_of_earthquakes() -> None:
+def test_interval_of_the_median_is_that_of_resampled_earthquakes() -> None:
     """Eight earthquakes, four with a median of 0.5 and four of 1: the samples that hold one of either are the ends.
 
     Of the four of 1 a sample has none with probability 0.4 %, at most one with 3.5 % (binomial, 8 draws), so the 2.5 %
@@ -85,31 +85,33 @@ def test_the_interval_is_that_of_all_samples_of_earthquakes() -> None:
     assert curve.median_interval == pytest.approx(ends, rel=1e-6)
 
 
-def functions_of(curves: list[FittedFragilityCurve], folder: Path) -> list[ElementTree.Element]:
-    """Return the functions of curves as OpenQuake reads them."""
+def openquake_fragility_functions(curves: list[FittedFragilityCurve], folder: Path) -> list[ElementTree.Element]:
+    """Write the OpenQuake model of curves and return its fragility functions as XML elements."""
     write_openquake_model(curves, folder / "f.xml", "gravestones")
-    return ElementTree.parse(folder / "f.xml").getroot()[0].findall(f"{NRML}fragilityFunction")
+    return ElementTree.parse(folder / "f.xml").getroot()[0].findall(f"{NRML_NAMESPACE}fragilityFunction")
 
 
-def levels_and_chances(function: ElementTree.Element) -> list[NDArray[np.float64]]:
-    return [np.array(str(function.findtext(f"{NRML}{name}")).split(), dtype=float) for name in ("imls", "poes")]
+def intensity_levels_and_fall_probabilities(function: ElementTree.Element) -> list[NDArray[np.float64]]:
+    return [
+        np.array(str(function.findtext(f"{NRML_NAMESPACE}{name}")).split(), dtype=float) for name in ("imls", "poes")
+    ]
 
 
 def test_a_median_beyond_the_data_is_written_as_above_them(tmp_path: Path) -> None:
-    curve = lognormal_curve(2, 0.5, "stout", most=1)
+    curve = fitted_lognormal_curve(2, 0.5, "stout", most=1)
     assert curve.median == pytest.approx(2, rel=1e-3)
     write_fragility_csv([curve], tmp_path / "f.csv")
     row = (tmp_path / "f.csv").read_text(encoding="utf-8").splitlines()[1]
     assert row == '"stout",PGA,g,inf,inf,inf,nan,0.1,1,nan,nan,stout'
-    levels, chances = levels_and_chances(*functions_of([curve], tmp_path))
+    levels, chances = intensity_levels_and_fall_probabilities(*openquake_fragility_functions([curve], tmp_path))
     assert levels[-1] == 1
     assert chances[-1] == pytest.approx(norm.cdf(-np.log(2) / 0.5), abs=1e-4)
 
 
-def test_formats(tmp_path: Path) -> None:
-    curve = lognormal_curve(0.6, 0.4, "B/H < 0.4")
+def test_openquake_and_csv_files_hold_the_fitted_curve(tmp_path: Path) -> None:
+    curve = fitted_lognormal_curve(0.6, 0.4, "B/H < 0.4")
     assert curve.median_interval == pytest.approx((0.6, 0.6), rel=1e-3)  # all earthquakes alike
-    levels, chances = levels_and_chances(*functions_of([curve], tmp_path))
+    levels, chances = intensity_levels_and_fall_probabilities(*openquake_fragility_functions([curve], tmp_path))
     assert chances == pytest.approx(norm.cdf(np.log(levels / 0.6) / 0.4), abs=1e-4)
     assert (np.diff(levels) > 0).all()
     write_fragility_csv([curve], tmp_path / "f.csv")
@@ -135,7 +137,7 @@ def test_spread_of_records_is_separated_from_that_of_stones(between: float, with
     assert found == pytest.approx((between / math.hypot(between, within)) ** 2, abs=0.06)
 
 
-def test_uniform_outcomes_are_record_to_record_variance() -> None:
+def test_equal_outcomes_of_all_stones_count_as_record_to_record_variance() -> None:
     x = np.geomspace(0.2, 2, 40)
     share = (norm.ppf((np.random.default_rng(2).permutation(40) + 0.5) / 40) < np.log(x / 0.6) / 0.5).astype(float)
     fit = fit_lognormal_median_and_spread(x, share)
@@ -145,47 +147,50 @@ def test_uniform_outcomes_are_record_to_record_variance() -> None:
 def test_openquake_takes_the_names_of_classes_and_of_spectral_acceleration(tmp_path: Path) -> None:
     """Its rule for the id of a function is 1 to 60 of a-zA-Z0-9_- (`openquake.hazardlib.valid.simple_id`)."""
     names = ("B/H up to 0.45, H up to 0.75 m", "B/H above 0.45, H up to 0.75 m", "all stones")
-    curves = [lognormal_curve(0.6, 0.4, name, ("SA(0.5)", "g")) for name in names]
+    curves = [fitted_lognormal_curve(0.6, 0.4, name, ("SA(0.5)", "g")) for name in names]
     assert openquake_file_name("SA(0.5)") == "fragility-sa-0.5.xml"
-    functions = functions_of(curves, tmp_path)
+    functions = openquake_fragility_functions(curves, tmp_path)
     taken = [str(one.get("id")) for one in functions]
     assert len(set(taken)) == 3
     assert all(re.fullmatch(r"[a-zA-Z0-9_\-]{1,60}", one) for one in taken)
     write_fragility_csv(curves, tmp_path / "f.csv")
     assert all(one in (tmp_path / "f.csv").read_text(encoding="utf-8") for one in taken)
-    assert {one.get("imt") for function in functions for one in function.iter(f"{NRML}imls")} == {"SA(0.5)"}
+    assert {one.get("imt") for function in functions for one in function.iter(f"{NRML_NAMESPACE}imls")} == {"SA(0.5)"}
 
 
-EXAMPLE = Path(__file__).parents[2] / "surveys" / "openquake"
+OPENQUAKE_EXAMPLE_FOLDER = Path(__file__).parents[2] / "surveys" / "openquake"
 
 
 def test_the_example_for_openquake_keeps_to_its_rules(tmp_path: Path) -> None:
     """Rules of NRML 0.5 and of the engine's readers: names of files, of columns, of cost types, of sites, ids."""
     job = configparser.ConfigParser()
-    job.read(EXAMPLE / "job.ini", encoding="utf-8")
+    job.read(OPENQUAKE_EXAMPLE_FOLDER / "job.ini", encoding="utf-8")
     files = {key: value for part in job.values() for key, value in part.items() if key.endswith(("_file", "_csv"))}
     assert files.pop("contents_fragility_file") == openquake_file_name("PGA")
-    assert all((EXAMPLE / name).is_file() for name in files.values())
-    model = ElementTree.parse(EXAMPLE / files["exposure_file"]).getroot()[0]
-    assert model.tag == f"{NRML}exposureModel"
-    assert [one.get("name") for one in model.iter(f"{NRML}costType")] == ["contents"]
-    assets = _rows(EXAMPLE / str(model.findtext(f"{NRML}assets")))
-    sites, fields = _rows(EXAMPLE / files["sites_csv"]), _rows(EXAMPLE / files["gmfs_file"])
+    assert all((OPENQUAKE_EXAMPLE_FOLDER / name).is_file() for name in files.values())
+    model = ElementTree.parse(OPENQUAKE_EXAMPLE_FOLDER / files["exposure_file"]).getroot()[0]
+    assert model.tag == f"{NRML_NAMESPACE}exposureModel"
+    assert [one.get("name") for one in model.iter(f"{NRML_NAMESPACE}costType")] == ["contents"]
+    assets = read_csv_rows(OPENQUAKE_EXAMPLE_FOLDER / str(model.findtext(f"{NRML_NAMESPACE}assets")))
+    sites, fields = (
+        read_csv_rows(OPENQUAKE_EXAMPLE_FOLDER / files["sites_csv"]),
+        read_csv_rows(OPENQUAKE_EXAMPLE_FOLDER / files["gmfs_file"]),
+    )
     assert [(one["lon"], one["lat"]) for one in assets] == [(one["lon"], one["lat"]) for one in sites]
     assert {one["site_id"] for one in fields} == {one["site_id"] for one in sites}
     assert all(float(one["number"]) > 0 and float(one["contents"]) > 0 for one in assets)
     assert all(float(one["gmv_PGA"]) > 0 for one in fields)
 
-    (function,) = functions_of([lognormal_curve(0.6, 0.4)], tmp_path)
+    (function,) = openquake_fragility_functions([fitted_lognormal_curve(0.6, 0.4)], tmp_path)
     root = ElementTree.parse(tmp_path / "f.xml").getroot()
     (fragilities,) = root
-    assert (root.tag, fragilities.tag) == (f"{NRML}nrml", f"{NRML}fragilityModel")
+    assert (root.tag, fragilities.tag) == (f"{NRML_NAMESPACE}nrml", f"{NRML_NAMESPACE}fragilityModel")
     assert fragilities.get("lossCategory") == model.get("category") == "contents"
     assert {one["taxonomy"] for one in assets} == {function.get("id")}
     imls, poes = function
-    states = str(fragilities.findtext(f"{NRML}limitStates")).split()
+    states = str(fragilities.findtext(f"{NRML_NAMESPACE}limitStates")).split()
     assert (function.get("format"), [poes.get("ls")]) == ("discrete", states)
-    levels, chances = levels_and_chances(function)
+    levels, chances = intensity_levels_and_fall_probabilities(function)
     assert levels.size == chances.size
     assert float(str(imls.get("noDamageLimit"))) <= levels[0]
     assert (np.diff(levels) > 0).all()
@@ -193,6 +198,6 @@ def test_the_example_for_openquake_keeps_to_its_rules(tmp_path: Path) -> None:
     assert 0 <= chances[0] <= chances[-1] <= 1
 
 
-def _rows(path: Path) -> list[dict[str, str]]:
+def read_csv_rows(path: Path) -> list[dict[str, str]]:
     with path.open(encoding="utf-8", newline="") as table:
         return list(csv.DictReader(table))

@@ -28,22 +28,22 @@ from overturning.surveys.population import population_rates_by_record
 from overturning.surveys.prediction import SiteFallPrediction
 from overturning.surveys.stones import Stone
 
-AZIMUTH = np.arange(0, 360, 5)
-FIRST, SECOND = np.flatnonzero(AZIMUTH < 180), np.flatnonzero(AZIMUTH >= 180)
+AZIMUTHS_DEG = np.arange(0, 360, 5)
+FIRST_HALF, SECOND_HALF = np.flatnonzero(AZIMUTHS_DEG < 180), np.flatnonzero(AZIMUTHS_DEG >= 180)
 DIMENSIONS = ("record", "azimuth", "height", "b_over_h", "friction")
-BLOCK = ["height", "b_over_h", "friction"]
+BLOCK_DIMS = ["height", "b_over_h", "friction"]
 
 
-def whole() -> xr.Dataset:
-    """A copy of the cube that is compared with its halves."""
-    return made_whole().copy(deep=True)
+def full_circle_cube() -> xr.Dataset:
+    """Return a copy of the cube of the full circle, which is compared with its halves."""
+    return build_full_circle_cube().copy(deep=True)
 
 
 @cache
-def made_whole() -> xr.Dataset:
-    """Two records with an ensemble, drawn at random in planes below 180°, the others their mirror images by hand."""
+def build_full_circle_cube() -> xr.Dataset:
+    """Return a cube of two records: random outcomes below 180°, their mirror images at the opposite azimuths."""
     generator = np.random.default_rng(3)
-    shape = (2, FIRST.size, 2, 4, 2)
+    shape = (2, FIRST_HALF.size, 2, 4, 2)
     flag = generator.choice([-1.0, 0.0, 1.0, np.nan], size=shape, p=[0.25, 0.4, 0.25, 0.1])
     towards = np.where(generator.random(shape) < 0.5, generator.integers(0, 25, shape) / 24, np.nan)
     away = (1 - towards) * generator.integers(0, 2, shape)
@@ -56,7 +56,7 @@ def made_whole() -> xr.Dataset:
         "scramble_difference_towards": gaps, "scramble_difference_away": gaps[::-1],
     }  # fmt: skip
     coordinates: dict[str, Any] = {
-        "azimuth": AZIMUTH.astype(np.int16), "height": [0.6, 0.9], "b_over_h": [0.3, 0.4, 0.5, 0.6],
+        "azimuth": AZIMUTHS_DEG.astype(np.int16), "height": [0.6, 0.9], "b_over_h": [0.3, 0.4, 0.5, 0.6],
         "friction": [0.5, 0.9],
         "record_id": ("record", ["a", "b"]), "event": ("record", ["A", "B"]), "station": ("record", ["s", "t"]),
         "fault_normal": ("record", [60.0, 215.0]), "pulse": ("record", [1, 1]),
@@ -64,23 +64,23 @@ def made_whole() -> xr.Dataset:
     return xr.Dataset({name: (DIMENSIONS, np.concatenate(pair, axis=1)) for name, pair in pairs.items()}, coordinates)
 
 
-def of_roses(cube: xr.Dataset) -> list[float]:
+def rose_bar_heights(cube: xr.Dataset) -> list[float]:
     return [bar.get_height() for axes in fall_roses_by_group_figure(cube).axes for bar in axes.patches]
 
 
-def of_the_ensemble(cube: xr.Dataset) -> object:
+def ensemble_findings_of_cube(cube: xr.Dataset) -> object:
     study = SimpleNamespace(ensemble=EnsembleSettings())
     results = SimpleNamespace(cube=cube, model=model_of_cube(cube), study=study)
     return ensemble_findings(results)  # type: ignore[arg-type]
 
 
-def of_prediction(cube: xr.Dataset) -> np.ndarray:
+def predicted_fall_probabilities(cube: xr.Dataset) -> np.ndarray:
     site = SiteFallPrediction(cube.isel(record=[0]))
     stone = Stone(fell=True, azimuth_deg=0, octant=False, b_over_h=0.3, face_azimuth_deg=252)
     return np.concatenate([site.fall_sector_probabilities(), site.fall_side_probabilities(stone)])
 
 
-THE_SAME = {
+EXACTLY_EQUAL_STATISTICS = {
     "population": lambda cube: population_rates_by_record(cube, StonePopulation(stones=256)),
     "population that faces 250": lambda cube: population_rates_by_record(
         cube, StonePopulation(stones=64, face=250, face_spread=0)
@@ -89,38 +89,43 @@ THE_SAME = {
     "blocks that only just fall": informative_block_mask,
     "maps": extend_azimuths_to_full_circle,
     "explorer": explorer_page_data,
-    "report of the ensemble": of_the_ensemble,
+    "report of the ensemble": ensemble_findings_of_cube,
 }
-CLOSE = {
-    "shares": lambda cube: shares_of_directions_with_fall(cube, summed_dims=BLOCK),
-    "means": lambda cube: mean_fall_directions(cube, summed_dims=BLOCK),
+NEARLY_EQUAL_STATISTICS = {
+    "shares": lambda cube: shares_of_directions_with_fall(cube, summed_dims=BLOCK_DIMS),
+    "means": lambda cube: mean_fall_directions(cube, summed_dims=BLOCK_DIMS),
     "axes": fall_axes_by_earthquake,
-    "prediction": of_prediction,
-    "roses": of_roses,
+    "prediction": predicted_fall_probabilities,
+    "roses": rose_bar_heights,
 }
 
 
 @cache
-def of_whole(name: str) -> Any:
-    """What all azimuths give, which three halves are compared with."""
-    return (THE_SAME | CLOSE)[name](whole())
+def statistic_of_full_circle(name: str) -> Any:
+    """Compute a statistic, by its name, of the full circle, with which three halves are compared."""
+    return (EXACTLY_EQUAL_STATISTICS | NEARLY_EQUAL_STATISTICS)[name](full_circle_cube())
 
 
-@pytest.mark.parametrize("half", [FIRST, SECOND, np.arange(9, 45)], ids=["0…175", "180…355", "45…220"])
-@pytest.mark.parametrize("name", [*THE_SAME, *CLOSE])
-def test_half_of_the_azimuths_give_the_same_result(name: str, half: np.ndarray) -> None:
-    found, expected = (THE_SAME | CLOSE)[name](whole().isel(azimuth=half)), of_whole(name)
+@pytest.mark.parametrize("half", [FIRST_HALF, SECOND_HALF, np.arange(9, 45)], ids=["0…175", "180…355", "45…220"])
+@pytest.mark.parametrize("name", [*EXACTLY_EQUAL_STATISTICS, *NEARLY_EQUAL_STATISTICS])
+def test_half_of_the_azimuths_gives_the_statistics_of_the_full_circle(name: str, half: np.ndarray) -> None:
+    found, expected = (
+        (EXACTLY_EQUAL_STATISTICS | NEARLY_EQUAL_STATISTICS)[name](full_circle_cube().isel(azimuth=half)),
+        statistic_of_full_circle(name),
+    )
     if not isinstance(expected, (xr.Dataset, xr.DataArray)):
-        assert found == expected if name in THE_SAME else np.allclose(found, expected, rtol=1e-6, atol=0)
-    elif name in THE_SAME:
+        assert (
+            found == expected if name in EXACTLY_EQUAL_STATISTICS else np.allclose(found, expected, rtol=1e-6, atol=0)
+        )
+    elif name in EXACTLY_EQUAL_STATISTICS:
         xr.testing.assert_identical(found, expected)
     else:
         xr.testing.assert_allclose(found, expected, rtol=1e-6)
 
 
-def test_a_stone_that_faces_250_is_answered_by_the_mirrored_plane_70() -> None:
+def test_a_stone_that_faces_250_takes_its_outcome_from_plane_70() -> None:
     """Every plane falls towards its azimuth but 70 and 250, which stand; of 160 and 340 a face of 250 stands."""
-    cube = whole().isel(azimuth=FIRST)
+    cube = full_circle_cube().isel(azimuth=FIRST_HALF)
     stands = cube["azimuth"].isin([70, 160])
     cube["overturned"] = xr.where(stands, 0.0, 1.0).broadcast_like(cube["overturned"]).transpose(*DIMENSIONS)
     cube["overturning_time"] = cube["overturned"].where(cube["overturned"] != 0)
@@ -131,12 +136,14 @@ def test_a_stone_that_faces_250_is_answered_by_the_mirrored_plane_70() -> None:
     assert [float(found["fall_rate"].max()) for found in rates.values()] == [0, 1, 1]
 
 
-def before_a_wall(falls: Callable[[np.ndarray], np.ndarray], azimuth: np.ndarray = AZIMUTH) -> xr.Dataset:
-    """One record of a scene without mirror image: `falls` (1, 0, −1) of one that faces each of the azimuths.
+def cube_of_stone_before_wall(
+    falls: Callable[[np.ndarray], np.ndarray], azimuth: np.ndarray = AZIMUTHS_DEG
+) -> xr.Dataset:
+    """Return a cube of one record and a stone before a wall: `falls` gives 1, 0 or −1 for each azimuth.
 
-    Its stone has a wall behind it: under the opposite motion it is another case, that of a scene that faces away.
+    The wall is behind the stone: the scene has no mirror symmetry, and the opposite motion is another case.
     """
-    cube = whole().isel(record=[0], azimuth=np.flatnonzero(np.isin(AZIMUTH, azimuth)))
+    cube = full_circle_cube().isel(record=[0], azimuth=np.flatnonzero(np.isin(AZIMUTHS_DEG, azimuth)))
     cube = cube[["overturned", "overturning_time", "residual_slip"]].load()
     flag = np.asarray(falls(azimuth), float)[None, :, None, None, None]
     cube["overturned"] = (DIMENSIONS, np.broadcast_to(flag, cube["overturned"].shape))
@@ -145,32 +152,34 @@ def before_a_wall(falls: Callable[[np.ndarray], np.ndarray], azimuth: np.ndarray
     return cube
 
 
-def test_a_stone_before_a_wall_does_not_fall_against_it() -> None:
+def test_a_stone_before_a_wall_never_falls_backwards() -> None:
     """All fall forwards, whatever they face: one that faces 250 never backwards, which is not the answer of 70."""
     stone = Stone(fell=True, azimuth_deg=0, octant=False, b_over_h=0.3, face_azimuth_deg=250)
-    cube = before_a_wall(np.ones_like)
+    cube = cube_of_stone_before_wall(np.ones_like)
     stood, forwards, right, backwards, left = SiteFallPrediction(cube, background=0).fall_side_probabilities(stone)
     assert (stood, backwards, left) == (0, 0, 0)
     assert forwards + right == pytest.approx(1)
 
 
-def test_directions_of_stones_in_front_of_walls() -> None:
+def test_mean_fall_directions_of_stones_before_walls() -> None:
     """Stones that face 180° to 355° fall backwards, towards 0° to 175°; the others stand."""
-    prediction = SiteFallPrediction(before_a_wall(lambda azimuth: np.where(azimuth >= 180, -1, 0)), background=0)
+    prediction = SiteFallPrediction(
+        cube_of_stone_before_wall(lambda azimuth: np.where(azimuth >= 180, -1, 0)), background=0
+    )
     density = prediction.fall_sector_probabilities()
     assert density[prediction.azimuth < 180].sum() == pytest.approx(1)
 
 
-def test_half_a_circle_leaves_the_other_half_of_a_scene_missing() -> None:
+def test_half_circle_of_an_unsymmetrical_scene_leaves_the_rest_missing() -> None:
     """A stone that faces 250°, in the gap of 185° between 175° and 0°, has no answer."""
-    half = before_a_wall(np.ones_like, AZIMUTH[FIRST])
+    half = cube_of_stone_before_wall(np.ones_like, AZIMUTHS_DEG[FIRST_HALF])
     stone = Stone(fell=True, azimuth_deg=0, octant=False, b_over_h=0.3, face_azimuth_deg=250)
     assert SiteFallPrediction(half, background=0).fall_side_probabilities(stone).tolist() == [0.5, *[0.125] * 4]
     unknown = {face: population_rates_by_record(half, StonePopulation(face=face, face_spread=0, stones=64))["unknown"]
                for face in (60, 250)}  # fmt: skip
     assert {face: float(found.max()) for face, found in unknown.items()} == {60: 0, 250: 1}
     flags = extend_azimuths_to_full_circle(half)["overturned"]
-    assert flags.sel(azimuth=AZIMUTH[FIRST]).notnull().all()
+    assert flags.sel(azimuth=AZIMUTHS_DEG[FIRST_HALF]).notnull().all()
     assert flags.sel(azimuth=slice(180, None)).isnull().all()
 
 
@@ -188,7 +197,7 @@ def test_missing_outcomes_are_not_copied_from_the_opposite_azimuth(make_cube: Ca
     ],
     ids=len,
 )
-def test_a_comparison_of_two_stones_weighs_azimuths_as_shares_of_falls_do(make_cube, azimuths: list[int]) -> None:
+def test_contrast_of_two_stones_weights_azimuths_as_fall_shares_do(make_cube, azimuths: list[int]) -> None:
     def stone(first: int, last: int) -> xr.Dataset:
         """Stone of B/H up to 0.3 that falls in the planes from `first` to `last`, degrees."""
 

@@ -17,10 +17,13 @@ from overturning.statistics.illustrative import (
 
 
 @pytest.fixture
-def shown(make_cube) -> Callable[[list[float]], dict[str, float]]:
-    """B/H of the cases by title: both fall along the fault normal, 0°; along the fault they stand and rock so far."""
+def b_over_h_by_case_title(make_cube) -> Callable[[list[float]], dict[str, float]]:
+    """Return a function: B/H of the illustrative cases, by title, for peak rotations of the blocks along the fault.
 
-    def of(rocks: list[float]) -> dict[str, float]:
+    Two blocks fall along the fault normal, 0°, and stand along the fault.
+    """
+
+    def b_over_h_of_cases(rocks: list[float]) -> dict[str, float]:
         cube = make_cube(
             lambda azimuth, *_: np.cos(np.radians(azimuth)).round(), azimuth=[0, 90, 180, 270], height=[0.6],
             b_over_h=[0.2, 0.4], friction=[1.0], fault_normal=0.0,
@@ -29,15 +32,16 @@ def shown(make_cube) -> Callable[[list[float]], dict[str, float]]:
         cube["peak_rotation"] = rotation.transpose(*cube["overturned"].dims)
         return {case.title: case.block["b_over_h"] for case in find_illustrative_cases(cube)}
 
-    return of
+    return b_over_h_of_cases
 
 
-def which_side(cube: xr.Dataset) -> tuple[dict[str, float], tuple[float, ...]] | None:
+def case_with_opposite_falls(cube: xr.Dataset) -> tuple[dict[str, float], tuple[float, ...]] | None:
+    """Return block and neighbouring azimuths of the case that falls to opposite sides at them, or None."""
     found = {case.title: (case.block, case.direction_deg) for case in find_illustrative_cases(cube)}
     return found.get(WHICH_SIDE)
 
 
-def test_the_case_of_both_sides_exists_only_if_both_occur(make_cube) -> None:
+def test_illustrative_case_of_both_sides_exists_only_if_both_occur(make_cube) -> None:
     """At 40° the broad block falls to the other side, at 40 and 60° the slender one, which does so in every run."""
 
     def fell(azimuth: np.ndarray, _: np.ndarray, broad: np.ndarray, __: np.ndarray) -> np.ndarray:
@@ -45,22 +49,24 @@ def test_the_case_of_both_sides_exists_only_if_both_occur(make_cube) -> None:
 
     grid = {"azimuth": list(range(0, 180, 20)), "height": [0.6], "b_over_h": [0.2, 0.4], "friction": [1.0]}
     cube = make_cube(fell, **grid)
-    assert which_side(cube) == ({"height": 0.6, "b_over_h": 0.4, "friction": 1.0}, (40.0, 60.0))
+    assert case_with_opposite_falls(cube) == ({"height": 0.6, "b_over_h": 0.4, "friction": 1.0}, (40.0, 60.0))
     chance = abs(cube["overturned"]).where(cube["b_over_h"] < 0.3, 0.6)
     likely = cube.assign(
         probability_towards=chance.where(cube["overturned"] > 0, 0.0),
         probability_away=chance.where(cube["overturned"] < 0, 0.0),
     )
-    assert which_side(likely) == ({"height": 0.6, "b_over_h": 0.2, "friction": 1.0}, (60.0, 80.0))
-    assert which_side(make_cube(lambda azimuth, *_: np.ones_like(azimuth), **grid)) is None
-    assert which_side(cube.where(cube["azimuth"] % 40 == 0, 0.0)) is None  # none beside another
+    assert case_with_opposite_falls(likely) == ({"height": 0.6, "b_over_h": 0.2, "friction": 1.0}, (60.0, 80.0))
+    assert case_with_opposite_falls(make_cube(lambda azimuth, *_: np.ones_like(azimuth), **grid)) is None
+    assert case_with_opposite_falls(cube.where(cube["azimuth"] % 40 == 0, 0.0)) is None  # none beside another
 
 
 @pytest.mark.parametrize(("first", "side"), [(0, -1), (30, -1), (10, -1), (0, 1), (20, 1)])
 def test_falls_at_right_angles_are_not_more_than_90_degrees_apart(make_cube, first: int, side: int) -> None:
     """In the planes φ and φ + 90° the block falls to φ and to φ + 90° or φ − 90°, whatever the rounding of cosines."""
     grid = {"azimuth": [first, first + 90], "height": [0.6], "b_over_h": [0.2], "friction": [1.0]}
-    assert which_side(make_cube(lambda azimuth, *_: np.where(azimuth == first, 1.0, side), **grid)) is None
+    assert (
+        case_with_opposite_falls(make_cube(lambda azimuth, *_: np.where(azimuth == first, 1.0, side), **grid)) is None
+    )
 
 
 @pytest.mark.parametrize(
@@ -68,24 +74,30 @@ def test_falls_at_right_angles_are_not_more_than_90_degrees_apart(make_cube, fir
     [([0.5, 0.0], 0.2), ([0.5, 0.5], 0.4), ([0.0, 0.0], 0.4)],
     ids=["the one that rocks along the fault too", "of those the broadest", "where none rocks one that only stands"],
 )
-def test_falls_normal_to_the_fault(shown, rocks: list[float], broad: float) -> None:
-    assert shown(rocks)["Falls normal to the fault, stands along it"] == broad
+def test_case_normal_to_the_fault_prefers_blocks_that_rock_along_it(
+    b_over_h_by_case_title, rocks: list[float], broad: float
+) -> None:
+    assert b_over_h_by_case_title(rocks)["Falls normal to the fault, stands along it"] == broad
 
 
 @pytest.mark.parametrize(("rocks", "broad"), [([0.3, 0.7], 0.4), ([0.3, 0.0], 0.2), ([0.05, 0.0], None)])
-def test_the_closest_case_has_the_largest_rotation_of_standing_blocks(shown, rocks: list[float], broad: float) -> None:
-    assert shown(rocks).get("Leans furthest of all that stand") == broad
+def test_closest_standing_case_has_the_largest_rotation(
+    b_over_h_by_case_title, rocks: list[float], broad: float
+) -> None:
+    assert b_over_h_by_case_title(rocks).get("Leans furthest of all that stand") == broad
 
 
 @pytest.mark.parametrize(("turn", "titles"), [(-0.2, ["Stands, and has turned"]), (0.04, [])])
-def test_turns_below_the_printed_resolution_do_not_count(make_cube, turn: float, titles: list[str]) -> None:
+def test_twists_below_the_printed_resolution_make_no_illustrative_case(
+    make_cube, turn: float, titles: list[str]
+) -> None:
     cube = make_cube(lambda azimuth, *_: 0 * azimuth, azimuth=[0, 45], height=[0.6], b_over_h=[0.3], friction=[1.0])
     still = cube.rename(azimuth="orientation").expand_dims(aspect=[1.0])
     still = still.assign(residual_twist=still["overturned"] + turn, fall_azimuth=still["overturned"] * np.nan)
     assert [case.title for case in find_illustrative_cases(still)] == titles
 
 
-def test_a_case_in_which_another_stone_falls_illustrates_none_that_stands(make_cube) -> None:
+def test_a_case_where_another_stone_falls_is_no_standing_example(make_cube) -> None:
     """The film shows all stones: with the upper one falling beside it, the lower one that stands is no example."""
     cube = make_cube(lambda azimuth, *_: 0 * azimuth, azimuth=[0, 45], height=[0.6], b_over_h=[0.3], friction=[1.0])
     still = cube.rename(azimuth="orientation").expand_dims(aspect=[1.0])
@@ -97,7 +109,7 @@ def test_a_case_in_which_another_stone_falls_illustrates_none_that_stands(make_c
     assert (before.direction_deg, after.direction_deg) == ((0.0,), (45.0,))
 
 
-GRID = {"azimuth": list(range(0, 360, 30)), "height": [0.6], "b_over_h": [0.2, 0.3, 0.4], "friction": [1.0]}
+CUBE_GRID = {"azimuth": list(range(0, 360, 30)), "height": [0.6], "b_over_h": [0.2, 0.3, 0.4], "friction": [1.0]}
 
 
 def test_case_of_a_contrast_falls_in_one_setting_only(make_cube) -> None:
@@ -110,7 +122,7 @@ def test_case_of_a_contrast_falls_in_one_setting_only(make_cube) -> None:
         falls = (broad < 0.25) & (azimuth % 180 != 150) | (broad < 0.35) & (azimuth % 180 > 20) & (azimuth % 180 < 100)
         return np.where(falls, 1.0, 0.0)
 
-    cube, other = (make_cube(each, **GRID, fault_normal=0.0) for each in (fell, also))
+    cube, other = (make_cube(each, **CUBE_GRID, fault_normal=0.0) for each in (fell, also))
     rocks = xr.full_like(cube["overturned"], 0.5)
     case = case_with_differing_outcomes(
         cube.assign(peak_rotation=rocks), other.assign(peak_rotation=rocks), ("nominal", "other")
@@ -121,8 +133,8 @@ def test_case_of_a_contrast_falls_in_one_setting_only(make_cube) -> None:
     assert case.direction_deg == (60.0, 60.0), "its neighbours at 30° and 90° differ, too"
 
 
-def test_case_of_a_contrast_without_a_difference(make_cube) -> None:
-    cube = make_cube(lambda azimuth, *_: 1.0 + 0 * azimuth, **GRID, fault_normal=0.0)
+def test_contrast_without_a_difference_has_no_illustrative_case(make_cube) -> None:
+    cube = make_cube(lambda azimuth, *_: 1.0 + 0 * azimuth, **CUBE_GRID, fault_normal=0.0)
     assert case_with_differing_outcomes(cube, cube, ("nominal", "other")) is None
     other = cube.assign(overturned=cube["overturned"].where(cube["azimuth"] != 60, -1.0))
     case = case_with_differing_outcomes(cube, other, ("nominal", "other"))

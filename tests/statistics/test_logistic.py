@@ -21,40 +21,43 @@ from overturning.statistics.logistic import (
 
 # Dalal, Fowlkes & Hoadley (1989), JASA 84: joint temperature (°F) and thermal distress of 23 launches before
 # Challenger.
-TEMPERATURE = [66, 70, 69, 68, 67, 72, 73, 70, 57, 63, 70, 78, 67, 53, 67, 75, 70, 81, 76, 79, 75, 76, 58]
-DISTRESS = [0, 1, 0, 0, 0, 0, 0, 0, 1, 1, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 1]
+JOINT_TEMPERATURE_F = [66, 70, 69, 68, 67, 72, 73, 70, 57, 63, 70, 78, 67, 53, 67, 75, 70, 81, 76, 79, 75, 76, 58]
+JOINT_DISTRESS = [0, 1, 0, 0, 0, 0, 0, 0, 1, 1, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 1]
 
 
-def test_challenger() -> None:
+def test_fit_matches_published_estimates_for_challenger_launches() -> None:
     """The published estimates are those of maximum likelihood."""
-    fit = fit_logistic_model(np.array(TEMPERATURE)[:, None], DISTRESS, np.arange(23), intervals=False)
+    fit = fit_logistic_model(np.array(JOINT_TEMPERATURE_F)[:, None], JOINT_DISTRESS, np.arange(23), intervals=False)
     assert fit.coefficient == pytest.approx([15.0429, -0.2322], abs=1e-4)
     assert np.isnan([*fit.low, *fit.standard_error]).all()
     assert float(fit.fall_probability([31.0])) == pytest.approx(0.9996, abs=1e-4)
 
 
-def likeliest(design: np.ndarray, outcome: np.ndarray) -> np.ndarray:
-    """Coefficients of largest likelihood, by another optimiser (SciPy's BFGS)."""
+def maximum_likelihood_by_bfgs(design: np.ndarray, outcome: np.ndarray) -> np.ndarray:
+    """Return the coefficients of maximum likelihood by another optimiser (SciPy's BFGS)."""
 
-    def unlikely(line: np.ndarray) -> tuple[float, np.ndarray]:
+    def negative_log_likelihood(line: np.ndarray) -> tuple[float, np.ndarray]:
         z = design @ line
         return float(np.logaddexp(0.0, z).sum() - outcome @ z), design.T @ (expit(z) - outcome)
 
-    found = minimize(unlikely, np.zeros(design.shape[1]), jac=True, method="BFGS", options={"gtol": 1e-9})
+    found = minimize(
+        negative_log_likelihood, np.zeros(design.shape[1]), jac=True, method="BFGS", options={"gtol": 1e-9}
+    )
     return np.asarray(found.x)
 
 
-def steep_sample(seed: int, slope: float, rows: int) -> tuple[np.ndarray, np.ndarray]:
-    """Two normal predictors, and falls whose log odds rise by `slope` per standard deviation of the first."""
+def random_sample_with_slope(seed: int, slope: float, rows: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return two normal predictors, and falls whose log odds rise by `slope` per standard deviation of the first."""
     generator = np.random.default_rng(seed)
     x = generator.normal(size=(rows, 2))
     return x, (generator.random(rows) < expit(slope * (x @ [1.0, -0.5]))).astype(float)
 
 
-def plane_separates(design: np.ndarray, outcome: np.ndarray) -> bool:
-    """By Stiemke's theorem no plane separates if positive multiples of the signed rows add up to zero.
+def is_separated_by_a_plane(design: np.ndarray, outcome: np.ndarray) -> bool:
+    """True if a plane separates falls from stands, by linear programming (Stiemke's theorem).
 
-    A share between 0 and 1 is a fall and a stand.
+    A share between 0 and 1 counts as a fall and a stand. No plane separates them if positive multiples of the signed
+    rows add up to zero.
     """
     signed = np.concatenate([design[outcome > 0], -design[outcome < 1]])
     zero = np.zeros(design.shape[1])
@@ -63,15 +66,18 @@ def plane_separates(design: np.ndarray, outcome: np.ndarray) -> bool:
 
 @pytest.mark.parametrize("slope", [5.0, 10.0, 20.0, 40.0])
 @pytest.mark.parametrize("rows", [40, 200])
-def test_only_falls_on_one_side_of_a_plane_are_called_separated(slope: float, rows: int) -> None:
+def test_fit_is_called_separated_only_if_a_plane_separates_falls(slope: float, rows: int) -> None:
     """All other samples have the estimate of another optimiser, however steep it is."""
     for seed in range(12):
-        x, y = steep_sample(seed, slope, rows)
+        x, y = random_sample_with_slope(seed, slope, rows)
         design = np.column_stack([np.ones(rows), x])
         fit = fit_logistic_model(x, y, np.zeros(rows), intervals=False)
-        assert ("predictors separate falls from stands" in fit.note) == plane_separates(design, y), (seed, fit.note)
+        assert ("predictors separate falls from stands" in fit.note) == is_separated_by_a_plane(design, y), (
+            seed,
+            fit.note,
+        )
         if not fit.note:
-            assert fit.coefficient == pytest.approx(likeliest(design, y), rel=1e-4), seed
+            assert fit.coefficient == pytest.approx(maximum_likelihood_by_bfgs(design, y), rel=1e-4), seed
 
 
 @pytest.mark.parametrize(
@@ -86,10 +92,10 @@ def test_only_falls_on_one_side_of_a_plane_are_called_separated(slope: float, ro
         ([0, 0, 0.1, 0.9, 1, 1], False),
     ],
 )
-def test_falls_and_stands_in_the_plane_and_shares(outcome: list[float], separated: bool) -> None:
+def test_reference_check_of_separation_handles_ties_and_shares(outcome: list[float], separated: bool) -> None:
     """A predictor of two values, each with three rows; a share is a fall and a stand at one place."""
     x = np.repeat([[0.0], [1.0]], 3, axis=0)
-    assert plane_separates(np.column_stack([np.ones(6), x]), np.array(outcome)) == separated
+    assert is_separated_by_a_plane(np.column_stack([np.ones(6), x]), np.array(outcome)) == separated
     fit = fit_logistic_model(x, outcome, np.arange(6), intervals=False)
     assert (fit.note, bool(np.isnan(fit.coefficient).all())) == (
         "no fit: predictors separate falls from stands" if separated else "", separated
@@ -100,7 +106,7 @@ def test_falls_and_stands_in_the_plane_and_shares(outcome: list[float], separate
         assert fit.coefficient == pytest.approx([log_odds[0], log_odds[1] - log_odds[0]])
 
 
-def test_without_one_earthquake_the_rest_is_separated() -> None:
+def test_no_interval_if_data_without_one_earthquake_are_separated() -> None:
     """Only the first earthquake has a fall below a stand, or several have."""
     x = np.linspace(-1.0, 1.0, 60)
     event, above = np.arange(60) % 10, (x > 0).astype(float)
@@ -115,14 +121,17 @@ def test_without_one_earthquake_the_rest_is_separated() -> None:
 
 @pytest.mark.parametrize(
     ("x", "y"),
-    [(np.array(TEMPERATURE)[:, None] / 10.0 - 7.0, np.array(DISTRESS)), steep_sample(1, 10.0, 240)],
+    [
+        (np.array(JOINT_TEMPERATURE_F)[:, None] / 10.0 - 7.0, np.array(JOINT_DISTRESS)),
+        random_sample_with_slope(1, 10.0, 240),
+    ],
     ids=["launches", "steep"],
 )
-def test_estimates_and_errors_are_those_of_leaving_out_each_cluster(x: np.ndarray, y: np.ndarray) -> None:
+def test_estimates_and_errors_match_a_jackknife_over_clusters(x: np.ndarray, y: np.ndarray) -> None:
     """By another optimiser and the jackknife's formulas, for 12 clusters, such as of one or two launches."""
     cluster, design = np.arange(y.size) % 12, np.column_stack([np.ones(y.size), x])
-    whole = likeliest(design, y)
-    without = np.array([likeliest(design[cluster != one], y[cluster != one]) for one in range(12)])
+    whole = maximum_likelihood_by_bfgs(design, y)
+    without = np.array([maximum_likelihood_by_bfgs(design[cluster != one], y[cluster != one]) for one in range(12)])
     error = np.sqrt(11 / 12 * ((without - without.mean(axis=0)) ** 2).sum(axis=0))
     fit = fit_logistic_model(x, y, cluster)
     assert fit.coefficient == pytest.approx(12 * whole - 11 * without.mean(axis=0), rel=1e-4)
@@ -130,8 +139,8 @@ def test_estimates_and_errors_are_those_of_leaving_out_each_cluster(x: np.ndarra
     assert fit.high - fit.coefficient == pytest.approx(t.ppf(0.975, 11) * error, rel=1e-4)
 
 
-def earthquakes_of(generator: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Predictors, falls and earthquakes: records as in the default study, with effects of their own."""
+def random_earthquakes(generator: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return predictors, falls and earthquake of random records, as many per earthquake as in the default study."""
     records = np.resize([4, 1, 1, 4, 1, 2, 1, 4, 2, 4, 1, 1, 1, 1], count)
     event = np.repeat(np.arange(count), records)
     strength = generator.normal(0, 0.3, count)[event] + generator.normal(0, 0.5, event.size)
@@ -146,14 +155,14 @@ def earthquakes_of(generator: np.random.Generator, count: int) -> tuple[np.ndarr
 
 
 @pytest.mark.long
-def test_intervals_cover_and_estimates_are_unbiased() -> None:
+def test_intervals_cover_the_slopes_and_estimates_are_unbiased() -> None:
     """The sandwich with Student's t held it in 89 to 91 %, and the slope on ln PGA came out 5 to 11 % too large.
 
     The truth is the fit to 4,000 earthquakes, of which the effects of earthquakes are a part.
     """
     generator = np.random.default_rng(42)
-    truth = fit_logistic_model(*earthquakes_of(generator, 4000), intervals=False).coefficient
-    fits = [fit_logistic_model(*earthquakes_of(generator, 14)) for _ in range(600)]
+    truth = fit_logistic_model(*random_earthquakes(generator, 4000), intervals=False).coefficient
+    fits = [fit_logistic_model(*random_earthquakes(generator, 14)) for _ in range(600)]
     fits = [fit for fit in fits if not fit.note]
     assert len(fits) > 580
     held = np.mean([(fit.low <= truth) & (truth <= fit.high) for fit in fits], axis=0)
@@ -177,7 +186,7 @@ def test_no_interval_if_the_fit_depends_on_one_earthquake() -> None:
 
 
 @pytest.mark.parametrize("share", [0.5, 0.01, 1e-9])
-def test_equal_shares_have_a_fit(share: float) -> None:
+def test_equal_shares_give_an_intercept_and_no_slope(share: float) -> None:
     """The likeliest intercept is the logit of the share, and the likeliest slope 0."""
     x = np.linspace(-1, 1, 40)[:, None]
     fit = fit_logistic_model(x, np.full(40, share), np.arange(40) % 10)
@@ -190,7 +199,8 @@ def test_equal_shares_have_a_fit(share: float) -> None:
 
 
 def test_repeating_a_cluster_changes_no_error() -> None:
-    x, y = np.array(TEMPERATURE)[:, None], np.array(DISTRESS)
+    """Each cluster counts once, however many equal rows it has."""
+    x, y = np.array(JOINT_TEMPERATURE_F)[:, None], np.array(JOINT_DISTRESS)
     single = fit_logistic_model(x, y, np.arange(23))
     double = fit_logistic_model(np.repeat(x, 3, axis=0), np.repeat(y, 3), np.repeat(np.arange(23), 3))
     assert double.standard_error == pytest.approx(single.standard_error, rel=1e-6)
@@ -198,17 +208,17 @@ def test_repeating_a_cluster_changes_no_error() -> None:
     assert (independent.standard_error < 0.7 * single.standard_error).all()
 
 
-def test_weights_are_repetitions() -> None:
-    x, y = np.array(TEMPERATURE)[:, None], np.array(DISTRESS)
+def test_weight_of_a_row_counts_as_repetition() -> None:
+    x, y = np.array(JOINT_TEMPERATURE_F)[:, None], np.array(JOINT_DISTRESS)
     weighted = fit_logistic_model(x, y, np.arange(23), weight=1 + y)
     repeated = fit_logistic_model(np.repeat(x, 1 + y, axis=0), np.repeat(y, 1 + y), np.repeat(np.arange(23), 1 + y))
     assert weighted.coefficient == pytest.approx(repeated.coefficient, rel=1e-8)
     assert weighted.standard_error == pytest.approx(repeated.standard_error, rel=1e-8)
 
 
-def test_rows_without_weight_are_none() -> None:
+def test_rows_of_zero_weight_do_not_affect_the_fit() -> None:
     """They neither count as clusters of the jackknife, nor keep the others from being all alike."""
-    x, y = np.array(TEMPERATURE, np.float64)[:, None], np.array(DISTRESS, np.float64)
+    x, y = np.array(JOINT_TEMPERATURE_F, np.float64)[:, None], np.array(JOINT_DISTRESS, np.float64)
     whole = fit_logistic_model(x, y, np.arange(23))
     more = fit_logistic_model(
         np.vstack([x, x[:4]]), np.append(y, 1 - y[:4]), np.arange(27), weight=np.append(np.ones(23), np.zeros(4))
@@ -219,7 +229,7 @@ def test_rows_without_weight_are_none() -> None:
     assert alike.note == "no fit: everything falls"
 
 
-def test_intervals_cover_with_clusters() -> None:
+def test_intervals_cover_the_slope_with_a_shift_per_cluster() -> None:
     """With a shift common to each cluster the 95 % interval still holds the slope in most samples."""
     generator, held = np.random.default_rng(2), 0
     for _ in range(150):
@@ -248,7 +258,7 @@ def test_the_note_states_why_a_fit_fails(outcome: list[int], word: str, monkeypa
 @pytest.mark.parametrize("earthquakes", [1, 2, 7, 8])
 def test_few_earthquakes_give_no_interval(earthquakes: int) -> None:
     """Fewer than eight earthquakes give no interval."""
-    fit = fit_logistic_model(np.array(TEMPERATURE)[:, None], DISTRESS, np.arange(23) % earthquakes)
+    fit = fit_logistic_model(np.array(JOINT_TEMPERATURE_F)[:, None], JOINT_DISTRESS, np.arange(23) % earthquakes)
     assert np.isfinite(fit.coefficient).all()
     assert np.isfinite([fit.low, fit.high]).all() == (earthquakes == 8)
     assert ("no interval: fewer than 8 earthquakes" in fit.note) == (earthquakes < 8)
@@ -259,20 +269,20 @@ def test_few_earthquakes_give_no_interval(earthquakes: int) -> None:
 def test_a_constant_predictor_has_no_coefficient(constant: float, rounding: float) -> None:
     """Also one that varies by rounding only, such as ln PGV/PGA of a pulse: its coefficient was −10¹²."""
     near = constant * (1.0 + rounding * np.cos(np.arange(23.0)))
-    x = np.column_stack([TEMPERATURE, near])
-    fit, without = (fit_logistic_model(one, DISTRESS, np.arange(23)) for one in (x, x[:, :1]))
+    x = np.column_stack([JOINT_TEMPERATURE_F, near])
+    fit, without = (fit_logistic_model(one, JOINT_DISTRESS, np.arange(23)) for one in (x, x[:, :1]))
     assert fit.coefficient[:2] == pytest.approx(without.coefficient)
     assert fit.standard_error[:2] == pytest.approx(without.standard_error)
     assert np.isnan([fit.coefficient[2], fit.standard_error[2]]).all()
 
 
 @pytest.mark.parametrize(("x", "outcome"), [([[1.0]], [1, 0]), ([[1.0], [2.0]], [0, 2]), ([[1.0], [math.nan]], [0, 1])])
-def test_bad_shapes(x: list[list[float]], outcome: list[int]) -> None:
+def test_regression_data_of_wrong_shape_or_value_are_refused(x: list[list[float]], outcome: list[int]) -> None:
     with pytest.raises(ArgumentError):
         fit_logistic_model(x, outcome, range(len(outcome)))
 
 
-def test_fit_of_a_cube(make_cube: Callable[..., xr.Dataset]) -> None:
+def test_fit_to_a_cube_recovers_the_known_slope(make_cube: Callable[..., xr.Dataset]) -> None:
     """Blocks that fall above West's limit by a noisy margin: the slope on PGA over the limit comes back."""
     generator = np.random.default_rng(4)
     azimuth = np.arange(0, 360, 10.0)

@@ -9,7 +9,7 @@ import scipy
 from overturning.statistics.mean_direction import MOST_RESAMPLED, mean_direction_with_interval
 
 
-def test_mean_of_four_falls_by_hand() -> None:
+def test_mean_direction_of_four_falls_matches_hand_computation() -> None:
     # Four falls at 30° and four at 50°: mean 40°, resultant cos 10°. As axes: 40°, cos 20°.
     falls = [30.0, 50.0] * 4
     found, axis = (
@@ -24,13 +24,13 @@ def test_mean_of_four_falls_by_hand() -> None:
     assert found.test.p_value < 0.001
 
 
-def test_opposite_falls_have_an_axis_and_no_direction() -> None:
+def test_opposite_falls_have_a_mean_axis_and_no_mean_direction() -> None:
     falls = np.array([10, 20, 30, 15, 25, 190, 200, 210, 195, 205])
     assert math.isnan(mean_direction_with_interval(falls).mean_deg)
     assert mean_direction_with_interval(falls, axial=True).mean_deg == pytest.approx(20)
 
 
-def test_mean_is_that_of_scipy() -> None:
+def test_mean_direction_and_axis_match_scipy() -> None:
     falls = np.random.default_rng(1).vonmises(math.radians(310), 2.0, 40) * 180 / math.pi
     expected = math.degrees(scipy.stats.circmean(np.radians(falls)))
     assert mean_direction_with_interval(falls).mean_deg == pytest.approx(expected)
@@ -39,20 +39,20 @@ def test_mean_is_that_of_scipy() -> None:
     assert mean_direction_with_interval(falls).test.p_value < math.exp(-n * length**2) + 0.001
 
 
-def test_rayleigh_test_of_random_falls() -> None:
+def test_rayleigh_p_value_of_random_falls_matches_its_approximation() -> None:
     falls = np.random.default_rng(7).uniform(0, 360, 60)
     found = mean_direction_with_interval(falls)
     assert found.test.p_value == pytest.approx(math.exp(-60 * found.resultant**2), abs=0.03)
 
 
 @pytest.mark.parametrize("falls", [[], [40.0], [40.0, 41.0, 39.0]])
-def test_few_falls_have_no_interval(falls: list[float]) -> None:
+def test_mean_direction_of_few_falls_has_no_interval(falls: list[float]) -> None:
     assert math.isnan(mean_direction_with_interval(falls).half_width_deg)
     assert mean_direction_with_interval(falls).n == len(falls)
 
 
 @pytest.mark.parametrize(("count", "concentration"), [(12, 2.0), (30, 1.0)])
-def test_intervals_cover_the_true_direction(count: int, concentration: float) -> None:
+def test_intervals_of_the_mean_direction_cover_the_true_direction(count: int, concentration: float) -> None:
     generator = np.random.default_rng(3)
     covered = list[bool]()
     for _ in range(300):
@@ -65,7 +65,7 @@ def test_intervals_cover_the_true_direction(count: int, concentration: float) ->
 
 
 @pytest.mark.parametrize(("step", "spread"), [(45, 1), (45, 8), (45, 15), (22.5, 3), (22.5, 40), (10, 2)])
-def test_intervals_of_directions_in_steps_cover_the_true_one(step: float, spread: float) -> None:
+def test_intervals_cover_the_true_direction_of_azimuths_noted_in_steps(step: float, spread: float) -> None:
     """Falls that agree better than the steps have a common error, which their spread does not show."""
     generator, covered = np.random.default_rng(6), list[bool]()
     for true in generator.uniform(0, 360, 200):
@@ -108,7 +108,7 @@ def test_steps_much_shorter_than_the_spread_widen_no_interval() -> None:
     assert noted == exact
 
 
-def test_equal_winds_are_known_to_half_their_step() -> None:
+def test_equal_winds_have_an_interval_of_half_their_step() -> None:
     many = mean_direction_with_interval([90.0] * (MOST_RESAMPLED + 1), 45.0)
     assert (many.mean_deg, many.half_width_deg) == (pytest.approx(90.0), pytest.approx(22.5))
     falls = [0.0] * 5 + [180.0] * 4
@@ -117,7 +117,7 @@ def test_equal_winds_are_known_to_half_their_step() -> None:
     assert (axis.mean_deg % 180, axis.half_width_deg) == (pytest.approx(0, abs=1e-9), pytest.approx(22.5))
 
 
-def test_many_falls_have_the_interval_of_large_samples() -> None:
+def test_interval_of_many_falls_is_the_large_sample_approximation() -> None:
     generator = np.random.default_rng(4)
     few = np.degrees(generator.vonmises(1.0, 1.0, MOST_RESAMPLED))
     of_few, of_many = (mean_direction_with_interval(angles) for angles in (few, np.tile(few, 4)))

@@ -10,7 +10,7 @@ from overturning.study.ensemble import fall_probabilities_converged
 
 
 @pytest.mark.parametrize("chances", [(0.02, 0.0), (0.05, 0.05), (0.3, 0.0), (0.1, 0.85), (0.5, 0.45), (0.97, 0.02)])
-def test_shares_of_disagreement_do_not_depend_on_stopping(chances: tuple[float, float]) -> None:
+def test_shares_of_cells_with_disagreement_do_not_depend_on_early_stopping(chances: tuple[float, float]) -> None:
     """Estimates for many cells with known probabilities; the first batch has a closed form.
 
     Counted over the runs of each cell, its stopping is part of the share: 0.48 in place of 0.34 for (0.1, 0.85).
@@ -54,7 +54,7 @@ def test_shares_of_disagreement_do_not_depend_on_stopping(chances: tuple[float, 
     ("towards", "away", "parts", "both"),
     [(0, 0, 0, 0), (3, 0, 1, 0), (8, 0, 0, 0), (5, 1, 1, 1), (4, 4, 0, 1), (2, 1, 1, 0), (2, 2, 1, 0), (1, 4, 1, 1)],
 )
-def test_statistics_of_eight_runs(towards: int, away: int, parts: int, both: int) -> None:
-    """Members disagree if some fall and some stand; falls to both sides need more than half of the members to fall."""
+def test_disagreement_and_falls_to_both_sides_of_eight_runs(towards: int, away: int, parts: int, both: int) -> None:
+    """Runs disagree if some fall and some stand; falls to both sides need more than half of the runs to fall."""
     assert runs_disagree_on_fall(np.array(towards), np.array(away), 8) == parts
     assert runs_fall_to_both_sides(np.array(towards), np.array(away), 8) == both

@@ -1,11 +1,11 @@
-"""The synthetic cubes of the statistics, and the library of candidate motions."""
+"""Fixtures for tests of surveys: synthetic cubes, as in the tests of statistics, and the library of motions."""
 
 import pytest
 
 from overturning.surveys.library import CandidateMotion, candidate_motions
-from tests.statistics.conftest import make_cube, sector
+from tests.statistics.conftest import falls_in_sector, make_cube
 
-__all__ = ["library_motions", "make_cube", "sector"]
+__all__ = ["falls_in_sector", "library_motions", "make_cube"]
 
 
 @pytest.fixture(scope="package")

@@ -24,8 +24,8 @@ from overturning.surveys.stones import OCTANTS, Stone
 
 
 @pytest.fixture
-def site(make_cube, sector):
-    return make_cube(sector(60, 30), azimuth=range(0, 360, 2))
+def site(make_cube, falls_in_sector):
+    return make_cube(falls_in_sector(60, 30), azimuth=range(0, 360, 2))
 
 
 def fallen(azimuth: float, **more) -> Stone:
@@ -62,8 +62,8 @@ def test_surveys_drawn_from_the_prediction_and_of_stones_that_fell_any_way(site)
 
 
 @pytest.mark.long
-def test_p_values_are_calibrated_under_any_way(make_cube, sector) -> None:
-    site = make_cube(sector(60, 30), azimuth=range(0, 360, 10))
+def test_p_values_are_calibrated_under_any_way(make_cube, falls_in_sector) -> None:
+    site = make_cube(falls_in_sector(60, 30), azimuth=range(0, 360, 10))
     p = [
         compare_survey_with_prediction(draw(12, 0, 180, seed=i), site, random_survey_count=200).likelihood_ratio_p
         for i in range(60)
@@ -104,8 +104,8 @@ def test_count_equals_repeated_stones(site) -> None:
     assert one.octant_observed.tolist() == two.octant_observed.tolist()
 
 
-def test_stones_outside_the_grid_of_b_over_h_are_counted(make_cube, sector) -> None:
-    cube = make_cube(sector(60, 30), azimuth=range(0, 360, 2), b_over_h=(0.2, 0.3, 0.4))
+def test_stones_outside_the_grid_of_b_over_h_are_counted(make_cube, falls_in_sector) -> None:
+    cube = make_cube(falls_in_sector(60, 30), azimuth=range(0, 360, 2), b_over_h=(0.2, 0.3, 0.4))
     inside = [fallen(60), fallen(60, b_over_h=0.4), fallen(60, b_over_h=0.2, b_over_h_side=0.3)]
     outside = [fallen(60, b_over_h=0.5, count=2), fallen(60, b_over_h=0.2, b_over_h_side=0.1)]
     found = compare_survey_with_prediction([*inside, *outside], cube)
@@ -194,18 +194,20 @@ def facing(face: float = 60, front: float = 0.3, side: float = 0.3) -> Stone:
     ("stone", "most"),
     [(facing(60, 0.2, 0.5), "forwards"), (facing(60, 0.5, 0.2), "stood"), (facing(330, 0.5, 0.2), "to its right")],
 )
-def test_rectangular_stones_fall_over_their_edges(make_cube, sector, stone: Stone, most: str) -> None:
+def test_rectangular_stones_fall_over_their_edges(make_cube, falls_in_sector, stone: Stone, most: str) -> None:
     """Falls within 30° of 60°, up to B/H = 0.3 only: a stone that is broad towards 60° stands."""
-    site = make_cube(sector(60, 30, largest=0.3), azimuth=range(0, 360, 2))
+    site = make_cube(falls_in_sector(60, 30, largest=0.3), azimuth=range(0, 360, 2))
     sides = SiteFallPrediction(site, background=0).fall_side_probabilities(stone)
     assert SIDES[int(np.argmax(sides))] == most
     assert sides.sum() == pytest.approx(1)
 
 
 @pytest.mark.parametrize(("face", "step", "north"), [(30, 15, 37.5), (45, 30, 22.5), (52, 2, 15.5), (60, 30, 7.5)])
-def test_a_stone_of_known_face_falls_evenly_within_45_degrees_of_it(make_cube, sector, face, step, north) -> None:
+def test_a_stone_of_known_face_falls_evenly_within_45_degrees_of_it(
+    make_cube, falls_in_sector, face, step, north
+) -> None:
     """Also where these 90° are no whole number of azimuths to either side; `north` is the part of N in them, °."""
-    site = make_cube(sector(face, step), azimuth=range(0, 360, step))
+    site = make_cube(falls_in_sector(face, step), azimuth=range(0, 360, step))
     stone = fallen(face, b_over_h=0.3, face_azimuth_deg=face)
     expected = compare_survey_with_prediction([stone], site, background=0, random_survey_count=1).octant_predicted
     assert expected == pytest.approx([north / 90, 0.5, (45 - north) / 90, 0, 0, 0, 0, 0], abs=1e-3)
@@ -268,15 +270,15 @@ def test_a_stone_has_one_height_and_friction_in_both_planes(make_cube) -> None:
     )
 
 
-def test_faces_between_azimuths_and_shapes_are_interpolated(make_cube, sector) -> None:
-    site = make_cube(sector(60, 1, largest=0.3), azimuth=range(0, 360, 30))
+def test_faces_between_azimuths_and_shapes_are_interpolated(make_cube, falls_in_sector) -> None:
+    site = make_cube(falls_in_sector(60, 1, largest=0.3), azimuth=range(0, 360, 30))
     prediction = SiteFallPrediction(site, background=0)
     assert prediction.fall_side_probabilities(facing(75.0, side=0.5))[1] == pytest.approx(0.5)
     assert prediction.fall_side_probabilities(facing(front=0.35, side=0.5))[1] == pytest.approx(0.5)
 
 
-def test_cells_without_an_outcome_do_not_count_as_standing(make_cube, sector) -> None:
-    site = make_cube(sector(60, 1), azimuth=range(0, 360, 30))
+def test_cells_without_an_outcome_do_not_count_as_standing(make_cube, falls_in_sector) -> None:
+    site = make_cube(falls_in_sector(60, 1), azimuth=range(0, 360, 30))
     site["overturned"][..., 0] = np.nan  # one friction of two
     sides = SiteFallPrediction(site, background=0).fall_side_probabilities(facing())
     assert sides == pytest.approx([0, 1, 0, 0, 0])
@@ -314,8 +316,8 @@ def test_falls_about_the_normals_of_known_faces_are_no_test_of_fit(site) -> None
     assert min(unknown.fit_octants.p_value, unknown.fit_exact.p_value) < 0.05
 
 
-def test_confusion_matrix(make_cube, sector) -> None:
-    site = make_cube(sector(60, 30, largest=0.3), azimuth=range(0, 360, 2))
+def test_confusion_matrix(make_cube, falls_in_sector) -> None:
+    site = make_cube(falls_in_sector(60, 30, largest=0.3), azimuth=range(0, 360, 2))
     stones = [
         Stone(True, 65.0, False, count=3, b_over_h=0.2, b_over_h_side=0.5, face_azimuth_deg=60),
         Stone(False, math.nan, False, count=2, b_over_h=0.5, face_azimuth_deg=60),
@@ -399,15 +401,15 @@ def test_the_computed_share_of_falls(make_cube, stones: list[Stone], mean: float
     assert found.beyond_heights == sum(one.height in (0.2, 3.0) for one in stones)
 
 
-def test_the_computed_share_counts_one_orientation_or_all(make_cube, sector) -> None:
+def test_the_computed_share_counts_one_orientation_or_all(make_cube, falls_in_sector) -> None:
     """Falls within 30° of 60° and 240°: squares fall if either plane does, in 60°/90° of the orientations."""
-    site = make_cube(sector(60, 30), azimuth=range(0, 360, 1), height=(0.6,), friction=(1.0,))
+    site = make_cube(falls_in_sector(60, 30), azimuth=range(0, 360, 1), height=(0.6,), friction=(1.0,))
     shares = [
         compare_survey_with_prediction([stone], site, random_survey_count=1).computed_fall_share
         for stone in (fallen(60, b_over_h=0.3), facing(60), facing(105), facing(150), fallen(60))
     ]
     assert shares == pytest.approx([61 / 90, 1, 0, 1, 61 / 90], abs=1e-9)
-    heights = make_cube(sector(60, 30), azimuth=range(0, 360, 5), height=(0.6, 1.2), friction=(1.0,))
+    heights = make_cube(falls_in_sector(60, 30), azimuth=range(0, 360, 5), height=(0.6, 1.2), friction=(1.0,))
     half = fallen(60, b_over_h=0.3, height=0.8, face_azimuth_deg=60), fallen(60, b_over_h=0.3, height=0.8)
     for stones, of in (([facing(60)], site), (list(half), heights)):  # one height and friction, or height stated
         single = compare_survey_with_prediction(stones, of, random_survey_count=1)
@@ -531,9 +533,9 @@ def test_parts_of_stones_in_two_octants_add_up_to_whole_stones(site, declination
     assert found.uniform_octants.p_value > 0.1
 
 
-def test_each_site_is_compared_with_its_own_motion(make_cube, sector) -> None:
+def test_each_site_is_compared_with_its_own_motion(make_cube, falls_in_sector) -> None:
     """Stones at A fall as under one motion, those at B as under another; the sums are those of the sites alone."""
-    east, west = (make_cube(sector(towards, 30), azimuth=range(0, 360, 2)) for towards in (90, 270))
+    east, west = (make_cube(falls_in_sector(towards, 30), azimuth=range(0, 360, 2)) for towards in (90, 270))
     at_a = [replace(stone, site="A") for stone in draw(20, 90, 30, seed=1)]
     at_b = [replace(stone, site="B") for stone in draw(20, 270, 30, seed=2)]
     both = compare_survey_with_prediction([*at_a, *at_b], east, site_cubes={"B": west})
@@ -554,7 +556,7 @@ def test_each_site_is_compared_with_its_own_motion(make_cube, sector) -> None:
     assert found.computed_fall_share == 0.0
 
 
-def test_cubes_of_one_survey_need_one_grid(make_cube, sector) -> None:
-    fine, coarse = (make_cube(sector(60, 30), azimuth=range(0, 360, step)) for step in (2, 4))
+def test_cubes_of_one_survey_need_one_grid(make_cube, falls_in_sector) -> None:
+    fine, coarse = (make_cube(falls_in_sector(60, 30), azimuth=range(0, 360, step)) for step in (2, 4))
     with pytest.raises(ArgumentError, match="site 'B': its cube has other values of azimuth"):
         compare_survey_with_prediction(draw(3, 60, 30, 1), fine, site_cubes={"B": coarse})

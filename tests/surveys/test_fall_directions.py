@@ -76,14 +76,14 @@ def test_the_exact_test_is_calibrated_for_falls_to_both_sides(make_cube) -> None
     ],
 )
 def test_a_true_prediction_fits_azimuths_recorded_in_steps(
-    make_cube, sector, step: int, count: int, surveys: int
+    make_cube, falls_in_sector, step: int, count: int, surveys: int
 ) -> None:
     """Falls are drawn from the prediction and rounded. Tests of continuous angles reject each survey of 30° steps.
 
     So did the octants that held one or two of the possible azimuths. Azimuths in two octants vary less than whole
     stones, so that the tests of octants reject a true prediction less often than they say.
     """
-    site = make_cube(sector(60, 60), azimuth=range(0, 360, 5))
+    site = make_cube(falls_in_sector(60, 60), azimuth=range(0, 360, 5))
     predicted, generator = SiteFallPrediction(site), np.random.default_rng(1)
     share, width = predicted.fall_sector_probabilities(), np.diff(predicted.borders)
     p = []
@@ -98,16 +98,16 @@ def test_a_true_prediction_fits_azimuths_recorded_in_steps(
     assert np.mean(np.array(p)[:, 0] <= 0.5) == pytest.approx(0.5, abs=0.2 if surveys < 100 else 0.1)
 
 
-def test_a_wrong_prediction_does_not_fit_azimuths_recorded_in_steps(make_cube, sector) -> None:
-    site = make_cube(sector(60, 60), azimuth=range(0, 360, 5))
+def test_a_wrong_prediction_does_not_fit_azimuths_recorded_in_steps(make_cube, falls_in_sector) -> None:
+    site = make_cube(falls_in_sector(60, 60), azimuth=range(0, 360, 5))
     stones = [fallen(30.0 * number, degree_step_deg=30.0) for number in (5, 6, 6, 7, 7, 7, 8, 8, 9) for _ in range(3)]
     found = compare_survey_with_prediction(stones, site)
     assert max(found.fit_exact.p_value, found.fit_octants.p_value, found.fit_octants_watson.p_value) < 0.01
 
 
-def test_the_expected_octants_are_counted_as_the_observed_ones(make_cube, sector) -> None:
+def test_the_expected_octants_are_counted_as_the_observed_ones(make_cube, falls_in_sector) -> None:
     """All fall within 52.5° to 67.5°, noted as 60° in steps of 30°: a quarter of the step lies in E."""
-    site = make_cube(sector(60, 1), azimuth=range(0, 360, 15))
+    site = make_cube(falls_in_sector(60, 1), azimuth=range(0, 360, 15))
     found = compare_survey_with_prediction([fallen(60, degree_step_deg=30.0)], site, background=0.0)
     np.testing.assert_allclose(found.octant_observed, [0, 0.75, 0.25, 0, 0, 0, 0, 0])
     np.testing.assert_allclose(found.octant_predicted, found.octant_observed, atol=1e-12)
@@ -127,9 +127,9 @@ def test_winds_between_two_azimuths_of_the_grid_are_treated_alike_in_a_mirror(ma
     assert other.log_likelihood_ratio == pytest.approx(one.log_likelihood_ratio, rel=1e-9)
 
 
-def test_a_wind_has_the_mean_density_over_its_width(make_cube, sector) -> None:
+def test_a_wind_has_the_mean_density_over_its_width(make_cube, falls_in_sector) -> None:
     """Falls within 52.5° to 67.5° alone: a sixth of the circle's 15° lies in NE (to 56.25°), the rest in ENE."""
-    cube = make_cube(sector(60, 1), azimuth=range(0, 360, 15))
+    cube = make_cube(falls_in_sector(60, 1), azimuth=range(0, 360, 15))
     for number, share in ((2, 3.75 / 15), (3, 11.25 / 15)):
         found = compare_survey_with_prediction([wind(number)], cube, background=0.0)
         assert found.log_likelihood_ratio == pytest.approx(math.log(share * 16), rel=1e-9)
@@ -137,8 +137,8 @@ def test_a_wind_has_the_mean_density_over_its_width(make_cube, sector) -> None:
 
 
 @pytest.mark.long
-def test_p_values_of_winds_are_calibrated_under_any_way(make_cube, sector) -> None:
-    cube = make_cube(sector(60, 40), azimuth=range(0, 360, 15))
+def test_p_values_of_winds_are_calibrated_under_any_way(make_cube, falls_in_sector) -> None:
+    cube = make_cube(falls_in_sector(60, 40), azimuth=range(0, 360, 15))
     generator = np.random.default_rng(3)
     p = [
         compare_survey_with_prediction(
@@ -150,8 +150,8 @@ def test_p_values_of_winds_are_calibrated_under_any_way(make_cube, sector) -> No
     assert np.mean(np.array(p) <= 0.5) == pytest.approx(0.5, abs=0.11)
 
 
-def test_a_mean_direction_is_given_only_if_random_directions_are_rejected(make_cube, sector) -> None:
-    site = make_cube(sector(60, 30), azimuth=range(0, 360, 2))
+def test_a_mean_direction_is_given_only_if_random_directions_are_rejected(make_cube, falls_in_sector) -> None:
+    site = make_cube(falls_in_sector(60, 30), azimuth=range(0, 360, 2))
     around = compare_survey_with_prediction([fallen(azimuth) for azimuth in (3, 100)], site)
     assert around.resultant > 0.6
     assert math.isnan(around.mean_direction_deg)

@@ -18,10 +18,10 @@ from overturning.surveys.stones import Stone
 
 
 @pytest.mark.parametrize("faces", [True, False])
-def test_round_trip(make_cube, sector, tmp_path: Path, faces: bool) -> None:
+def test_round_trip(make_cube, falls_in_sector, tmp_path: Path, faces: bool) -> None:
     shape = {"b_over_h": 0.2, "face_azimuth_deg": 60.0} if faces else {}
     found = compare_survey_with_prediction(
-        [Stone(True, 45.0, octant=True, count=3, **shape)], make_cube(sector(60, 30))
+        [Stone(True, 45.0, octant=True, count=3, **shape)], make_cube(falls_in_sector(60, 30))
     )
     source, path = tmp_path / "stones.csv", tmp_path / "survey" / "1.json"
     source.write_text("octant,count\nNE,3\n", encoding="utf-8")
@@ -38,12 +38,14 @@ def test_round_trip(make_cube, sector, tmp_path: Path, faces: bool) -> None:
 
 
 def test_remarks_are_the_comment_lines_with_text_and_few_falls_are_fewer_than_five_to_an_octant(
-    make_cube, sector, tmp_path: Path
+    make_cube, falls_in_sector, tmp_path: Path
 ) -> None:
     source = tmp_path / "stones.csv"
     source.write_text("# A churchyard,\n#\n##  in haste.\noctant,count\nNE,39\n# no remark\n", encoding="utf-8")
     for count, few in ((39, True), (40, False)):
-        found = compare_survey_with_prediction([Stone(True, 45.0, octant=True, count=count)], make_cube(sector(60, 30)))
+        found = compare_survey_with_prediction(
+            [Stone(True, 45.0, octant=True, count=count)], make_cube(falls_in_sector(60, 30))
+        )
         made = survey_findings(make_stored_survey_comparison(source, "r0", found))
         assert made.remarks == ["A churchyard,", "in haste."]
         assert made.few_falls is few

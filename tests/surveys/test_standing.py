@@ -20,7 +20,7 @@ from overturning.surveys.standing import (
     read_hazard_curves,
     upper_bound_of_annual_fall_rate,
 )
-from tests.statistics.conftest import lognormal_curve
+from tests.statistics.conftest import fitted_lognormal_curve
 
 
 def power_law(k0: float, k: float, low: float, high: float, count: int = 2) -> HazardCurve:
@@ -96,8 +96,8 @@ def test_a_rate_after_years_without_a_fall() -> None:
 
 @pytest.fixture
 def tables(tmp_path: Path) -> tuple[Path, Path]:
-    made = [lognormal_curve(0.6, 0.4, "B/H up to 0.4, H up to 0.6 m"), lognormal_curve(9, 0.8, "stout")]
-    made.append(lognormal_curve(1.0, math.inf, "stout", ("PGV/PGA", "s")))  # half fall everywhere: no curve fits
+    made = [fitted_lognormal_curve(0.6, 0.4, "B/H up to 0.4, H up to 0.6 m"), fitted_lognormal_curve(9, 0.8, "stout")]
+    made.append(fitted_lognormal_curve(1.0, math.inf, "stout", ("PGV/PGA", "s")))  # half fall everywhere: no curve fits
     write_fragility_csv(made, tmp_path / "fragility.csv")
     (tmp_path / "hazard.csv").write_text(
         "measure,unit,level,annual_rate\nPGA,g,0.01,1\nPGA,g,10,1e-6\n", encoding="utf-8"

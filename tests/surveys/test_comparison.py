@@ -24,20 +24,23 @@ from overturning.surveys.stones import OCTANTS, Stone
 
 
 @pytest.fixture
-def site(make_cube, falls_in_sector):
+def cube_of_falls_around_60(make_cube, falls_in_sector):
+    """Return the cube of one site: blocks fall in planes within 30° of 60°, towards 60°."""
     return make_cube(falls_in_sector(60, 30), azimuth=range(0, 360, 2))
 
 
-def fallen(azimuth: float, **more) -> Stone:
+def fallen_stone(azimuth: float, **more) -> Stone:
+    """Return a stone that fell towards an azimuth, degrees."""
     return Stone(fell=True, azimuth_deg=azimuth % 360, octant=False, **more)
 
 
-def draw(n: int, centre: float, half: float, seed: int) -> list[Stone]:
-    return [fallen(a) for a in np.random.default_rng(seed).uniform(centre - half, centre + half, n)]
+def random_fallen_stones(n: int, centre: float, half: float, seed: int) -> list[Stone]:
+    """Return stones whose fall azimuths are drawn at random within ``half`` degrees of ``centre``."""
+    return [fallen_stone(a) for a in np.random.default_rng(seed).uniform(centre - half, centre + half, n)]
 
 
-def test_prediction_of_stones_turned_every_way(site) -> None:
-    prediction = SiteFallPrediction(site, background=0)
+def test_prediction_for_stones_of_unknown_face_averages_all_azimuths(cube_of_falls_around_60) -> None:
+    prediction = SiteFallPrediction(cube_of_falls_around_60, background=0)
     density = prediction.fall_sector_probabilities()
     assert density.sum() == pytest.approx(1)
     inside = np.abs((prediction.azimuth - 60 + 180) % 360 - 180) <= 30
@@ -49,8 +52,11 @@ def test_prediction_of_stones_turned_every_way(site) -> None:
     assert octants[OCTANTS.index("E")] == pytest.approx(23.5 / 62, abs=0.01)
 
 
-def test_surveys_drawn_from_the_prediction_and_of_stones_that_fell_any_way(site) -> None:
-    drawn, blind = (compare_survey_with_prediction(draw(40, *of), site) for of in ((60, 30, 1), (0, 180, 2)))
+def test_survey_drawn_from_the_prediction_fits_and_random_falls_do_not(cube_of_falls_around_60) -> None:
+    drawn, blind = (
+        compare_survey_with_prediction(random_fallen_stones(40, *of), cube_of_falls_around_60)
+        for of in ((60, 30, 1), (0, 180, 2))
+    )
     assert (drawn.fallen, drawn.turned_every_way) == (40, 40)
     assert drawn.mean_direction_deg == pytest.approx(60, abs=8)
     assert drawn.log_likelihood_ratio > 40
@@ -62,52 +68,59 @@ def test_surveys_drawn_from_the_prediction_and_of_stones_that_fell_any_way(site)
 
 
 @pytest.mark.long
-def test_p_values_are_calibrated_under_any_way(make_cube, falls_in_sector) -> None:
+def test_p_values_are_uniform_for_falls_in_random_directions(make_cube, falls_in_sector) -> None:
     site = make_cube(falls_in_sector(60, 30), azimuth=range(0, 360, 10))
     p = [
-        compare_survey_with_prediction(draw(12, 0, 180, seed=i), site, random_survey_count=200).likelihood_ratio_p
+        compare_survey_with_prediction(
+            random_fallen_stones(12, 0, 180, seed=i), site, random_survey_count=200
+        ).likelihood_ratio_p
         for i in range(60)
     ]
     assert np.mean(np.array(p) < 0.2) == pytest.approx(0.2, abs=0.13)
     assert np.mean(p) == pytest.approx(0.5, abs=0.12)
 
 
-def test_without_background_a_stone_where_nothing_falls_rules_the_prediction_out(site) -> None:
+def test_one_impossible_fall_excludes_a_prediction_without_background(cube_of_falls_around_60) -> None:
     """Falls towards 30° to 90° alone: what lies there fits, and one stone elsewhere can not have been."""
-    inside, outside = draw(20, 60, 25, seed=4), fallen(200)
-    found = compare_survey_with_prediction(inside, site, background=0.0)
+    inside, outside = random_fallen_stones(20, 60, 25, seed=4), fallen_stone(200)
+    found = compare_survey_with_prediction(inside, cube_of_falls_around_60, background=0.0)
     share = found.octant_predicted / 20
     there = share > 0
     assert found.fit_octants.statistic == pytest.approx(
         chisquare(found.octant_observed[there], 20 * share[there]).statistic
     )
     assert found.fit_octants.p_value > 0.05
-    ruled_out = compare_survey_with_prediction([*inside, outside], site, background=0.0)
+    ruled_out = compare_survey_with_prediction([*inside, outside], cube_of_falls_around_60, background=0.0)
     assert ruled_out.fit_octants.statistic == math.inf
     assert ruled_out.fit_octants.p_value < 1e-3
     assert (ruled_out.log_likelihood_ratio, ruled_out.likelihood_ratio_p) == (-math.inf, 1.0)
 
 
-def test_octants_carry_less_than_azimuths(site) -> None:
-    exact = draw(30, 60, 30, seed=3)
+def test_falls_noted_as_octants_carry_less_evidence_than_azimuths(cube_of_falls_around_60) -> None:
+    exact = random_fallen_stones(30, 60, 30, seed=3)
     coarse = [Stone(fell=True, azimuth_deg=45.0 * (((s.azimuth_deg + 22.5) % 360) // 45), octant=True) for s in exact]
-    fine, grouped = compare_survey_with_prediction(exact, site), compare_survey_with_prediction(coarse, site)
+    fine, grouped = (
+        compare_survey_with_prediction(exact, cube_of_falls_around_60),
+        compare_survey_with_prediction(coarse, cube_of_falls_around_60),
+    )
     assert np.array_equal(fine.octant_observed, grouped.octant_observed)
     assert 0 < grouped.log_likelihood_ratio < fine.log_likelihood_ratio
     assert grouped.fit_exact.n == 0
 
 
-def test_count_equals_repeated_stones(site) -> None:
-    one = compare_survey_with_prediction([fallen(60), fallen(60), fallen(80)], site)
-    two = compare_survey_with_prediction([fallen(60, count=2), fallen(80)], site)
+def test_count_of_a_stone_equals_repeated_stones(cube_of_falls_around_60) -> None:
+    one = compare_survey_with_prediction(
+        [fallen_stone(60), fallen_stone(60), fallen_stone(80)], cube_of_falls_around_60
+    )
+    two = compare_survey_with_prediction([fallen_stone(60, count=2), fallen_stone(80)], cube_of_falls_around_60)
     assert one.log_likelihood_ratio == two.log_likelihood_ratio
     assert one.octant_observed.tolist() == two.octant_observed.tolist()
 
 
 def test_stones_outside_the_grid_of_b_over_h_are_counted(make_cube, falls_in_sector) -> None:
     cube = make_cube(falls_in_sector(60, 30), azimuth=range(0, 360, 2), b_over_h=(0.2, 0.3, 0.4))
-    inside = [fallen(60), fallen(60, b_over_h=0.4), fallen(60, b_over_h=0.2, b_over_h_side=0.3)]
-    outside = [fallen(60, b_over_h=0.5, count=2), fallen(60, b_over_h=0.2, b_over_h_side=0.1)]
+    inside = [fallen_stone(60), fallen_stone(60, b_over_h=0.4), fallen_stone(60, b_over_h=0.2, b_over_h_side=0.3)]
+    outside = [fallen_stone(60, b_over_h=0.5, count=2), fallen_stone(60, b_over_h=0.2, b_over_h_side=0.1)]
     found = compare_survey_with_prediction([*inside, *outside], cube)
     assert found.beyond == 3
     assert compare_survey_with_prediction(outside[1:], cube).beyond == 1
@@ -121,7 +134,7 @@ def test_stones_outside_the_grid_of_b_over_h_are_counted(make_cube, falls_in_sec
 def test_stones_far_outside_the_grid_of_b_over_h_are_not_predicted(make_cube, shape, predicted) -> None:
     """A thin headstone whose broad side is far stouter than all blocks took their fall over its narrow edge."""
     cube = make_cube(lambda azimuth, *_: np.isfinite(azimuth), azimuth=range(0, 360, 2), b_over_h=(0.2, 0.3, 0.4))
-    stone = fallen(0, face_azimuth_deg=0.0, b_over_h=shape[0], b_over_h_side=shape[1], count=2)
+    stone = fallen_stone(0, face_azimuth_deg=0.0, b_over_h=shape[0], b_over_h_side=shape[1], count=2)
     found = compare_survey_with_prediction([stone], cube)
     assert found.unpredicted == (0 if predicted else 2)
     assert np.isfinite(found.computed_fall_share) == predicted
@@ -138,8 +151,8 @@ def test_stones_far_outside_the_grid_of_b_over_h_are_not_predicted(make_cube, sh
         ([(0.17, 0.49), (math.nan, math.nan)], 0, ""),
     ],
 )
-def test_study_check_names_stones_far_outside_the_grid(shapes, count, theirs) -> None:
-    stones = [fallen(0, b_over_h=front, b_over_h_side=side, count=2) for front, side in shapes]
+def test_note_counts_stones_far_outside_the_grid_of_a_study(shapes, count, theirs) -> None:
+    stones = [fallen_stone(0, b_over_h=front, b_over_h_side=side, count=2) for front, side in shapes]
     notes = note_on_b_over_h_outside_study(stones, (0.2, 0.3, 0.4), "a.csv")
     start = (
         f"a.csv: {count} stones with b_over_h or b_over_h_side {theirs}, far outside the study's b_over_h, 0.2 to 0.4:"
@@ -155,7 +168,7 @@ def test_a_stone_stouter_than_blocks_that_stand_also_stands(make_cube) -> None:
 
 
 @pytest.mark.parametrize(("front", "side"), [(0.2, 0.2), (0.2, 0.35), (0.5, 0.5)])
-def test_unknown_orientation_is_the_mean_over_faces(make_cube, front: float, side: float) -> None:
+def test_prediction_of_unknown_orientation_is_the_mean_over_faces(make_cube, front: float, side: float) -> None:
     """Planes within 60° of 20° fall, up to B/H 0.4 all, at times of their own: where both fall the first decides."""
 
     def rule(azimuth, _, slender, __):
@@ -172,7 +185,7 @@ def test_unknown_orientation_is_the_mean_over_faces(make_cube, front: float, sid
     prediction = SiteFallPrediction(cube, background=0)
     counts = np.zeros(36)
     for face in range(0, 360, 10):
-        sides = prediction.fall_side_probabilities(facing(face, front, side))
+        sides = prediction.fall_side_probabilities(standing_stone_of_known_face(face, front, side))
         for turn in range(4):
             counts[(face // 10 + 9 * turn) % 36] += sides[1 + turn]
     assert prediction.fall_sector_probabilities(front, side) == pytest.approx(counts / counts.sum())
@@ -185,14 +198,18 @@ def test_unknown_orientation_is_the_mean_over_faces(make_cube, front: float, sid
         ) == pytest.approx(octants / octants.sum(), abs=0.02)
 
 
-def facing(face: float = 60, front: float = 0.3, side: float = 0.3) -> Stone:
-    """A stone that stands, of which all is known."""
+def standing_stone_of_known_face(face: float = 60, front: float = 0.3, side: float = 0.3) -> Stone:
+    """Return a stone that stands, with the azimuth of its face and B/H of front and side."""
     return Stone(False, math.nan, False, b_over_h=front, b_over_h_side=side, face_azimuth_deg=face)
 
 
 @pytest.mark.parametrize(
     ("stone", "most"),
-    [(facing(60, 0.2, 0.5), "forwards"), (facing(60, 0.5, 0.2), "stood"), (facing(330, 0.5, 0.2), "to its right")],
+    [
+        (standing_stone_of_known_face(60, 0.2, 0.5), "forwards"),
+        (standing_stone_of_known_face(60, 0.5, 0.2), "stood"),
+        (standing_stone_of_known_face(330, 0.5, 0.2), "to its right"),
+    ],
 )
 def test_rectangular_stones_fall_over_their_edges(make_cube, falls_in_sector, stone: Stone, most: str) -> None:
     """Falls within 30° of 60°, up to B/H = 0.3 only: a stone that is broad towards 60° stands."""
@@ -206,15 +223,15 @@ def test_rectangular_stones_fall_over_their_edges(make_cube, falls_in_sector, st
 def test_a_stone_of_known_face_falls_evenly_within_45_degrees_of_it(
     make_cube, falls_in_sector, face, step, north
 ) -> None:
-    """Also where these 90° are no whole number of azimuths to either side; `north` is the part of N in them, °."""
+    """Also where these 90° are no whole number of azimuth steps; `north` is the part of them in octant N, degrees."""
     site = make_cube(falls_in_sector(face, step), azimuth=range(0, 360, step))
-    stone = fallen(face, b_over_h=0.3, face_azimuth_deg=face)
+    stone = fallen_stone(face, b_over_h=0.3, face_azimuth_deg=face)
     expected = compare_survey_with_prediction([stone], site, background=0, random_survey_count=1).octant_predicted
     assert expected == pytest.approx([north / 90, 0.5, (45 - north) / 90, 0, 0, 0, 0, 0], abs=1e-3)
 
 
-def both_planes_fall(make_cube, front, across, **more):
-    """Every block falls towards 60° and towards 150° (to its right), at the given times in the two planes, s."""
+def cube_where_both_planes_fall(make_cube, front, across, **more):
+    """Return a cube: blocks fall towards 60° and 150° (to the right) at the given times, s, in the two planes."""
 
     def rule(azimuth, *_rest):
         away = np.isin(azimuth, (240, 330))
@@ -239,25 +256,27 @@ def both_planes_fall(make_cube, front, across, **more):
         (math.nan, math.nan, [0, 0.5, 0.5, 0, 0]),
     ],
 )
-def test_of_two_planes_the_first_fall_decides(make_cube, front: float, across: float, expected: list[float]) -> None:
-    sides = SiteFallPrediction(both_planes_fall(make_cube, front, across), background=0).fall_side_probabilities(
-        facing()
-    )
+def test_the_earlier_fall_of_two_planes_decides_the_direction(
+    make_cube, front: float, across: float, expected: list[float]
+) -> None:
+    sides = SiteFallPrediction(
+        cube_where_both_planes_fall(make_cube, front, across), background=0
+    ).fall_side_probabilities(standing_stone_of_known_face())
     assert sides == pytest.approx(expected)
 
 
-def test_planes_are_independent_within_the_neighbourhood(make_cube) -> None:
-    """Half of the members fall in each plane, the front one earlier: ¼ stand, ½ fall forwards, ¼ to the right."""
-    cube = both_planes_fall(make_cube, 5.0, 6.0)
+def test_runs_of_the_two_planes_are_combined_as_independent(make_cube) -> None:
+    """Half of the runs fall in each plane, the front one earlier: ¼ stand, ½ fall forwards, ¼ to the right."""
+    cube = cube_where_both_planes_fall(make_cube, 5.0, 6.0)
     half = np.abs(cube["overturned"]) * 0.5
     towards, away = half.where(cube["overturned"] > 0, 0.0), half.where(cube["overturned"] < 0, 0.0)
     cube = cube.assign(probability_towards=towards, probability_away=away)
-    assert SiteFallPrediction(cube, background=0).fall_side_probabilities(facing()) == pytest.approx(
-        [0.25, 0.5, 0.25, 0, 0]
-    )
+    assert SiteFallPrediction(cube, background=0).fall_side_probabilities(
+        standing_stone_of_known_face()
+    ) == pytest.approx([0.25, 0.5, 0.25, 0, 0])
 
 
-def test_a_stone_has_one_height_and_friction_in_both_planes(make_cube) -> None:
+def test_both_planes_of_a_stone_share_its_height_and_friction(make_cube) -> None:
     """At one friction blocks fall forwards, at the other to the right: none of them stands."""
 
     def rule(azimuth, height, slender, friction):
@@ -265,25 +284,29 @@ def test_a_stone_has_one_height_and_friction_in_both_planes(make_cube) -> None:
         return np.where(azimuth == axis, 1, np.where(azimuth == axis + 180, -1, 0))
 
     cube = make_cube(rule, azimuth=range(0, 360, 30), friction=(0.33, 1.0))
-    assert SiteFallPrediction(cube, background=0).fall_side_probabilities(facing()) == pytest.approx(
-        [0, 0.5, 0.5, 0, 0]
-    )
+    assert SiteFallPrediction(cube, background=0).fall_side_probabilities(
+        standing_stone_of_known_face()
+    ) == pytest.approx([0, 0.5, 0.5, 0, 0])
 
 
 def test_faces_between_azimuths_and_shapes_are_interpolated(make_cube, falls_in_sector) -> None:
     site = make_cube(falls_in_sector(60, 1, largest=0.3), azimuth=range(0, 360, 30))
     prediction = SiteFallPrediction(site, background=0)
-    assert prediction.fall_side_probabilities(facing(75.0, side=0.5))[1] == pytest.approx(0.5)
-    assert prediction.fall_side_probabilities(facing(front=0.35, side=0.5))[1] == pytest.approx(0.5)
+    assert prediction.fall_side_probabilities(standing_stone_of_known_face(75.0, side=0.5))[1] == pytest.approx(0.5)
+    assert prediction.fall_side_probabilities(standing_stone_of_known_face(front=0.35, side=0.5))[1] == pytest.approx(
+        0.5
+    )
 
 
 def test_cells_without_an_outcome_do_not_count_as_standing(make_cube, falls_in_sector) -> None:
     site = make_cube(falls_in_sector(60, 1), azimuth=range(0, 360, 30))
     site["overturned"][..., 0] = np.nan  # one friction of two
-    sides = SiteFallPrediction(site, background=0).fall_side_probabilities(facing())
+    sides = SiteFallPrediction(site, background=0).fall_side_probabilities(standing_stone_of_known_face())
     assert sides == pytest.approx([0, 1, 0, 0, 0])
     site["overturned"][:] = np.nan
-    assert SiteFallPrediction(site, background=0).fall_side_probabilities(facing()).sum() == pytest.approx(1)
+    assert SiteFallPrediction(site, background=0).fall_side_probabilities(
+        standing_stone_of_known_face()
+    ).sum() == pytest.approx(1)
 
 
 def test_azimuths_without_outcomes_do_not_have_probability_0(make_cube) -> None:
@@ -298,31 +321,34 @@ def test_azimuths_without_outcomes_do_not_have_probability_0(make_cube) -> None:
     assert prediction.fall_sector_probabilities() == pytest.approx(towards / towards.sum())
 
 
-def test_falls_about_the_normals_of_known_faces_are_no_test_of_fit(site) -> None:
+def test_falls_normal_to_the_known_faces_are_not_tested_for_fit(cube_of_falls_around_60) -> None:
     """Stones drawn from the prediction itself, edge by edge: each within some degrees of the normal of its edge."""
-    generator, chances = np.random.default_rng(8), SiteFallPrediction(site).fall_side_probabilities(facing(45))[1:]
+    generator, chances = (
+        np.random.default_rng(8),
+        SiteFallPrediction(cube_of_falls_around_60).fall_side_probabilities(standing_stone_of_known_face(45))[1:],
+    )
     edges = generator.choice(4, size=40, p=chances / chances.sum())
     azimuths = 45 + 90 * edges + generator.normal(0, 8, size=40)
-    known = [fallen(a, b_over_h=0.3, b_over_h_side=0.3, face_azimuth_deg=45) for a in azimuths]
-    found = compare_survey_with_prediction(known, site)
+    known = [fallen_stone(a, b_over_h=0.3, b_over_h_side=0.3, face_azimuth_deg=45) for a in azimuths]
+    found = compare_survey_with_prediction(known, cube_of_falls_around_60)
     assert max(found.fit_octants.p_value, found.fit_exact.p_value) < 0.01  # evenly over 90° they are not
     assert found.log_likelihood_ratio > 0
     assert found.likelihood_ratio_p < 0.05
     assert survey_findings(StoredSurveyComparison("", "", "", found)).faces_known, (
         "so that the report has no test of fit"
     )
-    unknown = compare_survey_with_prediction([fallen(a) for a in azimuths], site)
+    unknown = compare_survey_with_prediction([fallen_stone(a) for a in azimuths], cube_of_falls_around_60)
     assert not survey_findings(StoredSurveyComparison("", "", "", unknown)).faces_known
     assert min(unknown.fit_octants.p_value, unknown.fit_exact.p_value) < 0.05
 
 
-def test_confusion_matrix(make_cube, falls_in_sector) -> None:
+def test_confusion_matrix_of_observed_and_predicted_sides_is_counted_right(make_cube, falls_in_sector) -> None:
     site = make_cube(falls_in_sector(60, 30, largest=0.3), azimuth=range(0, 360, 2))
     stones = [
         Stone(True, 65.0, False, count=3, b_over_h=0.2, b_over_h_side=0.5, face_azimuth_deg=60),
         Stone(False, math.nan, False, count=2, b_over_h=0.5, face_azimuth_deg=60),
         Stone(True, 240.0, False, b_over_h=0.2, b_over_h_side=0.5, face_azimuth_deg=60),
-        fallen(60),
+        fallen_stone(60),
     ]
     comparison = compare_survey_with_prediction(stones, site)
     assert comparison.confusion is not None
@@ -345,83 +371,101 @@ def test_confusion_matrix(make_cube, falls_in_sector) -> None:
         ({"face_azimuth_deg": 60.0, "b_over_h_side": 0.2}, (0, 0)),
     ],
 )
-def test_only_missing_values_are_reported_missing(site, given: dict[str, float], without: tuple[int, int]) -> None:
-    stone = fallen(60, **given)
-    for stones in ([stone], [stone, fallen(62, b_over_h=0.2, face_azimuth_deg=60.0)]):
-        found = compare_survey_with_prediction(stones, site)
+def test_missing_face_and_slenderness_are_counted_only_where_missing(
+    cube_of_falls_around_60, given: dict[str, float], without: tuple[int, int]
+) -> None:
+    stone = fallen_stone(60, **given)
+    for stones in ([stone], [stone, fallen_stone(62, b_over_h=0.2, face_azimuth_deg=60.0)]):
+        found = compare_survey_with_prediction(stones, cube_of_falls_around_60)
         assert (found.without_face, found.without_b_over_h) == without
         assert found.turned_every_way == int(any(without))
 
 
-def test_a_fall_in_an_unknown_direction_counts_as_a_fall_and_has_no_direction(site) -> None:
+def test_a_fall_in_an_unknown_direction_counts_as_a_fall_and_has_no_direction(cube_of_falls_around_60) -> None:
     """Stones with unknown direction do not affect statistics of directions (regression: they counted as standing)."""
-    stones = [*draw(20, 60, 30, 3), Stone(False, math.nan, False, count=4)]
+    stones = [*random_fallen_stones(20, 60, 30, 3), Stone(False, math.nan, False, count=4)]
     lost = Stone(True, math.nan, False, count=5, b_over_h=0.2, face_azimuth_deg=60.0)
-    without, found = compare_survey_with_prediction(stones, site), compare_survey_with_prediction([*stones, lost], site)
+    without, found = (
+        compare_survey_with_prediction(stones, cube_of_falls_around_60),
+        compare_survey_with_prediction([*stones, lost], cube_of_falls_around_60),
+    )
     assert (found.fallen, found.stood, found.fallen_count_in_known_direction, found.without_direction) == (25, 4, 20, 5)
     np.testing.assert_array_equal(found.octant_observed, without.octant_observed)
     for name in ("log_likelihood_ratio", "likelihood_ratio_p", "mean_direction_deg", "fit_exact", "confusion"):
         assert getattr(found, name) == getattr(without, name)
-    only = compare_survey_with_prediction([lost], site)
+    only = compare_survey_with_prediction([lost], cube_of_falls_around_60)
     assert only.octant_observed.sum() == 0
     doubted = survey_findings(StoredSurveyComparison("x", "", "site", only, ("x: radians?",)))
     assert (doubted.doubts, doubted.octant_falls) == (["x: radians?"], 0)
 
 
-def by_friction_and_height(azimuth, height, slender, friction):
-    """Every plane falls up to B/H 0.3; at the low friction only blocks of 1.2 m do."""
+def fall_rule_by_friction_and_height(azimuth, height, slender, friction):
+    """Fall rule: in every plane blocks of B/H up to 0.3 fall; at the low friction only those 1.2 m high."""
     return np.where(azimuth < 180, 1, -1) * (slender < 0.35) * ((friction > 0.5) | (height > 1))
 
 
-STANDS = Stone(False, math.nan, False, b_over_h=0.2, face_azimuth_deg=0.0)
+STANDING_STONE = Stone(False, math.nan, False, b_over_h=0.2, face_azimuth_deg=0.0)
 
 
 @pytest.mark.parametrize(
     ("stones", "mean", "low", "high"),
     [
         # Four blocks of the grid: one of them stands.
-        ([fallen(0, b_over_h=0.2)], 0.75, 0.0, 1.0),
-        ([STANDS], 0.75, 0.0, 1.0),
-        ([fallen(0, b_over_h=0.4)], 0.0, math.nan, math.nan),  # the same for all blocks: no range
+        ([fallen_stone(0, b_over_h=0.2)], 0.75, 0.0, 1.0),
+        ([STANDING_STONE], 0.75, 0.0, 1.0),
+        ([fallen_stone(0, b_over_h=0.4)], 0.0, math.nan, math.nan),  # the same for all blocks: no range
         # Half-way between a B/H that falls and one that stands.
-        ([fallen(0, b_over_h=0.35, face_azimuth_deg=0.0)], 0.75 * 0.75, 0.0, 0.75),
+        ([fallen_stone(0, b_over_h=0.35, face_azimuth_deg=0.0)], 0.75 * 0.75, 0.0, 0.75),
         # Known heights; of 0.9 m half falls at the low friction, and outside the grid the nearest height counts.
-        ([fallen(0, b_over_h=0.2, height=1.2)], 1.0, math.nan, math.nan),
-        ([fallen(0, b_over_h=0.2, height=0.9)], 0.75, 0.5, 1.0),
-        ([fallen(0, b_over_h=0.2, height=3.0), fallen(0, b_over_h=0.2, height=0.2)], 0.75, 0.5, 1.0),
+        ([fallen_stone(0, b_over_h=0.2, height=1.2)], 1.0, math.nan, math.nan),
+        ([fallen_stone(0, b_over_h=0.2, height=0.9)], 0.75, 0.5, 1.0),
+        ([fallen_stone(0, b_over_h=0.2, height=3.0), fallen_stone(0, b_over_h=0.2, height=0.2)], 0.75, 0.5, 1.0),
         # Without sizes: three of five B/H fall.
-        ([fallen(0)], 0.6 * 0.75, 0.0, 0.6),
-        ([fallen(0, count=3), fallen(0, b_over_h=0.5)], 0.75 * 0.6 * 0.75, 0.0, 0.75 * 0.6),
+        ([fallen_stone(0)], 0.6 * 0.75, 0.0, 0.6),
+        ([fallen_stone(0, count=3), fallen_stone(0, b_over_h=0.5)], 0.75 * 0.6 * 0.75, 0.0, 0.75 * 0.6),
     ],
 )
-def test_the_computed_share_of_falls(make_cube, stones: list[Stone], mean: float, low: float, high: float) -> None:
-    found = compare_survey_with_prediction(stones, make_cube(by_friction_and_height), random_survey_count=1)
+def test_computed_share_of_falls_has_the_range_over_height_and_friction(
+    make_cube, stones: list[Stone], mean: float, low: float, high: float
+) -> None:
+    found = compare_survey_with_prediction(stones, make_cube(fall_rule_by_friction_and_height), random_survey_count=1)
     share = (found.computed_fall_share, found.computed_fall_share_low, found.computed_fall_share_high)
     assert share == pytest.approx((mean, low, high), nan_ok=True)
     assert found.beyond_heights == sum(one.height in (0.2, 3.0) for one in stones)
 
 
-def test_the_computed_share_counts_one_orientation_or_all(make_cube, falls_in_sector) -> None:
+def test_computed_share_uses_the_known_face_or_all_orientations(make_cube, falls_in_sector) -> None:
     """Falls within 30° of 60° and 240°: squares fall if either plane does, in 60°/90° of the orientations."""
     site = make_cube(falls_in_sector(60, 30), azimuth=range(0, 360, 1), height=(0.6,), friction=(1.0,))
     shares = [
         compare_survey_with_prediction([stone], site, random_survey_count=1).computed_fall_share
-        for stone in (fallen(60, b_over_h=0.3), facing(60), facing(105), facing(150), fallen(60))
+        for stone in (
+            fallen_stone(60, b_over_h=0.3),
+            standing_stone_of_known_face(60),
+            standing_stone_of_known_face(105),
+            standing_stone_of_known_face(150),
+            fallen_stone(60),
+        )
     ]
     assert shares == pytest.approx([61 / 90, 1, 0, 1, 61 / 90], abs=1e-9)
     heights = make_cube(falls_in_sector(60, 30), azimuth=range(0, 360, 5), height=(0.6, 1.2), friction=(1.0,))
-    half = fallen(60, b_over_h=0.3, height=0.8, face_azimuth_deg=60), fallen(60, b_over_h=0.3, height=0.8)
-    for stones, of in (([facing(60)], site), (list(half), heights)):  # one height and friction, or height stated
+    half = fallen_stone(60, b_over_h=0.3, height=0.8, face_azimuth_deg=60), fallen_stone(60, b_over_h=0.3, height=0.8)
+    for stones, of in (
+        ([standing_stone_of_known_face(60)], site),
+        (list(half), heights),
+    ):  # one height and friction, or height stated
         single = compare_survey_with_prediction(stones, of, random_survey_count=1)
         assert math.isnan(single.computed_fall_share_low)
         assert math.isnan(single.computed_fall_share_high)
 
 
-def test_the_share_that_fell_and_the_mean_of_the_prediction(site) -> None:
+def test_observed_share_and_predicted_mean_direction_match_known_values(cube_of_falls_around_60) -> None:
     """14 of 20: the exact interval of SciPy. Falls within 30° of 60° have their mean there, of length sin δ/δ."""
-    stones = [fallen(60, count=14), Stone(False, math.nan, False, count=6)]
+    stones = [fallen_stone(60, count=14), Stone(False, math.nan, False, count=6)]
     found = survey_findings(
-        StoredSurveyComparison("", "", "", compare_survey_with_prediction(stones, site, background=0.0))
+        StoredSurveyComparison(
+            "", "", "", compare_survey_with_prediction(stones, cube_of_falls_around_60, background=0.0)
+        )
     )
     exact = binomtest(14, 20).proportion_ci(method="exact")
     assert found.observed_fall_share is not None
@@ -430,27 +474,27 @@ def test_the_share_that_fell_and_the_mean_of_the_prediction(site) -> None:
     half = np.radians(31)
     assert found.predicted_mean_direction_deg == pytest.approx(60)
     assert found.predicted_resultant == pytest.approx(np.sin(half) / half, abs=2e-3)
-    only = compare_survey_with_prediction(stones[:1], site)
+    only = compare_survey_with_prediction(stones[:1], cube_of_falls_around_60)
     assert survey_findings(StoredSurveyComparison("", "", "", only)).observed_fall_share is None, (
         "perhaps the fallen ones alone"
     )
 
 
 @pytest.mark.parametrize(("count", "total"), [(0, 9), (9, 9), (1, 9), (40, 41), (0, 1)])
-def test_exact_interval_of_a_share(count: int, total: int) -> None:
+def test_exact_interval_of_a_share_matches_scipy(count: int, total: int) -> None:
     assert exact_share_interval(count, total) == pytest.approx(
         tuple(binomtest(count, total).proportion_ci(method="exact"))
     )
 
 
 @pytest.mark.parametrize(("azimuth", "side"), [(60, 1), (104, 1), (106, 2), (240, 3), (330, 4), (16, 1), (14, 4)])
-def test_observed_side(azimuth: float, side: int) -> None:
-    assert observed_side_index(fallen(azimuth, face_azimuth_deg=60.0, b_over_h=0.4)) == side
+def test_side_of_a_fall_follows_from_face_and_fall_azimuth(azimuth: float, side: int) -> None:
+    assert observed_side_index(fallen_stone(azimuth, face_azimuth_deg=60.0, b_over_h=0.4)) == side
 
 
-def test_a_survey_without_falls(make_cube) -> None:
+def test_a_study_or_survey_without_falls_gives_no_evidence(make_cube) -> None:
     site = make_cube(lambda a, *_rest: np.zeros_like(a))
-    comparison = compare_survey_with_prediction([fallen(10), fallen(200)], site)
+    comparison = compare_survey_with_prediction([fallen_stone(10), fallen_stone(200)], site)
     assert comparison.log_likelihood_ratio == pytest.approx(0, abs=1e-9)
     standing = compare_survey_with_prediction([Stone(False, math.nan, False)], site)
     assert (standing.fallen, standing.stood) == (0, 1)
@@ -471,8 +515,8 @@ def test_stones_without_a_computed_outcome_are_counted_and_not_predicted_to_stan
     site["overturned"].loc[{"height": 1.2}] = np.nan
     slender = Stone(False, math.nan, False, count=2, height=1.0, b_over_h=0.2, face_azimuth_deg=60.0)
     stout = Stone(False, math.nan, False, count=3, b_over_h=0.4, face_azimuth_deg=60.0)
-    fell = fallen(60, count=5, b_over_h=0.5, face_azimuth_deg=60.0)
-    found = compare_survey_with_prediction([slender, stout, fell, fallen(10, b_over_h=0.4)], site)
+    fell = fallen_stone(60, count=5, b_over_h=0.5, face_azimuth_deg=60.0)
+    found = compare_survey_with_prediction([slender, stout, fell, fallen_stone(10, b_over_h=0.4)], site)
     assert (found.without_outcome, found.falls_without_outcome) == (9, 6)
     assert found.computed_fall_share == 1.0
     assert found.confusion[0, 1:].sum() == found.confusion.sum() == 2
@@ -486,7 +530,11 @@ def test_stones_without_a_computed_outcome_are_counted_and_not_predicted_to_stan
 def test_stones_that_never_fall_in_the_study_are_counted(make_cube, background: float) -> None:
     """All blocks fall up to B/H 0.3; for larger B/H the prediction is an extrapolation."""
     site = make_cube(lambda azimuth, _, shape, *_rest: np.where(azimuth < 180, 1, -1) * (shape < 0.35))
-    slender, stout, faced = fallen(10), fallen(200, b_over_h=0.45), fallen(80, b_over_h=0.45, face_azimuth_deg=80.0)
+    slender, stout, faced = (
+        fallen_stone(10),
+        fallen_stone(200, b_over_h=0.45),
+        fallen_stone(80, b_over_h=0.45, face_azimuth_deg=80.0),
+    )
     found = [
         compare_survey_with_prediction(list(stones), site, background=background)
         for stones in ((slender, stout), (stout, faced))
@@ -496,15 +544,17 @@ def test_stones_that_never_fall_in_the_study_are_counted(make_cube, background: 
     assert compare_survey_with_prediction([slender], site, background=background).never == 0
 
 
-def test_refuses(make_cube, site) -> None:
+def test_comparison_refuses_empty_surveys_several_records_and_3d_cubes(make_cube, cube_of_falls_around_60) -> None:
     with pytest.raises(ArgumentError, match="none"):
-        compare_survey_with_prediction([], site)
+        compare_survey_with_prediction([], cube_of_falls_around_60)
     with pytest.raises(ArgumentError, match="2 records"):
-        compare_survey_with_prediction([fallen(1)], make_cube(lambda a, *_rest: np.zeros_like(a), events=("A", "B")))
+        compare_survey_with_prediction(
+            [fallen_stone(1)], make_cube(lambda a, *_rest: np.zeros_like(a), events=("A", "B"))
+        )
     with pytest.raises(ArgumentError, match="background"):
-        compare_survey_with_prediction([fallen(1)], site, background=1.0)
+        compare_survey_with_prediction([fallen_stone(1)], cube_of_falls_around_60, background=1.0)
     with pytest.raises(ArgumentError, match="of 3-D bodies"):
-        compare_survey_with_prediction([fallen(1)], site.rename(azimuth="orientation"))
+        compare_survey_with_prediction([fallen_stone(1)], cube_of_falls_around_60.rename(azimuth="orientation"))
 
 
 def test_a_wind_between_two_octants_counts_half_in_each() -> None:
@@ -522,22 +572,22 @@ def test_a_wind_between_two_octants_counts_half_in_each() -> None:
 
 
 @pytest.mark.parametrize("declination", [6.5, 6.6])
-def test_parts_of_stones_in_two_octants_add_up_to_whole_stones(site, declination: float) -> None:
-    """The parts of NNE with a declination of 6.5° add up to a rounding error less than 1.
+def test_fractions_of_stones_in_two_octants_add_up_to_whole_stones(cube_of_falls_around_60, declination: float) -> None:
+    """The fractions of NNE with a declination of 6.5° add up to a rounding error less than 1.
 
     Two stones lie at least so near to each other, whatever the prediction, in an eighth of random surveys.
     """
     stones = [Stone(True, wind + declination, False, wind_16=True) for wind in (22.5, 45.0)]
-    found = compare_survey_with_prediction(stones, site)
+    found = compare_survey_with_prediction(stones, cube_of_falls_around_60)
     assert {found.uniform_octants.n, found.fit_octants.n, found.fit_octants_watson.n} == {2}
     assert found.uniform_octants.p_value > 0.1
 
 
-def test_each_site_is_compared_with_its_own_motion(make_cube, falls_in_sector) -> None:
+def test_stones_of_each_site_are_compared_with_the_motion_there(make_cube, falls_in_sector) -> None:
     """Stones at A fall as under one motion, those at B as under another; the sums are those of the sites alone."""
     east, west = (make_cube(falls_in_sector(towards, 30), azimuth=range(0, 360, 2)) for towards in (90, 270))
-    at_a = [replace(stone, site="A") for stone in draw(20, 90, 30, seed=1)]
-    at_b = [replace(stone, site="B") for stone in draw(20, 270, 30, seed=2)]
+    at_a = [replace(stone, site="A") for stone in random_fallen_stones(20, 90, 30, seed=1)]
+    at_b = [replace(stone, site="B") for stone in random_fallen_stones(20, 270, 30, seed=2)]
     both = compare_survey_with_prediction([*at_a, *at_b], east, site_cubes={"B": west})
     alone = compare_survey_with_prediction(at_a, east), compare_survey_with_prediction(at_b, west)
     assert both.log_likelihood_ratio == pytest.approx(sum(one.log_likelihood_ratio for one in alone))
@@ -546,7 +596,10 @@ def test_each_site_is_compared_with_its_own_motion(make_cube, falls_in_sector) -
     # Shares by hand: where each plane falls and where none does.
     stands = make_cube(lambda azimuth, *_: 0 * azimuth, azimuth=range(0, 360, 2))
     falls = make_cube(lambda azimuth, *_: np.where(azimuth < 180, 1, -1), azimuth=range(0, 360, 2))
-    stones = [replace(facing(), site="A", count=3), replace(facing(), site="B", count=1)]
+    stones = [
+        replace(standing_stone_of_known_face(), site="A", count=3),
+        replace(standing_stone_of_known_face(), site="B", count=1),
+    ]
     found = compare_survey_with_prediction(stones, stands, site_cubes={"B": falls})
     assert found.computed_fall_share == pytest.approx(1 / 4)
     # B lists its fallen stones alone: they count neither in the observed nor in the computed share.
@@ -556,7 +609,7 @@ def test_each_site_is_compared_with_its_own_motion(make_cube, falls_in_sector) -
     assert found.computed_fall_share == 0.0
 
 
-def test_cubes_of_one_survey_need_one_grid(make_cube, falls_in_sector) -> None:
+def test_cubes_of_the_sites_of_a_survey_need_equal_grids(make_cube, falls_in_sector) -> None:
     fine, coarse = (make_cube(falls_in_sector(60, 30), azimuth=range(0, 360, step)) for step in (2, 4))
     with pytest.raises(ArgumentError, match="site 'B': its cube has other values of azimuth"):
-        compare_survey_with_prediction(draw(3, 60, 30, 1), fine, site_cubes={"B": coarse})
+        compare_survey_with_prediction(random_fallen_stones(3, 60, 30, 1), fine, site_cubes={"B": coarse})

@@ -13,12 +13,13 @@ from overturning.stored import read_result, write_result
 from overturning.surveys.directions_in_space import SECTORS, FallDirectionComparisonIn3D, spread_fall_azimuths
 from overturning.surveys.displacements import StoredDisplacementComparison, compare_displacements
 from overturning.surveys.stones import OCTANTS, read_survey_table
-from tests.surveys.test_displacements import GRID, cube_of
+from tests.surveys.test_displacements import CUBE_GRID, cube_on_grid
 
 
-def directions(
+def compare_directions_of_survey(
     folder: Path, rows: str, cube: xr.Dataset, background: float = 0.05, sites: dict[str, xr.Dataset] | None = None
 ) -> FallDirectionComparisonIn3D:
+    """Write a survey of these rows, compare its fall directions with a 3-D cube, and return the comparison."""
     path = folder / "stones.csv"
     path.write_text(f"site,outcome,face_azimuth_deg,height_m,b_over_h,count\n{rows}", encoding="utf-8")
     found = compare_displacements(read_survey_table(path), cube, sites, background=background).directions
@@ -36,10 +37,10 @@ def test_a_computed_fall_covers_an_octant_about_its_azimuth(azimuth: float, octa
     assert dict(zip(OCTANTS, shares, strict=True)) == pytest.approx(dict.fromkeys(OCTANTS, 0.0) | octants, abs=2e-3)
 
 
-def test_numbers_by_hand(tmp_path: Path) -> None:
+def test_log_likelihood_ratio_and_octants_match_hand_computation(tmp_path: Path) -> None:
     """All stones of the study fall northwards: a fall to N is 8 (1 − b) + b times as probable as by chance."""
     rows = "A,fell N,0,0.5,0.3,3\nA,fell S,0,0.5,0.3,1\nA,fell,0,0.5,0.3,2\nA,stands,0,0.5,0.3,5\n"
-    found = directions(tmp_path, rows, cube_of(overturned=1.0, fall_azimuth=0.0), background=0.2)
+    found = compare_directions_of_survey(tmp_path, rows, cube_on_grid(overturned=1.0, fall_azimuth=0.0), background=0.2)
     assert (found.fallen, found.never, found.without_outcome) == (4, 0, 0)
     assert found.log_likelihood_ratio == pytest.approx(3 * np.log(8 * 0.8 + 0.2) + np.log(0.2))
     # As large by chance: three or four of four stones in one octant of eight.
@@ -57,7 +58,7 @@ def test_a_fall_that_is_impossible_without_background_is_stored_and_reported(
     """The ratio is −∞, and each random survey fits at least as well."""
     path = tmp_path / "stones.csv"
     path.write_text("outcome,count\nfell N,3\nfell S,1\n", encoding="utf-8")
-    cube = cube_of(overturned=1.0, fall_azimuth=0.0)
+    cube = cube_on_grid(overturned=1.0, fall_azimuth=0.0)
     found = compare_displacements(read_survey_table(path), cube, background=0.0)
     write_result(StoredDisplacementComparison("s", "x", "a", found), tmp_path / "comparison.json")
     stored = read_result(StoredDisplacementComparison, tmp_path / "comparison.json", "survey")
@@ -74,21 +75,23 @@ def test_a_fall_that_is_impossible_without_background_is_stored_and_reported(
 
 def test_each_stone_is_compared_with_falls_of_its_own_face_and_site(tmp_path: Path) -> None:
     """The study's stones fall towards their first face; a square that faces 90° is one that faces 0°."""
-    orientation = np.asarray(GRID["orientation"])[:, None, None, None]
-    cube = cube_of(overturned=1.0, fall_azimuth=orientation)
-    assert directions(tmp_path, "A,fell 45,45,0.5,0.3,1\n", cube).predicted_mean_direction_deg == pytest.approx(45.0)
-    assert directions(tmp_path, "A,fell 45,90,0.5,0.3,1\n", cube).predicted_mean_direction_deg % 360 == pytest.approx(
-        0.0
-    )
-    other = {"B": cube_of(overturned=1.0, fall_azimuth=270.0)}
-    found = directions(tmp_path, "B,fell W,45,0.5,0.3,1\n", cube, sites=other)
+    orientation = np.asarray(CUBE_GRID["orientation"])[:, None, None, None]
+    cube = cube_on_grid(overturned=1.0, fall_azimuth=orientation)
+    assert compare_directions_of_survey(
+        tmp_path, "A,fell 45,45,0.5,0.3,1\n", cube
+    ).predicted_mean_direction_deg == pytest.approx(45.0)
+    assert compare_directions_of_survey(
+        tmp_path, "A,fell 45,90,0.5,0.3,1\n", cube
+    ).predicted_mean_direction_deg % 360 == pytest.approx(0.0)
+    other = {"B": cube_on_grid(overturned=1.0, fall_azimuth=270.0)}
+    found = compare_directions_of_survey(tmp_path, "B,fell W,45,0.5,0.3,1\n", cube, sites=other)
     assert found.predicted_mean_direction_deg == pytest.approx(270.0)
 
 
-def test_stones_like_which_none_falls_or_has_an_outcome_are_predicted_to_fall_at_random(tmp_path: Path) -> None:
+def test_stones_without_a_computed_fall_are_predicted_to_fall_at_random(tmp_path: Path) -> None:
     flags = np.array([0.0, np.nan, 1.0])[:, None]
     rows = "A,fell N,0,0.5,0.3,2\nA,fell E,0,0.5,0.4,3\nA,fell S,0,0.5,0.5,1\n"
-    found = directions(tmp_path, rows, cube_of(overturned=flags, fall_azimuth=180.0))
+    found = compare_directions_of_survey(tmp_path, rows, cube_on_grid(overturned=flags, fall_azimuth=180.0))
     assert (found.fallen, found.never, found.without_outcome) == (6, 2, 3)
     assert found.log_likelihood_ratio == pytest.approx(np.log(8 * 0.95 + 0.05)), "of the last stone alone"
 
@@ -96,22 +99,28 @@ def test_stones_like_which_none_falls_or_has_an_outcome_are_predicted_to_fall_at
 def test_a_survey_of_stones_that_stand_has_no_directions(tmp_path: Path) -> None:
     path = tmp_path / "stones.csv"
     path.write_text("outcome\nstands\nfell direction unknown\n", encoding="utf-8")
-    assert compare_displacements(read_survey_table(path), cube_of(overturned=1.0)).directions is None
+    assert compare_displacements(read_survey_table(path), cube_on_grid(overturned=1.0)).directions is None
 
 
 def test_directions_drawn_from_the_study_fit_and_opposite_ones_do_not(tmp_path: Path) -> None:
     """Invariant: survey and cube turned together have the same likelihood."""
     generator = np.random.default_rng(11)
-    shape = tuple(len(one) for one in GRID.values())
+    shape = tuple(len(one) for one in CUBE_GRID.values())
     azimuth = (60.0 + generator.normal(0.0, 30.0, shape)) % 360.0
-    cube = cube_of(overturned=1.0, fall_azimuth=azimuth)
+    cube = cube_on_grid(overturned=1.0, fall_azimuth=azimuth)
     falls = [azimuth[tuple(int(generator.integers(size)) for size in shape)] for _ in range(25)]
 
-    def of(turn: float, together: float = 0.0) -> FallDirectionComparisonIn3D:
+    def comparison_of_rotated_survey(turn: float, together: float = 0.0) -> FallDirectionComparisonIn3D:
         rows = "".join(f"A,fell {(one + turn + together) % 360:.1f},,,,1\n" for one in falls)
-        return directions(tmp_path, rows, cube.assign(fall_azimuth=(cube["fall_azimuth"] + together) % 360.0))
+        return compare_directions_of_survey(
+            tmp_path, rows, cube.assign(fall_azimuth=(cube["fall_azimuth"] + together) % 360.0)
+        )
 
-    right, wrong, turned = of(0.0), of(180.0), of(0.0, together=45.0)
+    right, wrong, turned = (
+        comparison_of_rotated_survey(0.0),
+        comparison_of_rotated_survey(180.0),
+        comparison_of_rotated_survey(0.0, together=45.0),
+    )
     assert right.log_likelihood_ratio > 10
     assert right.likelihood_ratio_p < 0.001
     assert wrong.log_likelihood_ratio < -10
@@ -125,11 +134,11 @@ def test_directions_drawn_from_the_study_fit_and_opposite_ones_do_not(tmp_path: 
     ("b_over_h", "sentence"),
     [(0.3, "No stone like the fallen ones is known to fall in the study"), (0.9, "The study has no stone like those")],
 )
-def test_stones_without_an_outcome_are_told_from_stones_unlike_any(
+def test_report_distinguishes_cells_without_outcome_from_stones_outside_the_grid(
     tmp_path: Path, b_over_h: float, sentence: str
 ) -> None:
     path = tmp_path / "stones.csv"
     path.write_text(f"outcome,b_over_h\nfell N,{b_over_h}\nstands,{b_over_h}\n", encoding="utf-8")
-    found = compare_displacements(read_survey_table(path), cube_of(overturned=np.nan))
+    found = compare_displacements(read_survey_table(path), cube_on_grid(overturned=np.nan))
     results = survey_displacement_findings(StoredDisplacementComparison("s", "x", "a", found))
     assert sentence in render_markdown(SurveyCommandResults(survey_displacements=[results]), name="displacements")

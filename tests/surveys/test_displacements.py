@@ -18,7 +18,7 @@ from overturning.surveys.displacements import (
 )
 from overturning.surveys.stones import SurveyTable, read_survey_table
 
-GRID: dict[str, Any] = {
+CUBE_GRID: dict[str, Any] = {
     "record": ["a"],
     "orientation": np.arange(0.0, 90.0, 15.0),
     "height": [0.5, 0.8],
@@ -27,9 +27,9 @@ GRID: dict[str, Any] = {
 }
 
 
-def cube_of(**values: Any) -> xr.Dataset:
-    """Return a 3-D cube whose variables are given as arrays that broadcast to the grid."""
-    shape = tuple(len(one) for one in GRID.values())
+def cube_on_grid(**values: Any) -> xr.Dataset:
+    """Return a 3-D cube on `CUBE_GRID`; variables that are not given are those of stones that neither fall nor move."""
+    shape = tuple(len(one) for one in CUBE_GRID.values())
     nothing = {
         "overturned": 0.0,
         "fall_azimuth": np.nan,
@@ -38,34 +38,35 @@ def cube_of(**values: Any) -> xr.Dataset:
         "residual_twist": 0.0,
     }
     return xr.Dataset(
-        {name: (tuple(GRID), np.broadcast_to(np.asarray(one, np.float64), shape).copy())
+        {name: (tuple(CUBE_GRID), np.broadcast_to(np.asarray(one, np.float64), shape).copy())
          for name, one in (nothing | values).items()},
-        GRID,
+        CUBE_GRID,
     )  # fmt: skip
 
 
-def table(folder: Path, rows: str) -> SurveyTable:
+def survey_table_of_rows(folder: Path, rows: str) -> SurveyTable:
+    """Write a survey with these rows and read it."""
     path = folder / "stones.csv"
     path.write_text(f"site,outcome,face_azimuth_deg,height_m,b_over_h,count\n{rows}", encoding="utf-8")
     return read_survey_table(path)
 
 
-def by_name(found: DisplacementComparison) -> dict[str, Any]:
+def measures_by_name(found: DisplacementComparison) -> dict[str, Any]:
     return {one.name: one for one in found.measures}
 
 
-def test_numbers_by_hand(tmp_path: Path) -> None:
+def test_shares_and_medians_of_nine_stones_match_hand_counts(tmp_path: Path) -> None:
     """Nine stones whose shares and medians are counted here; half of the frictions slip by 3 cm and twist by 8°."""
-    stones = table(
+    stones = survey_table_of_rows(
         tmp_path,
         "A,fell,0,0.5,0.3,2\nA,stands,0,0.5,0.3,3\nA,shifted 3 cm,0,0.5,0.3,1\nB,twisted -10,0,0.5,0.3,2\n"
         "B,twisted 6,0,0.5,0.3,1\nB,shifted,0,0.5,0.3,1\nB,shifted 4 mm,0,0.5,0.3,1\nB,broken,0,0.5,0.3,7\n",
     )
     slips = np.array([0.0, 0.03])
-    found = compare_displacements(stones, cube_of(residual_slip_east=-slips, residual_twist=[0.0, -8.0]))
+    found = compare_displacements(stones, cube_on_grid(residual_slip_east=-slips, residual_twist=[0.0, -8.0]))
     assert (found.fell, found.stood, found.never_stand) == (2, 9, 0)
     assert found.cells == 2, "one orientation, height and B/H, two frictions"
-    measures = by_name(found)
+    measures = measures_by_name(found)
     # The stone that is shifted by an unknown amount counts in no share of shifts.
     for name, matching, n in (("fell", 2, 11), ("shifted", 1, 8), ("twisted", 3, 9), ("clockwise", 1, 3)):
         exact = scipy.stats.binomtest(matching, n).proportion_ci(method="exact")
@@ -82,11 +83,11 @@ def test_numbers_by_hand(tmp_path: Path) -> None:
 def test_a_stone_is_compared_with_cases_of_its_own_face_size_and_shape(tmp_path: Path) -> None:
     """The computed twist names the cell: 100 · orientation index + 10 · height index + B/H index."""
     names = 100.0 * np.arange(6)[:, None, None, None] + 10.0 * np.arange(2)[:, None, None] + np.arange(3)[:, None]
-    cube = cube_of(residual_twist=names + 5.0)
+    cube = cube_on_grid(residual_twist=names + 5.0)
 
     def twist(row: str) -> tuple[float, int]:
-        found = compare_displacements(table(tmp_path, row), cube)
-        return by_name(found)["twist_deg"].computed, found.cells
+        found = compare_displacements(survey_table_of_rows(tmp_path, row), cube)
+        return measures_by_name(found)["twist_deg"].computed, found.cells
 
     # A square looks alike every 90°: 107° is 17°, nearest to 15°.
     assert twist("A,stands,107,0.52,0.41,1\n") == (100.0 + 0.0 + 1.0 + 5.0, 2)
@@ -95,48 +96,52 @@ def test_a_stone_is_compared_with_cases_of_its_own_face_size_and_shape(tmp_path:
     assert twist("A,stands,0,,,1\n")[1] == 2 * 2 * 3, "every size"
 
 
-def test_a_synthetic_survey_is_recovered(tmp_path: Path) -> None:
+def test_intervals_of_a_survey_drawn_from_the_cube_contain_its_values(tmp_path: Path) -> None:
     """Stones drawn from the cube itself: the intervals of the observed values hold the computed ones."""
     generator = np.random.default_rng(7)
-    shape = tuple(len(one) for one in GRID.values())
+    shape = tuple(len(one) for one in CUBE_GRID.values())
     falls = (generator.random(shape) < np.array([0.2, 0.4, 0.1])[:, None]).astype(float)
     twists = np.where(falls == 1, np.nan, generator.normal(2.0, 5.0, shape))
     slips = np.where(falls == 1, 0.0, generator.exponential(0.015, shape))
-    cube = cube_of(overturned=falls, residual_twist=twists, residual_slip_north=slips)
+    cube = cube_on_grid(overturned=falls, residual_twist=twists, residual_slip_north=slips)
     rows = []
     for _ in range(500):
         at = tuple(int(generator.integers(size)) for size in shape)
-        size = f"{GRID['orientation'][at[1]]:g},{GRID['height'][at[2]]:g},{GRID['b_over_h'][at[3]]:g},1"
+        size = f"{CUBE_GRID['orientation'][at[1]]:g},{CUBE_GRID['height'][at[2]]:g},{CUBE_GRID['b_over_h'][at[3]]:g},1"
         outcome = f'"shifted {1000 * slips[at]:.2f} mm, twisted {twists[at]:.2f}"'
         rows.append(f"A,{'fell' if falls[at] else outcome},{size}\n")
-    stones = table(tmp_path, "".join(rows))
+    stones = survey_table_of_rows(tmp_path, "".join(rows))
     found = compare_displacements(stones, cube)
-    measures = by_name(found)
+    measures = measures_by_name(found)
     assert found.cells == cube["overturned"].size
     for name, one in measures.items():
         assert one.observed_low <= one.computed <= one.observed_high, name
     # A truth whose twists are all reversed is rejected.
-    other = by_name(compare_displacements(stones, cube.assign(residual_twist=-cube["residual_twist"])))
+    other = measures_by_name(compare_displacements(stones, cube.assign(residual_twist=-cube["residual_twist"])))
     assert other["clockwise"].computed < other["clockwise"].observed_low
     assert other["twisted"].computed == measures["twisted"].computed
 
 
-def test_stones_that_stand_where_none_stands_are_counted(tmp_path: Path) -> None:
+def test_stones_that_stand_where_the_study_has_only_falls_are_counted(tmp_path: Path) -> None:
     falls = np.array([1.0, 0.0, 0.0])[:, None]
-    stones = table(tmp_path, "A,stands,0,0.5,0.3,2\nA,shifted 2 cm,0,0.5,0.5,1\n")
-    found = compare_displacements(stones, cube_of(overturned=falls, residual_slip_north=0.02))
+    stones = survey_table_of_rows(tmp_path, "A,stands,0,0.5,0.3,2\nA,shifted 2 cm,0,0.5,0.5,1\n")
+    found = compare_displacements(stones, cube_on_grid(overturned=falls, residual_slip_north=0.02))
     assert (found.never_stand, found.stood) == (2, 3)
-    assert by_name(found)["shifted"].computed == 1.0, "of the stone that can stand"
-    nowhere = compare_displacements(table(tmp_path, "A,stands,0,0.5,0.3,2\n"), cube_of(overturned=1.0))
-    assert np.isnan(by_name(nowhere)["shifted"].computed)
+    assert measures_by_name(found)["shifted"].computed == 1.0, "of the stone that can stand"
+    nowhere = compare_displacements(
+        survey_table_of_rows(tmp_path, "A,stands,0,0.5,0.3,2\n"), cube_on_grid(overturned=1.0)
+    )
+    assert np.isnan(measures_by_name(nowhere)["shifted"].computed)
 
 
-def test_stones_without_a_computed_outcome_are_counted_and_not_said_to_fall_always(tmp_path: Path) -> None:
+def test_stones_without_a_computed_outcome_are_counted_as_such(tmp_path: Path) -> None:
     unknown = np.array([np.nan, 0.0, 1.0])[:, None]
-    stones = table(tmp_path, "A,stands,0,0.5,0.3,2\nA,fell,0,0.5,0.3,3\nA,stands,0,0.5,0.4,1\nA,stands,0,0.5,0.5,4\n")
-    found = compare_displacements(stones, cube_of(overturned=unknown))
+    stones = survey_table_of_rows(
+        tmp_path, "A,stands,0,0.5,0.3,2\nA,fell,0,0.5,0.3,3\nA,stands,0,0.5,0.4,1\nA,stands,0,0.5,0.5,4\n"
+    )
+    found = compare_displacements(stones, cube_on_grid(overturned=unknown))
     assert (found.without_outcome, found.never_stand, found.cells) == (5, 4, 4)
-    assert by_name(found)["fell"].computed == pytest.approx(4 / 5), "of the stones with an outcome"
+    assert measures_by_name(found)["fell"].computed == pytest.approx(4 / 5), "of the stones with an outcome"
 
 
 def test_stones_far_outside_the_grid_are_counted_and_not_compared(tmp_path: Path) -> None:
@@ -147,17 +152,17 @@ def test_stones_far_outside_the_grid_are_counted_and_not_compared(tmp_path: Path
         "stands,0.24,,1\nfell,0.23,,2\nstands,0.62,,4\nstands,0.64,,8\nstands,0.3,0.37,16\nfell,0.3,0.4,32\n",
         encoding="utf-8",
     )
-    cube = cube_of(overturned=[[1.0], [0.0], [0.0]]).expand_dims(aspect=[1.0])
+    cube = cube_on_grid(overturned=[[1.0], [0.0], [0.0]]).expand_dims(aspect=[1.0])
     found = compare_displacements(read_survey_table(path), cube)
     assert (found.beyond, found.without_outcome, found.never_stand) == (2 + 8 + 32, 0, 1 + 16)
-    assert by_name(found)["fell"].computed == pytest.approx((1 + 16) / (1 + 4 + 16))
-    assert by_name(found)["fell"].observed == pytest.approx(34 / 63), "all stones"
+    assert measures_by_name(found)["fell"].computed == pytest.approx((1 + 16) / (1 + 4 + 16))
+    assert measures_by_name(found)["fell"].observed == pytest.approx(34 / 63), "all stones"
     findings = survey_displacement_findings(StoredDisplacementComparison("s", "h", "a", found)).together
     assert findings.far_outside_grid == 42
 
 
 @pytest.mark.parametrize("row", ["fell,30,0.8,0.2,0.4,30", "fell,120,0.8,0.4,0.2,30"])
-def test_a_stone_may_be_described_from_either_face(tmp_path: Path, row: str) -> None:
+def test_a_stone_described_from_its_narrow_face_gives_the_same_comparison(tmp_path: Path, row: str) -> None:
     """Its broad face looks to 30°, and its narrow one to 120°; a study has B/H of broad faces, and D/B from 1."""
     grid = {"record": ["a"], "orientation": np.arange(0.0, 180.0, 15.0), "height": [0.8], "b_over_h": [0.2, 0.4],
             "aspect": [1.0, 2.0], "friction": [0.7]}  # fmt: skip
@@ -172,43 +177,45 @@ def test_a_stone_may_be_described_from_either_face(tmp_path: Path, row: str) -> 
     path.write_text(f"{header}\n{row}\n", encoding="utf-8")
     found = compare_displacements(read_survey_table(path), cube)
     assert (found.beyond, found.cells) == (0, 1)
-    assert by_name(found)["fell"].computed == 1.0
+    assert measures_by_name(found)["fell"].computed == 1.0
     assert found.directions is not None
     assert found.directions.log_likelihood_ratio > 1.5
 
 
-def test_each_site_has_its_own_cube(tmp_path: Path) -> None:
-    stones = table(tmp_path, "A,stands,0,0.5,0.3,1\nB,stands,0,0.5,0.3,1\n")
-    still, moved = cube_of(), cube_of(residual_slip_north=0.05)
+def test_displacements_of_each_site_are_compared_with_its_cube(tmp_path: Path) -> None:
+    stones = survey_table_of_rows(tmp_path, "A,stands,0,0.5,0.3,1\nB,stands,0,0.5,0.3,1\n")
+    still, moved = cube_on_grid(), cube_on_grid(residual_slip_north=0.05)
     found = compare_displacements(stones, still, {"B": moved})
-    assert by_name(found)["shifted"].computed == 0.5
-    assert by_name(compare_displacements(stones.select_site("B"), moved))["shifted"].computed == 1.0
+    assert measures_by_name(found)["shifted"].computed == 0.5
+    assert measures_by_name(compare_displacements(stones.select_site("B"), moved))["shifted"].computed == 1.0
 
 
 def test_a_survey_of_fallen_stones_only_has_no_share_that_fell(tmp_path: Path) -> None:
-    fell = by_name(compare_displacements(table(tmp_path, "A,fell,0,0.5,0.3,4\n"), cube_of(overturned=1.0)))["fell"]
+    fell = measures_by_name(
+        compare_displacements(survey_table_of_rows(tmp_path, "A,fell,0,0.5,0.3,4\n"), cube_on_grid(overturned=1.0))
+    )["fell"]
     assert (fell.stones, fell.computed) == (0, 1.0)
     assert np.isnan(fell.observed)
-    both = table(tmp_path, "A,fell,0,0.5,0.3,1\nA,stands,0,0.5,0.3,3\nB,fell,0,0.5,0.3,5\n")
-    fell = by_name(compare_displacements(both, cube_of(), {"B": cube_of(overturned=1.0)}))["fell"]
+    both = survey_table_of_rows(tmp_path, "A,fell,0,0.5,0.3,1\nA,stands,0,0.5,0.3,3\nB,fell,0,0.5,0.3,5\n")
+    fell = measures_by_name(compare_displacements(both, cube_on_grid(), {"B": cube_on_grid(overturned=1.0)}))["fell"]
     assert (fell.stones, fell.observed, fell.computed) == (4, 0.25, 0.0), "without B, which lists fallen stones only"
 
 
 def test_2_d_cubes_empty_surveys_and_wrong_backgrounds_are_refused(tmp_path: Path) -> None:
-    stones = table(tmp_path, "A,stands,0,0.5,0.3,1\n")
+    stones = survey_table_of_rows(tmp_path, "A,stands,0,0.5,0.3,1\n")
     with pytest.raises(ArgumentError, match="cube: of 2-D blocks"):
-        compare_displacements(stones, cube_of().drop_vars("residual_twist"))
+        compare_displacements(stones, cube_on_grid().drop_vars("residual_twist"))
     with pytest.raises(ArgumentError, match="stones: none counts"):
-        compare_displacements(table(tmp_path, "A,broken,0,0.5,0.3,1\n"), cube_of())
+        compare_displacements(survey_table_of_rows(tmp_path, "A,broken,0,0.5,0.3,1\n"), cube_on_grid())
     for share in (1.0, 1.5, -0.1, np.nan):
         with pytest.raises(ArgumentError, match=r"background: .*; a share from 0 to below 1"):
-            compare_displacements(stones, cube_of(), background=share)
+            compare_displacements(stones, cube_on_grid(), background=share)
 
 
-def test_findings_are_in_cm(tmp_path: Path) -> None:
-    stones = table(tmp_path, "A,shifted 25 mm,0,0.5,0.3,8\n")
+def test_displacement_findings_are_in_centimetres(tmp_path: Path) -> None:
+    stones = survey_table_of_rows(tmp_path, "A,shifted 25 mm,0,0.5,0.3,8\n")
     stored = StoredDisplacementComparison(
-        "s", "x", "a", compare_displacements(stones, cube_of(residual_slip_east=0.03))
+        "s", "x", "a", compare_displacements(stones, cube_on_grid(residual_slip_east=0.03))
     )
     found = survey_displacement_findings(stored)
     shift = next(one for one in found.together.measures if one.measure == "shift_m")
@@ -217,7 +224,7 @@ def test_findings_are_in_cm(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("n", [6, 9, 20, 101])
-def test_the_interval_of_a_median_has_its_probability(n: int) -> None:
+def test_interval_of_a_median_has_at_least_its_stated_probability(n: int) -> None:
     """The probability that the median lies between two ranks is binomial; the next closer ranks have too little."""
     low, high = exact_median_interval(np.random.default_rng(n).permutation(n))
     rank = int(low) + 1

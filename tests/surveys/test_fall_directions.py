@@ -11,11 +11,12 @@ from overturning.surveys.prediction import SiteFallPrediction
 from overturning.surveys.stones import Stone
 
 
-def fallen(azimuth: float, **more) -> Stone:
+def fallen_stone(azimuth: float, **more) -> Stone:
+    """Return a stone that fell towards an azimuth, degrees."""
     return Stone(fell=True, azimuth_deg=azimuth % 360, octant=False, **more)
 
 
-def two_kinds(make_cube, stout: float = 200.0, half: float = 40.0, period: float = 360.0):
+def cube_with_two_fall_directions(make_cube, stout: float = 200.0, half: float = 40.0, period: float = 360.0):
     """Return a cube, on a grid of 15°, in which slender blocks fall around 60° and stout ones around `stout`.
 
     They fall within `half` degrees of this azimuth; with a `period` of 180° also to the opposite side.
@@ -28,41 +29,42 @@ def two_kinds(make_cube, stout: float = 200.0, half: float = 40.0, period: float
     return make_cube(falls, azimuth=range(0, 360, 15), b_over_h=[0.2, 0.4])
 
 
-def two_axes(make_cube):
+def cube_with_two_fall_axes(make_cube):
     """Return a cube in which slender blocks fall along the axis of 60° to both sides, and stout ones along 150°."""
-    return two_kinds(make_cube, 150.0, 20.0, 180.0)
+    return cube_with_two_fall_directions(make_cube, 150.0, 20.0, 180.0)
 
 
 @pytest.mark.parametrize("turn", [90, 195, 300])
-@pytest.mark.parametrize("cube_of", [two_kinds, two_axes])
-def test_no_choice_of_north_changes_a_test(make_cube, cube_of, turn: int) -> None:
+@pytest.mark.parametrize("cube_of", [cube_with_two_fall_directions, cube_with_two_fall_axes])
+def test_rotating_survey_and_cube_together_changes_no_test_result(make_cube, cube_of, turn: int) -> None:
     """Stones of different B/H have different distributions; survey and cube are turned together.
 
     Directions predicted to both sides of an axis have no mean.
     """
     cube, generator = cube_of(make_cube), np.random.default_rng(5)
     stones = [
-        fallen(azimuth, b_over_h=b) for azimuth, b in zip(generator.uniform(0, 360, 20), [0.2, 0.4] * 10, strict=True)
+        fallen_stone(azimuth, b_over_h=b)
+        for azimuth, b in zip(generator.uniform(0, 360, 20), [0.2, 0.4] * 10, strict=True)
     ]
     turned = [replace(stone, azimuth_deg=(stone.azimuth_deg + turn) % 360) for stone in stones]
     first, second = (
         compare_survey_with_prediction(stones, cube),
         compare_survey_with_prediction(turned, cube.roll(azimuth=turn // 15, roll_coords=False)),
     )
-    assert (first.predicted_resultant < 1e-6) == (cube_of is two_axes)
+    assert (first.predicted_resultant < 1e-6) == (cube_of is cube_with_two_fall_axes)
     assert second.fit_exact.statistic == pytest.approx(first.fit_exact.statistic, rel=1e-6)
     assert second.log_likelihood_ratio == pytest.approx(first.log_likelihood_ratio, rel=1e-6)
 
 
 @pytest.mark.long
 def test_the_exact_test_is_calibrated_for_falls_to_both_sides(make_cube) -> None:
-    cube, generator = two_axes(make_cube), np.random.default_rng(8)
+    cube, generator = cube_with_two_fall_axes(make_cube), np.random.default_rng(8)
     p = []
     for _ in range(200):
         b = generator.choice([0.2, 0.4], 20)
         centre = np.where(b < 0.3, 60.0, 150.0) + 180.0 * generator.integers(0, 2, 20)
         azimuth = centre + generator.uniform(-22.5, 22.5, 20)
-        stones = [fallen(float(one), b_over_h=float(of)) for one, of in zip(azimuth, b, strict=True)]
+        stones = [fallen_stone(float(one), b_over_h=float(of)) for one, of in zip(azimuth, b, strict=True)]
         p.append(compare_survey_with_prediction(stones, cube, background=0.0, random_survey_count=20).fit_exact.p_value)
     assert np.mean(np.array(p) <= 0.05) < 0.1
     assert np.mean(np.array(p) <= 0.5) == pytest.approx(0.5, abs=0.12)
@@ -90,7 +92,7 @@ def test_a_true_prediction_fits_azimuths_recorded_in_steps(
     for _ in range(surveys):
         place = generator.choice(share.size, count, p=share)
         azimuth = np.round((predicted.borders[place] + generator.random(count) * width[place]) / step) * step
-        stones = [fallen(float(one), degree_step_deg=float(step)) for one in azimuth]
+        stones = [fallen_stone(float(one), degree_step_deg=float(step)) for one in azimuth]
         found = compare_survey_with_prediction(stones, site, random_survey_count=200)
         p.append([found.fit_exact.p_value, found.fit_octants.p_value, found.fit_octants_watson.p_value])
     rejected = np.mean(np.array(p) <= 0.05, axis=0)
@@ -100,49 +102,55 @@ def test_a_true_prediction_fits_azimuths_recorded_in_steps(
 
 def test_a_wrong_prediction_does_not_fit_azimuths_recorded_in_steps(make_cube, falls_in_sector) -> None:
     site = make_cube(falls_in_sector(60, 60), azimuth=range(0, 360, 5))
-    stones = [fallen(30.0 * number, degree_step_deg=30.0) for number in (5, 6, 6, 7, 7, 7, 8, 8, 9) for _ in range(3)]
+    stones = [
+        fallen_stone(30.0 * number, degree_step_deg=30.0) for number in (5, 6, 6, 7, 7, 7, 8, 8, 9) for _ in range(3)
+    ]
     found = compare_survey_with_prediction(stones, site)
     assert max(found.fit_exact.p_value, found.fit_octants.p_value, found.fit_octants_watson.p_value) < 0.01
 
 
-def test_the_expected_octants_are_counted_as_the_observed_ones(make_cube, falls_in_sector) -> None:
+def test_expected_octant_counts_follow_the_steps_of_observed_azimuths(make_cube, falls_in_sector) -> None:
     """All fall within 52.5° to 67.5°, noted as 60° in steps of 30°: a quarter of the step lies in E."""
     site = make_cube(falls_in_sector(60, 1), azimuth=range(0, 360, 15))
-    found = compare_survey_with_prediction([fallen(60, degree_step_deg=30.0)], site, background=0.0)
+    found = compare_survey_with_prediction([fallen_stone(60, degree_step_deg=30.0)], site, background=0.0)
     np.testing.assert_allclose(found.octant_observed, [0, 0.75, 0.25, 0, 0, 0, 0, 0])
     np.testing.assert_allclose(found.octant_predicted, found.octant_observed, atol=1e-12)
 
 
-def wind(number: int, **more) -> Stone:
+def fallen_stone_of_wind(number: int, **more) -> Stone:
+    """Return a stone whose fall direction is noted as one of the 16 winds, counted from north."""
     return Stone(True, 22.5 * number, False, wind_16=True, **more)
 
 
-def test_winds_between_two_azimuths_of_the_grid_are_treated_alike_in_a_mirror(make_cube) -> None:
+def test_mirrored_survey_of_winds_has_the_same_likelihood_ratio(make_cube) -> None:
     """On a grid of 15°, every fourth wind is an azimuth of the grid, and half of the others lie between two."""
-    cube = two_kinds(make_cube)
+    cube = cube_with_two_fall_directions(make_cube)
     mirrored = cube.isel(azimuth=[-i % 24 for i in range(24)]).assign_coords(azimuth=cube["azimuth"])
     numbers = [1, 3, 3, 5, 7, 9, 10]
-    one = compare_survey_with_prediction([wind(n, b_over_h=0.2) for n in numbers], cube)
-    other = compare_survey_with_prediction([wind(-n % 16, b_over_h=0.2) for n in numbers], mirrored)
+    one = compare_survey_with_prediction([fallen_stone_of_wind(n, b_over_h=0.2) for n in numbers], cube)
+    other = compare_survey_with_prediction([fallen_stone_of_wind(-n % 16, b_over_h=0.2) for n in numbers], mirrored)
     assert other.log_likelihood_ratio == pytest.approx(one.log_likelihood_ratio, rel=1e-9)
 
 
-def test_a_wind_has_the_mean_density_over_its_width(make_cube, falls_in_sector) -> None:
+def test_probability_of_a_wind_is_the_mean_density_over_its_width(make_cube, falls_in_sector) -> None:
     """Falls within 52.5° to 67.5° alone: a sixth of the circle's 15° lies in NE (to 56.25°), the rest in ENE."""
     cube = make_cube(falls_in_sector(60, 1), azimuth=range(0, 360, 15))
     for number, share in ((2, 3.75 / 15), (3, 11.25 / 15)):
-        found = compare_survey_with_prediction([wind(number)], cube, background=0.0)
+        found = compare_survey_with_prediction([fallen_stone_of_wind(number)], cube, background=0.0)
         assert found.log_likelihood_ratio == pytest.approx(math.log(share * 16), rel=1e-9)
-    assert compare_survey_with_prediction([wind(4)], cube, background=0.0).log_likelihood_ratio == -math.inf
+    assert (
+        compare_survey_with_prediction([fallen_stone_of_wind(4)], cube, background=0.0).log_likelihood_ratio
+        == -math.inf
+    )
 
 
 @pytest.mark.long
-def test_p_values_of_winds_are_calibrated_under_any_way(make_cube, falls_in_sector) -> None:
+def test_p_values_of_winds_are_uniform_for_random_directions(make_cube, falls_in_sector) -> None:
     cube = make_cube(falls_in_sector(60, 40), azimuth=range(0, 360, 15))
     generator = np.random.default_rng(3)
     p = [
         compare_survey_with_prediction(
-            [wind(int(n)) for n in generator.integers(0, 16, 15)], cube, random_survey_count=300
+            [fallen_stone_of_wind(int(n)) for n in generator.integers(0, 16, 15)], cube, random_survey_count=300
         ).likelihood_ratio_p
         for _ in range(200)
     ]
@@ -150,11 +158,11 @@ def test_p_values_of_winds_are_calibrated_under_any_way(make_cube, falls_in_sect
     assert np.mean(np.array(p) <= 0.5) == pytest.approx(0.5, abs=0.11)
 
 
-def test_a_mean_direction_is_given_only_if_random_directions_are_rejected(make_cube, falls_in_sector) -> None:
+def test_mean_direction_is_reported_only_if_random_directions_are_rejected(make_cube, falls_in_sector) -> None:
     site = make_cube(falls_in_sector(60, 30), azimuth=range(0, 360, 2))
-    around = compare_survey_with_prediction([fallen(azimuth) for azimuth in (3, 100)], site)
+    around = compare_survey_with_prediction([fallen_stone(azimuth) for azimuth in (3, 100)], site)
     assert around.resultant > 0.6
     assert math.isnan(around.mean_direction_deg)
     assert compare_survey_with_prediction(
-        [fallen(azimuth) for azimuth in range(30, 90, 4)], site
+        [fallen_stone(azimuth) for azimuth in range(30, 90, 4)], site
     ).mean_direction_deg == pytest.approx(60, abs=10)

@@ -11,41 +11,44 @@ from overturning.surveys.row import SurveyRow
 from overturning.surveys.stones import SurveyTable, read_stones, read_survey_table
 
 
-def read(folder: Path, text: str, encoding: str = "utf-8", declination_deg: float | None = None) -> SurveyTable:
+def read_table_text(
+    folder: Path, text: str, encoding: str = "utf-8", declination_deg: float | None = None
+) -> SurveyTable:
+    """Write a survey table to a file and read it."""
     path = folder / "field.csv"
     path.write_bytes(text.encode(encoding))
     return read_survey_table(path, declination_deg)
 
 
-COMMAS = "azimuth_deg,height_m,note\n12.5,0.6,a\nSSE,0.8,\n"
+COMMA_SEPARATED_TABLE = "azimuth_deg,height_m,note\n12.5,0.6,a\nSSE,0.8,\n"
 
 
 @pytest.mark.parametrize(
     "text",
     [
-        COMMAS,
-        COMMAS.replace(",", ";").replace(".", ","),
-        COMMAS.replace(",", "\t").replace(".", ","),
-        COMMAS.replace("\n", "\r\n"),
-        COMMAS.replace("\n", "\r"),
-        "sep=;\n" + COMMAS.replace(",", ";"),
-        COMMAS.replace("12.5", '"12,5"'),
-        COMMAS + ",,\n,,\n",
-        COMMAS.replace("0.6,a", '0.6,"first line\nsecond, ""quoted"" line"'),
+        COMMA_SEPARATED_TABLE,
+        COMMA_SEPARATED_TABLE.replace(",", ";").replace(".", ","),
+        COMMA_SEPARATED_TABLE.replace(",", "\t").replace(".", ","),
+        COMMA_SEPARATED_TABLE.replace("\n", "\r\n"),
+        COMMA_SEPARATED_TABLE.replace("\n", "\r"),
+        "sep=;\n" + COMMA_SEPARATED_TABLE.replace(",", ";"),
+        COMMA_SEPARATED_TABLE.replace("12.5", '"12,5"'),
+        COMMA_SEPARATED_TABLE + ",,\n,,\n",
+        COMMA_SEPARATED_TABLE.replace("0.6,a", '0.6,"first line\nsecond, ""quoted"" line"'),
     ],
 )
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
-def test_the_same_table_in_many_forms(tmp_path: Path, text: str, encoding: str) -> None:
-    stones = read(tmp_path, text, encoding).stones
+def test_separators_encodings_and_decimal_commas_give_the_same_stones(tmp_path: Path, text: str, encoding: str) -> None:
+    stones = read_table_text(tmp_path, text, encoding).stones
     assert [(one.azimuth_deg, one.height, one.wind_16, one.octant) for one in stones] == [
         (12.5, 0.6, False, False),
         (157.5, 0.8, True, False),
     ]
 
 
-def test_lines_are_counted_over_quoted_line_breaks_and_comments(tmp_path: Path) -> None:
+def test_line_numbers_count_quoted_line_breaks_and_comments(tmp_path: Path) -> None:
     text = '# a\nazimuth_deg,note\n10,"two\nlines"\n# b\n\n20,\n'
-    assert [line for line, _ in read(tmp_path, text).rows] == [3, 7]
+    assert [line for line, _ in read_table_text(tmp_path, text).rows] == [3, 7]
 
 
 @pytest.mark.parametrize(
@@ -61,13 +64,13 @@ def test_lines_are_counted_over_quoted_line_breaks_and_comments(tmp_path: Path) 
         (b"octant;note\nN\n", "1 cells, the header names 2 columns; separate cells by semicolons"),
     ],
 )
-def test_files_that_cannot_be_read(tmp_path: Path, content: bytes, message: str) -> None:
+def test_error_about_an_unreadable_table_states_cause_and_remedy(tmp_path: Path, content: bytes, message: str) -> None:
     (tmp_path / "field.csv").write_bytes(content)
     with pytest.raises(RecordError, match=message):
         read_survey_table(tmp_path / "field.csv")
 
 
-def test_all_faults_are_reported_at_once(tmp_path: Path) -> None:
+def test_all_faults_of_a_table_are_reported_in_one_error(tmp_path: Path) -> None:
     text = (
         "stone,azimuth_deg,fell,heigth_m,lat,lon\n"
         "A1,400,yes,0.6,35,133\n"
@@ -79,7 +82,7 @@ def test_all_faults_are_reported_at_once(tmp_path: Path) -> None:
         "A7,10,yes\n"
     )
     with pytest.raises(RecordError) as error:
-        read(tmp_path, text)
+        read_table_text(tmp_path, text)
     path = tmp_path / "field.csv"
     forms = "a stone that stood has no fall direction; empty azimuth_deg and octant"
     assert str(error.value).split("\n") == [
@@ -131,8 +134,10 @@ def test_all_faults_are_reported_at_once(tmp_path: Path) -> None:
         ("outcome", "unknown", "not counted", ("unknown",)),
     ],
 )
-def test_what_outcomes_count_as(tmp_path: Path, header: str, cells: str, counted: str, kinds: tuple[str, ...]) -> None:
-    table = read(tmp_path, f"{header}\n{cells}\n")
+def test_outcomes_count_as_fallen_standing_or_not_counted(
+    tmp_path: Path, header: str, cells: str, counted: str, kinds: tuple[str, ...]
+) -> None:
+    table = read_table_text(tmp_path, f"{header}\n{cells}\n")
     row = table.rows[0][1]
     assert (row.counted_as, row.outcome_kinds) == (counted, kinds)
     assert [stone.fell for stone in table.stones] == ([] if counted == "not counted" else [counted == "fell"])
@@ -149,14 +154,14 @@ def test_what_outcomes_count_as(tmp_path: Path, header: str, cells: str, counted
         "stone,outcome,azimuth (º)\nA,fell,120º\n",
     ],
 )
-def test_remarks_and_names_that_look_like_something_else_are_read(tmp_path: Path, text: str) -> None:
-    (stone,) = read(tmp_path, text).stones
+def test_comments_and_columns_that_look_like_faults_are_read(tmp_path: Path, text: str) -> None:
+    (stone,) = read_table_text(tmp_path, text).stones
     assert stone.fell
 
 
-def test_a_title_above_the_names_of_the_columns_is_answered_with_the_remedy(tmp_path: Path) -> None:
+def test_error_about_a_title_line_above_the_header_states_the_remedy(tmp_path: Path) -> None:
     with pytest.raises(RecordError, match=r"line 1: no column azimuth_deg .*above the names .* begin with #"):
-        read(tmp_path, "Survey of Hill cemetery\nstone,outcome\nA,fell\n")
+        read_table_text(tmp_path, "Survey of Hill cemetery\nstone,outcome\nA,fell\n")
 
 
 @pytest.mark.parametrize(
@@ -183,9 +188,11 @@ def test_a_title_above_the_names_of_the_columns_is_answered_with_the_remedy(tmp_
         ("fell,shift_cm\nno,1.000\n", r"shift_cm '1\.000': may be a thousand"),
     ],
 )
-def test_tables_that_mean_something_else_are_refused_with_the_remedy(tmp_path: Path, text: str, message: str) -> None:
+def test_tables_of_totals_units_or_other_layouts_are_refused_with_a_remedy(
+    tmp_path: Path, text: str, message: str
+) -> None:
     with pytest.raises(RecordError, match=message):
-        read(tmp_path, text)
+        read_table_text(tmp_path, text)
 
 
 @pytest.mark.parametrize(
@@ -197,18 +204,22 @@ def test_tables_that_mean_something_else_are_refused_with_the_remedy(tmp_path: P
         ("stone,true azimuth,declination\nA,120,\nB,130,0\n", None),
     ],
 )
-def test_doubtful_sizes_are_read_with_a_warning(tmp_path: Path, text: str, warning: str | None) -> None:
-    found = read(tmp_path, text).warnings
+def test_stone_sizes_in_doubtful_units_are_read_with_a_warning(tmp_path: Path, text: str, warning: str | None) -> None:
+    found = read_table_text(tmp_path, text).warnings
     assert len(found) == (warning is not None)
     assert all(re.match(str(warning), one) for one in found)
 
 
-def test_an_azimuth_is_below_360(tmp_path: Path) -> None:
-    assert [stone.azimuth_deg for stone in read(tmp_path, "azimuth\n-1e-20\n360\n-5\n").stones] == [0.0, 0.0, 355.0]
+def test_azimuths_that_are_read_are_below_360_degrees(tmp_path: Path) -> None:
+    assert [stone.azimuth_deg for stone in read_table_text(tmp_path, "azimuth\n-1e-20\n360\n-5\n").stones] == [
+        0.0,
+        0.0,
+        355.0,
+    ]
 
 
 def test_stones_that_do_not_count_are_named_in_a_note(tmp_path: Path) -> None:
-    table = read(tmp_path, 'outcome,count\nfixed,3\n"broken, repaired",2\nunknown,1\nfell E,4\n')
+    table = read_table_text(tmp_path, 'outcome,count\nfixed,3\n"broken, repaired",2\nunknown,1\nfell E,4\n')
     assert table.notes == (
         "field.csv: not counted as fallen or standing: 6 (outcomes: 3 fixed, 2 repaired, 1 unknown)",
     )
@@ -239,13 +250,13 @@ def test_stones_that_do_not_count_are_named_in_a_note(tmp_path: Path) -> None:
         ("fell,Azimuth (rad)", "yes,1", "did you mean azimuth_deg"),
     ],
 )
-def test_wrong_rows(tmp_path: Path, header: str, cells: str, message: str) -> None:
+def test_contradictory_rows_are_refused_with_the_reason(tmp_path: Path, header: str, cells: str, message: str) -> None:
     with pytest.raises(RecordError, match=message):
-        read(tmp_path, f"{header}\n{cells}\n")
+        read_table_text(tmp_path, f"{header}\n{cells}\n")
 
 
-def test_a_name_like_that_of_a_column_for_descriptions_is_only_noted(tmp_path: Path) -> None:
-    table = read(tmp_path, "fell,sites,photographer,mood\nyes,a,Ito,calm\n")
+def test_unknown_column_named_like_a_descriptive_one_is_only_noted(tmp_path: Path) -> None:
+    table = read_table_text(tmp_path, "fell,sites,photographer,mood\nyes,a,Ito,calm\n")
     assert table.notes == (
         "field.csv: not used: columns sites (did you mean site?), photographer (did you mean photo?), mood",
     )
@@ -253,45 +264,45 @@ def test_a_name_like_that_of_a_column_for_descriptions_is_only_noted(tmp_path: P
 
 def test_cells_that_state_an_unknown_value_are_empty(tmp_path: Path) -> None:
     text = "fell,azimuth_deg,Height (m),note\nyes,?,n/a,?\nyes,SE,-,-\nyes,unknown,0.6,\n"
-    table = read(tmp_path, text)
+    table = read_table_text(tmp_path, text)
     assert [stone.fell_in_known_direction for stone in table.stones] == [False, True, False]
     assert [math.isnan(stone.height) for stone in table.stones] == [True, True, False]
     assert [row.note for _, row in table.rows] == ["?", "-", ""]
     with pytest.raises(RecordError, match=r"write yes or no; an unknown outcome belongs in the column outcome"):
-        read(tmp_path, "fell\n?\n")
+        read_table_text(tmp_path, "fell\n?\n")
 
 
 def test_a_survey_of_stones_that_do_not_count_has_a_summary_but_no_stones(tmp_path: Path) -> None:
-    assert read(tmp_path, "outcome\nfixed\nbroken\n").stones == []
+    assert read_table_text(tmp_path, "outcome\nfixed\nbroken\n").stones == []
     with pytest.raises(RecordError, match="no stone counts as fallen or standing"):
         read_stones(tmp_path / "field.csv")
 
 
-def test_winds_of_a_table_are_octants_if_all_are_among_the_eight(tmp_path: Path) -> None:
-    eight = read(tmp_path, "azimuth_deg\nN\nse\n130\n").stones
+def test_directions_are_octants_if_all_are_among_the_eight_main_winds(tmp_path: Path) -> None:
+    eight = read_table_text(tmp_path, "azimuth_deg\nN\nse\n130\n").stones
     assert [(one.octant, one.wind_16, one.direction_half_width_deg) for one in eight] == [
         (True, False, 22.5), (True, False, 22.5), (False, False, 0.0),
     ]  # fmt: skip
-    sixteen = read(tmp_path, "azimuth_deg\nN\nsse\n").stones
+    sixteen = read_table_text(tmp_path, "azimuth_deg\nN\nsse\n").stones
     assert [(one.octant, one.direction_half_width_deg) for one in sixteen] == [(False, 11.25), (False, 11.25)]
 
 
 def test_declination_is_added_from_column_or_option(tmp_path: Path) -> None:
-    by_column = read(tmp_path, "azimuth_deg;declination\nS40E;-7,5\nNNE;\n").stones
+    by_column = read_table_text(tmp_path, "azimuth_deg;declination\nS40E;-7,5\nNNE;\n").stones
     assert [stone.azimuth_deg for stone in by_column] == [132.5, 22.5]
-    by_option = read(tmp_path, "azimuth_deg\nS40E\nNNE\n", declination_deg=-7.5).stones
+    by_option = read_table_text(tmp_path, "azimuth_deg\nS40E\nNNE\n", declination_deg=-7.5).stones
     assert [stone.azimuth_deg for stone in by_option] == [132.5, 15.0]
     with pytest.raises(RecordError, match="a column gives the declination; leave out the option"):
-        read(tmp_path, "azimuth_deg,declination\n10,5\n", declination_deg=-7.5)
+        read_table_text(tmp_path, "azimuth_deg,declination\n10,5\n", declination_deg=-7.5)
     with pytest.raises(RecordError, match="from -180 to 180, east positive"):
-        read(tmp_path, "azimuth_deg\n10\n", declination_deg=200)
+        read_table_text(tmp_path, "azimuth_deg\n10\n", declination_deg=200)
     with pytest.raises(RecordError, match="lines 2, 3: one of 8 winds from magnetic north, 20° from true north"):
-        read(tmp_path, "azimuth_deg\nN\nSE\n", declination_deg=20)
+        read_table_text(tmp_path, "azimuth_deg\nN\nSE\n", declination_deg=20)
 
 
 def test_a_magnetic_column_without_declination_is_doubted(tmp_path: Path) -> None:
-    assert "names magnetic north, but no declination" in read(tmp_path, "Azimuth (mag)\n10\n").warnings[0]
-    assert read(tmp_path, "Azimuth (mag)\n10\n", declination_deg=5).warnings == ()
+    assert "names magnetic north, but no declination" in read_table_text(tmp_path, "Azimuth (mag)\n10\n").warnings[0]
+    assert read_table_text(tmp_path, "Azimuth (mag)\n10\n", declination_deg=5).warnings == ()
 
 
 @pytest.mark.parametrize(
@@ -311,8 +322,8 @@ def test_a_magnetic_column_without_declination_is_doubted(tmp_path: Path) -> Non
 def test_each_magnetic_azimuth_needs_a_declination(
     tmp_path: Path, header: str, cells: tuple[str, ...], lines: str
 ) -> None:
-    assert lines in "".join(read(tmp_path, "\n".join((header, *cells))).warnings)
-    assert bool(lines) == bool(read(tmp_path, "\n".join((header, *cells))).warnings)
+    assert lines in "".join(read_table_text(tmp_path, "\n".join((header, *cells))).warnings)
+    assert bool(lines) == bool(read_table_text(tmp_path, "\n".join((header, *cells))).warnings)
 
 
 def test_a_declination_is_not_added_to_azimuths_from_true_north(tmp_path: Path) -> None:
@@ -321,14 +332,14 @@ def test_a_declination_is_not_added_to_azimuths_from_true_north(tmp_path: Path) 
         ("outcome;Azimuth (true)\nfell;10\n", 15.0),
     ):
         with pytest.raises(RecordError, match=r"line 1: column 'Azimuth \(true\)' names true north, but a declination"):
-            read(tmp_path, text, declination_deg=declination)
-    assert read(tmp_path, "outcome;Azimuth (true)\nfell;10\n").stones[0].azimuth_deg == 10.0
+            read_table_text(tmp_path, text, declination_deg=declination)
+    assert read_table_text(tmp_path, "outcome;Azimuth (true)\nfell;10\n").stones[0].azimuth_deg == 10.0
 
 
 def test_rows_that_are_read_as_comments_are_doubted(tmp_path: Path) -> None:
     """A name such as #12 begins a comment; one with fewer cells, or above the header, is meant as such."""
     text = '# a;b;c\nstone;outcome;azimuth_deg\n#1;fell;120\n3;fell;90\n"#4";fell;10\n# moved in 1990\n# padded;;\n'
-    table = read(tmp_path, text)
+    table = read_table_text(tmp_path, text)
     assert len(table.rows) == 1
     (doubt,) = table.warnings
     assert "lines 3, 5: not used, because # marks a comment" in doubt
@@ -336,19 +347,19 @@ def test_rows_that_are_read_as_comments_are_doubted(tmp_path: Path) -> None:
 
 def test_rows_within_a_quoted_cell_are_doubted(tmp_path: Path) -> None:
     text = 'stone;outcome;note\nA;fell;\nB;stands;"open\nC;fell;x\nD;fell;"\nE;stands;"two\nlines; and more"\n'
-    (doubt,) = read(tmp_path, text).warnings
+    (doubt,) = read_table_text(tmp_path, text).warnings
     assert "line 3: a cell in quotation marks contains whole rows" in doubt
 
 
 def test_only_line_feeds_and_carriage_returns_end_a_line(tmp_path: Path) -> None:
-    table = read(tmp_path, "outcome;note\nfell;a\u2028b\x0bc\x85d\nstands;\n")
+    table = read_table_text(tmp_path, "outcome;note\nfell;a\u2028b\x0bc\x85d\nstands;\n")
     assert [line for line, _ in table.rows] == [2, 3]
 
 
 @pytest.mark.parametrize("count", ["1,000", "1.000", "2,0", "1.5", "12,", "-3.0"])
 def test_a_count_with_a_point_or_comma_is_refused(tmp_path: Path, count: str) -> None:
     with pytest.raises(RecordError, match=r"column count .* write a whole number without point or comma"):
-        read(tmp_path, f"outcome;count\nfell;{count}\n")
+        read_table_text(tmp_path, f"outcome;count\nfell;{count}\n")
 
 
 @pytest.mark.parametrize(
@@ -361,19 +372,21 @@ def test_a_count_with_a_point_or_comma_is_refused(tmp_path: Path, count: str) ->
         ("twisted 10 anticlockwise", "", -10.0),
     ],
 )
-def test_the_sense_of_a_twist_comes_from_either_column(tmp_path: Path, outcome: str, column: str, twist: float) -> None:
-    ((_, row),) = read(tmp_path, f"outcome;twist_deg\n{outcome};{column}\n").rows
+def test_sense_of_a_twist_is_read_from_outcome_or_twist_column(
+    tmp_path: Path, outcome: str, column: str, twist: float
+) -> None:
+    ((_, row),) = read_table_text(tmp_path, f"outcome;twist_deg\n{outcome};{column}\n").rows
     assert row.clockwise_twist_deg == twist
 
 
 def test_a_stone_that_is_listed_twice_is_doubted(tmp_path: Path) -> None:
-    table = read(tmp_path, "site,stone,fell\nA,1,yes\nB,1,no\nA,1,yes\n")
+    table = read_table_text(tmp_path, "site,stone,fell\nA,1,yes\nB,1,no\nA,1,yes\n")
     assert table.warnings == ("field.csv: stone '1' is listed 2 times, and counts each time: lines 2, 4",)
     assert table.sites == ["A", "B"]
     assert [stone.line for stone in table.select_site("B").stones] == [3]
 
 
-def test_each_column_has_a_description_that_the_documentation_repeats() -> None:
+def test_documentation_repeats_the_description_of_each_column() -> None:
     text = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
     rows = [f"| `{name}` | {one.description} |" for name, one in SurveyRow.model_fields.items()]
     assert "\n".join(rows) in text

@@ -13,7 +13,7 @@ from overturning.statistics.fragility import FittedFragilityCurve
 from overturning.surveys import fragility_results
 from overturning.surveys.fragility_results import fit_or_read_fragility_curves, write_fragility_curves
 
-CURVES = [
+STORED_CURVES = [
     FittedFragilityCurve(
         "all stones", "PGA", "g", 1 / 3, 0.1 + 0.2, ConfidenceInterval(1e-300, math.inf), 0.1, 2.0, 0.7
     ),
@@ -22,8 +22,8 @@ CURVES = [
 
 
 @pytest.fixture
-def fitted_to(monkeypatch: pytest.MonkeyPatch) -> tuple[xr.Dataset, xr.Dataset]:
-    """Fall rates and intensities of two records; a fit returns nothing, so that it is seen."""
+def fall_rates_and_intensities(monkeypatch: pytest.MonkeyPatch) -> tuple[xr.Dataset, xr.Dataset]:
+    """Return fall rates and intensities of two records; a new fit gives no curves, so that a test notices it."""
     monkeypatch.setattr(fragility_results, "fit_population_fragility_curves", lambda *_: [])
     rates = xr.Dataset(
         {
@@ -40,21 +40,26 @@ def fitted_to(monkeypatch: pytest.MonkeyPatch) -> tuple[xr.Dataset, xr.Dataset]:
     return rates, xr.Dataset(measures)
 
 
-def test_curves_are_read_with_every_bit(fitted_to: tuple[xr.Dataset, xr.Dataset], tmp_path: Path) -> None:
+def test_stored_fragility_curves_are_read_back_bit_for_bit(
+    fall_rates_and_intensities: tuple[xr.Dataset, xr.Dataset], tmp_path: Path
+) -> None:
     path = tmp_path / "curves.json"
-    write_fragility_curves(CURVES, *fitted_to, path)
-    read = fit_or_read_fragility_curves(*fitted_to, path)
-    assert repr(read) == repr(CURVES), "NaN and infinity, too"
+    write_fragility_curves(STORED_CURVES, *fall_rates_and_intensities, path)
+    read = fit_or_read_fragility_curves(*fall_rates_and_intensities, path)
+    assert repr(read) == repr(STORED_CURVES), "NaN and infinity, too"
     assert read[0].median_interval.high == math.inf
 
 
 @pytest.mark.parametrize("change", ["fall rate", "event", "period", "intensity", "sources", "damaged", "gone"])
-def test_curves_of_other_input_are_fitted_again(
-    fitted_to: tuple[xr.Dataset, xr.Dataset], tmp_path: Path, change: str, monkeypatch: pytest.MonkeyPatch
+def test_fragility_curves_are_fitted_again_if_their_input_changed(
+    fall_rates_and_intensities: tuple[xr.Dataset, xr.Dataset],
+    tmp_path: Path,
+    change: str,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     path = tmp_path / "curves.json"
-    write_fragility_curves(CURVES, *fitted_to, path)
-    rates, measures = (one.copy(deep=True) for one in fitted_to)
+    write_fragility_curves(STORED_CURVES, *fall_rates_and_intensities, path)
+    rates, measures = (one.copy(deep=True) for one in fall_rates_and_intensities)
     if change == "fall rate":
         rates["free_fall_rate"][0, 0] = np.nextafter(0.2, 1.0)
     elif change == "event":

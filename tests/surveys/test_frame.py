@@ -14,10 +14,10 @@ from overturning.errors import RecordError
 from overturning.surveys.row import COLUMNS, SurveyRow, survey_row_schema
 from overturning.surveys.template import TEMPLATE_COLUMNS, survey_template
 
-DOCS = Path(__file__).parents[2] / "docs"
+DOCS_FOLDER = Path(__file__).parents[2] / "docs"
 
 
-def test_columns_and_units(tmp_path: Path) -> None:
+def test_columns_units_and_notes_of_the_pandas_table(tmp_path: Path) -> None:
     path = tmp_path / "stones.csv"
     path.write_text(
         "site;stone;outcome;azimuth_deg;face_azimuth_deg;height_m;lat;lon;mood\n"
@@ -47,7 +47,7 @@ def test_columns_and_units(tmp_path: Path) -> None:
         overturning.read_survey(tmp_path / "none.csv")
 
 
-def test_the_template_is_read_as_soon_as_it_has_a_stone(tmp_path: Path) -> None:
+def test_survey_template_is_read_once_it_has_a_stone(tmp_path: Path) -> None:
     template, path = survey_template(), tmp_path / "stones.csv"
     assert template.isascii()
     assert all(f"# {name}: " in template for name in COLUMNS if name != "magnetic_declination_deg")
@@ -63,7 +63,7 @@ def test_the_template_is_read_as_soon_as_it_has_a_stone(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("separator", [",", ";", "\t"])
-def test_the_template_is_read_after_a_spreadsheet_saved_it(tmp_path: Path, separator: str) -> None:
+def test_survey_template_saved_by_a_spreadsheet_is_read(tmp_path: Path, separator: str) -> None:
     # A spreadsheet splits comment lines into cells, pads them, and puts quotes around cells with separators.
     rows = list(csv.reader(io.StringIO(survey_template())))
     rows.append(["A", "1", "", "fell SE"])
@@ -74,8 +74,8 @@ def test_the_template_is_read_after_a_spreadsheet_saved_it(tmp_path: Path, separ
     assert [*stones["site"], *stones["azimuth_deg"], *stones["azimuth_half_width_deg"]] == ["A", 135, 22.5]
 
 
-def test_the_schema_is_that_of_the_model_and_accepts_what_the_model_accepts() -> None:
-    assert (DOCS / "survey.schema.json").read_text(encoding="utf-8") == survey_row_schema(), (
+def test_row_schema_is_current_and_accepts_what_the_model_accepts() -> None:
+    assert (DOCS_FOLDER / "survey.schema.json").read_text(encoding="utf-8") == survey_row_schema(), (
         "run: overturning study document"
     )
     schema = json.loads(survey_row_schema())

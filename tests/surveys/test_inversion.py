@@ -37,12 +37,12 @@ from overturning.surveys.stone_outcomes import DIRECTION_BINS, FRICTIONS, HEIGHT
 from overturning.surveys.stones import Stone
 from tests.study.small_study import pulse
 
-SIZES = ((0.9, 0.2), (1.2, 0.25), (1.6, 0.3))
+COLUMN_SIZES = ((0.9, 0.2), (1.2, 0.25), (1.6, 0.3))
 """Heights, m, and B/H of the columns of a ruin."""
 
 
-def candidate(period: float, event: str = "", east: float = 0.0) -> CandidateMotion:
-    """One sine towards the north, 2 m/s², and one of another size at right angles a quarter of a period later."""
+def elliptic_candidate_motion(period: float, event: str = "", east: float = 0.0) -> CandidateMotion:
+    """Return a motion: a sine to the north, 2 m/s², and ``east`` times that to the east, a quarter period later."""
     time = np.arange(0, 1.25 * period + 0.05, 0.01)
     north = np.where(time <= period, 2.0 * np.sin(2 * np.pi * time / period), 0.0)
     lag = time - period / 4
@@ -50,8 +50,11 @@ def candidate(period: float, event: str = "", east: float = 0.0) -> CandidateMot
     return CandidateMotion.from_motion(f"{period:g} s", event, Motion(north, across, sampling_interval=0.01))
 
 
-def ruled(one: CandidateMotion, aspect: float, nodes: list[tuple[int, int]], threads: int) -> np.ndarray:
-    """A stone falls where PGV exceeds 3 m/s · B/H · √(H/m), to the north or, under a second motion, the south."""
+def outcomes_by_rule(one: CandidateMotion, aspect: float, nodes: list[tuple[int, int]], threads: int) -> np.ndarray:
+    """Return outcomes by a rule in place of the kernel: stones fall where PGV exceeds 3 m/s · B/H · √(H/m).
+
+    They fall to the north under the motion of 0.5 s and to the south under another.
+    """
     height, shape = (grid[np.array(nodes)[:, i]] for i, grid in enumerate((HEIGHTS, SHAPES)))
     falls = 3 * (shape * np.sqrt(height))[:, None] < LEVELS
     way = np.where(falls, 0 if one.name == "0.5 s" else DIRECTION_BINS // 2, STOOD)
@@ -60,19 +63,24 @@ def ruled(one: CandidateMotion, aspect: float, nodes: list[tuple[int, int]], thr
 
 
 @pytest.fixture
-def inversion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> SurveyInversion:
-    monkeypatch.setattr(stone_outcomes, "simulate_outcomes_of_sizes", ruled)
-    kinds = [StoneKind(*size, 0.0) for size in SIZES]
-    return SurveyInversion(StoneOutcomeProbabilities([candidate(0.5), candidate(0.8)], kinds, folder=tmp_path))
+def inversion_with_known_outcomes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> SurveyInversion:
+    """Return the inversion of surveys of round columns with two motions, whose outcomes follow from a rule."""
+    monkeypatch.setattr(stone_outcomes, "simulate_outcomes_of_sizes", outcomes_by_rule)
+    kinds = [StoneKind(*size, 0.0) for size in COLUMN_SIZES]
+    return SurveyInversion(
+        StoneOutcomeProbabilities(
+            [elliptic_candidate_motion(0.5), elliptic_candidate_motion(0.8)], kinds, folder=tmp_path
+        )
+    )
 
 
-def column(size: tuple[float, float], azimuth: float = math.nan, count: int = 1) -> Stone:
+def round_column(size: tuple[float, float], azimuth: float = math.nan, count: int = 1) -> Stone:
     """Return a column that fell towards an azimuth, or stood."""
     height, shape = size
     return Stone(math.isfinite(azimuth), azimuth, False, count, b_over_h=shape, height=height, round=True)
 
 
-def test_motions_with_equal_ids_are_distinguished(tmp_path: Path) -> None:
+def test_motions_with_equal_ids_have_distinct_names_in_the_results(tmp_path: Path) -> None:
     """Regression: for a record on rock and on soil the figure had one bar, and the table two lines with one name."""
     paths = [tmp_path / name for name in ("a.nc", "soft/a.nc", "b.nc")]
     for path, peak in zip(paths, (3.0, 5.0, 4.0), strict=True):
@@ -83,14 +91,16 @@ def test_motions_with_equal_ids_are_distinguished(tmp_path: Path) -> None:
     ]
 
 
-def test_probabilities_of_a_stone_add_up(inversion: SurveyInversion) -> None:
-    chances = inversion.outcome_probabilities(column(SIZES[0]))
+def test_outcome_probabilities_of_a_stone_add_up_to_1(inversion_with_known_outcomes: SurveyInversion) -> None:
+    chances = inversion_with_known_outcomes.outcome_probabilities(round_column(COLUMN_SIZES[0]))
     assert chances.shape == (2, LEVELS.size, TURNS, DIRECTION_BINS + 1)
     assert chances.sum(axis=-1) == pytest.approx(1, abs=1e-5)
 
 
-def test_without_stones_the_posterior_is_the_prior_and_has_no_bounds(inversion: SurveyInversion) -> None:
-    one = inversion.compute_posterior(inversion.log_likelihoods_by_motion([]))
+def test_without_stones_the_posterior_is_the_prior_and_has_no_bounds(
+    inversion_with_known_outcomes: SurveyInversion,
+) -> None:
+    one = inversion_with_known_outcomes.compute_posterior(inversion_with_known_outcomes.log_likelihoods_by_motion([]))
     assert one.probability == pytest.approx(one.prior)
     # Even over the levels: the middle 90 % of the logarithm, each level a cell about it.
     half = np.log(LEVELS[1] / LEVELS[0]) / 2
@@ -101,25 +111,37 @@ def test_without_stones_the_posterior_is_the_prior_and_has_no_bounds(inversion: 
     assert one.credible_interval(one.pgv) == (0.0, math.inf)
 
 
-def test_stones_bound_the_motion_from_both_sides(inversion: SurveyInversion) -> None:
+def test_fallen_and_standing_stones_bound_the_peak_velocity(inversion_with_known_outcomes: SurveyInversion) -> None:
     """By the rule the columns fall from 0.57, 0.82 and 1.14 m/s on."""
-    stones = [column(SIZES[0], 0, 8), column(SIZES[1], 0, 8), column(SIZES[2], count=8)]
-    one = inversion.compute_posterior(inversion.log_likelihoods_by_motion(stones))
+    stones = [
+        round_column(COLUMN_SIZES[0], 0, 8),
+        round_column(COLUMN_SIZES[1], 0, 8),
+        round_column(COLUMN_SIZES[2], count=8),
+    ]
+    one = inversion_with_known_outcomes.compute_posterior(
+        inversion_with_known_outcomes.log_likelihoods_by_motion(stones)
+    )
     low, high = one.credible_interval(one.pgv)
     assert 0.5 < low < 1.14
     assert 0.82 < high < 1.6
     # Directions that scatter tell an axis the less the smaller their power.
-    logs = inversion.log_likelihoods_by_motion([column(SIZES[0], azimuth) for azimuth in (0, 20, 350, 40)])
+    logs = inversion_with_known_outcomes.log_likelihoods_by_motion(
+        [round_column(COLUMN_SIZES[0], azimuth) for azimuth in (0, 20, 350, 40)]
+    )
     assert (
-        inversion.compute_posterior(logs, power=1.0).credible_axis_arc_deg()[1]
-        < inversion.compute_posterior(logs, power=0.1).credible_axis_arc_deg()[1]
+        inversion_with_known_outcomes.compute_posterior(logs, power=1.0).credible_axis_arc_deg()[1]
+        < inversion_with_known_outcomes.compute_posterior(logs, power=0.1).credible_axis_arc_deg()[1]
     )
 
 
-def test_turning_the_survey_turns_the_axis(inversion: SurveyInversion) -> None:
+def test_rotating_the_survey_rotates_the_axis_of_the_motion(inversion_with_known_outcomes: SurveyInversion) -> None:
     def arc(turn: float) -> tuple[float, float]:
-        stones = [column(size, (way + turn) % 360, 4) for size, way in zip(SIZES, (0, 10, 180), strict=True)]
-        return inversion.compute_posterior(inversion.log_likelihoods_by_motion(stones)).credible_axis_arc_deg()
+        stones = [
+            round_column(size, (way + turn) % 360, 4) for size, way in zip(COLUMN_SIZES, (0, 10, 180), strict=True)
+        ]
+        return inversion_with_known_outcomes.compute_posterior(
+            inversion_with_known_outcomes.log_likelihoods_by_motion(stones)
+        ).credible_axis_arc_deg()
 
     first, turned = arc(0), arc(70)
     assert abs((first[0] + 90) % 180 - 90) <= 10
@@ -127,26 +149,34 @@ def test_turning_the_survey_turns_the_axis(inversion: SurveyInversion) -> None:
     assert (turned[0] - first[0]) % 180 == pytest.approx(70)
 
 
-def test_a_direction_that_is_an_octant_is_the_sum_of_its_ways(inversion: SurveyInversion) -> None:
+def test_probability_of_an_octant_is_the_sum_of_its_direction_bins(
+    inversion_with_known_outcomes: SurveyInversion,
+) -> None:
     octant = Stone(True, 45.0, True, b_over_h=0.2, height=0.9, round=True)
     assert (possible_outcome_indices(octant) * 5).tolist() == [25, 30, 35, 40, 45, 50, 55, 60, 65]
     ways = [
-        inversion.log_likelihoods_by_motion([column(SIZES[0], azimuth)]).sum(axis=0) for azimuth in range(25, 70, 5)
+        inversion_with_known_outcomes.log_likelihoods_by_motion([round_column(COLUMN_SIZES[0], azimuth)]).sum(axis=0)
+        for azimuth in range(25, 70, 5)
     ]
-    assert inversion.log_likelihoods_by_motion([octant]).sum(axis=0) == pytest.approx(
+    assert inversion_with_known_outcomes.log_likelihoods_by_motion([octant]).sum(axis=0) == pytest.approx(
         np.log(np.exp(ways).sum(axis=0)), abs=1e-5
     )
 
 
-def test_a_fall_in_an_unknown_direction_is_the_sum_of_all_ways(inversion: SurveyInversion) -> None:
+def test_probability_of_an_unknown_direction_is_the_sum_of_all_bins(
+    inversion_with_known_outcomes: SurveyInversion,
+) -> None:
     lost = Stone(True, math.nan, False, b_over_h=0.2, height=0.9, round=True)
     ways = [
-        inversion.log_likelihoods_by_motion([column(SIZES[0], azimuth)]).sum(axis=0) for azimuth in range(0, 360, 5)
+        inversion_with_known_outcomes.log_likelihoods_by_motion([round_column(COLUMN_SIZES[0], azimuth)]).sum(axis=0)
+        for azimuth in range(0, 360, 5)
     ]
-    fell = inversion.log_likelihoods_by_motion([lost])
+    fell = inversion_with_known_outcomes.log_likelihoods_by_motion([lost])
     assert fell[0] == pytest.approx(np.log(np.exp(ways).sum(axis=0)), abs=1e-5)
     assert not fell[1].any()
-    answers = [inversion.invert_survey("x", 6 * [stone]) for stone in (lost, replace(lost, fell=False))]
+    answers = [
+        inversion_with_known_outcomes.invert_survey("x", 6 * [stone]) for stone in (lost, replace(lost, fell=False))
+    ]
     assert [(one.fell, one.stood) for one in answers] == [(6, 0), (0, 6)]
     low, stood = (one.posterior.credible_interval(one.posterior.pgv) for one in answers)
     assert low[0] > 0.2 > stood[0]
@@ -154,24 +184,29 @@ def test_a_fall_in_an_unknown_direction_is_the_sum_of_all_ways(inversion: Survey
     assert answers[0].fit > 0.1
 
 
-def test_survey_with_only_falls_has_no_upper_bound(inversion: SurveyInversion) -> None:
-    asked = inversion.invert_survey("ruin.csv", [column(size, 0, 6) for size in SIZES])
+def test_survey_with_only_falls_has_no_upper_bound(inversion_with_known_outcomes: SurveyInversion) -> None:
+    asked = inversion_with_known_outcomes.invert_survey("ruin.csv", [round_column(size, 0, 6) for size in COLUMN_SIZES])
     low, high = asked.posterior.credible_interval(asked.posterior.pgv)
     assert low > 0.6
     assert high == math.inf
     assert inferred_motion_findings(asked).beyond_library_above
-    stood = inversion.invert_survey("ruin.csv", [column(size, count=6) for size in SIZES])
+    stood = inversion_with_known_outcomes.invert_survey(
+        "ruin.csv", [round_column(size, count=6) for size in COLUMN_SIZES]
+    )
     assert stood.posterior.credible_interval(stood.posterior.pgv)[0] == 0.0
     assert inferred_motion_findings(stood).beyond_library_below
 
 
-def test_survey_with_only_falls_has_no_axis(inversion: SurveyInversion) -> None:
-    """Its directions agree closely, and yet simulated ones held the truth no more often than arcs laid at random.
+def test_survey_with_only_falls_has_no_axis(inversion_with_known_outcomes: SurveyInversion) -> None:
+    """Simulated surveys showed that arcs from falls alone hold the true axis no more often than random arcs.
 
     An arc of 162° laid without knowledge holds a random axis in 162/180 = 90 %, as it says.
     """
-    fell = [column(size, azimuth, 4) for size in SIZES for azimuth in (350, 0, 10)]
-    every, some = (inversion.invert_survey("ruin.csv", stones) for stones in (fell, [*fell, column(SIZES[2])]))
+    fell = [round_column(size, azimuth, 4) for size in COLUMN_SIZES for azimuth in (350, 0, 10)]
+    every, some = (
+        inversion_with_known_outcomes.invert_survey("ruin.csv", stones)
+        for stones in (fell, [*fell, round_column(COLUMN_SIZES[2])])
+    )
     assert some.credible_axis_arc_deg == some.posterior.credible_axis_arc_deg()
     assert some.credible_axis_arc_deg[1] < 120 > every.posterior.credible_axis_arc_deg()[1]
     assert every.credible_axis_arc_deg[0] == every.posterior.credible_axis_arc_deg()[0]
@@ -181,48 +216,63 @@ def test_survey_with_only_falls_has_no_axis(inversion: SurveyInversion) -> None:
     truth = np.random.default_rng(3).uniform(0, 180, 20_000)
     held = np.abs((truth - every.credible_axis_arc_deg[0] + 90) % 180 - 90) <= every.credible_axis_arc_deg[1] / 2
     assert held.mean() == pytest.approx(0.9, abs=0.01)
-    nothing = inversion.invert_survey("none.csv", [column(size, count=6) for size in SIZES])
+    nothing = inversion_with_known_outcomes.invert_survey(
+        "none.csv", [round_column(size, count=6) for size in COLUMN_SIZES]
+    )
     assert not nothing.everything_fell
 
 
-def test_a_survey_that_no_motion_explains_does_not_fit(inversion: SurveyInversion) -> None:
+def test_a_survey_that_no_motion_explains_does_not_fit(inversion_with_known_outcomes: SurveyInversion) -> None:
     """The broad low columns fell and the slender tall ones stood: by the rule none does that."""
-    odd = inversion.invert_survey("odd.csv", [column(SIZES[2], 0, 12), column(SIZES[0], count=12)])
+    odd = inversion_with_known_outcomes.invert_survey(
+        "odd.csv", [round_column(COLUMN_SIZES[2], 0, 12), round_column(COLUMN_SIZES[0], count=12)]
+    )
     assert odd.fit < 0.01
     assert not inferred_motion_findings(odd).fits
-    even = inversion.invert_survey("even.csv", [column(SIZES[0], 0, 12), column(SIZES[2], count=12)])
+    even = inversion_with_known_outcomes.invert_survey(
+        "even.csv", [round_column(COLUMN_SIZES[0], 0, 12), round_column(COLUMN_SIZES[2], count=12)]
+    )
     assert even.fit > 0.1
     assert inferred_motion_findings(even).fits
 
 
-def test_missing_sizes_are_reported_and_drawn_at_random(inversion: SurveyInversion) -> None:
+def test_missing_sizes_are_reported_and_drawn_at_random(inversion_with_known_outcomes: SurveyInversion) -> None:
     tall, shaped = Stone(True, 60, False, 4, b_over_h=0.2, round=True), Stone(True, 60, False, 2, height=0.75)
-    answer = inversion.invert_survey("x.csv", [column(SIZES[0], 0)])
-    assert not inferred_motion_findings(answer, [column(SIZES[0])]).sizes_assumed
-    found = inferred_motion_findings(answer, [column(SIZES[0]), tall, shaped])
+    answer = inversion_with_known_outcomes.invert_survey("x.csv", [round_column(COLUMN_SIZES[0], 0)])
+    assert not inferred_motion_findings(answer, [round_column(COLUMN_SIZES[0])]).sizes_assumed
+    found = inferred_motion_findings(answer, [round_column(COLUMN_SIZES[0]), tall, shaped])
     assert (found.stones_without_height, found.stones_without_b_over_h) == (4, 2)
     heights, shapes = (StoneKind.from_stone(one).size_grid_weights(StonePopulation()) for one in (tall, shaped))
     assert 0.6 < np.exp(np.log(HEIGHTS) @ heights.sum(axis=1)) < 0.9
     assert 0.3 < 0.75 * np.exp(np.log(SHAPES) @ shapes.sum(axis=0)) < 0.4
 
 
-def test_a_survey_without_background_has_an_answer(inversion: SurveyInversion) -> None:
+def test_a_survey_with_zero_background_has_a_posterior(inversion_with_known_outcomes: SurveyInversion) -> None:
     """As `surveys: [{background: 0}]` asks for: nothing is impossible, since stones written down alike differ."""
-    stones = [column(SIZES[0], 0, 8), column(SIZES[2], 180, 1), column(SIZES[2], count=8)]
-    logs = replace(inversion, background=0.0).log_likelihoods_by_motion(stones)
+    stones = [
+        round_column(COLUMN_SIZES[0], 0, 8),
+        round_column(COLUMN_SIZES[2], 180, 1),
+        round_column(COLUMN_SIZES[2], count=8),
+    ]
+    logs = replace(inversion_with_known_outcomes, background=0.0).log_likelihoods_by_motion(stones)
     assert np.isfinite(logs).all()
-    one, other = (inversion.compute_posterior(each) for each in (logs, inversion.log_likelihoods_by_motion(stones)))
+    one, other = (
+        inversion_with_known_outcomes.compute_posterior(each)
+        for each in (logs, inversion_with_known_outcomes.log_likelihoods_by_motion(stones))
+    )
     assert one.credible_interval(one.pgv) == pytest.approx(other.credible_interval(other.pgv), rel=0.3)
 
 
-def test_fixed_stones_carry_less_information(inversion: SurveyInversion) -> None:
-    stones = [column(size, count=4) for size in SIZES]
-    loose = SurveyInversion(inversion.responses, fixed=0.8)
-    bound, less = (one.compute_posterior(one.log_likelihoods_by_motion(stones)) for one in (inversion, loose))
+def test_fixed_stones_carry_less_information(inversion_with_known_outcomes: SurveyInversion) -> None:
+    stones = [round_column(size, count=4) for size in COLUMN_SIZES]
+    loose = SurveyInversion(inversion_with_known_outcomes.responses, fixed=0.8)
+    bound, less = (
+        one.compute_posterior(one.log_likelihoods_by_motion(stones)) for one in (inversion_with_known_outcomes, loose)
+    )
     assert less.probability[:, 6:].sum() > 2 * bound.probability[:, 6:].sum()
 
 
-def test_a_stone_has_both_its_slendernesses() -> None:
+def test_kind_of_a_stone_has_its_smaller_b_over_h_and_aspect() -> None:
     stone = Stone(True, 0.0, False, b_over_h=0.5, b_over_h_side=0.25, face_azimuth_deg=30, height=0.8)
     assert StoneKind.from_stone(stone) == StoneKind(0.8, 0.25, 2.0)
     assert stone.slender_face_azimuth_deg == 120
@@ -235,7 +285,7 @@ def test_a_slab_falls_over_its_narrow_side_only(tmp_path: Path) -> None:
 
     The pulse's 0.4 g lie between the 0.15 g and the 0.6 g that lift the one and the other edge.
     """
-    one = candidate(1.0)
+    one = elliptic_candidate_motion(1.0)
     slab = {"b_over_h": 0.15, "b_over_h_side": 0.6, "height": 0.45}
     north, east = (Stone(False, math.nan, False, face_azimuth_deg=face, **slab) for face in (0.0, 90.0))
     asked = SurveyInversion(StoneOutcomeProbabilities([one], [StoneKind.from_stone(north)], folder=tmp_path))
@@ -248,7 +298,7 @@ def test_a_slab_falls_over_its_narrow_side_only(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_motion_outside_the_library_lies_within_the_bounds(tmp_path: Path) -> None:
+def test_bounds_contain_a_true_motion_that_is_not_in_the_library(tmp_path: Path) -> None:
     """Columns under the record of Parachute Test Site at about 87 cm/s, asked among records of other earthquakes only.
 
     Synthetic pulses in planes, with a plain likelihood, gave 152.3 to 152.8 cm/s "with 90 % probability".
@@ -261,7 +311,7 @@ def test_motion_outside_the_library_lies_within_the_bounds(tmp_path: Path) -> No
     factors = np.linspace(0.6, 0.9, 24)
     result = simulate_cases("circle", truth.motion, Cases(0.0, height, shape, 0.7, factors))
     stones = [
-        column((height[i], shape[i]), float(result.fall_azimuth[i]) if result.overturned[i] == 1 else math.nan)
+        round_column((height[i], shape[i]), float(result.fall_azimuth[i]) if result.overturned[i] == 1 else math.nan)
         for i in range(24)
     ]
     asked = SurveyInversion(
@@ -272,21 +322,23 @@ def test_motion_outside_the_library_lies_within_the_bounds(tmp_path: Path) -> No
     assert high / low < 8  # before the survey 15
 
 
-def test_outcomes_are_cached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_simulated_outcomes_of_stones_are_cached_in_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     calls: list[int] = []
 
-    def counting(one: CandidateMotion, aspect: float, nodes: list[tuple[int, int]], threads: int) -> np.ndarray:
+    def count_simulations(
+        one: CandidateMotion, aspect: float, nodes: list[tuple[int, int]], threads: int
+    ) -> np.ndarray:
         calls.append(len(nodes))
-        return ruled(one, aspect, nodes, threads)
+        return outcomes_by_rule(one, aspect, nodes, threads)
 
-    monkeypatch.setattr(stone_outcomes, "simulate_outcomes_of_sizes", counting)
-    one, kind = candidate(0.5), StoneKind(*SIZES[0], 0.0)
+    monkeypatch.setattr(stone_outcomes, "simulate_outcomes_of_sizes", count_simulations)
+    one, kind = elliptic_candidate_motion(0.5), StoneKind(*COLUMN_SIZES[0], 0.0)
     first = StoneOutcomeProbabilities([one], [kind], folder=tmp_path).table(kind)
     assert np.array_equal(StoneOutcomeProbabilities([one], [kind], folder=tmp_path).table(kind), first)
     assert len(calls) == 1
     # Another size computes what is not there yet, another motion everything.
-    StoneOutcomeProbabilities([one], [kind, StoneKind(*SIZES[2], 0.0)], folder=tmp_path)
-    StoneOutcomeProbabilities([candidate(0.8)], [kind], folder=tmp_path)
+    StoneOutcomeProbabilities([one], [kind, StoneKind(*COLUMN_SIZES[2], 0.0)], folder=tmp_path)
+    StoneOutcomeProbabilities([elliptic_candidate_motion(0.8)], [kind], folder=tmp_path)
     assert calls[1] > 0
     assert calls[2] == calls[0]
     for path in tmp_path.iterdir():
@@ -295,7 +347,7 @@ def test_outcomes_are_cached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     assert len(calls) == 4
 
 
-def test_sizes_that_are_not_computed_are_refused() -> None:
+def test_stone_sizes_outside_the_simulated_range_are_refused() -> None:
     for name, stone in (
         ("b_over_h 1.5", Stone(False, math.nan, False, b_over_h=1.5, line=7)),
         ("height_m 50", Stone(False, math.nan, False, height=50.0, line=7)),
@@ -304,7 +356,7 @@ def test_sizes_that_are_not_computed_are_refused() -> None:
             StoneKind.from_stone(stone)  # without its height it would be computed as one of 0.6 to 0.9 m
 
 
-def test_error_of_each_stone_names_its_file() -> None:
+def test_error_about_a_stone_names_its_survey_file() -> None:
     sizes = ((24.0, 2), (1.0, 3), (20.0, 4))
     stones = [Stone(False, math.nan, False, height=height, line=line) for height, line in sizes]
     with pytest.raises(ArgumentError, match=r"(?s)ruin\.csv line 2: height_m 24; .*ruin\.csv line 4: height_m 20; "):
@@ -320,16 +372,19 @@ def test_cases_are_counted_before_they_are_computed(tmp_path: Path, monkeypatch:
         return SimpleNamespace(overturned=np.zeros(asked[-1]), fall_azimuth=np.full(asked[-1], np.nan))
 
     monkeypatch.setattr(stone_outcomes, "simulate_cases", counting)
-    motions, kinds = [candidate(0.5), candidate(0.8)], [StoneKind(*SIZES[0], 0.0), StoneKind(*SIZES[1], 2.0)]
+    motions, kinds = (
+        [elliptic_candidate_motion(0.5), elliptic_candidate_motion(0.8)],
+        [StoneKind(*COLUMN_SIZES[0], 0.0), StoneKind(*COLUMN_SIZES[1], 2.0)],
+    )
     cases, seconds = simulation_case_count_and_time(motions, kinds, tmp_path)
     StoneOutcomeProbabilities(motions, kinds, folder=tmp_path)
     assert cases == sum(asked)
     lasts = [one.motion.north.size * one.motion.sampling_interval for one in motions]
     assert seconds == pytest.approx(CASE_S * cases / 2 * sum(lasts))
     assert simulation_case_count_and_time(motions, kinds, tmp_path) == (0, 0.0)
-    more, _ = simulation_case_count_and_time(motions, [*kinds, StoneKind(*SIZES[2], 0.0)], tmp_path)
+    more, _ = simulation_case_count_and_time(motions, [*kinds, StoneKind(*COLUMN_SIZES[2], 0.0)], tmp_path)
     asked.clear()
-    StoneOutcomeProbabilities(motions, [*kinds, StoneKind(*SIZES[2], 0.0)], folder=tmp_path)
+    StoneOutcomeProbabilities(motions, [*kinds, StoneKind(*COLUMN_SIZES[2], 0.0)], folder=tmp_path)
     assert 0 < more == sum(asked)
 
 
@@ -350,7 +405,7 @@ def test_each_combination_of_size_friction_level_and_face_is_simulated(
         bins = named(cases.height, cases.b_over_h, cases.friction, cases.amplitude, cases.azimuth_deg)
         return SimpleNamespace(overturned=np.ones(bins.size), fall_azimuth=5.0 * bins)
 
-    one = candidate(0.5)
+    one = elliptic_candidate_motion(0.5)
     monkeypatch.setattr(stone_outcomes, "simulate_cases", kernel)
     nodes = [(2, 5), (2, 6), (3, 5)]
     found = stone_outcomes.simulate_outcomes_of_sizes(one, 2.0, nodes, 1)
@@ -361,12 +416,20 @@ def test_each_combination_of_size_friction_level_and_face_is_simulated(
     assert stone_outcomes.simulate_outcomes_of_sizes(one, 0.0, nodes, 1).shape == (3, len(FRICTIONS), LEVELS.size, 1)
 
 
-def test_each_site_is_inverted_by_itself_and_all_together(tmp_path: Path, inversion: SurveyInversion) -> None:
+def test_motion_is_estimated_for_each_site_and_for_all_together(
+    tmp_path: Path, inversion_with_known_outcomes: SurveyInversion
+) -> None:
     """With a flat prior the posterior of independent sites is proportional to the product of their posteriors."""
-    at_a = [replace(column(SIZES[0], 0, 4), site="A"), replace(column(SIZES[2], count=3), site="A")]
-    at_b = [replace(column(SIZES[1], 10, 2), site="B"), replace(column(SIZES[2], count=2), site="B")]
-    found = inversion.invert_survey("ruin.csv", [*at_a, at_b[0], at_b[1]])
-    alone = [inversion.invert_survey("ruin.csv", part) for part in (at_a, at_b)]
+    at_a = [
+        replace(round_column(COLUMN_SIZES[0], 0, 4), site="A"),
+        replace(round_column(COLUMN_SIZES[2], count=3), site="A"),
+    ]
+    at_b = [
+        replace(round_column(COLUMN_SIZES[1], 10, 2), site="B"),
+        replace(round_column(COLUMN_SIZES[2], count=2), site="B"),
+    ]
+    found = inversion_with_known_outcomes.invert_survey("ruin.csv", [*at_a, at_b[0], at_b[1]])
+    alone = [inversion_with_known_outcomes.invert_survey("ruin.csv", part) for part in (at_a, at_b)]
     assert [(one.name, one.fell, one.stood) for one in found.sites] == [("A", 4, 3), ("B", 2, 2)]
     for site, one in zip(found.sites, alone, strict=True):
         assert site.posterior.probability == pytest.approx(one.posterior.probability)
@@ -379,7 +442,7 @@ def test_each_site_is_inverted_by_itself_and_all_together(tmp_path: Path, invers
     assert [one.site for one in inferred_motion_findings(back).sites] == ["A", "B"]
 
 
-def test_the_library_has_each_motion_once(library_motions: tuple[CandidateMotion, ...]) -> None:
+def test_library_contains_each_motion_once(library_motions: tuple[CandidateMotion, ...]) -> None:
     every = library_motions
     assert len(every) == 61
     assert len({one.event for one in every}) == 20
@@ -391,9 +454,9 @@ def test_the_library_has_each_motion_once(library_motions: tuple[CandidateMotion
         candidate_motions(only_user_records=True)
 
 
-def test_posterior_is_read_back_from_file(tmp_path: Path, inversion: SurveyInversion) -> None:
-    asked = SurveyInversion(inversion.responses, fixed=0.1).invert_survey(
-        "ruin.csv", [column(SIZES[0], 0), column(SIZES[1])]
+def test_posterior_is_read_back_from_file(tmp_path: Path, inversion_with_known_outcomes: SurveyInversion) -> None:
+    asked = SurveyInversion(inversion_with_known_outcomes.responses, fixed=0.1).invert_survey(
+        "ruin.csv", [round_column(COLUMN_SIZES[0], 0), round_column(COLUMN_SIZES[1])]
     )
     write_inversion_result(asked, tmp_path / "motion.nc")
     back = read_inversion_result(tmp_path / "motion.nc")

@@ -15,13 +15,13 @@ from overturning.surveys.notation import WINDS_16, StatedOutcome, azimuth_unit_w
         ("N0E", 0), ("N90E", 90), ("S90W", 270), ("S0E", 180), ("N 90 W", 270),
     ],
 )  # fmt: skip
-def test_directions(text: str, azimuth: float) -> None:
+def test_direction_notations_are_read_as_azimuths(text: str, azimuth: float) -> None:
     found = parse_direction(text)
     assert found.azimuth_deg == pytest.approx(azimuth)
     assert found.wind is None
 
 
-def test_the_16_winds_are_22_and_a_half_degrees_apart() -> None:
+def test_the_16_winds_are_22_5_degrees_apart() -> None:
     by_hand = {"N": 0, "NNE": 22.5, "ENE": 67.5, "E": 90, "ESE": 112.5, "SSE": 157.5, "WSW": 247.5, "NNW": 337.5}
     assert {name: parse_direction(name).azimuth_deg for name in by_hand} == by_hand
     assert [parse_direction(name.lower()).azimuth_deg for name in WINDS_16] == [22.5 * i for i in range(16)]
@@ -37,7 +37,7 @@ def test_the_16_winds_are_22_and_a_half_degrees_apart() -> None:
         ("1e9", "from -360 to 360"),
     ],
 )
-def test_wrong_directions(text: str, message: str) -> None:
+def test_invalid_directions_are_refused_with_the_expected_notation(text: str, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         parse_direction(text)
 
@@ -73,7 +73,9 @@ def test_wrong_directions(text: str, message: str) -> None:
         ("?", ("unknown",), {}),
     ],
 )
-def test_outcomes(text: str, kinds: tuple[str, ...], more: dict[str, float]) -> None:
+def test_outcome_notations_are_read_as_kinds_and_values(
+    text: str, kinds: tuple[str, ...], more: dict[str, float]
+) -> None:
     found = parse_outcome(text)
     expected = StatedOutcome()._replace(
         direction_is_unknown=bool(more.get("unknown", False)),
@@ -108,11 +110,11 @@ def test_outcomes(text: str, kinds: tuple[str, ...], more: dict[str, float]) -> 
         ("fell N; direction unknown", "gives a direction and states that it is not known"),
     ],
 )
-def test_wrong_outcomes(text: str, message: str) -> None:
+def test_invalid_outcomes_are_refused_with_the_expected_words(text: str, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         parse_outcome(text)
 
 
-def test_a_unit_is_doubted_only_with_three_different_azimuths() -> None:
+def test_unit_of_azimuths_is_doubted_only_from_three_different_values() -> None:
     assert azimuth_unit_warning("azimuth_deg", [0.5, 1.5, 0.5, math.nan], "a.csv") == ""
     assert azimuth_unit_warning("azimuth_deg", [0.5, 1.5, 2.5], "a.csv").endswith("57.29578")

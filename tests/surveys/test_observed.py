@@ -13,21 +13,22 @@ from overturning.surveys.observed import falls_by_sector, rose_sector_count, sum
 from overturning.surveys.stones import Stone, read_survey_table
 
 
-def summary(folder: Path, text: str, declination_deg: float | None = None) -> ObservedSurveyFindings:
+def observed_findings_of_table(folder: Path, text: str, declination_deg: float | None = None) -> ObservedSurveyFindings:
+    """Write a survey table and return the findings of the survey by itself."""
     path = folder / "stones.csv"
     path.write_text(text, encoding="utf-8")
     return observed_survey_findings(summarise_survey(read_survey_table(path, declination_deg)))
 
 
-TWO_SITES = (
+TABLE_OF_TWO_SITES = (
     "site,outcome,azimuth_deg,count\n"
     "A,fell,10,4\nA,fell,30,4\nA,fell,,1\nA,stands,,3\nA,twisted 5,,2\nA,fixed,,2\n"
     "B,fell,200,3\nB,broken,,1\nB,unknown,,1\n"
 )
 
 
-def test_numbers_and_shares_by_site(tmp_path: Path) -> None:
-    found = summary(tmp_path, TWO_SITES)
+def test_counts_and_shares_of_each_site_match_hand_counts_and_scipy(tmp_path: Path) -> None:
+    found = observed_findings_of_table(tmp_path, TABLE_OF_TWO_SITES)
     first, second = found.sites
 
     def numbers(one: ObservedFallsFinding) -> tuple[int, ...]:
@@ -51,8 +52,8 @@ def test_numbers_and_shares_by_site(tmp_path: Path) -> None:
         assert (share.value, share.low, share.high) == pytest.approx((k / n, exact.low, exact.high))
 
 
-def test_directions_by_site(tmp_path: Path) -> None:
-    found = summary(tmp_path, TWO_SITES)
+def test_mean_directions_of_sites_match_hand_computation(tmp_path: Path) -> None:
+    found = observed_findings_of_table(tmp_path, TABLE_OF_TWO_SITES)
     first = found.sites[0]
     assert first.direction.mean_deg == pytest.approx(20)
     assert first.direction.resultant == pytest.approx(math.cos(math.radians(10)))
@@ -76,22 +77,24 @@ def test_directions_by_site(tmp_path: Path) -> None:
         ("azimuth\n50.5\n50.5\n", 0, 0),
     ],
 )
-def test_few_equal_directions_may_be_chance(tmp_path: Path, text: str, direction_p: float, axis_p: float) -> None:
+def test_p_value_of_two_equal_directions_allows_for_the_recorded_step(
+    tmp_path: Path, text: str, direction_p: float, axis_p: float
+) -> None:
     """The second of two stones is recorded in the step of the first with the probability step/360°, or step/180°."""
-    found = summary(tmp_path, text).together
+    found = observed_findings_of_table(tmp_path, text).together
     assert found.direction.p_value == pytest.approx(direction_p, abs=0.02)
     assert found.axis.p_value == pytest.approx(axis_p, abs=0.02)
 
 
-def test_one_site_is_not_repeated_and_declinations_are_those_of_directions(tmp_path: Path) -> None:
+def test_one_site_is_not_listed_and_declinations_are_those_of_directions(tmp_path: Path) -> None:
     text = "site,fell,azimuth_deg,declination\nA,yes,10,-7.5\nA,yes,20,-7\nA,no,,3\n"
-    found = summary(tmp_path, text)
+    found = observed_findings_of_table(tmp_path, text)
     assert found.sites == []
     assert (found.declination_low_deg, found.declination_high_deg) == (-7.5, -7)
-    assert summary(tmp_path, "fell\nno\n").declination_low_deg is None
+    assert observed_findings_of_table(tmp_path, "fell\nno\n").declination_low_deg is None
 
 
-def test_sectors_of_a_rose() -> None:
+def test_rose_sectors_split_falls_noted_as_octants_and_winds() -> None:
     octant, wind = Stone(True, 45.0, octant=True, count=3), Stone(True, 22.5, octant=False, wind_16=True)
     exact = Stone(True, 355.0, octant=False)
     assert rose_sector_count([octant, exact]) == 8
@@ -133,7 +136,7 @@ FIELD_TABLES = {
 
 
 @pytest.mark.parametrize("name", FIELD_TABLES)
-def test_tables_of_different_habits_go_from_file_to_figure(
+def test_field_tables_in_three_layouts_are_summarised_and_drawn(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     text, encoding, options, (fell, unknown, stand) = FIELD_TABLES[name]
@@ -153,8 +156,8 @@ def test_tables_of_different_habits_go_from_file_to_figure(
     assert rose.read_bytes().startswith(b"\x89PNG")
 
 
-def test_the_summary_is_printed_in_plain_words(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "stones.csv").write_text(TWO_SITES, encoding="utf-8")
+def test_survey_command_prints_the_summary_in_sentences(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "stones.csv").write_text(TABLE_OF_TWO_SITES, encoding="utf-8")
     with pytest.raises(SystemExit):
         main(["survey", str(tmp_path / "stones.csv")])
     lines = capsys.readouterr().out.replace("\u00a0", " ").split("\n")
@@ -183,17 +186,17 @@ def test_the_summary_is_printed_in_plain_words(tmp_path: Path, capsys: pytest.Ca
         (("--declination", "200"), "give degrees from -180 to 180, east positive"),
     ],
 )
-def test_wrong_options(
+def test_survey_command_refuses_options_that_need_a_cube(
     arguments: tuple[str, str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / "stones.csv").write_text(TWO_SITES, encoding="utf-8")
+    (tmp_path / "stones.csv").write_text(TABLE_OF_TWO_SITES, encoding="utf-8")
     with pytest.raises(SystemExit) as stop:
         main(["survey", str(tmp_path / "stones.csv"), *arguments])
     assert stop.value.code == 1
     assert message in capsys.readouterr().err
 
 
-def test_template_command(capsys: pytest.CaptureFixture[str]) -> None:
+def test_template_command_prints_the_survey_template(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as stop:
         main(["survey", "template"])
     assert not stop.value.code

@@ -29,18 +29,18 @@ from overturning.surveys.population import (
 )
 from overturning.units import STANDARD_GRAVITY
 
-INTERVAL = 0.01
+SAMPLING_INTERVAL = 0.01
 
 
-def pulse(peak: float, period: float, azimuth_deg: float = 0.0) -> Motion:
-    """One sine towards an azimuth, m/s² and s."""
-    sine = peak * np.sin(2 * np.pi * np.arange(0, period + INTERVAL, INTERVAL) / period)
+def sine_pulse_motion(peak: float, period: float, azimuth_deg: float = 0.0) -> Motion:
+    """Return one sine of a peak, m/s², and a period, s, towards an azimuth."""
+    sine = peak * np.sin(2 * np.pi * np.arange(0, period + SAMPLING_INTERVAL, SAMPLING_INTERVAL) / period)
     sine = np.concatenate([sine, np.zeros(5)])
     phi = np.radians(azimuth_deg)
-    return Motion(sine * np.cos(phi), sine * np.sin(phi), sampling_interval=INTERVAL)
+    return Motion(sine * np.cos(phi), sine * np.sin(phi), sampling_interval=SAMPLING_INTERVAL)
 
 
-def test_stones_are_those_of_the_population() -> None:
+def test_sampled_stones_have_the_sizes_of_the_population() -> None:
     population = StonePopulation(face=90, face_spread=5, stones=512)
     stones = sample_stones(population)
     assert stones.height.mean() == pytest.approx(0.75, abs=0.002)
@@ -51,27 +51,30 @@ def test_stones_are_those_of_the_population() -> None:
     assert stones.b_over_h.mean() == pytest.approx(0.35 * np.log(0.9 / 0.6) / 0.3, rel=0.002)
 
 
-def cube(motion: Motion, **axes: list[float]) -> xr.Dataset:
-    """Cells of one record in planes every 15°."""
+def simulated_cube(motion: Motion, **axes: list[float]) -> xr.Dataset:
+    """Simulate blocks of these sizes under a motion in planes every 15°."""
     return simulate(motion, azimuth_deg=np.arange(0, 360, 15), **axes)
 
 
 def test_a_stone_falls_in_the_plane_of_the_pulse() -> None:
     # A pulse towards the east throws a slender stone west, or east after an impact: never north or south.
-    stones = stones_of(0.7, 0.15, 0.8, 0.0, count=2)
+    stones = equal_stones(0.7, 0.15, 0.8, 0.0, count=2)
     stones = replace(stones, face=np.array([90.0, 0.0]))
     size = {"height": [0.7], "b_over_h": [0.15], "friction": [0.8]}
-    weak, strong = (outcomes_of_stones(cube(pulse(4.0, 1.0, 90).scaled_by(f), **size), stones) for f in (0.01, 1.0))
+    weak, strong = (
+        outcomes_of_stones(simulated_cube(sine_pulse_motion(4.0, 1.0, 90).scaled_by(f), **size), stones)
+        for f in (0.01, 1.0)
+    )
     assert not weak.fell.any()
     assert strong.fell.all()
     assert np.isnan(weak.azimuth).all()
     assert np.abs(np.sin(np.radians(strong.azimuth[0]))) == pytest.approx([1, 1])
 
 
-def test_rate_matches_stones_simulated_one_by_one() -> None:
+def test_fall_rate_from_a_cube_matches_stones_simulated_singly() -> None:
     """The cube's cells, a few B/H, heights and µ of a grid, give the rate of the stones themselves."""
     population = StonePopulation(width=LengthRange(low=0.1, high=0.3), face=0, face_spread=0, stones=1024)
-    motion = pulse(4.0, 0.8)
+    motion = sine_pulse_motion(4.0, 0.8)
     stones = sample_stones(population)
     cells = simulate(
         motion,
@@ -92,12 +95,12 @@ def test_rate_matches_stones_simulated_one_by_one() -> None:
     assert np.abs(np.sin(np.radians(found["fall_axis"]))) == pytest.approx([0], abs=1e-9)
 
 
-def test_2d_model_underestimates_sliding_in_3d() -> None:
+def test_2d_model_underestimates_sliding_under_two_components() -> None:
     """µ = 0.3, B/H = 0.8, half a sine of 0.28 g along both axes, 0.4 g together: by Coulomb it slides in space."""
     along = 0.28 * STANDARD_GRAVITY * np.sin(np.pi * np.arange(101) / 100)
-    motion = Motion(along, along, sampling_interval=INTERVAL)
+    motion = Motion(along, along, sampling_interval=SAMPLING_INTERVAL)
     size = {"height": [0.5], "b_over_h": [0.8], "friction": [0.3]}
-    stone, few = stones_of(0.5, 0.8, 0.3, 0.0), StonePopulation(shifted=0.01)
+    stone, few = equal_stones(0.5, 0.8, 0.3, 0.0), StonePopulation(shifted=0.01)
     planes = outcome_rates_by_amplitude(
         outcomes_of_stones(simulate(motion, azimuth_deg=[0, 90, 180, 270], **size), stone), few
     )
@@ -110,7 +113,7 @@ def test_2d_model_underestimates_sliding_in_3d() -> None:
     assert np.isnan(planes["shift_interval"]).all()
 
 
-def test_mean_between_grid_cells_is_linear() -> None:
+def test_random_neighbour_cells_average_to_linear_interpolation() -> None:
     lot = (np.arange(1000) + 0.5) / 1000
     place = random_neighbour_grid_indices(np.array([0.2, 0.4, 1.0]), np.full(1000, 0.55), lot)
     assert set(place) == {1, 2}
@@ -118,13 +121,13 @@ def test_mean_between_grid_cells_is_linear() -> None:
     assert (random_neighbour_grid_indices(np.array([0.2, 0.4]), np.array([0.1, 0.9]), lot[:2]) == [0, 1]).all()
 
 
-def cells(values: np.ndarray, **grid: list[float]) -> xr.Dataset:
-    """A record whose flags, times and slips are these values, of blocks 0.6 m high; its other dimensions."""
+def cube_of_values(values: np.ndarray, **grid: list[float]) -> xr.Dataset:
+    """Return a cube of one record, of blocks 0.6 m high, whose flags and fall times are both these values."""
     grid = {"azimuth": [0, 90], "height": [0.6], "b_over_h": [0.4], "friction": [0.7]} | grid
     return xr.Dataset({name: (tuple(grid), values) for name in ("overturned", "overturning_time")}, grid)
 
 
-def stones_of(*size: float, count: int = 1) -> SampledStones:
+def equal_stones(*size: float, count: int = 1) -> SampledStones:
     """Return equal stones of a height, B/H, µ and face, with evenly spaced random numbers."""
     lot = np.tile((np.arange(count) + 0.5) / count, (3, 1))
     return SampledStones(*(np.full(count, value) for value in size), lot)
@@ -134,19 +137,21 @@ def test_rocking_stone_uses_no_sliding_cell() -> None:
     """µ = 0.5 is between 0.33 and 0.58: above B/H = 0.4 it rocks as at 0.58, below 0.55 it slides as at 0.33."""
     values = np.zeros((4, 1, 2, 3))
     values[:, :, :, 1] = 1  # only at µ = 0.58 it falls
-    site = cells(values, azimuth=[0, 90, 180, 270], b_over_h=[0.4, 0.55], friction=[0.33, 0.58, 1.0])
-    assert outcomes_of_stones(site, stones_of(0.6, 0.4, 0.5, 0.0, count=200)).fell.all()
-    assert not outcomes_of_stones(site, stones_of(0.6, 0.55, 0.5, 0.0, count=200)).fell.any()
+    site = cube_of_values(values, azimuth=[0, 90, 180, 270], b_over_h=[0.4, 0.55], friction=[0.33, 0.58, 1.0])
+    assert outcomes_of_stones(site, equal_stones(0.6, 0.4, 0.5, 0.0, count=200)).fell.all()
+    assert not outcomes_of_stones(site, equal_stones(0.6, 0.55, 0.5, 0.0, count=200)).fell.any()
 
 
 @pytest.mark.parametrize("flag", [1, 0, np.nan])
 def test_stone_with_a_missing_plane_has_no_outcome(flag: float) -> None:
     """Plane 0 falls, stands or is unknown, plane 90 is unknown: a fall over its edge may have come first."""
-    found = outcomes_of_stones(cells(np.reshape([flag, np.nan], (2, 1, 1, 1))), stones_of(0.6, 0.4, 0.7, 0.0))
+    found = outcomes_of_stones(
+        cube_of_values(np.reshape([flag, np.nan], (2, 1, 1, 1))), equal_stones(0.6, 0.4, 0.7, 0.0)
+    )
     assert (found.known.item(), found.fell.item()) == (False, False)
 
 
-def test_stones_without_an_answer_have_no_rate() -> None:
+def test_stones_without_an_outcome_have_no_fall_rate() -> None:
     known, untold = np.array([[False, False], [True, False]]), np.full((2, 2), np.nan)
     found = outcome_rates_by_amplitude(StoneOutcomes(~known & known, known, untold, untold, untold), StonePopulation())
     np.testing.assert_array_equal(found["fall_rate"], [np.nan, 0.0])
@@ -158,7 +163,7 @@ def test_stones_without_an_answer_have_no_rate() -> None:
 def test_rates_of_two_cubes_are_of_the_stones_with_an_outcome_in_both(fixed: float) -> None:
     """Low stones fall, tall ones stand, in both cubes; one cube lacks the outcomes of the low ones."""
     heights = np.tile([1.0, 0.0], (2, 1)).reshape(2, 2, 1, 1)
-    low, high = (cells(np.where(heights == lost, np.nan, heights), height=[0.6, 0.9]) for lost in (1.0, 2.0))
+    low, high = (cube_of_values(np.where(heights == lost, np.nan, heights), height=[0.6, 0.9]) for lost in (1.0, 2.0))
     names = {"record_id": ("record", ["a"]), "event": ("record", ["e"])}
     lacking, whole = (one.expand_dims("record").assign_coords(names) for one in (low, high))
     population = StonePopulation(stones=64, fixed=fixed)
@@ -172,7 +177,7 @@ def test_rates_of_two_cubes_are_of_the_stones_with_an_outcome_in_both(fixed: flo
 
 
 @pytest.mark.parametrize("fixed", [0.0, 0.3])
-def test_rotated_in_space_by_hand(fixed: float) -> None:
+def test_shares_of_shifted_and_rotated_stones_match_hand_counts(fixed: float) -> None:
     """Four square stones: one falls, one is shifted, one rotated, one both; rotation by 90° changes nothing.
 
     Of a cemetery in which 30 % of the stones are fixed to their base, the other 70 % do so.
@@ -185,7 +190,7 @@ def test_rotated_in_space_by_hand(fixed: float) -> None:
     site = xr.Dataset({name: (tuple(grid), np.reshape(v, (4, 1, 1, 1, 1))) for name, v in values.items()}, grid)
     for turn in (0, 90, 270):
         face = np.array([1.0, 29.0, 44.0, 61.0]) + turn
-        stones = replace(stones_of(0.7, 0.5, 0.7, 0.0, count=4), face=face)
+        stones = replace(equal_stones(0.7, 0.5, 0.7, 0.0, count=4), face=face)
         found = outcome_rates_by_amplitude(outcomes_of_stones(site, stones), StonePopulation(fixed=fixed))
         assert found["fall_rate"] == pytest.approx([0.25 * free], rel=1e-15)
         assert found["free_fall_rate"] == [0.25]
@@ -200,20 +205,21 @@ def test_rotated_in_space_by_hand(fixed: float) -> None:
 @pytest.mark.parametrize(("b_over_h", "outside"), [(0.33, 0.0), (0.3333, 0.0), (0.34, 0.0), (0.32, 1.0), (0.35, 1.0)])
 def test_a_rounded_size_is_not_outside_the_grid(b_over_h: float, outside: float) -> None:
     grid = xr.Dataset(coords={"height": [0.75], "b_over_h": [b_over_h], "friction": [0.7]})
-    assert share_of_stones_outside_grid(grid, stones_of(0.75, 0.25 / 0.75, 0.7, 0.0, count=4)) == outside
+    assert share_of_stones_outside_grid(grid, equal_stones(0.75, 0.25 / 0.75, 0.7, 0.0, count=4)) == outside
 
 
-def test_rates_over_amplitudes_of_a_cube() -> None:
+def test_fall_rates_are_computed_for_each_amplitude_factor() -> None:
     """Each factor is a cell of its own: what falls under a motion times 2 falls at the factor 2."""
-    motion, population = pulse(3.0, 0.8), StonePopulation(width=LengthRange(low=0.1, high=0.3), stones=64)
+    motion, population = sine_pulse_motion(3.0, 0.8), StonePopulation(width=LengthRange(low=0.1, high=0.3), stones=64)
     axes = {"height": [0.6, 0.9], "b_over_h": [0.1, 0.2, 0.3, 0.5], "friction": [0.5, 0.9]}
     both = xr.concat(
-        [cube(motion, **axes), cube(motion.scaled_by(2.0), **axes)], dim=pd.Index([1.0, 2.0], name="amplitude")
+        [simulated_cube(motion, **axes), simulated_cube(motion.scaled_by(2.0), **axes)],
+        dim=pd.Index([1.0, 2.0], name="amplitude"),
     )
     both = both.expand_dims("record").assign_coords(record_id=("record", ["a"]), event=("record", ["e"]))
     found = population_rates_by_record(both, population)
     alone = outcome_rates_by_amplitude(
-        outcomes_of_stones(cube(motion.scaled_by(2.0), **axes), sample_stones(population)), population
+        outcomes_of_stones(simulated_cube(motion.scaled_by(2.0), **axes), sample_stones(population)), population
     )
     assert (
         found["fall_rate"].sel(amplitude=2.0).item()
@@ -228,7 +234,7 @@ def test_rates_over_amplitudes_of_a_cube() -> None:
     assert found["octant"].values.tolist() == [0, 45, 90, 135, 180, 225, 270, 315]
 
 
-def test_curves_over_spectral_acceleration_and_their_spreads() -> None:
+def test_fragility_over_spectral_acceleration_separates_spread_of_records_and_stones() -> None:
     """Rates that are a curve over Sa(0.5 s) are found again, all of whose spread is of stones; over PGA it is not."""
     generator = np.random.default_rng(3)
     sa, pga = np.geomspace(0.2, 2, 30), np.geomspace(0.2, 2, 30) * np.exp(generator.normal(0, 0.5, 30))
@@ -272,7 +278,7 @@ def test_curves_over_spectral_acceleration_and_their_spreads() -> None:
 
 
 @pytest.mark.parametrize("agree", [1, 2, 3])
-def test_equal_shares_of_all_earthquakes_have_an_interval(agree: int) -> None:
+def test_shares_equal_in_all_earthquakes_still_have_an_interval(agree: int) -> None:
     """Of the four motions of each of ten earthquakes, equally many agree: other earthquakes may still differ."""
     selected = np.ones((10, 4), np.bool_)
     events = np.array([f"earthquake {number}" for number in range(10)])

@@ -18,7 +18,7 @@ from overturning.surveys.stones import Stone
 
 
 @pytest.mark.parametrize("faces", [True, False])
-def test_round_trip(make_cube, falls_in_sector, tmp_path: Path, faces: bool) -> None:
+def test_stored_comparison_is_read_back_byte_for_byte(make_cube, falls_in_sector, tmp_path: Path, faces: bool) -> None:
     shape = {"b_over_h": 0.2, "face_azimuth_deg": 60.0} if faces else {}
     found = compare_survey_with_prediction(
         [Stone(True, 45.0, octant=True, count=3, **shape)], make_cube(falls_in_sector(60, 30))
@@ -37,9 +37,7 @@ def test_round_trip(make_cube, falls_in_sector, tmp_path: Path, faces: bool) -> 
     assert math.isnan(back.comparison.fit_exact.p_value)
 
 
-def test_remarks_are_the_comment_lines_with_text_and_few_falls_are_fewer_than_five_to_an_octant(
-    make_cube, falls_in_sector, tmp_path: Path
-) -> None:
+def test_stored_comparison_has_table_comments_and_flags_few_falls(make_cube, falls_in_sector, tmp_path: Path) -> None:
     source = tmp_path / "stones.csv"
     source.write_text("# A churchyard,\n#\n##  in haste.\noctant,count\nNE,39\n# no remark\n", encoding="utf-8")
     for count, few in ((39, True), (40, False)):
@@ -51,7 +49,7 @@ def test_remarks_are_the_comment_lines_with_text_and_few_falls_are_fewer_than_fi
         assert made.few_falls is few
 
 
-def test_other_files_are_refused(tmp_path: Path) -> None:
+def test_files_that_are_no_stored_comparison_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ResultError, match="no result of the comparison with a survey"):
         read_survey_comparison(tmp_path / "1.json")
     (tmp_path / "1.json").write_text("{}", encoding="utf-8")

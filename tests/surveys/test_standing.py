@@ -23,34 +23,37 @@ from overturning.surveys.standing import (
 from tests.statistics.conftest import fitted_lognormal_curve
 
 
-def power_law(k0: float, k: float, low: float, high: float, count: int = 2) -> HazardCurve:
+def power_law_hazard(k0: float, k: float, low: float, high: float, count: int = 2) -> HazardCurve:
+    """Return a hazard curve with annual rates k0 x^−k at levels from ``low`` to ``high``, g."""
     level = np.geomspace(low, high, count)
     return HazardCurve("PGA", "g", level, k0 * level**-k)
 
 
-def curve(median: float, spread: float, **more: float) -> FragilityCurveRow:
+def fragility_curve_row(median: float, spread: float, **more: float) -> FragilityCurveRow:
     return FragilityCurveRow(stones="all stones", measure="PGA", unit="g", median=median, log_spread=spread, **more)
 
 
 @pytest.mark.parametrize(("k", "median", "spread"), [(2.0, 0.6, 0.4), (3.5, 1.2, 0.7), (1.0, 0.2, 0.05)])
 @pytest.mark.parametrize("count", [2, 40])
-def test_a_lognormal_fragility_under_a_power_law(k: float, median: float, spread: float, count: int) -> None:
+def test_fall_rate_under_a_power_law_hazard_matches_the_closed_form(
+    k: float, median: float, spread: float, count: int
+) -> None:
     """λ = k0 m^−k exp(k²β²/2) (Cornell et al. 2002)."""
-    hazard = power_law(1e-4, k, 1e-4, 1e4, count)
-    found = estimate_standing_probability(curve(median, spread), hazard, 500.0)
+    hazard = power_law_hazard(1e-4, k, 1e-4, 1e4, count)
+    found = estimate_standing_probability(fragility_curve_row(median, spread), hazard, 500.0)
     rate = 1e-4 * median**-k * math.exp(0.5 * (k * spread) ** 2)
     assert found.rate == pytest.approx(rate, rel=1e-9)
     assert found.stands == pytest.approx(math.exp(-500 * rate), rel=1e-9)
 
 
-def test_any_hazard_by_quadrature_and_share_beyond_the_records() -> None:
+def test_fall_rate_under_any_hazard_matches_quadrature() -> None:
     level, rate = np.array([0.05, 0.2, 0.5, 1.0]), np.array([2e-2, 2e-3, 3e-4, 2e-5])
     hazard = HazardCurve("PGA", "g", level, rate)
 
     def density(x: float, a: float, one: float, k: float) -> float:
         return float(norm.cdf(np.log(x / 0.6) / 0.4) * k * one * a**k * x ** (-k - 1))
 
-    def falls(low: float, high: float) -> float:
+    def fall_rate_by_quadrature(low: float, high: float) -> float:
         """∫ P |dν| with ν straight in logarithms, by SciPy."""
         total = 0.0
         for a, b, one, two in zip(level[:-1], level[1:], rate[:-1], rate[1:], strict=True):
@@ -62,31 +65,39 @@ def test_any_hazard_by_quadrature_and_share_beyond_the_records() -> None:
 
     top = norm.cdf(math.log(1 / 0.6) / 0.4) * rate[-1]
     found = estimate_standing_probability(
-        curve(0.6, 0.4, median_low=0.6, median_high=math.inf, least=0.3, most=0.8), hazard, 1000.0
+        fragility_curve_row(0.6, 0.4, median_low=0.6, median_high=math.inf, least=0.3, most=0.8), hazard, 1000.0
     )
-    assert found.rate == pytest.approx(falls(0, 9) + top, rel=1e-8)
-    assert found.beyond == pytest.approx(1 - falls(0.3, 0.8) / (falls(0, 9) + top), rel=1e-7)
-    assert (found.low, found.high) == pytest.approx((math.exp(-1000 * (falls(0, 9) + rate[-1])), 1.0), rel=1e-8)
-    inside = estimate_standing_probability(curve(0.6, 0.4, least=0.01, most=4.0), hazard, 1000.0)
+    assert found.rate == pytest.approx(fall_rate_by_quadrature(0, 9) + top, rel=1e-8)
+    assert found.beyond == pytest.approx(
+        1 - fall_rate_by_quadrature(0.3, 0.8) / (fall_rate_by_quadrature(0, 9) + top), rel=1e-7
+    )
+    assert (found.low, found.high) == pytest.approx(
+        (math.exp(-1000 * (fall_rate_by_quadrature(0, 9) + rate[-1])), 1.0), rel=1e-8
+    )
+    inside = estimate_standing_probability(fragility_curve_row(0.6, 0.4, least=0.01, most=4.0), hazard, 1000.0)
     assert inside.beyond == pytest.approx(0.0, abs=1e-12), "the last level's falls were beyond records that reach it"
-    without = estimate_standing_probability(curve(0.6, 0.4), hazard, 1000.0)
+    without = estimate_standing_probability(fragility_curve_row(0.6, 0.4), hazard, 1000.0)
     assert without.stands == found.stands
     assert math.isnan(without.low)
     assert math.isnan(without.high)
 
 
-def test_stones_with_constant_deviations_stand_longer() -> None:
+def test_constant_differences_between_stones_lengthen_survival() -> None:
     """Without a spread of records stone s falls as often as ln s is exceeded: E exp(−k0 s^−k T), by SciPy."""
-    hazard = power_law(1e-3, 2.0, 1e-4, 1e4)
-    found = estimate_standing_probability(curve(0.6, 0.5, record_spread=0.0, other_spread=0.5), hazard, 300.0)
+    hazard = power_law_hazard(1e-3, 2.0, 1e-4, 1e4)
+    found = estimate_standing_probability(
+        fragility_curve_row(0.6, 0.5, record_spread=0.0, other_spread=0.5), hazard, 300.0
+    )
     share, _ = quad(lambda v: norm.pdf(v) * math.exp(-0.3 * (0.6 * math.exp(0.5 * v)) ** -2), -8, 8)
     assert found.share == pytest.approx(share, rel=1e-3)
     assert found.share > found.stands
-    alike = estimate_standing_probability(curve(0.6, 0.5, record_spread=0.5, other_spread=0.0), hazard, 300.0)
+    alike = estimate_standing_probability(
+        fragility_curve_row(0.6, 0.5, record_spread=0.5, other_spread=0.0), hazard, 300.0
+    )
     assert alike.share == pytest.approx(alike.stands)
 
 
-def test_a_rate_after_years_without_a_fall() -> None:
+def test_upper_bound_of_a_rate_without_falls_is_the_rule_of_three() -> None:
     """The posterior T exp(−λT) holds 95 % below 3.00/T: the rule of three."""
     assert upper_bound_of_annual_fall_rate(1000.0) == pytest.approx(2.9957e-3, rel=1e-4)
     assert quad(lambda rate: 50 * math.exp(-50 * rate), 0, upper_bound_of_annual_fall_rate(50.0))[0] == pytest.approx(
@@ -95,7 +106,8 @@ def test_a_rate_after_years_without_a_fall() -> None:
 
 
 @pytest.fixture
-def tables(tmp_path: Path) -> tuple[Path, Path]:
+def fragility_and_hazard_files(tmp_path: Path) -> tuple[Path, Path]:
+    """Write fragility curves of two classes and a hazard curve, and return their files."""
     made = [fitted_lognormal_curve(0.6, 0.4, "B/H up to 0.4, H up to 0.6 m"), fitted_lognormal_curve(9, 0.8, "stout")]
     made.append(fitted_lognormal_curve(1.0, math.inf, "stout", ("PGV/PGA", "s")))  # half fall everywhere: no curve fits
     write_fragility_csv(made, tmp_path / "fragility.csv")
@@ -106,23 +118,25 @@ def tables(tmp_path: Path) -> tuple[Path, Path]:
 
 
 @pytest.fixture
-def stood(capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
-    """Return the output of `overturning stood` for curves, a hazard and a number of years."""
+def run_stood_command(capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
+    """Return a function that runs `overturning stood` with curves, hazard and years, and returns its output."""
 
-    def said(*files: Path, years: float, stones: Path | None = None) -> str:
+    def run_command(*files: Path, years: float, stones: Path | None = None) -> str:
         with pytest.raises(SystemExit):
             main(["stood", *map(str, files), "--years", f"{years:g}", *(["--stones", str(stones)] if stones else [])])
         return "".join(capsys.readouterr())
 
-    return said
+    return run_command
 
 
-def test_the_command_reads_what_a_run_writes(tables: tuple[Path, Path], stood: Callable[..., str]) -> None:
-    known, *_ = read_fragility_curves(tables[0])
+def test_stood_command_reads_the_files_that_a_run_writes(
+    fragility_and_hazard_files: tuple[Path, Path], run_stood_command: Callable[..., str]
+) -> None:
+    known, *_ = read_fragility_curves(fragility_and_hazard_files[0])
     assert known.median == pytest.approx(0.6, rel=1e-3)
-    survey = tables[0].with_name("survey.csv")
+    survey = fragility_and_hazard_files[0].with_name("survey.csv")
     survey.write_text("fell,octant,count\nno,,4\n", encoding="utf-8")
-    text = stood(*tables, years=1000, stones=survey)
+    text = run_stood_command(*fragility_and_hazard_files, years=1000, stones=survey)
     rate = 1e-4 * 0.6**-2 * math.exp(2 * 0.4**2)
     assert f"{rate:.3g}" in text
     assert f"{100 * math.exp(-1000 * rate):.0f}\u00a0%" in text
@@ -136,16 +150,23 @@ def test_the_command_reads_what_a_run_writes(tables: tuple[Path, Path], stood: C
     # The interval that `overturning survey` prints for the same stones.
     exact = binomtest(4, 5).proportion_ci(method="exact")
     interval = f"80\u00a0% ({100 * exact.low:.0f}\u00a0% to {100 * exact.high:.0f}\u00a0%)"
-    assert f"4 of 5 stones stand, {interval}" in stood(*tables, years=1000, stones=survey)
-    row = next(line for line in stood(*tables, years=1).splitlines() if "B/H" in line)
+    assert f"4 of 5 stones stand, {interval}" in run_stood_command(
+        *fragility_and_hazard_files, years=1000, stones=survey
+    )
+    row = next(line for line in run_stood_command(*fragility_and_hazard_files, years=1).splitlines() if "B/H" in line)
     assert f"{100 * math.exp(-rate):.2f}\u00a0%" in row, "which stood as 1.00"
 
 
 def test_without_a_fit_no_median_is_reported_outside_the_data(
-    tables: tuple[Path, Path], stood: Callable[..., str]
+    fragility_and_hazard_files: tuple[Path, Path], run_stood_command: Callable[..., str]
 ) -> None:
-    tables[1].write_text("measure,unit,level,annual_rate\nPGV/PGA,s,0.01,1\nPGV/PGA,s,1,0.1\n", encoding="utf-8")
-    assert stood(*tables, years=1000) == "stout, PGV/PGA: no curve fits the falls; no result\n"
+    fragility_and_hazard_files[1].write_text(
+        "measure,unit,level,annual_rate\nPGV/PGA,s,0.01,1\nPGV/PGA,s,1,0.1\n", encoding="utf-8"
+    )
+    assert (
+        run_stood_command(*fragility_and_hazard_files, years=1000)
+        == "stout, PGV/PGA: no curve fits the falls; no result\n"
+    )
 
 
 @pytest.mark.parametrize(
@@ -160,11 +181,11 @@ def test_without_a_fit_no_median_is_reported_outside_the_data(
         ("", "no level"),
     ],
 )
-def test_an_invalid_hazard_is_refused(
-    tables: tuple[Path, Path], rows: str, said: str, stood: Callable[..., str]
+def test_stood_command_refuses_an_invalid_hazard(
+    fragility_and_hazard_files: tuple[Path, Path], rows: str, said: str, run_stood_command: Callable[..., str]
 ) -> None:
-    tables[1].write_text("measure,unit,level,annual_rate\n" + rows, encoding="utf-8")
-    assert said in stood(*tables, years=100)
+    fragility_and_hazard_files[1].write_text("measure,unit,level,annual_rate\n" + rows, encoding="utf-8")
+    assert said in run_stood_command(*fragility_and_hazard_files, years=100)
 
 
 @pytest.mark.parametrize(
@@ -175,7 +196,12 @@ def test_an_invalid_hazard_is_refused(
     ],
 )
 def test_a_hazard_whose_unit_is_wrong_is_refused(
-    tmp_path: Path, stood: Callable[..., str], measure: tuple[str, str], true_unit: float, factor: float, cause: str
+    tmp_path: Path,
+    run_stood_command: Callable[..., str],
+    measure: tuple[str, str],
+    true_unit: float,
+    factor: float,
+    cause: str,
 ) -> None:
     """The same curve in its own unit, and labelled with it though in another: falls then lie beyond the records."""
     files = tmp_path / "fragility.csv", tmp_path / "hazard.csv"
@@ -191,7 +217,7 @@ def test_a_hazard_whose_unit_is_wrong_is_refused(
             f"{','.join(measure)},{level},{1e-4 * (level / scale / true_unit) ** -2.5}\n" for level in levels
         )
         files[1].write_text(f"measure,unit,level,annual_rate\n{rows}", "utf-8")
-        return stood(*files, years=800)
+        return run_stood_command(*files, years=800)
 
     right, wrong = text(1.0), text(factor)
     assert "are they in" not in right
@@ -203,8 +229,8 @@ def test_a_hazard_whose_unit_is_wrong_is_refused(
 
 
 @pytest.mark.parametrize(("top", "refused"), [(2.0, True), (8.0, True), (9.9, True), (30.0, False)])
-def test_a_hazard_in_m_s_labelled_cm_s_is_refused_up_to_10_m_s(
-    tmp_path: Path, stood: Callable[..., str], top: float, refused: bool
+def test_hazard_in_m_s_labelled_cm_s_is_refused_up_to_10_m_s(
+    tmp_path: Path, run_stood_command: Callable[..., str], top: float, refused: bool
 ) -> None:
     """Regression: levels of up to 8 m/s, labelled cm/s, passed with all falls from levels beyond the records."""
     files = tmp_path / "fragility.csv", tmp_path / "hazard.csv"
@@ -213,14 +239,14 @@ def test_a_hazard_in_m_s_labelled_cm_s_is_refused_up_to_10_m_s(
     )
     rows = "".join(f"PGV,cm/s,{level},{1e-4 * (level / 0.6) ** -2.5}\n" for level in np.geomspace(0.01, top, 30))
     files[1].write_text(f"measure,unit,level,annual_rate\n{rows}", encoding="utf-8")
-    text = stood(*files, years=800)
+    text = run_stood_command(*files, years=800)
     assert text.startswith(f"error: {files[1]}: PGV: levels of ") == refused
     assert ("are they in m/s?" in text) == refused
     assert ("come from levels beyond the records" in text) == refused
 
 
-def class_and_hazard(folder: Path, first: float) -> tuple[Path, Path]:
-    """A class whose stones differ by 0.5, records by 0.3; ν = 1e-4 x^−2.5 from a first level to 10 g."""
+def write_class_and_hazard(folder: Path, first: float) -> tuple[Path, Path]:
+    """Write a class whose log spreads are 0.5 (stones) and 0.3 (records), and a hazard 1e-4 x^−2.5 up to 10 g."""
     fields = "median", "log_spread", "record_spread", "other_spread"
     values = 0.6, math.hypot(0.3, 0.5), 0.3, 0.5
     curves, hazard, survey = (folder / f"{name}.csv" for name in ("fragility", "hazard", "survey"))
@@ -231,9 +257,11 @@ def class_and_hazard(folder: Path, first: float) -> tuple[Path, Path]:
     return curves, hazard
 
 
-def test_standing_stones_of_a_class_are_the_strong_ones(tmp_path: Path, stood: Callable[..., str]) -> None:
+def test_stones_of_a_class_that_survive_are_the_stronger_ones(
+    tmp_path: Path, run_stood_command: Callable[..., str]
+) -> None:
     """Under the largest hazard that is named 5 % of stones stand, each through earthquakes drawn one by one."""
-    text = stood(*class_and_hazard(tmp_path, 0.01), years=800, stones=tmp_path / "survey.csv")
+    text = run_stood_command(*write_class_and_hazard(tmp_path, 0.01), years=800, stones=tmp_path / "survey.csv")
     row = next(line for line in text.splitlines() if line.startswith("  all "))
     factor, generator = float(row.split()[-1]), np.random.default_rng(5)
     assert factor > 5 * 3.0 / (800 * float(row.split()[2]))
@@ -245,14 +273,19 @@ def test_standing_stones_of_a_class_are_the_strong_ones(tmp_path: Path, stood: C
     assert stands / 4000 == pytest.approx(0.05, abs=0.012)
 
 
-def test_a_hazard_that_begins_too_high_is_reported(tmp_path: Path, stood: Callable[..., str]) -> None:
+def test_a_hazard_that_begins_too_high_is_reported(tmp_path: Path, run_stood_command: Callable[..., str]) -> None:
     """1 % fall at the first level: what lies below it is the difference from a curve that begins lower."""
     spread, rates = math.hypot(0.3, 0.5), []
     for first in (0.155, 0.0155, 0.005):
-        files = class_and_hazard(tmp_path, first)
-        text = stood(*files, years=800)
+        files = write_class_and_hazard(tmp_path, first)
+        text = run_stood_command(*files, years=800)
         rates.append(
-            (estimate_standing_probability(curve(0.6, spread), read_hazard_curves(files[1])["PGA"], 800.0).rate, text)
+            (
+                estimate_standing_probability(
+                    fragility_curve_row(0.6, spread), read_hazard_curves(files[1])["PGA"], 800.0
+                ).rate,
+                text,
+            )
         )
     (high, said), (low, quiet), _ = rates
     assert low - high > 0.08 * low

@@ -22,10 +22,10 @@ from tests.dem.test_same_bits import NUMPY_INSTRUCTION_SETS
 
 @pytest.mark.parametrize("count", [2, pytest.param(60, marks=pytest.mark.long)])
 @pytest.mark.parametrize("aspect", [0.0, *stone_outcomes.ASPECTS])
-def test_shipped_outcomes_are_those_of_the_kernel(
+def test_shipped_outcomes_match_new_simulations(
     library_motions: tuple[CandidateMotion, ...], aspect: float, count: int
 ) -> None:
-    """Of random motions and sizes, all frictions, peak velocities and face azimuths are simulated again."""
+    """Stones of random motions and sizes are simulated again, for all frictions, peak velocities and face azimuths."""
     motions, dice = library_motions, np.random.default_rng([count, int(10 * aspect)])
     for one in dice.choice(len(motions), count):
         shipped = shipped_outcomes(motions[one], aspect)
@@ -54,13 +54,13 @@ def test_the_grid_is_that_of_the_shipped_outcomes_on_any_processor() -> None:
         assert done.stdout.strip() == str(stored["grid"])
 
 
-def test_peak_velocities_and_shapes_are_in_equal_ratios() -> None:
+def test_grid_of_peak_velocities_and_b_over_h_is_geometric() -> None:
     for grid, ends in ((stone_outcomes.LEVELS, (0.2, 3.2)), (stone_outcomes.SHAPES, (0.08, 0.8))):
         np.testing.assert_allclose(grid, np.geomspace(*ends, grid.size), rtol=1e-15)
 
 
-def stone(height: float, aspect: float, b_over_h: float = 0.3) -> Stone:
-    """Return a standing stone with a D/B; 0 stands for a column."""
+def standing_stone(height: float, aspect: float, b_over_h: float = 0.3) -> Stone:
+    """Return a standing stone with a ratio D/B of depth to width; 0 means a round column."""
     side = b_over_h * aspect if aspect else math.nan
     return Stone(False, math.nan, False, b_over_h=b_over_h, b_over_h_side=side, height=height, round=aspect == 0.0)
 
@@ -73,12 +73,16 @@ def stone(height: float, aspect: float, b_over_h: float = 0.3) -> Stone:
         ((0.0, 1.0, 4.9), None),
     ],
 )
-def test_stones_broader_than_the_largest_aspect_are_named(aspects: tuple[float, ...], note: str | None) -> None:
+def test_note_counts_stones_broader_than_the_largest_simulated_aspect(
+    aspects: tuple[float, ...], note: str | None
+) -> None:
     unknown = Stone(True, math.nan, False)
-    assert note_on_broad_stones([unknown, *(stone(0.9, one, 0.1) for one in aspects)]) == ((note,) if note else ())
+    assert note_on_broad_stones([unknown, *(standing_stone(0.9, one, 0.1) for one in aspects)]) == (
+        (note,) if note else ()
+    )
 
 
-def test_the_stones_that_the_docs_name_need_no_simulation_and_others_do(
+def test_only_stones_within_the_documented_limits_have_shipped_outcomes(
     library_motions: tuple[CandidateMotion, ...],
 ) -> None:
     stated = re.search(
@@ -90,7 +94,7 @@ def test_the_stones_that_the_docs_name_need_no_simulation_and_others_do(
     motions = library_motions
     assert len(motions) == count
     known = [
-        StoneKind.from_stone(stone(height, aspect, ratio))
+        StoneKind.from_stone(standing_stone(height, aspect, ratio))
         for height in (0.25, 0.9, highest)
         for ratio in (0.1, 0.37, 0.8)
         for aspect in (0.0, 1.0, 1.5, 2.3, 3.5, 7.0)
@@ -99,10 +103,11 @@ def test_the_stones_that_the_docs_name_need_no_simulation_and_others_do(
     every, seconds = simulation_case_count_and_time(motions, known, with_known=True)
     assert every > 1e6
     assert seconds > 60.0
-    assert simulation_case_count_and_time(motions, [StoneKind.from_stone(stone(1.05 * highest, 1.0))])[0] > 0
+    assert simulation_case_count_and_time(motions, [StoneKind.from_stone(standing_stone(1.05 * highest, 1.0))])[0] > 0
 
 
-def resembling(one: CandidateMotion, **changes: object) -> CandidateMotion:
+def changed_candidate_motion(one: CandidateMotion, **changes: object) -> CandidateMotion:
+    """Return a candidate motion some of whose components are replaced."""
     motion = one.motion
     parts = {"north": motion.north, "east": motion.east, "up": motion.up} | changes
     return replace(one, motion=Motion(**parts, sampling_interval=motion.sampling_interval))
@@ -114,10 +119,10 @@ def test_a_motion_that_only_resembles_one_of_the_library_has_no_shipped_outcomes
     motions = {one.name: one for one in library_motions}
     kaikoura, sine = motions["Kaikoura, WTMC"], motions["sine 0.8 s"]
     assert shipped_outcomes(kaikoura, 1.0)
-    assert shipped_outcomes(resembling(sine, up=0.0 * sine.motion.north), 1.0)
+    assert shipped_outcomes(changed_candidate_motion(sine, up=0.0 * sine.motion.north), 1.0)
     for other in (
-        resembling(kaikoura, up=None),
-        resembling(sine, up=np.ones_like(sine.motion.north)),
+        changed_candidate_motion(kaikoura, up=None),
+        changed_candidate_motion(sine, up=np.ones_like(sine.motion.north)),
         replace(sine, pga=1.001 * sine.pga),
         replace(sine, axis=90.0),
         CandidateMotion.from_motion("longer", "", Motion(np.append(sine.motion.north, 0.0),
@@ -126,7 +131,7 @@ def test_a_motion_that_only_resembles_one_of_the_library_has_no_shipped_outcomes
         assert shipped_outcomes(other, 1.0) == {}
 
 
-def test_outcomes_of_another_grid_are_not_used(
+def test_shipped_outcomes_of_another_grid_are_not_used(
     library_motions: tuple[CandidateMotion, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     one = library_motions[0]

@@ -10,15 +10,16 @@ from overturning.errors import RecordError
 from overturning.surveys.stones import COLUMNS, read_stones, read_stones_with_notes
 
 
-def write(folder: Path, text: str, encoding: str = "utf-8") -> Path:
+def write_survey(folder: Path, text: str, encoding: str = "utf-8") -> Path:
+    """Write the text of a survey to a file and return its path."""
     path = folder / "survey.csv"
     path.write_bytes(text.encode(encoding))
     return path
 
 
-def test_azimuths_octants_and_counts(tmp_path: Path) -> None:
+def test_azimuths_octants_counts_and_lines_of_a_survey_are_read(tmp_path: Path) -> None:
     stones = read_stones(
-        write(
+        write_survey(
             tmp_path,
             "# cemetery of the temple\nfell,azimuth_deg,octant,count,b_over_h,face_azimuth_deg\n"
             "yes,62.5,,1,0.4,60\n\nyes,,nw,3,,\nno,,,2,0.5,150\n",
@@ -34,19 +35,19 @@ def test_azimuths_octants_and_counts(tmp_path: Path) -> None:
     assert math.isnan(stones[2].azimuth_deg)
 
 
-def test_a_direction_means_that_it_fell(tmp_path: Path) -> None:
-    assert read_stones(write(tmp_path, "octant\nE\n"))[0].fell
+def test_a_stone_with_a_direction_counts_as_fallen(tmp_path: Path) -> None:
+    assert read_stones(write_survey(tmp_path, "octant\nE\n"))[0].fell
 
 
 def test_magnetic_declination_is_added(tmp_path: Path) -> None:
     text = "azimuth_deg,face_azimuth_deg,magnetic_declination_deg\n5,350,-7.5\n"
-    stone = read_stones(write(tmp_path, text))[0]
+    stone = read_stones(write_survey(tmp_path, text))[0]
     assert stone.azimuth_deg == pytest.approx(357.5)
     assert stone.face_azimuth_deg == pytest.approx(342.5)
 
 
-def test_byte_order_mark_and_crlf(tmp_path: Path) -> None:
-    assert len(read_stones(write(tmp_path, "octant,count\r\nN,2\r\n", "utf-8-sig"))) == 1
+def test_survey_with_byte_order_mark_and_crlf_is_read(tmp_path: Path) -> None:
+    assert len(read_stones(write_survey(tmp_path, "octant,count\r\nN,2\r\n", "utf-8-sig"))) == 1
 
 
 @pytest.mark.parametrize(
@@ -85,15 +86,15 @@ def test_byte_order_mark_and_crlf(tmp_path: Path) -> None:
         ("octant,height_m\nN,60\n", "a stone is 0.01 to 50 m high; is that in centimetres"),
     ],
 )
-def test_refuses(tmp_path: Path, text: str, message: str) -> None:
+def test_invalid_surveys_are_refused_with_the_reason(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(RecordError, match=message) as error:
-        read_stones(write(tmp_path, text))
+        read_stones(write_survey(tmp_path, text))
     assert "survey.csv" in str(error.value)
 
 
-def test_not_a_text(tmp_path: Path) -> None:
+def test_survey_file_that_is_no_utf_8_text_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RecordError, match="UTF-8"):
-        read_stones(write(tmp_path, "octant\n北\n", "shift_jis"))
+        read_stones(write_survey(tmp_path, "octant\n北\n", "shift_jis"))
     with pytest.raises(RecordError, match="cannot be read"):
         read_stones(tmp_path)
     with pytest.raises(RecordError, match="cannot be read"):
@@ -106,7 +107,7 @@ def test_the_documentation_names_every_column() -> None:
     assert [name for name in COLUMNS if f"| `{name}` |" not in section] == []
 
 
-def test_a_cell_without_end_is_refused_by_its_line(tmp_path: Path) -> None:
+def test_error_about_a_huge_cell_names_its_line(tmp_path: Path) -> None:
     path = tmp_path / "stones.csv"
     path.write_text(f"octant\nN\n{'N' * 200_000}\n", encoding="utf-8")
     with pytest.raises(RecordError, match=r"stones\.csv line 3: field larger than field limit"):
@@ -114,12 +115,12 @@ def test_a_cell_without_end_is_refused_by_its_line(tmp_path: Path) -> None:
 
 
 def test_stones_that_all_stood_need_no_direction(tmp_path: Path) -> None:
-    stones = read_stones(write(tmp_path, "fell,b_over_h,height_m,count\nno,0.3,0.6,4\nno,0.25,0.9,2\n"))
+    stones = read_stones(write_survey(tmp_path, "fell,b_over_h,height_m,count\nno,0.3,0.6,4\nno,0.25,0.9,2\n"))
     assert [(stone.fell, stone.count) for stone in stones] == [(False, 4), (False, 2)]
 
 
 def test_a_stone_that_fell_in_an_unknown_direction_has_fallen(tmp_path: Path) -> None:
-    stones = read_stones(write(tmp_path, "fell,octant,count\nyes,,3\nyes,N,1\nno,,2\n"))
+    stones = read_stones(write_survey(tmp_path, "fell,octant,count\nyes,,3\nyes,N,1\nno,,2\n"))
     assert [(stone.fell, stone.fell_in_known_direction) for stone in stones] == [
         (True, False),
         (True, True),
@@ -127,12 +128,12 @@ def test_a_stone_that_fell_in_an_unknown_direction_has_fallen(tmp_path: Path) ->
     ]
 
 
-def test_columns_for_other_things_are_left_out_with_a_note(tmp_path: Path) -> None:
+def test_columns_of_unused_data_are_skipped_with_a_note(tmp_path: Path) -> None:
     others = (
         "cemetery,stone,note,latitude,longitude,easting,northing,x,y,photo,date,remarks,material,id,county,ground,cell,"
     )
     cells = "Iwami,A7,leans,35.3,133.4,1,2,3,4,a.jpg,2016-04-16,-,granite,7,Tottori,sand,5,"
-    stones, notes, doubts = read_stones_with_notes(write(tmp_path, f"{others},octant\n{cells},NE\n"))
+    stones, notes, doubts = read_stones_with_notes(write_survey(tmp_path, f"{others},octant\n{cells},NE\n"))
     assert (stones[0].azimuth_deg, stones[0].line, doubts) == (45, 2, [])
     assert notes == [
         "survey.csv: column 'cemetery' is read as site",
@@ -143,18 +144,18 @@ def test_columns_for_other_things_are_left_out_with_a_note(tmp_path: Path) -> No
     ]
 
 
-DEGREES = (12.5, 63.0, 118.2, 187.0, 244.6, 301.0)
+SIX_AZIMUTHS_DEG = (12.5, 63.0, 118.2, 187.0, 244.6, 301.0)
 
 
 @pytest.mark.parametrize("column", ["azimuth_deg", "face_azimuth_deg"])
 def test_azimuths_in_radians_or_gon_are_doubted(tmp_path: Path, column: str) -> None:
     def doubts(values: Iterable[float]) -> str:
         rows = "".join(f"yes,{value:.4f}\n" for value in values)
-        return "".join(read_stones_with_notes(write(tmp_path, f"fell,{column}\n{rows}"))[2])
+        return "".join(read_stones_with_notes(write_survey(tmp_path, f"fell,{column}\n{rows}"))[2])
 
-    assert doubts(DEGREES) == ""
+    assert doubts(SIX_AZIMUTHS_DEG) == ""
     assert doubts((0, 45, 90, 135, 180, 225, 270, 315)) == "", "octants in degrees"
     assert doubts((0, 90, 180, 270)) == ""
     assert doubts((1, 2, 4)) == "", "whole degrees near north"
-    assert f"column {column}: 6 values, none beyond 5.2534°: radians?" in doubts(map(math.radians, DEGREES))
+    assert f"column {column}: 6 values, none beyond 5.2534°: radians?" in doubts(map(math.radians, SIX_AZIMUTHS_DEG))
     assert "gon (400 to a turn)? Multiply by 0.9" in doubts((50, 100, 150, 350))

@@ -11,12 +11,12 @@ from overturning.motion.motion import Motion
 
 
 def falling_body(motion: Motion, b_over_h: float = 0.25) -> xr.Dataset:
-    """Return the trajectory of a slender 3-D body under a motion."""
+    """Compute the trajectory of a slender 3-D body, 0.6 m high, under a motion."""
     return trajectory(motion, "rectangle", orientation_deg=10.0, height=0.6, b_over_h=b_over_h, friction=0.8)
 
 
-def block(rotation: np.ndarray, width: float = 0.24, height: float = 0.6) -> FilmBody:
-    """Return a block that rotates about its right corner (rotation > 0) or its left corner."""
+def rocking_film_block(rotation: np.ndarray, width: float = 0.24, height: float = 0.6) -> FilmBody:
+    """Return a film block that rotates by these angles, rad, about its right corner (> 0) or its left one."""
     pivot = np.where(rotation >= 0, width / 2, -width / 2)
     s = pivot - pivot * np.cos(rotation) + height / 2 * np.sin(rotation)
     z = pivot * np.sin(rotation) + height / 2 * np.cos(rotation)
@@ -24,10 +24,12 @@ def block(rotation: np.ndarray, width: float = 0.24, height: float = 0.6) -> Fil
     return FilmBody("block", corners, np.stack([s, z], axis=1), rotation)
 
 
-BASE = FilmBody("base", np.array([[-5, -0.3], [5, -0.3], [5, 0], [-5, 0.0]]), np.zeros((1, 2)), np.zeros(1), free=False)
+FILM_BASE = FilmBody(
+    "base", np.array([[-5, -0.3], [5, -0.3], [5, 0], [-5, 0.0]]), np.zeros((1, 2)), np.zeros(1), free=False
+)
 
 
-def two_panels(duration: float = 4.0, title: str = "Test block", forces: bool = True) -> Film:
+def film_of_two_blocks(duration: float = 4.0, title: str = "Test block", forces: bool = True) -> Film:
     """Return a film of two blocks: the first falls at 2.5 s, the second rocks and stands."""
     time = np.arange(0, duration + 1e-9, 0.02)
     falls = np.clip((time - 1.0) / 1.5, 0, 1) ** 3 * math.pi / 2
@@ -39,7 +41,15 @@ def two_panels(duration: float = 4.0, title: str = "Test block", forces: bool = 
     ground = 0.1 * np.stack([np.sin(np.pi * time), 0 * time], axis=1)
     panels = (
         FilmPanel(
-            name, outcome, at, (BASE, block(rotation)), acceleration, 0.01, ("N240°E", name), *contacts, ground=ground
+            name,
+            outcome,
+            at,
+            (FILM_BASE, rocking_film_block(rotation)),
+            acceleration,
+            0.01,
+            ("N240°E", name),
+            *contacts,
+            ground=ground,
         )
         for name, rotation, outcome, at in (
             ("N60°E", falls, "falls towards N60°E at 2.10 s", 2.1),

@@ -19,23 +19,23 @@ from overturning.figures.style import PAGE_WIDTH, project_style
 NAN = float("nan")
 
 
-def points(axes: plt.Axes, colour: str) -> list[tuple[float, float]]:
-    """Return the markers of one group, (x, row), from the top."""
+def marker_positions(axes: plt.Axes, colour: str) -> list[tuple[float, float]]:
+    """Return the markers of the group of one colour, (x, row), from the top."""
     dots = [line for line in axes.lines if line.get_color() == colour and len(line.get_xdata()) == 1]
     return sorted(((line.get_xdata()[0], line.get_ydata()[0]) for line in dots), key=lambda dot: dot[1])
 
 
-def spans(axes: plt.Axes, colour: str) -> list[tuple[float, float, float]]:
-    """Return the intervals of one group, (low, high, row), from the top."""
+def interval_positions(axes: plt.Axes, colour: str) -> list[tuple[float, float, float]]:
+    """Return the intervals of the group of one colour, (low, high, row), from the top."""
     lines = [line for line in axes.lines if line.get_color() == colour and len(line.get_xdata()) == 2]
     return sorted(((*line.get_xdata(), line.get_ydata()[0]) for line in lines), key=lambda line: line[2])
 
 
-def texts(axes: plt.Axes) -> list[str]:
+def axes_texts(axes: plt.Axes) -> list[str]:
     return [text.get_text() for text in axes.texts]
 
 
-def alignments() -> Figure:
+def alignment_figure() -> Figure:
     values = {
         "with a pulse": {"A": -0.4, "B": 0.7, "C": NAN, "D": 0.004},
         "without": {"B": -0.003, "E": 0.2},
@@ -45,24 +45,24 @@ def alignments() -> Figure:
     )
 
 
-def test_alignment_is_sorted_with_each_value_and_the_mean() -> None:
+def test_alignment_figure_sorts_earthquakes_and_prints_each_value_and_the_mean() -> None:
     with project_style():
-        left, right = alignments().axes
+        left, right = alignment_figure().axes
     plt.close("all")
     assert [label.get_text() for label in left.get_yticklabels()] == ["B", "D", "A", "C", "mean"]
-    assert [x for x, _ in points(left, COLOURS[0])] == [0.7, 0.004, -0.4, 0.1]
-    assert [(low, high) for low, high, _ in spans(left, COLOURS[0])] == [(-0.2, 0.4)]
-    assert texts(left) == ["0.70", "0.00", "−0.40", "no alignment"]
+    assert [x for x, _ in marker_positions(left, COLOURS[0])] == [0.7, 0.004, -0.4, 0.1]
+    assert [(low, high) for low, high, _ in interval_positions(left, COLOURS[0])] == [(-0.2, 0.4)]
+    assert axes_texts(left) == ["0.70", "0.00", "−0.40", "no alignment"]
     assert "0.10 (−0.20 to 0.40)" in left.get_title()
     assert "3 earthquakes" in left.get_title()
-    assert spans(right, COLOURS[1]) == [], "too few earthquakes for an interval"
-    assert texts(right) == ["0.20", "0.00"]
+    assert interval_positions(right, COLOURS[1]) == [], "too few earthquakes for an interval"
+    assert axes_texts(right) == ["0.20", "0.00"]
     for axes in (left, right):
         ticks = dict(zip(axes.get_xticks(), (label.get_text() for label in axes.get_xticklabels()), strict=True))
         assert ["along" in ticks[-1], "neither" in ticks[0], "across" in ticks[1]] == [True] * 3
 
 
-def references() -> Figure:
+def references_figure() -> Figure:
     pulse = {
         "pulse": PlottedEstimate(0.4, 0.2, 0.6, 11),
         "peak velocity": PlottedEstimate(0.56, 0.4, 0.7, 11),
@@ -72,27 +72,27 @@ def references() -> Figure:
     return alignment_with_references_figure({"with": pulse, "without": control})
 
 
-def test_references_are_dots_with_intervals_on_one_axis() -> None:
-    """The order is that of the first group; a reference unknown in a group has no dot, and this is printed."""
+def test_alignments_with_reference_directions_are_dots_with_intervals() -> None:
+    """Rows have the order of the first group; an unknown reference of a group has no dot, and a note says so."""
     with project_style():
-        figure = references()
+        figure = references_figure()
     (axes,) = figure.axes
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     plt.close("all")
     assert [label.get_text() for label in axes.get_yticklabels()] == ["peak velocity", "pulse", "normal"]
-    assert [x for x, _ in points(axes, COLOURS[0])] == [0.56, 0.4]
-    assert [x for x, _ in points(axes, COLOURS[1])] == [0.38, -0.1]
-    assert [(low, high) for low, high, _ in spans(axes, COLOURS[0])] == [(0.4, 0.7), (0.2, 0.6)]
-    assert [(low, high) for low, high, _ in spans(axes, COLOURS[1])] == [(-0.3, 0.1)]
-    rows = [row for _, row in points(axes, COLOURS[0])]
+    assert [x for x, _ in marker_positions(axes, COLOURS[0])] == [0.56, 0.4]
+    assert [x for x, _ in marker_positions(axes, COLOURS[1])] == [0.38, -0.1]
+    assert [(low, high) for low, high, _ in interval_positions(axes, COLOURS[0])] == [(0.4, 0.7), (0.2, 0.6)]
+    assert [(low, high) for low, high, _ in interval_positions(axes, COLOURS[1])] == [(-0.3, 0.1)]
+    rows = [row for _, row in marker_positions(axes, COLOURS[0])]
     assert np.round(rows).tolist() == [0, 1]
     printed = {"0.56 (0.40 to 0.70)", "0.40 (0.20 to 0.60)", "0.38", "−0.10 (−0.30 to 0.10)", "not known"}
-    assert set(texts(axes)) == printed
+    assert set(axes_texts(axes)) == printed
     assert legend == ["with, 11 earthquakes", "without, 7 earthquakes"]
     assert (axes.get_xlim()[0] <= -1, axes.get_xlim()[1] >= 1) == (True, True)
 
 
-def contrast() -> Figure:
+def contrast_figure() -> Figure:
     one, other = (
         [PlottedEstimate(0.663), PlottedEstimate(1.0, 0.9, 1.0)],
         [PlottedEstimate(0.669), PlottedEstimate(0.9, 0.8, 0.95)],
@@ -103,22 +103,22 @@ def contrast() -> Figure:
     )
 
 
-def test_contrast_shows_both_rates_and_their_difference() -> None:
+def test_contrast_figure_shows_both_overturned_shares_and_their_difference() -> None:
     with project_style():
-        left, right = contrast().axes
+        left, right = contrast_figure().axes
     plt.close("all")
-    assert [x for x, _ in points(left, COLOURS[0])] == pytest.approx([66.3, 100.0])
-    assert [x for x, _ in points(left, COLOURS[1])] == pytest.approx([66.9, 90.0])
-    assert spans(left, COLOURS[1])[0][:2] == pytest.approx((80.0, 95.0))
-    assert texts(left) == ["66.3", "100.0", "66.9", "90.0"]
-    assert texts(right) == ["−0.6", "10.0 (2.0 to 15.0)"]
+    assert [x for x, _ in marker_positions(left, COLOURS[0])] == pytest.approx([66.3, 100.0])
+    assert [x for x, _ in marker_positions(left, COLOURS[1])] == pytest.approx([66.9, 90.0])
+    assert interval_positions(left, COLOURS[1])[0][:2] == pytest.approx((80.0, 95.0))
+    assert axes_texts(left) == ["66.3", "100.0", "66.9", "90.0"]
+    assert axes_texts(right) == ["−0.6", "10.0 (2.0 to 15.0)"]
     low, high = right.get_xlim()
     assert (low, high) == (-high, high)
     assert high >= 15.0
 
 
-@pytest.mark.parametrize("draw", [alignments, references, contrast])
-def test_letters_are_7_points_at_the_printed_width(draw: object) -> None:
+@pytest.mark.parametrize("draw", [alignment_figure, references_figure, contrast_figure])
+def test_letters_of_answer_figures_are_7_points_at_the_printed_width(draw: object) -> None:
     with project_style():
         figure = draw()  # type: ignore[operator]
     sizes = [text.get_fontsize() for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
@@ -127,7 +127,7 @@ def test_letters_are_7_points_at_the_printed_width(draw: object) -> None:
     assert min(sizes) >= 7.0
 
 
-def test_an_estimate_is_written_with_its_interval() -> None:
+def test_text_of_an_estimate_contains_its_interval() -> None:
     assert format_estimate(PlottedEstimate(-0.004, -0.2, 0.1)) == "0.00 (−0.20 to 0.10)"
     assert format_estimate(PlottedEstimate(0.5, None, None)) == "0.50"
     assert format_estimate(PlottedEstimate(None)) == "not known"

@@ -24,54 +24,65 @@ from overturning.figures.style import add_title_and_legend, figures_for_phone, m
 from overturning.figures.write import has_cut_or_overlapping_text, save_figure_files
 from overturning.statistics.boundary import overturning_boundary_by_azimuth
 from overturning.translation.texts import translate_visible_texts_to
-from tests.figures.test_further_figures import cube as falls_towards_40
+from tests.figures.test_further_figures import cube_of_falls_around_40
 
 
-def record_cube(heights: int = 2, frictions: int = 2) -> xr.Dataset:
-    """Cube of one record with a fault normal."""
-    return falls_towards_40().isel(record=0, height=slice(heights), friction=slice(frictions))
+def cube_of_one_record(heights: int = 2, frictions: int = 2) -> xr.Dataset:
+    """Return a cube of one record with a fault normal of 40°."""
+    return cube_of_falls_around_40().isel(record=0, height=slice(heights), friction=slice(frictions))
 
 
-def peaks_of(cube: xr.Dataset) -> xr.Dataset:
+def peak_motion_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
     angle = np.radians(cube["azimuth"].to_numpy().astype(float))
     return xr.Dataset({name: ("azimuth", 3.0 + np.cos(2 * angle)) for name in ("pga", "pgv")}, cube[["azimuth"]].coords)
 
 
-def single_map() -> Figure:
-    return azimuth_map_figure(record_cube(1, 1), "A station\nof an earthquake")
+def figure_of_one_map() -> Figure:
+    return azimuth_map_figure(cube_of_one_record(1, 1), "A station\nof an earthquake")
 
 
-def several_maps() -> Figure:
-    cube = record_cube()
-    return azimuth_map_figure(cube, "A station of an earthquake with a long name", [peaks_of(cube)["pgv"]])
+def figure_of_four_maps() -> Figure:
+    cube = cube_of_one_record()
+    return azimuth_map_figure(
+        cube, "A station of an earthquake with a long name", [peak_motion_by_azimuth(cube)["pgv"]]
+    )
 
 
-def two_records() -> Figure:
-    named = [record_cube(1, 1).assign_coords(station=name, event="of an earthquake") for name in ("Here", "There")]
+def figure_of_two_records() -> Figure:
+    named = [
+        cube_of_one_record(1, 1).assign_coords(station=name, event="of an earthquake") for name in ("Here", "There")
+    ]
     return azimuth_map_figure(named, "Two stations")
 
 
-def three_records_with_long_names() -> Figure:
+def figure_of_three_long_names() -> Figure:
     stations = ("Rinaldi Receiving Station", "TAPS Pump Sta. #10", "A station with a long name of many words")
-    named = [record_cube(1, 1).assign_coords(station=name, event="Northridge 1994") for name in stations]
+    named = [cube_of_one_record(1, 1).assign_coords(station=name, event="Northridge 1994") for name in stations]
     return azimuth_map_figure(named, "")
 
 
-def peaks_by_azimuth() -> Figure:
-    return pga_and_pgv_figure(peaks_of(record_cube()), 40.0, "A station")
+def figure_of_peaks_by_azimuth() -> Figure:
+    return pga_and_pgv_figure(peak_motion_by_azimuth(cube_of_one_record()), 40.0, "A station")
 
 
-def boundary() -> Figure:
-    cube = record_cube()
+def figure_of_boundary() -> Figure:
+    cube = cube_of_one_record()
     return overturning_boundary_figure(overturning_boundary_by_azimuth(cube), 0.6, 40.0, "A station")
 
 
-FIGURES = (single_map, several_maps, two_records, three_records_with_long_names, peaks_by_azimuth, boundary)
+FIGURES_WITH_COMPASSES = (
+    figure_of_one_map,
+    figure_of_four_maps,
+    figure_of_two_records,
+    figure_of_three_long_names,
+    figure_of_peaks_by_azimuth,
+    figure_of_boundary,
+)
 
 
 @cache
-def drawn(make: Callable[[], Figure], phone: bool) -> Figure:
-    """Return a figure with its layout, the same for all tests: they may draw it again, but must not change it."""
+def cached_figure(make: Callable[[], Figure], phone: bool) -> Figure:
+    """Draw a figure with its layout once for all tests: they may draw it again, but must not change it."""
     with project_style():
         if phone:
             with figures_for_phone():
@@ -82,26 +93,26 @@ def drawn(make: Callable[[], Figure], phone: bool) -> Figure:
     return figure
 
 
-def compasses(figure: Figure) -> list[CompassAxes]:
+def visible_compasses(figure: Figure) -> list[CompassAxes]:
     return [axes for axes in figure.axes if isinstance(axes, CompassAxes) and axes.get_visible()]
 
 
-def boxes(figure: Figure) -> dict[Text, tuple[float, float, float, float]]:
-    """Return the boxes (left, low, right, high) of all texts that are drawn."""
+def text_boxes(figure: Figure) -> dict[Text, tuple[float, float, float, float]]:
+    """Return the boxes (left, low, right, high), pixels, of all texts of a figure that are drawn."""
     legend = [text for one in figure.legends for text in one.get_texts()]
-    of_panels = [text for axes in compasses(figure) for text in (axes.title, *axes.texts)]
+    of_panels = [text for axes in visible_compasses(figure) for text in (axes.title, *axes.texts)]
     of_bars = [axes.xaxis.label for axes in figure.axes if not isinstance(axes, CompassAxes)]
     shown = [text for text in (*figure.texts, *legend, *of_panels, *of_bars) if text.get_text()]
     return {text: text.get_window_extent().extents for text in shown}
 
 
 @pytest.mark.parametrize("phone", [False, True], ids=["page", "phone"])
-@pytest.mark.parametrize("make", FIGURES)
-def test_no_text_is_cut_off_or_overlaps(make: Callable[[], Figure], phone: bool) -> None:
-    figure = drawn(make, phone)
+@pytest.mark.parametrize("make", FIGURES_WITH_COMPASSES)
+def test_no_text_of_a_compass_figure_is_cut_off_or_overlaps(make: Callable[[], Figure], phone: bool) -> None:
+    figure = cached_figure(make, phone)
     assert not has_cut_or_overlapping_text(figure)
     whole = figure.bbox
-    for text, (left, low, right, high) in boxes(figure).items():
+    for text, (left, low, right, high) in text_boxes(figure).items():
         assert left >= whole.x0, text
         assert low >= whole.y0, text
         assert right <= whole.x1, text
@@ -109,10 +120,10 @@ def test_no_text_is_cut_off_or_overlaps(make: Callable[[], Figure], phone: bool)
 
 
 @pytest.mark.parametrize("phone", [False, True], ids=["page", "phone"])
-@pytest.mark.parametrize("make", FIGURES)
-def test_titles_stand_above_north_and_below_what_is_above(make: Callable[[], Figure], phone: bool) -> None:
-    figure = drawn(make, phone)
-    all_boxes = boxes(figure)
+@pytest.mark.parametrize("make", FIGURES_WITH_COMPASSES)
+def test_compass_titles_stand_between_north_and_the_row_above(make: Callable[[], Figure], phone: bool) -> None:
+    figure = cached_figure(make, phone)
+    all_boxes = text_boxes(figure)
     ceiling = min([all_boxes[text][1] for text in figure.texts if text in all_boxes], default=figure.bbox.y1)
     floor = max(legend.get_window_extent().y1 for legend in figure.legends)
     for bar in (axes for axes in figure.axes if not isinstance(axes, CompassAxes)):
@@ -120,7 +131,7 @@ def test_titles_stand_above_north_and_below_what_is_above(make: Callable[[], Fig
         assert label[1] > floor
         assert label[3] < name.y0
         floor = name.y1
-    for axes in compasses(figure):
+    for axes in visible_compasses(figure):
         own = {text.get_text(): all_boxes[text] for text in axes.texts}
         rim = axes.get_window_extent()
         assert own["N"][1] > rim.y1
@@ -135,10 +146,10 @@ def test_titles_stand_above_north_and_below_what_is_above(make: Callable[[], Fig
         assert above[3] < ceiling
 
 
-@pytest.mark.parametrize("make", FIGURES)
+@pytest.mark.parametrize("make", FIGURES_WITH_COMPASSES)
 def test_compasses_are_round_and_equal_and_do_not_touch(make: Callable[[], Figure]) -> None:
-    figure = drawn(make, False)
-    rims = [axes.get_window_extent() for axes in compasses(figure)]
+    figure = cached_figure(make, False)
+    rims = [axes.get_window_extent() for axes in visible_compasses(figure)]
     for rim in rims:
         assert rim.width == pytest.approx(rim.height)
         assert rim.width == pytest.approx(rims[0].width)
@@ -150,14 +161,14 @@ def test_compasses_are_round_and_equal_and_do_not_touch(make: Callable[[], Figur
 
 
 @pytest.mark.parametrize(("kind", "language"), [("svg", "en"), ("png", "en"), ("svg", "ja")])
-def test_a_map_is_drawn_twice_with_the_same_bytes(kind: str, language: str, tmp_path: Path) -> None:
+def test_a_map_drawn_twice_has_the_same_bytes(kind: str, language: str, tmp_path: Path) -> None:
     with project_style(), translate_visible_texts_to(language):
         for name in ("one", "two"):
-            save_figure_files(several_maps(), tmp_path / f"{name}.{kind}", dpi=50)
+            save_figure_files(figure_of_four_maps(), tmp_path / f"{name}.{kind}", dpi=50)
     assert (tmp_path / f"one.{kind}").read_bytes() == (tmp_path / f"two.{kind}").read_bytes()
 
 
-def test_names_stand_at_their_azimuths_and_labels_of_rings_at_their_radii() -> None:
+def test_compass_names_and_ring_labels_are_at_their_places() -> None:
     with project_style():
         figure, ((axes,),) = create_compass_grid(1, 1, 3.0, 3.0)
         axes.draw_compass(2.0, {0.5: "half", 1.5: "one and a half"}, 67.5, has_spokes=True)
@@ -179,7 +190,7 @@ def test_names_stand_at_their_azimuths_and_labels_of_rings_at_their_radii() -> N
     assert largest == pytest.approx(np.hypot(*rim)), "spokes end at the rim"
 
 
-def test_a_mark_at_the_rim_leaves_the_names_free() -> None:
+def test_a_mark_at_the_rim_covers_no_compass_name() -> None:
     """A fault normal at 45° and 225° touches neither NE nor SW."""
     with project_style():
         figure, ((axes,),) = create_compass_grid(1, 1, 3.0, 3.0)
@@ -202,7 +213,7 @@ def test_a_cleared_compass_is_empty() -> None:
     assert (axes.get_theta_direction(), np.degrees(axes.get_theta_offset())) == (-1, 90)
 
 
-def test_no_room_for_compasses_is_a_warning() -> None:
+def test_figure_without_room_for_compasses_gives_a_warning() -> None:
     with project_style():
         figure, ((axes,),) = create_compass_grid(1, 1, 1.0, 0.7)
         axes.draw_compass(1.0, {})
@@ -211,7 +222,7 @@ def test_no_room_for_compasses_is_a_warning() -> None:
             figure.draw_without_rendering()
 
 
-def test_rings_are_round_and_inside_the_rim() -> None:
+def test_rings_of_a_compass_are_round_and_inside_the_rim() -> None:
     assert labels_of_rings_at_round_radii(689.0) == {200.0: "200", 400.0: "400", 600.0: "600"}
     assert labels_of_rings_at_round_radii(1.2) == {0.3: "0.3", 0.6: "0.6", 0.9: "0.9", 1.2: "1.2"}
     assert list(labels_of_rings_at_round_radii(2.1).values()) == ["0.6", "1.2", "1.8"]

@@ -13,67 +13,67 @@ from overturning.model.status import CaseStatus
 from overturning.records.record import Record
 from overturning.study.intensity import write_intensity_measures
 from tests.expect import refused, said
-from tests.figures.test_explore import space_cube
+from tests.figures.test_explore import random_3d_cube
 from tests.study.small_study import cube_of, pulse, study
 
-OF_FALLS = ("boundary", "rose", "earthquakes", "axes")
-OF_OUTCOMES = ("polar", "blocks", "plane", *OF_FALLS)
+FIGURES_OF_FALLS = ("boundary", "rose", "earthquakes", "axes")
+FIGURES_OF_OUTCOMES = ("polar", "blocks", "plane", *FIGURES_OF_FALLS)
 
 
-def results_of(folder: Path, *records: Record) -> Path:
-    """Write a cube with its motions and intensity measures, and return its path."""
+def write_results_of_records(folder: Path, *records: Record) -> Path:
+    """Write a cube with its motions and intensity measures, and return the path of the cube."""
     settings = study(ensemble={"members": 0}, records={"use": [record.record_id for record in records]})
     write_intensity_measures(settings, list(records), folder / "intensity.nc")
     return cube_of(settings, list(records), folder)
 
 
 @pytest.fixture(scope="module")
-def weak(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Cube of a record of 100 Gal; the widest block (B/H 0.2) rocks from 196 Gal on, so that all cases stand."""
+def cube_without_falls(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Write a cube of a record of 100 Gal: the widest block (B/H 0.2) rocks from 196 Gal on, so all cases stand."""
     record = replace(pulse("a", 1.0), fault_strike_deg=30.0)
-    return results_of(tmp_path_factory.mktemp("weak"), record)
+    return write_results_of_records(tmp_path_factory.mktemp("weak"), record)
 
 
 @pytest.fixture(scope="module")
-def strong(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Cube with falls under a record without a fault strike."""
-    return results_of(tmp_path_factory.mktemp("strong"), pulse("a", 6.0))
+def cube_with_falls(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Write a cube with falls under a record without a fault strike."""
+    return write_results_of_records(tmp_path_factory.mktemp("strong"), pulse("a", 6.0))
 
 
-@pytest.mark.parametrize("kind", OF_FALLS)
-def test_figure_of_falls_is_refused_without_falls(weak: Path, tmp_path: Path, kind: str) -> None:
+@pytest.mark.parametrize("kind", FIGURES_OF_FALLS)
+def test_figure_of_falls_is_refused_without_falls(cube_without_falls: Path, tmp_path: Path, kind: str) -> None:
     out = tmp_path / "empty.svg"
-    text = said("figure", kind, weak, "-o", out, status=1)
+    text = said("figure", kind, cube_without_falls, "-o", out, status=1)
     assert text.startswith(f"error: {kind}: nothing to draw: none of the 18 cases with an outcome overturns; choose ")
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("kind", ["polar", "blocks", "plane"])
-def test_map_of_standing_blocks_is_drawn(weak: Path, tmp_path: Path, kind: str) -> None:
-    said("figure", kind, weak, "-o", tmp_path / "stands.svg")
+def test_map_of_standing_blocks_is_drawn(cube_without_falls: Path, tmp_path: Path, kind: str) -> None:
+    said("figure", kind, cube_without_falls, "-o", tmp_path / "stands.svg")
     assert (tmp_path / "stands.svg").stat().st_size > 1000
 
 
-@pytest.mark.parametrize("kind", OF_OUTCOMES)
-def test_figures_of_a_cube_without_outcomes_are_refused(strong: Path, kind: str) -> None:
-    with open_cube(strong) as cube:
+@pytest.mark.parametrize("kind", FIGURES_OF_OUTCOMES)
+def test_figures_of_a_cube_without_outcomes_are_refused(cube_with_falls: Path, kind: str) -> None:
+    with open_cube(cube_with_falls) as cube:
         missing = {name: xr.full_like(cube[name], np.nan) for name in ("overturned", "fall_azimuth") if name in cube}
         status = xr.full_like(cube["status"], CaseStatus.OVER_BUDGET) if "status" in cube else None
         beside = cube.assign(missing | ({} if status is None else {"status": status}))
-        beside.encoding["source"] = str(strong)
+        beside.encoding["source"] = str(cube_with_falls)
         with refused(ArgumentError, f"{kind}: nothing to draw: none of the 18 cases has an outcome", brief=True):
             plot.KINDS[kind](beside)
 
 
-def test_axes_need_a_fault_strike_but_roses_do_not(strong: Path) -> None:
-    with open_cube(strong) as cube:
+def test_fall_axes_figure_needs_a_fault_strike_and_roses_do_not(cube_with_falls: Path) -> None:
+    with open_cube(cube_with_falls) as cube:
         assert plot.fall_rose(cube).axes
         with refused(ArgumentError, "axes: nothing to draw: the fault strike of no record", "fault_strike_deg"):
             plot.fall_alignment_by_earthquake(cube)
 
 
 def test_follow_figure_needs_a_reference(monkeypatch: pytest.MonkeyPatch) -> None:
-    cube = space_cube().assign_coords(pulse=("record", [1, 1]))
+    cube = random_3d_cube().assign_coords(pulse=("record", [1, 1]))
     unknown = xr.Dataset({name: ("record", [np.nan] * 2) for name in ("pgv_azimuth", "pga_azimuth", "pulse_axis")})
     monkeypatch.setattr(plot, "_intensity_measures", lambda _: unknown)
     stands = cube.assign(overturned=xr.zeros_like(cube["overturned"]), fall_azimuth=cube["fall_azimuth"] * np.nan)
@@ -84,20 +84,20 @@ def test_follow_figure_needs_a_reference(monkeypatch: pytest.MonkeyPatch) -> Non
         plot.fall_alignment_by_b_over_h(no_fault)
 
 
-def test_motion_figures_refuse_ground_at_rest(tmp_path: Path) -> None:
+def test_figures_of_motion_are_refused_for_ground_at_rest(tmp_path: Path) -> None:
     still = Motion(np.zeros(500), np.zeros(500), sampling_interval=0.01, trust_data=True)
     for kind, draw in (("history", plot.time_histories), ("spectra", plot.spectra)):
         with refused(ArgumentError, f"{kind}: nothing to draw: the ground does not move (peak 0 Gal)"):
             draw(still)
-    dead = results_of(tmp_path, replace(pulse("a", 0.0), extra={"trusted_data": True}))
+    dead = write_results_of_records(tmp_path, replace(pulse("a", 0.0), extra={"trusted_data": True}))
     for kind in ("intensity", "hodograph", "history"):
         assert f"error: {kind}: nothing to draw: the ground" in said(
             "figure", kind, dead, "-o", tmp_path / "still.svg", status=1
         )
 
 
-def test_all_kinds_of_figures_are_covered() -> None:
-    assert {*OF_OUTCOMES, "follow", "intensity", "hodograph", "history"} == set(plot.KINDS)
+def test_this_file_tests_the_content_check_of_every_kind_of_figure() -> None:
+    assert {*FIGURES_OF_OUTCOMES, "follow", "intensity", "hodograph", "history"} == set(plot.KINDS)
 
 
 def test_public_modules_list_public_names_only() -> None:

@@ -17,10 +17,12 @@ from overturning.study.load import study_from_content
 from overturning.translation.texts import translate_visible_texts_to
 
 DIMENSIONS = ("record", "azimuth", "height", "b_over_h", "friction")
-BAD = "</script><script>window.hurt = 1</script>"
+SCRIPT_AS_NAME = "</script><script>window.hurt = 1</script>"
 
 
-def cube(records: int = 2, step: int = 30, ratios: int = 3, heights: int = 2, frictions: int = 2) -> xr.Dataset:
+def random_planar_cube(
+    records: int = 2, step: int = 30, ratios: int = 3, heights: int = 2, frictions: int = 2
+) -> xr.Dataset:
     """Return a 2-D cube of random outcomes with an ensemble, some of them missing."""
     random = np.random.Generator(np.random.PCG64(1))
     azimuth = np.arange(0, 360, step)
@@ -43,15 +45,15 @@ def cube(records: int = 2, step: int = 30, ratios: int = 3, heights: int = 2, fr
             "b_over_h": np.linspace(0.1, 0.6, ratios),
             "friction": np.linspace(0.3, 1.0, frictions),
             "record_id": ("record", [f"r{n}" for n in range(records)]),
-            "station": ("record", [BAD] * records),
+            "station": ("record", [SCRIPT_AS_NAME] * records),
             "event": ("record", [f"E {n}" for n in range(records)]),
             "fault_normal": ("record", [np.nan, *[30.0] * (records - 1)]),
         },
-        attrs={"title": BAD},
+        attrs={"title": SCRIPT_AS_NAME},
     )
 
 
-def space_cube() -> xr.Dataset:
+def random_3d_cube() -> xr.Dataset:
     """Return a 3-D cube of random outcomes without an ensemble, with falls at the first two B/H only."""
     random = np.random.Generator(np.random.PCG64(2))
     shape = (2, 6, 1, 5, 2, 2)
@@ -76,35 +78,35 @@ def space_cube() -> xr.Dataset:
     )  # fmt: skip
 
 
-def decoded(data: dict[str, Any], name: str, kind: str, shape: tuple[int, ...]) -> np.ndarray:
-    """Return the decoded cells of all records, with NaN for missing values."""
+def decode_page_cells(data: dict[str, Any], name: str, kind: str, shape: tuple[int, ...]) -> np.ndarray:
+    """Decode one variable of the explorer page for all records, with NaN for missing values."""
     parts = [np.frombuffer(base64.b64decode(record["cells"][name]), kind) for record in data["records"]]
     values = np.concatenate(parts).reshape(shape)
     missing = 2 if kind == "i1" else np.iinfo(kind).max
     return np.where(values == missing, np.nan, values)
 
 
-def test_page_data_match_the_cube() -> None:
-    whole = cube()
+def test_explorer_page_data_match_the_cube() -> None:
+    whole = random_planar_cube()
     runs = np.resize([share for n in (8, 16, 24) for share in np.arange(n + 1) / n], whole["overturned"].shape)
     whole["probability_towards"][:] = runs
     whole["probability_towards"][0, 1:4] = np.nan  # of neighbourhoods that were not run nothing is known
     data = explorer_page_data(whole)
     shape = tuple(whole.sizes[name] for name in DIMENSIONS)
-    np.testing.assert_array_equal(decoded(data, "flag", "i1", shape), whole["overturned"])
-    time, towards = decoded(data, "time", "<u2", shape), decoded(data, "towards", "u1", shape)
+    np.testing.assert_array_equal(decode_page_cells(data, "flag", "i1", shape), whole["overturned"])
+    time, towards = decode_page_cells(data, "time", "<u2", shape), decode_page_cells(data, "towards", "u1", shape)
     np.testing.assert_allclose(time * 0.01, whole["overturning_time"], atol=0.00501)
     np.testing.assert_allclose(towards * data["steps"]["chance"], whole["probability_towards"], rtol=1e-6)
 
 
-def test_the_flag_of_a_cell_without_an_outcome_tells_the_reason() -> None:
-    whole = cube(records=1, heights=1, frictions=1)
+def test_flag_of_a_cell_without_an_outcome_encodes_the_reason() -> None:
+    whole = random_planar_cube(records=1, heights=1, frictions=1)
     status = xr.full_like(whole["overturned"], CaseStatus.SIMULATED, dtype=np.int8)
     for place, reason in enumerate((CaseStatus.UNDECIDED, CaseStatus.UNSTABLE, CaseStatus.OVER_BUDGET, 0)):
         whole["overturned"][0, place] = np.nan
         status[0, place] = reason
     shape = tuple(whole.sizes[name] for name in DIMENSIONS)
-    found = decoded(explorer_page_data(whole.assign(status=status)), "flag", "i1", shape)
+    found = decode_page_cells(explorer_page_data(whole.assign(status=status)), "flag", "i1", shape)
     assert found[0, :3, 0, 0, 0].tolist() == [12, 13, 15]
     assert np.isnan(found[0, 3]).all()
     np.testing.assert_array_equal(found[0, 4:], whole["overturned"][0, 4:])
@@ -112,23 +114,23 @@ def test_the_flag_of_a_cell_without_an_outcome_tells_the_reason() -> None:
 
 def test_late_fall_in_a_long_record_keeps_its_time() -> None:
     """With a fixed time step of 0.01 s, 16 bits end at 655.34 s."""
-    whole = cube()
+    whole = random_planar_cube()
     whole["overturning_time"][1] *= 180.0
     data, shape = explorer_page_data(whole), tuple(whole.sizes[name] for name in DIMENSIONS)
     steps = [record["cells"]["timeStep"] for record in data["records"]]
-    found = decoded(data, "time", "<u2", shape) * np.reshape(steps, (2, 1, 1, 1, 1))
+    found = decode_page_cells(data, "time", "<u2", shape) * np.reshape(steps, (2, 1, 1, 1, 1))
     assert found[1].max(initial=0.0, where=np.isfinite(found[1])) > 3000.0
     np.testing.assert_allclose(found[0], whole["overturning_time"][0], atol=0.00501)
     np.testing.assert_allclose(found[1], whole["overturning_time"][1], atol=0.03)
 
 
-def test_map_of_a_3d_body_ends_at_the_first_ring_without_falls() -> None:
-    whole = space_cube()
+def test_explorer_map_of_a_3d_body_ends_at_the_first_ring_without_falls() -> None:
+    whole = random_3d_cube()
     data = explorer_page_data(whole)
     shape = whole["overturned"].shape
-    np.testing.assert_array_equal(decoded(data, "flag", "i1", shape), whole["overturned"])
+    np.testing.assert_array_equal(decode_page_cells(data, "flag", "i1", shape), whole["overturned"])
     for name, variable in (("azimuth", "fall_azimuth"), ("rotation", "peak_tilt")):
-        found = decoded(data, name, "<u2", shape) * data["steps"][name]
+        found = decode_page_cells(data, name, "<u2", shape) * data["steps"][name]
         np.testing.assert_allclose(found, whole[variable], atol=0.00501)
     assert data["rings"] == 3
     whole["overturned"][1, 2, 0, 3, 1, 0] = np.nan  # and farther where it may fall, on one scale for all records
@@ -137,14 +139,21 @@ def test_map_of_a_3d_body_ends_at_the_first_ring_without_falls() -> None:
 
 
 def test_rotations_without_a_critical_angle_are_in_degrees() -> None:
-    both = xr.concat([cube(), cube()], "element").transpose(*DIMENSIONS, "element").assign_coords(element=["a", "b"])
+    both = (
+        xr.concat([random_planar_cube(), random_planar_cube()], "element")
+        .transpose(*DIMENSIONS, "element")
+        .assign_coords(element=["a", "b"])
+    )
     both["critical_angle"] = ("element", "b_over_h"), np.array([[0.1, 0.2, 0.3], [np.nan] * 3])
     both = both.isel(record=[0])
     assert explorer_page_data(both.isel(element=[0]))["degrees"] == [False]
     both["peak_rotation"] *= 100.0
     data = explorer_page_data(both.isel(element=[1]))
     assert data["degrees"] == [True]
-    found = decoded(data, "rotation", "<u2", tuple(both.sizes[name] for name in DIMENSIONS)) * data["steps"]["rotation"]
+    found = (
+        decode_page_cells(data, "rotation", "<u2", tuple(both.sizes[name] for name in DIMENSIONS))
+        * data["steps"]["rotation"]
+    )
     np.testing.assert_allclose(found, both["peak_rotation"][..., 1], atol=0.00501)  # 65.5° were the largest
 
 
@@ -153,20 +162,20 @@ def test_rotations_without_a_critical_angle_are_in_degrees() -> None:
     [("rotation", "peak_tilt", 0.1), ("azimuth", "fall_azimuth", 1.0), ("rotation", "peak_rotation", 0.01)],
     ids=["tenth of a degree", "degree", "percent of the toppling angle"],
 )
-def test_page_shows_the_rounded_number_of_the_cube(name: str, variable: str, unit: float) -> None:
-    """Also just below the middle between two shown numbers, which the page's own data must not round up first."""
-    whole = cube(records=1) if variable == "peak_rotation" else space_cube().isel(record=[0])
+def test_explorer_page_shows_the_rounded_number_of_the_cube(name: str, variable: str, unit: float) -> None:
+    """Also just below the middle between two printed numbers: the values stored in the page must not round it up."""
+    whole = random_planar_cube(records=1) if variable == "peak_rotation" else random_3d_cube().isel(record=[0])
     spread = unit * np.linspace(0.0, 40.0, whole[variable].size)
     spread[::2] = unit * (np.floor(spread[::2] / unit) + 0.4999)
     whole[variable] = whole[variable].dims, spread.reshape(whole[variable].shape)
     data = explorer_page_data(whole)
-    found = decoded(data, name, "<u2", whole[variable].shape) * data["steps"][name]
+    found = decode_page_cells(data, name, "<u2", whole[variable].shape) * data["steps"][name]
     np.testing.assert_array_equal(np.floor(found / unit + 0.5), np.floor(whole[variable] / unit + 0.5))
 
 
-def test_page_opens_on_a_fall_in_every_run_among_falls_in_every_run() -> None:
-    """The clear case is the stoutest whose neighbours all fall, too; not a stouter one that falls alone."""
-    whole = cube(ratios=6, heights=1, frictions=1)
+def test_explorer_opens_on_a_certain_fall_among_certain_falls() -> None:
+    """A fall is certain if all runs fall. The first case shown is the stoutest with certain falls as neighbours."""
+    whole = random_planar_cube(ratios=6, heights=1, frictions=1)
     for name in ("overturned", "probability_towards", "probability_away"):
         whole[name][:] = 0.0
     for name in ("overturned", "probability_towards"):
@@ -185,8 +194,8 @@ def test_page_opens_on_a_fall_in_every_run_among_falls_in_every_run() -> None:
     assert explorer_page_data(whole)["records"][0]["clear"] == [3, 2]
 
 
-def test_times_span_the_falls_of_each_record_and_gaps_are_not_computed() -> None:
-    whole = cube(records=3)
+def test_explorer_time_scale_spans_falls_and_gaps_are_marked_not_computed() -> None:
+    whole = random_planar_cube(records=3)
     whole["overturning_time"][:] = whole["overturning_time"].where(whole["record"] != 2)
     data = explorer_page_data(whole.isel(azimuth=[0, 1, 2]))
     for index in (0, 1):
@@ -198,41 +207,41 @@ def test_times_span_the_falls_of_each_record_and_gaps_are_not_computed() -> None
     assert len(known) < len(data["direction"])
 
 
-def test_title_question_and_report_are_those_of_the_study(tmp_path: Path) -> None:
+def test_explorer_page_has_title_question_and_report_of_the_study(tmp_path: Path) -> None:
     study = study_from_content(
         {"name": "a", "title": "Named", "question": "Where to?", "records": {"use": ["r0"]}}, "study"
     )
     for report in ("report.html", ""):
-        write_explorer(cube(), tmp_path / "look.html", study, report)
+        write_explorer(random_planar_cube(), tmp_path / "look.html", study, report)
         text = (tmp_path / "look.html").read_text(encoding="utf-8")
         assert "<h1>Named</h1>" in text
         assert "Where to?" in text
         assert re.findall(r'href="([^"]*)"', text) == [report] * bool(report)
 
 
-def test_the_film_of_a_cell_has_the_language_of_the_page() -> None:
+def test_film_in_the_explorer_has_the_language_of_the_page() -> None:
     for language, option in (("en", []), ("ja", ["--language", "ja"])):
         with translate_visible_texts_to(language):
-            assert explorer_page_data(cube())["film"]["options"] == option
+            assert explorer_page_data(random_planar_cube())["film"]["options"] == option
 
 
-def test_page_of_the_default_study_is_small_and_reproducible(tmp_path: Path) -> None:
-    large = cube(records=28, step=5, ratios=11, frictions=3)
+def test_explorer_page_of_the_default_study_is_small_and_reproducible(tmp_path: Path) -> None:
+    large = random_planar_cube(records=28, step=5, ratios=11, frictions=3)
     assert large["overturned"].size == 133_056
     write_explorer(large, tmp_path / "large.html")
     page = (tmp_path / "large.html").read_bytes()
     for name in ("a.html", "b.html"):
-        write_explorer(cube(), tmp_path / name)
+        write_explorer(random_planar_cube(), tmp_path / name)
     assert (tmp_path / "a.html").read_bytes() == (tmp_path / "b.html").read_bytes()
     assert len(page) < 5_000_000
     assert b"http" not in page
     assert b"src=" not in page
 
 
-def test_a_large_cube_has_a_file_for_each_record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_explorer_of_a_large_cube_has_a_file_for_each_record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(explore, "MAX_CELLS_PER_PAGE", 10)
-    write_explorer(cube(), tmp_path / "look.html")
-    page, data = (tmp_path / "look.html").read_text(encoding="utf-8"), explorer_page_data(cube())
+    write_explorer(random_planar_cube(), tmp_path / "look.html")
+    page, data = (tmp_path / "look.html").read_text(encoding="utf-8"), explorer_page_data(random_planar_cube())
     assert '"folder":"look-records"' in page
     assert '"cells"' not in page
     for index, record in enumerate(data["records"]):

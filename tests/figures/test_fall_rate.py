@@ -31,7 +31,7 @@ def test_a_logarithmic_axis_has_at_least_two_labels(low: float, high: float) -> 
         (6.7, 6.9, ["7"]),
     ],
 )
-def test_every_visible_degree_of_intensity_has_its_name(least: float, most: float, names: list[str]) -> None:
+def test_every_visible_degree_of_seismic_intensity_has_its_name(least: float, most: float, names: list[str]) -> None:
     curve = FittedFragilityCurve("all stones", "PGV", "cm/s", 50.0, 0.5, (40.0, 60.0), 10.0, 100.0)
     level = np.geomspace(10, 100, 10)[None]
     figure = overturned_fraction_figure(level / 100, level, curve, np.linspace(least, most, 10)[None])

@@ -12,12 +12,12 @@ from overturning.figures.drawn_case import IllustrativeCaseWithFigures, read_cas
 from overturning.figures.write import save_figure_files
 from overturning.model.scene import load_scene
 from overturning.study.cube import open_cube
-from tests.figures.test_film import unpack
+from tests.figures.test_film import unpack_film_numbers
 from tests.study.small_study import cube_of, pulse, study
 
 
 def save_strip_files(figure: Figure, path: Path) -> None:
-    """Write a figure to a file if it is a strip; the file of another figure, which is not examined here, is empty."""
+    """Write a figure to a file only if it is a film strip; create an empty file in place of others, to save time."""
     if path.stem.endswith("-strip"):
         save_figure_files(figure, path)
     else:
@@ -25,8 +25,10 @@ def save_strip_files(figure: Figure, path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def drawn(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[IllustrativeCaseWithFigures]]:
-    """Return the folder of a study with and without vertical motion, and its cases; the ground rises with 0.6 g."""
+def contrast_cases_with_figures(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> tuple[Path, list[IllustrativeCaseWithFigures]]:
+    """Draw the cases in which a study and its variant without vertical motion differ, and return folder and cases."""
     folder = tmp_path_factory.mktemp("contrast")
     level = pulse("a")
     shaken = np.where(np.abs(level.north) > 0, 5.9, 0.0)
@@ -45,10 +47,10 @@ def drawn(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Illustra
     return folder, read_cases_with_figures(folder / "cases")
 
 
-def test_first_case_falls_in_one_setting_and_stands_in_the_other(
-    drawn: tuple[Path, list[IllustrativeCaseWithFigures]],
+def test_first_contrast_case_falls_in_one_setting_and_stands_in_the_other(
+    contrast_cases_with_figures: tuple[Path, list[IllustrativeCaseWithFigures]],
 ) -> None:
-    folder, cases = drawn
+    folder, cases = contrast_cases_with_figures
     first = cases[0]
     assert first.settings == ("nominal", "level")
     ratio = float(first.parameters.split("B/H = ")[1].split(",")[0])
@@ -62,23 +64,27 @@ def test_first_case_falls_in_one_setting_and_stands_in_the_other(
     assert len(set(first.headings)) == 2
 
 
-def test_both_settings_have_the_same_motion_along_the_plane(
-    drawn: tuple[Path, list[IllustrativeCaseWithFigures]],
+def test_films_of_both_settings_have_the_same_horizontal_motion(
+    contrast_cases_with_figures: tuple[Path, list[IllustrativeCaseWithFigures]],
 ) -> None:
-    _, cases = drawn
-    along, up = ([unpack(panel["traces"][row]["rows"][0]) for panel in cases[0].film["panels"]] for row in (0, 1))
+    _, cases = contrast_cases_with_figures
+    along, up = (
+        [unpack_film_numbers(panel["traces"][row]["rows"][0]) for panel in cases[0].film["panels"]] for row in (0, 1)
+    )
     assert along[0] == pytest.approx(along[1])
     assert np.abs(up[0]).max() == pytest.approx(590, rel=1e-3)
     assert not up[1].any()
 
 
-def test_strip_of_each_case_is_a_file(drawn: tuple[Path, list[IllustrativeCaseWithFigures]]) -> None:
-    folder, cases = drawn
+def test_strip_of_each_contrast_case_is_written(
+    contrast_cases_with_figures: tuple[Path, list[IllustrativeCaseWithFigures]],
+) -> None:
+    folder, cases = contrast_cases_with_figures
     for case in cases:
         assert (folder / "cases" / case.strip).stat().st_size > 1000
 
 
-def test_two_scenes_are_compared_by_the_stone_that_both_have(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_two_scenes_are_compared_by_the_stone_they_share(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The reference is the upper base, which always stands; the film shows a case in which one of the shafts falls."""
     monkeypatch.setattr(illustrative, "save_figure_files", save_strip_files)
     scene = load_scene("three-tier").model_copy(update={"reference": "upper-base"})

@@ -34,29 +34,31 @@ from overturning.records.read import read_record
 from overturning.records.store import round_to_stored_precision
 from tests.dem.paths import lower_corner_penetrations, stone_of_trajectory
 from tests.figures.films import falling_body
-from tests.figures.test_film import unpack
+from tests.figures.test_film import unpack_film_numbers
 
-TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
+RECORD_TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
 
-BLOCK = {"height": 0.6, "b_over_h": 0.3, "friction": 1.0}
+SLENDER_BLOCK = {"height": 0.6, "b_over_h": 0.3, "friction": 1.0}
 
 
 @pytest.fixture(scope="module")
-def motion() -> Motion:
+def sine_motion_after_rest() -> Motion:
     """One cycle of a sine towards north after two seconds of rest, strong enough to overturn a slender block."""
     time = np.arange(0, 6, 0.01)
     pulse = np.where((time > 2) & (time < 3), 9.0 * np.sin(2 * np.pi * (time - 2)), 0.0)
     return Motion(pulse, 0 * pulse, sampling_interval=0.01)
 
 
-def test_film_of_a_fall_ends_with_the_block_on_its_side(motion: Motion) -> None:
-    path = trajectory(motion, azimuth_deg=0, **BLOCK)
+def test_film_of_a_fall_ends_with_the_block_on_its_side(sine_motion_after_rest: Motion) -> None:
+    path = trajectory(sine_motion_after_rest, azimuth_deg=0, **SLENDER_BLOCK)
     side = int(stone_of_trajectory(path)["overturned"])
     assert side != 0
-    cell = simulate_as_arrays(motion, azimuth_deg=[0], **{name: [value] for name, value in BLOCK.items()})
+    cell = simulate_as_arrays(
+        sine_motion_after_rest, azimuth_deg=[0], **{name: [value] for name, value in SLENDER_BLOCK.items()}
+    )
     assert float(stone_of_trajectory(path)["overturning_time"]) == cell["overturning_time"].item()
     assert outcome_sentence(path).startswith("falls towards N at" if side > 0 else "falls towards S at")
-    film = film_of_trajectories([path], motion, "pulse")
+    film = film_of_trajectories([path], sine_motion_after_rest, "pulse")
     assert film.start == pytest.approx(1.6, abs=0.2)  # the quiet time before is not shown
     body = film.panels[0].bodies[1]
     assert body.rotation[-1] == pytest.approx(side * np.pi / 2)
@@ -67,32 +69,32 @@ def test_film_of_a_fall_ends_with_the_block_on_its_side(motion: Motion) -> None:
     assert vertex_positions_by_frame(body)[..., 1].min() > -0.01, "nothing sinks into the base"
 
 
-def test_films_of_opposite_azimuths_mirror_each_other(motion: Motion) -> None:
-    one, other = (trajectory(motion, azimuth_deg=angle, **BLOCK) for angle in (0, 180))
+def test_films_of_opposite_azimuths_mirror_each_other(sine_motion_after_rest: Motion) -> None:
+    one, other = (trajectory(sine_motion_after_rest, azimuth_deg=angle, **SLENDER_BLOCK) for angle in (0, 180))
     assert int(stone_of_trajectory(one)["overturned"]) == -int(stone_of_trajectory(other)["overturned"])
     assert outcome_sentence(one) == outcome_sentence(other)
 
 
-def test_film_without_movement_shows_the_peak_of_the_motion(motion: Motion) -> None:
-    path = trajectory(motion, azimuth_deg=90, **BLOCK)
+def test_film_without_movement_shows_the_peak_of_the_motion(sine_motion_after_rest: Motion) -> None:
+    path = trajectory(sine_motion_after_rest, azimuth_deg=90, **SLENDER_BLOCK)
     assert first_and_last_movement_times(path) is None
     assert outcome_sentence(path).startswith("stands")
-    film = film_of_trajectories([path], motion, "nothing")
+    film = film_of_trajectories([path], sine_motion_after_rest, "nothing")
     assert film.frames > 10
 
 
-def test_panels_play_synchronously(motion: Motion) -> None:
-    paths = [trajectory(motion, azimuth_deg=angle, **BLOCK) for angle in (0, 90)]
-    film = film_of_trajectories(paths, motion, "two")
+def test_panels_of_a_film_share_time_and_end_at_the_fall(sine_motion_after_rest: Motion) -> None:
+    paths = [trajectory(sine_motion_after_rest, azimuth_deg=angle, **SLENDER_BLOCK) for angle in (0, 90)]
+    film = film_of_trajectories(paths, sine_motion_after_rest, "two")
     assert film.last_frame_time < 6  # it stops at the fall
     assert [panel.title.split()[-1] for panel in film.panels] == ["N", "E"]
     assert len(film_page_html(film).encode()) < 300_000
 
 
-def test_frames_show_the_trajectory_and_the_ground_at_their_times(motion: Motion) -> None:
+def test_frames_show_the_trajectory_and_the_ground_at_their_times(sine_motion_after_rest: Motion) -> None:
     """A frame has the pose of the path at its time, and the ground the displacement of a sine pulse, in closed form."""
-    path = trajectory(motion, azimuth_deg=0, **BLOCK)
-    film = film_of_trajectories([path], motion, "pulse")
+    path = trajectory(sine_motion_after_rest, azimuth_deg=0, **SLENDER_BLOCK)
+    film = film_of_trajectories([path], sine_motion_after_rest, "pulse")
     panel, one = film.panels[0], stone_of_trajectory(path)
     frame = 40
     assert film.frame_times[frame] == pytest.approx(film.start + 0.8)
@@ -113,12 +115,14 @@ def test_frames_show_the_trajectory_and_the_ground_at_their_times(motion: Motion
 
 
 @pytest.mark.parametrize("height", [0.3, 6.0])
-def test_ground_reaches_below_and_beside_the_picture(height: float) -> None:
+def test_ground_of_a_film_reaches_beyond_the_picture(height: float) -> None:
     """Also if the ground rises by 1 m, or the stone is higher than the ground of the scene is thick."""
     time = np.arange(0, 3, 0.01)
     wave = 0.6 * (2 * np.pi) ** 2 * np.cos(2 * np.pi * time) * (time < 2)
     motion = Motion(0.1 * wave, 0 * wave, wave, sampling_interval=0.01)
-    film = film_of_trajectories([trajectory(motion, azimuth_deg=0, **BLOCK | {"height": height})], motion, "thrown")
+    film = film_of_trajectories(
+        [trajectory(motion, azimuth_deg=0, **SLENDER_BLOCK | {"height": height})], motion, "thrown"
+    )
     ground = vertex_positions_by_frame(film.panels[0].bodies[0])
     shift = film.panels[0].ground
     assert np.ptp(shift[:, 1]) > 1.0
@@ -142,7 +146,7 @@ def test_film_of_a_stack_ends_when_its_stones_lie() -> None:
     assert film.last_frame_time < float(path["time"][-1]), "it stops when nothing moves"
 
 
-def test_outcome_of_several_falls_is_shown_after_the_last_one() -> None:
+def test_outcome_of_several_falls_appears_after_the_last_fall() -> None:
     """A stone 12 cm wide falls before one 30 cm wide; the sentence names both, a printed film shows the first fall."""
     elements = [{"name": "ground", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]}]
     for name, width, place in (("slim", 0.12, -2.0), ("stout", 0.3, 2.0)):
@@ -157,12 +161,12 @@ def test_outcome_of_several_falls_is_shown_after_the_last_one() -> None:
     assert strip_frame_times_and_captions(film)[0][2] == panel.fall_time_for_printed_strip
 
 
-def test_two_settings_share_one_clock() -> None:
+def test_films_of_two_settings_share_their_frames() -> None:
     """With and without vertical motion: the same frames, and a trace of the vertical motion in both panels."""
     level = Motion.sine(5.0, 0.8)
     up = 4.0 * np.sin(2 * np.pi * 5.0 * np.arange(level.sample_count) * level.sampling_interval)
     shaken = Motion(*level.horizontal_components, up, sampling_interval=level.sampling_interval)
-    paths = [trajectory(each, azimuth_deg=0, **BLOCK) for each in (shaken, level)]
+    paths = [trajectory(each, azimuth_deg=0, **SLENDER_BLOCK) for each in (shaken, level)]
     film = film_of_trajectories(paths, [shaken, level], "both", headings=["with", "without"])
     assert [panel.title for panel in film.panels] == ["with", "without"]
     data = film.player_data()
@@ -172,19 +176,22 @@ def test_two_settings_share_one_clock() -> None:
         moving = film.frame_times <= float(path["time"][-1])
         assert panel.bodies[1].position[moving, 0] == pytest.approx(there[moving], abs=1e-12)
     assert [len(panel["traces"]) for panel in data["panels"]] == [2, 2]
-    peaks = [[np.abs(unpack(trace["rows"][0])).max() for trace in panel["traces"]] for panel in data["panels"]]
+    peaks = [
+        [np.abs(unpack_film_numbers(trace["rows"][0])).max() for trace in panel["traces"]] for panel in data["panels"]
+    ]
     assert peaks[0] == pytest.approx([500, 400], rel=0.01)
     assert peaks[1] == pytest.approx([500, 0], rel=0.01)
     assert data["peak"] == pytest.approx(500, rel=0.01)
 
 
-def in_weights(path: xr.Dataset) -> np.ndarray:
+def contact_forces_over_weight(path: xr.Dataset) -> np.ndarray:
+    """Return the contact forces of a trajectory divided by the weight of the block."""
     return path["contact_force"].to_numpy() / path.attrs["weight"]
 
 
-def test_forces_at_rest_carry_the_weight(motion: Motion) -> None:
-    path = trajectory(motion, azimuth_deg=0, **BLOCK)
-    force, point = in_weights(path), path["contact_place"].to_numpy()
+def test_contact_forces_at_rest_add_up_to_the_weight(sine_motion_after_rest: Motion) -> None:
+    path = trajectory(sine_motion_after_rest, azimuth_deg=0, **SLENDER_BLOCK)
+    force, point = contact_forces_over_weight(path), path["contact_place"].to_numpy()
     assert force[50].sum(axis=0) == pytest.approx([0, 1], abs=1e-3)
     assert force[50, 0] == pytest.approx(force[50, 1], abs=1e-3)
     assert point[50] == pytest.approx(np.array([[-0.09, 0], [0.09, 0]]), abs=1e-4)
@@ -195,21 +202,23 @@ def test_forces_at_rest_carry_the_weight(motion: Motion) -> None:
     assert np.isnan(point[rocking, lifted]).all()
 
 
-def test_upward_acceleration_adds_to_the_weight(motion: Motion) -> None:
-    up = np.full(motion.sample_count, 3.0)
-    pushed = Motion(0 * motion.north, 0 * motion.east, up, sampling_interval=0.01, trust_data=True)
-    path = trajectory(pushed, azimuth_deg=0, leave_out=False, **BLOCK)
-    assert in_weights(path)[100].sum(axis=0) == pytest.approx([0, 1 + 3.0 / 9.80665], abs=2e-3)
+def test_upward_acceleration_adds_to_the_weight(sine_motion_after_rest: Motion) -> None:
+    up = np.full(sine_motion_after_rest.sample_count, 3.0)
+    pushed = Motion(
+        0 * sine_motion_after_rest.north, 0 * sine_motion_after_rest.east, up, sampling_interval=0.01, trust_data=True
+    )
+    path = trajectory(pushed, azimuth_deg=0, leave_out=False, **SLENDER_BLOCK)
+    assert contact_forces_over_weight(path)[100].sum(axis=0) == pytest.approx([0, 1 + 3.0 / 9.80665], abs=2e-3)
 
 
 @pytest.fixture(
     scope="module",
     params=[("rinaldi", 32, 0.4, 0.6, 1.0), ("rinaldi", 32, 0.3, 0.6, 0.33), ("erzincan", 0, 0.25, 1.2, 0.58)],
 )
-def real(request: pytest.FixtureRequest) -> xr.Dataset:
-    """A block that falls, one that falls while it slides, and one that rocks long and stands."""
+def recorded_block_trajectory(request: pytest.FixtureRequest) -> xr.Dataset:
+    """Return the trajectory of a block under a record: it falls, falls while it slides, or rocks and stands."""
     name, azimuth, b_over_h, height, friction = request.param
-    record = round_to_stored_precision(process_record(read_record(read_record_table(TABLE)[name], Path()), None))
+    record = round_to_stored_precision(process_record(read_record(read_record_table(RECORD_TABLE)[name], Path()), None))
     shaking = Motion(record.north, record.east, None, sampling_interval=record.sampling_interval)
     path = trajectory(shaking, azimuth_deg=azimuth, height=height, b_over_h=b_over_h, friction=friction)
     # The record is linear between its samples, which are not all rows of the path.
@@ -220,29 +229,38 @@ def real(request: pytest.FixtureRequest) -> xr.Dataset:
     return path.assign(base_velocity=("time", np.interp(path["time"], every, velocity)))
 
 
-def test_forces_obey_contact_law_and_friction_limit(real: xr.Dataset) -> None:
+def test_contact_forces_are_compressive_and_within_the_friction_limit(recorded_block_trajectory: xr.Dataset) -> None:
     """Forces are never tensile, and friction is at most μ times the normal force."""
-    force = in_weights(real)
+    force = contact_forces_over_weight(recorded_block_trajectory)
     along, normal = force.sum(axis=1).T
     assert force[:, :, 1].min() >= 0
     # Allowed: 0.5 % of the weight, since the time of a sample is known to one step.
-    assert (np.abs(along) - real.attrs["friction"] * normal).max() < 5e-3
-    up = lower_corner_penetrations(real).T < 0
+    assert (np.abs(along) - recorded_block_trajectory.attrs["friction"] * normal).max() < 5e-3
+    up = lower_corner_penetrations(recorded_block_trajectory).T < 0
     stays_up = up[:-1] & up[1:]
     assert force[:-1][stays_up].max(initial=0.0) == 0
     assert stays_up.sum() > 50
 
 
-def test_forces_change_the_momentum_as_the_kernel_did(real: xr.Dataset) -> None:
+def test_contact_forces_and_weight_account_for_the_change_of_momentum(recorded_block_trajectory: xr.Dataset) -> None:
     """M Δv = ∫ (Σ f + weight) dt from the start to any sample, and I Δω = ∫ Σ r × f dt."""
-    force, one = in_weights(real)[:-1], stone_of_trajectory(real)
-    time, g = real["time"].to_numpy(), 9.80665
+    force, one = (
+        contact_forces_over_weight(recorded_block_trajectory)[:-1],
+        stone_of_trajectory(recorded_block_trajectory),
+    )
+    time, g = recorded_block_trajectory["time"].to_numpy(), 9.80665
     centre = np.stack([one["x"], one["z"]], axis=1)
-    arm = np.nan_to_num(real["contact_place"].to_numpy()[:-1] - 0.5 * (centre[1:] + centre[:-1])[:, None, :])
-    half = np.array([real.attrs["b_over_h"], 1.0]) * real.attrs["height"] / 2
+    arm = np.nan_to_num(
+        recorded_block_trajectory["contact_place"].to_numpy()[:-1] - 0.5 * (centre[1:] + centre[:-1])[:, None, :]
+    )
+    half = np.array([recorded_block_trajectory.attrs["b_over_h"], 1.0]) * recorded_block_trajectory.attrs["height"] / 2
     moment = (arm[:, :, 1] * force[:, :, 0] - arm[:, :, 0] * force[:, :, 1]).sum(axis=1)
     for rate, velocity, allowed in (
-        (force.sum(axis=1)[:, 0] * g, (one["velocity_x"] + real["base_velocity"]).to_numpy(), 1e-3),
+        (
+            force.sum(axis=1)[:, 0] * g,
+            (one["velocity_x"] + recorded_block_trajectory["base_velocity"]).to_numpy(),
+            1e-3,
+        ),
         ((force.sum(axis=1)[:, 1] - 1.0) * g, one["velocity_z"].to_numpy(), 1e-3),
         (moment * g / ((half**2).sum() / 3), one["angular_velocity"].to_numpy(), 0.01),
     ):
@@ -276,7 +294,7 @@ def test_rolling_cylinder_is_not_reported_at_rest() -> None:
 
 
 @pytest.mark.parametrize("status", [one for one in CaseStatus if not one.has_outcome])
-def test_a_case_without_outcome_has_a_reason(status: CaseStatus) -> None:
+def test_film_of_a_case_without_outcome_states_the_reason(status: CaseStatus) -> None:
     sentence = outcome_sentence(xr.Dataset({"status": status.value}))
     assert sentence.startswith("no outcome: ")
     assert ("moving" in sentence) == (status is CaseStatus.UNDECIDED)
@@ -289,18 +307,19 @@ def test_film_without_trajectory_is_refused() -> None:
 
 
 @pytest.fixture(scope="module")
-def pulse() -> Motion:
+def pulse_along_oblique_azimuth() -> Motion:
     time = np.arange(0, 2.5, 0.01)
     samples = 7.0 * np.sin(2 * np.pi * time / 1.0) * (time < 1.0)
     return Motion(samples * np.cos(0.5), samples * np.sin(0.5), sampling_interval=0.01)
 
 
 @pytest.fixture(scope="module")
-def bodies(pulse: Motion) -> list:
-    return [falling_body(pulse, ratio) for ratio in (0.25, 0.6)]
+def falling_and_standing_body(pulse_along_oblique_azimuth: Motion) -> list:
+    """Return the trajectories of a slender 3-D body, which falls, and of a stout one, which stands."""
+    return [falling_body(pulse_along_oblique_azimuth, ratio) for ratio in (0.25, 0.6)]
 
 
-def test_box_has_six_outward_faces() -> None:
+def test_film_body_of_a_box_has_six_outward_faces() -> None:
     corners = np.array([[x, y, z] for x in (-1, 1) for y in (-2, 2) for z in (-3, 3)], float)
     faces = convex_hull_faces(corners)
     assert sorted(map(len, faces)) == [4] * 6
@@ -309,36 +328,40 @@ def test_box_has_six_outward_faces() -> None:
         assert np.cross(b - a, c - b) @ corners[list(face)].mean(axis=0) > 0
 
 
-def test_body_corners_start_on_the_base_and_end_at_the_fall(bodies: list, pulse: Motion) -> None:
-    film = film_of_trajectories(bodies, pulse, "title")
+def test_corners_of_a_3d_body_start_on_the_base_and_end_at_the_fall(
+    falling_and_standing_body: list, pulse_along_oblique_azimuth: Motion
+) -> None:
+    film = film_of_trajectories(falling_and_standing_body, pulse_along_oblique_azimuth, "title")
     panel = film.panels[0]
     (body,) = panel.bodies
     rest = body.vertices
 
-    def corners(frame: int) -> np.ndarray:
+    def corners_in_frame(frame: int) -> np.ndarray:
         w, *u = body.rotation[frame] / np.linalg.norm(body.rotation[frame])
         return body.position[frame] + rest + 2 * np.cross(u, np.cross(u, rest) + w * rest)
 
-    lowest = [corners(frame)[:, 2].min() for frame in range(film.frames)]
+    lowest = [corners_in_frame(frame)[:, 2].min() for frame in range(film.frames)]
     assert np.abs(lowest).max() < 0.02, "between samples it may hover, but does not sink"
-    moved = corners(film.frames - 1)[rest[:, 2] > 0].mean(axis=0) - body.position[0]
+    moved = corners_in_frame(film.frames - 1)[rest[:, 2] > 0].mean(axis=0) - body.position[0]
     azimuth = np.degrees(np.arctan2(moved[0], moved[1])) % 360
-    assert azimuth == pytest.approx(float(bodies[0]["fall_azimuth"]), abs=15)
+    assert azimuth == pytest.approx(float(falling_and_standing_body[0]["fall_azimuth"]), abs=15)
     assert panel.outcome.startswith("falls towards ")
     assert "slipped" in film.panels[1].outcome
-    assert "stands" in outcome_sentence(bodies[1])
+    assert "stands" in outcome_sentence(falling_and_standing_body[1])
     assert len(film.player_data()["panels"][0]["traces"][0]["rows"]) == 2
 
 
-def test_film_of_a_3d_body_must_be_a_page(bodies: list, pulse: Motion, tmp_path: Path) -> None:
-    film = film_of_trajectories(bodies, pulse, "title")
+def test_film_of_a_3d_body_must_be_a_page(
+    falling_and_standing_body: list, pulse_along_oblique_azimuth: Motion, tmp_path: Path
+) -> None:
+    film = film_of_trajectories(falling_and_standing_body, pulse_along_oblique_azimuth, "title")
     with pytest.raises(ArgumentError, match=r"use the extension \.html"):
         write_film_as_gif_or_mp4(film, tmp_path / "film.gif")
     assert not list(tmp_path.iterdir())
 
 
 def test_axis_figure_of_a_standing_body_has_a_short_title(tmp_path: Path) -> None:
-    """The tilt and no more: the twist and the slip would not fit, and covered the title beside it."""
+    """The title states the tilt only: twist and slip would not fit, and covered the title next to it."""
     time = np.arange(0, 2, 0.01)
     weak = Motion(2.5 * np.sin(2 * np.pi * time), 0 * time, sampling_interval=0.01)
     path = falling_body(weak, 0.5)
@@ -390,18 +413,28 @@ def test_axis_figure_of_a_stack_is_of_the_reference_element_and_its_contact() ->
     assert body_axis_figure(in_space, weak, "title").axes[0].get_title().startswith("tilt of the axis of the foot")
 
 
-def test_axis_figure_shows_tilt_and_outcome(bodies: list, pulse: Motion) -> None:
+def test_axis_figure_shows_tilt_and_outcome(
+    falling_and_standing_body: list, pulse_along_oblique_azimuth: Motion
+) -> None:
     with project_style():
-        figure = body_axis_figure(bodies[0], pulse, "title")
+        figure = body_axis_figure(falling_and_standing_body[0], pulse_along_oblique_azimuth, "title")
         titles = [axes.get_title() for axes in figure.axes]
         line = next(line for line in figure.axes[0].lines if line.get_label() == "axis of the body")
     assert "falls towards" in titles[0]
     end = np.array([line.get_xdata()[-1], line.get_ydata()[-1]])
-    assert np.degrees(np.arctan2(*end)) % 360 == pytest.approx(float(bodies[0]["fall_azimuth"]), abs=3)
+    assert np.degrees(np.arctan2(*end)) % 360 == pytest.approx(
+        float(falling_and_standing_body[0]["fall_azimuth"]), abs=3
+    )
     assert np.hypot(*end) > 80, "nearly lying"
     looks = {one.get_label(): (one.get_marker(), one.get_color()) for one in figure.legends[0].get_lines()}
     dots = [axes.lines[1] for axes in figure.axes[1:]]
     assert [(dot.get_marker(), dot.get_color()) for dot in dots] == 2 * [looks["peak"]] != 2 * [looks["end"]]
-    deep = body_axis_figure(bodies[0].assign_attrs(aspect=0.5), pulse, "title").axes[0].lines[0]
-    least = np.degrees(np.arctan(0.5 * bodies[0].attrs["b_over_h"]))  # over the edges of its narrower sides
+    deep = (
+        body_axis_figure(falling_and_standing_body[0].assign_attrs(aspect=0.5), pulse_along_oblique_azimuth, "title")
+        .axes[0]
+        .lines[0]
+    )
+    least = np.degrees(
+        np.arctan(0.5 * falling_and_standing_body[0].attrs["b_over_h"])
+    )  # over the edges of its narrower sides
     assert np.hypot(*deep.get_xydata().T) == pytest.approx(least)

@@ -19,15 +19,15 @@ from overturning.model.body import Body
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import gravestone, load_scene
 from overturning.model.shapes import shape_from_name_or_sides
-from tests.figures.films import two_panels
+from tests.figures.films import film_of_two_blocks
 
 
-def test_strip_has_the_times_of_uplift_and_fall() -> None:
+def test_film_strip_shows_the_times_of_uplift_and_fall() -> None:
     """The first block rotates by (π/2) ((t − 1)/1.5)³ from 1 s on.
 
     The other one rotates by 0.1 e⁻ᵗ sin 2πt: by 0.05 at 0.1 s.
     """
-    film = two_panels()
+    film = film_of_two_blocks()
     times, names = strip_frame_times_and_captions(film)
     assert names == STRIP_MIXED, "the other block does not lie at the end"
     assert times == pytest.approx([0.0, 0.1, 2.1, film.last_frame_time], abs=0.021)
@@ -38,15 +38,15 @@ def test_strip_has_the_times_of_uplift_and_fall() -> None:
     )
 
 
-def test_strip_of_a_standing_stone_shows_its_largest_lean() -> None:
-    times, names = strip_frame_times_and_captions(Film("stands", 0.0, 0.02, two_panels().panels[1:]))
+def test_film_strip_of_a_standing_stone_shows_its_largest_rotation() -> None:
+    times, names = strip_frame_times_and_captions(Film("stands", 0.0, 0.02, film_of_two_blocks().panels[1:]))
     assert names == STRIP_STANDING
     # The largest of e⁻ᵗ sin 2πt is where tan 2πt = 2π.
     assert times[2] == pytest.approx(math.atan(2 * math.pi) / (2 * math.pi), abs=0.011)
 
 
-def test_strip_draws_each_panel_at_its_times() -> None:
-    film = two_panels()
+def test_film_strip_draws_each_panel_at_its_own_times() -> None:
+    film = film_of_two_blocks()
     with project_style():
         figure = film_strip_figure(film)
     assert len(figure.axes) == 8
@@ -63,18 +63,20 @@ def test_strip_draws_each_panel_at_its_times() -> None:
     ("width", "text", "length"),
     [(0.004, "1 mm", 0.001), (0.03, "1 cm", 0.01), (1.5, "50 cm", 0.5), (3.0, "1 m", 1.0), (300.0, "100 m", 100.0)],
 )
-def test_scale_bar_is_the_longest_round_length_up_to_a_third(width: float, text: str, length: float) -> None:
+def test_scale_bar_is_the_longest_round_length_within_a_third_of_the_width(
+    width: float, text: str, length: float
+) -> None:
     axes = create_figure(2.0, 2.0).subplots()
     draw_scale_bar(axes, (-width / 2, width / 2, 0.0, width))
     assert axes.texts[0].get_text() == text
     assert np.ptp(axes.lines[0].get_xdata()) == pytest.approx(length)
 
 
-def test_lengths_have_units() -> None:
+def test_lengths_are_written_in_cm_or_m() -> None:
     assert [length_with_unit(one) for one in (0.18, 0.242, 1.0, 1.25)] == ["18 cm", "24.2 cm", "1 m", "1.25 m"]
 
 
-def test_titles_state_size_friction_and_direction() -> None:
+def test_film_titles_state_size_friction_and_direction() -> None:
     block = {"height": 0.6, "b_over_h": 0.3, "friction": 0.7}
     for model, size in (
         (Body(shape_from_name_or_sides("rectangle")), "A square stone 18 cm wide and 60 cm high"),

@@ -44,17 +44,17 @@ from overturning.statistics.boundary import overturning_boundary_by_azimuth
 from overturning.statistics.earthquakes import fall_axes_by_earthquake, summarise_fall_axes
 from overturning.statistics.logistic import PREDICTORS, LogisticFit, fit_logistic_overturning_model
 
-AZIMUTH = np.arange(0, 360, 15)
+AZIMUTHS_DEG = np.arange(0, 360, 15)
 
 
-def cube() -> xr.Dataset:
-    """Return a cube of five records with falls within 50° of 40°, more for slender blocks; an ensemble at one B/H."""
+def cube_of_falls_around_40() -> xr.Dataset:
+    """Return a cube of five records: blocks fall within 50° of 40°, or more if slender; one B/H has no ensemble."""
     slender = np.array([0.2, 0.3, 0.4])
-    offset = (AZIMUTH - 40 + 180) % 360 - 180
+    offset = (AZIMUTHS_DEG - 40 + 180) % 360 - 180
     sign = np.where(np.abs(offset) < 90, 1, -1)
     falls = np.abs(np.cos(np.radians(offset)))[:, None] > slender[None, :] * 1.9
     one = (sign[:, None] * falls).astype(np.float32)
-    flags = np.broadcast_to(one[None, :, None, :, None], (5, AZIMUTH.size, 2, 3, 2)).copy()
+    flags = np.broadcast_to(one[None, :, None, :, None], (5, AZIMUTHS_DEG.size, 2, 3, 2)).copy()
     towards = np.where(flags > 0, 0.9, 0.05).astype(np.float32)
     towards[:, :, :, 0] = np.nan
     dims = ("record", "azimuth", "height", "b_over_h", "friction")
@@ -67,7 +67,7 @@ def cube() -> xr.Dataset:
             "scramble_difference_away": (dims, np.where(np.isnan(towards), np.nan, 0.0)),
         },
         coords={
-            "azimuth": AZIMUTH,
+            "azimuth": AZIMUTHS_DEG,
             "height": [0.6, 1.2],
             "b_over_h": slender,
             "friction": [0.5, 1.0],
@@ -78,30 +78,30 @@ def cube() -> xr.Dataset:
     )
 
 
-def motion() -> Motion:
+def motion_with_one_pulse() -> Motion:
     time = np.arange(0, 6, 0.01)
     pulse = np.where((time > 2) & (time < 3), 7.0 * np.sin(2 * np.pi * (time - 2)), 0.02 * np.sin(40 * time))
     return Motion(pulse, 0.5 * np.roll(pulse, 15), sampling_interval=0.01)
 
 
-def intensity() -> xr.Dataset:
-    pga = 3 + 2 * np.cos(np.radians(AZIMUTH - 40)) ** 2 + np.arange(5)[:, None]
-    coordinates = {"azimuth": AZIMUTH}
+def intensity_of_five_records() -> xr.Dataset:
+    pga = 3 + 2 * np.cos(np.radians(AZIMUTHS_DEG - 40)) ** 2 + np.arange(5)[:, None]
+    coordinates = {"azimuth": AZIMUTHS_DEG}
     return xr.Dataset(
         {"pga": (("record", "azimuth"), pga), "pgv": (("record", "azimuth"), 0.1 * pga**1.2)}, coordinates
     )
 
 
-def hodograph() -> Figure:
-    return hodograph_figure(motion(), 60.0, "A long station name with $ and _, an earthquake")
+def draw_hodograph() -> Figure:
+    return hodograph_figure(motion_with_one_pulse(), 60.0, "A long station name with $ and _, an earthquake")
 
 
-def axes() -> Figure:
-    found = fall_axes_by_earthquake(cube())
+def draw_fall_axes() -> Figure:
+    found = fall_axes_by_earthquake(cube_of_falls_around_40())
     return fall_alignment_by_earthquake_figure({"all records": found}, {"all records": summarise_fall_axes(found)})
 
 
-def stations() -> Figure:
+def draw_station_map() -> Figure:
     known = StationOnMap("ttrh02", 35.23, 133.39, strike=150.0, axis=60.0)
     trace = (((35.3, 133.3), (35.2, 133.4)),)
     return earthquake_map_figure(
@@ -109,36 +109,42 @@ def stations() -> Figure:
     )
 
 
-def responses() -> Figure:
-    return rotation_slip_and_uplift_figure(paths(), "A block")
+def draw_block_responses() -> Figure:
+    return rotation_slip_and_uplift_figure(trajectories_along_two_azimuths(), "A block")
 
 
 def test_a_block_at_rest_has_no_scale_of_rounding_errors() -> None:
     """Regression: the scale of a rotation of 1e-17° was drawn."""
-    weak = Motion(0.1 * motion().north, 0 * motion().north, sampling_interval=0.01)
+    weak = Motion(0.1 * motion_with_one_pulse().north, 0 * motion_with_one_pulse().north, sampling_interval=0.01)
     figure = rotation_slip_and_uplift_figure([trajectory(weak, azimuth_deg=0, height=0.6, b_over_h=0.5)], "A block")
     assert [axes.get_ylim() for axes in figure.axes[1:]] == 3 * [(-1.0, 1.0)]
-    moves = rotation_slip_and_uplift_figure(paths()[:1], "A block")
+    moves = rotation_slip_and_uplift_figure(trajectories_along_two_azimuths()[:1], "A block")
     assert moves.axes[1].get_ylim()[1] > 10.0
 
 
 def test_missing_outcome_is_not_labelled_as_standing() -> None:
-    one = paths()[0].copy()
+    one = trajectories_along_two_azimuths()[0].copy()
     one["status"], one["overturned"] = 0 * one["status"] + int(CaseStatus.UNDECIDED), np.nan * one["overturned"]
     told = [
         rotation_slip_and_uplift_figure([path], "A block").axes[0].get_title().partition(": ")[2]
-        for path in (one, *paths())
+        for path in (one, *trajectories_along_two_azimuths())
     ]
-    assert told == ["no outcome", *(outcome_sentence(path).split()[0].rstrip(";") for path in paths())]
+    assert told == [
+        "no outcome",
+        *(outcome_sentence(path).split()[0].rstrip(";") for path in trajectories_along_two_azimuths()),
+    ]
 
 
 @cache
-def paths() -> list[xr.Dataset]:
+def trajectories_along_two_azimuths() -> list[xr.Dataset]:
     block = {"height": 0.6, "b_over_h": 0.3, "friction": 1.0}
-    return [trajectory(motion(), azimuth_deg=a, **block) for a in (0, 120)]
+    return [trajectory(motion_with_one_pulse(), azimuth_deg=a, **block) for a in (0, 120)]
 
 
-OBSERVED, COMPUTED = np.array([0.0, 3, 1, 0, 0, 1, 0, 0]), np.array([0.5, 1.5, 2, 0.5, 0.1, 0.2, 0.1, 0.1])
+OBSERVED_FALLS_BY_OCTANT, COMPUTED_FALLS_BY_OCTANT = (
+    np.array([0.0, 3, 1, 0, 0, 1, 0, 0]),
+    np.array([0.5, 1.5, 2, 0.5, 0.1, 0.2, 0.1, 0.1]),
+)
 
 
 OBSERVED_ROSE = ObservedRose(
@@ -146,33 +152,38 @@ OBSERVED_ROSE = ObservedRose(
 )
 
 
-def survey(count: int = 1) -> Figure:
+def draw_surveys(count: int = 1) -> Figure:
+    """Draw observed and computed falls of one survey, as often as ``count``."""
     share, computed = PlottedEstimate(0.6, 0.36, 0.81), PlottedEstimate(0.35, 0.2, 0.5)
-    one = SurveyFigureData("survey.csv, S$1", OBSERVED, COMPUTED, 41.0, 250.0, share, computed)
+    one = SurveyFigureData(
+        "survey.csv, S$1", OBSERVED_FALLS_BY_OCTANT, COMPUTED_FALLS_BY_OCTANT, 41.0, 250.0, share, computed
+    )
     return survey_falls_figure([one] * count)
 
 
 @cache
-def fit():  # type: ignore[no-untyped-def]
-    return fit_logistic_overturning_model(cube(), intensity())
+def overturning_fit():  # type: ignore[no-untyped-def]
+    return fit_logistic_overturning_model(cube_of_falls_around_40(), intensity_of_five_records())
 
 
-FIGURES: dict[str, Callable[[], Figure]] = {
-    "falls": lambda: azimuth_map_figure(cube()[["overturned"]].isel(record=0), "A <script>"),
-    "rose": lambda: fall_roses_by_group_figure(cube()),
-    "intensity": lambda: pga_and_pgv_figure(intensity().isel(record=0), 30.0, "A"),
-    "probability": lambda: azimuth_map_figure(cube().isel(record=0), "Station, earthquake"),
+FURTHER_FIGURES: dict[str, Callable[[], Figure]] = {
+    "falls": lambda: azimuth_map_figure(cube_of_falls_around_40()[["overturned"]].isel(record=0), "A <script>"),
+    "rose": lambda: fall_roses_by_group_figure(cube_of_falls_around_40()),
+    "intensity": lambda: pga_and_pgv_figure(intensity_of_five_records().isel(record=0), 30.0, "A"),
+    "probability": lambda: azimuth_map_figure(cube_of_falls_around_40().isel(record=0), "Station, earthquake"),
     "boundary": lambda: overturning_boundary_figure(
-        overturning_boundary_by_azimuth(cube().isel(record=0)), 0.4, 30.0, "Station, earthquake"
+        overturning_boundary_by_azimuth(cube_of_falls_around_40().isel(record=0)), 0.4, 30.0, "Station, earthquake"
     ),
-    "plane": lambda: outcomes_by_pga_and_pgv_ratio_figure(cube(), intensity(), fit(), 1.0),
-    "hodograph": hodograph,
-    "axes": axes,
-    "map": stations,
-    "response": responses,
-    "spectra": lambda: fourier_and_response_spectra_figure(motion(), [0.0, 60.0], "StationOnMap"),
-    "survey": survey,
-    "surveys": lambda: survey(5),
+    "plane": lambda: outcomes_by_pga_and_pgv_ratio_figure(
+        cube_of_falls_around_40(), intensity_of_five_records(), overturning_fit(), 1.0
+    ),
+    "hodograph": draw_hodograph,
+    "axes": draw_fall_axes,
+    "map": draw_station_map,
+    "response": draw_block_responses,
+    "spectra": lambda: fourier_and_response_spectra_figure(motion_with_one_pulse(), [0.0, 60.0], "StationOnMap"),
+    "survey": draw_surveys,
+    "surveys": lambda: draw_surveys(5),
     "observed rose": lambda: observed_roses_figure([OBSERVED_ROSE]),
     "observed roses": lambda: observed_roses_figure(
         [
@@ -184,10 +195,10 @@ FIGURES: dict[str, Callable[[], Figure]] = {
 
 
 @cache
-def laid_out(name: str, factor: float) -> Figure:
-    """Return a figure at `factor` times its size, with the ticks and the layout of its files; do not change it."""
+def cached_figure_of_size(name: str, factor: float) -> Figure:
+    """Lay out a figure at `factor` times its size, as in its files, once for all tests: do not change it."""
     with project_style():
-        figure = FIGURES[name]()
+        figure = FURTHER_FIGURES[name]()
         figure.set_size_inches(*(factor * figure.get_size_inches()))
         create_only_inner_ticks(figure)
         figure.get_layout_engine().execute(figure)
@@ -195,21 +206,21 @@ def laid_out(name: str, factor: float) -> Figure:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", FIGURES)
-def test_figure_files_are_reproducible(name: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", FURTHER_FIGURES)
+def test_files_of_further_figures_are_reproducible(name: str, tmp_path: Path) -> None:
     """Each figure is written twice as SVG, and one figure in each format."""
     files = [f"{name}.svg", *([f"{name}.png", f"{name}.pdf"] if name == "boundary" else [])]
     for folder in ("one", "two"):
         with project_style():
-            save_figure_files(FIGURES[name](), *(tmp_path / folder / file for file in files))
+            save_figure_files(FURTHER_FIGURES[name](), *(tmp_path / folder / file for file in files))
     for file in files:
         assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes(), file
 
 
 @pytest.mark.parametrize("factor", [0.85, *(pytest.param(factor, marks=pytest.mark.long) for factor in (1.0, 1.6))])
-@pytest.mark.parametrize("name", FIGURES)
-def test_no_text_is_cut_off(name: str, factor: float) -> None:
-    figure = laid_out(name, factor)
+@pytest.mark.parametrize("name", FURTHER_FIGURES)
+def test_no_text_of_further_figures_is_cut_off(name: str, factor: float) -> None:
+    figure = cached_figure_of_size(name, factor)
     with project_style():
         box = figure.get_tightbbox()
     width, height = figure.get_size_inches()
@@ -237,8 +248,8 @@ def test_boundary_of_an_asymmetric_scene_with_half_the_azimuths() -> None:
         plt.close(figure)
 
 
-def test_the_band_of_a_boundary_is_named() -> None:
-    found = overturning_boundary_by_azimuth(cube().isel(record=0))
+def test_legend_names_the_interval_band_of_a_boundary() -> None:
+    found = overturning_boundary_by_azimuth(cube_of_falls_around_40().isel(record=0))
     wide = found.assign(boundary_high=found["boundary"] + 0.05, boundary_low=found["boundary"] - 0.05)
     alone = found.assign(boundary_high=found["boundary"], boundary_low=found["boundary"])
     with project_style():
@@ -248,9 +259,11 @@ def test_the_band_of_a_boundary_is_named() -> None:
             plt.close(figure)
 
 
-def test_boundary_curves_close() -> None:
+def test_overturning_boundary_curves_close_around_the_circle() -> None:
     with project_style():
-        figure = overturning_boundary_figure(overturning_boundary_by_azimuth(cube().isel(record=0)), 0.4, 30.0, "A")
+        figure = overturning_boundary_figure(
+            overturning_boundary_by_azimuth(cube_of_falls_around_40().isel(record=0)), 0.4, 30.0, "A"
+        )
         lines = [line for line in figure.axes[0].get_lines() if line.get_label().startswith("µ")]
         assert len(lines) == 2
         for line in lines:
@@ -260,7 +273,7 @@ def test_boundary_curves_close() -> None:
         plt.close(figure)
 
 
-def test_fit_without_intervals_is_drawn() -> None:
+def test_overturning_fit_without_intervals_is_drawn() -> None:
     """With few earthquakes a fit has no intervals, but the fitted probability along the line is still ½."""
     number = np.zeros(4)
     fit = LogisticFit(
@@ -273,12 +286,15 @@ def test_fit_without_intervals_is_drawn() -> None:
         "no interval",
     )
     with project_style():
-        figure = outcomes_by_pga_and_pgv_ratio_figure(cube(), intensity(), fit, 1.0)
+        figure = outcomes_by_pga_and_pgv_ratio_figure(cube_of_falls_around_40(), intensity_of_five_records(), fit, 1.0)
         (line,) = [line for line in figure.axes[0].lines if str(line.get_label()).startswith("fit")]
         assert line.get_label() == "fit of all µ together: probability ½", "its points are of one"
         plt.close(figure)
         alone = outcomes_by_pga_and_pgv_ratio_figure(
-            cube().isel(friction=[0]), intensity(), fit, float(cube()["friction"][0])
+            cube_of_falls_around_40().isel(friction=[0]),
+            intensity_of_five_records(),
+            fit,
+            float(cube_of_falls_around_40()["friction"][0]),
         )
         assert "fit: probability ½" in [line.get_label() for line in alone.axes[0].lines]
         plt.close(alone)
@@ -288,17 +304,19 @@ def test_fit_without_intervals_is_drawn() -> None:
     np.testing.assert_allclose(fit.fall_probability(rows), 0.5, rtol=1e-9)
 
 
-def test_plane_points_match_cube_and_intensity() -> None:
-    pga, ratio, falls = pga_pgv_ratio_and_fall_probability(cube(), intensity(), 0.6, 0.3, 1.0)
+def test_points_of_pga_and_fall_probability_match_cube_and_intensity() -> None:
+    pga, ratio, falls = pga_pgv_ratio_and_fall_probability(
+        cube_of_falls_around_40(), intensity_of_five_records(), 0.6, 0.3, 1.0
+    )
     assert pga.size == 5 * 12
     assert ratio == pytest.approx(0.1 * pga**0.2)
     assert 0 < falls.mean() < 1
 
 
-def test_a_survey_shows_observed_and_computed_falls_on_one_scale() -> None:
+def test_survey_figure_shows_observed_and_computed_falls_on_one_scale() -> None:
     """Sectors and outline have areas in proportion to numbers, north up; shares and means are at their values."""
     with project_style():
-        figure = survey()
+        figure = draw_surveys()
         rose, shares = figure.axes
         bars = [(bar.get_x() + bar.get_width() / 2, bar.get_height()) for bar in rose.patches]
         outline, *means = rose.lines
@@ -308,9 +326,9 @@ def test_a_survey_shows_observed_and_computed_falls_on_one_scale() -> None:
         numbers = [text.get_text() for text in rose.texts]
         assert (rose.get_theta_direction(), rose.get_theta_offset()) == (-1, pytest.approx(np.pi / 2))
         plt.close(figure)
-    assert np.array(bars) == pytest.approx(np.stack([np.arange(8) * OCTANT, np.sqrt(OBSERVED)], axis=1))
+    assert np.array(bars) == pytest.approx(np.stack([np.arange(8) * OCTANT, np.sqrt(OBSERVED_FALLS_BY_OCTANT)], axis=1))
     middle = [radius[np.argmin(np.abs(azimuth - place * OCTANT))] ** 2 for place in range(8)]
-    assert middle == pytest.approx(COMPUTED)
+    assert middle == pytest.approx(COMPUTED_FALLS_BY_OCTANT)
     assert azimuth[-1] - azimuth[0] == pytest.approx(2 * np.pi)
     marks = {line.get_markerfacecolor(): np.degrees(line.get_xdata()[0]) for line in means}
     assert marks == {FALLS: pytest.approx(41.0), "white": pytest.approx(250.0)}
@@ -319,7 +337,7 @@ def test_a_survey_shows_observed_and_computed_falls_on_one_scale() -> None:
     assert numbers == ["3", "1", "1"]
 
 
-def test_a_survey_without_a_direction_or_a_standing_stone_has_no_mark_of_them() -> None:
+def test_survey_figure_has_no_mark_of_an_unknown_direction_or_share() -> None:
     nothing, unknown = np.zeros(8), PlottedEstimate(None)
     with project_style():
         figure = survey_falls_figure(
@@ -334,16 +352,16 @@ def test_a_survey_without_a_direction_or_a_standing_stone_has_no_mark_of_them() 
 
 
 @pytest.mark.parametrize("name", ["spectra", "hodograph", "response"])
-def test_text_is_legible_at_page_width(name: str) -> None:
+def test_text_of_further_figures_is_legible_at_page_width(name: str) -> None:
     factor = 0.85  # that of another test: the size of a letter does not depend on that of its figure
-    figure = laid_out(name, factor)
+    figure = cached_figure_of_size(name, factor)
     shrunk = min(1.0, PAGE_WIDTH / (figure.get_figwidth() / factor))
     sizes = [text.get_fontsize() for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
     assert min(sizes) * shrunk >= 7.8
 
 
 def drawn_without_layout(figure: Figure) -> Figure:
-    """Draw a figure whose curves and notes are examined, not where they stand: most of the time is that of a layout."""
+    """Draw a figure without a layout, which takes most of the time: only its curves and notes are examined."""
     figure.set_layout_engine("none")
     create_only_inner_ticks(figure)
     figure.draw_without_rendering()
@@ -352,7 +370,7 @@ def drawn_without_layout(figure: Figure) -> Figure:
 
 @pytest.mark.parametrize(("azimuths", "drawn"), [([60.0, 150.0], [True, False]), ([150.0, 330.0], [False, False])])
 def test_spectra_have_no_curve_along_an_azimuth_without_motion(azimuths: list[float], drawn: list[bool]) -> None:
-    """Across a linear motion, only the rounding of the cosines is left: twelve decades lower, or nothing at all."""
+    """Across a linear motion only rounding errors of the cosines remain, twelve decades lower, or nothing."""
     linear = Motion.sine(3.0, 0.8, azimuth_deg=60.0)
     with project_style():
         figure = drawn_without_layout(fourier_and_response_spectra_figure(linear, azimuths, "Pulse"))
@@ -363,7 +381,7 @@ def test_spectra_have_no_curve_along_an_azimuth_without_motion(azimuths: list[fl
 
 
 @pytest.mark.parametrize("count", range(2, 14))
-def test_spectra_of_a_few_samples_show_no_frequency_above_the_nyquist_frequency(count: int) -> None:
+def test_spectra_of_few_samples_end_at_the_nyquist_frequency(count: int) -> None:
     few = Motion(np.arange(count) + 1.0, np.zeros(count), sampling_interval=0.01)
     with project_style():
         figure = drawn_without_layout(fourier_and_response_spectra_figure(few, [0.0], "Few"))
@@ -374,17 +392,17 @@ def test_spectra_of_a_few_samples_show_no_frequency_above_the_nyquist_frequency(
     assert response.lines[0].get_xdata().size == 60
 
 
-def test_axes_of_the_hodograph_have_units() -> None:
+def test_axes_of_the_hodograph_are_labelled_with_units() -> None:
     with project_style():
-        figure = hodograph()
+        figure = draw_hodograph()
         names = [(axes.get_xlabel(), axes.get_ylabel()) for axes in figure.axes]
         plt.close(figure)
     assert names == [(f"east, {unit}", f"north, {unit}") for unit in ("Gal", "cm/s", "cm")]
 
 
-def test_response_shows_each_element_and_ends_with_the_path() -> None:
+def test_response_figure_shows_each_element_to_the_end_of_its_path() -> None:
     scene = load_scene("three-tier", Path(__file__).parents[2])
-    path = trajectory(motion(), scene, azimuth_deg=0, height=0.636, b_over_h=0.38, friction=1.0)
+    path = trajectory(motion_with_one_pulse(), scene, azimuth_deg=0, height=0.636, b_over_h=0.38, friction=1.0)
     with project_style():
         figure = rotation_slip_and_uplift_figure(
             [path], "A long title of a record, its earthquake and everything else there is to say of it"
@@ -399,10 +417,10 @@ def test_response_shows_each_element_and_ends_with_the_path() -> None:
     assert last <= float(path["time"][-1]) + 1e-9
 
 
-def test_slip_of_a_stone_on_others_is_relative_to_the_ground() -> None:
-    """On slippery bases it slips by little of what it moves with these."""
+def test_slip_of_an_upper_stone_is_relative_to_the_ground() -> None:
+    """Only the stones below slide on the ground; the upper stone hardly slips on these, but moves with them."""
     scene = load_scene("three-tier", Path(__file__).parents[2])
-    path = trajectory(motion(), scene, azimuth_deg=0, height=0.636, b_over_h=0.38, friction=0.2)
+    path = trajectory(motion_with_one_pulse(), scene, azimuth_deg=0, height=0.636, b_over_h=0.38, friction=0.2)
     slips = rotation_slip_and_uplift_figure([path], "A stack").axes[2]
     (drawn,) = (np.abs(line.get_ydata()).max() for line in slips.lines if line.get_label() == "shaft")
     assert drawn > 10 * 100 * float(path["peak_slip"].sel(element="shaft"))
@@ -427,36 +445,40 @@ def test_a_long_title_of_a_scene_is_not_cut_off(tmp_path: Path) -> None:
     assert not has_cut_or_overlapping_text(figure)
 
 
-LONG = "The Great Earthquake of the Northern Coastal Province and Its Many Aftershocks 1999"
-JAPANESE = "輪島市門前町走出総合支所強震観測点地表面加速度計観測小屋、令和六年能登半島地震本震および余震群の記録"
+LONG_NAME = "The Great Earthquake of the Northern Coastal Province and Its Many Aftershocks 1999"
+LONG_JAPANESE_NAME = (
+    "輪島市門前町走出総合支所強震観測点地表面加速度計観測小屋、令和六年能登半島地震本震および余震群の記録"
+)
 
 
-def _boundary_of_one_height(name: str) -> Figure:
-    found = overturning_boundary_by_azimuth(cube().isel(record=0, height=[0], friction=[0]))
+def draw_boundary_with_name(name: str) -> Figure:
+    found = overturning_boundary_by_azimuth(cube_of_falls_around_40().isel(record=0, height=[0], friction=[0]))
     return overturning_boundary_figure(found.assign(falls_beyond=found["falls_beyond"] * 0 + 1), 0.4, 30.0, name)
 
 
-def _alignments(name: str) -> Figure:
+def draw_alignments_with_name(name: str) -> Figure:
     values = {f"{name} {number}": 0.5 - 0.2 * number for number in range(3)}
     return sorted_fall_alignment_figure({"all records": values}, {"all records": PlottedEstimate(0.3, 0.1, 0.5, 3)})
 
 
-@pytest.mark.parametrize("name", ["A", LONG, JAPANESE], ids=["short", "long", "Japanese"])
+@pytest.mark.parametrize("name", ["A", LONG_NAME, LONG_JAPANESE_NAME], ids=["short", "long", "Japanese"])
 @pytest.mark.parametrize(
     "draw",
     [
-        pytest.param(_boundary_of_one_height, id="boundary with three marks in the legend"),
-        pytest.param(lambda name: hodograph_figure(motion(), 30.0, name), id="hodograph"),
-        pytest.param(_alignments, id="alignments by earthquake"),
+        pytest.param(draw_boundary_with_name, id="boundary with three marks in the legend"),
+        pytest.param(lambda name: hodograph_figure(motion_with_one_pulse(), 30.0, name), id="hodograph"),
+        pytest.param(draw_alignments_with_name, id="alignments by earthquake"),
         pytest.param(
             lambda name: fall_roses_by_earthquake_figure(
-                cube().assign_coords(event=("record", [f"{name} {number}" for number in (0, 0, 1, 1, 2)]))
+                cube_of_falls_around_40().assign_coords(
+                    event=("record", [f"{name} {number}" for number in (0, 0, 1, 1, 2)])
+                )
             ),
             id="roses by earthquake",
         ),
     ],
 )
-def test_names_of_any_length_are_not_cut_off(
+def test_long_and_japanese_names_in_titles_are_not_cut_off(
     name: str, draw: Callable[[str], Figure], tmp_path: Path, recwarn: pytest.WarningsRecorder
 ) -> None:
     with project_style():
@@ -476,5 +498,5 @@ def test_legend_of_alignment_by_b_over_h_has_only_known_references() -> None:
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["peak velocity"]
 
 
-def test_criteria_differ_in_their_dashes_for_prints_in_grey() -> None:
+def test_lines_of_criteria_differ_in_their_dashes() -> None:
     assert len({str(dashes) for _, dashes in LOOKS}) == len(LOOKS)

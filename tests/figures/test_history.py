@@ -21,44 +21,48 @@ from overturning.records.processing import process_record
 from overturning.records.record import Record
 from overturning.records.steps import Cut, Highpass, RemoveMean
 
-Made = Callable[[str, Callable[[Path], object]], Path]
+FolderMadeOnce = Callable[[str, Callable[[Path], object]], Path]
 
-TIME = np.arange(0, 60, 0.01)
-SHORT = np.arange(0, 15, 0.01)
+MINUTE_OF_TIME = np.arange(0, 60, 0.01)
+QUARTER_MINUTE_OF_TIME = np.arange(0, 15, 0.01)
 
 
-def raw(up: bool = True) -> Record:
+def random_record(up: bool = True) -> Record:
     random = np.random.default_rng(8)
-    shape = np.where(TIME > 20, np.exp(-(TIME - 20) / 8), 0.002)
-    north, east, vertical = (shape * random.normal(size=TIME.size) + 0.05 for _ in range(3))
+    shape = np.where(MINUTE_OF_TIME > 20, np.exp(-(MINUTE_OF_TIME - 20) / 8), 0.002)
+    north, east, vertical = (shape * random.normal(size=MINUTE_OF_TIME.size) + 0.05 for _ in range(3))
     return Record("r", north, east, vertical if up else None, 0.01, station="Here", event="$Then$")
 
 
-def with_offset(up: bool = True) -> tuple[Record, Record]:
+def record_with_offset(up: bool = True) -> tuple[Record, Record]:
     """Return a record with an offset of −3 m/s², before and after processing."""
-    before = raw(up).with_changed_components(lambda samples: samples - 3.0)
+    before = random_record(up).with_changed_components(lambda samples: samples - 3.0)
     return before, process_record(before, [RemoveMean(), Highpass(corner_hz=0.2)])
 
 
 def write_history_page(folder: Path) -> None:
     """Write the page of a record with an offset, for `made_once`."""
     with project_style():
-        save_figure_files(record_history_figure(*with_offset()), folder / "page.svg")
+        save_figure_files(record_history_figure(*record_with_offset()), folder / "page.svg")
 
 
 @pytest.fixture(scope="module", params=[True, False])
-def page(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[bool, str, Figure]:
-    """Return the page of a record with an offset: if it has a vertical component, its SVG, and the drawn figure."""
+def history_page_with_offset(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[bool, str, Figure]:
+    """Draw the history page of a record with an offset; return if it has vertical motion, the SVG and the figure."""
     path = tmp_path_factory.mktemp("history") / "page.svg"
     with project_style():
-        figure = record_history_figure(*with_offset(request.param))
+        figure = record_history_figure(*record_with_offset(request.param))
         save_figure_files(figure, path)
         figure.draw_without_rendering()
     return request.param, path.read_text(encoding="utf-8"), figure
 
 
-def test_page_states_the_processing_and_is_reproducible(page: tuple[bool, str, Figure], made_once: Made) -> None:
-    up, text, _ = page
+def test_history_page_states_the_processing_and_is_reproducible(
+    history_page_with_offset: tuple[bool, str, Figure], made_once: FolderMadeOnce
+) -> None:
+    up, text, _ = history_page_with_offset
     if up:
         again = made_once("history-page", write_history_page) / "page.svg"
         assert text == again.read_text(encoding="utf-8")
@@ -82,9 +86,11 @@ def test_page_states_the_processing_and_is_reproducible(page: tuple[bool, str, F
     assert len(text) < 400_000
 
 
-def test_the_scales_of_an_offset_do_not_cover_the_next_panel(page: tuple[bool, str, Figure]) -> None:
+def test_scale_labels_of_a_large_offset_do_not_cover_the_next_panel(
+    history_page_with_offset: tuple[bool, str, Figure],
+) -> None:
     """An offset of 3 m/s² gives a displacement of 5.4 km in a minute: numbers of six digits on the right."""
-    up, _, figure = page
+    up, _, figure = history_page_with_offset
     right = [axes for axes in figure.axes if axes.yaxis.get_ticks_position() == "right"]
     assert len(right) == 3 * (2 + up)
     numbers = [label.get_window_extent() for axes in right for label in axes.get_yticklabels() if label.get_text()]
@@ -94,17 +100,19 @@ def test_the_scales_of_an_offset_do_not_cover_the_next_panel(page: tuple[bool, s
 
 
 @pytest.fixture(scope="module")
-def page_as_read() -> Figure:
-    """Return the page of a record that is not processed."""
-    record = raw()
+def history_of_unprocessed_record() -> Figure:
+    """Return the history figure of a record that is not processed."""
+    record = random_record()
     with project_style():
         return record_history_figure(record, record)
 
 
 @pytest.mark.parametrize("kind", ["svg", "png"])
-def test_labels_that_do_not_overlap_give_no_warning(tmp_path: Path, kind: str, page_as_read: Figure) -> None:
+def test_history_page_in_any_file_format_gives_no_overlap_warning(
+    tmp_path: Path, kind: str, history_of_unprocessed_record: Figure
+) -> None:
     """A file has another resolution than the figure: the places of labels in pixels differ."""
-    assert save_figure_with_checks(page_as_read, tmp_path / f"a.{kind}", dpi=200, width=None) == ""
+    assert save_figure_with_checks(history_of_unprocessed_record, tmp_path / f"a.{kind}", dpi=200, width=None) == ""
     if kind == "svg":
         words = re.sub(r"<[^>]+>", " ", (tmp_path / "a.svg").read_text(encoding="utf-8"))
         assert "nothing done here" in words, "one line, and no removed part"
@@ -112,9 +120,9 @@ def test_labels_that_do_not_overlap_give_no_warning(tmp_path: Path, kind: str, p
 
 
 @pytest.mark.parametrize("up", [True, False])
-def test_response_spectra_over_all_azimuths_of_a_motion_along_one(up):
-    """Along N30E alone RotD100 is that spectrum, RotD50 its share cos 45°, and RotD00 nothing: by its own rotd."""
-    pulse = np.sin(2 * np.pi * SHORT) * (SHORT < 1)
+def test_rotd_spectra_of_a_linear_motion_match_closed_forms(up):
+    """For motion along N30E, RotD100 is its spectrum, RotD50 cos 45° of it, and RotD00 zero; compared with rotd."""
+    pulse = np.sin(2 * np.pi * QUARTER_MINUTE_OF_TIME) * (QUARTER_MINUTE_OF_TIME < 1)
     along = [pulse * np.cos(np.radians(30)), pulse * np.sin(np.radians(30)), pulse if up else None]
     one = Record("r", *along, 0.01)
     with project_style():
@@ -143,7 +151,10 @@ def panel_notes(before: Record, after: Record) -> dict[str, list[str]]:
 @pytest.mark.parametrize("moving", ["", "up", "north"])
 def test_components_without_motion_have_notes_instead_of_spectra(moving: str) -> None:
     """No line at an invented amplitude, and no warning of an empty logarithmic axis."""
-    wave = np.sin(2 * np.pi * SHORT) * np.sin(np.pi * SHORT / SHORT[-1]) ** 2
+    wave = (
+        np.sin(2 * np.pi * QUARTER_MINUTE_OF_TIME)
+        * np.sin(np.pi * QUARTER_MINUTE_OF_TIME / QUARTER_MINUTE_OF_TIME[-1]) ** 2
+    )
     components = {name: wave * (name == moving) for name in ("north", "east", "up")}
     record = Record("r", **components, sampling_interval=0.01)
     notes = panel_notes(record, process_record(record, [Highpass(corner_hz=0.1)]))
@@ -153,20 +164,20 @@ def test_components_without_motion_have_notes_instead_of_spectra(moving: str) ->
 
 
 @pytest.mark.parametrize("count", [2, 3, 4])
-def test_a_few_samples_have_no_fourier_spectrum(count: int) -> None:
+def test_record_of_few_samples_has_no_fourier_spectrum(count: int) -> None:
     few = Record("r", *np.eye(2, count), None, 0.01, extra={"processed": True})
     assert panel_notes(few, few)["Fourier amplitude, Gal·s"] == ["too short for a spectrum"] * 2
 
 
-def test_a_cut_removes_nothing_inside() -> None:
+def test_panel_of_removed_motion_is_zero_within_a_cut() -> None:
     """The times of the samples before and after the cut differ by rounding; their difference is no motion."""
-    before = raw()
+    before = random_record()
     figure = record_history_figure(before, process_record(before, [Cut(start_s=5, end_s=6)]))
     (panel,) = (axes for axes in figure.axes if axes.get_ylabel() == "removed, Gal")
     assert all(not np.any(line.get_ydata()) for line in panel.lines)
 
 
-def test_the_envelope_keeps_every_peak_and_the_order_of_time():
+def test_envelope_of_a_long_curve_keeps_peaks_and_order_of_time():
     values = np.random.default_rng(1).normal(size=50_000)
     time, drawn = min_max_envelope(np.arange(50_000.0), values)
     assert drawn.max() == values.max()
@@ -175,14 +186,14 @@ def test_the_envelope_keeps_every_peak_and_the_order_of_time():
     assert time.size <= 2 * BINS
 
 
-def test_processed_samples_keep_their_times():
-    done = process_record(raw(), [Highpass(corner_hz=0.2), Cut(start_s=20, end_s=60)])
+def test_start_shift_of_a_processed_record_keeps_sample_times():
+    done = process_record(random_record(), [Highpass(corner_hz=0.2), Cut(start_s=20, end_s=60)])
     assert start_shift_from_unprocessed(done) == pytest.approx(-15 + 20)
-    whole = process_record(raw(), [Highpass(corner_hz=0.2)])
+    whole = process_record(random_record(), [Highpass(corner_hz=0.2)])
     np.testing.assert_array_equal(done.north, whole.north[2000:6001])
 
 
-def test_decades_are_numbers_or_powers_of_ten() -> None:
+def test_labels_of_decades_are_numbers_or_powers_of_ten() -> None:
     """An axis from 0.001 to 1000 has plain numbers; one to 10⁷ has powers of ten, as Matplotlib writes them."""
     with project_style():
         figure, ((axes,),) = create_panel_grid(1, 1, 3.0, 3.0)

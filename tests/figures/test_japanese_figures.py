@@ -34,14 +34,20 @@ from overturning.statistics.fragility import FittedFragilityCurve
 from overturning.translation import texts
 from overturning.translation.texts import MissingDataError, translate_visible_texts_to
 from tests.figures import test_answer_figures as answers
-from tests.figures.films import falling_body, two_panels
-from tests.figures.test_explore import space_cube
-from tests.figures.test_further_figures import FIGURES, OBSERVED_ROSE, cube, motion, survey
-from tests.figures.test_history import Made, raw, write_history_page
-from tests.figures.test_roses import summary
+from tests.figures.films import falling_body, film_of_two_blocks
+from tests.figures.test_explore import random_3d_cube
+from tests.figures.test_further_figures import (
+    FURTHER_FIGURES,
+    OBSERVED_ROSE,
+    cube_of_falls_around_40,
+    draw_surveys,
+    motion_with_one_pulse,
+)
+from tests.figures.test_history import FolderMadeOnce, random_record, write_history_page
+from tests.figures.test_roses import fall_axis_summary
 from tests.translation.test_tables import english_words
 
-NAMES = {
+UNTRANSLATED_NAMES = {
     *("Station", "earthquake", "script", "long", "station", "name", "with", "and", "Here", "Then", "StationOnMap"),
     *("Western", "Tottori", "ttrh", "survey", "csv", "block", "pulse", "without", "Test", "ruin", "rinaldi", "frame"),
     *("The", "moves", "the", "base", "normal", "Quake"),
@@ -49,48 +55,50 @@ NAMES = {
 """Names of the tests' stations, earthquakes, surveys and films, which no table translates."""
 
 
-def noise() -> Record:
+def noise_record() -> Record:
     """Return a record without vertical motion: the reason for its corner frequency takes two lines of the title."""
     wave = np.random.default_rng(0).normal(size=(2, 3000)) * np.hanning(3000) * 0.3
     return Record("r", *wave, np.zeros(3000), 0.01, station="Here")
 
 
-def in_space() -> Figure:
-    return fall_map_figure(space_cube().isel(record=0).drop_vars("station", errors="ignore"), "Station")
+def draw_3d_fall_map() -> Figure:
+    return fall_map_figure(random_3d_cube().isel(record=0).drop_vars("station", errors="ignore"), "Station")
 
 
-def posterior() -> Figure:
+def draw_motion_posterior() -> Figure:
     value = np.linspace(0.1, 1, 20)
     strength = {"PGV, cm/s": (value, value, value, (0.2, np.inf))}
     return motion_posterior_figure("survey.csv", np.full(36, 1 / 36), (20.0, 40.0), {"rinaldi": 1.0}, strength)
 
 
-def rates() -> Figure:
+def draw_overturned_fraction() -> Figure:
     curve = FittedFragilityCurve("all stones", "PGV", "cm/s", 50.0, 0.5, (40.0, 60.0), 10.0, 100.0)
     level = np.geomspace(10, 100, 12).reshape(4, 3)
     return overturned_fraction_figure(level / 100, level, curve, 4.6 + level / 50)
 
 
-def fragility() -> Figure:
+def draw_fragility_curves() -> Figure:
     curve = FittedFragilityCurve("all stones", "SA(0.5)", "g", 0.5, 0.5, (0.4, 0.6), 0.1, 1.0)
     level = np.geomspace(0.1, 1, 12).reshape(4, 3)
     return fragility_curves_figure(level, {"SA(0.5)": level}, [curve])
 
 
-DRAWN: dict[str, Callable[[], Figure]] = FIGURES | {
-    "alignments": answers.alignments,
-    "references": answers.references,
-    "contrast": answers.contrast,
-    "history of noise": lambda: record_history_figure(noise(), process_record(noise(), None)),
-    "history as read": lambda: record_history_figure(raw(up=False), raw(up=False)),
-    "mean axis": lambda: fall_roses_by_group_figure(cube(), {"all records": summary(20.0, 10.0)}),
-    "map in space": in_space,
-    "axis": lambda: body_axis_figure(falling_body(motion()), motion(), "Station"),
-    "strip": lambda: film_strip_figure(two_panels()),
-    "fragility": fragility,
+FIGURES_TO_TRANSLATE: dict[str, Callable[[], Figure]] = FURTHER_FIGURES | {
+    "alignments": answers.alignment_figure,
+    "references": answers.references_figure,
+    "contrast": answers.contrast_figure,
+    "history of noise": lambda: record_history_figure(noise_record(), process_record(noise_record(), None)),
+    "history as read": lambda: record_history_figure(random_record(up=False), random_record(up=False)),
+    "mean axis": lambda: fall_roses_by_group_figure(
+        cube_of_falls_around_40(), {"all records": fall_axis_summary(20.0, 10.0)}
+    ),
+    "map in space": draw_3d_fall_map,
+    "axis": lambda: body_axis_figure(falling_body(motion_with_one_pulse()), motion_with_one_pulse(), "Station"),
+    "strip": lambda: film_strip_figure(film_of_two_blocks()),
+    "fragility": draw_fragility_curves,
     "scenes": lambda: scenes_figure([gravestone()]),
-    "posterior": posterior,
-    "surveys": lambda: survey(2),
+    "posterior": draw_motion_posterior,
+    "surveys": lambda: draw_surveys(2),
     "observed roses": lambda: observed_roses_figure(
         [replace(OBSERVED_ROSE, name=name) for name in ("all sites", "S$1")]
     ),
@@ -102,17 +110,17 @@ def svg_texts(svg: str) -> str:
     return " ".join(unescape(one) for one in re.findall(r"<text [^>]*>([^<]*)</text>", svg))
 
 
-@pytest.mark.parametrize("name", [*DRAWN, "history"])
-def test_no_english_word_is_left(name: str, tmp_path: Path, made_once: Made) -> None:
+@pytest.mark.parametrize("name", [*FIGURES_TO_TRANSLATE, "history"])
+def test_japanese_figures_have_no_english_word(name: str, tmp_path: Path, made_once: FolderMadeOnce) -> None:
     if name == "history":
         path = made_once("history-page", write_history_page) / "page.svg"
     else:
         path = tmp_path / "en.svg"
         with project_style():
-            save_figure_files(DRAWN[name](), path)
+            save_figure_files(FIGURES_TO_TRANSLATE[name](), path)
     english = path.read_text(encoding="utf-8")
     japanese = translate_svg(english, "ja")
-    assert not english_words(svg_texts(japanese)) - NAMES
+    assert not english_words(svg_texts(japanese)) - UNTRANSLATED_NAMES
     assert re.search("[ぁ-んァ-ン一-龥]", svg_texts(japanese))
     assert translate_svg(japanese, "ja") == japanese
     # Nothing but texts differs.
@@ -122,9 +130,9 @@ def test_no_english_word_is_left(name: str, tmp_path: Path, made_once: Made) -> 
 
 def test_a_figure_is_drawn_in_the_language_of_the_block(tmp_path: Path) -> None:
     with project_style():
-        save_figure_files(answers.contrast(), tmp_path / "en.svg")
+        save_figure_files(answers.contrast_figure(), tmp_path / "en.svg")
         with translate_visible_texts_to("ja"):
-            save_figure_files(answers.contrast(), tmp_path / "ja.svg")
+            save_figure_files(answers.contrast_figure(), tmp_path / "ja.svg")
     english, japanese = ((tmp_path / f"{one}.svg").read_text(encoding="utf-8") for one in ("en", "ja"))
     assert japanese == translate_svg(english, "ja") != english
 
@@ -135,12 +143,13 @@ def test_a_file_with_japanese_letters_needs_a_font(kind: str, tmp_path: Path, mo
     path = tmp_path / f"a.{kind}"
     with project_style(), translate_visible_texts_to("ja"):
         with pytest.raises(MissingDataError, match=rf"^a\.{kind}: .* install the Debian package fonts-noto-cjk"):
-            save_figure_files(answers.contrast(), path)
+            save_figure_files(answers.contrast_figure(), path)
         assert not path.exists()
-        save_figure_files(answers.contrast(), tmp_path / "a.svg")  # the page needs none
+        save_figure_files(answers.contrast_figure(), tmp_path / "a.svg")  # the page needs none
 
 
-def named_figure(name: str) -> Figure:
+def figure_with_name(name: str) -> Figure:
+    """Return a small figure that shows only a name."""
     figure = Figure(figsize=(1.0, 1.0))
     figure.text(0.5, 0.5, name, size=30)
     return figure
@@ -152,8 +161,8 @@ def test_japanese_names_in_english_figures_are_legible(tmp_path: Path) -> None:
         pytest.skip("no Japanese font")
     with project_style(), warnings.catch_warnings(action="error"):
         for name in ("一", "川"):
-            save_figure_files(named_figure(name), tmp_path / f"{name}.png", tmp_path / f"{name}.svg")
-        drawn = named_figure("川")
+            save_figure_files(figure_with_name(name), tmp_path / f"{name}.png", tmp_path / f"{name}.svg")
+        drawn = figure_with_name("川")
         FigureCanvasAgg(drawn)
         assert not has_cut_or_overlapping_text(drawn)
     assert (tmp_path / "一.png").read_bytes() != (tmp_path / "川.png").read_bytes()
@@ -164,13 +173,13 @@ def test_japanese_names_in_english_figures_need_a_font(tmp_path: Path, monkeypat
     monkeypatch.setattr(texts, "installed_fonts_of_language", lambda _: [])
     with project_style():
         with pytest.raises(MissingDataError, match=r"^a\.png: .* install the Debian package fonts-noto-cjk"):
-            save_figure_files(named_figure("川"), tmp_path / "a.png")
+            save_figure_files(figure_with_name("川"), tmp_path / "a.png")
         assert not (tmp_path / "a.png").exists()
-        save_figure_files(named_figure("Hill"), tmp_path / "a.png")
+        save_figure_files(figure_with_name("Hill"), tmp_path / "a.png")
 
 
-def test_other_warnings_of_matplotlib_are_not_lost(tmp_path: Path) -> None:
-    figure = named_figure("川")
+def test_warnings_other_than_missing_glyphs_are_passed_on(tmp_path: Path) -> None:
+    figure = figure_with_name("川")
     draw = figure.draw
 
     def draw_with_warning(renderer: object) -> None:
@@ -188,15 +197,15 @@ def test_a_png_with_japanese_letters_has_the_size_of_the_english_one(tmp_path: P
     if not texts.installed_fonts_of_language("ja"):
         pytest.skip("no Japanese font")
     with project_style():
-        save_figure_files(answers.contrast(), tmp_path / "en.png")
+        save_figure_files(answers.contrast_figure(), tmp_path / "en.png")
         with translate_visible_texts_to("ja"):
-            save_figure_files(answers.contrast(), tmp_path / "ja.png", tmp_path / "ja.pdf")
+            save_figure_files(answers.contrast_figure(), tmp_path / "ja.png", tmp_path / "ja.pdf")
     with Image.open(tmp_path / "en.png") as english, Image.open(tmp_path / "ja.png") as japanese:
         assert np.abs(np.subtract(english.size, japanese.size)).max() <= 1
     assert (tmp_path / "ja.pdf").read_bytes().startswith(b"%PDF")
 
 
-def test_a_centred_text_stays_centred(tmp_path: Path) -> None:
+def test_centred_text_stays_centred_in_japanese(tmp_path: Path) -> None:
     one = '<text style="font-size: 10px; fill: #222222" transform="translate(50 100) rotate(-90)">time, s</text>'
     two = "".join(
         f'<text style="font-size: 10px; fill: #222222" transform="translate({x} {y})">{text}</text>'
@@ -214,28 +223,32 @@ def test_japanese_lines_break_anywhere_but_not_before_a_full_stop() -> None:
     assert break_lines_at_width(["あ" * 30], 10.0, 2) == ["あ" * 16, "あ" * 14]
 
 
-def test_a_film_page_is_japanese(tmp_path: Path) -> None:
-    film = two_panels(title="A stone 24 cm wide and 60 cm high, friction 0.7, under the record of Station, Quake")
+def test_film_page_in_japanese_has_no_english_word(tmp_path: Path) -> None:
+    film = film_of_two_blocks(
+        title="A stone 24 cm wide and 60 cm high, friction 0.7, under the record of Station, Quake"
+    )
     with translate_visible_texts_to("ja"):
         page = film_page_html(film)
     data = json.loads(re.findall(r'<script type="application/json">(.*?)</script>', page, flags=re.DOTALL)[0])
     told = json.dumps([data["title"], data["words"], [(one["title"], one["outcome"]) for one in data["panels"]]])
-    assert not english_words(re.sub(r'"\w+":', "", json.dumps(json.loads(told), ensure_ascii=False))) - NAMES
+    assert (
+        not english_words(re.sub(r'"\w+":', "", json.dumps(json.loads(told), ensure_ascii=False))) - UNTRANSLATED_NAMES
+    )
     assert '<html lang="ja">' in page
     assert not english_words(re.findall(r'<p class="film-note">(.*?)</p>', page)[-1])
     assert '<html lang="en">' in film_page_html(film)
 
 
-def test_a_movie_has_a_japanese_font(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_movie_in_japanese_uses_a_japanese_font(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if texts.installed_fonts_of_language("ja"):
         with translate_visible_texts_to("ja"):
-            write_film_as_gif_or_mp4(two_panels(0.0), tmp_path / "a.gif")
+            write_film_as_gif_or_mp4(film_of_two_blocks(0.0), tmp_path / "a.gif")
         assert (tmp_path / "a.gif").read_bytes().startswith(b"GIF")
     monkeypatch.setitem(texts.FONTS, "ja", ("fonts-noto-cjk", ("No such font",)))
     with translate_visible_texts_to("ja"), pytest.raises(MissingDataError, match="fonts-noto-cjk"):
-        write_film_as_gif_or_mp4(two_panels(0.0), tmp_path / "b.gif")
+        write_film_as_gif_or_mp4(film_of_two_blocks(0.0), tmp_path / "b.gif")
     with pytest.raises(MissingDataError, match=r"^c\.gif: .*fonts-noto-cjk"):
-        write_film_as_gif_or_mp4(replace(two_panels(0.0), title="上野, 熊本地震"), tmp_path / "c.gif")
+        write_film_as_gif_or_mp4(replace(film_of_two_blocks(0.0), title="上野, 熊本地震"), tmp_path / "c.gif")
 
 
 def test_japanese_names_in_an_english_movie_are_legible(tmp_path: Path) -> None:
@@ -243,7 +256,7 @@ def test_japanese_names_in_an_english_movie_are_legible(tmp_path: Path) -> None:
         pytest.skip("no Japanese font")
     with warnings.catch_warnings(action="error"):
         for name in ("一", "川"):
-            write_film_as_gif_or_mp4(replace(two_panels(0.0), title=name), tmp_path / f"{name}.gif")
+            write_film_as_gif_or_mp4(replace(film_of_two_blocks(0.0), title=name), tmp_path / f"{name}.gif")
     assert (tmp_path / "一.gif").read_bytes() != (tmp_path / "川.gif").read_bytes()
 
 

@@ -8,11 +8,11 @@ from overturning.figures.answer import PlottedEstimate, overturned_share_contras
 from overturning.figures.polar_map import azimuth_map_figure
 from overturning.figures.site_map import EarthquakeOnMap, StationOnMap, earthquake_map_figure
 from overturning.figures.style import NARROW_WIDTH, figures_for_phone, project_style
-from tests.figures.test_explore import cube as explorer_cube
+from tests.figures.test_explore import random_planar_cube
 
 
 @pytest.mark.parametrize("narrow", [False, True])
-def test_panels_stand_below_each_other_on_a_phone_only(narrow: bool) -> None:
+def test_panels_are_in_one_column_only_in_figures_for_a_phone(narrow: bool) -> None:
     shares = {"here": [PlottedEstimate(0.4, 0.2, 0.6)], "there": [PlottedEstimate(0.1, 0.0, 0.2)]}
     arguments = ["all cases"], shares, [PlottedEstimate(0.3, 0.2, 0.4)]
     with project_style():
@@ -30,7 +30,7 @@ def test_panels_stand_below_each_other_on_a_phone_only(narrow: bool) -> None:
     assert bool(figure.get_figwidth() == NARROW_WIDTH) is narrow
 
 
-def test_a_phone_shows_two_maps_of_stations_in_a_row_as_large_as_on_a_page() -> None:
+def test_figures_for_a_phone_have_two_station_maps_in_a_row() -> None:
     earthquakes = [
         EarthquakeOnMap(f"Event {number}", [StationOnMap("vale", 34.2, -118.4, 30.0, 10.0)], (34.3, -118.5))
         for number in range(5)
@@ -51,7 +51,7 @@ def test_a_phone_shows_two_maps_of_stations_in_a_row_as_large_as_on_a_page() -> 
 
 def test_polar_maps_on_a_phone_follow_each_other_without_gaps() -> None:
     """Each has the width of the phone; the room for colour bar and legend is there once, not below each map."""
-    cube = explorer_cube(records=3, step=90, heights=1, frictions=1, ratios=2).drop_vars("station")
+    cube = random_planar_cube(records=3, step=90, heights=1, frictions=1, ratios=2).drop_vars("station")
     with project_style(), figures_for_phone():
         figure = azimuth_map_figure([cube.isel(record=number) for number in range(3)], "Three maps")
         figure.get_layout_engine().execute(figure)
@@ -62,7 +62,7 @@ def test_polar_maps_on_a_phone_follow_each_other_without_gaps() -> None:
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 5])
-def test_titles_of_station_maps_on_a_phone_are_whole_and_below_the_scale_of_the_map_above(count: int) -> None:
+def test_titles_of_station_maps_for_a_phone_are_whole_and_free(count: int) -> None:
     """Each kind of mark has a line of the legend, for which the maps must not be pushed together."""
     trace = (((34.2, -118.5), (34.3, -118.3)),)
     stations = [StationOnMap("vale", 34.2, -118.4, 30.0, 10.0)]

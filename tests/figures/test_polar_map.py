@@ -23,39 +23,42 @@ from overturning.figures.polar_map import (
 )
 from overturning.figures.style import MISSING, PAGE_WIDTH, project_style
 from overturning.statistics.boundary import overturning_boundary_by_azimuth
-from tests.figures.test_explore import cube as explorer_cube
-from tests.figures.test_further_figures import cube as falls_towards_40
+from tests.figures.test_explore import random_planar_cube
+from tests.figures.test_further_figures import cube_of_falls_around_40
 
-STEP = 30
-AZIMUTH = np.arange(0, 360, STEP)
-DIMS = ("azimuth", "height", "b_over_h", "friction")
+AZIMUTH_STEP_DEG = 30
+AZIMUTHS_DEG = np.arange(0, 360, AZIMUTH_STEP_DEG)
+CUBE_DIMS = ("azimuth", "height", "b_over_h", "friction")
 
 
-def block_cube(
+def cube_of_one_block(
     towards: np.ndarray, away: np.ndarray, flags: np.ndarray | None = None, ratios: tuple[float, ...] = (0.2, 0.4, 0.6)
 ) -> xr.Dataset:
-    """Cube of one block under one record, from shares of runs by azimuth and B/H, and flags."""
-    shape = (AZIMUTH.size, 1, len(ratios), 1)
+    """Return a cube of one block and record from the shares of runs that fall towards and away, and fall flags."""
+    shape = (AZIMUTHS_DEG.size, 1, len(ratios), 1)
     flags = np.sign(np.where(np.maximum(towards, away) >= 0.5, towards - away, 0.0)) if flags is None else flags
     values = {"overturned": flags, "probability_towards": towards, "probability_away": away}
     return xr.Dataset(
-        {name: (DIMS, np.asarray(of, np.float32).reshape(shape)) for name, of in values.items()},
-        {"azimuth": AZIMUTH, "height": [0.6], "b_over_h": list(ratios), "friction": [0.5]},
+        {name: (CUBE_DIMS, np.asarray(of, np.float32).reshape(shape)) for name, of in values.items()},
+        {"azimuth": AZIMUTHS_DEG, "height": [0.6], "b_over_h": list(ratios), "friction": [0.5]},
     )
 
 
-def mirrored(*cells: tuple[int, int, float, float]) -> tuple[np.ndarray, np.ndarray]:
-    """Shares towards and away, (azimuth, ring), from cells (azimuth, ring, towards, away) and their mirror images."""
-    towards, away = np.zeros((2, AZIMUTH.size, 3))
+def mirror_cell_shares(*cells: tuple[int, int, float, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Return shares of runs that fall towards and away, (azimuth, ring), from given cells and their mirror images.
+
+    A cell is (azimuth, ring, share towards, share away); a ring is the index of a B/H.
+    """
+    towards, away = np.zeros((2, AZIMUTHS_DEG.size, 3))
     for azimuth, ring, one, other in cells:
-        towards[azimuth // STEP, ring], away[azimuth // STEP, ring] = one, other
-        opposite = (azimuth + 180) % 360 // STEP
+        towards[azimuth // AZIMUTH_STEP_DEG, ring], away[azimuth // AZIMUTH_STEP_DEG, ring] = one, other
+        opposite = (azimuth + 180) % 360 // AZIMUTH_STEP_DEG
         towards[opposite, ring], away[opposite, ring] = other, one
     return towards, away
 
 
 def cell_pixels(figure: Figure, azimuth: float, ratio: float) -> np.ndarray:
-    """Pixels, (n, 3) from 0 to 1, in the outer half of a cell: its middle may be on a grid line."""
+    """Return the pixels, (n, 3) from 0 to 1, in the outer half of a map cell: its middle may be on a grid line."""
     axes = figure.axes[0]
     picture = np.asarray(figure.canvas.buffer_rgba())[..., :3] / 255.0
     theta, radius = np.meshgrid(np.radians(azimuth + np.linspace(-6, 6, 25)), ratio + np.linspace(0.02, 0.07, 25))
@@ -63,8 +66,8 @@ def cell_pixels(figure: Figure, azimuth: float, ratio: float) -> np.ndarray:
     return picture[(picture.shape[0] - y).astype(int), x.astype(int)]
 
 
-def drawn(made: Callable[[], Figure]) -> Figure:
-    """Return a figure with its pixels."""
+def draw_pixels(made: Callable[[], Figure]) -> Figure:
+    """Draw a figure to pixels."""
     with project_style():
         figure = made()
         figure.set_dpi(200)
@@ -72,45 +75,45 @@ def drawn(made: Callable[[], Figure]) -> Figure:
     return figure
 
 
-def laid_out(made: Callable[[], Figure]) -> Figure:
-    """Return a figure with the places of its texts and panels, but without pixels."""
+def draw_layout(made: Callable[[], Figure]) -> Figure:
+    """Draw a figure for the places of its texts and panels, without pixels."""
     with project_style():
         figure = made()
         figure.draw_without_rendering()
     return figure
 
 
-def in_style(made: Callable[[], Figure]) -> Figure:
-    """Return a figure whose lines and words are examined, not where they stand."""
+def draw_in_project_style(made: Callable[[], Figure]) -> Figure:
+    """Make a figure whose lines and words are examined, not their places: it is not drawn."""
     with project_style():
         return made()
 
 
-def luminance(pixels: np.ndarray) -> np.ndarray:
-    """Grey level of pixels as printed without colour (ITU-R BT.601)."""
+def grey_level(pixels: np.ndarray) -> np.ndarray:
+    """Return the grey level of pixels as printed without colour (ITU-R BT.601)."""
     return pixels @ np.array([0.299, 0.587, 0.114])
 
 
-def test_a_cell_that_falls_to_the_other_side_does_not_look_like_one_that_stands() -> None:
+def test_cell_that_falls_to_the_other_side_differs_from_a_standing_cell() -> None:
     """20 to 50 % of the runs at 60° to 150° fall to the other side: white, where a standing cell is hatched."""
     shares = {60: 0.2, 90: 0.35, 120: 0.4, 150: 0.5}
-    cells = mirrored(*((azimuth, 1, 0.0, share) for azimuth, share in shares.items()))
-    figure = drawn(lambda: azimuth_map_figure(block_cube(*cells), "A"))
+    cells = mirror_cell_shares(*((azimuth, 1, 0.0, share) for azimuth, share in shares.items()))
+    figure = draw_pixels(lambda: azimuth_map_figure(cube_of_one_block(*cells), "A"))
     for azimuth, share in shares.items():
-        assert luminance(cell_pixels(figure, azimuth, 0.4)).min() > 0.99, "probability 0 is white"
+        assert grey_level(cell_pixels(figure, azimuth, 0.4)).min() > 0.99, "probability 0 is white"
         opposite = cell_pixels(figure, azimuth + 180, 0.4)
         np.testing.assert_allclose(opposite.mean(axis=0), PROBABILITY(share)[:3], atol=0.01)
     for azimuth in (180, 210):
-        stands = luminance(cell_pixels(figure, azimuth, 0.4))
+        stands = grey_level(cell_pixels(figure, azimuth, 0.4))
         assert stands.max() < 0.95, "no part of a standing cell is white"
         assert np.ptp(stands) > 0.15, "but it is hatched"
     plt.close(figure)
 
 
-def test_white_grey_and_pale_differ_in_greyscale_print() -> None:
-    cells = mirrored((60, 1, 0.0, 1.0), (120, 1, 1 / 8, 0.0), (0, 1, 1.0, 0.0))
-    figure = drawn(lambda: azimuth_map_figure(block_cube(*cells), "A"))
-    grey = {at: luminance(cell_pixels(figure, at, 0.4)) for at in (60, 120, 0, 90)}
+def test_cells_with_different_outcomes_differ_in_greyscale_print() -> None:
+    cells = mirror_cell_shares((60, 1, 0.0, 1.0), (120, 1, 1 / 8, 0.0), (0, 1, 1.0, 0.0))
+    figure = draw_pixels(lambda: azimuth_map_figure(cube_of_one_block(*cells), "A"))
+    grey = {at: grey_level(cell_pixels(figure, at, 0.4)) for at in (60, 120, 0, 90)}
     plt.close(figure)
     white, pale, dark, stands = (grey[at].mean() for at in (60, 120, 0, 90))
     assert white - pale > 0.05
@@ -118,48 +121,48 @@ def test_white_grey_and_pale_differ_in_greyscale_print() -> None:
     assert dark < 0.3
     assert np.ptp(grey[120]) < 0.02, "a pale cell is even"
     assert np.ptp(grey[90]) > 0.15, "a cell that stands is hatched"
-    ramp = luminance(PROBABILITY(np.linspace(0, 1, 101))[:, :3])
+    ramp = grey_level(PROBABILITY(np.linspace(0, 1, 101))[:, :3])
     assert (np.diff(ramp) < 0).all(), "darker with each per cent"
     assert ramp[0] == pytest.approx(1.0)
 
 
-def test_a_case_that_falls_while_its_runs_stand_does_not_look_like_one_that_stands() -> None:
-    flags = np.zeros((AZIMUTH.size, 3))
+def test_case_that_falls_while_its_runs_stand_differs_from_a_standing_cell() -> None:
+    flags = np.zeros((AZIMUTHS_DEG.size, 3))
     flags[2, 1], flags[8, 1] = 1, -1
-    figure = drawn(lambda: azimuth_map_figure(block_cube(*mirrored(), flags), "A"))
+    figure = draw_pixels(lambda: azimuth_map_figure(cube_of_one_block(*mirror_cell_shares(), flags), "A"))
     fell, stands = cell_pixels(figure, 60, 0.4), cell_pixels(figure, 90, 0.4)
     plt.close(figure)
-    assert luminance(fell).min() > 0.99
-    assert luminance(stands).max() < 0.95
+    assert grey_level(fell).min() > 0.99
+    assert grey_level(stands).max() < 0.95
 
 
 def test_a_cell_without_an_outcome_differs_from_every_probability_in_greyscale() -> None:
-    towards, away = mirrored()
+    towards, away = mirror_cell_shares()
     towards[[2, 8], 1] = away[[2, 8], 1] = np.nan
     flags = np.where(np.isnan(towards), np.nan, 0.0)
-    figure = drawn(lambda: azimuth_map_figure(block_cube(towards, away, flags), "A"))
+    figure = draw_pixels(lambda: azimuth_map_figure(cube_of_one_block(towards, away, flags), "A"))
     unknown = cell_pixels(figure, 60, 0.4)
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     plt.close(figure)
-    assert np.ptp(luminance(unknown)) > 0.3, "crossed"
-    assert luminance(unknown).min() == pytest.approx(luminance(np.array(to_rgb(MISSING))), abs=0.03)
+    assert np.ptp(grey_level(unknown)) > 0.3, "crossed"
+    assert grey_level(unknown).min() == pytest.approx(grey_level(np.array(to_rgb(MISSING))), abs=0.03)
     assert "no outcome" in legend
 
 
-def test_nothing_is_drawn_where_nothing_was_computed() -> None:
+def test_map_is_blank_where_nothing_was_computed() -> None:
     """The hole is inside B/H 0.1; of azimuths 0° to 90° (and 180° to 270°) the others are blank."""
-    part = block_cube(*mirrored()).isel(azimuth=slice(0, 4))
-    figure = drawn(lambda: azimuth_map_figure(part, "A"))
-    assert luminance(cell_pixels(figure, 140, 0.4)).min() > 0.99
-    assert luminance(cell_pixels(figure, 30, 0.4)).max() < 0.95
-    assert luminance(cell_pixels(figure, 210, 0.4)).max() < 0.95, "the mirror image"
-    assert luminance(cell_pixels(figure, 60, 0.015)).min() > 0.99
+    part = cube_of_one_block(*mirror_cell_shares()).isel(azimuth=slice(0, 4))
+    figure = draw_pixels(lambda: azimuth_map_figure(part, "A"))
+    assert grey_level(cell_pixels(figure, 140, 0.4)).min() > 0.99
+    assert grey_level(cell_pixels(figure, 30, 0.4)).max() < 0.95
+    assert grey_level(cell_pixels(figure, 210, 0.4)).max() < 0.95, "the mirror image"
+    assert grey_level(cell_pixels(figure, 60, 0.015)).min() > 0.99
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     plt.close(figure)
     assert "not computed (B/H below 0.1)" in legend
     assert "not computed (azimuths outside the outline)" in legend
     assert "no outcome" not in legend
-    whole = drawn(lambda: azimuth_map_figure(block_cube(*mirrored()), "A"))
+    whole = draw_pixels(lambda: azimuth_map_figure(cube_of_one_block(*mirror_cell_shares()), "A"))
     assert not any("azimuths" in text.get_text() for text in whole.legends[0].get_texts())
     plt.close(whole)
 
@@ -173,8 +176,8 @@ def test_the_peak_along_a_single_azimuth_is_a_point(azimuths: list[float], alone
     assert np.degrees(theta[isolated_point_indices(radii)]).round(9).tolist() == alone
 
 
-def pieces(line: tuple[np.ndarray, np.ndarray]) -> set[tuple[float, ...]]:
-    """Straight pieces or arcs of a line, each as its two ends (degrees, radius), in order."""
+def line_pieces(line: tuple[np.ndarray, np.ndarray]) -> set[tuple[float, ...]]:
+    """Return the straight pieces and arcs of a line, each as its two ends (degrees, radius), in order."""
     angle, radius = line
     breaks = np.flatnonzero(np.isnan(angle))
     parts = np.split(np.arange(angle.size), breaks)
@@ -182,42 +185,44 @@ def pieces(line: tuple[np.ndarray, np.ndarray]) -> set[tuple[float, ...]]:
     return {tuple(np.round([np.degrees(angle[a]), radius[a], np.degrees(angle[b]), radius[b]], 6)) for a, b in ends}
 
 
-def test_line_of_half_encloses_the_cells_of_which_half_of_the_runs_fall() -> None:
+def test_half_probability_line_encloses_cells_where_half_of_the_runs_fall() -> None:
     """Of four azimuths and two rings one inner cell reaches half of the runs; next to an unknown cell is no line."""
     theta, radius = np.radians(np.arange(-45.0, 360.0, 90.0)), np.array([0.1, 0.3, 0.5])
     falls = np.array([[0.2, 0.5, 0.49, 0.0], [0.0, 0.0, 0.0, 0.0]])
     around = {(45.0, 0.1, 45.0, 0.3), (135.0, 0.1, 135.0, 0.3), (45.0, 0.3, 135.0, 0.3)}
-    assert pieces(half_probability_line(falls, theta, radius, chords_per_arc=5)) == around
+    assert line_pieces(half_probability_line(falls, theta, radius, chords_per_arc=5)) == around
     falls[1, 1] = np.nan
-    assert pieces(half_probability_line(falls, theta, radius)) == around - {(45.0, 0.3, 135.0, 0.3)}
+    assert line_pieces(half_probability_line(falls, theta, radius)) == around - {(45.0, 0.3, 135.0, 0.3)}
     falls[:] = [[0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 0.0, 1.0]]
     both = {(at, low, at, high) for at in (225.0, 315.0) for low, high in ((0.1, 0.3), (0.3, 0.5))}
-    assert pieces(half_probability_line(falls, theta, radius)) == both, (
+    assert line_pieces(half_probability_line(falls, theta, radius)) == both, (
         "it closes across the start, and not at the outer ring"
     )
     half = half_probability_line(falls[:, 2:], theta[2:], radius)
-    assert pieces(half) == {(225.0, 0.1, 225.0, 0.3), (225.0, 0.3, 225.0, 0.5)}, "a part of a circle has two ends"
+    assert line_pieces(half) == {(225.0, 0.1, 225.0, 0.3), (225.0, 0.3, 225.0, 0.5)}, "a part of a circle has two ends"
 
 
-def test_line_of_half_counts_falls_to_both_sides() -> None:
+def test_half_probability_line_counts_falls_to_both_sides() -> None:
     """30 % one way and 30 % the other way are more than half; 30 and 10 % are not."""
     for away, inside in ((0.3, True), (0.1, False)):
-        figure = in_style(lambda away=away: azimuth_map_figure(block_cube(*mirrored((60, 1, 0.3, away))), "A"))
+        figure = draw_in_project_style(
+            lambda away=away: azimuth_map_figure(cube_of_one_block(*mirror_cell_shares((60, 1, 0.3, away))), "A")
+        )
         black = [line for line in figure.axes[0].lines if line.get_color() == "black"]
         plt.close(figure)
-        assert bool(pieces(black[0].get_data())) == inside
+        assert bool(line_pieces(black[0].get_data())) == inside
 
 
-def test_map_shows_the_fall_at_its_azimuth() -> None:
+def test_polar_map_shows_a_fall_at_its_azimuth() -> None:
     """A block that falls towards N30°E is dark there and white on the other side; without runs, as with them."""
-    flags = np.sign(np.round(np.cos(np.radians(AZIMUTH - 30.0)), 3))[:, None] * np.ones(3)
-    cube = block_cube(np.maximum(flags, 0), np.maximum(-flags, 0), flags)
+    flags = np.sign(np.round(np.cos(np.radians(AZIMUTHS_DEG - 30.0)), 3))[:, None] * np.ones(3)
+    cube = cube_of_one_block(np.maximum(flags, 0), np.maximum(-flags, 0), flags)
     for one in (cube, cube[["overturned"]]):
-        figure = drawn(lambda one=one: azimuth_map_figure(one, "A"))
+        figure = draw_pixels(lambda one=one: azimuth_map_figure(one, "A"))
         axes = figure.axes[0]
         np.testing.assert_allclose(cell_pixels(figure, 30, 0.4).mean(axis=0), PROBABILITY(1.0)[:3], atol=0.01)
-        assert luminance(cell_pixels(figure, 210, 0.4)).min() > 0.99
-        assert luminance(cell_pixels(figure, 120, 0.4)).max() < 0.95
+        assert grey_level(cell_pixels(figure, 210, 0.4)).min() > 0.99
+        assert grey_level(cell_pixels(figure, 120, 0.4)).max() < 0.95
         assert (axes.get_theta_direction(), np.degrees(axes.get_theta_offset())) == (-1, 90)
         legend = [text.get_text() for text in figure.legends[0].get_texts()]
         assert ("falls towards this azimuth" in legend) == ("probability_towards" not in one)
@@ -228,8 +233,8 @@ def test_peak_velocity_is_drawn_at_its_azimuth_on_a_stated_scale() -> None:
     """0.8 m/s along 60° and 0.4 m/s across it: the rim is 1 m/s, so the line reaches 0.8 and 0.4 of the radius."""
     azimuth = np.arange(0.0, 180.0, 30.0)
     peaks = xr.DataArray(0.6 + 0.2 * np.cos(np.radians(2 * (azimuth - 60))), {"azimuth": azimuth}, ["azimuth"])
-    cube = block_cube(*mirrored())
-    figure = in_style(lambda: azimuth_map_figure([cube, cube], "A", [peaks, 0.5 * peaks]))
+    cube = cube_of_one_block(*mirror_cell_shares())
+    figure = draw_in_project_style(lambda: azimuth_map_figure([cube, cube], "A", [peaks, 0.5 * peaks]))
     for axes, factor in zip(figure.axes[:2], (1.0, 0.5), strict=True):
         (line,) = [one for one in axes.lines if one.get_path_effects()]
         angle, radius = line.get_data()
@@ -246,9 +251,9 @@ def test_peak_velocity_is_drawn_at_its_azimuth_on_a_stated_scale() -> None:
 
 def test_compared_records_share_radius_colour_bar_and_heading() -> None:
     """One record falls up to B/H 0.2 and the other up to 0.6; both maps end at the same B/H."""
-    small, large = (block_cube(*mirrored((0, ring, 0.9, 0.0))) for ring in (0, 2))
+    small, large = (cube_of_one_block(*mirror_cell_shares((0, ring, 0.9, 0.0))) for ring in (0, 2))
     named = [one.assign_coords(station=name, event="E") for one, name in ((small, "near"), (large, "far"))]
-    figure = in_style(lambda: azimuth_map_figure(named, "Two records"))
+    figure = draw_in_project_style(lambda: azimuth_map_figure(named, "Two records"))
     maps = [axes for axes in figure.axes if axes.name == "polar"]
     assert [axes.get_title() for axes in maps] == ["near, E", "far, E"]
     assert len({axes.get_ylim() for axes in maps}) == 1
@@ -261,26 +266,26 @@ def test_compared_records_share_radius_colour_bar_and_heading() -> None:
 
 def test_records_without_a_station_are_named_by_their_ids() -> None:
     """Maps and explorer name two pulses of one shape, which have no station, by their ids."""
-    one, text = block_cube(*mirrored((0, 2, 0.9, 0.0))), {"station": "", "event": "sine pulse"}
+    one, text = cube_of_one_block(*mirror_cell_shares((0, 2, 0.9, 0.0))), {"station": "", "event": "sine pulse"}
     pulses = [one.assign_coords(text | {"record_id": name}) for name in ("short", "long")]
-    figure = in_style(lambda: azimuth_map_figure(pulses, "Two pulses"))
+    figure = draw_in_project_style(lambda: azimuth_map_figure(pulses, "Two pulses"))
     titles = [axes.get_title() for axes in figure.axes if axes.name == "polar"]
     plt.close(figure)
     names = ["short, sine pulse", "long, sine pulse"]
     assert titles == names
-    both = explorer_cube(records=2).assign_coords(record_id=("record", ["short", "long"]))
+    both = random_planar_cube(records=2).assign_coords(record_id=("record", ["short", "long"]))
     both = both.assign_coords({name: ("record", 2 * [value]) for name, value in text.items()})
     assert [record["name"] for record in explorer_page_data(both)["records"]] == names
 
 
-def test_what_differs_between_blocks_stands_above_their_maps() -> None:
-    one = falls_towards_40().isel(record=0)
-    figure = in_style(lambda: azimuth_map_figure(one, "A"))
+def test_titles_of_maps_state_how_their_blocks_differ() -> None:
+    one = cube_of_falls_around_40().isel(record=0)
+    figure = draw_in_project_style(lambda: azimuth_map_figure(one, "A"))
     titles, heading = [axes.get_title() for axes in figure.axes[:4]], figure.get_suptitle()
     plt.close(figure)
     assert titles == ["µ = 0.5, H = 0.6 m", "µ = 1, H = 0.6 m", "µ = 0.5, H = 1.2 m", "µ = 1, H = 1.2 m"]
     assert "µ" not in heading
-    figure = in_style(lambda: azimuth_map_figure(one.isel(friction=[1]), "A"))
+    figure = draw_in_project_style(lambda: azimuth_map_figure(one.isel(friction=[1]), "A"))
     titles, heading = [axes.get_title() for axes in figure.axes[:2]], figure.get_suptitle()
     plt.close(figure)
     assert titles == ["H = 0.6 m", "H = 1.2 m"]
@@ -290,8 +295,8 @@ def test_what_differs_between_blocks_stands_above_their_maps() -> None:
 @pytest.mark.parametrize("blocks", [(1, 1), (1, 2), (2, 2)])
 def test_letters_of_a_map_are_7_points_at_the_printed_width(blocks: tuple[int, int]) -> None:
     """A figure wider than the page is printed smaller."""
-    one = falls_towards_40().isel(record=0, height=slice(blocks[0]), friction=slice(blocks[1]))
-    figure = laid_out(lambda: azimuth_map_figure(one, "Station, earthquake"))
+    one = cube_of_falls_around_40().isel(record=0, height=slice(blocks[0]), friction=slice(blocks[1]))
+    figure = draw_layout(lambda: azimuth_map_figure(one, "Station, earthquake"))
     sizes = [text.get_fontsize() for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
     shrunk = min(1.0, PAGE_WIDTH / figure.get_figwidth())
     plt.close(figure)
@@ -299,10 +304,10 @@ def test_letters_of_a_map_are_7_points_at_the_printed_width(blocks: tuple[int, i
 
 
 @pytest.mark.parametrize("free", [22.5, 112.5, 247.5])
-def test_arrow_of_the_radius_points_outward(free: float) -> None:
+def test_arrow_at_the_radius_labels_points_outward(free: float) -> None:
     """The arrow stands outside the rim at the labels of the radius; text on the left ends at the rim."""
-    towards = (np.abs((AZIMUTH - free + 180) % 360 - 180) > 20).astype(float)[:, None] * np.ones(3)
-    figure = laid_out(lambda: azimuth_map_figure(block_cube(towards, 0 * towards), "A"))
+    towards = (np.abs((AZIMUTHS_DEG - free + 180) % 360 - 180) > 20).astype(float)[:, None] * np.ones(3)
+    figure = draw_layout(lambda: azimuth_map_figure(cube_of_one_block(towards, 0 * towards), "A"))
     axes = figure.axes[0]
     (arrow,) = [text for text in axes.texts if "stouter" in text.get_text()]
     assert axes.get_rlabel_position() == pytest.approx(free)
@@ -315,11 +320,11 @@ def test_arrow_of_the_radius_points_outward(free: float) -> None:
 
 
 def test_map_marks_the_radial_direction_if_known() -> None:
-    one = block_cube(*mirrored((0, 1, 0.9, 0.0))).assign_coords(fault_normal=30.0)
+    one = cube_of_one_block(*mirror_cell_shares((0, 1, 0.9, 0.0))).assign_coords(fault_normal=30.0)
     placed = {"epicentre_latitude": 35.0, "epicentre_longitude": 135.0, "station_latitude": 34.0}
     for known in (False, True):
         cube = one.assign_coords(placed | {"station_longitude": 135.0} if known else {})
-        figure = in_style(lambda cube=cube: azimuth_map_figure(cube, "A"))
+        figure = draw_in_project_style(lambda cube=cube: azimuth_map_figure(cube, "A"))
         legend = [text.get_text() for text in figure.legends[0].get_texts()]
         marks = [line for line in figure.axes[0].lines if line.get_label() == "away from the epicentre"]
         assert ("away from the epicentre" in legend, len(marks)) == (known, int(known))
@@ -331,9 +336,9 @@ def test_map_marks_the_radial_direction_if_known() -> None:
 
 
 @pytest.mark.parametrize("step", [1, 3])
-def test_cells_are_arcs_and_fill_the_page(step: int) -> None:
-    one = block_cube(*mirrored((0, 1, 0.9, 0.0))).isel(azimuth=slice(None, None, step))
-    figure = laid_out(lambda: azimuth_map_figure(one, "A"))
+def test_cells_of_a_polar_map_are_arcs_and_fill_the_panel(step: int) -> None:
+    one = cube_of_one_block(*mirror_cell_shares((0, 1, 0.9, 0.0))).isel(azimuth=slice(None, None, step))
+    figure = draw_layout(lambda: azimuth_map_figure(one, "A"))
     axes = figure.axes[0]
     corners = axes.collections[0].get_coordinates()[0, :, 0]
     panel, width = axes.get_window_extent(), figure.get_figwidth()
@@ -347,7 +352,7 @@ def test_cells_are_arcs_and_fill_the_page(step: int) -> None:
 
 def test_map_ends_at_the_first_empty_ring_and_labels_avoid_falls() -> None:
     with project_style():
-        figure = azimuth_map_figure(block_cube(*mirrored((0, 0, 0.9, 0.0))), "A")
+        figure = azimuth_map_figure(cube_of_one_block(*mirror_cell_shares((0, 0, 0.9, 0.0))), "A")
         assert figure.axes[0].get_ylim()[1] == pytest.approx(0.5)
         plt.close(figure)
     azimuth = np.arange(0.0, 360.0, 5.0)
@@ -361,21 +366,21 @@ def test_map_ends_at_the_first_empty_ring_and_labels_avoid_falls() -> None:
         assert azimuth_for_radius_labels(cells, free + 5) != free
 
 
-def test_part_of_a_circle_is_drawn_only_where_it_was_simulated() -> None:
+def test_map_and_boundary_of_a_partial_circle_end_where_it_was_simulated() -> None:
     """For azimuths 0° to 80° (and 180° to 260°), maps must not extend to 130°, and curves must not cross the gap."""
     azimuth = np.arange(0.0, 90.0, 10.0)
     flags = np.ones((azimuth.size, 1, 3, 1)) * [[1.0], [0.0], [0.0]]
     part = xr.Dataset(
-        {"overturned": (DIMS, flags)},
+        {"overturned": (CUBE_DIMS, flags)},
         {"azimuth": azimuth, "height": [0.6], "b_over_h": [0.2, 0.4, 0.6], "friction": [1.0]},
     )
     peaks = xr.Dataset({name: ("azimuth", 3.0 + np.cos(np.radians(azimuth))) for name in ("pga", "pgv")}, part.coords)
-    figure = drawn(lambda: azimuth_map_figure(part, "A"))
-    seen = {at: luminance(cell_pixels(figure, at, 0.2)).mean() for at in (8, 72, 98, 135, 172, 195, 225)}
+    figure = draw_pixels(lambda: azimuth_map_figure(part, "A"))
+    seen = {at: grey_level(cell_pixels(figure, at, 0.2)).mean() for at in (8, 72, 98, 135, 172, 195, 225)}
     assert figure.axes[0].get_ylim()[1] == pytest.approx(0.5), "nothing falls from 0.4 on"
     plt.close(figure)
     assert {at for at, grey in seen.items() if grey < 0.3} == {8, 72}
-    assert luminance(cell_pixels(figure, 40, 0.4)).max() < 0.95
+    assert grey_level(cell_pixels(figure, 40, 0.4)).max() < 0.95
     with project_style():
         for curves in (
             pga_and_pgv_figure(peaks, np.nan, "A"),
@@ -399,8 +404,8 @@ def test_part_of_a_circle_is_drawn_only_where_it_was_simulated() -> None:
 
 def test_innermost_ring_is_drawn_for_a_wide_spacing() -> None:
     """Regression: for B/H 0.1 and 0.4 the inner edge of the first ring was negative, and the ring was not drawn."""
-    ones = np.ones((AZIMUTH.size, 2))
-    figure = drawn(lambda: azimuth_map_figure(block_cube(ones, 0 * ones, ones, (0.1, 0.4)), "A"))
+    ones = np.ones((AZIMUTHS_DEG.size, 2))
+    figure = draw_pixels(lambda: azimuth_map_figure(cube_of_one_block(ones, 0 * ones, ones, (0.1, 0.4)), "A"))
     pixels = cell_pixels(figure, 60, 0.03)
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     plt.close(figure)
@@ -410,9 +415,9 @@ def test_innermost_ring_is_drawn_for_a_wide_spacing() -> None:
 
 def test_map_includes_a_fall_whose_ensemble_stands() -> None:
     """Regression: the map ended before a case that falls at the largest B/H while all of its ensemble stands."""
-    flags = np.zeros((AZIMUTH.size, 3))
+    flags = np.zeros((AZIMUTHS_DEG.size, 3))
     flags[3, 2], flags[9, 2] = 1, -1
-    wide = block_cube(*mirrored((90, 0, 0.0, 0.5)), flags)
+    wide = cube_of_one_block(*mirror_cell_shares((90, 0, 0.0, 0.5)), flags)
     with project_style():
         assert azimuth_map_figure(wide, "A").axes[0].get_ylim()[1] == pytest.approx(0.7)
         plt.close("all")

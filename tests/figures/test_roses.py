@@ -15,32 +15,33 @@ from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import FallAxisSummary
 from overturning.statistics.roses import FallRose, fall_rose, fall_rose_of_all_records
-from tests.figures.test_explore import space_cube
-from tests.figures.test_further_figures import cube
+from tests.figures.test_explore import random_3d_cube
+from tests.figures.test_further_figures import cube_of_falls_around_40
 
 NAN = float("nan")
 
 
-def earthquakes(count: int) -> xr.Dataset:
+def cube_of_earthquakes(count: int) -> xr.Dataset:
     """Return a cube of ten earthquakes of one record each."""
-    several = xr.concat([cube(), cube()], "record", data_vars="all")
+    several = xr.concat([cube_of_falls_around_40(), cube_of_falls_around_40()], "record", data_vars="all")
     return several.assign_coords(event=("record", [f"E {place}" for place in range(10)])).isel(record=slice(count))
 
 
-def summary(axis: float, half_width: float) -> FallAxisSummary:
+def fall_axis_summary(axis: float, half_width: float) -> FallAxisSummary:
+    """Return a summary of five earthquakes with this mean axis and half-width of its interval, degrees."""
     return FallAxisSummary(5, MeanOverEarthquakes(5, NAN, NAN, NAN), axis, half_width, 5, 5)
 
 
-def drawn(one: xr.Dataset, axis: float = NAN, half_width: float = NAN) -> Figure:
+def draw_rose(one: xr.Dataset, axis: float = NAN, half_width: float = NAN) -> Figure:
     with project_style():
-        figure = fall_roses_by_group_figure(one, {"all records": summary(axis, half_width)})
+        figure = fall_roses_by_group_figure(one, {"all records": fall_axis_summary(axis, half_width)})
         figure.set_layout_engine("none")  # what is drawn is examined, not where
         figure.draw_without_rendering()
     return figure
 
 
-def sectors(figure: Figure) -> dict[float, float]:
-    """Area in units of a sector of radius 1, by the middle of a sector, degrees, of the dark sectors of a rose."""
+def rose_sector_areas(figure: Figure) -> dict[float, float]:
+    """Return the area of each dark sector, in sectors of radius 1, by the azimuth of its middle, degrees."""
     dark = [
         bar
         for bar in figure.axes[0].patches
@@ -51,8 +52,8 @@ def sectors(figure: Figure) -> dict[float, float]:
 
 def test_a_rose_of_planes_counts_opposite_falls_as_one_axis() -> None:
     """A sector of axes holds the sector of directions and the opposite one; all areas add to 1."""
-    one = cube().isel(record=[0])
-    found = sectors(drawn(one))
+    one = cube_of_falls_around_40().isel(record=[0])
+    found = rose_sector_areas(draw_rose(one))
     directions = fall_rose(one, from_normal=True)
     for middle in range(0, 90, 15):
         both = directions.shares[middle // 15] + directions.shares[middle // 15 + SECTORS // 2]
@@ -63,27 +64,29 @@ def test_a_rose_of_planes_counts_opposite_falls_as_one_axis() -> None:
 
 def test_a_rose_counts_from_the_fault_normal_where_it_is_known() -> None:
     """Blocks fall towards 0° to 75°, with normals of 40° at −40° to 35° from them: sectors −45° to 30°."""
-    with_normal, without = (cube().assign_coords(fault_normal=("record", [angle] * 5)) for angle in (40.0, NAN))
+    with_normal, without = (
+        cube_of_falls_around_40().assign_coords(fault_normal=("record", [angle] * 5)) for angle in (40.0, NAN)
+    )
     found, north = fall_rose_of_all_records(with_normal), fall_rose_of_all_records(without)
     assert (found.from_normal, north.from_normal) == (True, False)
     assert np.flatnonzero(north.shares).tolist() == [0, 1, 2, 3, 4, 5]
     assert np.flatnonzero(found.shares).tolist() == [0, 1, 2, 9, 10, 11]
     assert found.shares.size == north.shares.size == SECTORS // 2
-    figure = drawn(without)
+    figure = draw_rose(without)
     names = [label.get_text() for label in figure.axes[0].get_xticklabels()]
     assert names == ["W", "NW", "N", "NE", "E"]
     assert "from north" in figure.axes[0].get_title()
 
 
-def test_a_rose_in_space_without_a_fault_normal_keeps_directions() -> None:
-    one = space_cube().assign_coords(pulse=("record", [1, 1]), fault_normal=("record", [NAN, NAN]))
+def test_rose_of_3d_falls_without_a_fault_normal_shows_directions() -> None:
+    one = random_3d_cube().assign_coords(pulse=("record", [1, 1]), fault_normal=("record", [NAN, NAN]))
     assert fall_rose_of_all_records(one).shares.size == SECTORS
     assert fall_rose_of_all_records(one.assign_coords(fault_normal=("record", [30.0, NAN]))).is_axial
 
 
-def test_interval_of_an_axial_sector_is_that_of_the_sum() -> None:
+def test_interval_of_an_axial_sector_is_that_of_opposite_shares_together() -> None:
     """Falls of every other earthquake go to 0° and 180°: as directions their shares vary, as axes they do not."""
-    one = earthquakes(10)
+    one = cube_of_earthquakes(10)
     flags = np.zeros(one["overturned"].shape)
     flags[::2, 0], flags[1::2, 12] = 1, 1  # towards 0° under records 0, 2, 4, towards 180° under the others
     flags[::2, 12], flags[1::2, 0] = -1, -1
@@ -103,7 +106,7 @@ def test_interval_of_a_mean_axis_wraps_at_90_degrees(
 ) -> None:
     """70° ± 40° reaches from 30° to 110°, which is −70° as an axis."""
     assert sorted(axis_interval_arcs_deg(axis, half_width)) == expected
-    (panel, *_) = drawn(cube(), axis, half_width).axes
+    (panel, *_) = draw_rose(cube_of_falls_around_40(), axis, half_width).axes
     lines = [line for line in panel.lines if line.get_color() == INK]
     spans = sorted(tuple(np.round(np.degrees(line.get_xdata())[[0, -1]], 6)) for line in lines)
     assert spans == sorted([(axis, axis), *expected])
@@ -111,23 +114,23 @@ def test_interval_of_a_mean_axis_wraps_at_90_degrees(
 
 
 def test_a_rose_without_a_mean_axis_has_no_mark_of_it() -> None:
-    figure = drawn(earthquakes(10))
+    figure = draw_rose(cube_of_earthquakes(10))
     assert not [line for line in figure.axes[0].lines if line.get_color() == INK]
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     assert not any("mean axis" in text for text in legend)
     assert any("each sector by itself" in text for text in legend)
 
 
-LARGEST = (0.08, 0.17, 0.25, 0.36, 0.5, 0.7, 0.9)
+LARGEST_SHARES = (0.08, 0.17, 0.25, 0.36, 0.5, 0.7, 0.9)
 """Shares of the largest sector."""
 
 
 @cache
 def radius_label_boxes(axial: bool) -> dict[float, list[Bbox]]:
-    """Return the boxes of the labels of the radius for each share of `LARGEST`; two roses stand in a figure."""
+    """Return the boxes of the radius labels of roses, by the largest share of a sector, from `LARGEST_SHARES`."""
     count = SECTORS // 2 if axial else SECTORS
     unknown, boxes = np.full(count, NAN), dict[float, list[Bbox]]()
-    for pair in (LARGEST[place : place + 2] for place in range(0, len(LARGEST), 2)):
+    for pair in (LARGEST_SHARES[place : place + 2] for place in range(0, len(LARGEST_SHARES), 2)):
         with project_style():
             figure, panels = create_panel_grid(1, 2, 6.6, 2.75 if axial else 4.3, polar=True)
             for axes, largest in zip(panels[0], pair, strict=False):
@@ -141,8 +144,8 @@ def radius_label_boxes(axial: bool) -> dict[float, list[Bbox]]:
 
 
 @pytest.mark.parametrize("axial", [True, False])
-@pytest.mark.parametrize("largest", LARGEST)
-def test_labels_of_the_radius_are_apart(largest: float, axial: bool) -> None:
+@pytest.mark.parametrize("largest", LARGEST_SHARES)
+def test_radius_labels_of_roses_do_not_touch(largest: float, axial: bool) -> None:
     """In a half circle 10 and 20 per cent touched."""
     boxes = radius_label_boxes(axial)[largest]
     assert boxes

@@ -28,7 +28,7 @@ from tests.study.small_study import cube_of, pulse, study
 EPICENTRE = (35.0, 133.0)
 
 
-def drawn(*sites: EarthquakeOnMap) -> Figure:
+def draw_earthquake_map(*sites: EarthquakeOnMap) -> Figure:
     with project_style():
         figure = earthquake_map_figure(sites)
         figure.draw_without_rendering()
@@ -36,13 +36,13 @@ def drawn(*sites: EarthquakeOnMap) -> Figure:
     return figure
 
 
-def named(figure: Figure, label: str) -> list[np.ndarray]:
-    """Points of the lines of a kind in the first panel, shape (points, 2), km east and north of the epicentre."""
+def lines_with_label(figure: Figure, label: str) -> list[np.ndarray]:
+    """Return the points of the lines with a label, shape (points, 2), km east and north of the epicentre."""
     return [np.transpose(line.get_data()) for line in figure.axes[0].lines if line.get_label() == label]
 
 
-def arrows(figure: Figure) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Both ends of each arrow in the first panel."""
+def arrow_ends(figure: Figure) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return both ends of each arrow in the first panel."""
     found = [text for text in figure.axes[0].texts if isinstance(text, Annotation) and text.arrow_patch is not None]
     return [(np.array(one.xy), np.array(one.xyann)) for one in found]
 
@@ -58,13 +58,15 @@ def test_distance_and_direction_from_the_epicentre(place: tuple[float, float], o
         assert (np.degrees(np.arctan2(east, north)) - azimuth + 180) % 360 - 180 == pytest.approx(0, abs=1e-3)
 
 
-def test_stations_stand_where_they_are() -> None:
+def test_stations_are_drawn_at_their_coordinates_on_one_scale() -> None:
     """A degree of latitude is 111.2 km; in pixels both directions have the same scale, and north is up."""
-    figure = drawn(EarthquakeOnMap("A", [StationOnMap("n", 35.1, 133.0), StationOnMap("e", 35.0, 133.2)], EPICENTRE))
-    north, east = named(figure, "station")
+    figure = draw_earthquake_map(
+        EarthquakeOnMap("A", [StationOnMap("n", 35.1, 133.0), StationOnMap("e", 35.0, 133.2)], EPICENTRE)
+    )
+    north, east = lines_with_label(figure, "station")
     assert north[0] == pytest.approx([0, 11.12], abs=0.01)
     assert east[0] == pytest.approx([0.2 * 111.19 * math.cos(math.radians(35)), 0], abs=0.02)
-    assert named(figure, "epicentre")[0][0].tolist() == [0, 0]
+    assert lines_with_label(figure, "epicentre")[0][0].tolist() == [0, 0]
     centre, up, right = figure.axes[0].transData.transform([(0, 0), north[0], east[0]])
     assert up - centre == pytest.approx([0, (up - centre)[1]], abs=1e-6)
     assert (up - centre)[1] > 0
@@ -79,30 +81,32 @@ def test_stations_stand_where_they_are() -> None:
 @pytest.mark.parametrize("axis", [0.0, 30.0, 90.0, 150.0, 179.0])
 def test_arrows_point_along_the_axis_to_both_sides(axis: float) -> None:
     """An axis of 30° is an arrow towards N30°E and S30°W about the station, and the strike a line likewise."""
-    figure = drawn(EarthquakeOnMap("A", [StationOnMap("s", 35.1, 133.0, strike=axis + 20.0, axis=axis)], EPICENTRE))
-    ((head, tail),) = arrows(figure)
-    assert (head + tail) / 2 == pytest.approx(named(figure, "station")[0][0])
+    figure = draw_earthquake_map(
+        EarthquakeOnMap("A", [StationOnMap("s", 35.1, 133.0, strike=axis + 20.0, axis=axis)], EPICENTRE)
+    )
+    ((head, tail),) = arrow_ends(figure)
+    assert (head + tail) / 2 == pytest.approx(lines_with_label(figure, "station")[0][0])
     along = figure.axes[0].transData.transform(head) - figure.axes[0].transData.transform(tail)
     assert math.degrees(math.atan2(*along)) % 180 == pytest.approx(axis % 180, abs=1e-6)
-    (strike,) = named(figure, "strike")
+    (strike,) = lines_with_label(figure, "strike")
     assert math.degrees(math.atan2(*(strike[1] - strike[0]))) % 180 == pytest.approx((axis + 20) % 180, abs=1e-6)
     assert "mean axis of the falls" in [text.get_text() for text in figure.legends[0].get_texts()]
 
 
-def test_what_is_unknown_is_neither_drawn_nor_in_the_legend() -> None:
-    figure = drawn(EarthquakeOnMap("A", [StationOnMap("a", 35.1, 133.0), StationOnMap("b", 35.0, 133.2)]))
-    assert not arrows(figure)
-    assert not any(named(figure, kind) for kind in ("strike", "trace", "epicentre"))
+def test_unknown_strike_and_fall_axis_are_neither_drawn_nor_in_the_legend() -> None:
+    figure = draw_earthquake_map(EarthquakeOnMap("A", [StationOnMap("a", 35.1, 133.0), StationOnMap("b", 35.0, 133.2)]))
+    assert not arrow_ends(figure)
+    assert not any(lines_with_label(figure, kind) for kind in ("strike", "trace", "epicentre"))
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["station"]
 
 
-def test_the_nearest_part_of_the_trace_is_in_the_frame() -> None:
+def test_nearest_part_of_the_fault_trace_is_in_the_frame() -> None:
     """A trace 20 km north of a station 2 km from the epicentre: its ends may be outside."""
     trace = (((35.2, 132.0), (35.2, 134.0)),)
-    figure = drawn(EarthquakeOnMap("A", [StationOnMap("a", 35.02, 133.0)], EPICENTRE, trace))
+    figure = draw_earthquake_map(EarthquakeOnMap("A", [StationOnMap("a", 35.02, 133.0)], EPICENTRE, trace))
     assert figure.axes[0].get_ylim()[1] > 22.3 > 20
     assert figure.axes[0].get_xlim()[1] < 90
-    assert named(figure, "trace")[0] == pytest.approx(
+    assert lines_with_label(figure, "trace")[0] == pytest.approx(
         np.transpose(local_east_north_km([35.2, 35.2], [132.0, 134.0], *EPICENTRE)), abs=1e-9
     )
 
@@ -110,12 +114,12 @@ def test_the_nearest_part_of_the_trace_is_in_the_frame() -> None:
 def test_each_name_is_nearest_to_its_station() -> None:
     """Stations as close as those of Northridge 1994."""
     places = {"north": (34.326, -118.444), "middle": (34.281, -118.478), "south": (34.249, -118.479)}
-    figure = drawn(
+    figure = draw_earthquake_map(
         EarthquakeOnMap(
             "A", [StationOnMap(name, *place, 122.0, 0.0) for name, place in places.items()], (34.21, -118.55)
         )
     )
-    at = [figure.axes[0].transData.transform(one[0]) for one in named(figure, "station")]
+    at = [figure.axes[0].transData.transform(one[0]) for one in lines_with_label(figure, "station")]
     points = dict(zip(places, at, strict=True))
     boxes = {text.get_text(): text.get_window_extent() for text in figure.axes[0].texts if text.get_text() in places}
     assert boxes.keys() == places.keys()
@@ -138,13 +142,13 @@ def test_each_name_is_nearest_to_its_station() -> None:
         (EarthquakeOnMap("A", [StationOnMap("s", 35.0, 133.0)], (35.0, 200.0)), "A, epicentre: .* longitude 200"),
     ],
 )
-def test_places_off_the_globe_are_refused(site: EarthquakeOnMap, words: str) -> None:
+def test_coordinates_off_the_globe_are_refused(site: EarthquakeOnMap, words: str) -> None:
     with project_style(), pytest.raises(ArgumentError, match=words):
         earthquake_map_figure([site])
     plt.close("all")
 
 
-def test_many_earthquakes_are_on_several_figures() -> None:
+def test_maps_of_many_earthquakes_are_split_over_several_figures() -> None:
     sites = [
         EarthquakeOnMap(str(number), [StationOnMap("s", 35.1, 133.0)], EPICENTRE) for number in range(MOST_SITES + 1)
     ]
@@ -158,8 +162,8 @@ def test_many_earthquakes_are_on_several_figures() -> None:
 
 
 @pytest.fixture(scope="module")
-def cube(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
-    """Three stations of an earthquake whose stones fall along the pulse's 30°, and one of another earthquake."""
+def cube_of_four_stations(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
+    """Return a cube of three stations of one earthquake, where stones fall along 30°, and of one of another."""
     # Two records of the same samples would be one.
     records = [
         pulse(name, across=math.tan(math.radians(30.0)), cycles=1 + number)
@@ -178,33 +182,38 @@ def cube(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
     return found.assign_coords({name: ("record", values) for name, values in columns.items()})
 
 
-def with_sources(cube: xr.Dataset, **said: dict[str, str]) -> xr.Dataset:
+def cube_with_record_sources(cube: xr.Dataset, **said: dict[str, str]) -> xr.Dataset:
+    """Return the cube with further source entries of records, by record id."""
     rows = [row | said.get(row["id"], {}) for row in json.loads(cube.attrs["record_sources"])]
     return cube.assign_attrs(record_sources=json.dumps(rows))
 
 
-def test_sites_of_a_cube(cube: xr.Dataset) -> None:
+def test_map_data_of_a_cube_have_sites_strikes_and_fall_axes(cube_of_four_stations: xr.Dataset) -> None:
     """An earthquake with one station and no epicentre has no map; a station without coordinates is not on one."""
     trace = {"fault_trace": "35 133, 36 133", "fault_trace_source": "map"}
-    (site,) = earthquakes_on_map(with_sources(cube, two=trace))
+    (site,) = earthquakes_on_map(cube_with_record_sources(cube_of_four_stations, two=trace))
     assert (site.name, site.epicentre, site.trace) == ("A", (35.0, 133.0), (((35.0, 133.0), (36.0, 133.0)),))
     assert [one[:3] for one in site.stations] == [("one", 35.1, 133.0), ("two", 35.2, 133.1)]
     assert [one.strike for one in site.stations] == pytest.approx([30.0, math.nan], nan_ok=True)
     assert [one.axis for one in site.stations] == pytest.approx([30.0, 30.0], abs=0.5)
 
 
-def test_a_station_whose_place_has_no_source_is_off_the_map(cube: xr.Dataset) -> None:
+def test_station_without_a_source_of_its_coordinates_is_not_on_the_map(cube_of_four_stations: xr.Dataset) -> None:
     """The record table states its coordinates, but no source; those of the others are of their files or have one."""
     (site,) = earthquakes_on_map(
-        with_sources(cube, one={"coordinates_source": ""}, two={"coordinates_source": "survey"})
+        cube_with_record_sources(
+            cube_of_four_stations, one={"coordinates_source": ""}, two={"coordinates_source": "survey"}
+        )
     )
     assert [one.name for one in site.stations] == ["two"]
     none = {name: {"coordinates_source": ""} for name in ("one", "two", "three")}
-    assert earthquakes_on_map(with_sources(cube, **none)) == []
+    assert earthquakes_on_map(cube_with_record_sources(cube_of_four_stations, **none)) == []
 
 
-def test_falls_without_a_clear_axis_have_no_arrow(cube: xr.Dataset) -> None:
-    """All stand."""
+def test_station_without_a_clear_fall_axis_has_no_arrow(cube_of_four_stations: xr.Dataset) -> None:
+    """All blocks stand."""
     names = ("overturned", "probability_towards", "probability_away")
-    (site,) = earthquakes_on_map(cube.assign({name: xr.zeros_like(cube[name]) for name in names}))
+    (site,) = earthquakes_on_map(
+        cube_of_four_stations.assign({name: xr.zeros_like(cube_of_four_stations[name]) for name in names})
+    )
     assert all(math.isnan(one.axis) for one in site.stations)

@@ -30,13 +30,13 @@ from overturning.statistics.circular import fall_shares_by_sector
 from overturning.study.intensity import write_intensity_measures
 from overturning.study.load import study_from_content
 from tests.expect import refused
-from tests.figures.test_explore import space_cube
+from tests.figures.test_explore import random_3d_cube
 from tests.study.small_study import cube_of, pulse
 from tests.study.test_config import ICY
 
 
 @pytest.fixture
-def cube() -> xr.Dataset:
+def cube_of_two_records() -> xr.Dataset:
     azimuth = np.arange(0, 360, 30, dtype=np.int16)
     flags = np.sign(np.round(np.cos(np.radians(azimuth - 30.0)), 3))[None, :, None, None, None] * np.ones(
         (2, 1, 1, 2, 2)
@@ -55,13 +55,13 @@ def cube() -> xr.Dataset:
     )
 
 
-def test_cells_meet_half_way_and_cover_the_circle() -> None:
+def test_map_cells_meet_half_way_and_cover_the_circle() -> None:
     np.testing.assert_allclose(cell_edges(np.array([0.1, 0.2, 0.4])), [0.05, 0.15, 0.3, 0.5])
     edges = np.degrees(azimuth_cell_edges_rad(np.array([0.0, 90.0, 100.0, 270.0])))
     np.testing.assert_allclose(edges, [-45, 45, 95, 185, 315])
 
 
-def test_sectors_are_centred_on_north_and_shares_sum_to_one() -> None:
+def test_rose_sectors_are_centred_on_north_and_shares_sum_to_one() -> None:
     shares = fall_shares_by_sector(np.array([352.6, 7.4, 7.6, 180.0]), np.ones(4))
     assert shares[0] == 0.5
     assert shares[1] == 0.25
@@ -69,7 +69,7 @@ def test_sectors_are_centred_on_north_and_shares_sum_to_one() -> None:
     assert fall_shares_by_sector(np.array([10.0]), np.zeros(1)).sum() == 0
 
 
-def test_an_azimuth_added_to_the_grid_shares_the_weight_of_its_neighbours() -> None:
+def test_azimuth_added_to_the_grid_shares_the_weight_of_its_neighbours() -> None:
     regular = np.arange(0.0, 360.0, 30.0)
     np.testing.assert_allclose(case_weight_of_azimuths(regular), 1.0)
     added = np.sort(np.append(regular, [32.0, 212.0]))
@@ -81,12 +81,14 @@ def test_an_azimuth_added_to_the_grid_shares_the_weight_of_its_neighbours() -> N
     assert weight[added == 120.0] == pytest.approx(7 * 30 / 180)
 
 
-def test_studies_without_falls_without_faults_and_with_one_azimuth_are_drawn(cube: xr.Dataset, tmp_path: Path) -> None:
+def test_studies_without_falls_or_outcomes_or_with_one_azimuth_are_drawn(
+    cube_of_two_records: xr.Dataset, tmp_path: Path
+) -> None:
     with project_style():
         for name, odd in {
-            "none": cube.assign(overturned=cube["overturned"] * 0),
-            "unknown": cube.assign(overturned=cube["overturned"] * np.nan),
-            "single": cube.isel(azimuth=[1], b_over_h=[0]),
+            "none": cube_of_two_records.assign(overturned=cube_of_two_records["overturned"] * 0),
+            "unknown": cube_of_two_records.assign(overturned=cube_of_two_records["overturned"] * np.nan),
+            "single": cube_of_two_records.isel(azimuth=[1], b_over_h=[0]),
         }.items():
             save_figure_files(azimuth_map_figure(odd.isel(record=1), name), tmp_path / f"{name}.png", dpi=50)
             save_figure_files(fall_roses_by_group_figure(odd), tmp_path / f"rose-{name}.png", dpi=50)
@@ -96,11 +98,11 @@ def test_studies_without_falls_without_faults_and_with_one_azimuth_are_drawn(cub
 @pytest.mark.parametrize(
     ("heights", "frictions", "expected"), [(1, 1, (1, 1)), (2, 3, (2, 3)), (1, 5, (2, 3)), (4, 1, (2, 2))]
 )
-def test_a_row_has_at_most_three_panels(heights: int, frictions: int, expected: tuple[int, int]) -> None:
+def test_a_row_of_maps_has_at_most_three_panels(heights: int, frictions: int, expected: tuple[int, int]) -> None:
     assert panel_row_and_column_counts(heights, frictions) == expected
 
 
-def test_bearings() -> None:
+def test_azimuths_are_written_as_quadrant_bearings() -> None:
     names = {
         0: "N",
         60: "N60°E",
@@ -115,7 +117,7 @@ def test_bearings() -> None:
     assert {azimuth: compass_bearing(azimuth) for azimuth in names} == names
 
 
-DEUTERANOPIA = np.array(
+DEUTERANOPIA_MATRIX = np.array(
     [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]]
 )
 """Simulation of colour blindness in linear RGB (Machado et al. 2009, IEEE Trans. Visual. Comput. Graphics 15)."""
@@ -129,7 +131,7 @@ def cielab(linear: np.ndarray) -> np.ndarray:
     return np.stack([116 * f[:, 1] - 16, 500 * (f[:, 0] - f[:, 1]), 200 * (f[:, 1] - f[:, 2])], axis=1)
 
 
-@pytest.mark.parametrize("seen", [np.eye(3), DEUTERANOPIA], ids=["all colours", "without green"])
+@pytest.mark.parametrize("seen", [np.eye(3), DEUTERANOPIA_MATRIX], ids=["all colours", "without green"])
 def test_azimuth_colours_differ_with_red_green_blindness(seen: np.ndarray) -> None:
     """A just noticeable difference is about 2.3; with colours that differ only in hue, 233° and 293° differ by 7."""
     given = COLOURS(np.arange(256))[:, :3]
@@ -139,7 +141,7 @@ def test_azimuth_colours_differ_with_red_green_blindness(seen: np.ndarray) -> No
         assert np.linalg.norm(lab - np.roll(lab, apart, axis=0), axis=1).min() > 20
 
 
-def test_only_wide_gaps_of_azimuths_are_unknown() -> None:
+def test_only_gaps_wider_than_the_azimuth_step_are_blank() -> None:
     """Named by hand are the ends of the gaps: half of 60° and 70°, and the same seen from behind, are a step wide."""
     unknown = {(60, 70, 240, 250): [50, 80, 230, 260], (60, 150, 240, 330): [], (0, 30, 90, 180, 210, 270): []}
     for azimuth, ends in unknown.items():
@@ -149,7 +151,7 @@ def test_only_wide_gaps_of_azimuths_are_unknown() -> None:
 
 
 @pytest.mark.parametrize("azimuth", [[40], [220], [40, 220]])
-def test_a_single_plane_has_a_sector_on_either_side(azimuth: list[int]) -> None:
+def test_map_of_a_single_plane_has_a_sector_on_either_side(azimuth: list[int]) -> None:
     """The step of such a grid is unknown; the sectors were one of 5°, or two half circles."""
     flags = np.where(np.array(azimuth) < 180, 1.0, -1.0)  # towards 40°
     whole = extend_azimuths_to_full_circle(xr.Dataset({"overturned": ("azimuth", flags)}, {"azimuth": azimuth}))
@@ -181,7 +183,7 @@ def test_arrows_of_a_map_by_orientation_fill_their_cells(step: int, ratios: int)
 
 def test_rose_next_to_3d_maps_is_labelled_with_their_falls() -> None:
     """The rose shows the falls of the heights and frictions in the maps, not of all."""
-    whole = space_cube().assign_coords(pulse=("record", [1, 1])).isel(record=0)
+    whole = random_3d_cube().assign_coords(pulse=("record", [1, 1])).isel(record=0)
     one = whole.sel(friction=[0.5])
     with project_style():
         around = orientation_map_figure(one, "A").axes[-1]

@@ -21,7 +21,7 @@ from overturning.figures.svg import compact_svg
 from overturning.figures.write import save_figure_files
 
 
-def drawn(path: Path, small: bool) -> str:
+def draw_svg(path: Path, small: bool) -> str:
     """Draw two panels with logarithmic ticks, markers, a raster image and formulas; return the SVG."""
     import matplotlib.pyplot as plt
 
@@ -41,12 +41,12 @@ def drawn(path: Path, small: bool) -> str:
     return path.read_text(encoding="utf-8")
 
 
-def texts(svg: str) -> str:
+def svg_text(svg: str) -> str:
     """Return all texts of an SVG."""
     return "".join(re.findall(r">([^<>\n]+)</t", svg))
 
 
-def pixels(svg: str) -> np.ndarray:
+def svg_raster_pixels(svg: str) -> np.ndarray:
     """Return the pixels of the raster image in an SVG."""
     (data,) = re.findall(r"data:image/png;base64,([^\"]*)", svg)
     with Image.open(io.BytesIO(base64.b64decode(data))) as picture:
@@ -54,17 +54,17 @@ def pixels(svg: str) -> np.ndarray:
 
 
 def test_compact_svg_looks_the_same(tmp_path: Path) -> None:
-    large, small = drawn(tmp_path / "large.svg", small=False), drawn(tmp_path / "small.svg", small=True)
+    large, small = draw_svg(tmp_path / "large.svg", small=False), draw_svg(tmp_path / "small.svg", small=True)
     assert len(small) < 0.9 * len(large)
-    assert texts(small) == texts(large)
-    assert "µ · H/B" in texts(small)
-    np.testing.assert_array_equal(pixels(small), pixels(large))
+    assert svg_text(small) == svg_text(large)
+    assert "µ · H/B" in svg_text(small)
+    np.testing.assert_array_equal(svg_raster_pixels(small), svg_raster_pixels(large))
     named = set(re.findall(r'id="([^"]+)"', small))
     assert set(re.findall(r'(?:href="#|url\(#)([^")]+)', small)) <= named, "what is referred to is there"
-    assert small == drawn(tmp_path / "again.svg", small=True)
+    assert small == draw_svg(tmp_path / "again.svg", small=True)
 
 
-def test_coordinates_are_rounded_but_factors_are_exact() -> None:
+def test_compact_svg_rounds_coordinates_but_keeps_factors_exact() -> None:
     made = compact_svg(
         '<svg><metadata>\n<x>1</x></metadata><g id="axes_1"><path id="m" d="M 0.123456 -1.996 \nL 3 4.5001 \n"/>'
         '<use xlink:href="#m" x="10.1234567" y="2" transform="scale(0.1234567 1)" style="width: 0.1234567"/></g></svg>'
@@ -75,8 +75,8 @@ def test_coordinates_are_rounded_but_factors_are_exact() -> None:
     )
 
 
-def compasses(*paths: Path) -> list[bytes]:
-    """Draw two compasses and a panel with rotated texts, a legend, and axes with and without labels; return files."""
+def draw_compasses(*paths: Path) -> list[bytes]:
+    """Draw two compasses and a panel with rotated texts and a legend, and return the bytes of the files."""
     with project_style():
         figure, panels = create_panel_grid(1, 2, 6.4, 3.5, polar=True)
         for axes in panels.flat:
@@ -94,9 +94,9 @@ def compasses(*paths: Path) -> list[bytes]:
 
 def test_skipping_empty_axis_labels_changes_no_byte(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The layout is that of the first file, here with the letters of a PNG."""
-    spared = compasses(tmp_path / "spared.png", tmp_path / "spared.svg")
+    spared = draw_compasses(tmp_path / "spared.png", tmp_path / "spared.svg")
     monkeypatch.setattr("matplotlib.axis.Axis.set_label_coords", lambda *_: None)
-    assert compasses(tmp_path / "whole.png", tmp_path / "whole.svg") == spared
+    assert draw_compasses(tmp_path / "whole.png", tmp_path / "whole.svg") == spared
 
 
 @pytest.mark.parametrize("kind", ["svg", "png", "pdf"])
@@ -109,8 +109,8 @@ def test_figure_is_saved_outside_the_style_context(kind: str, tmp_path: Path) ->
     assert all((tmp_path / f"{name}.{kind}").stat().st_size > 0 for name in ("one", "two"))
 
 
-def panels_with_many_ticks(*paths: Path) -> tuple[list[bytes], int]:
-    """Draw linear, logarithmic, shared, inverted and twin axes and a colour bar; return files and number of ticks."""
+def draw_panels_with_many_ticks(*paths: Path) -> tuple[list[bytes], int]:
+    """Draw panels with all kinds of axes and a colour bar; return the bytes of the files and the number of ticks."""
     with project_style():
         figure, panels = create_panel_grid(2, 3, 6.4, 4.5, sharex="col")
         for number, axes in enumerate(panels.flat):
@@ -132,8 +132,8 @@ def panels_with_many_ticks(*paths: Path) -> tuple[list[bytes], int]:
 
 def test_skipping_ticks_outside_an_axis_changes_no_byte(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The layout is that of the first file, here with the letters of an SVG."""
-    spared, few = panels_with_many_ticks(tmp_path / "spared.svg", tmp_path / "spared.png")
+    spared, few = draw_panels_with_many_ticks(tmp_path / "spared.svg", tmp_path / "spared.png")
     monkeypatch.setattr("overturning.figures.ticks.create_only_inner_ticks", lambda _: None)
-    whole, many = panels_with_many_ticks(tmp_path / "whole.svg", tmp_path / "whole.png")
+    whole, many = draw_panels_with_many_ticks(tmp_path / "whole.svg", tmp_path / "whole.png")
     assert spared == whole
     assert few < 0.9 * many

@@ -18,7 +18,7 @@ from overturning.model.status import CaseStatus
 from overturning.study.cube import open_cube
 from overturning.translation.texts import translate_visible_texts_to
 from tests.expect import lacking
-from tests.figures.test_explore import BAD, cube, space_cube
+from tests.figures.test_explore import SCRIPT_AS_NAME, random_3d_cube, random_planar_cube
 from tests.report.browsers import PROGRAMS, answers
 from tests.translation.test_tables import english_words
 
@@ -211,7 +211,7 @@ def late() -> xr.Dataset:
 
     Few runs of the second azimuth fall and few of the third stand; the ensemble of the fourth was not run.
     """
-    whole = cube(records=1, heights=1, frictions=1)
+    whole = random_planar_cube(records=1, heights=1, frictions=1)
     whole["overturned"][:], whole["overturning_time"][:] = 1.0, 2.0
     whole["overturned"][:, 6], whole["overturning_time"][:, 6], whole["overturning_time"][:, 3] = 0.0, np.nan, 20.0
     whole["probability_towards"][:], whole["probability_away"][:] = 0.5, 0.0
@@ -226,7 +226,7 @@ def painted() -> xr.Dataset:
 
     At the last B/H, 40 % of the runs along 60° fall to the other side.
     """
-    whole = cube(records=1, heights=1, frictions=1).isel(azimuth=[0, 1, 2])
+    whole = random_planar_cube(records=1, heights=1, frictions=1).isel(azimuth=[0, 1, 2])
     for name, values in (
         ("overturned", (1, -1, 0)),
         ("probability_towards", (1, 0, 0)),
@@ -240,7 +240,7 @@ def painted() -> xr.Dataset:
 
 def full_turn() -> xr.Dataset:
     """Return a 3-D cube of the full circle of orientations, whose first cells are unstable."""
-    whole = space_cube().assign_coords(orientation=np.arange(0, 360, 60))
+    whole = random_3d_cube().assign_coords(orientation=np.arange(0, 360, 60))
     whole["overturned"][:, 0] = np.nan
     status = xr.full_like(whole["overturned"], CaseStatus.SIMULATED, dtype=np.int8)
     status[:, 0] = CaseStatus.UNSTABLE
@@ -252,7 +252,7 @@ def seen(request: pytest.FixtureRequest, hostile: Path, tmp_path_factory: Any) -
     """Results of the scripts in each browser, by name."""
     with open_cube(hostile / "cube.nc", element=None) as opened:
         command = explorer_page_html(explorer_page_data(opened))
-    plain = explorer_page_html(explorer_page_data(cube()), "report.html")
+    plain = explorer_page_html(explorer_page_data(random_planar_cube()), "report.html")
     pages = {
         "sentences": (plain, SENTENCES),
         "pinning": (plain, PINNING),
@@ -261,14 +261,14 @@ def seen(request: pytest.FixtureRequest, hostile: Path, tmp_path_factory: Any) -
         "contrast": (plain, CONTRAST),
         "painted": (explorer_page_html(explorer_page_data(painted())), PAINTED),
         "late": (explorer_page_html(explorer_page_data(late())), LATE),
-        "in space": (explorer_page_html(explorer_page_data(space_cube())), IN_SPACE),
-        "stack": (explorer_page_html(explorer_page_data(space_cube().expand_dims(element=["shaft"]))), IN_SPACE),
+        "in space": (explorer_page_html(explorer_page_data(random_3d_cube())), IN_SPACE),
+        "stack": (explorer_page_html(explorer_page_data(random_3d_cube().expand_dims(element=["shaft"]))), IN_SPACE),
         "full turn": (explorer_page_html(explorer_page_data(full_turn())), FULL_TURN),
         "command": (command, COMMAND),
     }
     if request.param == "chromium":  # one start of the browser for all
         with translate_visible_texts_to("ja"):
-            for name, data in zip(JAPANESE, (cube(), painted(), space_cube()), strict=True):
+            for name, data in zip(JAPANESE, (random_planar_cube(), painted(), random_3d_cube()), strict=True):
                 pages[name] = (explorer_page_html(explorer_page_data(data), "report.html"), ALL_TEXTS)
     profile: Path = tmp_path_factory.mktemp("browser") / "profile"
     return answers(request.param, {name: (page, HELPERS + own) for name, (page, own) in pages.items()}, profile)
@@ -276,7 +276,7 @@ def seen(request: pytest.FixtureRequest, hostile: Path, tmp_path_factory: Any) -
 
 def outcome(azimuth: int, ratio: int, record: int = 1) -> str:
     """Return the words for the outcome of a case of `cube()`, at the first height and the last friction."""
-    flag = float(cube()["overturned"][record, azimuth, 0, ratio, 1])
+    flag = float(random_planar_cube()["overturned"][record, azimuth, 0, ratio, 1])
     return {1.0: "falls towards", -1.0: "falls towards", 0.0: "stands"}.get(flag, "no outcome was found")
 
 
@@ -290,7 +290,7 @@ def test_sentences_match_the_cube(seen: dict[str, Any]) -> None:
     # 90° is the fourth azimuth; then the slider goes to the first B/H, and a key to the next azimuth.
     places = [("E", 3, 0), ("E", 3, 1), ("E", 3, 2), ("E", 3, 0), ("S60°E", 4, 0)]
     for text, (name, azimuth, ratio) in zip(around["seen"], places, strict=True):
-        assert text.startswith(f"Motion along {name}, B/H = {float(cube()['b_over_h'][ratio]):g}: ")
+        assert text.startswith(f"Motion along {name}, B/H = {float(random_planar_cube()['b_over_h'][ratio]):g}: ")
         assert outcome(azimuth, ratio) in text
     assert around["cells"] == 6, "no ring beyond the outermost"
     assert around["title"].startswith("</script><script>window.hurt")
@@ -300,7 +300,7 @@ def test_sentences_match_the_cube(seen: dict[str, Any]) -> None:
 
 @pytest.mark.browser
 def test_a_click_pins_hovering_previews_and_escape_releases(seen: dict[str, Any]) -> None:
-    found, data = seen["pinning"], explorer_page_data(cube())
+    found, data = seen["pinning"], explorer_page_data(random_planar_cube())
     _, b = data["records"][data["shown"]["record"]]["clear"]
     assert f"B/H = {data['b_over_h'][b]:g}: the block falls towards" in found["opening"][0]
     assert found["opening"][1] == "", "a page that was only opened has no cell in its address"
@@ -328,8 +328,8 @@ def test_an_address_shows_its_cell(seen: dict[str, Any]) -> None:
     assert "32" in doubts
     assert "lots" in doubts
     assert colour == "time"
-    _, shape = explorer_page_data(cube())["records"][1]["clear"]
-    assert f"B/H = {cube()['b_over_h'].to_numpy()[shape]:g}: " in found["linked"][0], "its clear case"
+    _, shape = explorer_page_data(random_planar_cube())["records"][1]["clear"]
+    assert f"B/H = {random_planar_cube()['b_over_h'].to_numpy()[shape]:g}: " in found["linked"][0], "its clear case"
     assert found["linked"][1] == ""
     assert found["changed"][:4] == ["1", "1", "0", "0"], "record, height, aspect, friction of the new address"
     assert found["copied"] == [found["href"] + found["pinned"][1]], "a cube without a study has no command to copy"
@@ -396,7 +396,7 @@ def test_times_of_falls_are_scaled_by_record(seen: dict[str, Any]) -> None:
     assert np.ptp(last) > 60, "a colour, not the grey of what stands"
     assert last.sum() > early.sum() + 200
     assert [float(one) for one in re.findall(r"([\d.]+) s", page["legend"])] == [2.0, 20.0]
-    assert all(one in page["choices"] for one in (["record", f"{BAD}, E 0"], ["height", "0.6 m"]))
+    assert all(one in page["choices"] for one in (["record", f"{SCRIPT_AS_NAME}, E 0"], ["height", "0.6 m"]))
     assert page["printed"] == "exact", "browsers print no background colours otherwise"
     *some, not_run = page["seen"]
     assert not_run.endswith("20.00 s."), "no probability where the ensemble was not run"
@@ -409,7 +409,7 @@ def test_times_of_falls_are_scaled_by_record(seen: dict[str, Any]) -> None:
 
 @pytest.mark.browser
 def test_the_explorer_in_space_matches_the_cube(seen: dict[str, Any]) -> None:
-    whole, around = space_cube(), seen["in space"]
+    whole, around = random_3d_cube(), seen["in space"]
     record = explorer_page_data(whole)["shown"]["record"]
 
     def expected(orientation: int, ratio: int) -> str:
@@ -463,7 +463,7 @@ def test_the_explorer_in_japanese_has_no_english_word(seen: dict[str, Any]) -> N
 @pytest.mark.browser
 def test_records_beside_the_page_are_read_from_the_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(explore, "MAX_CELLS_PER_PAGE", 10)
-    explore.write_explorer(cube(), tmp_path / "look around.html")
+    explore.write_explorer(random_planar_cube(), tmp_path / "look around.html")
     names, options = PROGRAMS["chromium"]
     program = next((found for name in names if (found := shutil.which(name))), None) or lacking("needs Chromium")
     command = [program, *options.replace("--remote-debugging-port=0 ", "").split()]

@@ -13,7 +13,7 @@ from overturning.figures.film import Film
 from overturning.figures.film_of_trajectory import film_of_trajectories
 from overturning.figures.page import film_page_html
 from overturning.motion.motion import Motion
-from tests.figures.films import falling_body, two_panels
+from tests.figures.films import falling_body, film_of_two_blocks
 from tests.report.browsers import answers
 from tests.report.test_rendering import BAD
 
@@ -137,7 +137,7 @@ return {wide, least: seen[0], letters: seen[1]};
 @pytest.fixture(scope="module", params=["chromium", pytest.param("firefox", marks=pytest.mark.long)])
 def said(request: pytest.FixtureRequest, rendered: tuple[str, bytes], tmp_path_factory: Any) -> dict[str, Any]:
     """Return the results of each page in each browser."""
-    film = two_panels()
+    film = film_of_two_blocks()
     time = np.arange(0, 1.2, 0.01)
     motion = Motion(7.0 * np.sin(2 * np.pi * time), 3.0 * np.sin(2 * np.pi * time), sampling_interval=0.01)
     path = falling_body(motion)
@@ -149,13 +149,13 @@ def said(request: pytest.FixtureRequest, rendered: tuple[str, bytes], tmp_path_f
         "slender": trajectory(rest, "rectangle", height=0.01, b_over_h=0.1, orientation_deg=0.0),
     }
     pages = {
-        "film": (film_page_html(two_panels(duration=0.2, title=NAME)), FILM),
+        "film": (film_page_html(film_of_two_blocks(duration=0.2, title=NAME)), FILM),
         "three": (film_page_html(Film("three", 0.0, 0.02, (*film.panels, film.panels[0]))), THREE),
     }
     with pytest.MonkeyPatch.context() as patch:  # frames for print, which these scripts do not look at
         patch.setattr("overturning.figures.film_strip.film_strip_figure", lambda *_, **__: Figure((1.0, 1.0)))
         pages |= {
-            "fall": (film_page_html(two_panels(forces=False)), FALL),
+            "fall": (film_page_html(film_of_two_blocks(forces=False)), FALL),
             "space": (film_page_html(film_of_trajectories([path], motion, "title")), SPACE),
             **{
                 name: (

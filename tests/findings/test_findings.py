@@ -44,7 +44,7 @@ from overturning.study.load import load_study_from_file_or_json, study_without_a
 from overturning.study.sections import Variant
 from overturning.study.sweep import cube_variables_of_study
 from overturning.surveys.population import population_rates_by_record
-from tests.report.tiny_studies import make_results, pulse_record
+from tests.report.tiny_studies import make_study_results, pulse_record
 
 DOCS_FOLDER = Path(__file__).parents[2] / "docs"
 
@@ -65,7 +65,7 @@ def study_folder(made_once: Callable[[str, Callable[[Path], object]], Path]) -> 
         pulse_record("three", 20, 5.0, fault_strike_deg=290.0, extra={"pulse": False} | PROVENANCE_WITH_NOTES),
     ]
     settings = {"drawn": False, "azimuth": {"step": 15}, "population": {"stones": 64}}
-    return made_once("findings", lambda place: make_results(place, records, **settings))
+    return made_once("findings", lambda place: make_study_results(place, records, **settings))
 
 
 @pytest.fixture(scope="module")
@@ -269,7 +269,7 @@ def test_findings_are_those_of_the_cube_file_that_is_named(
 def test_missing_outcomes_at_other_amplitudes_are_counted(tmp_path: Path) -> None:
     """Cases at the factor 2 are counted apart; without those of one B/H in three, a third has no outcome."""
     record = pulse_record("one", 60, 6.0)
-    made = make_results(tmp_path, [record], drawn=False, amplitude=[1, 2], population={"stones": 64})
+    made = make_study_results(tmp_path, [record], drawn=False, amplitude=[1, 2], population={"stones": 64})
     with overturning.open_cube(made / "cube.nc", amplitude=None) as opened:
         flags = opened["overturned"].sel(amplitude=2.0).to_numpy()
     with open_study_results(made) as results:

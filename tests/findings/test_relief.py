@@ -12,7 +12,7 @@ from overturning.findings.relief import ReliefFindings, relief_findings, varianc
 from overturning.model.planes import PlanarModel
 from overturning.report.render import LANGUAGES, render_markdown
 from overturning.settings import EnsembleSettings
-from tests.report.by_hand import STUDIES
+from tests.report.by_hand import STUDY_FINDINGS
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.9, 0.1), (0.5, 0.5), (0.7, 0.4)])
@@ -66,7 +66,7 @@ def test_report_states_the_share_of_variance_explained_by_the_relief(language: s
     )  # fmt: skip
     plain = ensemble.model_copy(update={"relief": None})
     with_relief, without = (
-        render_markdown(Findings.model_validate(STUDIES["direction"] | {"ensemble": one}), language)
+        render_markdown(Findings.model_validate(STUDY_FINDINGS["direction"] | {"ensemble": one}), language)
         for one in (ensemble, plain)
     )
     new = set(with_relief.splitlines()) - set(without.splitlines())
@@ -82,9 +82,11 @@ def test_report_states_the_share_of_variance_explained_by_the_relief(language: s
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_report_states_volume_tilt_and_relief_of_a_scanned_body(language: str) -> None:
-    content = Findings.model_validate(STUDIES["reference"]).model_dump()
+    content = Findings.model_validate(STUDY_FINDINGS["reference"]).model_dump()
     content["study"]["scan"] = {"volume_m3": 0.53173, "tilt_deg": 7.43, "relief_mm": 8.35}
-    plain, text = (render_markdown(Findings.model_validate(one), language) for one in (STUDIES["reference"], content))
+    plain, text = (
+        render_markdown(Findings.model_validate(one), language) for one in (STUDY_FINDINGS["reference"], content)
+    )
     new = [line for line in text.splitlines() if line and line not in plain.splitlines()]
     setup, method = new
     assert ("scanned stone" if language == "en" else "スキャンした石") in setup

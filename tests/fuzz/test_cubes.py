@@ -33,7 +33,7 @@ from tests.fuzz.spoiling import (
     run_on_random_examples,
     scripts_in_page,
 )
-from tests.report.by_hand import RECORD, STUDIES, changed
+from tests.report.by_hand import RECORD, STUDY_FINDINGS, change_findings
 
 pytestmark = pytest.mark.long
 
@@ -156,7 +156,7 @@ def test_hostile_names_cannot_add_scripts_to_the_report(isolated_folder: Path) -
     def page_of(names: list[str]) -> str:
         one, two, three = names
         record = RECORD | {"id": one, "station": two, "event": three}
-        data = changed(STUDIES["survey"], study={"title": one, "question": two}, records=[record])
+        data = change_findings(STUDY_FINDINGS["survey"], study={"title": one, "question": two}, records=[record])
         data = data | {"sources": [{"record": three, "source": one, "licence": two}]}
         text = render_markdown(Findings.model_validate(data))
         return report_html_page(parse_markdown(text), three, "en", None, {})

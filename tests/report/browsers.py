@@ -9,8 +9,8 @@ from typing import Any
 
 from tests.expect import lacking
 
-SECONDS = 90
-PROGRAMS = {
+TIMEOUT_SECONDS = 90
+BROWSER_PROGRAMS = {
     "chromium": (
         ("chromium", "chromium-browser", "google-chrome"),
         "--headless --no-sandbox --disable-gpu --no-first-run --disable-background-networking --disable-sync "
@@ -18,7 +18,7 @@ PROGRAMS = {
     ),
     "firefox": (("firefox-esr", "firefox"), "--headless --no-remote --width 1200 --height 900 --profile "),
 }
-CALLER = """<script>
+SCRIPT_CALLER = """<script>
 const faults = [];
 addEventListener("error", (event) => faults.push(event.message));
 for (const kind of ["error", "warn"]) console[kind] = (...words) => faults.push(words.join(" "));
@@ -45,15 +45,20 @@ addEventListener("load", async () => {
 </script>"""
 
 
-class _Server(HTTPServer):
+class _PageServer(HTTPServer):
+    """HTTP server that sends pages to a browser and collects the results of their scripts by page number."""
+
     pages: list[tuple[str, str]]
     said: dict[int, dict[str, Any]]
 
 
-class _Handler(BaseHTTPRequestHandler):
-    server: _Server
+class _PageHandler(BaseHTTPRequestHandler):
+    """Request handler that serves pages with a script and stores the results which the scripts post."""
+
+    server: _PageServer
 
     def do_GET(self) -> None:
+        """Send a page by its number, with its script unless the address ends in a query."""
         name, _, plain = self.path[1:].partition("?")
         there = name.isdigit() and int(name) < len(self.server.pages)
         self.send_response(200 if there else 404)
@@ -65,31 +70,32 @@ class _Handler(BaseHTTPRequestHandler):
 
     def do_POST(self) -> None:
         # By page: a browser may load one twice.
+        """Store the first result that the script of a page posts."""
         said = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
         self.server.said.setdefault(int(self.path[1:].partition("?")[0]), said)
         self.send_response(204)
         self.end_headers()
 
     def log_message(self, *args: Any) -> None:
-        pass
+        """Print nothing."""
 
 
-def answers(kind: str, pages: dict[str, tuple[str, str]], profile: Path) -> dict[str, Any]:
+def run_scripts_in_browser(kind: str, pages: dict[str, tuple[str, str]], profile: Path) -> dict[str, Any]:
     """Run async scripts inside their pages and return their results by name; skip the test without a browser."""
-    programs, options = PROGRAMS[kind]
+    programs, options = BROWSER_PROGRAMS[kind]
     program = next((found for name in programs if (found := shutil.which(name))), None)
     if program is None:
         lacking(f"needs one of {', '.join(programs)}")
     profile.mkdir()
-    with _Server(("127.0.0.1", 0), _Handler) as server:
+    with _PageServer(("127.0.0.1", 0), _PageHandler) as server:
         server.said, server.timeout = {}, 1.0
         scripts = (script for _, script in pages.values())
-        callers = [CALLER.replace("SCRIPT", one).replace("NEXT", str(n)) for n, one in enumerate(scripts, 1)]
+        callers = [SCRIPT_CALLER.replace("SCRIPT", one).replace("NEXT", str(n)) for n, one in enumerate(scripts, 1)]
         server.pages = [(page, caller) for (page, _), caller in zip(pages.values(), callers, strict=True)]
         command = [program, *f"{options}{profile}".split(), f"http://127.0.0.1:{server.server_port}/0"]
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:
-            for _ in range(SECONDS):
+            for _ in range(TIMEOUT_SECONDS):
                 server.handle_request()
                 if len(server.said) == len(pages):
                     break

@@ -5,16 +5,16 @@ from typing import Any
 from overturning.findings.collect import Findings
 from overturning.surveys.stones import OCTANTS
 
-SHARE = {"count": 3, "compared": 400, "value": 0.0075, "low": 0.0025, "high": 0.0218}
+SHARE_OF_CHANGED_CASES = {"count": 3, "compared": 400, "value": 0.0075, "low": 0.0025, "high": 0.0218}
 
 
 def estimate(value: float | None, low: float | None = None, high: float | None = None, n: int = 12) -> dict[str, Any]:
-    """Return an estimate over earthquakes."""
+    """Return an estimate over earthquakes with its interval, as findings store it."""
     return {"statistic": "by hand", "value": value, "low": low, "high": high, "earthquakes": n}
 
 
-def group(name: str, alignment: dict[str, Any]) -> dict[str, Any]:
-    """Return the direction of a group of records."""
+def group_direction(name: str, alignment: dict[str, Any]) -> dict[str, Any]:
+    """Return the findings on the fall axes of one group of records with this alignment."""
     rule = {"records": 14, "alignment": alignment, "largest_possible_alignment": 0.71}
     return {
         "group": name,
@@ -40,8 +40,8 @@ def group(name: str, alignment: dict[str, Any]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def contrast(**changes: Any) -> dict[str, Any]:
-    """Return the comparison of a study with its variant."""
+def contrast_with_variant(**changes: Any) -> dict[str, Any]:
+    """Return the findings of the comparison of a study with its variant, with changes."""
     parts = {
         "variant": "other", "primary": True, "scene_here": "stack", "scene_there": "monolith", "differs_in": ["scene"],
         "element_here": "stone", "element_there": "stone", "soil_thickness_m": None,
@@ -58,15 +58,17 @@ def contrast(**changes: Any) -> dict[str, Any]:
     return parts | changes
 
 
-CLIPPED = "vale.csv: axis 'north' is clipped: 37 samples stand at its rail, 981.2 Gal; the ground moved more than that"
+CLIPPED_COMPONENT_NOTE = (
+    "vale.csv: axis 'north' is clipped: 37 samples stand at its rail, 981.2 Gal; the ground moved more than that"
+)
 
-PROCESSING: dict[str, Any] = {
+RECORD_PROCESSING: dict[str, Any] = {
     "data": "processed", "processed_by": "PEER", "agency_processing": "band-pass filter 0.13 to 24.5 Hz",
     "steps": ["high-pass 0.17 Hz, order 4"], "first_sample": "2016-11-13T11:02:14.715Z", "duration_s": 38.4,
     "pga_before_m_s2": 5.41, "pga_after_m_s2": 5.29, "pgv_before_m_s": 0.87, "pgv_after_m_s": 0.83,
     "pgd_before_m": 0.36, "pgd_after_m": 0.33, "declared": ["columns time:s north:m/s2 east:m/s2"],
     "trusted": ["vale.csv: axis 'north' has peak 983.3 Gal, the header states 979.6 Gal"],
-    "notes": [CLIPPED, "vale.csv: the vertical component of unknown sense is left out"],
+    "notes": [CLIPPED_COMPONENT_NOTE, "vale.csv: the vertical component of unknown sense is left out"],
     "drift": "velocity of north ends at 7 % of its peak",
     "doubts": ["clipped samples", "a velocity or displacement that drifts", "contradictions that were trusted"],
 }  # fmt: skip
@@ -77,10 +79,10 @@ RECORD: dict[str, Any] = {
     "pgv_cm_s": 83.0, "pgv_azimuth_deg": 72.0, "pgd_m": 0.33, "vertical_pga_m_s2": None, "displacement_drifts": True,
     "share_overturned": 0.293, "too_weak_to_move_blocks": False, "mean_direction_deg": 228.0,
     "direction_resultant": 0.39, "mean_axis_deg": 63.0, "axis_resultant": 0.68, "axis_from_normal_deg": 9.0,
-    "processing": PROCESSING,
+    "processing": RECORD_PROCESSING,
 }  # fmt: skip
 
-POPULATION: dict[str, Any] = {
+POPULATION_RATES: dict[str, Any] = {
     "stones": 256, "share_outside_grid": 0.043, "mean_share_without_outcome": 0.0,
     "largest_share_without_outcome": 0.0, "median_share_shifted": None, "median_share_rotated": None,
     "median_fall_rate": 0.17, "lower_quartile_fall_rate": 0.07, "upper_quartile_fall_rate": 0.62,
@@ -97,7 +99,7 @@ POPULATION: dict[str, Any] = {
                           "log_std_within_record": 0.27, "data_minimum": 11.0, "data_maximum": 241.0}],
 }  # fmt: skip
 
-DIRECTION: dict[str, Any] = {
+DIRECTION_STUDY: dict[str, Any] = {
     "study": {
         "name": "by-hand", "title": "By hand", "question": "Which way?", "question_kind": "direction",
         "primary_statistic": "alignment", "primary_compared_with": None, "model": "planes",
@@ -116,15 +118,15 @@ DIRECTION: dict[str, Any] = {
               "share_within_45_of_normal": 0.37, "share_beyond_45_of_normal": 0.34},
     "direction": {
         "has_comparable_axis": True, "no_axis_because": "",
-        "groups": [group("with a velocity pulse", estimate(0.15, -0.18, 0.41, 12)),
-                   group("without (control)", estimate(0.05, -0.32, 0.36, 8))],
+        "groups": [group_direction("with a velocity pulse", estimate(0.15, -0.18, 0.41, 12)),
+                   group_direction("without (control)", estimate(0.05, -0.32, 0.36, 8))],
         "alignment_difference": estimate(0.103, -0.39, 0.53), "outcome_changes_between_neighbours": {},
     },
     "contrasts": [], "reference_alignments": [], "planar_model_agreement": None, "element_outcomes": [],
     "element_displacements": [],
     "site_fall_rates": [], "not_converged": [], "beyond_curves": [], "surveys": [], "inferred_motions": [],
     "published_peaks": [], "published_agreement": [], "published_comparisons": [],
-    "population": POPULATION,
+    "population": POPULATION_RATES,
     "logistic_fit": {"coefficients": [], "fitted_outcomes": 22176, "earthquakes": 14, "level": 0.95, "note": "",
                      "even_chance": [{"doubled": "PGA and PGV", "even_chance_becomes": 0.94,
                                       "even_chance_low": 0.77, "even_chance_high": 0.991},
@@ -153,14 +155,14 @@ DIRECTION: dict[str, Any] = {
                           "alignment": 0.52}]},
     "records": [RECORD],
     "record_notes": {"records_with_notes": 1,
-                     "doubts": [{"doubt": one, "count": 1, "records": ["vale"]} for one in PROCESSING["doubts"]]},
+                     "doubts": [{"doubt": d, "count": 1, "records": ["vale"]} for d in RECORD_PROCESSING["doubts"]]},
     "cells": [{"status": "simulated", "cells": 101528}, {"status": "step limit", "cells": 19}],
     "sources": [{"record": "vale", "source": "by hand", "licence": "none"}],
     "numerical_quality": {"mean_energy_error": 1e-4, "largest_energy_error": 0.007, "largest_penetration_m": 1e-5,
                           "content_sha256": "abcdef", "versions": {"overturning": "x.y"}},
 }  # fmt: skip
 
-CONVERGENCE: dict[str, Any] = {
+CONVERGENCE_CHECK: dict[str, Any] = {
     "result": {
         "seed": 1, "wanted": 400, "chosen": 400, "at_rest": 99, "cells": 133056, "computed": 66528,
         "study_block_steps": 4000, "cost": 1.0, "finer_by": 8, "stiffer_by": 4.0,
@@ -174,14 +176,14 @@ CONVERGENCE: dict[str, Any] = {
     ],
     "undecidable": {"count": 2, "compared": 400, "value": 0.005, "low": 0.0, "high": 0.018},
     "comparisons": [
-        {"computation": "finer", "factor": 8.0, "element": "", "refused": "", "falls_or_stands": SHARE,
+        {"computation": "finer", "factor": 8.0, "element": "", "refused": "", "falls_or_stands": SHARE_OF_CHANGED_CASES,
          "falls_or_stands_undivided": {"count": 2, "compared": 390, "value": 0.021, "low": 0.004, "high": 0.033},
          "side": {"count": 9, "compared": 150, "value": 0.06, "low": 0.034, "high": 0.113},
          "side_agreed": {"count": 1, "compared": 90, "value": 0.011, "low": 0.0, "high": 0.061}},
     ],
 }  # fmt: skip
 
-REFERENCE: dict[str, Any] = {
+REFERENCE_ALIGNMENT: dict[str, Any] = {
     "group": "with a velocity pulse",
     "references": [], "closest_references": ["peak velocity", "fault normal"],
     "closest_minus_second": estimate(0.29, 0.11, 0.47), "closest_alignment": estimate(0.58, 0.42, 0.69, 13),
@@ -193,7 +195,7 @@ REMARK = (
 )
 """Remark of surveys/example-ruin.csv."""
 
-SURVEY: dict[str, Any] = {
+SURVEY_COMPARISON: dict[str, Any] = {
     "stones": "ruin", "sha256": "abc", "record": "vale", "doubts": [], "remarks": [REMARK],
     "fell": 22, "stood": 7, "few_falls": True,
     "fell_in_unknown_direction": 3, "octant_falls": 19, "mean_direction_deg": 131.0, "resultant": 0.57,
@@ -219,7 +221,8 @@ SURVEY: dict[str, Any] = {
 }  # fmt: skip
 
 
-def _measure(name: str, stones: int, observed: list[float | None], computed: list[float | None]) -> dict[str, Any]:
+def _displacement_measure(name: str, stones: int, observed: list[Any], computed: list[Any]) -> dict[str, Any]:
+    """Return the finding on one displacement measure, observed and computed, each as value, low and high."""
     ends = ("value", "low", "high")
     pairs = {kind: dict(zip(ends, of, strict=True)) for kind, of in (("observed", observed), ("computed", computed))}
     return {"measure": name, "stones": stones, **pairs}
@@ -228,12 +231,12 @@ def _measure(name: str, stones: int, observed: list[float | None], computed: lis
 _DISPLACED: dict[str, Any] = {
     "site": "", "fell": 21, "stood": 33, "cells": 417, "never_stand": 2, "without_outcome": 4, "far_outside_grid": 3,
     "measures": [
-        _measure("fell", 54, [0.389, 0.259, 0.531], [0.44, 0.37, 0.52]),
-        _measure("shifted", 32, [0.281, 0.137, 0.467], [0.15, 0.08, 0.23]),
-        _measure("twisted", 33, [0.182, 0.07, 0.355], [0.11, None, None]),
-        _measure("clockwise", 6, [0.833, 0.359, 0.996], [0.58, None, None]),
-        _measure("shift_m", 9, [2.4, 1.3, 5.6], [1.9, None, None]),
-        _measure("twist_deg", 6, [8.3, None, None], [None, None, None]),
+        _displacement_measure("fell", 54, [0.389, 0.259, 0.531], [0.44, 0.37, 0.52]),
+        _displacement_measure("shifted", 32, [0.281, 0.137, 0.467], [0.15, 0.08, 0.23]),
+        _displacement_measure("twisted", 33, [0.182, 0.07, 0.355], [0.11, None, None]),
+        _displacement_measure("clockwise", 6, [0.833, 0.359, 0.996], [0.58, None, None]),
+        _displacement_measure("shift_m", 9, [2.4, 1.3, 5.6], [1.9, None, None]),
+        _displacement_measure("twist_deg", 6, [8.3, None, None], [None, None, None]),
     ],
     "directions": {
         "octant_falls": 17, "mean_direction_deg": 133.0, "resultant": 0.54, "predicted_mean_direction_deg": 148.0,
@@ -250,10 +253,12 @@ SURVEY_DISPLACEMENTS: dict[str, Any] = {
 
 
 def _observed_mean(mean: float | None, half_width: float | None, p_value: float) -> dict[str, Any]:
+    """Return the finding on a mean direction of observed falls, degrees."""
     return {"sample_size": 19, "mean_deg": mean, "half_width_deg": half_width, "resultant": 0.57, "p_value": p_value}
 
 
 def _observed_site(site: str, **changes: Any) -> dict[str, Any]:
+    """Return the findings on the observed falls of one site, with changes."""
     return {
         "site": site, "stones": 34, "fell": 22, "stands": 7, "moved": 4, "not_counted": 5,
         "reasons_not_counted": {"fixed": 3, "broken": 2}, "fell_in_unknown_direction": 3,
@@ -265,7 +270,7 @@ def _observed_site(site: str, **changes: Any) -> dict[str, Any]:
     }  # fmt: skip
 
 
-OBSERVED: dict[str, Any] = {
+OBSERVED_SURVEY: dict[str, Any] = {
     "stones": "ruin", "doubts": [], "declination_low_deg": -7.5, "declination_high_deg": -7.25,
     "together": _observed_site(""),
     "sites": [
@@ -274,7 +279,7 @@ OBSERVED: dict[str, Any] = {
     ],
 }  # fmt: skip
 
-MOTION: dict[str, Any] = {
+INFERRED_MOTION: dict[str, Any] = {
     "stones": "ruin", "fell": 22, "stood": 7, "velocity_axis_deg": 122.0, "velocity_axis_arc_deg": 86.0,
     "strengths": [{"measure": "PGV", "unit": "cm/s", "posterior_low": 36.7, "posterior_high": 171.0, "prior_low": 8.2,
                    "prior_high": 340.0}],
@@ -296,105 +301,100 @@ MOTION: dict[str, Any] = {
     ],
 }  # fmt: skip
 
-ONE = {"records": 1, "earthquakes": 1, "earthquakes_in_several_groups": 0}
+ONE_RECORD_COUNTS = {"records": 1, "earthquakes": 1, "earthquakes_in_several_groups": 0}
 
 
-def changed(base: dict[str, Any], **parts: Any) -> dict[str, Any]:
-    """Return findings with changed parts; the entries of a part that is a dictionary are replaced one by one."""
+def change_findings(base: dict[str, Any], **parts: Any) -> dict[str, Any]:
+    """Return a copy of findings with some entries replaced; entries that are dictionaries are merged."""
     own = {name: base[name] | part if isinstance(base[name], dict) and isinstance(part, dict) else part
            for name, part in parts.items()}  # fmt: skip
     return base | own
 
 
-def no_axis(reason: str, **parts: Any) -> dict[str, Any]:
-    """Return findings of a study whose falls have no axis to compare with a fault."""
-    return changed(DIRECTION, direction={"has_comparable_axis": False, "no_axis_because": reason}, **parts)
+def findings_without_axis(reason: str, **parts: Any) -> dict[str, Any]:
+    """Return findings of a study whose falls have no axis to compare with a fault, with the reason."""
+    direction = {"has_comparable_axis": False, "no_axis_because": reason}
+    return change_findings(DIRECTION_STUDY, direction=direction, **parts)
 
 
-def kind(name: str, **study: Any) -> dict[str, Any]:
-    """Return facts of a study of one kind."""
+def study_facts(name: str, **study: Any) -> dict[str, Any]:
+    """Return the study section of findings for a question of one kind."""
     return {"question_kind": name, "primary_compared_with": "other", "primary_statistic": "share", **study}
 
 
-ELEMENT = {"variant": "nominal", "scene": "stack", "element": "shaft", "cases": 12096, "falls": 4880,
-           "share_overturned": 0.403, "falls_first": 4711, "share_first": 0.965, "share_alone": 0.914,
-           "median_fall_time_s": 4.95}  # fmt: skip
-DISPLACEMENT = {"variant": "nominal", "scene": "stack", "element": "shaft", "standing": 7216, "median_slip_cm": 0.3,
-                "percentile_90_slip_cm": 2.7, "median_twist_deg": 0.4, "percentile_90_twist_deg": 6.2, "falls": 4880,
-                "share_slid_off": 0.126}  # fmt: skip
-SITE = {"variant": "other", "equivalent_linear": True,
-        "layers": [{"thickness_m": 20.0, "velocity_m_s": 180.0}], "amplitude": 1.5,
-        "median_pga_m_s2": 4.12, "mean_fall_rate": 0.31, "median_fall_rate": 0.28, "records_with_half_fallen": 9,
-        "axis_turned_deg": 14.0, "axes_compared": 21}  # fmt: skip
-RATES = {"rate_here": estimate(0.31, 0.22, 0.43), "rate_there": estimate(0.47, 0.33, 0.59),
-         "primary_difference": estimate(-0.164, -0.278, -0.049)}  # fmt: skip
-PLANAR = {"cases": 66528, "same_outcome": 0.967, "same_outcome_near_boundary": 0.854, "only_3d_overturns": 0.021,
-          "only_2d_overturns": 0.012, "same_edge": 0.743, "angle_between_axes_deg": 23.0}  # fmt: skip
-TWIST = {"stones": 31000, "median_deg": 0.4, "percentile_90_deg": 6.2, "largest_deg": 88.0}
+ELEMENT_OUTCOME = {
+    "variant": "nominal", "scene": "stack", "element": "shaft", "cases": 12096, "falls": 4880, "falls_first": 4711,
+    "share_overturned": 0.403, "share_first": 0.965, "share_alone": 0.914, "median_fall_time_s": 4.95}  # fmt: skip
+ELEMENT_DISPLACEMENT = {
+    "variant": "nominal", "scene": "stack", "element": "shaft", "standing": 7216, "median_slip_cm": 0.3,
+    "percentile_90_slip_cm": 2.7, "median_twist_deg": 0.4, "percentile_90_twist_deg": 6.2, "falls": 4880,
+    "share_slid_off": 0.126}  # fmt: skip
+SITE_EFFECT = {
+    "variant": "other", "equivalent_linear": True, "layers": [{"thickness_m": 20.0, "velocity_m_s": 180.0}],
+    "amplitude": 1.5, "median_pga_m_s2": 4.12, "mean_fall_rate": 0.31, "median_fall_rate": 0.28,
+    "records_with_half_fallen": 9, "axis_turned_deg": 14.0, "axes_compared": 21}  # fmt: skip
+FALL_RATES = {
+    "rate_here": estimate(0.31, 0.22, 0.43), "rate_there": estimate(0.47, 0.33, 0.59),
+    "primary_difference": estimate(-0.164, -0.278, -0.049)}  # fmt: skip
+PLANAR_AGREEMENT = {
+    "cases": 66528, "same_outcome": 0.967, "same_outcome_near_boundary": 0.854, "only_3d_overturns": 0.021,
+    "only_2d_overturns": 0.012, "same_edge": 0.743, "angle_between_axes_deg": 23.0}  # fmt: skip
+TWIST_OF_STANDING_STONES = {"stones": 31000, "median_deg": 0.4, "percentile_90_deg": 6.2, "largest_deg": 88.0}
 
-STUDIES: dict[str, dict[str, Any]] = {
-    "direction": changed(DIRECTION, convergence=CONVERGENCE),
-    "reference": changed(
-        DIRECTION,
-        study=kind("reference", primary_statistic="alignment", model="space"),
-        reference_alignments=[REFERENCE, REFERENCE | {"group": "without (control)"}],
-        planar_model_agreement=PLANAR,
-        final_twist=TWIST,
-        logistic_fit=None,
-        criteria_scores=None,
-        population=None,
-    ),
-    "vertical": no_axis(
-        "no fault normal",
-        study=kind("vertical", vertical_motion=True),
-        extent=ONE | {"records_with_vertical": 1},
-        contrasts=[contrast(differs_in=["vertical"], share_difference=estimate(-0.006, n=1),
-                            primary_difference=estimate(-0.006, n=1))],
-        population=None,
-    ),
-    "scene": changed(DIRECTION, study=kind("scene"), extent={"elements": 3, "element": "shaft", "mirrored": False},
-                     contrasts=[contrast(element_here="shaft", element_there="monolith")], element_outcomes=[ELEMENT],
-                     logistic_fit=None, criteria_scores=None),
-    "stack in 3-D": changed(
-        DIRECTION,
-        study=kind("scene", model="space"),
+STUDY_FINDINGS: dict[str, dict[str, Any]] = {
+    "direction": change_findings(DIRECTION_STUDY, convergence=CONVERGENCE_CHECK),
+    "reference": change_findings(
+        DIRECTION_STUDY, study=study_facts("reference", primary_statistic="alignment", model="space"),
+        reference_alignments=[REFERENCE_ALIGNMENT, REFERENCE_ALIGNMENT | {"group": "without (control)"}],
+        planar_model_agreement=PLANAR_AGREEMENT, final_twist=TWIST_OF_STANDING_STONES, logistic_fit=None,
+        criteria_scores=None, population=None),
+    "vertical": findings_without_axis(
+        "no fault normal", study=study_facts("vertical", vertical_motion=True), population=None,
+        extent=ONE_RECORD_COUNTS | {"records_with_vertical": 1},
+        contrasts=[contrast_with_variant(differs_in=["vertical"], share_difference=estimate(-0.006, n=1),
+                                         primary_difference=estimate(-0.006, n=1))]),
+    "scene": change_findings(
+        DIRECTION_STUDY, study=study_facts("scene"), extent={"elements": 3, "element": "shaft", "mirrored": False},
+        contrasts=[contrast_with_variant(element_here="shaft", element_there="monolith")],
+        element_outcomes=[ELEMENT_OUTCOME], logistic_fit=None, criteria_scores=None),
+    "stack in 3-D": change_findings(
+        DIRECTION_STUDY, study=study_facts("scene", model="space"),
         extent={"elements": 3, "element": "shaft", "mirrored": False},
-        contrasts=[contrast(opposite_share=0.21, element_here="shaft", element_there="shaft")],
-        element_outcomes=[ELEMENT],
-        element_displacements=[DISPLACEMENT, DISPLACEMENT | {"variant": "other", "share_slid_off": 0.0}],
-        final_twist=TWIST,
-        logistic_fit=None,
-        criteria_scores=None,
-    ),
-    "site": changed(DIRECTION, study=kind("site", primary_statistic="fall_rate"),
-                    contrasts=[contrast(differs_in=["site"], soil_thickness_m=20.0, **RATES)], site_fall_rates=[SITE],
-                    not_converged=["other, vale: north not converged"],
-                    beyond_curves=["other, ford: east converged"]),
-    "survey": changed(DIRECTION, study=kind("survey"), surveys=[SURVEY], inferred_motions=[MOTION],
-                      published_peaks=[{"component": "north", "measure": "PGA", "unit": "Gal", "published": 1023.3,
-                                        "computed": 1019.4, "difference": -0.0038, "expected_within": 0.01,
-                                        "agrees": True}],
-                      published_agreement=[{"variant": "nominal", "blocks": 12, "blocks_that_agree": 9,
-                                            "heights_that_agree_m": [0.4, 0.95]}],
-                      published_comparisons=[{"variant": "nominal", "record": "vale", "azimuth_deg": 61.0,
-                                              "height_m": 0.7, "friction": 0.8, "published_overturns": True,
-                                              "computed_overturns": False}]),
-    "nothing falls": no_axis("no falls", cases={"share_overturned": 0.0}, population=None),
-    "uneven planes": changed(
-        no_axis("uneven planes", extent={"azimuth_gaps": [(100.0, 240.0)], "direction_step_deg": 20.0,
-                                              "first_direction_deg": 60.0, "last_direction_deg": 100.0}),
+        contrasts=[contrast_with_variant(opposite_share=0.21, element_here="shaft", element_there="shaft")],
+        element_outcomes=[ELEMENT_OUTCOME], final_twist=TWIST_OF_STANDING_STONES,
+        element_displacements=[ELEMENT_DISPLACEMENT,
+                               ELEMENT_DISPLACEMENT | {"variant": "other", "share_slid_off": 0.0}],
+        logistic_fit=None, criteria_scores=None),
+    "site": change_findings(
+        DIRECTION_STUDY, study=study_facts("site", primary_statistic="fall_rate"), site_fall_rates=[SITE_EFFECT],
+        contrasts=[contrast_with_variant(differs_in=["site"], soil_thickness_m=20.0, **FALL_RATES)],
+        not_converged=["other, vale: north not converged"], beyond_curves=["other, ford: east converged"]),
+    "survey": change_findings(
+        DIRECTION_STUDY, study=study_facts("survey"), surveys=[SURVEY_COMPARISON], inferred_motions=[INFERRED_MOTION],
+        published_peaks=[{"component": "north", "measure": "PGA", "unit": "Gal", "published": 1023.3,
+                          "computed": 1019.4, "difference": -0.0038, "expected_within": 0.01, "agrees": True}],
+        published_agreement=[{"variant": "nominal", "blocks": 12, "blocks_that_agree": 9,
+                              "heights_that_agree_m": [0.4, 0.95]}],
+        published_comparisons=[{"variant": "nominal", "record": "vale", "azimuth_deg": 61.0, "height_m": 0.7,
+                                "friction": 0.8, "published_overturns": True, "computed_overturns": False}]),
+    "nothing falls": findings_without_axis("no falls", cases={"share_overturned": 0.0}, population=None),
+    "uneven planes": change_findings(
+        findings_without_axis("uneven planes", extent={
+            "azimuth_gaps": [(100.0, 240.0)], "direction_step_deg": 20.0, "first_direction_deg": 60.0,
+            "last_direction_deg": 100.0}),
         direction={"has_comparable_axis": False, "no_axis_because": "uneven planes", "groups": [],
                    "share_overturned_by_plane": [{"azimuth_deg": 60.0, "share_overturned": 0.41},
                                                  {"azimuth_deg": 80.0, "share_overturned": 0.23}]},
         maps={"records": [{"record": "vale", "station": "Vale", "event": "Upper Vale", "reason": "first with falls",
                            "alignment": None}]},
     ),
-    "everything falls": no_axis("falls in every plane", cases={"share_overturned": 1.0}),
-    "unknown outcomes": no_axis("unknown outcomes", extent={"records_with_imposed_axis": ["vale", "ford"]}),
-    "no fault normal": no_axis("no fault normal", extent={"records": 3}),
+    "everything falls": findings_without_axis("falls in every plane", cases={"share_overturned": 1.0}),
+    "unknown outcomes": findings_without_axis(
+        "unknown outcomes", extent={"records_with_imposed_axis": ["vale", "ford"]}),
+    "no fault normal": findings_without_axis("no fault normal", extent={"records": 3}),
 }  # fmt: skip
 
 
 def findings_by_hand(name: str) -> Findings:
-    """Return the findings of one of `STUDIES`."""
-    return Findings.model_validate(STUDIES[name])
+    """Return the findings of one of `STUDY_FINDINGS`."""
+    return Findings.model_validate(STUDY_FINDINGS[name])

@@ -13,41 +13,62 @@ from overturning.report.write import write_report
 from overturning.study.cube import open_cube
 from overturning.study.load import study_from_content
 from overturning.surveys.comparison import read_survey_comparison
-from tests.report.tiny_studies import make_results, pulse_record
+from tests.report.tiny_studies import make_study_results, pulse_record
 
 
-def run(*arguments: str) -> int:
+def run_command(*arguments: str) -> int:
+    """Run the command line and return its exit status."""
     with pytest.raises(SystemExit) as stop:
         main(list(arguments))
     return int(stop.value.code or 0)
 
 
-def test_recheck(hostile: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run("recheck", str(hostile / "cube.nc"), "--cells", "10") == 0
+def test_recheck_command_finds_all_cells_identical(
+    results_with_hostile_names: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_command("recheck", str(results_with_hostile_names / "cube.nc"), "--cells", "10") == 0
     assert "10 of " in (text := capsys.readouterr().out)
     assert "all identical, bit for bit" in text
 
 
-def test_recheck_without_motions(hostile: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run("recheck", str(hostile / "cube.nc"), "--motions", str(tmp_path)) == 1
+def test_recheck_command_names_the_option_for_missing_motions(
+    results_with_hostile_names: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_command("recheck", str(results_with_hostile_names / "cube.nc"), "--motions", str(tmp_path)) == 1
     assert "--motions" in capsys.readouterr().err
 
 
-def test_recheck_of_a_part(hostile: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    with xr.open_dataset(hostile / "cube.nc", decode_timedelta=False) as cube:
+def test_recheck_command_refuses_a_part_of_a_cube(
+    results_with_hostile_names: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with xr.open_dataset(results_with_hostile_names / "cube.nc", decode_timedelta=False) as cube:
         cube.isel(azimuth=slice(1, None)).to_netcdf(tmp_path / "part.nc")
-    assert run("recheck", str(tmp_path / "part.nc"), "--motions", str(hostile / "motion")) == 1
+    assert (
+        run_command("recheck", str(tmp_path / "part.nc"), "--motions", str(results_with_hostile_names / "motion")) == 1
+    )
     assert "part.nc: a part of its study's cube; recheck the cube that the run made" in capsys.readouterr().err
 
 
-def test_survey(hostile: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_survey_command_compares_falls_with_a_record_and_draws_a_figure(
+    results_with_hostile_names: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     stones, figure = tmp_path / "stones.csv", tmp_path / "survey.svg"
     stones.write_text(
         "fell,azimuth_deg,octant,count,b_over_h,face_azimuth_deg\n"
         "yes,60,,2,,\nyes,,SW,3,,\nno,,,1,0.4,60\nyes,240,,1,0.2,60\n"
     )
     assert (
-        run("survey", str(stones), "--cube", str(hostile / "cube.nc"), "--record", "one", "--figure", str(figure)) == 0
+        run_command(
+            "survey",
+            str(stones),
+            "--cube",
+            str(results_with_hostile_names / "cube.nc"),
+            "--record",
+            "one",
+            "--figure",
+            str(figure),
+        )
+        == 0
     )
     text = capsys.readouterr().out
     assert "6 stones fell, 1 stood" in text
@@ -57,11 +78,13 @@ def test_survey(hostile: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert figure.read_text(encoding="utf-8").startswith("<?xml")
 
 
-def test_survey_by_site(hostile: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_survey_command_compares_each_site_and_stores_the_result(
+    results_with_hostile_names: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     stones, output = tmp_path / "stones.csv", tmp_path / "survey.json"
     stones.write_text("site,fell,azimuth_deg,count\nA,yes,60,4\nA,no,,1\nB,yes,240,2\nC,yes,,3\n")
-    cube = str(hostile / "cube.nc")
-    assert run("survey", str(stones), "--cube", cube, "--record", "one", "--output", str(output)) == 0
+    cube = str(results_with_hostile_names / "cube.nc")
+    assert run_command("survey", str(stones), "--cube", cube, "--record", "one", "--output", str(output)) == 0
     text = capsys.readouterr().out.replace("\u00a0", " ")
     assert "9 stones fell and 1 stand" in text, "the summary of the survey by itself"
     assert "The computed directions fit the observed ones" in text
@@ -77,11 +100,13 @@ def test_survey_by_site(hostile: Path, tmp_path: Path, capsys: pytest.CaptureFix
     assert sum(ratios) == pytest.approx(stored.comparison.log_likelihood_ratio)
 
 
-def test_survey_of_a_3_d_study(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_survey_command_compares_twist_and_slip_with_a_3d_study(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     """Twist and slip are compared with the outcomes of the cube, in the command and in the report."""
     body: dict[str, Any] = {"body": {"aspect": [1]}, "orientation": {"step": 45}, "friction": [0.2, 0.35]}
     records = [pulse_record("one", 60, 6.0)]
-    folder = make_results(tmp_path / "tiny", records, drawn=False, b_over_h=[0.4, 0.5], **body)
+    folder = make_study_results(tmp_path / "tiny", records, drawn=False, b_over_h=[0.4, 0.5], **body)
     stones, output, figure = tmp_path / "stones.csv", folder / "survey" / "1.json", tmp_path / "survey.svg"
     stones.write_text(
         "site,outcome,face_azimuth_deg,b_over_h,count\n"
@@ -89,7 +114,7 @@ def test_survey_of_a_3_d_study(tmp_path: Path, capsys: pytest.CaptureFixture[str
     )
     output.parent.mkdir()
     options = ("--cube", str(folder / "cube.nc"), "--output", str(output), "--figure", str(figure))
-    assert run("survey", str(stones), *options) == 0
+    assert run_command("survey", str(stones), *options) == 0
     text = capsys.readouterr().out.replace("\u00a0", " ")
     assert "compared with the stones of the study under the record one: 1 stone fell, 11 stood" in text
     assert figure.is_file()
@@ -133,10 +158,14 @@ def test_survey_of_a_3_d_study(tmp_path: Path, capsys: pytest.CaptureFixture[str
     ("more", "message"),
     [((), "--record"), (("--record", "three"), "no record 'three'"), (("--figure", "a.bmp"), "use the extension")],
 )
-def test_survey_errors(
-    hostile: Path, tmp_path: Path, more: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]
+def test_survey_command_reports_invalid_options(
+    results_with_hostile_names: Path,
+    tmp_path: Path,
+    more: tuple[str, ...],
+    message: str,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     stones = tmp_path / "stones.csv"
     stones.write_text("octant\nN\n")
-    assert run("survey", str(stones), "--cube", str(hostile / "cube.nc"), *more) == 1
+    assert run_command("survey", str(stones), "--cube", str(results_with_hostile_names / "cube.nc"), *more) == 1
     assert message in capsys.readouterr().err

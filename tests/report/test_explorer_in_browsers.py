@@ -19,10 +19,10 @@ from overturning.study.cube import open_cube
 from overturning.translation.texts import translate_visible_texts_to
 from tests.expect import lacking
 from tests.figures.test_explore import SCRIPT_AS_NAME, random_3d_cube, random_planar_cube
-from tests.report.browsers import PROGRAMS, answers
+from tests.report.browsers import BROWSER_PROGRAMS, run_scripts_in_browser
 from tests.translation.test_tables import english_words
 
-HELPERS = """
+SCRIPT_HELPERS = """
 const root = document.getElementById("explorer"), canvas = document.querySelector(".map canvas");
 await until(() => root.dataset.ready === "true");
 const text = (name, page = document) => page.querySelector(name).textContent, answer = () => text(".sentence");
@@ -49,7 +49,7 @@ const pixels = (azimuth, share) => {
     Math.round(clientX * density) - 4, Math.round(clientY * density) - 4, 9, 9).data;
   return Array.from({length: 81}, (_, k) => [...data.slice(4 * k, 4 * k + 4)]); };
 """
-SENTENCES = """
+SENTENCES_SCRIPT = """
 choose("record", 1);
 const seen = [];
 for (const share of [0.1, 0.35, 0.6]) { point("pointermove", 90, share / 0.725); seen.push(answer()); }
@@ -60,7 +60,7 @@ for (const colour of ["outcome", "rotation", "time"]) choose("colour", colour);
 const {wide} = await onPhone(() => null);
 return {seen, cells, wide, title: document.title, hurt: window.hurt};
 """
-PINNING = """
+PINNING_SCRIPT = """
 const seen = {opening: [answer(), location.hash]};
 point("pointermove", 90, 0.1); seen.hovered = [answer(), location.hash];
 point("click", 90, 0.1); seen.pinned = [answer(), location.hash];
@@ -83,7 +83,7 @@ await until(() => answer().includes("S60°W"));
 seen.changed = [...document.querySelectorAll("select")].map((one) => one.value);
 return {...seen, copied, again, doubtful, href: location.href.split("#")[0]};
 """
-KEYS = """
+KEYS_SCRIPT = """
 canvas.focus();
 const seen = [];
 slide("a", 11); slide("b", 0);
@@ -93,7 +93,7 @@ return {seen, record: Number(document.querySelector("select").value),
         focus: document.activeElement === canvas, stop: canvas.tabIndex, role: canvas.getAttribute("role"),
         sliders: [...document.querySelectorAll("input")].map((one) => one.getAttribute("aria-valuetext"))};
 """
-PHONE = """
+PHONE_SCRIPT = """
 const look = (page) => {
   const window = page.defaultView, map = page.querySelector(".map canvas"), seen = [];
   const top = map.getBoundingClientRect().top + window.scrollY;
@@ -104,7 +104,7 @@ const look = (page) => {
   return seen; };
 return await onPhone(look);
 """
-CONTRAST = """
+CONTRAST_SCRIPT = """
 point("click", 90, 0.1);
 point("pointermove", 180, 0.5);
 const light = (colour) => {
@@ -132,14 +132,14 @@ for (const rule of document.styleSheets[0].cssRules)
 document.documentElement.style.colorScheme = "dark";
 return {light: light_page, dark: worst(), page: behind(document.body)};
 """
-PAINTED = """
+CELL_COLOURS_SCRIPT = """
 slide("a", 4); slide("b", 0);  // the outline elsewhere
 const [inner, middle, outer] = [0.1, 0.35, 0.6].map((ratio) => ratio / 0.725);
 return {towards: pixels(30, inner), away: pixels(30, middle), stands: pixels(30, outer), some: pixels(60, outer),
         opposite: pixels(210, middle), gap: pixels(120, middle), line: pixels(30, 0.475 / 0.725),
         legend: text(".legend")};
 """
-LATE = """
+FALL_TIMES_SCRIPT = """
 const seen = [];
 slide("a", 0); slide("b", 1);
 for (let k = 0; k < 3; k++) { press(canvas, "ArrowRight"); seen.push(answer()); }
@@ -151,7 +151,7 @@ const {printColorAdjust: printed} = getComputedStyle(document.querySelector(".le
 return {late: pixels(90, share), early: pixels(240, share), stands: pixels(180, share), seen,
         choices, printed, note: text("#keys"), legend: text(".legend")};
 """
-IN_SPACE = """
+ORIENTATIONS_SCRIPT = """
 const seen = [], look = () => seen.push(answer());
 slide("a", 0); slide("b", 0);
 for (const key of ["ArrowLeft", "ArrowUp", "ArrowUp", "ArrowUp", "ArrowRight"]) { press(canvas, key); look(); }
@@ -160,20 +160,20 @@ for (const colour of ["azimuth", "rotation", "time"]) { choose("colour", colour)
 const {wide, seen: again} = await onPhone((page) => text(".sentence", page), () => {}, location.hash);
 return {seen, wide, again, different: new Set(pictures).size, hash: location.hash};
 """
-FULL_TURN = """
+FULL_CIRCLE_SCRIPT = """
 slide("a", 0); slide("b", 0);
 const unknown = answer();
 press(canvas, "ArrowLeft");
 const columns = [...document.querySelectorAll(".more th[scope=col]")].map((one) => one.textContent);
 return {unknown, last: answer(), columns};
 """
-COMMAND = """
+COMMAND_SCRIPT = """
 const found = [];
 for (const key of ["ArrowRight", "ArrowUp", "ArrowRight"]) {
   press(canvas, key); found.push([location.hash, text(".film code")]); }
 return {found, copied: await copyAll()};
 """
-ALL_TEXTS = """
+ALL_TEXTS_SCRIPT = """
 const shown = (page) => {
   const parts = [];
   const walk = (node) => {
@@ -201,13 +201,13 @@ await new Promise((done) => setTimeout(done, 200));
 seen.push(shown(document));
 return {texts: seen.join(" "), drawn: drawn.join(" ")};
 """
-NAMES = {"script", "window", "hurt", "none", "space", "report", "HTML", "html"}
+UNTRANSLATED_NAMES = {"script", "window", "hurt", "none", "space", "report", "HTML", "html"}
 """Parts of the hostile names, and of an address, that no table translates."""
-JAPANESE = ("2-D in Japanese", "part in Japanese", "3-D in Japanese")
+JAPANESE_PAGES = ("2-D in Japanese", "part in Japanese", "3-D in Japanese")
 
 
-def late() -> xr.Dataset:
-    """Return a cube of a scene without mirror symmetry: it falls early, but late to the east; to the south it stands.
+def cube_with_late_falls() -> xr.Dataset:
+    """Return a cube that falls early, late at 90° and not at 180°; opposite azimuths are not mirror images.
 
     Few runs of the second azimuth fall and few of the third stand; the ensemble of the fourth was not run.
     """
@@ -221,8 +221,8 @@ def late() -> xr.Dataset:
     return whole
 
 
-def painted() -> xr.Dataset:
-    """Return a cube of three planes, 0° to 60°: the innermost B/H falls towards, the middle one away, the last stands.
+def cube_of_known_colours() -> xr.Dataset:
+    """Return a cube of three planes: the smallest B/H falls towards the azimuth, the next away, the last stands.
 
     At the last B/H, 40 % of the runs along 60° fall to the other side.
     """
@@ -238,7 +238,7 @@ def painted() -> xr.Dataset:
     return whole
 
 
-def full_turn() -> xr.Dataset:
+def cube_of_full_circle_orientations() -> xr.Dataset:
     """Return a 3-D cube of the full circle of orientations, whose first cells are unstable."""
     whole = random_3d_cube().assign_coords(orientation=np.arange(0, 360, 60))
     whole["overturned"][:, 0] = np.nan
@@ -248,50 +248,60 @@ def full_turn() -> xr.Dataset:
 
 
 @pytest.fixture(scope="module", params=["chromium", pytest.param("firefox", marks=pytest.mark.long)])
-def seen(request: pytest.FixtureRequest, hostile: Path, tmp_path_factory: Any) -> dict[str, Any]:
-    """Results of the scripts in each browser, by name."""
-    with open_cube(hostile / "cube.nc", element=None) as opened:
+def explorer_script_results(
+    request: pytest.FixtureRequest, results_with_hostile_names: Path, tmp_path_factory: Any
+) -> dict[str, Any]:
+    """Return the results of all scripts of this file in one browser, by the name of the page."""
+    with open_cube(results_with_hostile_names / "cube.nc", element=None) as opened:
         command = explorer_page_html(explorer_page_data(opened))
     plain = explorer_page_html(explorer_page_data(random_planar_cube()), "report.html")
     pages = {
-        "sentences": (plain, SENTENCES),
-        "pinning": (plain, PINNING),
-        "keys": (plain, KEYS),
-        "phone": (plain, PHONE),
-        "contrast": (plain, CONTRAST),
-        "painted": (explorer_page_html(explorer_page_data(painted())), PAINTED),
-        "late": (explorer_page_html(explorer_page_data(late())), LATE),
-        "in space": (explorer_page_html(explorer_page_data(random_3d_cube())), IN_SPACE),
-        "stack": (explorer_page_html(explorer_page_data(random_3d_cube().expand_dims(element=["shaft"]))), IN_SPACE),
-        "full turn": (explorer_page_html(explorer_page_data(full_turn())), FULL_TURN),
-        "command": (command, COMMAND),
+        "sentences": (plain, SENTENCES_SCRIPT),
+        "pinning": (plain, PINNING_SCRIPT),
+        "keys": (plain, KEYS_SCRIPT),
+        "phone": (plain, PHONE_SCRIPT),
+        "contrast": (plain, CONTRAST_SCRIPT),
+        "painted": (explorer_page_html(explorer_page_data(cube_of_known_colours())), CELL_COLOURS_SCRIPT),
+        "late": (explorer_page_html(explorer_page_data(cube_with_late_falls())), FALL_TIMES_SCRIPT),
+        "in space": (explorer_page_html(explorer_page_data(random_3d_cube())), ORIENTATIONS_SCRIPT),
+        "stack": (
+            explorer_page_html(explorer_page_data(random_3d_cube().expand_dims(element=["shaft"]))),
+            ORIENTATIONS_SCRIPT,
+        ),
+        "full turn": (explorer_page_html(explorer_page_data(cube_of_full_circle_orientations())), FULL_CIRCLE_SCRIPT),
+        "command": (command, COMMAND_SCRIPT),
     }
     if request.param == "chromium":  # one start of the browser for all
         with translate_visible_texts_to("ja"):
-            for name, data in zip(JAPANESE, (random_planar_cube(), painted(), random_3d_cube()), strict=True):
-                pages[name] = (explorer_page_html(explorer_page_data(data), "report.html"), ALL_TEXTS)
+            for name, data in zip(
+                JAPANESE_PAGES, (random_planar_cube(), cube_of_known_colours(), random_3d_cube()), strict=True
+            ):
+                pages[name] = (explorer_page_html(explorer_page_data(data), "report.html"), ALL_TEXTS_SCRIPT)
     profile: Path = tmp_path_factory.mktemp("browser") / "profile"
-    return answers(request.param, {name: (page, HELPERS + own) for name, (page, own) in pages.items()}, profile)
+    return run_scripts_in_browser(
+        request.param, {name: (page, SCRIPT_HELPERS + own) for name, (page, own) in pages.items()}, profile
+    )
 
 
-def outcome(azimuth: int, ratio: int, record: int = 1) -> str:
+def expected_outcome_words(azimuth: int, ratio: int, record: int = 1) -> str:
     """Return the words for the outcome of a case of `cube()`, at the first height and the last friction."""
     flag = float(random_planar_cube()["overturned"][record, azimuth, 0, ratio, 1])
     return {1.0: "falls towards", -1.0: "falls towards", 0.0: "stands"}.get(flag, "no outcome was found")
 
 
 def mean_colour(pixels: list[list[int]]) -> np.ndarray:
+    """Return the mean colour of pixels (red, green, blue, opacity)."""
     return np.mean(pixels, axis=0)
 
 
 @pytest.mark.browser
-def test_sentences_match_the_cube(seen: dict[str, Any]) -> None:
-    around = seen["sentences"]
+def test_explorer_sentences_match_the_outcomes_in_the_cube(explorer_script_results: dict[str, Any]) -> None:
+    around = explorer_script_results["sentences"]
     # 90° is the fourth azimuth; then the slider goes to the first B/H, and a key to the next azimuth.
     places = [("E", 3, 0), ("E", 3, 1), ("E", 3, 2), ("E", 3, 0), ("S60°E", 4, 0)]
     for text, (name, azimuth, ratio) in zip(around["seen"], places, strict=True):
         assert text.startswith(f"Motion along {name}, B/H = {float(random_planar_cube()['b_over_h'][ratio]):g}: ")
-        assert outcome(azimuth, ratio) in text
+        assert expected_outcome_words(azimuth, ratio) in text
     assert around["cells"] == 6, "no ring beyond the outermost"
     assert around["title"].startswith("</script><script>window.hurt")
     assert "hurt" not in around
@@ -299,8 +309,8 @@ def test_sentences_match_the_cube(seen: dict[str, Any]) -> None:
 
 
 @pytest.mark.browser
-def test_a_click_pins_hovering_previews_and_escape_releases(seen: dict[str, Any]) -> None:
-    found, data = seen["pinning"], explorer_page_data(random_planar_cube())
+def test_click_pins_an_explorer_cell_and_escape_releases_it(explorer_script_results: dict[str, Any]) -> None:
+    found, data = explorer_script_results["pinning"], explorer_page_data(random_planar_cube())
     _, b = data["records"][data["shown"]["record"]]["clear"]
     assert f"B/H = {data['b_over_h'][b]:g}: the block falls towards" in found["opening"][0]
     assert found["opening"][1] == "", "a page that was only opened has no cell in its address"
@@ -319,8 +329,8 @@ def test_a_click_pins_hovering_previews_and_escape_releases(seen: dict[str, Any]
 
 
 @pytest.mark.browser
-def test_an_address_shows_its_cell(seen: dict[str, Any]) -> None:
-    found = seen["pinning"]
+def test_explorer_opens_the_cell_in_its_address(explorer_script_results: dict[str, Any]) -> None:
+    found = explorer_script_results["pinning"]
     assert found["again"] == found["pinned"][0]
     sentence, doubts, colour = found["doubtful"]
     assert sentence.startswith("Motion along N30°E"), "the nearest azimuth"
@@ -336,20 +346,20 @@ def test_an_address_shows_its_cell(seen: dict[str, Any]) -> None:
 
 
 @pytest.mark.browser
-def test_the_map_is_used_with_keys_and_announces_outcomes(seen: dict[str, Any]) -> None:
-    found = seen["keys"]
+def test_explorer_map_is_used_with_keys_and_announces_outcomes(explorer_script_results: dict[str, Any]) -> None:
+    found = explorer_script_results["keys"]
     assert (found["focus"], found["stop"], found["role"]) == (True, 0, "application")
     cells = [("0", "0.1"), ("0", "0.35"), ("330", "0.35"), ("330", "0.1")]  # the azimuth before 0° is 330°
     for (label, text, address), (azimuth, ratio) in zip(found["seen"], cells, strict=True):
         assert f"azimuth={azimuth}&b_over_h={ratio}&" in address
         assert label.endswith(text)
-        assert outcome(int(azimuth) // 30, ["0.1", "0.35"].index(ratio), record=found["record"]) in label
+        assert expected_outcome_words(int(azimuth) // 30, ["0.1", "0.35"].index(ratio), record=found["record"]) in label
     assert all(re.search("falls towards|stands|no outcome", text) for text in found["sliders"])
 
 
 @pytest.mark.browser
-def test_the_answer_stays_in_view_on_a_phone(seen: dict[str, Any]) -> None:
-    found = seen["phone"]
+def test_explorer_answer_stays_in_view_on_a_phone(explorer_script_results: dict[str, Any]) -> None:
+    found = explorer_script_results["phone"]
     assert found["wide"] <= 390
     assert len(found["seen"]) == 4
     for one in found["seen"]:
@@ -359,8 +369,8 @@ def test_the_answer_stays_in_view_on_a_phone(seen: dict[str, Any]) -> None:
 
 
 @pytest.mark.browser
-def test_contrast_is_high_in_light_and_dark(seen: dict[str, Any]) -> None:
-    found = seen["contrast"]
+def test_explorer_text_contrast_is_high_in_light_and_dark_mode(explorer_script_results: dict[str, Any]) -> None:
+    found = explorer_script_results["contrast"]
     assert max(found["page"]) < 60, "the dark page is dark"
     for name in ("light", "dark"):
         ratio, element, count = found[name]
@@ -369,9 +379,11 @@ def test_contrast_is_high_in_light_and_dark(seen: dict[str, Any]) -> None:
 
 
 @pytest.mark.browser
-def test_colours_show_the_probability_towards_the_azimuth(seen: dict[str, Any]) -> None:
-    """White to dark towards the azimuth, grey only where no run falls to either side, nothing where nothing was run."""
-    found = {name: np.array(one) for name, one in seen["painted"].items() if name != "legend"}
+def test_explorer_colours_show_the_fall_probability_towards_the_azimuth(
+    explorer_script_results: dict[str, Any],
+) -> None:
+    """White to dark with the probability of falls towards the azimuth; grey if none falls; blank if not run."""
+    found = {name: np.array(one) for name, one in explorer_script_results["painted"].items() if name != "legend"}
     dark = 255 * np.array(to_rgb(style.PROBABILITY[-1][1]))
     for name in ("towards", "opposite"):
         np.testing.assert_allclose(np.median(found[name], axis=0)[:3], dark, atol=3)
@@ -383,13 +395,13 @@ def test_colours_show_the_probability_towards_the_azimuth(seen: dict[str, Any]) 
     assert np.ptp(grey[:, 0]) > 20, "a hatch"
     assert (found["gap"][:, 3] == 0).all(), "no fill"
     assert found["line"][:, :3].sum(axis=1).min() < 60, "black where half of the runs fall"
-    assert "0.4" not in seen["painted"]["legend"]
+    assert "0.4" not in explorer_script_results["painted"]["legend"]
 
 
 @pytest.mark.browser
-def test_times_of_falls_are_scaled_by_record(seen: dict[str, Any]) -> None:
+def test_explorer_scales_fall_times_by_record(explorer_script_results: dict[str, Any]) -> None:
     """The latest fall differs from a block that stands; a probability near 0 or 100 % is not printed as certain."""
-    page = seen["late"]
+    page = explorer_script_results["late"]
     early, last, stands = (np.median(page[name], axis=0)[:3] for name in ("early", "late", "stands"))
     np.testing.assert_allclose(early, 255 * np.array(to_rgb(style.PROBABILITY[-1][1])), atol=3)
     assert np.ptp(stands) <= 4
@@ -408,11 +420,11 @@ def test_times_of_falls_are_scaled_by_record(seen: dict[str, Any]) -> None:
 
 
 @pytest.mark.browser
-def test_the_explorer_in_space_matches_the_cube(seen: dict[str, Any]) -> None:
-    whole, around = random_3d_cube(), seen["in space"]
+def test_explorer_of_a_3d_study_matches_the_cube(explorer_script_results: dict[str, Any]) -> None:
+    whole, around = random_3d_cube(), explorer_script_results["in space"]
     record = explorer_page_data(whole)["shown"]["record"]
 
-    def expected(orientation: int, ratio: int) -> str:
+    def expected_sentence(orientation: int, ratio: int) -> str:
         fell = float(whole["overturned"][record, orientation, 0, ratio, 0, 1])
         return "the body falls towards" if fell else "the body stands"
 
@@ -420,25 +432,29 @@ def test_the_explorer_in_space_matches_the_cube(seen: dict[str, Any]) -> None:
     places = [("N", 0, 0), ("N", 0, 1), ("N", 0, 2), ("N", 0, 3), ("N15°E", 1, 3)]
     for text, (name, orientation, ratio) in zip(around["seen"], places, strict=True):
         assert text.startswith(f"Facing {name}, B/H = {float(whole['b_over_h'][ratio]):.4g}: ")
-        assert expected(orientation, ratio) in text
+        assert expected_sentence(orientation, ratio) in text
     assert around["wide"] <= 390
     assert around["different"] == 3
-    assert seen["stack"]["seen"] == [text.replace("the body", "the shaft") for text in around["seen"]]
+    assert explorer_script_results["stack"]["seen"] == [
+        text.replace("the body", "the shaft") for text in around["seen"]
+    ]
     assert around["again"] == around["seen"][-1]
     assert "orientation=15&b_over_h=0.4&aspect=1&friction=1" in around["hash"]
 
 
 @pytest.mark.browser
-def test_orientations_of_a_full_circle_have_no_end_and_a_missing_outcome_its_reason(seen: dict[str, Any]) -> None:
-    found = seen["full turn"]
+def test_explorer_of_a_full_circle_wraps_and_states_why_an_outcome_is_missing(
+    explorer_script_results: dict[str, Any],
+) -> None:
+    found = explorer_script_results["full turn"]
     assert found["unknown"] == "Facing N, B/H = 0.1: no outcome was found: the computation is unstable."
     assert found["last"].startswith("Facing N60°W, B/H = 0.1: ")
     assert found["columns"] == ["B/H", "240°", "300°", "0°"]
 
 
 @pytest.mark.browser
-def test_the_command_is_that_of_the_pinned_cell(seen: dict[str, Any]) -> None:
-    for address, command in seen["command"]["found"]:
+def test_explorer_command_simulates_the_pinned_cell(explorer_script_results: dict[str, Any]) -> None:
+    for address, command in explorer_script_results["command"]["found"]:
         values = dict(part.split("=") for part in address.removeprefix("#").split("&"))
         words = shlex.split(command)
         given = {words[k].removeprefix("--"): words[k + 1] for k in range(2, len(words), 2)}
@@ -447,24 +463,26 @@ def test_the_command_is_that_of_the_pinned_cell(seen: dict[str, Any]) -> None:
         assert (given["azimuth"], given["b-over-h"]) == (values["azimuth"], values["b_over_h"])
         assert given["animate"] == "fall.html"
         assert float(given["height"]) > 0 < float(given["friction"])
-    assert seen["command"]["copied"][-1] == seen["command"]["found"][-1][1]
+    assert explorer_script_results["command"]["copied"][-1] == explorer_script_results["command"]["found"][-1][1]
 
 
 @pytest.mark.browser
-@pytest.mark.parametrize("seen", ["chromium"], indirect=True)
-def test_the_explorer_in_japanese_has_no_english_word(seen: dict[str, Any]) -> None:
-    for name in JAPANESE:
-        found = seen[name]
-        assert not english_words(found["texts"]) - NAMES, name
-        assert not english_words(found["drawn"]) - NAMES, name
+@pytest.mark.parametrize("explorer_script_results", ["chromium"], indirect=True)
+def test_explorer_in_japanese_has_no_english_word(explorer_script_results: dict[str, Any]) -> None:
+    for name in JAPANESE_PAGES:
+        found = explorer_script_results[name]
+        assert not english_words(found["texts"]) - UNTRANSLATED_NAMES, name
+        assert not english_words(found["drawn"]) - UNTRANSLATED_NAMES, name
         assert re.search("[ぁ-ん]", found["drawn"]), name
 
 
 @pytest.mark.browser
-def test_records_beside_the_page_are_read_from_the_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_explorer_reads_record_files_next_to_the_page_from_disk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(explore, "MAX_CELLS_PER_PAGE", 10)
     explore.write_explorer(random_planar_cube(), tmp_path / "look around.html")
-    names, options = PROGRAMS["chromium"]
+    names, options = BROWSER_PROGRAMS["chromium"]
     program = next((found for name in names if (found := shutil.which(name))), None) or lacking("needs Chromium")
     command = [program, *options.replace("--remote-debugging-port=0 ", "").split()]
     command[-1] += str(tmp_path / "profile")

@@ -8,8 +8,8 @@ import pytest
 from overturning.findings.causes import LogisticCoefficient
 from overturning.findings.collect import Findings
 from overturning.report.render import LANGUAGES, render_markdown
-from tests.report.by_hand import RATES, estimate, findings_by_hand
-from tests.report.test_templates import text_by_hand, text_of
+from tests.report.by_hand import FALL_RATES, estimate, findings_by_hand
+from tests.report.test_templates import report_text, text_by_hand
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -21,13 +21,13 @@ def test_a_survey_without_predicted_falls_is_not_called_worse_than_random(langua
     text = text_by_hand("survey", language)
     assert all(words in text for words in fits)
     data["surveys"][0]["falls_with_predicted_direction"] = 0
-    text = text_of(Findings.model_validate(data), language)
+    text = report_text(Findings.model_validate(data), language)
     assert {"en": "predicts no direction", "ja": "方向は予測されない"}[language] in text
     assert not any(words in text for words in fits)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_a_common_line_is_stated_only_as_far_as_the_falls_agree(language: str) -> None:
+def test_report_states_a_common_fall_axis_only_as_far_as_falls_agree(language: str) -> None:
     data = json.loads(findings_by_hand("direction").model_dump_json())
     group = data["direction"]["groups"][0]
     differs = {"en": "differs from earthquake to earthquake", "ja": "地震ごとに異なる"}[language]
@@ -36,11 +36,11 @@ def test_a_common_line_is_stated_only_as_far_as_the_falls_agree(language: str) -
     group["axis_resultant_within_record"]["value"] = 0.14
     for with_axis, near_normal in ((1, 1), (3, 3), (3, 0)):
         group |= {"earthquakes_with_axis": with_axis, "axes_within_45_of_normal": near_normal}
-        text = text_of(Findings.model_validate(data), language)
+        text = report_text(Findings.model_validate(data), language)
         assert partly in text
         assert differs not in text
     group |= {"earthquakes_with_axis": 0, "axes_within_45_of_normal": 0}
-    assert partly not in text_of(Findings.model_validate(data), language)
+    assert partly not in report_text(Findings.model_validate(data), language)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -51,12 +51,12 @@ def test_reference_directions_without_an_interval_have_too_few_earthquakes(langu
     ]
     assert few not in text_by_hand("reference", language)
     data["reference_alignments"][0]["closest_alignment"] |= {"low": None, "high": None}
-    assert few in text_of(Findings.model_validate(data), language)
+    assert few in report_text(Findings.model_validate(data), language)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("study", ["direction", "no fault normal"])
-def test_the_headline_has_the_statistic_that_the_study_chose(study: str, language: str) -> None:
+def test_headline_states_the_primary_statistic_of_the_study(study: str, language: str) -> None:
     data = json.loads(findings_by_hand(study).model_dump_json())
     data["population"]["median_fall_rate"], data["cases"]["share_overturned"] = 0.37, 0.52
     data["published_agreement"] = [
@@ -64,20 +64,20 @@ def test_the_headline_has_the_statistic_that_the_study_chose(study: str, languag
     ]
     for statistic, words in (("share", "52 %"), ("fall_rate", "37 %"), ("published", "9")):
         data["study"]["primary_statistic"] = statistic
-        headline = text_of(Findings.model_validate(data), language).splitlines()[2]
+        headline = report_text(Findings.model_validate(data), language).splitlines()[2]
         assert words in headline.replace("\N{NO-BREAK SPACE}", " ")
 
 
 def headline_of_contrast(study: str, language: str, **contrast: Any) -> tuple[str, str]:
-    """Return the headline and the whole text of a study by hand whose contrast has other values."""
+    """Return headline and text of the report on a study whose comparison with its variant has these values."""
     data = json.loads(findings_by_hand(study).model_dump_json())
     data["study"]["primary_statistic"] = contrast.pop("primary_statistic", "share")
     data["contrasts"][0] |= contrast
-    text = text_of(Findings.model_validate(data), language).replace("\N{NO-BREAK SPACE}", " ")
+    text = report_text(Findings.model_validate(data), language).replace("\N{NO-BREAK SPACE}", " ")
     return text.splitlines()[2], text
 
 
-SHARES = {
+SMALL_OVERTURNED_SHARES = {
     "share_overturned_study": estimate(0.046, 0.018, 0.074),
     "share_overturned_variant": estimate(0.029, 0.008, 0.051),
 }
@@ -94,17 +94,17 @@ SHARES = {
         (estimate(0.0, n=2), {"en": "(few earthquakes, so no interval)", "ja": "地震の数が少ない"}, ["4.6 %"]),
     ],
 )
-def test_the_headline_of_a_comparison_follows_from_its_interval(
+def test_headline_of_a_comparison_follows_from_its_interval(
     difference: dict[str, Any], words: dict[str, str], said: list[str], language: str
 ) -> None:
-    headline, _ = headline_of_contrast("vertical", language, primary_difference=difference, **SHARES)
+    headline, _ = headline_of_contrast("vertical", language, primary_difference=difference, **SMALL_OVERTURNED_SHARES)
     for one in (words[language], *said):
         assert one in headline
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("study", ["nothing falls", "vertical"])
-def test_no_stone_falls_only_in_the_cases_with_an_outcome(study: str, language: str) -> None:
+def test_headline_that_no_stone_falls_is_limited_to_cases_with_an_outcome(study: str, language: str) -> None:
     """The headline does not speak for the cases without an outcome, which may be most of the study."""
     none = estimate(0.0, 0.0, 0.26)
     data = json.loads(findings_by_hand(study).model_dump_json())
@@ -112,7 +112,7 @@ def test_no_stone_falls_only_in_the_cases_with_an_outcome(study: str, language: 
         contrast |= {"share_overturned_study": none, "share_overturned_variant": none}
     for missing in ({}, {"unstable": 7}):
         data["cases"]["without_outcome"] = missing
-        headline = text_of(Findings.model_validate(data), language).splitlines()[2]
+        headline = report_text(Findings.model_validate(data), language).splitlines()[2]
         assert {"en": "No stone falls", "ja": "墓石は一つも転倒しない"}[language] in headline
         assert ({"en": "the cases with an outcome", "ja": "結果の得られたケース"}[language] in headline) is bool(
             missing
@@ -139,7 +139,7 @@ def test_settings_without_an_outcome_in_both_are_not_compared(primary: bool, lan
     data["contrasts"].append(data["contrasts"][0] | other | {"opposite_share": None, "primary": False})
     if primary:
         data["contrasts"] = [data["contrasts"][1] | {"primary": True}]
-    text = text_of(Findings.model_validate(data), language)
+    text = report_text(Findings.model_validate(data), language)
     headline = {"en": "No case has an outcome in both settings", "ja": "両方の条件で結果が得られたケースがない"}[
         language
     ]
@@ -152,14 +152,14 @@ def test_settings_without_an_outcome_in_both_are_not_compared(primary: bool, lan
 
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize(("elements", "same_time"), [(1, 0.0), (3, 0.0), (1, 1.0)])
-def test_falls_at_the_same_time_and_the_order_within_a_scene_are_told_where_they_exist(
+def test_report_states_simultaneous_falls_and_order_of_elements_where_they_exist(
     elements: int, same_time: float, language: str
 ) -> None:
     data = json.loads(findings_by_hand("scene").model_dump_json())
     data["extent"]["elements"] = elements
     data["element_outcomes"][0] |= {"variant": "nominal", "element": data["extent"]["element"], "share_first": 0.97}
     data["contrasts"][0]["same_time_in_both"] = estimate(same_time)
-    text = text_of(Findings.model_validate(data), language)
+    text = report_text(Findings.model_validate(data), language)
     assert ({"en": "counts half", "ja": "半分と数える"}[language] in text) is (same_time > 0)
     order = {"en": "Within it the shaft falls before", "ja": "ではほかの石より先に"}[language]
     assert (order in text) is (elements > 1)
@@ -175,11 +175,11 @@ def test_falls_at_the_same_time_and_the_order_within_a_scene_are_told_where_they
         (["scene", "vertical"], {"en": ["vertical motion", "monolith scene"], "ja": ["上下動あり", "「一体の墓石」"]}),
     ],
 )
-def test_every_setting_that_differs_is_named_and_soil_only_where_it_differs(
+def test_report_names_every_setting_that_differs_between_the_variants(
     settings: list[str], named: dict[str, list[str]], language: str
 ) -> None:
     """The study asks about vertical motion, and its primary statistic is a fall rate."""
-    rates = RATES | {"differs_in": settings, "primary_statistic": "fall_rate"}
+    rates = FALL_RATES | {"differs_in": settings, "primary_statistic": "fall_rate"}
     headline, text = headline_of_contrast("vertical", language, **rates)
     for one in named[language]:
         assert one in headline
@@ -211,19 +211,19 @@ def test_every_setting_that_differs_is_named_and_soil_only_where_it_differs(
         (False, 1.0, {"en": "Each case near a change of outcome was", "ja": "境界付近のケースは、"}),
     ],
 )
-def test_cases_are_near_a_change_of_outcome_only_if_they_were_chosen_so(
+def test_report_calls_cases_near_a_change_only_if_chosen_so(
     every: bool, share: float, said: dict[str, str], language: str
 ) -> None:
     data = json.loads(findings_by_hand("direction").model_dump_json())
     data["ensemble"] |= {"repeats_every_cell": every, "share_of_cells_repeated": share}
-    text = text_of(Findings.model_validate(data), language).replace("\N{NO-BREAK SPACE}", " ")
+    text = report_text(Findings.model_validate(data), language).replace("\N{NO-BREAK SPACE}", " ")
     assert said[language] in text
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("study", ["direction", "reference"])
-def test_runs_that_disagree_are_those_of_the_first_batch(study: str, language: str) -> None:
-    """The share is an estimate for 8 runs, while a case has 8 to 24; in space the second share is of other cases."""
+def test_share_of_disagreeing_runs_is_that_of_the_first_batch(study: str, language: str) -> None:
+    """The share is an estimate for the first 8 of up to 24 runs; in 3-D the second share is of other cases."""
     (line,) = (one for one in text_by_hand(study, language).splitlines() if "47\N{NO-BREAK SPACE}%" in one)
     spaces = line.replace("\N{NO-BREAK SPACE}", " ")
     first = {"en": "Of 8 such runs some fall and others stand in 16 %", "ja": "16 % のケースでは、8 回の計算で"}
@@ -246,7 +246,7 @@ def test_runs_that_disagree_are_those_of_the_first_batch(study: str, language: s
         ("no fit: everything falls", False, {"en": "cannot be told: everything falls", "ja": "すべて転倒する"}),
     ],
 )
-def test_no_effect_is_stated_without_an_interval_that_excludes_none(
+def test_report_states_no_effect_of_predictors_that_may_be_chance(
     note: str, fitted: bool, words: dict[str, str], language: str
 ) -> None:
     data = json.loads(findings_by_hand("direction").model_dump_json())
@@ -256,14 +256,14 @@ def test_no_effect_is_stated_without_an_interval_that_excludes_none(
            "odds_factor_per_doubling": 2.3, "odds_factor_low": None, "odds_factor_high": None}  # fmt: skip
     data["logistic_fit"] |= {"even_chance": [], "coefficients": [row] if fitted else [], "note": note, "earthquakes": 1}
     found = Findings.model_validate(data)
-    text, page = text_of(found, language), render_markdown(found, language)  # the page with titles of tables
+    text, page = report_text(found, language), render_markdown(found, language)  # the page with titles of tables
     assert even not in text
     assert words[language] in text
     jackknife = {"en": "of 1 earthquake; intervals by leaving out", "ja": "ジャックナイフ法"}[language]
     assert (jackknife in page) == (fitted and not note)
 
 
-PREDICTED = {
+SENTENCES_ON_REFERENCES = {
     "en": ("two dimensions are enough", "of the borderline cases", "set up to test the fault normal",
            "with the fault normal it", "largest alignment was not predicted", "it is –"),
     "ja": ("二次元モデルは転倒の有無には十分", "転倒の境界付近では", "事前に定めた問い", "断層直交方向との一致度は",
@@ -283,22 +283,22 @@ PREDICTED = {
         ({}, {"closest_references": ["fault normal", "pulse"]}, [True, True, False, False, False]),
     ],
 )
-def test_conclusions_about_references_follow_from_their_numbers(
+def test_conclusions_about_reference_directions_follow_from_their_numbers(
     planar: dict[str, Any], reference: dict[str, Any], shown: list[bool], language: str
 ) -> None:
     data = json.loads(findings_by_hand("reference").model_dump_json())
     data["planar_model_agreement"] |= planar
     data["reference_alignments"] = [data["reference_alignments"][0] | reference]
-    text = text_of(Findings.model_validate(data), language)
-    *sentences, missing = PREDICTED[language]
+    text = report_text(Findings.model_validate(data), language)
+    *sentences, missing = SENTENCES_ON_REFERENCES[language]
     assert [one in text for one in sentences] == shown
     assert missing not in text
 
 
-NONE = {"value": None, "low": None, "high": None}
-INTERCEPT = dict.fromkeys(LogisticCoefficient.model_fields) | {"predictor": "intercept", "value": -1.8}
-FEW = {"low": None, "high": None}
-CURVE = ("population", "fragility_curves", 0)
+NO_VALUE = {"value": None, "low": None, "high": None}
+INTERCEPT_COEFFICIENT = dict.fromkeys(LogisticCoefficient.model_fields) | {"predictor": "intercept", "value": -1.8}
+NO_INTERVAL = {"low": None, "high": None}
+CURVE_PATH = ("population", "fragility_curves", 0)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -307,7 +307,7 @@ CURVE = ("population", "fragility_curves", 0)
     [
         (
             "direction",
-            {("direction", "groups", 1, "alignment"): NONE | {"earthquakes": 0}},
+            {("direction", "groups", 1, "alignment"): NO_VALUE | {"earthquakes": 0}},
             {"en": "without one –", "ja": "含まない記録で –"},
             {
                 "en": "without one no record has both falls and a known fault normal.",
@@ -316,19 +316,22 @@ CURVE = ("population", "fragility_curves", 0)
         ),
         (
             "direction",
-            {("direction", "groups", 0, "alignment"): FEW, ("direction", "groups", 1, "alignment"): FEW},
+            {
+                ("direction", "groups", 0, "alignment"): NO_INTERVAL,
+                ("direction", "groups", 1, "alignment"): NO_INTERVAL,
+            },
             {"en": "over earthquakes with its 95 % interval", "ja": "平均値とその 95 % 信頼区間"},
             {"en": "over earthquakes; too few earthquakes", "ja": "平均値。地震の数が少ない"},
         ),
         (
             "reference",
-            {("reference_alignments", 0, "closest_alignment"): FEW},
+            {("reference_alignments", 0, "closest_alignment"): NO_INTERVAL},
             {"en": "mean over earthquakes with its 95 %", "ja": "地震についての平均値と 95 %"},
             {"en": "mean over earthquakes, too few of them", "ja": "平均値(地震の数が少ない"},
         ),
         (
             "direction",
-            {("criteria_scores", "scores", 1, "skill"): NONE},
+            {("criteria_scores", "scores", 1, "skill"): NO_VALUE},
             {"en": "already scores", "ja": "スキルは –"},
             {"en": "Among blocks of one size", "ja": "同じ寸法のブロック"},
         ),
@@ -358,7 +361,7 @@ CURVE = ("population", "fragility_curves", 0)
         ),
         (
             "direction",
-            {CURVE: FEW},
+            {CURVE_PATH: NO_INTERVAL},
             {"en": "95 % band", "ja": "95 % 信頼帯"},
             {"en": "Line: lognormal fragility curve", "ja": "フラジリティ曲線"},
         ),
@@ -391,7 +394,7 @@ CURVE = ("population", "fragility_curves", 0)
         ),
         (
             "direction",
-            {("logistic_fit",): {"earthquakes": 1, "coefficients": [INTERCEPT]}},
+            {("logistic_fit",): {"earthquakes": 1, "coefficients": [INTERCEPT_COEFFICIENT]}},
             {"en": "1 earthquakes", "ja": "1 earthquake"},
             {"en": "of 1 earthquake;", "ja": "(1 地震、"},
         ),
@@ -444,19 +447,19 @@ def test_sentences_of_small_studies_promise_no_number_that_they_lack(
             part = part[key]
         part |= values
     found = Findings.model_validate(data)  # captions of tables are in the Markdown only
-    text = (text_of(found, language) + render_markdown(found, language)).replace("\N{NO-BREAK SPACE}", " ")
+    text = (report_text(found, language) + render_markdown(found, language)).replace("\N{NO-BREAK SPACE}", " ")
     assert gone[language] not in text
     assert shown[language] in text
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize(("cases", "angle"), [(0, None), (120, None), (120, 14.0)])
-def test_fall_axes_in_space_and_in_planes_are_compared_only_where_stones_fall_in_both(
+def test_2d_and_3d_fall_axes_are_compared_only_where_both_models_fall(
     cases: int, angle: float | None, language: str
 ) -> None:
     data = json.loads(findings_by_hand("reference").model_dump_json())
     data["planar_model_agreement"] |= {"cases": cases, "angle_between_axes_deg": angle, "only_3d_overturns": 0.0}
-    text = text_of(Findings.model_validate(data), language)
+    text = report_text(Findings.model_validate(data), language)
     alone, apart = {"en": ("in a plane alone", "apart on average"), "ja": ("は二次元でのみ", "転倒軸の差は平均")}[
         language
     ]
@@ -464,9 +467,9 @@ def test_fall_axes_in_space_and_in_planes_are_compared_only_where_stones_fall_in
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_a_study_of_a_survey_without_outcomes_says_so_in_its_headline(language: str) -> None:
+def test_headline_of_a_survey_study_without_outcomes_states_their_absence(language: str) -> None:
     data = json.loads(findings_by_hand("survey").model_dump_json())
     data["surveys"], data["published_agreement"] = [], []
     data["cases"]["share_overturned"] = None
-    text = text_of(Findings.model_validate(data), language)
+    text = report_text(Findings.model_validate(data), language)
     assert text.splitlines()[2] == {"en": "No outcome was found", "ja": "結果が得られなかった"}[language]

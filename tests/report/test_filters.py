@@ -13,13 +13,11 @@ from overturning.report import filters
     [(0.353, 0, "35 %"), (0.004, 0, "0.4 %"), (0.9997, 0, "99.97 %"), (0.0, 1, "0.0 %"), (1.0, 0, "100 %"),
      (1e-12, 0, "0 %"), (None, 0, "–"), (math.nan, 0, "–")],
 )  # fmt: skip
-def test_a_share_that_is_neither_none_nor_all_is_not_printed_as_such(
-    share: float | None, digits: int, shown: str
-) -> None:
+def test_shares_between_none_and_all_are_not_printed_as_0_or_100(share: float | None, digits: int, shown: str) -> None:
     assert filters.percent(share, digits) == shown.replace(" ", filters.NO_BREAK)
 
 
-def test_the_interval_of_a_share_has_the_digits_of_the_share() -> None:
+def test_interval_of_a_share_is_printed_with_the_digits_of_the_share() -> None:
     one = SimpleNamespace(value=0.99973, low=0.9985, high=0.99999)
     assert filters.share(one, to=" to ") == f"99.97{filters.NO_BREAK}% (99.85 to 100.00)"
 
@@ -27,7 +25,9 @@ def test_the_interval_of_a_share_has_the_digits_of_the_share() -> None:
 @pytest.mark.parametrize(
     ("value", "digits", "shown"), [(-0.004, 2, "0.00"), (-0.12, 2, "−0.12"), (2.0, 0, "2"), (None, 2, "–")]
 )
-def test_a_number_has_a_true_minus_and_no_minus_before_zero(value: float | None, digits: int, shown: str) -> None:
+def test_numbers_are_printed_with_a_true_minus_and_without_minus_zero(
+    value: float | None, digits: int, shown: str
+) -> None:
     assert filters.number(value, digits) == shown
 
 
@@ -38,7 +38,7 @@ def test_a_number_has_a_true_minus_and_no_minus_before_zero(value: float | None,
         (0.5, 0, "1°"), (359.5, 360, "0°"), (-0.4, 360, "0°"),
     ],
 )  # fmt: skip
-def test_degrees_stay_in_their_range(value: float, full: int, shown: str) -> None:
+def test_rounded_degrees_stay_within_the_circle(value: float, full: int, shown: str) -> None:
     assert filters.degrees(value, full) == shown
 
 
@@ -53,7 +53,7 @@ def test_degrees_stay_in_their_range(value: float, full: int, shown: str) -> Non
         (0.6174, None, None, ("0.62", "–")),
     ],
 )
-def test_digits_are_those_of_the_interval(
+def test_a_median_is_printed_with_the_digits_of_its_interval(
     median: float, low: float | None, high: float | None, shown: tuple[str, str]
 ) -> None:
     one = SimpleNamespace(median=median, low=low, high=high, data_minimum=0.1, data_maximum=1.4)

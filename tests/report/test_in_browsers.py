@@ -14,12 +14,12 @@ from overturning.figures.film_of_trajectory import film_of_trajectories
 from overturning.figures.page import film_page_html
 from overturning.motion.motion import Motion
 from tests.figures.films import falling_body, film_of_two_blocks
-from tests.report.browsers import answers
-from tests.report.test_rendering import BAD
+from tests.report.browsers import run_scripts_in_browser
+from tests.report.test_rendering import SCRIPT_AS_NAME
 
-NAME = "A </script><script>window.hurt = 1</script> & <b>name</b>"
+HOSTILE_TITLE = "A </script><script>window.hurt = 1</script> & <b>name</b>"
 
-FILM = """
+FILM_SCRIPT = """
 const film = document.querySelector(".film"), data = film.dataset, seen = [];
 const look = () => seen.push([data.state, Number(data.time), data.forces, data.earth, data.rate]);
 await until(() => data.ready === "true");
@@ -44,7 +44,7 @@ half.click();
 rates.push(data.rate);
 return {seen, outcomes, paused, rates, title: document.querySelector(".film-title").textContent, hurt: window.hurt};
 """
-FALL = """
+FALL_SCRIPT = """
 const film = document.querySelector(".film");
 await until(() => film.dataset.ready === "true");
 const count = () => {
@@ -58,11 +58,11 @@ press(film, "End");
 return {before, after: count(), boxes: document.querySelectorAll(".film-controls input[type=checkbox]").length,
         outcome: document.querySelector(".film-outcome").textContent};
 """
-THREE = """
+THREE_PANELS_SCRIPT = """
 return await onPhone((page) => [...page.querySelectorAll(".film-panel")].map((one) =>
   Math.round(one.getBoundingClientRect().top)));
 """
-SPACE = """
+BODY_IN_3D_SCRIPT = """
 const film = document.querySelector(".film"), canvas = document.querySelector("canvas");
 await until(() => film.dataset.ready === "true");
 canvas.setPointerCapture = () => {};
@@ -75,7 +75,7 @@ pictures.push(canvas.toDataURL());
 press(film, "End");
 return {different: new Set(pictures).size, outcome: document.querySelector(".film-outcome").textContent};
 """
-THROWN = """
+WHOLE_STONE_SCRIPT = """
 const film = document.querySelector(".film"), canvas = document.querySelector("canvas"), found = [];
 const slider = film.querySelector("input[type=range]");
 await until(() => film.dataset.ready === "true");
@@ -98,7 +98,7 @@ for (const tick of [false, true]) {
     found.push(stone()); } }
 return {found, bar};
 """
-REPORT = """
+REPORT_SCRIPT = """
 const table = [...document.querySelectorAll("table.sortable")].find((one) => one.querySelector("a"));
 const order = () => [...table.tBodies[0].rows].map((row) => row.cells[0].textContent);
 const click = (which) => table.querySelector(which).click();
@@ -122,7 +122,7 @@ const sorted = cells().map((one) => one[1].textContent).filter((one) => one);
 const films = document.querySelectorAll(".film[data-ready=true]").length;
 return {orders, opened, sorted, films, wide, tables, title: document.title, hurt: window.hurt};
 """
-LETTERS = """
+LETTER_SIZES_SCRIPT = """
 const {wide, seen} = await onPhone((page) => {
   const sizes = [];
   for (const one of page.querySelectorAll("figure > svg, figure > .narrow > svg")) {
@@ -135,8 +135,10 @@ return {wide, least: seen[0], letters: seen[1]};
 
 
 @pytest.fixture(scope="module", params=["chromium", pytest.param("firefox", marks=pytest.mark.long)])
-def said(request: pytest.FixtureRequest, rendered: tuple[str, bytes], tmp_path_factory: Any) -> dict[str, Any]:
-    """Return the results of each page in each browser."""
+def page_script_results(
+    request: pytest.FixtureRequest, page_and_pdf: tuple[str, bytes], tmp_path_factory: Any
+) -> dict[str, Any]:
+    """Return the results of the scripts of this file in one browser, by the name of the page."""
     film = film_of_two_blocks()
     time = np.arange(0, 1.2, 0.01)
     motion = Motion(7.0 * np.sin(2 * np.pi * time), 3.0 * np.sin(2 * np.pi * time), sampling_interval=0.01)
@@ -149,33 +151,33 @@ def said(request: pytest.FixtureRequest, rendered: tuple[str, bytes], tmp_path_f
         "slender": trajectory(rest, "rectangle", height=0.01, b_over_h=0.1, orientation_deg=0.0),
     }
     pages = {
-        "film": (film_page_html(film_of_two_blocks(duration=0.2, title=NAME)), FILM),
-        "three": (film_page_html(Film("three", 0.0, 0.02, (*film.panels, film.panels[0]))), THREE),
+        "film": (film_page_html(film_of_two_blocks(duration=0.2, title=HOSTILE_TITLE)), FILM_SCRIPT),
+        "three": (film_page_html(Film("three", 0.0, 0.02, (*film.panels, film.panels[0]))), THREE_PANELS_SCRIPT),
     }
     with pytest.MonkeyPatch.context() as patch:  # frames for print, which these scripts do not look at
         patch.setattr("overturning.figures.film_strip.film_strip_figure", lambda *_, **__: Figure((1.0, 1.0)))
         pages |= {
-            "fall": (film_page_html(film_of_two_blocks(forces=False)), FALL),
-            "space": (film_page_html(film_of_trajectories([path], motion, "title")), SPACE),
+            "fall": (film_page_html(film_of_two_blocks(forces=False)), FALL_SCRIPT),
+            "space": (film_page_html(film_of_trajectories([path], motion, "title")), BODY_IN_3D_SCRIPT),
             **{
                 name: (
                     film_page_html(film_of_trajectories([path], {"thrown": jump, "slender": rest}[name], name)),
-                    THROWN,
+                    WHOLE_STONE_SCRIPT,
                 )
                 for name, path in films.items()
             },
         }
-    pages["report"] = (rendered[0], REPORT)
+    pages["report"] = (page_and_pdf[0], REPORT_SCRIPT)
     if request.param == "chromium":  # one start of the browser for all
-        pages["letters"] = (rendered[0], LETTERS)
+        pages["letters"] = (page_and_pdf[0], LETTER_SIZES_SCRIPT)
     profile: Path = tmp_path_factory.mktemp("browser") / "profile"
-    return answers(request.param, pages, profile)
+    return run_scripts_in_browser(request.param, pages, profile)
 
 
 @pytest.mark.browser
-def test_a_film_plays_and_obeys_its_keys(said: dict[str, Any]) -> None:
-    film = said["film"]
-    assert film["title"] == NAME
+def test_film_page_plays_and_obeys_its_keys(page_script_results: dict[str, Any]) -> None:
+    film = page_script_results["film"]
+    assert film["title"] == HOSTILE_TITLE
     assert "hurt" not in film
     assert film["outcomes"][1] == "stands"
     assert film["paused"] == "paused"
@@ -193,9 +195,9 @@ def test_a_film_plays_and_obeys_its_keys(said: dict[str, Any]) -> None:
 
 
 @pytest.mark.browser
-def test_the_canvas_shows_the_fall(said: dict[str, Any]) -> None:
+def test_canvas_of_a_film_shows_the_block_after_its_fall(page_script_results: dict[str, Any]) -> None:
     """The block's colour leaves its first place and comes to the right of it."""
-    fall = said["fall"]
+    fall = page_script_results["fall"]
     assert fall["before"][0] > 1000 > fall["before"][1]
     assert fall["after"][1] > 5 * fall["after"][0]
     assert fall["outcome"].startswith("falls towards N60")
@@ -203,16 +205,16 @@ def test_the_canvas_shows_the_fall(said: dict[str, Any]) -> None:
 
 
 @pytest.mark.browser
-def test_three_panels_side_by_side_on_a_phone(said: dict[str, Any]) -> None:
-    assert len(said["three"]["seen"]) == 3
-    assert len(set(said["three"]["seen"])) == 1
-    assert said["three"]["wide"] <= 390
+def test_three_film_panels_fit_side_by_side_on_a_phone(page_script_results: dict[str, Any]) -> None:
+    assert len(page_script_results["three"]["seen"]) == 3
+    assert len(set(page_script_results["three"]["seen"])) == 1
+    assert page_script_results["three"]["wide"] <= 390
 
 
 @pytest.mark.browser
-def test_dragging_and_keys_turn_a_body_in_space(said: dict[str, Any]) -> None:
-    assert said["space"]["different"] == 3
-    assert said["space"]["outcome"].startswith("falls towards")
+def test_dragging_and_keys_rotate_the_view_of_a_3d_body(page_script_results: dict[str, Any]) -> None:
+    assert page_script_results["space"]["different"] == 3
+    assert page_script_results["space"]["outcome"].startswith("falls towards")
 
 
 @pytest.mark.browser
@@ -223,24 +225,28 @@ def test_dragging_and_keys_turn_a_body_in_space(said: dict[str, Any]) -> None:
         pytest.param("slender", [0.002], id="a slender stone of 1 cm that stays"),
     ],
 )
-def test_the_picture_holds_the_whole_stone(said: dict[str, Any], name: str, bars: list[float]) -> None:
+def test_3d_film_shows_the_whole_stone_in_every_frame(
+    page_script_results: dict[str, Any], name: str, bars: list[float]
+) -> None:
     """In every frame, seen from the ground and from the earth; the scale bar takes at most a quarter of the width.
 
     The slender stone and its floor, which is as wide as the stone is high, fill a picture 1.7 stones wide.
     """
-    assert [edge for _, edge in said[name]["found"]] == 42 * [0]
-    assert min(count for count, _ in said[name]["found"][:21]) > 200
-    assert said[name]["bar"] in [pytest.approx(bar) for bar in bars]
+    assert [edge for _, edge in page_script_results[name]["found"]] == 42 * [0]
+    assert min(count for count, _ in page_script_results[name]["found"][:21]) > 200
+    assert page_script_results[name]["bar"] in [pytest.approx(bar) for bar in bars]
 
 
 @pytest.mark.browser
-def test_the_report_sorts_opens_chapters_plays_and_fits(said: dict[str, Any], hostile: Path) -> None:
-    page = said["report"]
+def test_report_page_sorts_tables_opens_chapters_and_fits_a_phone(
+    page_script_results: dict[str, Any], results_with_hostile_names: Path
+) -> None:
+    page = page_script_results["report"]
     assert page["orders"] == [["one", "two"], ["two", "one"], ["two", "one"]]
     assert page["sorted"] == ["30", "2,000", "12,345"]
     assert page["opened"]
-    assert page["films"] == len(read_cases_with_figures(hostile / "figures" / "illustrative")) >= 1
-    assert page["title"] == BAD
+    assert page["films"] == len(read_cases_with_figures(results_with_hostile_names / "figures" / "illustrative")) >= 1
+    assert page["title"] == SCRIPT_AS_NAME
     assert "hurt" not in page
     # On a phone only scrollable elements are wider than the screen.
     assert page["wide"] <= 390
@@ -249,9 +255,9 @@ def test_the_report_sorts_opens_chapters_plays_and_fits(said: dict[str, Any], ho
 
 
 @pytest.mark.browser
-@pytest.mark.parametrize("said", ["chromium"], indirect=True)
-def test_letters_of_figures_are_legible_on_a_phone(said: dict[str, Any]) -> None:
-    found = said["letters"]
+@pytest.mark.parametrize("page_script_results", ["chromium"], indirect=True)
+def test_letters_of_report_figures_are_legible_on_a_phone(page_script_results: dict[str, Any]) -> None:
+    found = page_script_results["letters"]
     assert found["letters"] > 20
     assert found["least"] >= 9.0
     assert found["wide"] <= 390

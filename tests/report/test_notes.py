@@ -19,39 +19,39 @@ from overturning.report.render import (
     translate_label,
 )
 from overturning.report.terminal import plain_paragraphs
-from tests.report.by_hand import RECORD, STUDIES
-from tests.report.test_rendering import elements
+from tests.report.by_hand import RECORD, STUDY_FINDINGS
+from tests.report.test_rendering import parse_elements
 
-TIME = np.arange(2000) / 100.0
-WAVE = np.sin(2 * np.pi * 0.7 * TIME + 0.3) * np.exp(-(((TIME - 8.0) / 3.0) ** 2))
-ACROSS = np.sin(2 * np.pi * 1.3 * TIME) * np.exp(-(((TIME - 8.0) / 3.0) ** 2))
+RECORD_TIME = np.arange(2000) / 100.0
+NORTH_WAVE = np.sin(2 * np.pi * 0.7 * RECORD_TIME + 0.3) * np.exp(-(((RECORD_TIME - 8.0) / 3.0) ** 2))
+EAST_WAVE = np.sin(2 * np.pi * 1.3 * RECORD_TIME) * np.exp(-(((RECORD_TIME - 8.0) / 3.0) ** 2))
 
 
-def record_of(path: Path, north: np.ndarray, trust_data: bool = False) -> Record:
-    """Return the record of a file with two columns, read with declared columns."""
-    np.savetxt(path, np.column_stack([TIME, north, ACROSS]), fmt="%.9g", delimiter=",")
+def read_record_with_north(path: Path, north: np.ndarray, trust_data: bool = False) -> Record:
+    """Write a file with two columns, read it with declared columns, and return the record."""
+    np.savetxt(path, np.column_stack([RECORD_TIME, north, EAST_WAVE]), fmt="%.9g", delimiter=",")
     given = DeclaredFileProperties(columns="time:s north:m/s2 east:m/s2", processed=True, trust_data=trust_data)
     return read_record_without_processing(path, given)
 
 
-def report_of_record(record: Record, language: str) -> str:
+def markdown_report_on_record(record: Record, language: str) -> str:
     """Return the Markdown of a report on one record."""
     processing = processing_finding_of_record(source_and_processing_of_record(record))
     doubts = [{"doubt": one, "count": 1, "records": ["vale"]} for one in processing.doubts]
     notes = RecordNotes.model_validate({"records_with_notes": 1, "doubts": doubts})
     parts = {"records": [RECORD | {"processing": processing}], "record_notes": notes}
-    return render_markdown(Findings.model_validate(STUDIES["direction"] | parts), language)
+    return render_markdown(Findings.model_validate(STUDY_FINDINGS["direction"] | parts), language)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_a_clipped_component_is_named_with_its_number_of_samples_at_the_rail(tmp_path: Path, language: str) -> None:
-    clipped = np.clip(2.0 * WAVE, -1.0, 1.0)
+def test_report_names_a_clipped_component_and_its_clipped_samples(tmp_path: Path, language: str) -> None:
+    clipped = np.clip(2.0 * NORTH_WAVE, -1.0, 1.0)
     runs = np.split(clipped, np.flatnonzero(np.diff(clipped)) + 1)
     count = sum(run.size for run in runs if abs(run[0]) == 1.0 and run.size >= 3)
     assert count > 10
-    text = report_of_record(record_of(tmp_path / "x.csv", clipped), language)
+    text = markdown_report_on_record(read_record_with_north(tmp_path / "x.csv", clipped), language)
     page = report_html_page(parse_markdown(text), "title", language, None, {})
-    elements(page)
+    parse_elements(page)
     (item,) = (one for one in page.split("<li>") if "clipped:" in one)
     assert item.startswith("vale")
     assert f"axis 'north' is clipped: {count} samples stand at its rail, 100 Gal".replace("'", "&#x27;") in item
@@ -60,14 +60,14 @@ def test_a_clipped_component_is_named_with_its_number_of_samples_at_the_rail(tmp
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_drift_and_trusted_contradictions_are_named(tmp_path: Path, language: str) -> None:
-    drifting = record_of(tmp_path / "x.csv", WAVE + 0.003)
+def test_report_names_drift_and_trusted_contradictions_of_a_record(tmp_path: Path, language: str) -> None:
+    drifting = read_record_with_north(tmp_path / "x.csv", NORTH_WAVE + 0.003)
     assert DRIFT in processing_finding_of_record(source_and_processing_of_record(drifting)).doubts
-    text = report_of_record(drifting, language)
+    text = markdown_report_on_record(drifting, language)
     assert {"en": "velocity of north ends at", "ja": "北方向の速度が最後に最大値の"}[language] in text
     assert translate_label(DRIFT, read_label_translations(language)) in text
-    dead = record_of(tmp_path / "y.csv", 1e-9 * WAVE, trust_data=True)
+    dead = read_record_with_north(tmp_path / "y.csv", 1e-9 * NORTH_WAVE, trust_data=True)
     assert processing_finding_of_record(source_and_processing_of_record(dead)).doubts == [TRUSTED]
-    text = report_of_record(dead, language)
+    text = markdown_report_on_record(dead, language)
     assert "north\\' is dead" in text
     assert translate_label(TRUSTED, read_label_translations(language)) in text

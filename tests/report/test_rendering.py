@@ -18,16 +18,26 @@ from overturning.report.render import LANGUAGES, ReportMedia, escape_markdown, p
 from overturning.report.terminal import plain_text_lines
 from overturning.report.write import FilmFacts
 from overturning.translation.texts import installed_fonts_of_language
-from tests.report.by_hand import RECORD, STUDIES, changed, findings_by_hand
+from tests.report.by_hand import RECORD, STUDY_FINDINGS, change_findings, findings_by_hand
 
-BAD = "<script>window.hurt = 1</script>"
-EVIL = [BAD, "a | b", "*x* _y_ `z`", "[l](javascript:1)", "# h", "::: fold", "$x^2$ #panic()", "a\\nb", "&amp; <b>"]
+SCRIPT_AS_NAME = "<script>window.hurt = 1</script>"
+HOSTILE_NAMES = [
+    SCRIPT_AS_NAME,
+    "a | b",
+    "*x* _y_ `z`",
+    "[l](javascript:1)",
+    "# h",
+    "::: fold",
+    "$x^2$ #panic()",
+    "a\\nb",
+    "&amp; <b>",
+]
 
-SVG = '<svg xmlns="http://www.w3.org/2000/svg" width="100pt" height="50pt"><g id="a"/><use href="#a"/></svg>'
+SMALL_SVG = '<svg xmlns="http://www.w3.org/2000/svg" width="100pt" height="50pt"><g id="a"/><use href="#a"/></svg>'
 
 
-class Elements(html.parser.HTMLParser):
-    """Elements of a page in their order, with their attributes; every element is closed in order."""
+class ElementParser(html.parser.HTMLParser):
+    """Parser that lists the elements of a page, with attributes, and checks that they are closed in order."""
 
     VOID = frozenset({"meta", "img", "br", "input", "link", "hr"})
 
@@ -37,78 +47,86 @@ class Elements(html.parser.HTMLParser):
         self.found: list[tuple[str, dict[str, str | None]]] = []
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        """List an element, and expect its end unless it is a void element."""
         self.found.append((tag, dict(attrs)))
         if tag not in self.VOID:
             self.open.append(tag)
 
     def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        pass
+        """Skip a self-closing element."""
 
     def handle_endtag(self, tag: str) -> None:
+        """Check that the element that ends is the last one opened."""
         assert self.open.pop() == tag
 
 
-def elements(page: str) -> list[tuple[str, dict[str, str | None]]]:
-    """Return the elements of a well-formed page."""
-    parser = Elements()
+def parse_elements(page: str) -> list[tuple[str, dict[str, str | None]]]:
+    """Return tag and attributes of the elements of a page, after a check that it is well formed."""
+    parser = ElementParser()
     parser.feed(page)
     assert parser.open == []
     return parser.found
 
 
-def page_of(text: str, figures: dict[str, Path] | None = None, films: Any = None) -> str:
-    """Return the page of a text."""
+def render_page(text: str, figures: dict[str, Path] | None = None, films: Any = None) -> str:
+    """Render Markdown as an HTML page."""
     return report_html_page(parse_markdown(text), "title", "en", figures, films or {})
 
 
-def named(*names: str) -> Findings:
-    """Return findings whose titles and names are the given ones."""
+def findings_with_names(*names: str) -> Findings:
+    """Return findings that contain three given names in all titles and names."""
     one, two, three = names
     record = RECORD | {"id": one, "station": two, "event": three}
-    data = changed(STUDIES["survey"], study={"title": one, "question": two}, records=[record])
+    data = change_findings(STUDY_FINDINGS["survey"], study={"title": one, "question": two}, records=[record])
     return Findings.model_validate(data | {"sources": [{"record": three, "source": one, "licence": two}]})
 
 
 @pytest.fixture(scope="module")
-def usual_tags() -> list[str]:
-    """Elements of the page of findings with harmless names."""
-    return [tag for tag, _ in elements(page_of(render_markdown(named("a", "b", "c"))))]
+def tags_with_harmless_names() -> list[str]:
+    """Return the tags of the page of findings with harmless names."""
+    return [tag for tag, _ in parse_elements(render_page(render_markdown(findings_with_names("a", "b", "c"))))]
 
 
-@pytest.mark.parametrize("name", EVIL)
-def test_a_name_changes_no_element_of_the_page_and_is_shown_as_it_is(name: str, usual_tags: list[str]) -> None:
-    tree = parse_markdown(render_markdown(named(name, name, name)))
-    assert [tag for tag, _ in elements(report_html_page(tree, "title", "en", None, {}))] == usual_tags
+@pytest.mark.parametrize("name", HOSTILE_NAMES)
+def test_hostile_name_changes_no_page_element_and_is_shown_unchanged(
+    name: str, tags_with_harmless_names: list[str]
+) -> None:
+    tree = parse_markdown(render_markdown(findings_with_names(name, name, name)))
+    assert [
+        tag for tag, _ in parse_elements(report_html_page(tree, "title", "en", None, {}))
+    ] == tags_with_harmless_names
     assert "".join(name.split()) in "".join("".join(plain_text_lines(tree)).split())
 
 
-def test_the_chapter_of_a_record_leads_to_it_in_the_explorer() -> None:
+def test_chapter_of_a_record_links_to_it_in_the_explorer() -> None:
     """The explorer reads the part behind # as a query string (URLSearchParams), as `parse_qs` does."""
-    names = ["rinaldi", "imperial-06", "a b+c&d=e#f%20_g_", *EVIL]
-    data = changed(STUDIES["survey"], records=[RECORD | {"id": name} for name in names])
+    names = ["rinaldi", "imperial-06", "a b+c&d=e#f%20_g_", *HOSTILE_NAMES]
+    data = change_findings(STUDY_FINDINGS["survey"], records=[RECORD | {"id": name} for name in names])
     media = ReportMedia(chapters=dict.fromkeys(names, ("polar/x",)), explorer="explore.html")
-    found = elements(page_of(render_markdown(Findings.model_validate(data), media=media)))
+    found = parse_elements(render_page(render_markdown(Findings.model_validate(data), media=media)))
     addresses = [str(a["href"]) for tag, a in found if tag == "a" and "explore.html#" in str(a["href"])]
     pages, fragments = zip(*(address.split("#", 1) for address in addresses), strict=True)
     assert {*pages} == {"explore.html"}
     assert [parse_qs(one, strict_parsing=True) for one in dict.fromkeys(fragments)] == [{"record": [n]} for n in names]
-    bare = elements(page_of(render_markdown(Findings.model_validate(data), media=ReportMedia(chapters=media.chapters))))
+    bare = parse_elements(
+        render_page(render_markdown(Findings.model_validate(data), media=ReportMedia(chapters=media.chapters)))
+    )
     assert not any(word in str(a.get("href")) for word in ("explore", "#record=") for tag, a in bare)
 
 
-@pytest.mark.parametrize("name", EVIL)
-def test_escaped_text_is_read_back_as_it_was(name: str) -> None:
+@pytest.mark.parametrize("name", HOSTILE_NAMES)
+def test_text_escaped_for_markdown_is_read_back_unchanged(name: str) -> None:
     (line,) = plain_text_lines(parse_markdown(f"x {escape_markdown(name)} y"))
     assert line == f"x {' '.join(name.split(chr(10)))} y"
 
 
-def test_figures_and_tables_are_numbered_outside_folds(tmp_path: Path) -> None:
+def test_figures_and_tables_are_numbered_except_in_folded_sections(tmp_path: Path) -> None:
     figures = {name: tmp_path / f"{name}.svg" for name in "abc"}
     for path in figures.values():
-        path.write_text(SVG)
+        path.write_text(SMALL_SVG)
     table = "::: table Sizes\n| a |\n|--:|\n| 1 |\n:::\n"
     text = '![one](a "A")\n\n:::: fold More\n![two](b "B")\n\n' + table + '\n::::\n\n![three](c "C")\n\n' + table
-    page = page_of(text, figures)
+    page = render_page(text, figures)
     assert "<b>Figure 1.</b> A" in page
     assert "<b>Figure 2.</b> C" in page
     assert "<figcaption>B</figcaption>" in page
@@ -117,9 +135,9 @@ def test_figures_and_tables_are_numbered_outside_folds(tmp_path: Path) -> None:
     # Identifiers of two figures differ in the page; a figure in a fold is an image, which a browser reads later.
     assert 'id="figure-1-a"' in page
     assert 'href="#figure-1-a"' in page
-    assert [attrs["loading"] for tag, attrs in elements(page) if tag == "img"] == ["lazy"]
+    assert [attrs["loading"] for tag, attrs in parse_elements(page) if tag == "img"] == ["lazy"]
     with pytest.raises(ResultError, match="b: no such figure"):
-        page_of(text, {"a": figures["a"]})
+        render_page(text, {"a": figures["a"]})
 
 
 def test_figures_and_tables_are_numbered_in_the_words_of_the_language() -> None:
@@ -130,14 +148,14 @@ def test_figures_and_tables_are_numbered_in_the_words_of_the_language() -> None:
     assert "<title>題</title>" in page
 
 
-def test_an_anchor_and_a_link(tmp_path: Path) -> None:
-    page = page_of("{#here}\n## Title\n\n[to *it*](#here) and **bold**\n\n- one\n- two\n")
+def test_anchor_link_emphasis_and_list_are_rendered_as_html(tmp_path: Path) -> None:
+    page = render_page("{#here}\n## Title\n\n[to *it*](#here) and **bold**\n\n- one\n- two\n")
     assert '<h2 id="here">Title</h2>' in page
     assert '<a href="#here">to <em>it</em></a> and <strong>bold</strong>' in page
     assert page.count("<li>") == 2
 
 
-def test_a_pair_on_paper_shows_the_figures_drawn_for_a_phone(tmp_path: Path) -> None:
+def test_pair_of_figures_in_the_pdf_shows_those_drawn_for_a_phone(tmp_path: Path) -> None:
     """Half a page is as wide as a phone; a figure drawn for a page would have letters of half their size there."""
     page, phone = tmp_path / "page.svg", tmp_path / "phone.svg"
     for path, width in ((page, 482), (phone, 241)):
@@ -149,32 +167,32 @@ def test_a_pair_on_paper_shows_the_figures_drawn_for_a_phone(tmp_path: Path) -> 
     assert report_pdf(alone, "T", "en", figures) != report_pdf(alone, "T", "en", {"a": phone})
 
 
-def streams_of(pdf: bytes) -> list[bytes]:
+def pdf_streams(pdf: bytes) -> list[bytes]:
     """Return the contents of a PDF file, among them one for each page."""
     found = re.findall(rb"/FlateDecode.*?stream\r?\n(.*?)\r?\nendstream", pdf, re.S)
     return [zlib.decompress(one) for one in found]
 
 
-def test_the_caption_of_a_table_is_on_the_page_of_the_table() -> None:
+def test_caption_of_a_table_is_on_the_same_pdf_page() -> None:
     """Caption in letters of 8.5 pt, table in letters of 8 pt; the text above leaves less and less of the first page."""
     pages = []
     for lines in range(33, 49):
         text = "\n\n".join(["# T", *["Line."] * lines])
         table = "::: table Caption.\n| a | b |\n|---|---|\n| 1 | 2 |\n:::\n"
         pdf = report_pdf(parse_markdown(f"{text}\n\n{table}"), "T", "en", {})
-        (page,) = (one for one in streams_of(pdf) if b" 8.5 Tf" in one)
+        (page,) = (one for one in pdf_streams(pdf) if b" 8.5 Tf" in one)
         assert b" 8 Tf" in page, lines
         pages.append(b" 17 Tf" in page)
     assert pages[0]
     assert not pages[-1]
 
 
-def test_on_the_first_page_of_paper_no_figure_is_above_the_title(tmp_path: Path) -> None:
+def test_no_figure_is_above_the_title_of_the_pdf(tmp_path: Path) -> None:
     """Heights on the page, pt, of the title (17 pt letters) and of the upper edge of the figure."""
-    (tmp_path / "a.svg").write_text(SVG, encoding="utf-8")
+    (tmp_path / "a.svg").write_text(SMALL_SVG, encoding="utf-8")
     tree = parse_markdown('# Title\n\nShort.\n\n![alt](a "A")\n\n## Next\n\nMore.\n')
     pdf = report_pdf(tree, "T", "en", {"a": tmp_path / "a.svg"})
-    (content,) = (one for one in streams_of(pdf) if b" 17 Tf" in one)
+    (content,) = (one for one in pdf_streams(pdf) if b" 17 Tf" in one)
     title = re.search(rb"([\d.]+) cm[^Q]*? 17 Tf", content)
     figure = re.search(rb"/Alt\(alt\)>>BDC\s+q [\d.]+ ([\d.]+) m", content)
     assert title
@@ -184,12 +202,12 @@ def test_on_the_first_page_of_paper_no_figure_is_above_the_title(tmp_path: Path)
 
 @pytest.mark.skipif(not installed_fonts_of_language("ja"), reason="no Japanese font is installed")
 @pytest.mark.parametrize("place", ["text", "figure"])
-def test_japanese_names_on_english_paper_have_their_letters(tmp_path: Path, place: str) -> None:
+def test_japanese_names_in_an_english_pdf_have_their_letters(tmp_path: Path, place: str) -> None:
     """Without the font they are boxes; other reports do not depend on installed fonts."""
     texts, font = {"text": "Hino", "figure": "Hino"}, b"CJK"
 
     def paper() -> bytes:
-        svg = SVG.replace('<g id="a"/>', f'<text id="a" y="9">{texts["figure"]}</text>')
+        svg = SMALL_SVG.replace('<g id="a"/>', f'<text id="a" y="9">{texts["figure"]}</text>')
         (tmp_path / "a.svg").write_text(svg, encoding="utf-8")
         return report_pdf(parse_markdown(f'# {texts["text"]}\n\n![alt](a "A")\n'), "T", "en", {"a": tmp_path / "a.svg"})
 
@@ -198,30 +216,30 @@ def test_japanese_names_on_english_paper_have_their_letters(tmp_path: Path, plac
     assert font in paper()
 
 
-def test_a_damaged_figure_is_named_with_the_remedy(tmp_path: Path) -> None:
-    (tmp_path / "a.svg").write_text(SVG[:-9], encoding="utf-8")
+def test_error_names_a_damaged_figure_and_the_remedy(tmp_path: Path) -> None:
+    (tmp_path / "a.svg").write_text(SMALL_SVG[:-9], encoding="utf-8")
     with pytest.raises(ResultError, match=r"a\.svg is damaged: delete it, and run the study again"):
         report_pdf(parse_markdown('# T\n\n![alt](a "A")\n'), "T", "en", {"a": tmp_path / "a.svg"})
 
 
 @pytest.mark.parametrize("name", ["answer", "caution", "kicker", "limits", "note", "pair"])
-def test_the_page_gives_each_kind_of_block_its_look(name: str) -> None:
+def test_style_sheet_has_a_rule_for_each_kind_of_block(name: str) -> None:
     style = (Path(report.__file__).parent / "templates" / "report.css").read_text(encoding="utf-8")
-    assert f'class="{name}"' in page_of(f"::: {name}\ntext\n:::\n")
+    assert f'class="{name}"' in render_page(f"::: {name}\ntext\n:::\n")
     assert re.search(rf"\.{name}\b", style)
 
 
-def test_paper_leaves_out_folds_and_the_page_leaves_out_paper(tmp_path: Path) -> None:
-    (tmp_path / "a.svg").write_text(SVG)
+def test_page_omits_blocks_for_paper_and_the_pdf_is_reproducible(tmp_path: Path) -> None:
+    (tmp_path / "a.svg").write_text(SMALL_SVG)
     text = '# T\n\n:::: fold F\nfolded\n\n::::\n\n::: paper\npaper\n\n:::\n\n![alt](a "A")\n\n```\ncode\n```\n'
     figures = {"a": tmp_path / "a.svg"}
-    assert "paper</p>" not in page_of(text, figures)
+    assert "paper</p>" not in render_page(text, figures)
     first, second = (report_pdf(parse_markdown(text), "T", "en", figures) for _ in range(2))
     assert first == second
     assert first.startswith(b"%PDF")
 
 
-def test_the_terminal_shows_sentences_and_aligned_tables() -> None:
+def test_terminal_report_has_sentences_and_aligned_tables() -> None:
     text = "**One** sentence.\n\n::: table T\n| name | n |\n|---|--:|\n| a | 1 |\n| bcd | 23 |\n:::\n"
     assert list(plain_text_lines(parse_markdown(text))) == [
         "One sentence.",
@@ -233,7 +251,7 @@ def test_the_terminal_shows_sentences_and_aligned_tables() -> None:
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-@pytest.mark.parametrize("study", STUDIES)
+@pytest.mark.parametrize("study", STUDY_FINDINGS)
 def test_every_report_is_well_formed_without_cube_and_figures(study: str, language: str) -> None:
     film = FilmFacts("film-1", "Title", "A stone", (("north", "falls"), ("south", "stands")), "rule")
     media = ReportMedia(
@@ -247,7 +265,7 @@ def test_every_report_is_well_formed_without_cube_and_figures(study: str, langua
     tree = parse_markdown(render_markdown(findings_by_hand(study), language, media))
     page = report_html_page(tree, study, language, None, {})
     assert f'<html lang="{language}">' in page
-    found = elements(page)
+    found = parse_elements(page)
     anchors = {attrs["id"] for _, attrs in found if "id" in attrs}
     targets = [str(attrs["href"]) for tag, attrs in found if tag == "a"]
     assert [one for one in targets if one.startswith("#") and one[1:] not in anchors] == []

@@ -10,17 +10,17 @@ from overturning.study.schema import Study
 from tests.expect import lacking
 
 
-def test_the_same_bytes_in_the_language_of_the_command(
-    hostile: Path, rendered: tuple[str, bytes], study_in_japanese: Study, tmp_path: Path
+def test_report_in_a_chosen_language_has_the_same_bytes_again(
+    results_with_hostile_names: Path, page_and_pdf: tuple[str, bytes], study_in_japanese: Study, tmp_path: Path
 ) -> None:
     page, pdf = tmp_path / "again.html", tmp_path / "again.pdf"
-    write_report(hostile, page, pdf, study_in_japanese, language="en")
-    assert (page.read_text(encoding="utf-8"), pdf.read_bytes()) == rendered
-    assert rendered[1].startswith(b"%PDF")
+    write_report(results_with_hostile_names, page, pdf, study_in_japanese, language="en")
+    assert (page.read_text(encoding="utf-8"), pdf.read_bytes()) == page_and_pdf
+    assert page_and_pdf[1].startswith(b"%PDF")
 
 
-def test_nothing_from_outside_and_nothing_run(rendered: tuple[str, bytes]) -> None:
-    page, _ = rendered
+def test_report_page_loads_nothing_external_and_runs_no_hostile_name(page_and_pdf: tuple[str, bytes]) -> None:
+    page, _ = page_and_pdf
     assert "<script>window.hurt" not in page
     assert "&lt;script&gt;window.hurt" in page
     # The page names only the page next to it, and works without it.
@@ -29,29 +29,33 @@ def test_nothing_from_outside_and_nothing_run(rendered: tuple[str, bytes]) -> No
         json.loads(script)
 
 
-def test_the_language_of_a_study(rendered: tuple[str, bytes], japanese: tuple[str, bytes]) -> None:
-    page, pdf = japanese
+def test_report_is_written_in_the_language_of_the_study(
+    page_and_pdf: tuple[str, bytes], japanese_page_and_pdf: tuple[str, bytes]
+) -> None:
+    page, pdf = japanese_page_and_pdf
     assert '<html lang="ja">' in page
     assert "<b>図1.</b>" in page
-    assert '<html lang="en">' in rendered[0]
+    assert '<html lang="en">' in page_and_pdf[0]
     if not pdf:
         lacking("no Japanese font (Debian package fonts-noto-cjk): the PDF is not written")
     assert pdf.startswith(b"%PDF")
 
 
-def test_recheck(hostile: Path, tmp_path: Path) -> None:
-    found = recheck(hostile / "cube.nc", cell_count=40)
+def test_recheck_finds_identical_cells_and_detects_changed_outcomes(
+    results_with_hostile_names: Path, tmp_path: Path
+) -> None:
+    found = recheck(results_with_hostile_names / "cube.nc", cell_count=40)
     assert found.is_identical
     assert found.cells == 40
     assert found.ensemble_cells > 0
     changed = tmp_path / "cube.nc"
-    changed.write_bytes((hostile / "cube.nc").read_bytes())
+    changed.write_bytes((results_with_hostile_names / "cube.nc").read_bytes())
     from netCDF4 import Dataset
 
     with Dataset(changed, "a") as file:
         file.set_auto_maskandscale(False)
         file["overturned"][:] = 1 - file["overturned"][:]
-    spoilt = recheck(changed, hostile / "motion", cell_count=10)
+    spoilt = recheck(changed, results_with_hostile_names / "motion", cell_count=10)
     assert not spoilt.content_as_stated
     assert len(spoilt.differences) >= 5
     assert "overturned is" in spoilt.differences[0]

@@ -15,64 +15,81 @@ from overturning.findings.survey_commands import SurveyCommandResults
 from overturning.findings.values import Estimate
 from overturning.report.render import LANGUAGES
 from overturning.statistics.criteria import SLENDERNESS_ONLY
-from tests.report.by_hand import MOTION, OBSERVED, STUDIES, SURVEY, SURVEY_DISPLACEMENTS, findings_by_hand
-from tests.report.test_templates import text_of
+from tests.report.by_hand import (
+    INFERRED_MOTION,
+    OBSERVED_SURVEY,
+    STUDY_FINDINGS,
+    SURVEY_COMPARISON,
+    SURVEY_DISPLACEMENTS,
+    findings_by_hand,
+)
+from tests.report.test_templates import report_text
 
-NEVER_ONE = ("first_batch_runs", "fewest_runs_per_cell", "most_runs_per_cell")
+COUNTS_ABOVE_ONE = ("first_batch_runs", "fewest_runs_per_cell", "most_runs_per_cell")
 """Counts of findings that are at least 2: runs of an ensemble."""
 
-NOUNS = "stone|case|cell|record|range|interval|earthquake|motion|fall|block|stack|orientation|height|azimuth"
+COUNTED_NOUNS = "stone|case|cell|record|range|interval|earthquake|motion|fall|block|stack|orientation|height|azimuth"
 
 PLURAL_AFTER_ONE = re.compile(
-    rf"(?<![\d.,−])1 (?:(?:of 1 )?(?:{NOUNS})s\b"  # 1 records; 1 of 1 cases
-    rf"|(?:of [12] )?(?:(?:{NOUNS})s? )?(?:without (?:a height|B/H) )?"
+    rf"(?<![\d.,−])1 (?:(?:of 1 )?(?:{COUNTED_NOUNS})s\b"  # 1 records; 1 of 1 cases
+    rf"|(?:of [12] )?(?:(?:{COUNTED_NOUNS})s? )?(?:without (?:a height|B/H) )?"
     r"(?:are|were|have|stand|do|exclude)\b"
     r"|[^.;|\n]* and are\b)"
 )
 """The number 1 with a noun or a verb in the plural."""
 
 
-def all_counts_one(part: Any, key: str = "") -> Any:
-    """Return findings in which every whole number is 1, but for the keys in `NEVER_ONE`."""
+def set_all_counts_to_one(part: Any, key: str = "") -> Any:
+    """Return findings in which every whole number is 1, but for the keys in `COUNTS_ABOVE_ONE`."""
     if isinstance(part, dict):
-        return {name: all_counts_one(value, name) for name, value in part.items()}
+        return {name: set_all_counts_to_one(value, name) for name, value in part.items()}
     if isinstance(part, list):
-        return [all_counts_one(value) for value in part]
-    return 1 if isinstance(part, int) and not isinstance(part, bool) and key not in NEVER_ONE else part
+        return [set_all_counts_to_one(value) for value in part]
+    return 1 if isinstance(part, int) and not isinstance(part, bool) and key not in COUNTS_ABOVE_ONE else part
 
 
-ONE_STONE_STANDS = {
+SURVIVAL_OF_ONE_STONE = {
     "years": 800.0, "without_curve": [], "classes": [], "doubts": [],
     "survey": {"stood": 1, "fell": 0, "total": 1, "rate_bound_per_year": 0.0037, "bound_probability": 0.95,
                "share": 1.0, "low": 0.05, "high": 1.0},
 }  # fmt: skip
-ONE_OF_TWO_STANDS = ONE_STONE_STANDS | {
-    "survey": ONE_STONE_STANDS["survey"] | {"fell": 1, "total": 2, "rate_bound_per_year": None, "share": 0.5}  # type: ignore[operator]
+SURVIVAL_OF_ONE_OF_TWO = SURVIVAL_OF_ONE_STONE | {
+    "survey": SURVIVAL_OF_ONE_STONE["survey"] | {"fell": 1, "total": 2, "rate_bound_per_year": None, "share": 0.5}  # type: ignore[operator]
 }
 
 
 def findings_about_one() -> list[tuple[str, str, BaseModel]]:
-    """Return (name, template, findings) of each kind of study and of each command, with counts of 1."""
+    """Return (name, template, findings) for each kind of study and for each command, with all counts set to 1."""
     studies = [
-        (name, "report", Findings.model_validate(all_counts_one(json.loads(findings_by_hand(name).model_dump_json()))))
-        for name in STUDIES
+        (
+            name,
+            "report",
+            Findings.model_validate(set_all_counts_to_one(json.loads(findings_by_hand(name).model_dump_json()))),
+        )
+        for name in STUDY_FINDINGS
     ]
     commands = {
-        "survey": {"surveys": [SURVEY]},
-        "survey_summary": {"observed": [OBSERVED]},
+        "survey": {"surveys": [SURVEY_COMPARISON]},
+        "survey_summary": {"observed": [OBSERVED_SURVEY]},
         "displacements": {"survey_displacements": [SURVEY_DISPLACEMENTS]},
-        "motions": {"inferred_motions": [MOTION]},
+        "motions": {"inferred_motions": [INFERRED_MOTION]},
     }
     return [
         *studies,
-        *((name, name, SurveyCommandResults.model_validate(all_counts_one(part))) for name, part in commands.items()),
-        *(("stood", "stood", SurvivalFindings.model_validate(one)) for one in (ONE_STONE_STANDS, ONE_OF_TWO_STANDS)),
+        *(
+            (name, name, SurveyCommandResults.model_validate(set_all_counts_to_one(part)))
+            for name, part in commands.items()
+        ),
+        *(
+            ("stood", "stood", SurvivalFindings.model_validate(one))
+            for one in (SURVIVAL_OF_ONE_STONE, SURVIVAL_OF_ONE_OF_TWO)
+        ),
     ]
 
 
 @pytest.mark.parametrize(("template", "found"), [pytest.param(*one[1:], id=one[0]) for one in findings_about_one()])
-def test_a_single_thing_is_told_in_the_singular(template: str, found: BaseModel) -> None:
-    text = text_of(found, "en", template)
+def test_count_of_one_is_printed_in_the_singular(template: str, found: BaseModel) -> None:
+    text = report_text(found, "en", template)
     assert re.search(r"\b1 ", text)
     assert [match.group() for match in PLURAL_AFTER_ONE.finditer(text)] == []
     assert "their rate" not in text
@@ -96,53 +113,53 @@ def test_a_single_thing_is_told_in_the_singular(template: str, found: BaseModel)
           "ja": ["シーンの正面", "積石の正面"]}),
     ],
 )  # fmt: skip
-def test_few_things_are_told_otherwise_than_many(
+def test_report_words_for_few_things_differ_from_those_for_many(
     study: str, part: str, few: dict[str, int], many: dict[str, int], words: dict[str, list[str]], language: str
 ) -> None:
     for place, values in enumerate((few, many)):
         data = json.loads(findings_by_hand(study).model_dump_json())
         data[part] |= values
-        text = text_of(Findings.model_validate(data), language).replace("\N{NO-BREAK SPACE}", " ")
+        text = report_text(Findings.model_validate(data), language).replace("\N{NO-BREAK SPACE}", " ")
         assert [one in text for one in words[language]] == [place == 0, place == 1]
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_the_twist_of_nine_tenths_of_the_cases_may_be_zero(language: str) -> None:
+def test_report_states_a_twist_of_zero_in_nine_tenths_of_cases(language: str) -> None:
     """No case turns by more than 0°; and where all stones slide off, none of them tips."""
     data = json.loads(findings_by_hand("stack in 3-D").model_dump_json())
     for one in data["element_displacements"]:
         one |= {"percentile_90_twist_deg": 0.0, "share_slid_off": 1.0}
-    text = text_of(Findings.model_validate(data), language)
+    text = report_text(Findings.model_validate(data), language)
     assert {"en": "by at most 0.0° in nine tenths", "ja": "九割のケースで 0.0° 以下"}[language] in text
     assert {"en": "otherwise it tips", "ja": "残りは傾いて"}[language] not in text
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("slope", [1.2, None])
-def test_the_fit_is_in_the_caption_if_it_is_in_the_figure(slope: float | None, language: str) -> None:
+def test_caption_mentions_the_fit_only_if_the_figure_shows_it(slope: float | None, language: str) -> None:
     """With one ratio PGV/PGA, such as that of a pulse, the fit has no coefficient of it and no line in the figure."""
     data = json.loads(findings_by_hand("direction").model_dump_json())
     row = dict.fromkeys(LogisticCoefficient.model_fields) | {"predictor": "ln PGV/PGA", "value": slope}
     data["logistic_fit"]["coefficients"] = [row, row | {"predictor": "ln B/H", "value": 1.0}]
-    text = text_of(Findings.model_validate(data), language)
+    text = report_text(Findings.model_validate(data), language)
     assert ({"en": "and the fit to this study", "ja": "本計算への回帰"}[language] in text) is (slope is not None)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("several", [True, False])
-def test_with_one_b_over_h_no_criterion_is_called_slenderness_alone(several: bool, language: str) -> None:
+def test_with_one_b_over_h_no_criterion_is_named_slenderness_alone(several: bool, language: str) -> None:
     """Then no B/H divides falls from stands, and the last criterion of the list is another one."""
     data = json.loads(findings_by_hand("direction").model_dump_json())
     scores = data["criteria_scores"]["scores"]
     names = [one["criterion"] for one in scores]
     assert names[-1] == SLENDERNESS_ONLY
     data["criteria_scores"]["scores"] = scores if several else scores[:-1]
-    text = text_of(Findings.model_validate(data), language)
+    text = report_text(Findings.model_validate(data), language)
     assert ({"en": "Guessing by slenderness alone", "ja": "幅高さ比だけによる判定"}[language] in text) is several
 
 
-class OneEstimate(BaseModel):
-    """Part of findings with a single estimate."""
+class SingleEstimateFindings(BaseModel):
+    """Findings that consist of a single estimate."""
 
     alignment: Estimate
 
@@ -151,7 +168,9 @@ class OneEstimate(BaseModel):
     ("value", "earthquakes", "shown"),
     [(None, 1, "not defined; 1 earthquake"), (None, 2, "not defined; 2 earthquakes"), (0.5, 1, "0.5; 1 earthquake,")],
 )
-def test_the_printed_findings_count_one_earthquake(value: float | None, earthquakes: int, shown: str) -> None:
+def test_printed_findings_write_one_earthquake_in_the_singular(
+    value: float | None, earthquakes: int, shown: str
+) -> None:
     estimate = Estimate(statistic="by hand", value=value, low=None, high=None, earthquakes=earthquakes)
-    (line,) = finding_text_lines(OneEstimate(alignment=estimate))
+    (line,) = finding_text_lines(SingleEstimateFindings(alignment=estimate))
     assert f"{line},".startswith(f"alignment: {shown}")

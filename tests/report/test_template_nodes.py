@@ -11,7 +11,7 @@ from jinja2 import meta
 
 from overturning.report.render import LANGUAGES, template_environment
 
-ALLOWED = (
+ALLOWED_NODES = (
     *("Template", "Output", "TemplateData", "Name", "Getattr", "Getitem", "Const", "List", "Slice", "If", "For"),
     *("Include", "Filter", "Test", "Compare", "Operand", "And", "Or", "Not", "CondExpr", "Neg", "Keyword", "Tuple"),
 )
@@ -19,37 +19,37 @@ ALLOWED = (
 
 
 def templates() -> list[tuple[str, Path]]:
-    """Return all templates with their language."""
+    """Return language and path of each report template."""
     folder = Path(str(resources.files("overturning"))) / "report" / "templates"
     return [(language, path) for language in LANGUAGES for path in sorted((folder / language).glob("*.j2"))]
 
 
 @cache
-def parsed(language: str, path: Path) -> jinja2.nodes.Template:
+def parse_template(language: str, path: Path) -> jinja2.nodes.Template:
     return template_environment(language).parse(path.read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize(("language", "path"), templates(), ids=lambda one: getattr(one, "stem", one))
-def test_a_template_has_no_arithmetic_and_no_logic_beyond_if_and_for(language: str, path: Path) -> None:
-    tree = parsed(language, path)
-    assert {type(node).__name__ for node in tree.find_all(jinja2.nodes.Node)} <= set(ALLOWED)
+def test_templates_have_no_arithmetic_and_no_logic_beyond_if_and_for(language: str, path: Path) -> None:
+    tree = parse_template(language, path)
+    assert {type(node).__name__ for node in tree.find_all(jinja2.nodes.Node)} <= set(ALLOWED_NODES)
     assert meta.find_undeclared_variables(tree) <= {"f", "media", "one", "strength", "survey"}
 
 
-def includes(language: str, name: str) -> set[str]:
-    """Return the templates that a template includes, without the words of a language."""
-    found = meta.find_referenced_templates(parsed(language, dict(paths(language))[name]))
+def included_templates(language: str, name: str) -> set[str]:
+    """Return the names of the templates that a template includes, without the macros of its language."""
+    found = meta.find_referenced_templates(parse_template(language, dict(template_paths(language))[name]))
     return {str(one) for one in found} - {"to.md.j2"}
 
 
-def paths(language: str) -> list[tuple[str, Path]]:
+def template_paths(language: str) -> list[tuple[str, Path]]:
     """Return name and path of each template of a language."""
     return [(path.name, path) for one, path in templates() if one == language]
 
 
 def test_templates_of_all_languages_include_the_same_parts() -> None:
-    names = [[name for name, _ in paths(language)] for language in LANGUAGES]
+    names = [[name for name, _ in template_paths(language)] for language in LANGUAGES]
     assert all(one == names[0] for one in names)
     for name in names[0]:
-        found = {language: includes(language, name) for language in LANGUAGES}
+        found = {language: included_templates(language, name) for language in LANGUAGES}
         assert all(one == found["en"] for one in found.values()), name

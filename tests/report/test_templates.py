@@ -28,12 +28,20 @@ from overturning.report.terminal import plain_paragraphs, plain_text_lines
 from overturning.statistics.criteria import CRITERIA, SLENDERNESS_ONLY
 from overturning.statistics.falls import BLOCK_RULES
 from overturning.translation.texts import translate
-from tests.report.by_hand import MOTION, OBSERVED, REMARK, STUDIES, SURVEY, SURVEY_DISPLACEMENTS, findings_by_hand
+from tests.report.by_hand import (
+    INFERRED_MOTION,
+    OBSERVED_SURVEY,
+    REMARK,
+    STUDY_FINDINGS,
+    SURVEY_COMPARISON,
+    SURVEY_DISPLACEMENTS,
+    findings_by_hand,
+)
 
-CONSTANTS = {"0", "1", "−1", "2", "15", "30", "45", "50", "95", "10", "180"}
+TEMPLATE_NUMBERS = {"0", "1", "−1", "2", "15", "30", "45", "50", "95", "10", "180"}
 """Numbers of the templates themselves: ends of a scale, angles and levels that define a statistic."""
 
-NUMBER = re.compile(r"(?<![\w.-])[−-]?\d+(?:[.,]\d+)*", re.ASCII)
+NUMBER_IN_TEXT = re.compile(r"(?<![\w.-])[−-]?\d+(?:[.,]\d+)*", re.ASCII)
 """Number of a text; letters of other scripts may stand next to it."""
 
 RULE_NAMES = [one.name.format(word) for one in BLOCK_RULES for word in ("plane", "orientation")]
@@ -41,23 +49,23 @@ CRITERION_NAMES = [*(one.name for one in CRITERIA), SLENDERNESS_ONLY]
 STATUS_NAMES = [one.name.lower().replace("_", " ") for one in CaseStatus]
 
 
-def values(part: Any) -> Iterator[float]:
+def numeric_values(part: Any) -> Iterator[float]:
     """Yield every numeric value of findings; strings do not count."""
     if isinstance(part, dict):
         part = list(part.values())
     if isinstance(part, list):
         for one in part:
-            yield from values(one)
+            yield from numeric_values(one)
     elif isinstance(part, int | float) and not isinstance(part, bool):
         yield float(part)
 
 
-def without_value(printed: list[str], found: BaseModel) -> list[str]:
-    """Return the printed numbers that are no value of findings, or a share in per cent, rounded to their digits."""
-    known = np.array(list(values(found.model_dump(mode="json"))))
+def numbers_not_in_findings(printed: list[str], found: BaseModel) -> list[str]:
+    """Return the printed numbers that equal no value of the findings, nor a share in per cent, when rounded."""
+    known = np.array(list(numeric_values(found.model_dump(mode="json"))))
     known = np.concatenate([known, 100.0 * known])
     lost: list[str] = []
-    for text in dict.fromkeys(one for one in printed if one not in CONSTANTS):
+    for text in dict.fromkeys(one for one in printed if one not in TEMPLATE_NUMBERS):
         number = text.replace("−", "-").replace(",", "")
         # Two or three significant digits: the last printed digit is the last that counts.
         step = 10.0 ** -len(number.partition(".")[2])
@@ -66,62 +74,65 @@ def without_value(printed: list[str], found: BaseModel) -> list[str]:
     return lost
 
 
-NOTES = re.compile(r"^::: note\n.*?^:::$", re.DOTALL | re.MULTILINE)
+NOTE_BLOCKS = re.compile(r"^::: note\n.*?^:::$", re.DOTALL | re.MULTILINE)
 """Container of the notes on records, whose texts with their numbers are texts of the findings."""
 
 
-def text_of(found: Any, language: str, name: str = "report") -> str:
-    """Return the text of a report as a reader sees it, with captions of figures and without notes on records."""
-    return text_of_markdown(render_markdown(found, language, name=name))
+def report_text(found: Any, language: str, name: str = "report") -> str:
+    """Render findings as the text that a reader sees, with figure captions and without notes on records."""
+    return markdown_as_read(render_markdown(found, language, name=name))
 
 
-def text_of_markdown(markdown: str) -> str:
-    markdown = NOTES.sub("", markdown)
+def markdown_as_read(markdown: str) -> str:
+    """Return the plain text of a Markdown report, with figure captions and without notes on records."""
+    markdown = NOTE_BLOCKS.sub("", markdown)
     captions = re.findall(r"!\[(.*?)\]\(.*?\"(.*)\"\)", markdown)
     return "\n".join([*plain_text_lines(parse_markdown(markdown)), *(" ".join(pair) for pair in captions)])
 
 
 @cache
 def markdown_by_hand(study: str, language: str) -> str:
+    """Render the findings by hand of one study as Markdown."""
     return render_markdown(findings_by_hand(study), language)
 
 
 @cache
 def text_by_hand(study: str, language: str) -> str:
-    return text_of_markdown(markdown_by_hand(study, language))
+    """Render the findings by hand of one study as the text that a reader sees."""
+    return markdown_as_read(markdown_by_hand(study, language))
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-@pytest.mark.parametrize("study", STUDIES)
+@pytest.mark.parametrize("study", STUDY_FINDINGS)
 def test_every_printed_number_is_a_numeric_value_of_the_findings(study: str, language: str) -> None:
     found = findings_by_hand(study)
-    printed = NUMBER.findall(text_by_hand(study, language))
+    printed = NUMBER_IN_TEXT.findall(text_by_hand(study, language))
     assert len(printed) >= 20
-    assert without_value(printed, found) == []
+    assert numbers_not_in_findings(printed, found) == []
 
 
-def texts(part: Any) -> Iterator[str]:
-    """Yield every text of findings."""
+def finding_texts(part: Any) -> Iterator[str]:
+    """Yield every text value of findings."""
     if isinstance(part, dict | list):
         for one in part.values() if isinstance(part, dict) else part:
-            yield from texts(one)
+            yield from finding_texts(one)
     elif isinstance(part, str) and part:
         yield part
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-@pytest.mark.parametrize("study", STUDIES)
-def test_notes_on_records_are_complete_and_print_texts_of_the_findings_as_they_are(study: str, language: str) -> None:
-    """What is left of a note without the texts of its record's findings has neither a number nor an English word."""
+@pytest.mark.parametrize("study", STUDY_FINDINGS)
+def test_notes_on_records_print_all_texts_of_the_findings_unchanged(study: str, language: str) -> None:
+    """Without the texts of the findings, a note on a record has neither a number nor an English word left."""
     found = findings_by_hand(study)
-    parts = NOTES.findall(markdown_by_hand(study, language))
+    parts = NOTE_BLOCKS.findall(markdown_by_hand(study, language))
     items = [one for part in parts for one in re.findall("^- .*$", part, re.M)]
     shown = [line for item in items for line in plain_text_lines(parse_markdown(item))]
     for record in found.records:
         assert record.processing is not None
         given = record.processing
         drift, steps = translate(given.drift, language), [translate(step, language) for step in given.steps]
-        own = [*texts(record.model_dump()), drift, *steps, "; ".join(given.declared)]
+        own = [*finding_texts(record.model_dump()), drift, *steps, "; ".join(given.declared)]
         for text in (given.first_sample, given.agency_processing, *steps, own[-1], *given.trusted, *given.notes,
                      drift):  # fmt: skip
             assert [line for line in shown if line.startswith(record.id) and line.endswith(text)], text
@@ -129,7 +140,7 @@ def test_notes_on_records_are_complete_and_print_texts_of_the_findings_as_they_a
             rest = line
             for text in sorted(own, key=len, reverse=True):
                 rest = rest.replace(text, "")
-            assert not NUMBER.search(rest), line
+            assert not NUMBER_IN_TEXT.search(rest), line
             assert language == "en" or not re.search("[A-Za-z]", rest), line
     assert len(shown) >= 8 * len(found.records)
 
@@ -157,7 +168,7 @@ def test_a_doubt_about_a_record_is_shown_without_unfolding(language: str) -> Non
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_no_rule_is_called_best_unless_every_interval_excludes_0(language: str) -> None:
+def test_criterion_is_called_best_only_if_every_interval_excludes_0(language: str) -> None:
     """Rules whose difference has an interval around 0 are named in the order of the table."""
     data = json.loads(findings_by_hand("direction").model_dump_json())
     highest = {"en": "scores highest", "ja": "スキルが最も高い。"}[language]
@@ -167,16 +178,16 @@ def test_no_rule_is_called_best_unless_every_interval_excludes_0(language: str) 
     names = [translate_label(name, read_label_translations(language)) for name in ("West", "Ishiyama")]
     assert 0 < paragraphs[0].index(names[0]) < paragraphs[0].index(names[1])
     data["criteria_scores"] |= {"best_criterion": "West", "not_shown_to_differ": []}
-    assert highest in text_of(Findings.model_validate(data), language)
+    assert highest in report_text(Findings.model_validate(data), language)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_no_reference_is_called_closest_unless_the_interval_of_its_lead_excludes_0(language: str) -> None:
+def test_reference_is_called_closest_only_if_its_lead_excludes_0(language: str) -> None:
     data = json.loads(findings_by_hand("reference").model_dump_json())
     closest = {"en": "closest to the axis", "ja": "の軸に最も近く"}[language]
     assert text_by_hand("reference", language).count(closest) == 2
     data["reference_alignments"][0]["closest_minus_second"] |= {"value": 0.083, "low": -0.06, "high": 0.22}
-    text = text_of(Findings.model_validate(data), language)
+    text = report_text(Findings.model_validate(data), language)
     assert text.count(closest) == 1
     assert {"en": "0.08 (−0.06 to 0.22)", "ja": "0.08 (−0.06～0.22)"}[language] in text
 
@@ -190,7 +201,7 @@ def test_a_reference_that_few_earthquakes_have_is_not_compared(language: str) ->
     }
     data = findings_by_hand("reference").model_dump()
     data["reference_alignments"][0]["fault_normal"] |= {"value": 0.82, "low": None, "high": None, "earthquakes": 1}
-    text = text_of(Findings.model_validate(data), language)
+    text = report_text(Findings.model_validate(data), language)
     assert said[language] in re.sub(r"\s+", " ", text)
     assert said[language].split(" 1 ")[0] not in re.sub(r"\s+", " ", text_by_hand("reference", language))
 
@@ -198,19 +209,19 @@ def test_a_reference_that_few_earthquakes_have_is_not_compared(language: str) ->
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_a_twist_without_standing_stones_is_not_mentioned(language: str) -> None:
     twisted = {"en": "it has twisted by", "ja": "の回転は、九割の"}[language]
-    name = next(name for name in STUDIES if findings_by_hand(name).element_displacements)
+    name = next(name for name in STUDY_FINDINGS if findings_by_hand(name).element_displacements)
     data = findings_by_hand(name).model_dump()
     for one, left in ((1, 1), (0, 0)):
         data["element_displacements"][one]["percentile_90_twist_deg"] = None
-        text = text_of(Findings.model_validate(data), language)
+        text = report_text(Findings.model_validate(data), language)
         assert "–°" not in text
         assert text.count(twisted) == left, text
     assert text_by_hand(name, language).count(twisted) == 1
 
 
 @pytest.mark.parametrize(("model", "said"), [("planes", "to the other side"), ("space", "more than 45° apart")])
-def test_falls_in_space_are_apart_and_not_on_the_other_side(model: str, said: str) -> None:
-    name = next(name for name in STUDIES if findings_by_hand(name).study.question_kind == "vertical")
+def test_headline_calls_different_3d_falls_apart_and_2d_falls_opposite(model: str, said: str) -> None:
+    name = next(name for name in STUDY_FINDINGS if findings_by_hand(name).study.question_kind == "vertical")
     data = findings_by_hand(name).model_dump()
     data["study"]["model"] = model
     data["contrasts"][0]["opposite_share"] = 0.27
@@ -224,23 +235,23 @@ def test_a_survey_is_called_small_only_if_it_has_few_falls(language: str) -> Non
     data = json.loads(findings_by_hand("survey").model_dump_json())
     data["surveys"][0] |= {"octant_falls": 23, "remarks": ["First line,", "second line."]}
     small = {"en": "has only 23 falls of known direction", "ja": "転倒方向の分かる墓石が 23 基しかなく"}[language]
-    text = text_of(Findings.model_validate(data), language)
+    text = report_text(Findings.model_validate(data), language)
     assert small in text
     assert "First line, second line." in text
     data["surveys"][0] |= {"few_falls": False, "remarks": []}
-    text = text_of(Findings.model_validate(data), language)
+    text = report_text(Findings.model_validate(data), language)
     assert small not in text
     assert {"en": "Its file says", "ja": "調査ファイルの注記"}[language] not in text
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_the_soil_below_cemeteries_is_named_with_its_effect(language: str) -> None:
+def test_report_names_the_soil_below_cemeteries_and_its_effect(language: str) -> None:
     data = json.loads(findings_by_hand("survey").model_dump_json())
     ground = {"thickness_m": 12.5, "velocity_m_s": 183.4, "equivalent_linear": True, "rock_pga_g": 0.31,
               "beyond_curve": False}  # fmt: skip
     upper = ground | {"site": "upper", "converged": False, "beyond_curve": True, "surface_pga_g": 0.47}
     data["surveys"][0]["grounds"] = [ground | {"site": "", "converged": True, "surface_pga_g": 0.52}, upper]
-    text = text_of(Findings.model_validate(data), language)
+    text = report_text(Findings.model_validate(data), language)
     assert text.count("12.5\u00a0m" if "12.5\u00a0m" in text else "12.5 m") == 2
     for words in ("183", "0.52", "0.47", {"en": "The other sites", "ja": "その他の墓地"}[language]):
         assert words in text
@@ -248,7 +259,7 @@ def test_the_soil_below_cemeteries_is_named_with_its_effect(language: str) -> No
     assert text.count({"en": "exceeds the curve of a layer", "ja": "曲線の範囲を超え"}[language]) == 1
     assert {"en": "at the surface of the soil of each cemetery", "ja": "地盤の層を与えた墓地では地表"}[language] in text
     data["surveys"][0]["grounds"] = [ground | {"site": "", "converged": True, "surface_pga_g": 0.52}]
-    assert {"en": "The stones: motion", "ja": "墓石：厚さ"}[language] in text_of(
+    assert {"en": "The stones: motion", "ja": "墓石：厚さ"}[language] in report_text(
         Findings.model_validate(data), language
     )
 
@@ -259,11 +270,11 @@ def test_earthquakes_of_both_groups_are_mentioned_once(language: str) -> None:
     both = {"en": "6 have records with and without", "ja": "うち 6 地震は"}[language]
     assert text_by_hand("direction", language).count(both) == 1
     data["extent"]["earthquakes_in_several_groups"] = 0
-    assert both not in text_of(Findings.model_validate(data), language)
+    assert both not in report_text(Findings.model_validate(data), language)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_stones_that_are_fixed_to_their_base_are_named_wherever_they_do_not_count(language: str) -> None:
+def test_report_names_stones_fixed_to_their_base_where_not_counted(language: str) -> None:
     """In the figure, the peak velocity at which half fall, the fragility curves and the rules of surveys."""
     found = findings_by_hand("direction")
     assert found.population is not None
@@ -276,7 +287,7 @@ def test_stones_that_are_fixed_to_their_base_are_named_wherever_they_do_not_coun
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_missing_outcomes_at_other_factors_and_records_without_vertical_are_stated(language: str) -> None:
+def test_report_states_missing_outcomes_and_records_without_vertical_motion(language: str) -> None:
     data = json.loads(findings_by_hand("direction").model_dump_json())
     data["cases"] |= {"scaled": 720, "scaled_without_outcome": 10}
     data["population"] |= {"largest_share_without_outcome_at_any_factor": 0.19, "records_without_vertical": 5}
@@ -305,12 +316,14 @@ def test_a_record_without_an_earthquake_is_named_by_its_station_alone(language: 
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_the_test_of_no_common_axis_is_printed_with_its_p_value(language: str) -> None:
+def test_report_prints_the_p_value_of_the_common_axis_test(language: str) -> None:
     data = json.loads(findings_by_hand("direction").model_dump_json())
     groups = data["direction"]["groups"]
     groups[0] |= {"no_common_axis_p_value": 0.013, "axis_from_normal_deg": 21.0, "axis_interval_half_width_deg": 17.0}
     groups[1] |= {"no_common_axis_p_value": 0.38}
-    given, withheld = (one for one in text_of(Findings.model_validate(data), language).splitlines() if "(p = " in one)
+    given, withheld = (
+        one for one in report_text(Findings.model_validate(data), language).splitlines() if "(p = " in one
+    )
     assert "p = 0.013" in given
     assert "21° ± 17°" in given
     assert "p = 0.38" in withheld
@@ -330,7 +343,7 @@ def test_the_test_of_no_common_axis_is_printed_with_its_p_value(language: str) -
         ("direction", ("records", 0, "pgv_cm_s"), 765.4, "765"),
     ],
 )
-def test_a_changed_value_changes_the_report(
+def test_changed_value_in_the_findings_changes_the_report(
     study: str, path: tuple[str | int, ...], value: float, shown: str, language: str
 ) -> None:
     data = json.loads(findings_by_hand(study).model_dump_json())
@@ -338,24 +351,24 @@ def test_a_changed_value_changes_the_report(
     for key in path[:-1]:
         part = part[key]
     part[path[-1]] = value
-    after = text_of(Findings.model_validate(data), language)
-    assert shown not in NUMBER.findall(text_by_hand(study, language))
-    assert shown in NUMBER.findall(after)
+    after = report_text(Findings.model_validate(data), language)
+    assert shown not in NUMBER_IN_TEXT.findall(text_by_hand(study, language))
+    assert shown in NUMBER_IN_TEXT.findall(after)
 
 
-SENTENCE = re.compile(r"[A-Za-z]{2,}[,;]? [a-z]{2,}[,;]? [A-Za-z]{2,}")
+ENGLISH_SENTENCE = re.compile(r"[A-Za-z]{2,}[,;]? [a-z]{2,}[,;]? [A-Za-z]{2,}")
 """Three English words in a row, the second one in small letters: part of a sentence, and no name."""
 
 
-@pytest.mark.parametrize("study", STUDIES)
+@pytest.mark.parametrize("study", STUDY_FINDINGS)
 def test_a_japanese_report_has_no_english_sentence(study: str) -> None:
-    assert SENTENCE.search("the mean axis of falls")
-    assert not SENTENCE.search("計算には overturning を用いた Upper Vale")
+    assert ENGLISH_SENTENCE.search("the mean axis of falls")
+    assert not ENGLISH_SENTENCE.search("計算には overturning を用いた Upper Vale")
     text = text_by_hand(study, "ja").replace(REMARK, "")  # text of a file is quoted as it is
-    assert SENTENCE.findall(text) == []
+    assert ENGLISH_SENTENCE.findall(text) == []
 
 
-@pytest.mark.parametrize("study", STUDIES)
+@pytest.mark.parametrize("study", STUDY_FINDINGS)
 def test_no_line_of_a_japanese_paragraph_ends_in_a_break(study: str) -> None:
     """A break would be shown as a space, which Japanese has not."""
     for node in parse_markdown(markdown_by_hand(study, "ja")).walk():
@@ -365,49 +378,51 @@ def test_no_line_of_a_japanese_paragraph_ends_in_a_break(study: str) -> None:
             assert not any("**" in one.content for one in node.children if one.type == "text"), node.content
 
 
-def shown_labels() -> set[str]:
-    """Return the names in findings by hand that English templates show through their labels."""
+def labelled_names() -> set[str]:
+    """Return the names in findings by hand that English templates print through their table of labels."""
     names: set[str] = set()
     usual = template_environment("en").filters["label"]
 
-    def note(text: str) -> str:
+    def record_label(text: str) -> str:
         names.add(text)
         return str(usual(text))
 
     try:
-        template_environment("en").filters["label"] = note
-        for study in STUDIES:
+        template_environment("en").filters["label"] = record_label
+        for study in STUDY_FINDINGS:
             render_markdown(findings_by_hand(study))
     finally:
         template_environment("en").filters["label"] = usual
     return names
 
 
-PROPER = {"other", "By hand", "Which way?", "vale"}
+UNLABELLED_NAMES = {"other", "By hand", "Which way?", "vale"}
 """Names of the user of a study, which no language translates."""
 
 
-def test_every_name_in_findings_by_hand_has_a_japanese_label() -> None:
-    names = shown_labels() - PROPER
+def test_every_name_in_the_findings_has_a_japanese_label() -> None:
+    names = labelled_names() - UNLABELLED_NAMES
     assert len(names) >= 15
     labels = read_label_translations("ja")
     assert [name for name in names if translate_label(name, labels) == name and re.search("[A-Za-z]{4}", name)] == []
     assert {*RULE_NAMES, *CRITERION_NAMES, *STATUS_NAMES, *(d for d, *_ in JMA_DEGREES if " " in d)} <= {*labels}
 
 
-def test_numbers_of_a_name_are_kept_in_its_label() -> None:
+def test_japanese_label_keeps_the_numbers_of_a_name() -> None:
     labels = {"B/H {} to {}": "B/H {}～{}"}
     assert translate_label("B/H 0.1 to 0.25", labels) == "B/H 0.1～0.25"
     assert translate_label("{odd} 7 {name}", labels) == "{odd} 7 {name}"
 
 
 def test_all_languages_print_the_same_numbers() -> None:
-    for study in STUDIES:
-        printed = [set(NUMBER.findall(text_by_hand(study, language))) - CONSTANTS for language in LANGUAGES]
+    for study in STUDY_FINDINGS:
+        printed = [
+            set(NUMBER_IN_TEXT.findall(text_by_hand(study, language))) - TEMPLATE_NUMBERS for language in LANGUAGES
+        ]
         assert all(one == printed[0] for one in printed), study
 
 
-def test_the_headline_follows_the_interval() -> None:
+def test_headline_follows_from_the_interval_of_the_alignment() -> None:
     """Three intervals, above 0, below 0 and around 0, give three headlines; a number alone changes none."""
     headlines = []
     for value, low, high in ((0.5, 0.2, 0.7), (0.3, 0.1, 0.6), (-0.5, -0.7, -0.2), (0.1, -0.2, 0.4)):
@@ -424,16 +439,16 @@ def test_the_headline_follows_the_interval() -> None:
 def test_an_alignment_of_few_earthquakes_has_no_interval(language: str) -> None:
     data = json.loads(findings_by_hand("direction").model_dump_json())
     data["direction"]["groups"][0]["alignment"] |= {"value": 0.417, "low": None, "high": None, "earthquakes": 3}
-    text = text_of(Findings.model_validate(data), language)
+    text = report_text(Findings.model_validate(data), language)
     assert {"en": "0.42 (no interval; 3 earthquakes)", "ja": "0.42 (信頼区間なし、3 地震)"}[language] in text
     data = json.loads(findings_by_hand("reference").model_dump_json())
     data["reference_alignments"][0]["closest_alignment"] |= {"value": 0.417, "low": None, "high": None}
-    text = text_of(Findings.model_validate(data), language)
+    text = report_text(Findings.model_validate(data), language)
     assert {"en": "0.42 (no interval", "ja": "0.42 (信頼区間なし"}[language] in text
 
 
-@pytest.mark.parametrize("study", STUDIES)
-def test_the_prose_of_each_kind_of_study(study: str, snapshot: SnapshotAssertion) -> None:
+@pytest.mark.parametrize("study", STUDY_FINDINGS)
+def test_prose_of_the_report_on_each_kind_of_study(study: str, snapshot: SnapshotAssertion) -> None:
     """A reading aid: prose of findings written by hand, to be read in a diff. The other tests are the proof."""
     assert markdown_by_hand(study, "en") == snapshot
 
@@ -442,21 +457,25 @@ def test_the_prose_of_each_kind_of_study(study: str, snapshot: SnapshotAssertion
 @pytest.mark.parametrize(
     ("template", "parts"),
     [
-        ("survey", {"surveys": [SURVEY]}),
-        ("survey_summary", {"observed": [OBSERVED]}),
+        ("survey", {"surveys": [SURVEY_COMPARISON]}),
+        ("survey_summary", {"observed": [OBSERVED_SURVEY]}),
         ("displacements", {"survey_displacements": [SURVEY_DISPLACEMENTS]}),
-        ("motions", {"inferred_motions": [MOTION]}),
+        ("motions", {"inferred_motions": [INFERRED_MOTION]}),
     ],
 )
-def test_the_commands_print_from_the_same_templates(template: str, parts: dict[str, Any], language: str) -> None:
+def test_survey_commands_print_only_numbers_of_their_findings(
+    template: str, parts: dict[str, Any], language: str
+) -> None:
     found = SurveyCommandResults.model_validate(parts)
-    printed = NUMBER.findall(text_of(found, language, template))
+    printed = NUMBER_IN_TEXT.findall(report_text(found, language, template))
     assert len(printed) >= 8
-    assert without_value(printed, found) == []
+    assert numbers_not_in_findings(printed, found) == []
 
 
 @pytest.mark.parametrize(("language", "doubt"), [("en", "lists no stone that stood"), ("ja", "記載が省かれている場合")])
-def test_a_motion_from_a_list_of_fallen_stones_alone_is_doubted(language: str, doubt: str) -> None:
+def test_report_doubts_a_motion_inferred_from_fallen_stones_alone(language: str, doubt: str) -> None:
     for every in (True, False):
-        found = SurveyCommandResults.model_validate({"inferred_motions": [MOTION | {"everything_fell": every}]})
-        assert (doubt in text_of(found, language, "motions")) == every
+        found = SurveyCommandResults.model_validate(
+            {"inferred_motions": [INFERRED_MOTION | {"everything_fell": every}]}
+        )
+        assert (doubt in report_text(found, language, "motions")) == every

@@ -23,7 +23,7 @@ from tests.study.small_study import cube_of
 
 
 def pulse_record(name: str, towards_deg: float, peak: float, **more: Any) -> Record:
-    """One sine cycle of 0.8 s along an azimuth, with a little noise across it."""
+    """Return a record of one sine cycle of 0.8 s along an azimuth, with weak noise across it."""
     time = np.arange(0, 5, 0.01)
     cycle = np.where((time > 1) & (time < 1.8), np.sin(2 * np.pi * (time - 1) / 0.8), 0.0)
     noise = 0.02 * np.random.default_rng(7).normal(size=time.size)
@@ -33,8 +33,8 @@ def pulse_record(name: str, towards_deg: float, peak: float, **more: Any) -> Rec
     return Record(name, peak * north, peak * east, None, 0.01, **(given | more))
 
 
-def make_results(folder: Path, records: list[Record], *, drawn: bool = True, **study: Any) -> Path:
-    """The results folder of a study of these records; with its films and figures, or with its numbers alone."""
+def make_study_results(folder: Path, records: list[Record], *, drawn: bool = True, **study: Any) -> Path:
+    """Simulate a study of these records in a folder; draw films and figures, too, unless ``drawn`` is false."""
     data = {
         "name": "tiny",
         "title": "Tiny",

@@ -33,6 +33,7 @@ def cube_of_one_record(heights: int = 2, frictions: int = 2) -> xr.Dataset:
 
 
 def peak_motion_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
+    """Return peak acceleration and velocity for the azimuths of a cube, largest along north."""
     angle = np.radians(cube["azimuth"].to_numpy().astype(float))
     return xr.Dataset({name: ("azimuth", 3.0 + np.cos(2 * angle)) for name in ("pga", "pgv")}, cube[["azimuth"]].coords)
 

@@ -308,6 +308,7 @@ def test_film_without_trajectory_is_refused() -> None:
 
 @pytest.fixture(scope="module")
 def pulse_along_oblique_azimuth() -> Motion:
+    """Return one sine of 1 s and 7 m/s² along 29° (0.5 rad)."""
     time = np.arange(0, 2.5, 0.01)
     samples = 7.0 * np.sin(2 * np.pi * time / 1.0) * (time < 1.0)
     return Motion(samples * np.cos(0.5), samples * np.sin(0.5), sampling_interval=0.01)

@@ -79,12 +79,14 @@ def cube_of_falls_around_40() -> xr.Dataset:
 
 
 def motion_with_one_pulse() -> Motion:
+    """Return a motion of 6 s with one sine pulse of 7 m/s², half as strong and 0.15 s later to the east."""
     time = np.arange(0, 6, 0.01)
     pulse = np.where((time > 2) & (time < 3), 7.0 * np.sin(2 * np.pi * (time - 2)), 0.02 * np.sin(40 * time))
     return Motion(pulse, 0.5 * np.roll(pulse, 15), sampling_interval=0.01)
 
 
 def intensity_of_five_records() -> xr.Dataset:
+    """Return peak acceleration and velocity by azimuth of five records, largest along 40°."""
     pga = 3 + 2 * np.cos(np.radians(AZIMUTHS_DEG - 40)) ** 2 + np.arange(5)[:, None]
     coordinates = {"azimuth": AZIMUTHS_DEG}
     return xr.Dataset(
@@ -137,6 +139,7 @@ def test_missing_outcome_is_not_labelled_as_standing() -> None:
 
 @cache
 def trajectories_along_two_azimuths() -> list[xr.Dataset]:
+    """Compute the trajectories of a block along 0° and 120° once for all tests."""
     block = {"height": 0.6, "b_over_h": 0.3, "friction": 1.0}
     return [trajectory(motion_with_one_pulse(), azimuth_deg=a, **block) for a in (0, 120)]
 
@@ -163,6 +166,7 @@ def draw_surveys(count: int = 1) -> Figure:
 
 @cache
 def overturning_fit():  # type: ignore[no-untyped-def]
+    """Fit the logistic model of overturning to the cube once for all tests."""
     return fit_logistic_overturning_model(cube_of_falls_around_40(), intensity_of_five_records())
 
 

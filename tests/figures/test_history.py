@@ -28,6 +28,7 @@ QUARTER_MINUTE_OF_TIME = np.arange(0, 15, 0.01)
 
 
 def random_record(up: bool = True) -> Record:
+    """Return a record of one minute of noise that sets in after 20 s and decays."""
     random = np.random.default_rng(8)
     shape = np.where(MINUTE_OF_TIME > 20, np.exp(-(MINUTE_OF_TIME - 20) / 8), 0.002)
     north, east, vertical = (shape * random.normal(size=MINUTE_OF_TIME.size) + 0.05 for _ in range(3))

@@ -33,6 +33,7 @@ def fall_axis_summary(axis: float, half_width: float) -> FallAxisSummary:
 
 
 def draw_rose(one: xr.Dataset, axis: float = NAN, half_width: float = NAN) -> Figure:
+    """Draw the rose of a cube with a mean axis and the half-width of its interval, degrees, without a layout."""
     with project_style():
         figure = fall_roses_by_group_figure(one, {"all records": fall_axis_summary(axis, half_width)})
         figure.set_layout_engine("none")  # what is drawn is examined, not where

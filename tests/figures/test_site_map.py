@@ -29,6 +29,7 @@ EPICENTRE = (35.0, 133.0)
 
 
 def draw_earthquake_map(*sites: EarthquakeOnMap) -> Figure:
+    """Draw the map of some earthquakes with their stations."""
     with project_style():
         figure = earthquake_map_figure(sites)
         figure.draw_without_rendering()

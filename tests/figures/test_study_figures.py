@@ -37,6 +37,7 @@ from tests.study.test_config import ICY
 
 @pytest.fixture
 def cube_of_two_records() -> xr.Dataset:
+    """Return a cube of two records: all blocks fall to the side of 30°, but stand along 120° and 300°."""
     azimuth = np.arange(0, 360, 30, dtype=np.int16)
     flags = np.sign(np.round(np.cos(np.radians(azimuth - 30.0)), 3))[None, :, None, None, None] * np.ones(
         (2, 1, 1, 2, 2)

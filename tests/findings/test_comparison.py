@@ -53,12 +53,12 @@ def test_each_repeated_computation_has_shares_of_changed_cases() -> None:
 
 
 def test_fall_axes_on_rock_and_soil_are_compared_where_both_are_clear() -> None:
-    def ground(axes: list[float], rates: list[float], resultants: list[float]) -> xr.Dataset:
+    def records_on_ground(axes: list[float], rates: list[float], resultants: list[float]) -> xr.Dataset:
         parts = {"fall_axis": axes, "fall_rate": rates, "fall_resultant": resultants}
         return xr.Dataset({name: ("record", values) for name, values in parts.items()})
 
-    rock = ground([10.0, 170.0, 50.0, 50.0, 20.0], [0.5, 0.5, 0.01, 0.5, 0.5], [0.5] * 5)
-    soil = ground([30.0, 5.0, 80.0, 80.0, 110.0], [0.5] * 5, [0.5, 0.5, 0.5, 0.01, 0.5])
+    rock = records_on_ground([10.0, 170.0, 50.0, 50.0, 20.0], [0.5, 0.5, 0.01, 0.5, 0.5], [0.5] * 5)
+    soil = records_on_ground([30.0, 5.0, 80.0, 80.0, 110.0], [0.5] * 5, [0.5, 0.5, 0.5, 0.01, 0.5])
     # 170° and 5° are 15° apart as axes; the third falls too rarely on rock, the fourth has no axis on soil.
     assert angles_between_fall_axes_deg(soil, rock) == pytest.approx([20.0, 15.0, 90.0])
 

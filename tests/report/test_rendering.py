@@ -206,14 +206,14 @@ def test_japanese_names_in_an_english_pdf_have_their_letters(tmp_path: Path, pla
     """Without the font they are boxes; other reports do not depend on installed fonts."""
     texts, font = {"text": "Hino", "figure": "Hino"}, b"CJK"
 
-    def paper() -> bytes:
+    def pdf_with_name() -> bytes:
         svg = SMALL_SVG.replace('<g id="a"/>', f'<text id="a" y="9">{texts["figure"]}</text>')
         (tmp_path / "a.svg").write_text(svg, encoding="utf-8")
         return report_pdf(parse_markdown(f'# {texts["text"]}\n\n![alt](a "A")\n'), "T", "en", {"a": tmp_path / "a.svg"})
 
-    assert font not in paper()
+    assert font not in pdf_with_name()
     texts[place] = "日野"
-    assert font in paper()
+    assert font in pdf_with_name()
 
 
 def test_error_names_a_damaged_figure_and_the_remedy(tmp_path: Path) -> None:

@@ -152,19 +152,19 @@ def test_a_doubt_about_a_record_is_shown_without_unfolding(language: str) -> Non
     assert len(kinds) == 3
     data["records"] += [data["records"][0] | {"id": "weak", "too_weak_to_move_blocks": True}]
 
-    def unfolded(data: Any) -> str:
+    def text_outside_folds(data: Any) -> str:
         return "\n".join(plain_paragraphs(parse_markdown(render_markdown(Findings.model_validate(data), language))))
 
-    labels, text = read_label_translations(language), unfolded(data)
+    labels, text = read_label_translations(language), text_outside_folds(data)
     (line,) = (one for one in text.splitlines() if translate_label(kinds[0], labels) in one)
     assert all(translate_label(kind, labels) in line for kind in kinds)
     assert line.count("vale") == 3
     assert "weak" in text
     data["record_notes"]["doubts"][0] |= {"count": 40, "records": [f"station{number}" for number in range(40)]}
-    assert "station5" in unfolded(data)
-    assert "station6" not in unfolded(data)
+    assert "station5" in text_outside_folds(data)
+    assert "station6" not in text_outside_folds(data)
     data["record_notes"] = {"records_with_notes": 0, "doubts": []}
-    assert translate_label(kinds[0], labels) not in unfolded(data)
+    assert translate_label(kinds[0], labels) not in text_outside_folds(data)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

@@ -113,16 +113,16 @@ def test_interval_of_the_boundary_spans_the_two_scrambled_samples(make_cube, fal
 def test_interval_from_the_ensemble_includes_the_boundary(
     probability: list[float], difference: list[float], boundary: float, low: float, high: float
 ) -> None:
-    def of(values: list[float]) -> tuple[tuple[str, str], np.ndarray]:
+    def planar_variable(values: list[float]) -> tuple[tuple[str, str], np.ndarray]:
         return ("azimuth", "b_over_h"), np.array([values], np.float64)
 
     cube = xr.Dataset(
         {
-            "overturned": of([float(p >= 0.5) for p in probability]),
-            "probability_towards": of(probability),
-            "probability_away": of([0.0] * 4),
-            "scramble_difference_towards": of(difference),
-            "scramble_difference_away": of([0.0] * 4),
+            "overturned": planar_variable([float(p >= 0.5) for p in probability]),
+            "probability_towards": planar_variable(probability),
+            "probability_away": planar_variable([0.0] * 4),
+            "scramble_difference_towards": planar_variable(difference),
+            "scramble_difference_away": planar_variable([0.0] * 4),
         },
         {"azimuth": ("azimuth", [0.0], {"period": 180.0}), "b_over_h": [0.1, 0.2, 0.3, 0.4]},
     )

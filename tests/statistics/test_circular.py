@@ -93,14 +93,16 @@ def test_watson_u2_test_matches_pycircstat2_for_any_origin(name: str) -> None:
 def test_grouped_watson_p_value_matches_enumeration_of_all_tables() -> None:
     counts, p = np.array([4, 1, 0, 1]), np.array([0.4, 0.3, 0.2, 0.1])
 
-    def u2(table: tuple[int, ...]) -> float:
+    def watson_u2_of_counts(table: tuple[int, ...]) -> float:
         s = np.cumsum(np.array(table) - 6 * p)
         return float((((s - (s * p).sum()) ** 2) * p).sum() / 6)
 
     tables = [t for t in itertools.product(range(7), repeat=4) if sum(t) == 6]
-    exact = sum(multinomial.pmf(t, 6, p) for t in tables if u2(t) >= u2(tuple(counts)) - 1e-12)
+    exact = sum(
+        multinomial.pmf(t, 6, p) for t in tables if watson_u2_of_counts(t) >= watson_u2_of_counts(tuple(counts)) - 1e-12
+    )
     result = grouped_watson_test(counts, p)
-    assert result.statistic == pytest.approx(u2(tuple(counts)))
+    assert result.statistic == pytest.approx(watson_u2_of_counts(tuple(counts)))
     assert result.p_value == pytest.approx(exact, abs=0.01)
 
 
@@ -163,11 +165,11 @@ def test_common_axis_p_value_of_two_vectors_follows_from_their_angle() -> None:
 def test_p_value_of_winds_matches_enumeration_of_all_lists_of_winds(winds: tuple[int, ...], fold: int) -> None:
     """All 8ⁿ lists of n of the eight winds are equally probable if directions are random."""
 
-    def length(wind: np.ndarray) -> np.ndarray:
+    def resultant_length_of_winds(wind: np.ndarray) -> np.ndarray:
         return np.abs(np.exp(0.25j * math.pi * fold * wind).mean(axis=-1))
 
     every = np.stack(np.meshgrid(*len(winds) * [np.arange(8)]), axis=-1)
-    expected = (length(every) >= length(np.array(winds)) - 1e-9).mean()
+    expected = (resultant_length_of_winds(every) >= resultant_length_of_winds(np.array(winds)) - 1e-9).mean()
     angle = np.radians(45.0 * fold * np.array(winds))
     found = common_axis_test(np.cos(angle), np.sin(angle), 45.0 * fold)
     assert found.p_value == pytest.approx(expected, abs=0.02)

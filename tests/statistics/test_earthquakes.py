@@ -70,7 +70,7 @@ def test_only_marginal_blocks_count_and_axes_are_weighted_by_resultant(make_cube
     offsets, normals = [[0], [20, 20], [60], [3, 91]], [10.0, 70.0, 130.0, 40.0]
     planes = np.arange(0, 180, 2)
 
-    def rule(normal: float, offset: list[int]):
+    def fall_rule(normal: float, offset: list[int]):
         def falls(azimuth, height, slender, friction):
             near = [np.abs((azimuth - normal - one + 90) % 180 - 90) <= 14 for one in offset]
             side = np.where(azimuth < 180, 1, -1)
@@ -78,7 +78,7 @@ def test_only_marginal_blocks_count_and_axes_are_weighted_by_resultant(make_cube
 
         return falls
 
-    rules = [rule(*one) for one in zip(normals, offsets, strict=True)]
+    rules = [fall_rule(*one) for one in zip(normals, offsets, strict=True)]
     more = {"azimuth": range(0, 360, 2), "b_over_h": (0.1, 0.3, 0.5), "fault_normal": normals}
     cube = make_cube(rules, events="ABCD", **more)
     doubled = []
@@ -109,7 +109,7 @@ def test_only_marginal_blocks_count_and_axes_are_weighted_by_resultant(make_cube
 def test_alignment_cannot_exceed_the_resultant_of_its_records(make_cube, falls_in_sector) -> None:
     """Blocks fall in planes within w of an axis: the resultant of doubled axes is sin(2w + s)/((2w/s + 1) sin s)."""
 
-    def length(half_width: int) -> float:
+    def resultant_of_planes(half_width: int) -> float:
         return np.sin(np.radians(2 * half_width + 1)) / ((2 * half_width + 1) * np.sin(np.radians(1)))
 
     widths, normals = (10, 40, 20, 30), np.array([20.0, 20.0, 75.0, 110.0])
@@ -120,13 +120,19 @@ def test_alignment_cannot_exceed_the_resultant_of_its_records(make_cube, falls_i
         )
         for offsets in ([0, 0, 0, 0], [0, 90, 30, 60])
     ]  # fmt: skip
-    largest = np.mean([(length(10) + length(40)) / 2, length(20), length(30)])
+    largest = np.mean(
+        [(resultant_of_planes(10) + resultant_of_planes(40)) / 2, resultant_of_planes(20), resultant_of_planes(30)]
+    )
     along, aside = (summarise_fall_axes(fall_axes_by_earthquake(one)) for one in cube)
     assert along.largest == pytest.approx(largest)
     assert along.alignment.value == pytest.approx(largest), "it is reached where all fall along the normal"
     # Two records of one earthquake that fall across each other allow no less: the axes need not have been.
     assert aside.largest == pytest.approx(largest)
-    cosines = [(length(10) - length(40)) / 2, 0.5 * length(20), -0.5 * length(30)]
+    cosines = [
+        (resultant_of_planes(10) - resultant_of_planes(40)) / 2,
+        0.5 * resultant_of_planes(20),
+        -0.5 * resultant_of_planes(30),
+    ]
     assert aside.alignment.value == pytest.approx(np.mean(cosines))
 
 
@@ -139,26 +145,28 @@ def test_alignment_is_computed_for_each_rule_that_selects_blocks(make_cube) -> N
     axis, normals = {0.1: 0.0, 0.2: 20.0, 0.3: 50.0, 0.4: 80.0}, np.array([10.0, 130.0])
     planes = np.arange(0, 180, 1.0)
 
-    def near(azimuth: np.ndarray, normal: float, slender: float) -> np.ndarray:
+    def is_near_axis(azimuth: np.ndarray, normal: float, slender: float) -> np.ndarray:
         apart = np.abs((azimuth - normal - axis[slender] + 89.5) % 180 - 90)
         return apart < 90 * share[slender]
 
-    def rule(normal: float, most: float):
+    def fall_rule(normal: float, most: float):
         def falls(azimuth, height, slender, friction):
             fell = np.zeros(azimuth.shape, bool)
             for one in share:
-                fell |= (slender == one) & near(azimuth, normal, one) & (one <= most)
+                fell |= (slender == one) & is_near_axis(azimuth, normal, one) & (one <= most)
             return np.where(fell, np.where(azimuth < 180, 1, -1), 0)
 
         return falls
 
     cube = make_cube(
-        [rule(10.0, 0.4), rule(130.0, 0.2)], azimuth=range(360), b_over_h=tuple(share), events="AB",
+        [fall_rule(10.0, 0.4), fall_rule(130.0, 0.2)], azimuth=range(360), b_over_h=tuple(share), events="AB",
         fault_normal=normals,
     )  # fmt: skip
 
-    def mean(record: int, shapes: list[float]) -> complex:
-        doubled = [2j * np.radians(planes[near(planes, normals[record], one)] - normals[record]) for one in shapes]
+    def mean_doubled_axis(record: int, shapes: list[float]) -> complex:
+        doubled = [
+            2j * np.radians(planes[is_near_axis(planes, normals[record], one)] - normals[record]) for one in shapes
+        ]
         return np.exp(np.concatenate(doubled)).mean()
 
     every, some, half = [0.1, 0.2, 0.3, 0.4], [0.2, 0.3, 0.4], [0.3, 0.4]
@@ -166,7 +174,7 @@ def test_alignment_is_computed_for_each_rule_that_selects_blocks(make_cube) -> N
     ((group, found),) = fault_normal_alignment_by_block_selection(cube).items()
     assert (group, [one.rule for one in found]) == ("all records", list(BLOCK_RULES))
     for one, shapes in zip(found, chosen, strict=True):
-        means = [mean(record, own) for record, own in enumerate(shapes) if own]
+        means = [mean_doubled_axis(record, own) for record, own in enumerate(shapes) if own]
         assert (one.records, one.alignment.n) == (len(means), len(means))
         assert one.alignment.value == pytest.approx(np.mean(np.real(means)), abs=1e-6)
         assert one.largest == pytest.approx(np.mean(np.abs(means)), abs=1e-6)
@@ -219,10 +227,10 @@ def test_a_sector_on_which_all_earthquakes_agree_has_an_exact_bound(make_cube, f
 def test_rose_of_falls_in_all_directions_is_round_for_any_azimuth_step(make_cube, step, from_normal) -> None:
     """Regression: with a step of 10° every second sector had two azimuths, with 30° every second none."""
 
-    def every_way(azimuth: np.ndarray, _: np.ndarray, __: np.ndarray, friction: np.ndarray) -> np.ndarray:
+    def falls_in_all_directions(azimuth: np.ndarray, _: np.ndarray, __: np.ndarray, friction: np.ndarray) -> np.ndarray:
         return np.where(friction < 0.5, 1, -1) * np.where(azimuth < 180, 1, -1)
 
-    cube = make_cube(every_way, azimuth=range(0, 360, step), fault_normal=60.0)
+    cube = make_cube(falls_in_all_directions, azimuth=range(0, 360, step), fault_normal=60.0)
     assert fall_rose(cube, from_normal=from_normal).shares == pytest.approx(np.full(SECTORS, 1 / SECTORS))
 
 

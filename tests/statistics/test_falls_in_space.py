@@ -279,10 +279,15 @@ def test_two_reference_directions_are_compared_earthquake_by_earthquake() -> Non
     (found,) = fall_alignment_with_references(cube, intensity, [slice(0, 3)]).values()
     assert found.closest == ("peak velocity", "fault normal")
 
-    def cosine(record: int, reference: float) -> float:
+    def mean_doubled_cosine(record: int, reference: float) -> float:
         return float(np.cos(2 * np.radians(fall_azimuths_of_record(cube, record) - reference)).mean())
 
-    apart = np.array([cosine(record, normals[record] + 20.0) - cosine(record, normals[record]) for record in range(9)])
+    apart = np.array(
+        [
+            mean_doubled_cosine(record, normals[record] + 20.0) - mean_doubled_cosine(record, normals[record])
+            for record in range(9)
+        ]
+    )
     apart = np.array([apart[:2].mean(), *apart[2:]])
     level = 1 - 2 * norm.cdf(-np.sqrt(8 / 7) * t.ppf(0.975, 7))  # expanded percentile (Hesterberg 2015)
     scipys = bootstrap(

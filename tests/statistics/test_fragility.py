@@ -49,11 +49,11 @@ def test_fragility_fit_converges_if_strong_records_overturn_nothing() -> None:
     fell = [0, 0, 0, 5, 0, 7, 22, 1, 60, 36, 0, 5, 0, 9, 14, 17, 0, 0, 0, 1, 1, 9, 28, 4, 0, 8, 64, 0]
     x, share = np.log(pga), np.array(fell) / 64
 
-    def unlikely(line: NDArray[np.float64]) -> float:
+    def negative_log_likelihood(line: NDArray[np.float64]) -> float:
         z = line[0] + line[1] * x
         return -float(np.sum(share * norm.logcdf(z) + (1 - share) * norm.logsf(z)))
 
-    constant, slope = minimize(unlikely, [0.0, 1.0]).x
+    constant, slope = minimize(negative_log_likelihood, [0.0, 1.0]).x
     assert fit_lognormal_median_and_spread(pga, share) == pytest.approx(
         (math.exp(-constant / slope), 1 / slope), rel=1e-4
     )

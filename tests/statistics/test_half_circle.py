@@ -65,16 +65,19 @@ def build_full_circle_cube() -> xr.Dataset:
 
 
 def rose_bar_heights(cube: xr.Dataset) -> list[float]:
+    """Return the heights of all bars of the roses that show the falls of a cube."""
     return [bar.get_height() for axes in fall_roses_by_group_figure(cube).axes for bar in axes.patches]
 
 
 def ensemble_findings_of_cube(cube: xr.Dataset) -> object:
+    """Return the findings on the ensemble of a cube, as in a report."""
     study = SimpleNamespace(ensemble=EnsembleSettings())
     results = SimpleNamespace(cube=cube, model=model_of_cube(cube), study=study)
     return ensemble_findings(results)  # type: ignore[arg-type]
 
 
 def predicted_fall_probabilities(cube: xr.Dataset) -> np.ndarray:
+    """Return the predicted probabilities of fall azimuths, and of fall sides of a stone that faces 252°."""
     site = SiteFallPrediction(cube.isel(record=[0]))
     stone = Stone(fell=True, azimuth_deg=0, octant=False, b_over_h=0.3, face_azimuth_deg=252)
     return np.concatenate([site.fall_sector_probabilities(), site.fall_side_probabilities(stone)])

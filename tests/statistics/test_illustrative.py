@@ -44,11 +44,11 @@ def case_with_opposite_falls(cube: xr.Dataset) -> tuple[dict[str, float], tuple[
 def test_illustrative_case_of_both_sides_exists_only_if_both_occur(make_cube) -> None:
     """At 40° the broad block falls to the other side, at 40 and 60° the slender one, which does so in every run."""
 
-    def fell(azimuth: np.ndarray, _: np.ndarray, broad: np.ndarray, __: np.ndarray) -> np.ndarray:
+    def fall_rule(azimuth: np.ndarray, _: np.ndarray, broad: np.ndarray, __: np.ndarray) -> np.ndarray:
         return np.where((azimuth == 40) | ((azimuth == 60) & (broad == 0.2)), -1.0, 1.0)
 
     grid = {"azimuth": list(range(0, 180, 20)), "height": [0.6], "b_over_h": [0.2, 0.4], "friction": [1.0]}
-    cube = make_cube(fell, **grid)
+    cube = make_cube(fall_rule, **grid)
     assert case_with_opposite_falls(cube) == ({"height": 0.6, "b_over_h": 0.4, "friction": 1.0}, (40.0, 60.0))
     chance = abs(cube["overturned"]).where(cube["b_over_h"] < 0.3, 0.6)
     likely = cube.assign(
@@ -115,14 +115,16 @@ CUBE_GRID = {"azimuth": list(range(0, 360, 30)), "height": [0.6], "b_over_h": [0
 def test_case_of_a_contrast_falls_in_one_setting_only(make_cube) -> None:
     """It differs as most of the differing cases do, and its neighbours differ likewise."""
 
-    def fell(azimuth: np.ndarray, _: np.ndarray, broad: np.ndarray, __: np.ndarray) -> np.ndarray:
+    def falls_in_first_setting(azimuth: np.ndarray, _: np.ndarray, broad: np.ndarray, __: np.ndarray) -> np.ndarray:
         return np.where(broad < 0.25, 1.0, 0.0) + 0 * azimuth
 
-    def also(azimuth: np.ndarray, _: np.ndarray, broad: np.ndarray, __: np.ndarray) -> np.ndarray:
+    def falls_in_second_setting(azimuth: np.ndarray, _: np.ndarray, broad: np.ndarray, __: np.ndarray) -> np.ndarray:
         falls = (broad < 0.25) & (azimuth % 180 != 150) | (broad < 0.35) & (azimuth % 180 > 20) & (azimuth % 180 < 100)
         return np.where(falls, 1.0, 0.0)
 
-    cube, other = (make_cube(each, **CUBE_GRID, fault_normal=0.0) for each in (fell, also))
+    cube, other = (
+        make_cube(each, **CUBE_GRID, fault_normal=0.0) for each in (falls_in_first_setting, falls_in_second_setting)
+    )
     rocks = xr.full_like(cube["overturned"], 0.5)
     case = case_with_differing_outcomes(
         cube.assign(peak_rotation=rocks), other.assign(peak_rotation=rocks), ("nominal", "other")

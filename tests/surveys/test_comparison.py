@@ -558,17 +558,17 @@ def test_comparison_refuses_empty_surveys_several_records_and_3d_cubes(make_cube
 
 
 def test_a_wind_between_two_octants_counts_half_in_each() -> None:
-    def octants(azimuth: float, **notation: bool) -> dict[str, float]:
+    def octant_counts_of_fall(azimuth: float, **notation: bool) -> dict[str, float]:
         found = stone_count_by_octant(Stone(True, azimuth, **{"octant": False, **notation}))
         return {name: round(float(share), 9) for name, share in zip(OCTANTS, found, strict=True) if share > 0}
 
-    assert octants(22.5, wind_16=True) == {"N": 0.5, "NE": 0.5}
-    assert octants(337.5, wind_16=True) == {"NW": 0.5, "N": 0.5}
-    assert octants(45, wind_16=True) == {"NE": 1}
+    assert octant_counts_of_fall(22.5, wind_16=True) == {"N": 0.5, "NE": 0.5}
+    assert octant_counts_of_fall(337.5, wind_16=True) == {"NW": 0.5, "N": 0.5}
+    assert octant_counts_of_fall(45, wind_16=True) == {"NE": 1}
     # NNE from magnetic north, declination 5°: 16.25° to 38.75°, of which 6.25° lie in N.
-    assert octants(27.5, wind_16=True) == {"N": round(6.25 / 22.5, 9), "NE": round(16.25 / 22.5, 9)}
-    assert octants(22.5) == {"NE": 1}
-    assert octants(315, octant=True) == {"NW": 1}
+    assert octant_counts_of_fall(27.5, wind_16=True) == {"N": round(6.25 / 22.5, 9), "NE": round(16.25 / 22.5, 9)}
+    assert octant_counts_of_fall(22.5) == {"NE": 1}
+    assert octant_counts_of_fall(315, octant=True) == {"NW": 1}
 
 
 @pytest.mark.parametrize("declination", [6.5, 6.6])

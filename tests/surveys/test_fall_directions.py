@@ -22,11 +22,11 @@ def cube_with_two_fall_directions(make_cube, stout: float = 200.0, half: float =
     They fall within `half` degrees of this azimuth; with a `period` of 180° also to the opposite side.
     """
 
-    def falls(azimuth: np.ndarray, _: np.ndarray, b_over_h: np.ndarray, *__: np.ndarray) -> np.ndarray:
+    def fall_rule(azimuth: np.ndarray, _: np.ndarray, b_over_h: np.ndarray, *__: np.ndarray) -> np.ndarray:
         away = azimuth - np.where(b_over_h < 0.3, 60.0, stout)
         return np.abs((away + 0.5 * period) % period - 0.5 * period) <= half
 
-    return make_cube(falls, azimuth=range(0, 360, 15), b_over_h=[0.2, 0.4])
+    return make_cube(fall_rule, azimuth=range(0, 360, 15), b_over_h=[0.2, 0.4])
 
 
 def cube_with_two_fall_axes(make_cube):

@@ -135,7 +135,7 @@ def test_fallen_and_standing_stones_bound_the_peak_velocity(inversion_with_known
 
 
 def test_rotating_the_survey_rotates_the_axis_of_the_motion(inversion_with_known_outcomes: SurveyInversion) -> None:
-    def arc(turn: float) -> tuple[float, float]:
+    def axis_arc_of_rotated_survey(turn: float) -> tuple[float, float]:
         stones = [
             round_column(size, (way + turn) % 360, 4) for size, way in zip(COLUMN_SIZES, (0, 10, 180), strict=True)
         ]
@@ -143,7 +143,7 @@ def test_rotating_the_survey_rotates_the_axis_of_the_motion(inversion_with_known
             inversion_with_known_outcomes.log_likelihoods_by_motion(stones)
         ).credible_axis_arc_deg()
 
-    first, turned = arc(0), arc(70)
+    first, turned = axis_arc_of_rotated_survey(0), axis_arc_of_rotated_survey(70)
     assert abs((first[0] + 90) % 180 - 90) <= 10
     assert turned[1] == first[1]
     assert (turned[0] - first[0]) % 180 == pytest.approx(70)
@@ -367,11 +367,11 @@ def test_cases_are_counted_before_they_are_computed(tmp_path: Path, monkeypatch:
     """As many as the kernel is then asked for, and none of those that are kept; the time grows with the motion's."""
     asked: list[int] = []
 
-    def counting(shape: str, motion: Motion, cases: Cases, numerics: NumericalOptions) -> SimpleNamespace:
+    def count_cases(shape: str, motion: Motion, cases: Cases, numerics: NumericalOptions) -> SimpleNamespace:
         asked.append(np.size(cases.height))
         return SimpleNamespace(overturned=np.zeros(asked[-1]), fall_azimuth=np.full(asked[-1], np.nan))
 
-    monkeypatch.setattr(stone_outcomes, "simulate_cases", counting)
+    monkeypatch.setattr(stone_outcomes, "simulate_cases", count_cases)
     motions, kinds = (
         [elliptic_candidate_motion(0.5), elliptic_candidate_motion(0.8)],
         [StoneKind(*COLUMN_SIZES[0], 0.0), StoneKind(*COLUMN_SIZES[1], 2.0)],
@@ -396,22 +396,24 @@ def test_each_combination_of_size_friction_level_and_face_is_simulated(
     The stand-in of the kernel returns a direction that names height, B/H, friction, level and face of its case.
     """
 
-    def named(height, shape, friction, amplitude, azimuth):  # one of 72 bins
+    def direction_that_encodes_case(height, shape, friction, amplitude, azimuth):  # one of 72 bins
         parts = [np.searchsorted(grid, value * 1.001) - 1 for grid, value in ((HEIGHTS, height), (SHAPES, shape))]
         level = np.searchsorted(LEVELS, amplitude * one.pgv * 1.001) - 1
         return (7 * parts[0] + 11 * parts[1] + 13 * level + 5 * np.round(azimuth / 15) + 17 * (friction > 0.5)) % 72
 
-    def kernel(shape: str, motion: Motion, cases: Cases, numerics: NumericalOptions) -> SimpleNamespace:
-        bins = named(cases.height, cases.b_over_h, cases.friction, cases.amplitude, cases.azimuth_deg)
+    def kernel_stand_in(shape: str, motion: Motion, cases: Cases, numerics: NumericalOptions) -> SimpleNamespace:
+        bins = direction_that_encodes_case(
+            cases.height, cases.b_over_h, cases.friction, cases.amplitude, cases.azimuth_deg
+        )
         return SimpleNamespace(overturned=np.ones(bins.size), fall_azimuth=5.0 * bins)
 
     one = elliptic_candidate_motion(0.5)
-    monkeypatch.setattr(stone_outcomes, "simulate_cases", kernel)
+    monkeypatch.setattr(stone_outcomes, "simulate_cases", kernel_stand_in)
     nodes = [(2, 5), (2, 6), (3, 5)]
     found = stone_outcomes.simulate_outcomes_of_sizes(one, 2.0, nodes, 1)
     assert found.shape == (3, len(FRICTIONS), LEVELS.size, 12)
     for (h, b), f, at, o in ((nodes[n], f, at, o) for n, f, at, o in np.argwhere(found >= 0)[::7].tolist()):
-        expected = named(HEIGHTS[h], SHAPES[b], FRICTIONS[f], LEVELS[at] / one.pgv, 15.0 * o)
+        expected = direction_that_encodes_case(HEIGHTS[h], SHAPES[b], FRICTIONS[f], LEVELS[at] / one.pgv, 15.0 * o)
         assert found[nodes.index((h, b)), f, at, o] == expected
     assert stone_outcomes.simulate_outcomes_of_sizes(one, 0.0, nodes, 1).shape == (3, len(FRICTIONS), LEVELS.size, 1)
 

@@ -31,13 +31,13 @@ def test_counts_and_shares_of_each_site_match_hand_counts_and_scipy(tmp_path: Pa
     found = observed_findings_of_table(tmp_path, TABLE_OF_TWO_SITES)
     first, second = found.sites
 
-    def numbers(one: ObservedFallsFinding) -> tuple[int, ...]:
+    def stone_counts(one: ObservedFallsFinding) -> tuple[int, ...]:
         unknown = one.fell_in_unknown_direction
         return one.stones, one.fell, unknown, one.stands, one.moved, one.not_counted
 
-    assert (first.site, numbers(first)) == ("A", (16, 9, 1, 5, 2, 2))
-    assert (second.site, numbers(second)) == ("B", (5, 3, 0, 0, 0, 2))
-    assert numbers(found.together) == (21, 12, 1, 5, 2, 4)
+    assert (first.site, stone_counts(first)) == ("A", (16, 9, 1, 5, 2, 2))
+    assert (second.site, stone_counts(second)) == ("B", (5, 3, 0, 0, 0, 2))
+    assert stone_counts(found.together) == (21, 12, 1, 5, 2, 4)
     assert found.together.reasons_not_counted == {"fixed": 2, "broken": 1, "unknown": 1}
     assert second.fell_share is None, "only fallen stones are listed"
     assert found.sites_without_standing == ["B"], "its fallen stones would raise the share of all sites together"

@@ -50,7 +50,7 @@ def test_fall_rate_under_any_hazard_matches_quadrature() -> None:
     level, rate = np.array([0.05, 0.2, 0.5, 1.0]), np.array([2e-2, 2e-3, 3e-4, 2e-5])
     hazard = HazardCurve("PGA", "g", level, rate)
 
-    def density(x: float, a: float, one: float, k: float) -> float:
+    def fall_rate_density(x: float, a: float, one: float, k: float) -> float:
         return float(norm.cdf(np.log(x / 0.6) / 0.4) * k * one * a**k * x ** (-k - 1))
 
     def fall_rate_by_quadrature(low: float, high: float) -> float:
@@ -60,7 +60,7 @@ def test_fall_rate_under_any_hazard_matches_quadrature() -> None:
             k = math.log(one / two) / math.log(b / a)
             ends = max(a, low), min(b, high)
             if ends[0] < ends[1]:
-                total += quad(density, *ends, args=(a, one, k), epsrel=1e-11)[0]
+                total += quad(fall_rate_density, *ends, args=(a, one, k), epsrel=1e-11)[0]
         return total
 
     top = norm.cdf(math.log(1 / 0.6) / 0.4) * rate[-1]
@@ -211,7 +211,7 @@ def test_a_hazard_whose_unit_is_wrong_is_refused(
         "utf-8",
     )
 
-    def text(scale: float) -> str:
+    def hazard_table(scale: float) -> str:
         levels = scale * true_unit * np.geomspace(0.02, 5, 30)
         rows = "".join(
             f"{','.join(measure)},{level},{1e-4 * (level / scale / true_unit) ** -2.5}\n" for level in levels
@@ -219,7 +219,7 @@ def test_a_hazard_whose_unit_is_wrong_is_refused(
         files[1].write_text(f"measure,unit,level,annual_rate\n{rows}", "utf-8")
         return run_stood_command(*files, years=800)
 
-    right, wrong = text(1.0), text(factor)
+    right, wrong = hazard_table(1.0), hazard_table(factor)
     assert "are they in" not in right
     assert "P(stands 800 years)" in right
     assert wrong.startswith(f"error: {files[1]}: {measure[0]}: levels of ")

@@ -25,7 +25,7 @@ from tests.figures.films import film_of_two_blocks
 def test_film_strip_shows_the_times_of_uplift_and_fall() -> None:
     """The first block rotates by (π/2) ((t − 1)/1.5)³ from 1 s on.
 
-    The other one rotates by 0.1 e⁻ᵗ sin 2πt: by 0.05 at 0.1 s.
+    The second one rotates by 0.1 e⁻ᵗ sin 2πt, that is by 0.05 at 0.1 s.
     """
     film = film_of_two_blocks()
     times, names = strip_frame_times_and_captions(film)

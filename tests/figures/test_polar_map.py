@@ -150,7 +150,7 @@ def test_a_cell_without_an_outcome_differs_from_every_probability_in_greyscale()
 
 
 def test_map_is_blank_where_nothing_was_computed() -> None:
-    """The hole is inside B/H 0.1; of azimuths 0° to 90° (and 180° to 270°) the others are blank."""
+    """The hole within B/H 0.1 is blank, and so are azimuths other than 0° to 90° and 180° to 270°."""
     part = cube_of_one_block(*mirror_cell_shares()).isel(azimuth=slice(0, 4))
     figure = draw_pixels(lambda: azimuth_map_figure(part, "A"))
     assert grey_level(cell_pixels(figure, 140, 0.4)).min() > 0.99
@@ -250,7 +250,7 @@ def test_peak_velocity_is_drawn_at_its_azimuth_on_a_stated_scale() -> None:
 
 
 def test_compared_records_share_radius_colour_bar_and_heading() -> None:
-    """One record falls up to B/H 0.2 and the other up to 0.6; both maps end at the same B/H."""
+    """One record overturns blocks up to B/H 0.2, the other up to 0.6; both maps end at the same B/H."""
     small, large = (cube_of_one_block(*mirror_cell_shares((0, ring, 0.9, 0.0))) for ring in (0, 2))
     named = [one.assign_coords(station=name, event="E") for one, name in ((small, "near"), (large, "far"))]
     figure = draw_in_project_style(lambda: azimuth_map_figure(named, "Two records"))
@@ -294,7 +294,7 @@ def test_titles_of_maps_state_how_their_blocks_differ() -> None:
 
 @pytest.mark.parametrize("blocks", [(1, 1), (1, 2), (2, 2)])
 def test_letters_of_a_map_are_7_points_at_the_printed_width(blocks: tuple[int, int]) -> None:
-    """A figure wider than the page is printed smaller."""
+    """A figure wider than the page is reduced in print, so that its letters must be larger."""
     one = cube_of_falls_around_40().isel(record=0, height=slice(blocks[0]), friction=slice(blocks[1]))
     figure = draw_layout(lambda: azimuth_map_figure(one, "Station, earthquake"))
     sizes = [text.get_fontsize() for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
@@ -305,7 +305,7 @@ def test_letters_of_a_map_are_7_points_at_the_printed_width(blocks: tuple[int, i
 
 @pytest.mark.parametrize("free", [22.5, 112.5, 247.5])
 def test_arrow_at_the_radius_labels_points_outward(free: float) -> None:
-    """The arrow stands outside the rim at the labels of the radius; text on the left ends at the rim."""
+    """The arrow stands outside the rim next to the labels of the radius; text on the left ends at the rim."""
     towards = (np.abs((AZIMUTHS_DEG - free + 180) % 360 - 180) > 20).astype(float)[:, None] * np.ones(3)
     figure = draw_layout(lambda: azimuth_map_figure(cube_of_one_block(towards, 0 * towards), "A"))
     axes = figure.axes[0]

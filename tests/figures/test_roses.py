@@ -86,7 +86,7 @@ def test_rose_of_3d_falls_without_a_fault_normal_shows_directions() -> None:
 
 
 def test_interval_of_an_axial_sector_is_that_of_opposite_shares_together() -> None:
-    """Falls of every other earthquake go to 0° and 180°: as directions their shares vary, as axes they do not."""
+    """Earthquakes fall to 0° and 180° in turn: shares of directions vary over earthquakes, those of axes do not."""
     one = cube_of_earthquakes(10)
     flags = np.zeros(one["overturned"].shape)
     flags[::2, 0], flags[1::2, 12] = 1, 1  # towards 0° under records 0, 2, 4, towards 180° under the others
@@ -147,7 +147,7 @@ def radius_label_boxes(axial: bool) -> dict[float, list[Bbox]]:
 @pytest.mark.parametrize("axial", [True, False])
 @pytest.mark.parametrize("largest", LARGEST_SHARES)
 def test_radius_labels_of_roses_do_not_touch(largest: float, axial: bool) -> None:
-    """In a half circle 10 and 20 per cent touched."""
+    """Regression: in a half circle the labels 10 and 20 per cent touched."""
     boxes = radius_label_boxes(axial)[largest]
     assert boxes
     assert not any(one.overlaps(other) for place, one in enumerate(boxes) for other in boxes[:place])

@@ -102,7 +102,7 @@ def test_unknown_strike_and_fall_axis_are_neither_drawn_nor_in_the_legend() -> N
 
 
 def test_nearest_part_of_the_fault_trace_is_in_the_frame() -> None:
-    """A trace 20 km north of a station 2 km from the epicentre: its ends may be outside."""
+    """A trace passes 20 km north of a station 2 km from the epicentre; only its ends may lie outside the map."""
     trace = (((35.2, 132.0), (35.2, 134.0)),)
     figure = draw_earthquake_map(EarthquakeOnMap("A", [StationOnMap("a", 35.02, 133.0)], EPICENTRE, trace))
     assert figure.axes[0].get_ylim()[1] > 22.3 > 20

@@ -125,7 +125,7 @@ def test_report_words_for_few_things_differ_from_those_for_many(
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_report_states_a_twist_of_zero_in_nine_tenths_of_cases(language: str) -> None:
-    """No case turns by more than 0°; and where all stones slide off, none of them tips."""
+    """Also, where all stones slide off their base, the report mentions none that tips."""
     data = json.loads(findings_by_hand("stack in 3-D").model_dump_json())
     for one in data["element_displacements"]:
         one |= {"percentile_90_twist_deg": 0.0, "share_slid_off": 1.0}
@@ -137,7 +137,7 @@ def test_report_states_a_twist_of_zero_in_nine_tenths_of_cases(language: str) ->
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("slope", [1.2, None])
 def test_caption_mentions_the_fit_only_if_the_figure_shows_it(slope: float | None, language: str) -> None:
-    """With one ratio PGV/PGA, such as that of a pulse, the fit has no coefficient of it and no line in the figure."""
+    """If all motions have one ratio PGV/PGA, the fit has no coefficient for it and no line in the figure."""
     data = json.loads(findings_by_hand("direction").model_dump_json())
     row = dict.fromkeys(LogisticCoefficient.model_fields) | {"predictor": "ln PGV/PGA", "value": slope}
     data["logistic_fit"]["coefficients"] = [row, row | {"predictor": "ln B/H", "value": 1.0}]
@@ -148,7 +148,7 @@ def test_caption_mentions_the_fit_only_if_the_figure_shows_it(slope: float | Non
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("several", [True, False])
 def test_with_one_b_over_h_no_criterion_is_named_slenderness_alone(several: bool, language: str) -> None:
-    """Then no B/H divides falls from stands, and the last criterion of the list is another one."""
+    """A single B/H cannot separate falls from stands; the last criterion of the list is then another one."""
     data = json.loads(findings_by_hand("direction").model_dump_json())
     scores = data["criteria_scores"]["scores"]
     names = [one["criterion"] for one in scores]

@@ -191,7 +191,7 @@ def test_alignment_is_computed_for_each_rule_that_selects_blocks(make_cube) -> N
 
 
 def test_rose_of_planes_weights_earthquakes_equally_and_shows_marginal_blocks(make_cube, falls_in_sector) -> None:
-    """Seven earthquakes whose blocks fall in eleven planes about 0°, one of two records with one plane each, 90°."""
+    """Blocks of seven earthquakes fall in eleven planes about 0°; an eighth has two records with one plane at 90°."""
     rules = [falls_in_sector(0, 5)] * 7 + [falls_in_sector(90, 0)] * 2
     cube = make_cube(rules, azimuth=range(360), events="ABCDEFGHH")
     rose = fall_rose(cube)
@@ -210,7 +210,7 @@ def test_rose_of_planes_weights_earthquakes_equally_and_shows_marginal_blocks(ma
 
 
 def test_a_sector_on_which_all_earthquakes_agree_has_an_exact_bound(make_cube, falls_in_sector) -> None:
-    """Regression: its interval had no width. Falls along the normal alone: share 1 there, 0 in the other sectors."""
+    """Regression: its interval had no width. All falls lie along the normal: share 1 in that sector, else 0."""
     cube = make_cube([falls_in_sector(60, 5)] * 9, events="ABCDEFGHI", fault_normal=60.0)
     rose = fall_rose(cube, from_normal=True, axial=True)
     bound = 0.05 ** (1 / 9)  # nine of nine earthquakes have it with a probability of 5 %

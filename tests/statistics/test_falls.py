@@ -269,7 +269,7 @@ def test_azimuths_added_to_a_grid_leave_no_gap_elsewhere(whole) -> None:
 
 
 def test_a_scene_without_mirror_image_is_two_cases_at_opposite_azimuths(make_cube) -> None:
-    """It falls away from its wall: towards the azimuth of motions of 0 to 175°; from 180° on it stands."""
+    """The stone falls away from its wall: towards azimuths from 0° to 175°; for azimuths from 180° on it stands."""
     cube = make_cube(lambda azimuth, *_: np.where(azimuth < 180, 1, 0))
     falling = make_cube(lambda azimuth, *_: np.ones_like(azimuth))
     for one in (cube, falling):
@@ -308,7 +308,7 @@ def test_dataset_without_fall_flags_is_refused() -> None:
 
 
 def test_a_scene_falls_where_any_of_its_elements_falls() -> None:
-    """One of five cases has no outcome; in the others fall: nothing, the lintel, a pillar before it, the pillar."""
+    """Of five cases one has no outcome; in the others fall nothing, the lintel, a pillar before it, or a pillar."""
     flags = np.array([[[0, 0], [0, 1], [-1, 1], [1, 0], [np.nan, np.nan]]])
     times = np.array([[[np.nan, np.nan], [np.nan, 3.0], [1.0, 2.0], [5.0, np.nan], [np.nan, np.nan]]])
     dims = ("record", "azimuth", "element")
@@ -345,7 +345,7 @@ def test_displacements_of_each_stone_of_a_stack() -> None:
 
 
 def test_a_part_of_a_cube_keeps_its_model() -> None:
-    """Statistics read few variables: the model must follow from the coordinates that remain."""
+    """Statistics load few variables of a cube: its model must follow from the coordinates that remain."""
     stack = xr.Dataset({"overturned": (("orientation", "height"), np.zeros((2, 1)))}, {"height": [0.6]})
     assert isinstance(model_of_cube(stack), Stack)
     assert isinstance(model_of_cube(stack.expand_dims(aspect=[1.0])), Body)

@@ -138,10 +138,10 @@ def test_a_rose_is_the_mean_of_its_earthquakes(from_normal: bool) -> None:
 
 
 def test_falls_in_random_directions_do_not_affect_mean_or_rose() -> None:
-    """Half of the falls go 30° as their members do; the others' nominal azimuth is 120°, and their members go any way.
+    """Half of the cases and their runs fall towards 30°; the others fall to 120°, their runs in any direction.
 
-    The truth is known: falls have one direction, 30°, in which all of the rose lies but for what chance leaves. Counted
-    in full the nominal falls gave 75° and half of the rose at 120°.
+    The truth is one direction, 30°, in which all of the rose lies but for what chance leaves. Counted in full, the
+    nominal falls gave a mean of 75° and half of the rose at 120°.
     """
     generator, cube = np.random.default_rng(8), random_3d_cube()
     shape, members = cube["overturned"].shape, 24

@@ -156,7 +156,7 @@ def cube_of_stone_before_wall(
 
 
 def test_a_stone_before_a_wall_never_falls_backwards() -> None:
-    """All fall forwards, whatever they face: one that faces 250 never backwards, which is not the answer of 70."""
+    """All stones fall forwards, whatever they face; the mirrored plane 70 would let one that faces 250 fall back."""
     stone = Stone(fell=True, azimuth_deg=0, octant=False, b_over_h=0.3, face_azimuth_deg=250)
     cube = cube_of_stone_before_wall(np.ones_like)
     stood, forwards, right, backwards, left = SiteFallPrediction(cube, background=0).fall_side_probabilities(stone)

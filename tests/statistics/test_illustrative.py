@@ -98,7 +98,7 @@ def test_twists_below_the_printed_resolution_make_no_illustrative_case(
 
 
 def test_a_case_where_another_stone_falls_is_no_standing_example(make_cube) -> None:
-    """The film shows all stones: with the upper one falling beside it, the lower one that stands is no example."""
+    """The film shows all stones of a scene: if the upper one falls, the lower one is no example of a standing stone."""
     cube = make_cube(lambda azimuth, *_: 0 * azimuth, azimuth=[0, 45], height=[0.6], b_over_h=[0.3], friction=[1.0])
     still = cube.rename(azimuth="orientation").expand_dims(aspect=[1.0])
     turn = still["overturned"] + xr.where(still["orientation"] == 0, 8.0, 3.0)
@@ -113,7 +113,7 @@ CUBE_GRID = {"azimuth": list(range(0, 360, 30)), "height": [0.6], "b_over_h": [0
 
 
 def test_case_of_a_contrast_falls_in_one_setting_only(make_cube) -> None:
-    """It differs as most of the differing cases do, and its neighbours differ likewise."""
+    """The two settings differ in this case as in most differing cases, and its neighbours differ likewise."""
 
     def falls_in_first_setting(azimuth: np.ndarray, _: np.ndarray, broad: np.ndarray, __: np.ndarray) -> np.ndarray:
         return np.where(broad < 0.25, 1.0, 0.0) + 0 * azimuth

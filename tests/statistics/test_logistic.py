@@ -26,7 +26,7 @@ JOINT_DISTRESS = [0, 1, 0, 0, 0, 0, 0, 0, 1, 1, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1,
 
 
 def test_fit_matches_published_estimates_for_challenger_launches() -> None:
-    """The published estimates are those of maximum likelihood."""
+    """The published estimates for joint distress by temperature are those of maximum likelihood."""
     fit = fit_logistic_model(np.array(JOINT_TEMPERATURE_F)[:, None], JOINT_DISTRESS, np.arange(23), intervals=False)
     assert fit.coefficient == pytest.approx([15.0429, -0.2322], abs=1e-4)
     assert np.isnan([*fit.low, *fit.standard_error]).all()
@@ -67,7 +67,7 @@ def is_separated_by_a_plane(design: np.ndarray, outcome: np.ndarray) -> bool:
 @pytest.mark.parametrize("slope", [5.0, 10.0, 20.0, 40.0])
 @pytest.mark.parametrize("rows", [40, 200])
 def test_fit_is_called_separated_only_if_a_plane_separates_falls(slope: float, rows: int) -> None:
-    """All other samples have the estimate of another optimiser, however steep it is."""
+    """For all other samples the fit matches that of another optimiser, however steep it is."""
     for seed in range(12):
         x, y = random_sample_with_slope(seed, slope, rows)
         design = np.column_stack([np.ones(rows), x])
@@ -107,7 +107,7 @@ def test_reference_check_of_separation_handles_ties_and_shares(outcome: list[flo
 
 
 def test_no_interval_if_data_without_one_earthquake_are_separated() -> None:
-    """Only the first earthquake has a fall below a stand, or several have."""
+    """Only the first earthquake has falls below stands; if several earthquakes have, there is an interval."""
     x = np.linspace(-1.0, 1.0, 60)
     event, above = np.arange(60) % 10, (x > 0).astype(float)
     alone = np.where((event == 0) & (np.abs(x) < 0.5), 1 - above, above)
@@ -128,7 +128,7 @@ def test_no_interval_if_data_without_one_earthquake_are_separated() -> None:
     ids=["launches", "steep"],
 )
 def test_estimates_and_errors_match_a_jackknife_over_clusters(x: np.ndarray, y: np.ndarray) -> None:
-    """By another optimiser and the jackknife's formulas, for 12 clusters, such as of one or two launches."""
+    """Compared with another optimiser and the formulas of the jackknife, for 12 clusters of one or two launches."""
     cluster, design = np.arange(y.size) % 12, np.column_stack([np.ones(y.size), x])
     whole = maximum_likelihood_by_bfgs(design, y)
     without = np.array([maximum_likelihood_by_bfgs(design[cluster != one], y[cluster != one]) for one in range(12)])
@@ -156,9 +156,9 @@ def random_earthquakes(generator: np.random.Generator, count: int) -> tuple[np.n
 
 @pytest.mark.long
 def test_intervals_cover_the_slopes_and_estimates_are_unbiased() -> None:
-    """The sandwich with Student's t held it in 89 to 91 %, and the slope on ln PGA came out 5 to 11 % too large.
+    """Sandwich intervals with Student's t covered 89 to 91 %, and the slope on ln PGA was 5 to 11 % too large.
 
-    The truth is the fit to 4,000 earthquakes, of which the effects of earthquakes are a part.
+    The truth is a fit to 4,000 earthquakes, which includes the random effects of earthquakes.
     """
     generator = np.random.default_rng(42)
     truth = fit_logistic_model(*random_earthquakes(generator, 4000), intervals=False).coefficient
@@ -217,7 +217,7 @@ def test_weight_of_a_row_counts_as_repetition() -> None:
 
 
 def test_rows_of_zero_weight_do_not_affect_the_fit() -> None:
-    """They neither count as clusters of the jackknife, nor keep the others from being all alike."""
+    """Such rows are no clusters of the jackknife; the rest counts as all alike if only these rows differ."""
     x, y = np.array(JOINT_TEMPERATURE_F, np.float64)[:, None], np.array(JOINT_DISTRESS, np.float64)
     whole = fit_logistic_model(x, y, np.arange(23))
     more = fit_logistic_model(
@@ -247,7 +247,7 @@ def test_intervals_cover_the_slope_with_a_shift_per_cluster() -> None:
     [([0, 0, 0, 0], "nothing falls"), ([1, 1, 1, 1], "everything falls"), ([0, 0, 1, 1], "separate")],
 )
 def test_the_note_states_why_a_fit_fails(outcome: list[int], word: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With the NumPy of today, and with one before 2.4, in which a matrix without rows has no rank."""
+    """With the installed NumPy, and with one before 2.4, in which the rank of a matrix without rows is undefined."""
     rank = np.linalg.matrix_rank
     monkeypatch.setattr(np.linalg, "matrix_rank", lambda matrix: rank(matrix) if len(matrix) else np.max(matrix))
     fit = fit_logistic_model([[1.0], [2.0], [3.0], [4.0]], outcome, [0, 1, 2, 3])
@@ -283,7 +283,7 @@ def test_regression_data_of_wrong_shape_or_value_are_refused(x: list[list[float]
 
 
 def test_fit_to_a_cube_recovers_the_known_slope(make_cube: Callable[..., xr.Dataset]) -> None:
-    """Blocks that fall above West's limit by a noisy margin: the slope on PGA over the limit comes back."""
+    """Blocks fall above West's limit by a noisy margin; the fit recovers the slope on PGA over the limit."""
     generator = np.random.default_rng(4)
     azimuth = np.arange(0, 360, 10.0)
     pga = np.exp(generator.uniform(0, 2.5, size=(12, 1)) + 0.1 * np.cos(np.radians(2 * azimuth)))

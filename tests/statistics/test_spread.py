@@ -11,9 +11,9 @@ from overturning.study.ensemble import fall_probabilities_converged
 
 @pytest.mark.parametrize("chances", [(0.02, 0.0), (0.05, 0.05), (0.3, 0.0), (0.1, 0.85), (0.5, 0.45), (0.97, 0.02)])
 def test_shares_of_cells_with_disagreement_do_not_depend_on_early_stopping(chances: tuple[float, float]) -> None:
-    """Estimates for many cells with known probabilities; the first batch has a closed form.
+    """Cells with known probabilities, many of which stop early; the share of the first batch has a closed form.
 
-    Counted over the runs of each cell, its stopping is part of the share: 0.48 in place of 0.34 for (0.1, 0.85).
+    Counted over all runs of each cell, the share would depend on stopping: 0.48 in place of 0.34 for (0.1, 0.85).
     """
     cells, settings = 20_000, EnsembleSettings()
     towards, away = chances

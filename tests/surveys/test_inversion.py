@@ -112,7 +112,7 @@ def test_without_stones_the_posterior_is_the_prior_and_has_no_bounds(
 
 
 def test_fallen_and_standing_stones_bound_the_peak_velocity(inversion_with_known_outcomes: SurveyInversion) -> None:
-    """By the rule the columns fall from 0.57, 0.82 and 1.14 m/s on."""
+    """By the rule of this file the columns fall from a PGV of 0.57, 0.82 and 1.14 m/s on."""
     stones = [
         round_column(COLUMN_SIZES[0], 0, 8),
         round_column(COLUMN_SIZES[1], 0, 8),
@@ -223,7 +223,7 @@ def test_survey_with_only_falls_has_no_axis(inversion_with_known_outcomes: Surve
 
 
 def test_a_survey_that_no_motion_explains_does_not_fit(inversion_with_known_outcomes: SurveyInversion) -> None:
-    """The broad low columns fell and the slender tall ones stood: by the rule none does that."""
+    """The broad low columns fell and the slender tall ones stood: under the rule of this file no motion does that."""
     odd = inversion_with_known_outcomes.invert_survey(
         "odd.csv", [round_column(COLUMN_SIZES[2], 0, 12), round_column(COLUMN_SIZES[0], count=12)]
     )
@@ -364,7 +364,7 @@ def test_error_about_a_stone_names_its_survey_file() -> None:
 
 
 def test_cases_are_counted_before_they_are_computed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """As many as the kernel is then asked for, and none of those that are kept; the time grows with the motion's."""
+    """The count is that of the cases then simulated, without cached ones; the time grows with the duration."""
     asked: list[int] = []
 
     def count_cases(shape: str, motion: Motion, cases: Cases, numerics: NumericalOptions) -> SimpleNamespace:

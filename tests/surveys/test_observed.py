@@ -80,7 +80,7 @@ def test_mean_directions_of_sites_match_hand_computation(tmp_path: Path) -> None
 def test_p_value_of_two_equal_directions_allows_for_the_recorded_step(
     tmp_path: Path, text: str, direction_p: float, axis_p: float
 ) -> None:
-    """The second of two stones is recorded in the step of the first with the probability step/360°, or step/180°."""
+    """By chance two stones have the same recorded step with probability step/360°, or step/180° for axes."""
     found = observed_findings_of_table(tmp_path, text).together
     assert found.direction.p_value == pytest.approx(direction_p, abs=0.02)
     assert found.axis.p_value == pytest.approx(axis_p, abs=0.02)

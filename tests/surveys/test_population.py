@@ -134,7 +134,7 @@ def equal_stones(*size: float, count: int = 1) -> SampledStones:
 
 
 def test_rocking_stone_uses_no_sliding_cell() -> None:
-    """µ = 0.5 is between 0.33 and 0.58: above B/H = 0.4 it rocks as at 0.58, below 0.55 it slides as at 0.33."""
+    """A stone of µ = 0.5, between grid values 0.33 and 0.58, rocks as at 0.58 above B/H 0.4 and slides below 0.55."""
     values = np.zeros((4, 1, 2, 3))
     values[:, :, :, 1] = 1  # only at µ = 0.58 it falls
     site = cube_of_values(values, azimuth=[0, 90, 180, 270], b_over_h=[0.4, 0.55], friction=[0.33, 0.58, 1.0])
@@ -209,7 +209,7 @@ def test_a_rounded_size_is_not_outside_the_grid(b_over_h: float, outside: float)
 
 
 def test_fall_rates_are_computed_for_each_amplitude_factor() -> None:
-    """Each factor is a cell of its own: what falls under a motion times 2 falls at the factor 2."""
+    """What falls under a motion multiplied by 2 falls at the amplitude factor 2 of the cube."""
     motion, population = sine_pulse_motion(3.0, 0.8), StonePopulation(width=LengthRange(low=0.1, high=0.3), stones=64)
     axes = {"height": [0.6, 0.9], "b_over_h": [0.1, 0.2, 0.3, 0.5], "friction": [0.5, 0.9]}
     both = xr.concat(

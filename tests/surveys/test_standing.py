@@ -83,7 +83,7 @@ def test_fall_rate_under_any_hazard_matches_quadrature() -> None:
 
 
 def test_constant_differences_between_stones_lengthen_survival() -> None:
-    """Without a spread of records stone s falls as often as ln s is exceeded: E exp(−k0 s^−k T), by SciPy."""
+    """Without a spread of records a stone falls at its own level s: the survival is E exp(−k0 s^−k T), by SciPy."""
     hazard = power_law_hazard(1e-3, 2.0, 1e-4, 1e4)
     found = estimate_standing_probability(
         fragility_curve_row(0.6, 0.5, record_spread=0.0, other_spread=0.5), hazard, 300.0
@@ -260,7 +260,7 @@ def write_class_and_hazard(folder: Path, first: float) -> tuple[Path, Path]:
 def test_stones_of_a_class_that_survive_are_the_stronger_ones(
     tmp_path: Path, run_stood_command: Callable[..., str]
 ) -> None:
-    """Under the largest hazard that is named 5 % of stones stand, each through earthquakes drawn one by one."""
+    """Under the largest hazard that is reported 5 % of stones stand; checked with earthquakes drawn one by one."""
     text = run_stood_command(*write_class_and_hazard(tmp_path, 0.01), years=800, stones=tmp_path / "survey.csv")
     row = next(line for line in text.splitlines() if line.startswith("  all "))
     factor, generator = float(row.split()[-1]), np.random.default_rng(5)
@@ -274,7 +274,7 @@ def test_stones_of_a_class_that_survive_are_the_stronger_ones(
 
 
 def test_a_hazard_that_begins_too_high_is_reported(tmp_path: Path, run_stood_command: Callable[..., str]) -> None:
-    """1 % fall at the first level: what lies below it is the difference from a curve that begins lower."""
+    """At the first level 1 % of stones fall; falls below it are the difference from a hazard that begins lower."""
     spread, rates = math.hypot(0.3, 0.5), []
     for first in (0.155, 0.0155, 0.005):
         files = write_class_and_hazard(tmp_path, first)

@@ -33,7 +33,7 @@ def source_folder() -> Path:
     return Path(spec.origin).parent
 
 
-def archive_members(folder: Path) -> dict[str, str]:
+def archive_texts_by_file_name(folder: Path) -> dict[str, str]:
     """Return the text of each file of the archive by name, from the HDF5 files in a folder.
 
     Numbers are written as the shortest decimals that give the same 64-bit float again. Two columns of the source are
@@ -122,4 +122,4 @@ def write_archive(members: Mapping[str, str], path: Path) -> None:
 
 
 if __name__ == "__main__":
-    write_archive(archive_members(source_folder()), ARCHIVE)
+    write_archive(archive_texts_by_file_name(source_folder()), ARCHIVE)

@@ -90,7 +90,7 @@ def vertical_motion_figures() -> Iterator[MeasuredFigure]:
             yield MeasuredFigure(f"2-D: B/H {b_over_h:g}, falls {setting} vertical motion", share, "%")
 
 
-def vertical_motion_figures_in_3d() -> Iterator[MeasuredFigure]:
+def measure_effect_of_vertical_motion_in_3d() -> Iterator[MeasuredFigure]:
     """Yield the shares of the tutorial's 3-D stones that fall, and changes of their fall azimuths."""
     cubes = cubes_with_and_without_vertical(**SPACE)
     first, second = (cube["overturned"].to_numpy() == 1 for cube in cubes)
@@ -107,7 +107,7 @@ def vertical_motion_figures_in_3d() -> Iterator[MeasuredFigure]:
 
 def main() -> None:
     """Write the figures and the printed output, and fill the page."""
-    write_figures([*vertical_motion_figures(), *vertical_motion_figures_in_3d()], RESULTS / "tutorial.csv")
+    write_figures([*vertical_motion_figures(), *measure_effect_of_vertical_motion_in_3d()], RESULTS / "tutorial.csv")
     write_text(RESULTS / "tutorial-survey.txt", survey_output())
     publish_markdown({})
 

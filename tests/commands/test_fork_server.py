@@ -27,7 +27,7 @@ READ_STEP = ("read", "--study", STUDY, "--record", "rinaldi")
 
 @contextmanager
 def running_server(table: Path) -> Iterator[psutil.Process]:
-    """Run a fork server that writes its table of measurements; yield its process."""
+    """Run the server that starts steps as copies of itself, and logs time and memory to `table`; yield its process."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(THREADS_VARIABLE, "1")
         patch.setenv(SERVER_VARIABLE, "")

@@ -80,7 +80,7 @@ def outcomes_of_rigid_blocks(up: bool, order: int) -> dict[str, Any]:
     return simulate_rigid_rocking(digest_motion(up), draw_varied_cases(60, 4, tilted=True), order)._asdict()
 
 
-def outcomes_of_body_and_face_planes() -> dict[str, Any]:
+def outcomes_of_3d_blocks_and_their_2d_models() -> dict[str, Any]:
     """Return the outcomes of 3-D blocks and of their 2-D models in the planes of their faces, by name."""
     model = Body(RectangularPrism())
     grid = create_case_grid(
@@ -161,7 +161,7 @@ OUTCOME_FUNCTIONS: dict[str, Callable[[], Mapping[str, Any]]] = {
         outcomes_of_cases, Body(shape_from_name_or_sides(8)), draw_varied_cases(30, 14), leave_out=False
     ),
     "wedge": partial(outcomes_of_cases, Body(WEDGE), draw_varied_cases(30, 15), True),
-    "rectangle with the planes of its faces": outcomes_of_body_and_face_planes,
+    "rectangle with the planes of its faces": outcomes_of_3d_blocks_and_their_2d_models,
     **{
         f"scene: {name}": partial(
             outcomes_of_cases,

@@ -64,7 +64,7 @@ PAIR_ACCESS, SECOND_SPRING_ACCESS = (
 ACCESS_WITHOUT_SPRING_FIELD = compile_for_python(ROWS.tuple_access(ContactPairTuple, unused_fields=["spring"]))
 
 
-def numbered_rows() -> np.ndarray:
+def state_array_of_own_indices() -> np.ndarray:
     """Return the array of all lanes in which each number is its own index."""
     return np.arange(float(ROWS.size))
 
@@ -82,27 +82,33 @@ def test_rows_of_a_lane_follow_the_fields_of_its_tuples() -> None:
     ]
     with pytest.raises(KeyError):
         ROWS.row_start(ContactPairTuple, "three")
-    assert PAIR_ACCESS.load(numbered_rows(), 1) == ContactPairTuple(
+    assert PAIR_ACCESS.load(state_array_of_own_indices(), 1) == ContactPairTuple(
         5.0, SpringTuple(9.0, 13.0), SpringTuple(17.0, 21.0)
     )
-    assert SECOND_SPRING_ACCESS.load(numbered_rows(), 3) == SpringTuple(19.0, 23.0)
+    assert SECOND_SPRING_ACCESS.load(state_array_of_own_indices(), 3) == SpringTuple(19.0, 23.0)
 
 
 def test_tuples_are_stored_in_and_loaded_from_the_same_rows() -> None:
-    array, value = numbered_rows(), ContactPairTuple(-1.0, SpringTuple(-2.0, -3.0), SpringTuple(-4.0, -5.0))
+    array, value = (
+        state_array_of_own_indices(),
+        ContactPairTuple(-1.0, SpringTuple(-2.0, -3.0), SpringTuple(-4.0, -5.0)),
+    )
     PAIR_ACCESS.store(array, 2, value)
     assert PAIR_ACCESS.load(array, 2) == value
     assert np.count_nonzero(array < 0) == 5
     # In a slice of a larger array, like the rows of one of many pairs.
-    many = np.concatenate([numbered_rows(), numbered_rows()])
+    many = np.concatenate([state_array_of_own_indices(), state_array_of_own_indices()])
     SECOND_SPRING_ACCESS.store(many[ROWS.size :], 0, value.two)
     assert np.flatnonzero(many < 0).tolist() == [24 + 16, 24 + 20]
 
 
 def test_store_unless_keeps_a_lane_and_omitted_fields_are_not_stored() -> None:
-    array, value = numbered_rows(), ContactPairTuple(-1.0, SpringTuple(-2.0, -3.0), SpringTuple(-4.0, -5.0))
+    array, value = (
+        state_array_of_own_indices(),
+        ContactPairTuple(-1.0, SpringTuple(-2.0, -3.0), SpringTuple(-4.0, -5.0)),
+    )
     PAIR_ACCESS.store_unless(array, 0, True, value)
-    np.testing.assert_array_equal(array, numbered_rows())
+    np.testing.assert_array_equal(array, state_array_of_own_indices())
     ACCESS_WITHOUT_SPRING_FIELD.store_unless(array, 0, False, value)
     assert PAIR_ACCESS.load(array, 0) == ContactPairTuple(-1.0, SpringTuple(8.0, -3.0), SpringTuple(16.0, -5.0))
     assert ACCESS_WITHOUT_SPRING_FIELD.load(array, 0) == ContactPairTuple(

@@ -287,8 +287,8 @@ def test_rest_thresholds_of_a_scene_use_its_own_gravity(gravity: float, vertical
         assert short.block_steps[strength == level].sum() < full.block_steps[strength == level].sum()
 
 
-def test_a_vibrating_body_is_not_skipped() -> None:
-    """Soft, lightly damped contacts amplify resonant motion many times, so their rest threshold is lower."""
+def test_samples_of_a_vibrating_body_are_not_left_out() -> None:
+    """Soft, lightly damped contacts amplify resonant motion, so that fewer samples are left out."""
     stiff, bare = 2e4**2, 0.02
     assert dynamic_overshoot_bound(np.array([stiff]), 6.0 / 2e4, 0.005) < 1.3
     assert dynamic_overshoot_bound(np.array([45.0**2]), 2.0 * bare / 45.0, 0.005) > 30.0
@@ -306,7 +306,7 @@ def test_a_vibrating_body_is_not_skipped() -> None:
     seed=st.integers(0, 1000),
 )
 def test_the_largest_acceleration_ahead_is_the_maximum_of_its_window(samples: int, interval: float, seed: int) -> None:
-    """Compared with the plain maximum; infinite if the block ends after the record."""
+    """The result equals the maximum over the samples ahead; it is infinite if these samples go beyond the record."""
     size = np.zeros((2, samples + 3))
     size[:, :samples] = np.random.default_rng(seed).random((2, samples))
     found = largest_acceleration_ahead_of_samples(size, interval)

@@ -28,9 +28,9 @@ def noisy_motion() -> Motion:
     return Motion(np.round(north, 9), np.round(east, 9), sampling_interval=0.01)
 
 
-def random_cases_of_scene(made: Scene, count: int = 90) -> Cases:
+def random_cases_of_scene(scene: Scene, count: int = 90) -> Cases:
     """Return random cases of a scene: azimuth, height, B/H and friction."""
-    height, ratio = size_reference_height_and_b_over_h(made)
+    height, ratio = size_reference_height_and_b_over_h(scene)
     rng = np.random.default_rng(3)
     return Cases(
         rng.integers(0, 360, count).astype(float), height * rng.choice([1.0, 2.0], count),

@@ -187,7 +187,7 @@ def test_light_stones_below_a_heavy_one_do_not_vibrate_for_the_rest_of_the_case(
 
 
 @pytest.mark.parametrize("heights", [(0.4, 0.4), (0.1, 0.1, 0.1)])
-def test_stones_of_equal_width_balance_their_energy_without_a_rerun(
+def test_stones_of_equal_width_balance_their_energy_at_the_first_attempt(
     heights: tuple[float, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each slip replaces all points of a patch: corners of both faces and crossings of their sides take turns.

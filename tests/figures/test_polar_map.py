@@ -44,7 +44,7 @@ def cube_of_one_block(
     )
 
 
-def mirror_cell_shares(*cells: tuple[int, int, float, float]) -> tuple[np.ndarray, np.ndarray]:
+def mirrored_fall_shares(*cells: tuple[int, int, float, float]) -> tuple[np.ndarray, np.ndarray]:
     """Return shares of runs that fall towards and away, (azimuth, ring), from given cells and their mirror images.
 
     A cell is (azimuth, ring, share towards, share away); a ring is the index of a B/H.
@@ -97,7 +97,7 @@ def grey_level(pixels: np.ndarray) -> np.ndarray:
 def test_cell_that_falls_to_the_other_side_differs_from_a_standing_cell() -> None:
     """20 to 50 % of the runs at 60° to 150° fall to the other side: white, where a standing cell is hatched."""
     shares = {60: 0.2, 90: 0.35, 120: 0.4, 150: 0.5}
-    cells = mirror_cell_shares(*((azimuth, 1, 0.0, share) for azimuth, share in shares.items()))
+    cells = mirrored_fall_shares(*((azimuth, 1, 0.0, share) for azimuth, share in shares.items()))
     figure = draw_pixels(lambda: azimuth_map_figure(cube_of_one_block(*cells), "A"))
     for azimuth, share in shares.items():
         assert grey_level(cell_pixels(figure, azimuth, 0.4)).min() > 0.99, "probability 0 is white"
@@ -111,7 +111,7 @@ def test_cell_that_falls_to_the_other_side_differs_from_a_standing_cell() -> Non
 
 
 def test_cells_with_different_outcomes_differ_in_greyscale_print() -> None:
-    cells = mirror_cell_shares((60, 1, 0.0, 1.0), (120, 1, 1 / 8, 0.0), (0, 1, 1.0, 0.0))
+    cells = mirrored_fall_shares((60, 1, 0.0, 1.0), (120, 1, 1 / 8, 0.0), (0, 1, 1.0, 0.0))
     figure = draw_pixels(lambda: azimuth_map_figure(cube_of_one_block(*cells), "A"))
     grey = {at: grey_level(cell_pixels(figure, at, 0.4)) for at in (60, 120, 0, 90)}
     plt.close(figure)
@@ -129,7 +129,7 @@ def test_cells_with_different_outcomes_differ_in_greyscale_print() -> None:
 def test_case_that_falls_while_its_runs_stand_differs_from_a_standing_cell() -> None:
     flags = np.zeros((AZIMUTHS_DEG.size, 3))
     flags[2, 1], flags[8, 1] = 1, -1
-    figure = draw_pixels(lambda: azimuth_map_figure(cube_of_one_block(*mirror_cell_shares(), flags), "A"))
+    figure = draw_pixels(lambda: azimuth_map_figure(cube_of_one_block(*mirrored_fall_shares(), flags), "A"))
     fell, stands = cell_pixels(figure, 60, 0.4), cell_pixels(figure, 90, 0.4)
     plt.close(figure)
     assert grey_level(fell).min() > 0.99
@@ -137,7 +137,7 @@ def test_case_that_falls_while_its_runs_stand_differs_from_a_standing_cell() -> 
 
 
 def test_a_cell_without_an_outcome_differs_from_every_probability_in_greyscale() -> None:
-    towards, away = mirror_cell_shares()
+    towards, away = mirrored_fall_shares()
     towards[[2, 8], 1] = away[[2, 8], 1] = np.nan
     flags = np.where(np.isnan(towards), np.nan, 0.0)
     figure = draw_pixels(lambda: azimuth_map_figure(cube_of_one_block(towards, away, flags), "A"))
@@ -151,7 +151,7 @@ def test_a_cell_without_an_outcome_differs_from_every_probability_in_greyscale()
 
 def test_map_is_blank_where_nothing_was_computed() -> None:
     """The hole within B/H 0.1 is blank, and so are azimuths other than 0° to 90° and 180° to 270°."""
-    part = cube_of_one_block(*mirror_cell_shares()).isel(azimuth=slice(0, 4))
+    part = cube_of_one_block(*mirrored_fall_shares()).isel(azimuth=slice(0, 4))
     figure = draw_pixels(lambda: azimuth_map_figure(part, "A"))
     assert grey_level(cell_pixels(figure, 140, 0.4)).min() > 0.99
     assert grey_level(cell_pixels(figure, 30, 0.4)).max() < 0.95
@@ -162,7 +162,7 @@ def test_map_is_blank_where_nothing_was_computed() -> None:
     assert "not computed (B/H below 0.1)" in legend
     assert "not computed (azimuths outside the outline)" in legend
     assert "no outcome" not in legend
-    whole = draw_pixels(lambda: azimuth_map_figure(cube_of_one_block(*mirror_cell_shares()), "A"))
+    whole = draw_pixels(lambda: azimuth_map_figure(cube_of_one_block(*mirrored_fall_shares()), "A"))
     assert not any("azimuths" in text.get_text() for text in whole.legends[0].get_texts())
     plt.close(whole)
 
@@ -206,7 +206,7 @@ def test_half_probability_line_counts_falls_to_both_sides() -> None:
     """30 % one way and 30 % the other way are more than half; 30 and 10 % are not."""
     for away, inside in ((0.3, True), (0.1, False)):
         figure = draw_in_project_style(
-            lambda away=away: azimuth_map_figure(cube_of_one_block(*mirror_cell_shares((60, 1, 0.3, away))), "A")
+            lambda away=away: azimuth_map_figure(cube_of_one_block(*mirrored_fall_shares((60, 1, 0.3, away))), "A")
         )
         black = [line for line in figure.axes[0].lines if line.get_color() == "black"]
         plt.close(figure)
@@ -233,7 +233,7 @@ def test_peak_velocity_is_drawn_at_its_azimuth_on_a_stated_scale() -> None:
     """0.8 m/s along 60° and 0.4 m/s across it: the rim is 1 m/s, so the line reaches 0.8 and 0.4 of the radius."""
     azimuth = np.arange(0.0, 180.0, 30.0)
     peaks = xr.DataArray(0.6 + 0.2 * np.cos(np.radians(2 * (azimuth - 60))), {"azimuth": azimuth}, ["azimuth"])
-    cube = cube_of_one_block(*mirror_cell_shares())
+    cube = cube_of_one_block(*mirrored_fall_shares())
     figure = draw_in_project_style(lambda: azimuth_map_figure([cube, cube], "A", [peaks, 0.5 * peaks]))
     for axes, factor in zip(figure.axes[:2], (1.0, 0.5), strict=True):
         (line,) = [one for one in axes.lines if one.get_path_effects()]
@@ -251,7 +251,7 @@ def test_peak_velocity_is_drawn_at_its_azimuth_on_a_stated_scale() -> None:
 
 def test_compared_records_share_radius_colour_bar_and_heading() -> None:
     """One record overturns blocks up to B/H 0.2, the other up to 0.6; both maps end at the same B/H."""
-    small, large = (cube_of_one_block(*mirror_cell_shares((0, ring, 0.9, 0.0))) for ring in (0, 2))
+    small, large = (cube_of_one_block(*mirrored_fall_shares((0, ring, 0.9, 0.0))) for ring in (0, 2))
     named = [one.assign_coords(station=name, event="E") for one, name in ((small, "near"), (large, "far"))]
     figure = draw_in_project_style(lambda: azimuth_map_figure(named, "Two records"))
     maps = [axes for axes in figure.axes if axes.name == "polar"]
@@ -266,7 +266,10 @@ def test_compared_records_share_radius_colour_bar_and_heading() -> None:
 
 def test_records_without_a_station_are_named_by_their_ids() -> None:
     """Maps and explorer name two pulses of one shape, which have no station, by their ids."""
-    one, text = cube_of_one_block(*mirror_cell_shares((0, 2, 0.9, 0.0))), {"station": "", "event": "sine pulse"}
+    one, text = (
+        cube_of_one_block(*mirrored_fall_shares((0, 2, 0.9, 0.0))),
+        {"station": "", "event": "sine pulse"},
+    )
     pulses = [one.assign_coords(text | {"record_id": name}) for name in ("short", "long")]
     figure = draw_in_project_style(lambda: azimuth_map_figure(pulses, "Two pulses"))
     titles = [axes.get_title() for axes in figure.axes if axes.name == "polar"]
@@ -320,7 +323,7 @@ def test_arrow_at_the_radius_labels_points_outward(free: float) -> None:
 
 
 def test_map_marks_the_radial_direction_if_known() -> None:
-    one = cube_of_one_block(*mirror_cell_shares((0, 1, 0.9, 0.0))).assign_coords(fault_normal=30.0)
+    one = cube_of_one_block(*mirrored_fall_shares((0, 1, 0.9, 0.0))).assign_coords(fault_normal=30.0)
     placed = {"epicentre_latitude": 35.0, "epicentre_longitude": 135.0, "station_latitude": 34.0}
     for known in (False, True):
         cube = one.assign_coords(placed | {"station_longitude": 135.0} if known else {})
@@ -337,7 +340,7 @@ def test_map_marks_the_radial_direction_if_known() -> None:
 
 @pytest.mark.parametrize("step", [1, 3])
 def test_cells_of_a_polar_map_are_arcs_and_fill_the_panel(step: int) -> None:
-    one = cube_of_one_block(*mirror_cell_shares((0, 1, 0.9, 0.0))).isel(azimuth=slice(None, None, step))
+    one = cube_of_one_block(*mirrored_fall_shares((0, 1, 0.9, 0.0))).isel(azimuth=slice(None, None, step))
     figure = draw_layout(lambda: azimuth_map_figure(one, "A"))
     axes = figure.axes[0]
     corners = axes.collections[0].get_coordinates()[0, :, 0]
@@ -352,7 +355,7 @@ def test_cells_of_a_polar_map_are_arcs_and_fill_the_panel(step: int) -> None:
 
 def test_map_ends_at_the_first_empty_ring_and_labels_avoid_falls() -> None:
     with project_style():
-        figure = azimuth_map_figure(cube_of_one_block(*mirror_cell_shares((0, 0, 0.9, 0.0))), "A")
+        figure = azimuth_map_figure(cube_of_one_block(*mirrored_fall_shares((0, 0, 0.9, 0.0))), "A")
         assert figure.axes[0].get_ylim()[1] == pytest.approx(0.5)
         plt.close(figure)
     azimuth = np.arange(0.0, 360.0, 5.0)
@@ -417,7 +420,7 @@ def test_map_includes_a_fall_whose_ensemble_stands() -> None:
     """Regression: the map ended before a case that falls at the largest B/H while all of its ensemble stands."""
     flags = np.zeros((AZIMUTHS_DEG.size, 3))
     flags[3, 2], flags[9, 2] = 1, -1
-    wide = cube_of_one_block(*mirror_cell_shares((90, 0, 0.0, 0.5)), flags)
+    wide = cube_of_one_block(*mirrored_fall_shares((90, 0, 0.0, 0.5)), flags)
     with project_style():
         assert azimuth_map_figure(wide, "A").axes[0].get_ylim()[1] == pytest.approx(0.7)
         plt.close("all")

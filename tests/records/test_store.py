@@ -87,10 +87,10 @@ def test_a_failed_write_leaves_the_old_motion_file(tmp_path, monkeypatch):
     write_record_to_motion_file(record, tmp_path / "motion.nc")
     before = (tmp_path / "motion.nc").read_bytes()
 
-    def fail(*args, **kwargs):
+    def raise_disk_is_full(*args, **kwargs):
         raise OSError("no space left on device")
 
-    monkeypatch.setattr(netCDF4.Dataset, "createVariable", fail)
+    monkeypatch.setattr(netCDF4.Dataset, "createVariable", raise_disk_is_full)
     with pytest.raises(OSError, match="no space"):
         write_record_to_motion_file(dataclasses.replace(record, station="other"), tmp_path / "motion.nc")
     assert (tmp_path / "motion.nc").read_bytes() == before

@@ -38,7 +38,7 @@ def results_with_hostile_names(made_once: FolderMadeOnce) -> Path:
 
 @pytest.fixture(scope="session")
 def page_and_pdf(results_with_hostile_names: Path, made_once: FolderMadeOnce) -> tuple[str, bytes]:
-    """Return page and PDF of the report on the results with hostile names; the page is well formed."""
+    """Return page and PDF of a report in which names of records contain HTML and scripts; the page is well formed."""
     folder = made_once(
         "rendered", lambda folder: write_report(results_with_hostile_names, folder / PAGE_NAME, folder / PDF_NAME)
     )

@@ -108,7 +108,10 @@ def test_interval_for_eight_earthquakes_covers_95_percent() -> None:
 
 
 def test_each_bound_of_an_interval_rests_on_several_resamples() -> None:
-    """At 99 % and n = 8, a tail has 1 in 10,000 resamples; with 100 resamples the bounds would be the extremes."""
+    """At 99 % and n = 8, each bound of the expanded percentile interval is a quantile of 1 in 10,000 resamples.
+
+    With 100 resamples, the bounds would be the extremes.
+    """
     few, many = (
         bootstrap_interval(mean_of_each_bootstrap_sample, EARTHQUAKE_MEANS, level=0.99, draws=draws)
         for draws in (100, 300_000)

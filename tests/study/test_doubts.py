@@ -178,7 +178,7 @@ def test_implausible_materials_and_contacts_of_a_scene_give_a_warning() -> None:
 
 
 def scene_of_overhanging_slab(share: float) -> dict[str, Any]:
-    """A slab that overhangs a block by a `share` of half its width, at which it is on the point of tipping."""
+    """Return a scene: a slab overhangs a block by a `share` of half the slab's width; with 1 it is about to tip."""
     return {
         "name": "mine",
         "elements": [

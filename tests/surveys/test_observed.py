@@ -94,7 +94,7 @@ def test_one_site_is_not_listed_and_declinations_are_those_of_directions(tmp_pat
     assert observed_findings_of_table(tmp_path, "fell\nno\n").declination_low_deg is None
 
 
-def test_rose_sectors_split_falls_noted_as_octants_and_winds() -> None:
+def test_falls_noted_as_compass_points_are_shared_among_rose_sectors() -> None:
     octant, wind = Stone(True, 45.0, octant=True, count=3), Stone(True, 22.5, octant=False, wind_16=True)
     exact = Stone(True, 355.0, octant=False)
     assert rose_sector_count([octant, exact]) == 8

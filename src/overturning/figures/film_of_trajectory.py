@@ -16,7 +16,7 @@ from overturning.figures.film_of_body import (
     stack_poses_by_time,
 )
 from overturning.figures.film_of_plane import free_element_poses_by_time, scene_film_panel, scene_outcome_sentence
-from overturning.figures.film_words import FRAME_NOTE, NO_OUTCOME, SPACE_NOTE, panel_heading_of_direction
+from overturning.figures.film_words import FRAME_NOTE, NO_OUTCOME, SPACE_NOTE, panel_heading_with_bearing
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 
@@ -33,7 +33,7 @@ FADED: Final = 0.1
 def panel_heading_of_trajectory(trajectory: "xr.Dataset") -> str:
     """Return the heading of a film panel: azimuth of the motion (2-D), or azimuth that the body faces (3-D)."""
     display = _film_functions_for_trajectory(trajectory)
-    return panel_heading_of_direction(float(trajectory.attrs[display.direction]), in_space=display is not _PLANE)
+    return panel_heading_with_bearing(float(trajectory.attrs[display.direction]), in_space=display is not _PLANE)
 
 
 def has_outcome(trajectory: "xr.Dataset") -> bool:

@@ -142,7 +142,7 @@ def movie_title_with_speed(film_title: str, speed: str) -> str:
     return f"{film_title} (at {speed} of its speed)"
 
 
-def panel_heading_of_direction(direction_deg: float, *, in_space: bool) -> str:
+def panel_heading_with_bearing(direction_deg: float, *, in_space: bool) -> str:
     """Return the heading of a panel: the azimuth of the motion (2-D), or the direction that a body faces (3-D)."""
     return f"{'facing' if in_space else 'motion along'} {compass_bearing(direction_deg)}"
 

@@ -165,6 +165,8 @@ class ScanProperties(StrictModel):
 def read_scan_of_body(body_settings: Mapping[str, Any]) -> "ScanResult":
     """Read a scanned stone from its mesh file; file, unit and relief are keys of the study's body settings.
 
+    The relief is the height above the lowest point of the base up to which points count as resting on the ground.
+
     An `OverturningError` names the problem of an unsuitable file.
     """
     from overturning.model.mesh import read_scan

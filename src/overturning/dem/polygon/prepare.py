@@ -306,17 +306,17 @@ def _tipping_properties(
 
 
 def _rocking_onset_accelerations(elements: Elements, supports: Supports) -> tuple[float, NDArray[np.int64], FloatArray]:
-    """Return the least base acceleration |a|/g at which any group of stacked elements starts to rock as one body.
+    """Return the least base acceleration |a|/g at which any part of a stack of elements starts to rock as one body.
 
-    A part is an element with all elements that stand on it, directly or not. It lifts off when the resultant of weight
-    and inertia force leaves its base: |a|/g > arm / height of the common centre.
+    A part is an element with all elements that stand on it, directly or not. A part lifts off when the resultant of
+    weight and inertia force leaves its base: |a|/g > arm / height of the common centre.
 
     Returns
     -------
     threshold : float
         Smallest |a|/g of the elements with everything that they carry.
     parts : ndarray of int64, shape (parts, 2)
-        Lowest element of each part, and the one that the scene lists last; a part exists only while both stand.
+        For each part, its lowest element and its element that the scene lists last; it exists only while both stand.
     least : ndarray, shape (parts,)
         Smallest |a|/g of all parts with these two elements. All results are 0 if an element bridges or leans: there is
         no closed form then.

@@ -164,7 +164,7 @@ def clear_joint_sums(joint_rows: Any, lane_count: int) -> None:
 
 
 @njit(**APART)
-def include_point_in_landing_times(joint_rows: Any, point: Any, lane_count: int) -> None:
+def update_landing_times_with_contact_point(joint_rows: Any, point: Any, lane_count: int) -> None:
     """Include one contact point in the landing times of two stones, for all stacks in parallel."""
     for j in range(whole_vectors(lane_count)):
         store_landing(

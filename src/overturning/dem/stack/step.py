@@ -32,13 +32,13 @@ from overturning.dem.stack.predict_loops import (
     clear_joint_sums,
     compute_upper_stone_velocity_changes,
     eliminate_upper_stones,
-    include_point_in_landing_times,
     predict_inertial_acceleration,
     predict_joint_friction,
     predict_point_normal_force,
     predict_stones,
     rotate_joint_equations,
     solve_lowest_stones,
+    update_landing_times_with_contact_point,
 )
 from overturning.dem.stack.rim import (
     rotate_contact_frame_to_mean_normal,
@@ -91,7 +91,7 @@ def predict_contact_patch_forces(
     used_points[0] = count
     clear_joint_sums(joint_rows, lane_count)
     for n in range(count):
-        include_point_in_landing_times(joint_rows, point_window(points, used_points[1 + n]), lane_count)
+        update_landing_times_with_contact_point(joint_rows, point_window(points, used_points[1 + n]), lane_count)
     for n in range(count):
         predict_point_normal_force(case_rows, joint_rows, point_window(points, used_points[1 + n]), lane_count)
     predict_joint_friction(case_rows, upper_rows, joint_rows, lane_count)

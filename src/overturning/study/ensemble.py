@@ -253,9 +253,8 @@ def fall_shares_by_relief(
 ) -> dict[str, NDArray[Any]]:
     """Return the shares of falls among ensemble runs with low and with high relief of the base.
 
-    The relief is the height above the lowest point of a base up to which its points carry load.
-
-    Each share has shape (cells,), flags (cells, members); a share is NaN if no run of that half has an outcome.
+    The relief is the height above the lowest point of a base up to which its points carry load. Each share has
+    shape (cells,), flags (cells, members); a share is NaN if no run of that half has an outcome.
     """
     known = member_flags != INT8_MISSING
     counts = [((known & half).sum(axis=1), ((member_flags == 1) & half).sum(axis=1)) for half in (

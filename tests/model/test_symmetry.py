@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from overturning.model.planes import circle_share_of_planes
+from overturning.model.planes import half_circle_share_of_planes
 from overturning.model.symmetry import (
     first_equivalent_direction_of_each,
     mark_mirrored_planes,
@@ -73,4 +73,4 @@ def test_rotational_symmetry_of_360_over_7_degrees_is_recognised() -> None:
 )
 def test_the_weight_of_a_plane_is_half_the_gap_to_its_neighbours(planes: list[float], weights: list[float]) -> None:
     """By hand, of the half circle of 180°, that goes on from its last plane to its first."""
-    np.testing.assert_allclose(circle_share_of_planes(planes, divide_gaps=True), weights, rtol=1e-12)
+    np.testing.assert_allclose(half_circle_share_of_planes(planes, divide_gaps=True), weights, rtol=1e-12)

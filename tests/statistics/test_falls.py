@@ -12,9 +12,9 @@ from overturning.model.planes import (
     LARGEST_RESULTANT_OF_PLANES,
     PlanarModel,
     azimuth_gaps_and_step,
-    circle_share_of_planes,
     distinct_plane_indices,
     fall_probability_to_either_side,
+    half_circle_share_of_planes,
     plane_choice_imposes_fall_axis,
 )
 from overturning.model.stack import Stack
@@ -206,7 +206,7 @@ def test_statistics_of_a_lazy_cube_are_those_of_a_loaded_one(make_cube, falls_in
 def test_azimuths_added_to_a_grid_do_not_change_shares_and_axes(make_cube, falls_in_sector) -> None:
     regular = make_cube(falls_in_sector(60, 20))
     extra = make_cube(falls_in_sector(60, 20), azimuth=sorted([*range(0, 360, 5), 61, 62, 63, 64, 241, 242, 243, 244]))
-    assert circle_share_of_planes(
+    assert half_circle_share_of_planes(
         extra["azimuth"].values[distinct_plane_indices(extra["azimuth"].values)]
     ).sum() == pytest.approx(1)
     assert float(
@@ -220,12 +220,14 @@ def test_azimuths_added_to_a_grid_do_not_change_shares_and_axes(make_cube, falls
 def test_end_planes_of_a_partial_circle_have_no_extra_weight(make_cube, falls_in_sector) -> None:
     """Of twelve planes from 30° to 85°, those from 40° on fall, each counted once."""
     part = np.arange(30, 90, 5)
-    assert circle_share_of_planes(part) == pytest.approx(np.full(12, 1 / 12))
-    assert circle_share_of_planes(part, divide_gaps=True)[[0, 1, -1]] == pytest.approx([65 / 180, 5 / 180, 65 / 180])
+    assert half_circle_share_of_planes(part) == pytest.approx(np.full(12, 1 / 12))
+    assert half_circle_share_of_planes(part, divide_gaps=True)[[0, 1, -1]] == pytest.approx(
+        [65 / 180, 5 / 180, 65 / 180]
+    )
     cube = make_cube(falls_in_sector(62.5, 24), azimuth=part.tolist())
     assert shares_of_directions_with_fall(cube).values == pytest.approx(10 / 12)
     assert mean_fall_directions(cube)["mean_axis"].values == pytest.approx(62.5, abs=1e-4)
-    assert circle_share_of_planes([0, 60, 90]) == pytest.approx([75 / 180, 45 / 180, 60 / 180]), (
+    assert half_circle_share_of_planes([0, 60, 90]) == pytest.approx([75 / 180, 45 / 180, 60 / 180]), (
         "no part of a finer grid"
     )
 
@@ -233,7 +235,7 @@ def test_end_planes_of_a_partial_circle_have_no_extra_weight(make_cube, falls_in
 def test_two_partial_circles_have_no_extra_weight() -> None:
     """A study of azimuths near both faces of a stone: the end planes of both parts have full weight."""
     both = [*range(0, 25, 5), *range(90, 115, 5)]
-    assert circle_share_of_planes(both) == pytest.approx(np.full(10, 1 / 10))
+    assert half_circle_share_of_planes(both) == pytest.approx(np.full(10, 1 / 10))
     not_computed, step = azimuth_gaps_and_step(both)
     assert (np.flatnonzero(not_computed).tolist(), step) == ([4, 9], 5.0)
     assert np.flatnonzero(azimuth_gaps_and_step(both, 360.0)[0]).tolist() == [4, 9]
@@ -247,7 +249,7 @@ def test_grid_with_a_missing_plane_is_a_partial_circle(part, last: float) -> Non
     not_computed, step = azimuth_gaps_and_step(list(part))
     assert np.flatnonzero(not_computed).tolist() == [len(part) - 1]
     assert step == part[1] - part[0]
-    assert circle_share_of_planes(list(part)) == pytest.approx(1 / len(part))
+    assert half_circle_share_of_planes(list(part)) == pytest.approx(1 / len(part))
     said = unsimulated_azimuth_label(xr.Dataset(coords={"azimuth": ("azimuth", list(part))}))
     assert said == f"between {last}° and {180 + part[0]}°"
 
@@ -265,7 +267,7 @@ def test_grid_with_a_missing_plane_is_a_partial_circle(part, last: float) -> Non
 )
 def test_azimuths_added_to_a_grid_leave_no_gap_elsewhere(whole) -> None:
     assert not azimuth_gaps_and_step(whole)[0].any()
-    assert circle_share_of_planes(whole) == pytest.approx(circle_share_of_planes(whole, divide_gaps=True))
+    assert half_circle_share_of_planes(whole) == pytest.approx(half_circle_share_of_planes(whole, divide_gaps=True))
 
 
 def test_a_scene_without_mirror_image_is_two_cases_at_opposite_azimuths(make_cube) -> None:

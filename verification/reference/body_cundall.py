@@ -38,13 +38,13 @@ from overturning.dem.body.state import (
     TICKS,
     VERTEX,
     BaseContactState,
-    BodyBaseMotion,
     BodyEnergyAndMomentumAccount,
     BodyPeakValues,
     BodyState,
     BodyVertex,
     ContactPointAtStepStartAndEnd,
     ContactPointHistory,
+    InertialAccelerations3D,
     angular_velocity_from_momentum,
     lean_as_squared_sine,
 )
@@ -236,7 +236,7 @@ def advance_body_one_step(
     contact_totals: ContactTotals,
     peaks: BodyPeakValues,
     account: BodyEnergyAndMomentumAccount,
-    shaking: BodyBaseMotion,
+    shaking: InertialAccelerations3D,
 ) -> tuple[BodyState, BodyPeakValues, BodyEnergyAndMomentumAccount]:
     """Advance one body by one step under the contact force of the base."""
     t, dt = contact_totals.wrench, body.step * WHOLE
@@ -294,7 +294,7 @@ ACTING: Final = TupleRowLayout(COLUMNS, ContactTotals)
 ACTING_SIZE: Final = ACTING.size
 load_acting, store_acting, _ = ACTING.tuple_access(ContactTotals)
 no_wrench = create_elementwise_tuple_functions(ContactWrench).zero
-load_shaking = ROWS.tuple_access(BodyBaseMotion, unused_fields=UNUSED).load
+load_shaking = ROWS.tuple_access(InertialAccelerations3D, unused_fields=UNUSED).load
 load_peaks, load_account = (
     ROWS.tuple_access(BodyPeakValues).load,
     ROWS.tuple_access(BodyEnergyAndMomentumAccount, unused_fields=UNUSED).load,

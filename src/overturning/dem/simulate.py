@@ -11,7 +11,7 @@ from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import simulate_cases
 from overturning.errors import ArgumentError, suggest_closest_keyword
 from overturning.model.falls import model_from_scene_or_shape
-from overturning.model.grid import AXES, CaseGrid, finite_values_of_argument
+from overturning.model.grid import AXES, CaseGrid, checked_finite_values
 from overturning.model.model import Model
 from overturning.model.planes import PlanarModel
 from overturning.model.results import COUNTS
@@ -58,7 +58,7 @@ def create_case_grid(
             f"azimuth_deg, orientation_deg: {fault}; give azimuth_deg for a block or scene in 2-D, or orientation_deg "
             "for a 3-D body, such as 'rectangle', or a stack of stones in 3-D"
         )
-    aspects = finite_values_of_argument("aspect", aspect)
+    aspects = checked_finite_values("aspect", aspect)
     if (wrong := aspects[aspects <= 0.0]).size:
         raise ArgumentError(f"aspect: {wrong[0]:g}; it must be above 0")
     model.symmetry_periods_by_aspect_deg(aspects)

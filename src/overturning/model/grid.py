@@ -27,7 +27,7 @@ AXES: Final[dict[str, dict[str, Any]]] = {
 """Dimensions of models, and their CF attributes."""
 
 
-def finite_values_of_argument(name: str, values: ArrayLike) -> FloatArray:
+def checked_finite_values(name: str, values: ArrayLike) -> FloatArray:
     """Convert the argument `name` of a public function, one or several finite numbers, to an array of shape (n,).
 
     Raises
@@ -74,7 +74,7 @@ class CaseGrid:
         """
         checked = {}
         for name, values in dimension_values.items():
-            row = finite_values_of_argument(name, values)
+            row = checked_finite_values(name, values)
             if name.endswith("_deg"):
                 check_direction_magnitudes(name, row)
             checked[name.removesuffix("_deg")] = row

@@ -89,7 +89,7 @@ def azimuth_gaps_and_step(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERI
     return wide & (gap >= 2.0 * step * (1.0 - 1e-9)), step
 
 
-def circle_share_of_planes(
+def half_circle_share_of_planes(
     plane_azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD, *, divide_gaps: bool = False
 ) -> FloatArray:
     """Return the weight of each vertical plane: the share of the half circle of azimuths nearest to it, sum 1.
@@ -133,7 +133,7 @@ def plane_choice_imposes_fall_axis(azimuth_deg: ArrayLike) -> bool:
     """Return True if the choice of simulated planes alone gives the falls a mean axis, whatever the motion.
 
     This is so with a single plane, and with planes so unequally spread over the half circle that falls in all of them
-    alike, each with its weight (`circle_share_of_planes`), have doubled axes with a resultant above
+    alike, each with its weight (`half_circle_share_of_planes`), have doubled axes with a resultant above
     `LARGEST_RESULTANT_OF_PLANES`. A missing plane of a fine grid is too little for this. The azimuths φ and φ + 180°
     are one plane, also for scenes without mirror symmetry: they have one axis.
 
@@ -147,7 +147,7 @@ def plane_choice_imposes_fall_axis(azimuth_deg: ArrayLike) -> bool:
     if plane.size <= 1:
         return True
     doubled = np.radians(2.0 * plane)
-    share = circle_share_of_planes(plane)
+    share = half_circle_share_of_planes(plane)
     resultant = float(np.hypot(share @ np.cos(doubled), share @ np.sin(doubled)))
     return resultant > LARGEST_RESULTANT_OF_PLANES
 
@@ -163,13 +163,13 @@ def cube_planes_impose_fall_axis(cube: "xr.Dataset") -> bool:
 def case_weight_of_azimuths(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> FloatArray:
     """Return the weight of the cases at each azimuth when shares of all cases are computed; the mean weight is 1.
 
-    Each plane has the weight by `circle_share_of_planes`; the azimuths φ and φ + 180° of one plane share it. All
+    Each plane has the weight by `half_circle_share_of_planes`; the azimuths φ and φ + 180° of one plane share it. All
     weights of a regular grid round the half or the full circle are exactly 1.
     """
     azimuth = np.asarray(azimuth_deg, dtype=np.float64)
     index = distinct_plane_indices(azimuth, period_deg)
     plane = nearest_simulated_directions(azimuth[index], azimuth, period_deg).cell
-    weight = (circle_share_of_planes(azimuth[index], period_deg) / np.bincount(plane, minlength=index.size))[plane]
+    weight = (half_circle_share_of_planes(azimuth[index], period_deg) / np.bincount(plane, minlength=index.size))[plane]
     return np.ones(azimuth.size) if np.ptp(weight) <= SAME_WEIGHT else weight * azimuth.size
 
 
@@ -336,7 +336,7 @@ class PlanarModel(SceneModel):
                 "axis_sine": falls * np.sin(2 * angle),
                 "weight": (
                     "azimuth",
-                    circle_share_of_planes(p["azimuth"].to_numpy(), azimuth_period_of_cube_deg(cube)),
+                    half_circle_share_of_planes(p["azimuth"].to_numpy(), azimuth_period_of_cube_deg(cube)),
                 ),
             },
             p.coords,

@@ -84,10 +84,10 @@ def _convex_hull(vertices: FloatArray) -> ConvexHull:
             f"body: not convex; vertex {inside.argmax()} lies {inside.max():.3g} m inside the hull of the others: "
             "leave it out"
         )
-    return hull_about_centre(vertices, hull)
+    return hull_with_origin_at_centre_of_mass(vertices, hull)
 
 
-def hull_about_centre(
+def hull_with_origin_at_centre_of_mass(
     vertices: FloatArray,
     hull: "scipy.spatial.ConvexHull",
     centre_and_inertia: tuple[FloatArray, FloatArray] | None = None,

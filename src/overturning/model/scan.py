@@ -17,7 +17,7 @@ from overturning.arrays import ArrayLike, FloatArray, finite_argument_of_shape
 from overturning.errors import ArgumentError
 from overturning.model.cases import check_stone_heights
 from overturning.model.outline import simplified_convex_outline
-from overturning.model.polyhedron import hull_about_centre, solid_from_hull
+from overturning.model.polyhedron import hull_with_origin_at_centre_of_mass, solid_from_hull
 from overturning.model.rest import FLAT, mask_of_resting_faces
 from overturning.model.shapes import Outline, Polyhedron, Shape
 from overturning.model.solid import MAX_CONTACT_VERTICES, RigidSolid, TooManyContactVerticesError
@@ -128,7 +128,7 @@ class ScannedStone(Shape):
     @cached_property
     def contact_points(self) -> FloatArray:
         """Points of the stone that can touch the ground, with the footprint in one plane, shape (n, 3), m."""
-        return _flatten_footprint(np.asarray(self.vertices), self.relief)
+        return _lower_footprint_to_lowest_plane(np.asarray(self.vertices), self.relief)
 
     @cached_property
     def unscaled_solid(self) -> RigidSolid:
@@ -140,7 +140,7 @@ class ScannedStone(Shape):
         tolerance = self.hull_tolerance * size
         while True:
             points = simplified_convex_outline(self.contact_points, tolerance, base)
-            hull = hull_about_centre(points, scipy.spatial.ConvexHull(points), properties)
+            hull = hull_with_origin_at_centre_of_mass(points, scipy.spatial.ConvexHull(points), properties)
             try:
                 return solid_from_hull(hull, LEAST_FALL_TILT)
             except TooManyContactVerticesError:
@@ -167,7 +167,7 @@ class ScannedStone(Shape):
         return (points - np.asarray(self.centre_of_mass)) * (height / self.unscaled_height), edges.astype(np.int64)
 
 
-def _flatten_footprint(points: FloatArray, relief: float) -> FloatArray:
+def _lower_footprint_to_lowest_plane(points: FloatArray, relief: float) -> FloatArray:
     """Lower the footprint (convex outline of all points within the relief) to the lowest plane; keep the points above.
 
     The result has the corners of the footprint first; shape (n, 3), m.
@@ -206,11 +206,11 @@ def nearest_stable_pose(points: FloatArray, centre_of_mass: FloatArray) -> Stabl
     size = float(np.ptp(points, axis=0).max())
     for index in np.argsort(normals[:, 2], kind="stable"):
         if mask_of_resting_faces(normals, offsets, size, slice(index, index + 1))[0]:
-            return _pose_on_face(normals[index])
-    return _pose_on_face(normals[offsets.argmin()])  # the face with the lowest centre of mass is always stable
+            return _pose_with_face_down(normals[index])
+    return _pose_with_face_down(normals[offsets.argmin()])  # the face with the lowest centre of mass is always stable
 
 
-def _pose_on_face(normal: FloatArray) -> StablePose:
+def _pose_with_face_down(normal: FloatArray) -> StablePose:
     """Return the pose of a body after the smallest rotation that makes an outward normal, shape (3,), point down."""
     normal = normal / np.sqrt(normal @ normal)
     axis, cosine = np.cross(normal, [0.0, 0.0, -1.0]), float(-normal[2])
@@ -254,11 +254,11 @@ def points_that_can_touch_ground(points: FloatArray) -> FloatArray:
                 continue
     if hull.vertices.size <= MAX_STORED_VERTICES:
         return points[np.union1d(hull.vertices, np.array(chosen, np.intp))]
-    extreme = _extreme_points(points[hull.vertices], MAX_STORED_VERTICES)
+    extreme = _points_extreme_in_any_direction(points[hull.vertices], MAX_STORED_VERTICES)
     return np.unique(np.concatenate([extreme, points[chosen]]), axis=0)
 
 
-def _extreme_points(points: FloatArray, direction_count: int) -> FloatArray:
+def _points_extreme_in_any_direction(points: FloatArray, direction_count: int) -> FloatArray:
     """Return the points that are extreme in at least one of many directions, evenly spread over the sphere."""
     number = np.arange(direction_count) + 0.5
     height, turn = 1.0 - 2.0 * number / direction_count, np.pi * (1.0 + 5.0**0.5) * number

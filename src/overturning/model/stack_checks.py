@@ -14,10 +14,10 @@ from overturning.model.stack_stones import (
     LEVEL_TOLERANCE,
     StackStone,
     contact_patches_at_rest,
-    ends_of_level_face,
+    ends_of_lowest_or_highest_face,
     stack_stone_of_element,
 )
-from overturning.model.stack_touch import EarlyTouch, face_contacts_before_tipping
+from overturning.model.stack_touch import ContactBeforeTipping, face_contacts_before_tipping
 from overturning.units import STANDARD_GRAVITY
 
 LEAST_MARGIN: Final = 5.0
@@ -73,9 +73,9 @@ def _reasons_stones_are_not_level_or_balanced(scene: Scene) -> list[str]:
     for item, following in zip(placed, [*placed[1:], None], strict=True):
         for name, lowest in (("base", True), ("upper face", False)):
             if lowest or following is not None:
-                left, right = ends_of_level_face(item, lowest)
-                whole = _level_face_length(item, lowest) >= (right - left) * (1.0 - LEVEL_TOLERANCE)
-                flat = _level_face_length(item, lowest) > 0.0
+                left, right = ends_of_lowest_or_highest_face(item, lowest)
+                whole = _length_of_lowest_or_highest_face(item, lowest) >= (right - left) * (1.0 - LEVEL_TOLERANCE)
+                flat = _length_of_lowest_or_highest_face(item, lowest) > 0.0
                 faults += [f"element {item.element.name} has no level {name}"] if not flat else []
                 faults += [f"element {item.element.name} has a gap in its {name}"] if flat and not whole else []
     ends = placed[0].vertices_in_scene[:, 0] - ground.x
@@ -115,7 +115,7 @@ def unsimulated_overhang_contact_warnings(stones: list[StackStone]) -> list[str]
     The warnings are in the order of the stones from the lowest up, and name the face that is touched first. The
     simulation does not have this contact: the stone passes through the face.
     """
-    first: dict[str, EarlyTouch] = {}
+    first: dict[str, ContactBeforeTipping] = {}
     for touch in face_contacts_before_tipping(stones):
         if touch.face.depth > 0.0:
             first.setdefault(touch.stone, touch)
@@ -126,12 +126,12 @@ def unsimulated_overhang_contact_warnings(stones: list[StackStone]) -> list[str]
     ]
 
 
-def _contact_tilt_text(touch: EarlyTouch) -> str:
+def _contact_tilt_text(touch: ContactBeforeTipping) -> str:
     """Return, for a message, the tilt at which a stone touches a face below."""
     return f"at a tilt of {math.degrees(touch.touching_tilt):.3g}°, before it tips"
 
 
-def _level_face_length(item: PlacedElement, lowest: bool) -> float:
+def _length_of_lowest_or_highest_face(item: PlacedElement, lowest: bool) -> float:
     """Return the total length (m) of an element's outline at its lowest, or highest, level."""
     x, z = item.shape.vertices.T
     on = np.abs(z - (z.min() if lowest else z.max())) <= LEVEL_TOLERANCE * np.ptp(z)

@@ -120,9 +120,9 @@ def stack_stone_of_element(item: PlacedElement, depth: float, law: ContactLaw, d
     yy, half = depth * depth / 12.0, 0.5 * depth
     faces = []
     for lowest in (True, False):
-        left, right = ends_of_level_face(item, lowest)
+        left, right = ends_of_lowest_or_highest_face(item, lowest)
         # A stone on which nothing can stand has no upper face; the base stands in for it.
-        left, right = (left, right) if right > left else ends_of_level_face(item, True)
+        left, right = (left, right) if right > left else ends_of_lowest_or_highest_face(item, True)
         faces.append(np.array([[right, -half], [right, half], [left, half], [left, -half]]))
     plan = item.element.plan
     is_square = len(outline) == 4 and np.array_equal(faces[0], faces[1]) and np.ptp(faces[0][:, 0]) == depth
@@ -141,7 +141,7 @@ def stack_stone_of_element(item: PlacedElement, depth: float, law: ContactLaw, d
     )  # fmt: skip
 
 
-def ends_of_level_face(item: PlacedElement, lowest: bool) -> FloatArray:
+def ends_of_lowest_or_highest_face(item: PlacedElement, lowest: bool) -> FloatArray:
     """Return left and right end (m) of an element's lowest or highest horizontal face; equal without such a face."""
     x, z = item.shape.vertices.T
     level = z.min() if lowest else z.max()

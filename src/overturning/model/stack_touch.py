@@ -26,7 +26,7 @@ ROUNDING: Final = 1e-9
 """Relative difference of lengths or angles that counts as none."""
 
 
-class LowerFace(NamedTuple):
+class FaceBelowStone(NamedTuple):
     """Face that a tilting stone could touch: the upper face of a stone below, or the ground."""
 
     name: str  # "" for the ground
@@ -34,16 +34,16 @@ class LowerFace(NamedTuple):
     depth: float  # depth of the face below the base of the stone, m
 
 
-class EarlyTouch(NamedTuple):
+class ContactBeforeTipping(NamedTuple):
     """Tilt at which a stone touches a further face below, before the stone tips over the edge of its contact area."""
 
     stone: str
-    face: LowerFace
+    face: FaceBelowStone
     touching_tilt: float  # rad
     critical_angle: float  # tilt at which the stone balances on that edge, rad
 
 
-def face_contacts_before_tipping(stones: list[StackStone]) -> list[EarlyTouch]:
+def face_contacts_before_tipping(stones: list[StackStone]) -> list[ContactBeforeTipping]:
     """Return the further faces below that stones of a stack would touch before they tip, from the lowest stone up.
 
     Parameters
@@ -53,16 +53,16 @@ def face_contacts_before_tipping(stones: list[StackStone]) -> list[EarlyTouch]:
 
     Returns
     -------
-    list of EarlyTouch
+    list of ContactBeforeTipping
         For each stone and each face below that it meets, the least tilt over all directions and points; the touches of
         a stone are in the order of their tilts.
     """
     level = np.concatenate([[0.0], np.cumsum([stone.foot + stone.top for stone in stones])])
     found = []
     for k, (stone, patch) in enumerate(zip(stones, contact_patches_at_rest(stones), strict=True)):
-        faces = [LowerFace("", None, float(level[k]))]
+        faces = [FaceBelowStone("", None, float(level[k]))]
         for below, top in zip(stones[:k], level[1:], strict=False):
-            faces.append(LowerFace(below.name, below.upper + np.array([below.x, 0.0]), float(level[k] - top)))
+            faces.append(FaceBelowStone(below.name, below.upper + np.array([below.x, 0.0]), float(level[k] - top)))
         touches = [
             touch for face in faces if (touch := _first_contact_with_face(stone, patch.corners, face)) is not None
         ]
@@ -70,7 +70,7 @@ def face_contacts_before_tipping(stones: list[StackStone]) -> list[EarlyTouch]:
     return found
 
 
-def _first_contact_with_face(stone: StackStone, patch: FloatArray, face: LowerFace) -> EarlyTouch | None:
+def _first_contact_with_face(stone: StackStone, patch: FloatArray, face: FaceBelowStone) -> ContactBeforeTipping | None:
     """Return the first contact of a tilting stone with a face below; None if the stone tips without touching it.
 
     `patch` has the corners (m) of the stone's contact area at rest.
@@ -80,23 +80,25 @@ def _first_contact_with_face(stone: StackStone, patch: FloatArray, face: LowerFa
     edge = (patch @ ahead).max(axis=0)
     critical = np.arctan2(edge - stone.x * ahead[0], stone.foot)
     # On a plane without end, a vertex touches before all points between vertices.
-    tilt = _contact_tilts_of_points(stone, _surface_points(stone, 1, 1), ahead, edge, face._replace(corners=None))
+    tilt = _tilts_at_first_point_contact(
+        stone, _stone_points_to_test(stone, 1, 1), ahead, edge, face._replace(corners=None)
+    )
     early = critical * (1.0 - ROUNDING)
     if face.corners is not None and np.any(tilt < early):
-        points = _surface_points(stone, SIDE_PARTS, DEPTH_PARTS)
+        points = _stone_points_to_test(stone, SIDE_PARTS, DEPTH_PARTS)
         tilt = np.minimum(
-            _contact_tilts_of_points(stone, points, ahead, edge, face),
-            _contact_tilts_of_base(stone, ahead, edge, face.corners, face.depth),
+            _tilts_at_first_point_contact(stone, points, ahead, edge, face),
+            _tilts_at_first_base_contact(stone, ahead, edge, face.corners, face.depth),
         )
     tilt = np.where(tilt < early, tilt, np.inf)
     direction = int(np.argmin(tilt))
     if np.isinf(tilt[direction]):
         return None
-    return EarlyTouch(stone.name, face, float(tilt[direction]), float(critical[direction]))
+    return ContactBeforeTipping(stone.name, face, float(tilt[direction]), float(critical[direction]))
 
 
-def _contact_tilts_of_points(
-    stone: StackStone, points: FloatArray, ahead: FloatArray, edge: FloatArray, face: LowerFace
+def _tilts_at_first_point_contact(
+    stone: StackStone, points: FloatArray, ahead: FloatArray, edge: FloatArray, face: FaceBelowStone
 ) -> FloatArray:
     """Return the least tilt (rad) at which one of the points, (n, 3), of a stone touches a face; infinite if none does.
 
@@ -118,12 +120,12 @@ def _contact_tilts_of_points(
     return np.asarray(tilt.min(axis=0, initial=np.inf))
 
 
-def _contact_tilts_of_base(
+def _tilts_at_first_base_contact(
     stone: StackStone, ahead: FloatArray, edge: FloatArray, corners: FloatArray, depth: float
 ) -> FloatArray:
     """Return the least tilt (rad) at which the base of a stone touches a corner of a face at a depth (m), or infinity.
 
-    Shape and directions are those of `_contact_tilts_of_points`.
+    Shape and directions are those of `_tilts_at_first_point_contact`.
     """
     beyond = corners @ ahead - edge
     # The point of the base that meets the corner, before the tilt.
@@ -141,7 +143,7 @@ def _are_points_inside_polygon(places: FloatArray, corners: FloatArray, margin: 
     return inside
 
 
-def _surface_points(stone: StackStone, side_parts: int, depth_parts: int) -> FloatArray:
+def _stone_points_to_test(stone: StackStone, side_parts: int, depth_parts: int) -> FloatArray:
     """Return points on the surface of a stone, to test for contact with faces below, shape (n, 3), m.
 
     Coordinates are the horizontal position and the height above the base of the stone.

@@ -99,11 +99,11 @@ def close_base_of_surface(surface: TriangleSurface) -> tuple[TriangleSurface, li
     """
     if not len(surface.triangles):
         raise ArgumentError("body: points without faces enclose no volume; make a closed mesh of them")
-    surface, repeated = _without_repeated_triangles(surface)
+    surface, repeated = _remove_repeated_triangles(surface)
     notes = [f"triangles that are listed more than once are used once; {repeated} left out"] if repeated else []
     edges = open_edges(surface.triangles)
     if len(edges):
-        surface, deviation = _close_with_lid(surface, edges)
+        surface, deviation = _close_base_with_triangle_fan(surface, edges)
         notes.append(
             f"the open base is closed by a flat lid; its {len(edges)} open edges lie within {1000 * deviation:.2g} mm "
             "of a plane"
@@ -122,7 +122,7 @@ def close_base_of_surface(surface: TriangleSurface) -> tuple[TriangleSurface, li
     return surface, notes
 
 
-def _without_repeated_triangles(surface: TriangleSurface) -> tuple[TriangleSurface, int]:
+def _remove_repeated_triangles(surface: TriangleSurface) -> tuple[TriangleSurface, int]:
     """Return a surface without repeated triangles (same corners in the same sense), and the number of removed ones."""
     first = surface.triangles.argmin(axis=1)[:, None]
     turned = np.take_along_axis(surface.triangles, (first + np.arange(3)) % 3, axis=1)
@@ -230,7 +230,7 @@ def _neighbours_around_edge(
     return np.array(pairs, np.int64).reshape(-1, 2)
 
 
-def _close_with_lid(surface: TriangleSurface, edges: NDArray[np.int64]) -> tuple[TriangleSurface, float]:
+def _close_base_with_triangle_fan(surface: TriangleSurface, edges: NDArray[np.int64]) -> tuple[TriangleSurface, float]:
     """Close the open base of a surface with a fan of triangles; also return how far (m) its rim deviates from a plane.
 
     The fan is flat, so that its volume and moments are right for a rim of any outline, also for several rims.

@@ -10,7 +10,7 @@ from overturning.errors import ArgumentError, OverturningError, suggest_closest_
 from overturning.motion.direction import cosine_and_sine_of_azimuth
 from overturning.motion.integration import integrate
 from overturning.motion.plausible import implausible_amplitude_reason, reasons_to_doubt_recorded_axes
-from overturning.motion.streams import stream_accelerations
+from overturning.motion.streams import accelerations_of_stream
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -239,7 +239,7 @@ class Motion(Accelerogram):
         if not hasattr(stream, "traces"):
             kind = type(stream).__name__
             raise ArgumentError(f"stream: a {kind}; give an obspy Stream with a trace for each component")
-        values, interval, start = stream_accelerations(stream, unit, sensor)
+        values, interval, start = accelerations_of_stream(stream, unit, sensor)
         motion = cls(**values, sampling_interval=interval)
         motion.start = start
         # Not of every motion: one along a single axis, as of a shaking table, is made on purpose, no sensor's.

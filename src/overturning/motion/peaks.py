@@ -39,11 +39,11 @@ def largest_filtered_motion_along_azimuths(
     north, east = (np.ascontiguousarray(component, dtype=np.float64) for component in horizontal_motion)
     cosines = np.ascontiguousarray(azimuth_cosines, dtype=np.float64)
     largest, coefficients = np.zeros(len(cosines)), np.stack([numerator, denominator])
-    _update_largest_filtered_motion(north, east, coefficients, cosines, _azimuth_groups(cosines), largest)
+    _update_largest_filtered_motion(north, east, coefficients, cosines, _divide_azimuths_into_groups(cosines), largest)
     return largest
 
 
-def _azimuth_groups(azimuth_cosines: FloatArray) -> FloatArray:
+def _divide_azimuths_into_groups(azimuth_cosines: FloatArray) -> FloatArray:
     """Divide azimuths into groups; return each group's middle azimuth and the largest sine of the angle to it.
 
     The columns are the cosines of the middle azimuth towards north and east, the sine, and a zero; shape (groups, 4).

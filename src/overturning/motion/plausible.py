@@ -190,12 +190,12 @@ def longest_standstill_of_axis(
     for other in (one for one in samples_of_other_axes if one.size == samples.size):
         moving = np.abs(other - np.median(other))
         share = float(moving[first : last + 1].max()) / max(float(moving.max()), 1e-300)
-        if share > STRONG and share * peak > 10.0 * _value_resolution(samples, peak):
+        if share > STRONG and share * peak > 10.0 * _estimate_sample_resolution(samples, peak):
             return first, last
     return None
 
 
-def _value_resolution(samples: FloatArray, peak: float) -> float:
+def _estimate_sample_resolution(samples: FloatArray, peak: float) -> float:
     """Return the resolution of a component, m/s²: about the smallest difference between two of its values."""
     gaps = np.diff(np.unique(samples))
     gaps = gaps[gaps > 1e-9 * peak]
@@ -222,7 +222,7 @@ def clipped_sample_count_and_level(samples: FloatArray) -> tuple[int, float]:
         at = np.flatnonzero(sign * away >= extreme - 1e-9 * farthest)
         if at.size < SHORTEST_RAIL:
             continue
-        min_drop = 20.0 * _value_resolution(samples, farthest)
+        min_drop = 20.0 * _estimate_sample_resolution(samples, farthest)
         for run in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1):
             if run.size >= SHORTEST_RAIL and _is_clipped_sample_range(sign * away, int(run[0]), int(run[-1]), min_drop):
                 count += run.size

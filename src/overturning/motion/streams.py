@@ -10,7 +10,7 @@ from overturning.errors import ArgumentError
 from overturning.units import UNITS
 
 
-def stream_accelerations(stream: Any, unit: str | None, sensor: str) -> tuple[dict[str, Any], float, str | None]:
+def accelerations_of_stream(stream: Any, unit: str | None, sensor: str) -> tuple[dict[str, Any], float, str | None]:
     """Return the accelerations of an obspy Stream, m/s², by component, the sampling interval, s, and the start time.
 
     The start time is that of the first sample, ISO 8601 in UTC; None for obspy's default, 1970. See `Motion.from_obspy`

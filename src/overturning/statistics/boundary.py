@@ -12,9 +12,9 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.planes import (
     azimuth_period_of_cube_deg,
-    circle_share_of_planes,
     distinct_plane_indices,
     fall_probability_to_either_side,
+    half_circle_share_of_planes,
 )
 from overturning.statistics.circular import mean_angle_and_resultant
 
@@ -133,7 +133,7 @@ def easiest_overturning_axis(azimuth_boundaries: xr.Dataset, grid_b_over_h: Arra
         .isel(azimuth=index)
         .compute()
     )
-    weight = circle_share_of_planes(planes["azimuth"].values, period)
+    weight = half_circle_share_of_planes(planes["azimuth"].values, period)
     edge = planes["boundary"].where(~planes["falls_beyond"], planes["largest_known"])
     edge = edge.where(~planes["stands_throughout"], grid.min())
     highest, lowest = edge.max("azimuth"), edge.min("azimuth")

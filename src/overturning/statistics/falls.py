@@ -19,8 +19,8 @@ from overturning.model.planes import (
     LARGEST_RESULTANT_OF_PLANES,
     SAME_WEIGHT,
     azimuth_period_of_cube_deg,
-    circle_share_of_planes,
     fall_probability_to_either_side,
+    half_circle_share_of_planes,
 )
 from overturning.model.symmetry import PLANE_PERIOD, nearest_simulated_planes
 from overturning.model.variables import PLANE_ENSEMBLE_VARIABLES, VARIABLES, outcome_is_known
@@ -113,7 +113,7 @@ def overturned_share(cube: xr.Dataset, *kept_dims: str) -> xr.DataArray:
     if "azimuth" not in dims:
         return falls.mean(dims).compute()
     planes = model_of_cube(cube).distinct_direction_indices(cube)
-    weight = circle_share_of_planes(cube["azimuth"].to_numpy()[planes], azimuth_period_of_cube_deg(cube))
+    weight = half_circle_share_of_planes(cube["azimuth"].to_numpy()[planes], azimuth_period_of_cube_deg(cube))
     once = falls.isel(azimuth=planes)
     if np.ptp(weight) <= SAME_WEIGHT:
         return once.mean(dims).compute()

@@ -266,7 +266,7 @@ FALLS_IN_ONE: Final = IllustrativeCaseRule(
     "a block and motion whose outcome differs between the two settings as in most of the cases that differ; among "
     "these one that rocks where it stands, then one whose neighbours in azimuth and slenderness differ likewise, then "
     "the broadest",
-    lambda one: _clearest_marked_case(one, "split"),
+    lambda one: _clearest_example_among_marked_cases(one, "split"),
     ("peak_rotation",),
 )
 """Rule for a comparison of two settings; its cells have variables of the second setting, named ``other_…``."""
@@ -275,13 +275,13 @@ OPPOSITE: Final = IllustrativeCaseRule(
     "Falls to opposite sides in the two settings",
     "a block that falls in both settings, to azimuths more than 90° apart; first one whose neighbours in azimuth and "
     "slenderness do so, too, then the broadest",
-    lambda one: _clearest_marked_case(one, "opposite"),
+    lambda one: _clearest_example_among_marked_cases(one, "opposite"),
     (),
 )
 """Rule for a comparison in which the same blocks fall in both settings."""
 
 
-def _clearest_marked_case(marked_cells: xr.Dataset, mark_variable: str) -> BestCaseOfRecord | None:
+def _clearest_example_among_marked_cases(marked_cells: xr.Dataset, mark_variable: str) -> BestCaseOfRecord | None:
     """Return the clearest example among the cases that a mask variable marks; None if it marks none.
 
     A case in which the block rocks is preferred, then one whose neighbours are marked too, then the broadest block.

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.planes import circle_share_of_planes
+from overturning.model.planes import half_circle_share_of_planes
 from overturning.model.symmetry import FULL_TURN, nearest_simulated_directions
 from overturning.statistics.circular import sector_index
 
@@ -35,7 +35,7 @@ class FallSectors:
 
     def __init__(self, azimuth: FloatArray) -> None:
         self.azimuth: FloatArray = azimuth
-        self.share: FloatArray = circle_share_of_planes(azimuth, FULL_TURN, divide_gaps=True)
+        self.share: FloatArray = half_circle_share_of_planes(azimuth, FULL_TURN, divide_gaps=True)
         start = (azimuth[0] + azimuth[-1] - 360) / 2
         self.borders: FloatArray = start + 360 * np.concatenate([[0.0], np.cumsum(self.share)])
 

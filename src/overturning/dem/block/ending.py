@@ -21,8 +21,8 @@ from overturning.dem.kernel.ending import (
     STANDING_TILT_RATIO,
     STILL_TO_SLIDE,
     CaseProgress,
-    LateTilt,
-    updated_late_tilt,
+    LargestTiltNearCaseEnd,
+    largest_tilt_near_case_end,
 )
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.model.status import CaseStatus
@@ -33,13 +33,11 @@ load_block, load_state, load_peaks = (
 )
 load_account, load_course = ROWS.tuple_access(BlockEnergyAccount).load, ROWS.tuple_access(CaseProgress).load
 load_inertial_accelerations = ROWS.tuple_access(BlockInertialAccelerations).load
-LATE_TILT: Final = ROWS.row_start(LateTilt, "ratio")
+LATE_TILT: Final = ROWS.row_start(LargestTiltNearCaseEnd, "ratio")
 
 
 @njit(**INLINE)
-def velocities_at_time_of_position(
-    block: BlockConstants, state: BlockState, velocity_lag: float
-) -> tuple[float, float, float]:
+def remove_velocity_lag(block: BlockConstants, state: BlockState, velocity_lag: float) -> tuple[float, float, float]:
     """Return a block's velocities at the time of its position; the stored ones lag by `velocity_lag` time steps."""
     time = velocity_lag * TICKS * block.step
     return state.vx + time * state.ax, state.vz + time * state.az, state.vw + time * state.aw
@@ -48,7 +46,7 @@ def velocities_at_time_of_position(
 @njit(**INLINE)
 def block_energy_per_mass(block: BlockConstants, state: BlockState, velocity_lag: float) -> float:
     """Return the sum of kinetic, gravitational and spring energy of a block per mass, m²/s²."""
-    vx, vz, vw = velocities_at_time_of_position(block, state, velocity_lag)
+    vx, vz, vw = remove_velocity_lag(block, state, velocity_lag)
     motion = (vx * vx + vz * vz) + vw * vw / block.inertia
     ul, ur, tl, tr = max(state.left.depth, 0.0), max(state.right.depth, 0.0), state.left.spring, state.right.spring
     springs = block.stiffness * (ul * ul + ur * ur) + block.tangential * (tl * tl + tr * tr)
@@ -56,7 +54,7 @@ def block_energy_per_mass(block: BlockConstants, state: BlockState, velocity_lag
 
 
 @njit(**INLINE)
-def tilt_energy_per_mass(block: BlockConstants, peak_rotation: float) -> float:
+def energy_to_tilt_per_mass(block: BlockConstants, peak_rotation: float) -> float:
     """Return the energy per mass (m²/s²) that tilts a resting block to `peak_rotation` (at most to α)."""
     angle = min(peak_rotation, block.alpha)
     square = angle * angle
@@ -75,7 +73,7 @@ def outcome_is_final(
         return False
     # It can no longer fall, but its peak rotation is final only if its energy cannot reach it again. On one corner the
     # weight compresses the spring: g²/2k less energy than in the rigid block.
-    if now + 0.5 * GRAVITY * GRAVITY / block.stiffness > tilt_energy_per_mass(block, peak_rotation):
+    if now + 0.5 * GRAVITY * GRAVITY / block.stiffness > energy_to_tilt_per_mass(block, peak_rotation):
         return False
     # Let it slide to its end; without friction it never stops.
     return abs(remaining_slide_distance(block, state)) < STILL_TO_SLIDE or block.friction == 0.0
@@ -119,7 +117,7 @@ def case_status(
     if outcome_is_final(block, s, peaks.angle, course.barrier, velocity_lag):
         return CaseStatus.SIMULATED
     tilt, rise = abs(s.angle) / block.alpha, s.z - block.half_height
-    late_tilt = updated_late_tilt(state[LATE_TILT + lane], course, sample, last_sample, tilt, rise)
+    late_tilt = largest_tilt_near_case_end(state[LATE_TILT + lane], course, sample, last_sample, tilt, rise)
     state[LATE_TILT + lane] = late_tilt
     if sample < course.after:
         return GOES_ON
@@ -157,5 +155,5 @@ def record_block_motion(
     block, s, push = load_block(state, lane), load_state(state, lane), load_inertial_accelerations(state, lane).push
     trajectory_row.time = (load_course(state, lane).sample + s.tick / ticks_per_sample) * sampling_interval
     trajectory_row.x, trajectory_row.z, trajectory_row.angle = s.x, s.z, s.angle
-    trajectory_row.vx, trajectory_row.vz, trajectory_row.vw = velocities_at_time_of_position(block, s, velocity_lag)
+    trajectory_row.vx, trajectory_row.vz, trajectory_row.vw = remove_velocity_lag(block, s, velocity_lag)
     trajectory_row.ground = -(push.value + push.slope * s.tick)

@@ -12,7 +12,7 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
 
-def convert_block_trajectory(
+def planar_trajectory_of_block(
     scene: Scene, motion: Motion, cases: Cases, trajectory_rows: NDArray[np.void], critical_angle: float
 ) -> PlanarTrajectory:
     """Convert the trajectory rows of a single block to a `PlanarTrajectory` of block and ground.

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.block.loops import SCHEMES
-from overturning.dem.block.path import convert_block_trajectory
+from overturning.dem.block.path import planar_trajectory_of_block
 from overturning.dem.block.rules import BlockKernelInput
 from overturning.dem.block.state import COLUMNS, MAX_FRICTION, MAX_GENTLE_TRAVEL, RIGID_TIME_RATIO, TICKS
 from overturning.dem.block.tables import CASE, RESULT, ROW
@@ -101,7 +101,7 @@ class BlockSimulationPlan(SimulationPlan):
 
     def convert_trajectory_rows(self, trajectory_rows: NDArray[np.void]) -> PlanarTrajectory:
         """Convert the kernel's output rows of the plan's only case to the trajectory of the block."""
-        return convert_block_trajectory(
+        return planar_trajectory_of_block(
             self.model.scene, self.motion, self.cases, trajectory_rows, float(self.table[0]["alpha"])
         )
 

@@ -93,7 +93,7 @@ class RigidRockingOutcomes(NamedTuple):
 
 
 @njit(**INNER)
-def _base_motion_from_later_origin(base_motion: LinearBaseMotion, delay: float) -> LinearBaseMotion:
+def _shift_time_origin(base_motion: LinearBaseMotion, delay: float) -> LinearBaseMotion:
     """Return a linear base motion as a function of time, with a time origin that is `delay` later.
 
     Times are in sampling intervals.
@@ -113,7 +113,7 @@ def _rocking_side_and_start_time(
 
     The side is 0, and the time `remaining_time`, if it does not start. Times are in samples.
     """
-    end = _base_motion_from_later_origin(base_motion, remaining_time)
+    end = _shift_time_origin(base_motion, remaining_time)
     side = -1.0 if base_motion.ground > 0.0 else 1.0
     if -side * base_motion.ground > base_motion.weight * b_over_h:
         return side, 0.0
@@ -246,7 +246,7 @@ def _base_motion_of_sample(
 
 
 @njit(**INNER)
-def _peak_angle_and_end_at_turning_points(
+def _peak_angle_and_whether_case_ends(
     angle_series: Any,
     velocity_series: Any,
     turning_points: tuple[float, float],
@@ -293,13 +293,13 @@ def _simulate_rigid_block(
         while t < 1.0:
             starts = side == 0.0
             if starts:
-                side, wait = _rocking_side_and_start_time(_base_motion_from_later_origin(sample, t), 1.0 - t, tangent)
+                side, wait = _rocking_side_and_start_time(_shift_time_origin(sample, t), 1.0 - t, tangent)
                 if side == 0.0:
                     break
                 t += wait
                 angle[0], velocity[0], sine[0], cosine[0] = 0.0, 0.0, case_parameters.sine, case_parameters.cosine
             end = min((np.floor(t * case_parameters.steps + 1e-9) + 1.0) / case_parameters.steps, 1.0)
-            _fill_taylor_series(taylor_series, side, _base_motion_from_later_origin(sample, t), case_parameters.square)
+            _fill_taylor_series(taylor_series, side, _shift_time_origin(sample, t), case_parameters.square)
             length = _limit_step_to_two_turning_points(taylor_series, end - t)
             end = end if length == end - t else t + length
             first, second = _first_two_turning_points(taylor_series, length, starts)
@@ -308,7 +308,7 @@ def _simulate_rigid_block(
                 side, t = 0.0, end
                 continue
             hit = _landing_time(angle, first, second, length)
-            peak, ends = _peak_angle_and_end_at_turning_points(
+            peak, ends = _peak_angle_and_whether_case_ends(
                 angle, velocity, (first, second), min(hit, length), peak, i >= samples
             )
             if ends:

@@ -31,7 +31,7 @@ from overturning.dem.kernel.ending import (
     CaseRestState,
     body_is_still,
     case_cannot_have_ended,
-    progress_after_sample_end,
+    case_progress_in_next_sample,
 )
 from overturning.dem.kernel.ground import (
     GroundMotion,
@@ -216,7 +216,7 @@ def load_base_motion_of_sample(
     for j in range(whole_vectors(lane_count)):
         s = load_state(state, j)
         state[COS + j], state[SIN + j] = normalise_cosine_and_sine(s.cos, s.sin)
-        begun = progress_after_sample_end(load_course(state, j), s.tick, state[LAST_UPRIGHT + j], ticks, interval)
+        begun = case_progress_in_next_sample(load_course(state, j), s.tick, state[LAST_UPRIGHT + j], ticks, interval)
         state[SAMPLE + j], state[TICK + j], state[UPRIGHT_UNTIL + j] = begun
         state[LAST_UPRIGHT + j] = -1.0
     last = horizontal_acceleration.shape[1] - 3

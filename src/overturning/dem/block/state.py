@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.clock import BLOCK, CaseStepControl, StepAttempt
-from overturning.dem.kernel.ending import CaseProgress, CaseRestState, LateTilt
+from overturning.dem.kernel.ending import CaseProgress, CaseRestState, LargestTiltNearCaseEnd
 from overturning.dem.kernel.ground import LinearBaseAcceleration
 from overturning.dem.kernel.lanes import INLINE, TupleRowLayout
 
@@ -316,7 +316,7 @@ class BlockAfterStep(NamedTuple):
 ROWS: Final = TupleRowLayout(
     COLUMNS, BlockConstants, CaseStepControl, BlockState, StepAttempt, AssumedSlipDirections, BlockPeakValues,
     BlockEnergyAccount, BlockInertialAccelerations, CaseProgress, PredictedBlock, BlockVelocityChange, CaseRestState,
-    LateTilt,
+    LargestTiltNearCaseEnd,
 )  # fmt: skip
 
 

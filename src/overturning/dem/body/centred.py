@@ -11,13 +11,13 @@ from typing import Final
 from numba import njit
 
 from overturning.dem.body.state import (
-    BodyBaseMotion,
     BodyConstants,
     BodyPredictedForStepEnd,
     BodyState,
     BodyVelocityChange,
     ContactEquationTerms,
     ContactPointHistory,
+    InertialAccelerations3D,
     PredictedContactPoint,
     angular_velocity_from_momentum,
     rotate_body_over_step,
@@ -26,8 +26,8 @@ from overturning.dem.body.vectors import (
     Matrix3,
     Vector3,
     cross_product,
+    expand_symmetric_matrix,
     extrapolate_vector,
-    full_matrix,
     inverse_matrix,
     matrix_minus,
     matrix_plus,
@@ -65,7 +65,7 @@ def centre_acceleration(force_per_mass: Vector3, inertial_acceleration: Vector3)
 
 @njit(**INLINE)
 def predict_body_at_step_end(
-    body: BodyConstants, state: BodyState, step_ticks: float, shaking: BodyBaseMotion, ticks_per_sample: float
+    body: BodyConstants, state: BodyState, step_ticks: float, shaking: InertialAccelerations3D, ticks_per_sample: float
 ) -> BodyPredictedForStepEnd:
     """Predict the state of a body at the end of a step (`step_ticks`), from the acceleration at the step's start."""
     dt, tick = body.step * step_ticks, state.tick + step_ticks
@@ -305,7 +305,7 @@ def solve_velocity_change(
     )
     t = scale_vector(predicted_body.half, minus(contact_terms.moment, state.moment))
     f = rotation_matrix(predicted_body.turn)
-    i = matrix_product(matrix_product(f, full_matrix(body.inertia)), transpose(f))
+    i = matrix_product(matrix_product(f, expand_symmetric_matrix(body.inertia)), transpose(f))
     a = inverse_matrix(Matrix3(1.0 + a.xx, a.xy, a.xz, a.yx, 1.0 + a.yy, a.yz, a.zx, a.zy, 1.0 + a.zz))
     c = matrix_product(c, a)
     e = matrix_times_vector(

@@ -25,14 +25,13 @@ from overturning.dem.body.commit import (
     base_motion_stays_below_limit,
     complete_body_step,
     compute_point_forces,
+    contact_changes_in_body_step,
     rim_contact_point_moves_fast,
-    step_contact_changes,
 )
 from overturning.dem.body.state import (
     ROWS,
     VERTEX,
     BaseContactState,
-    BodyBaseMotion,
     BodyConstants,
     BodyEnergyAndMomentumAccount,
     BodyPeakValues,
@@ -44,6 +43,7 @@ from overturning.dem.body.state import (
     ContactEquationTerms,
     ContactForceSum,
     ContactPointAtStepStartAndEnd,
+    InertialAccelerations3D,
     LargestBodyContactChanges,
     PredictedContactPoint,
     StepRejectionFlags,
@@ -52,7 +52,7 @@ from overturning.dem.body.vectors import Matrix3, matrix_times_vector, rotation_
 from overturning.dem.kernel.clock import BODY, CaseStepControl, StepAttempt, choose_next_step_attempt
 from overturning.dem.kernel.lanes import APART, INNER, create_elementwise_tuple_functions, select, whole_vectors
 
-load_body, load_shaking = ROWS.tuple_access(BodyConstants).load, ROWS.tuple_access(BodyBaseMotion).load
+load_body, load_shaking = ROWS.tuple_access(BodyConstants).load, ROWS.tuple_access(InertialAccelerations3D).load
 load_frame, store_frame, _ = ROWS.tuple_access(Matrix3)
 load_state, _, store_state = ROWS.tuple_access(BodyState)
 load_limits = ROWS.tuple_access(BodyTerminationLimits).load
@@ -262,7 +262,7 @@ def accept_or_reject_steps(state: Any, lane_count: int, ticks_per_sample: float,
         steady = base_motion_stays_below_limit(
             load_shaking(state, j), w.shaking, ticks_per_sample, load_limits(state, j).steady
         )
-        findings = step_contact_changes(most, t.force.z, fast, steady)
+        findings = contact_changes_in_body_step(most, t.force.z, fast, steady)
         again, sooner, following = choose_next_step_attempt(
             BODY, load_step_control(state, j), attempt, findings, s.tick + attempt.length, ticks_per_sample
         )

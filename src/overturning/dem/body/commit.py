@@ -7,7 +7,6 @@ from numba import njit
 
 from overturning.dem.body.centred import centre_acceleration, flat_landing_slip_direction
 from overturning.dem.body.state import (
-    BodyBaseMotion,
     BodyConstants,
     BodyEnergyAndMomentumAccount,
     BodyPeakValues,
@@ -16,6 +15,7 @@ from overturning.dem.body.state import (
     BodyVelocityChange,
     ContactForceSum,
     ContactPointHistory,
+    InertialAccelerations3D,
     LargestBodyContactChanges,
     PredictedContactPoint,
     lean_as_squared_sine,
@@ -193,7 +193,7 @@ def rim_contact_point_moves_fast(
 
 @njit(**INLINE)
 def base_motion_stays_below_limit(
-    shaking: BodyBaseMotion, end_acceleration: Vector3, ticks_per_sample: float, horizontal_limit: float
+    shaking: InertialAccelerations3D, end_acceleration: Vector3, ticks_per_sample: float, horizontal_limit: float
 ) -> bool:
     """True if the base acceleration stays below a limit at the end of this step and of the next sample.
 
@@ -214,7 +214,7 @@ def base_motion_stays_below_limit(
 
 
 @njit(**INLINE)
-def step_contact_changes(
+def contact_changes_in_body_step(
     largest_contact_changes: LargestBodyContactChanges, normal_force: float, rim_turns_fast: bool, shaking_is_weak: bool
 ) -> StepContactChanges:
     """Return the contact changes of a body in an attempted step, by which the step is accepted or rejected."""

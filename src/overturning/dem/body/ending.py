@@ -8,13 +8,13 @@ from numba import njit
 from overturning.dem.body.state import (
     ROWS,
     VERTEX,
-    BodyBaseMotion,
     BodyConstants,
     BodyEnergyAndMomentumAccount,
     BodyPeakValues,
     BodyState,
     BodyTerminationLimits,
     ContactPointAtStepStartAndEnd,
+    InertialAccelerations3D,
     angular_velocity_of_state,
     lean_as_squared_sine,
 )
@@ -23,7 +23,7 @@ from overturning.dem.body.vectors import (
     Vector3,
     cross_product,
     dot_product,
-    full_matrix,
+    expand_symmetric_matrix,
     matrix_times_vector,
     plus,
     rotation_matrix,
@@ -37,11 +37,11 @@ from overturning.dem.kernel.ending import (
     STILL_TO_SLIDE,
     UPRIGHT,
     CaseProgress,
-    LateTilt,
+    LargestTiltNearCaseEnd,
     SlideEndSample,
     body_is_still,
     case_waits_for_slides_to_stop,
-    updated_late_tilt,
+    largest_tilt_near_case_end,
 )
 from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import INLINE, INNER
@@ -52,11 +52,11 @@ load_body, load_state, load_peaks = (ROWS.tuple_access(of).load for of in (BodyC
 load_account, load_course, load_limits = (
     ROWS.tuple_access(of).load for of in (BodyEnergyAndMomentumAccount, CaseProgress, BodyTerminationLimits)
 )
-load_shaking = ROWS.tuple_access(BodyBaseMotion).load
+load_shaking = ROWS.tuple_access(InertialAccelerations3D).load
 load_memory = VERTEX.tuple_access(ContactPointAtStepStartAndEnd, "old").load
 VERTEX_SIZE: Final = VERTEX.size
 LENGTH: Final = ROWS.row_start(StepAttempt, "length")
-LATE_TILT, SLIDE_END = ROWS.row_start(LateTilt, "ratio"), ROWS.row_start(SlideEndSample, "sample")
+LATE_TILT, SLIDE_END = ROWS.row_start(LargestTiltNearCaseEnd, "ratio"), ROWS.row_start(SlideEndSample, "sample")
 
 
 @njit(**INLINE)
@@ -68,7 +68,7 @@ def twice_kinetic_energy_per_mass(body: BodyConstants, state: BodyState) -> floa
 
 
 @njit(**INLINE)
-def sum_of_state_components(state: BodyState) -> float:
+def state_sum_for_finite_check(state: BodyState) -> float:
     """Return the sum of all position, rotation and velocity components of a body, which is finite if each one is."""
     v, p, q = state.velocity, state.place, state.turn
     return (v.x + v.y + v.z) + (p.x + p.y + p.z) + (q.w + q.x + q.y + q.z)
@@ -103,7 +103,7 @@ def count_penetrating_vertices(vertex_rows: Any, vertex_count: int, lane: int) -
 
 
 @njit(**INLINE)
-def tilt_energy_per_mass(body: BodyConstants, edge_distance: float, lean: float) -> float:
+def energy_to_tilt_per_mass(body: BodyConstants, edge_distance: float, lean: float) -> float:
     """Return the energy per mass (m²/s²) to tilt a body over its nearest base edge; `lean` is sin² of the tilt."""
     square = min(lean, body.critical)
     return float(GRAVITY * (edge_distance * np.sqrt(square) - body.foot * square / (1.0 + np.sqrt(1.0 - square))))
@@ -173,7 +173,7 @@ def case_status(
     count = vertex_rows.size // VERTEX_SIZE
     body, s, peaks = load_body(state, lane), load_state(state, lane), load_peaks(state, lane)
     course, limits = load_course(state, lane), load_limits(state, lane)
-    if not np.isfinite(sum_of_state_components(s)) or peaks.depth > limits.deepest:
+    if not np.isfinite(state_sum_for_finite_check(s)) or peaks.depth > limits.deepest:
         return CaseStatus.UNSTABLE
     if body_has_fallen(rotation_matrix(s.turn), limits, fall_sectors):
         return CaseStatus.SIMULATED
@@ -188,11 +188,11 @@ def case_status(
     stands = now < course.barrier and body_is_upright(body, s)
     # It can no longer fall, but its peak tilt is final only when its energy cannot reach it again. On one vertex the
     # weight compresses the spring: g²/2k less energy than in the rigid body.
-    past = now + 0.5 * GRAVITY * GRAVITY / body.stiffness <= tilt_energy_per_mass(body, limits.reach, peaks.lean)
+    past = now + 0.5 * GRAVITY * GRAVITY / body.stiffness <= energy_to_tilt_per_mass(body, limits.reach, peaks.lean)
     if stands and past and not body_will_slide_noticeably(body, s, limits.reach):
         return CaseStatus.SIMULATED
     tilt, rise = np.sqrt(lean_as_squared_sine(rotation_matrix(s.turn)) / body.critical), s.place.z - body.foot
-    late_tilt = updated_late_tilt(state[LATE_TILT + lane], course, sample, last_sample, tilt, rise)
+    late_tilt = largest_tilt_near_case_end(state[LATE_TILT + lane], course, sample, last_sample, tilt, rise)
     state[LATE_TILT + lane] = late_tilt
     if sample < course.after:
         return GOES_ON
@@ -214,7 +214,7 @@ def body_is_at_rest(
 ) -> bool:
     """True if a body rests upright on all vertices of its base, and none of these vertices slides."""
     body, s, held = load_body(state, lane), load_state(state, lane), 0
-    w, turning = s.spin, matrix_times_vector(full_matrix(body.inverse), s.moment)
+    w, turning = s.spin, matrix_times_vector(expand_symmetric_matrix(body.inverse), s.moment)
     speed = vector_length(s.velocity) + body.foot * vector_length(w)
     step = body.step * state[LENGTH + lane]
     if not body_is_still(speed, vector_length(s.acceleration) + body.foot * vector_length(turning), step, rest_limit):

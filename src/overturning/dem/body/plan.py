@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.body.path import BodyTrajectory
-from overturning.dem.body.results import outcome_variables
+from overturning.dem.body.results import outcome_variables_of_bodies
 from overturning.dem.body.rules import BodyKernelInput, PolygonalBaseLoopTag, RoundBaseLoopTag
 from overturning.dem.body.state import COLUMNS, RIGID_TIME_RATIO, TICKS
 from overturning.dem.body.statics import (
@@ -133,7 +133,7 @@ class BodySimulationPlan(SimulationPlan3D):
         """Return the outcome variables of the cases in `case_numbers` by name, each of shape (cases,)."""
         faces = [self.solids[index].faces for index in self.table["body"][case_numbers]]
         orientation = np.asarray(self.cases.azimuth_deg)[case_numbers]
-        return outcome_variables(result_tables["results"], orientation, self.cosines[case_numbers], faces)
+        return outcome_variables_of_bodies(result_tables["results"], orientation, self.cosines[case_numbers], faces)
 
     def trajectory_rows_at_rest(self, sample_count: int) -> NDArray[np.void]:
         """Return trajectory rows of a body at rest, one for each of the first `sample_count` samples."""

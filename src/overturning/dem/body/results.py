@@ -10,7 +10,7 @@ from overturning.model.status import CaseStatus
 from overturning.model.variables import INT8_MISSING, MAX_NUMBERED_FACES
 
 
-def outcome_variables(
+def outcome_variables_of_bodies(
     kernel_results: NDArray[np.void],
     orientation_deg: FloatArray,
     orientation_cosines: FloatArray,
@@ -46,7 +46,7 @@ def outcome_variables(
                 _lowest_face_index(side, one) if is_down and 0 < len(side) <= MAX_NUMBERED_FACES else INT8_MISSING
                 for side, one, is_down in zip(face_normals, np.stack([w, x, y, z], axis=1), fell, strict=True)
             ],
-            "peak_tilt": tilt_deg_of_lean(kernel_results["lean"]),
+            "peak_tilt": tilt_deg_from_squared_sine(kernel_results["lean"]),
             "overturning_time": np.where(fell, kernel_results["overturning_time"], np.nan),
             "peak_slip": kernel_results["peak_slip"],
             "residual_slip_north": slip_x * orientation_cosines[:, 0] + slip_y * orientation_cosines[:, 1],
@@ -60,7 +60,7 @@ def outcome_variables(
         }
 
 
-def tilt_deg_of_lean(lean: FloatArray) -> FloatArray:
+def tilt_deg_from_squared_sine(lean: FloatArray) -> FloatArray:
     """Return the tilt in degrees from a lean: sin² of the tilt up to 90°, 2 − sin² of the tilt beyond."""
     lean = np.clip(lean, 0.0, 2.0)
     angle = np.arcsin(np.sqrt(np.minimum(lean, 2.0 - lean)))

@@ -16,7 +16,7 @@ from overturning.dem.body.ending import (
     body_is_at_rest,
     case_status,
     record_body_motion,
-    sum_of_state_components,
+    state_sum_for_finite_check,
     write_case_results,
 )
 from overturning.dem.body.start import write_initial_body_state
@@ -25,14 +25,14 @@ from overturning.dem.body.state import (
     ROWS,
     TICKS,
     VERTEX,
-    BodyBaseMotion,
+    BaseMotionSampleNumber,
     BodyConstants,
     BodyPeakValues,
     BodyState,
     BodyTerminationLimits,
     BodyVertex,
     ContactPointAtStepStartAndEnd,
-    LoadedSampleNumber,
+    InertialAccelerations3D,
     inertial_acceleration_over_sample,
 )
 from overturning.dem.body.vectors import (
@@ -45,7 +45,7 @@ from overturning.dem.kernel.ending import (
     CaseProgress,
     CaseRestState,
     case_cannot_have_ended,
-    progress_after_sample_end,
+    case_progress_in_next_sample,
 )
 from overturning.dem.kernel.ground import (
     GroundMotion,
@@ -118,7 +118,7 @@ load_peaks, store_peaks, _ = ROWS.tuple_access(BodyPeakValues)
 load_course, store_course, _ = ROWS.tuple_access(CaseProgress)
 load_limits, store_limits, _ = ROWS.tuple_access(BodyTerminationLimits)
 store_shaking, store_attempt, store_step_control = (
-    ROWS.tuple_access(of).store for of in (BodyBaseMotion, StepAttempt, CaseStepControl)
+    ROWS.tuple_access(of).store for of in (InertialAccelerations3D, StepAttempt, CaseStepControl)
 )
 store_vertex, store_memory = (
     VERTEX.tuple_access(BodyVertex).store,
@@ -127,7 +127,7 @@ store_vertex, store_memory = (
 NUMBERS: Final = ROWS.count
 OF_A_VERTEX: Final = VERTEX.size
 TICK, LAST_UPRIGHT = ROWS.row_start(BodyState, "tick"), ROWS.row_start(BodyPeakValues, "last_upright")
-LENGTH, LOADED = ROWS.row_start(StepAttempt, "length"), ROWS.row_start(LoadedSampleNumber, "sample")
+LENGTH, LOADED = ROWS.row_start(StepAttempt, "length"), ROWS.row_start(BaseMotionSampleNumber, "sample")
 REST_LIMIT, AT_REST = ROWS.row_start(CaseRestState, "rest_limit"), ROWS.row_start(CaseRestState, "at_rest")
 SAMPLE, UPRIGHT_UNTIL = ROWS.row_start(CaseProgress, "sample"), ROWS.row_start(CaseProgress, "upright_until")
 
@@ -177,7 +177,7 @@ def load_base_motion_of_sample(
     for j in range(whole_vectors(lane_count)):
         s = load_state(state, j)
         store_turn(state, j, normalise_quaternion(s.turn))
-        begun = progress_after_sample_end(load_course(state, j), s.tick, state[LAST_UPRIGHT + j], ticks, interval)
+        begun = case_progress_in_next_sample(load_course(state, j), s.tick, state[LAST_UPRIGHT + j], ticks, interval)
         state[SAMPLE + j], state[TICK + j], state[UPRIGHT_UNTIL + j] = begun
         state[LAST_UPRIGHT + j] = -1.0
     last = up.shape[0] - 3
@@ -241,7 +241,7 @@ def mark_possibly_ended_body_cases(
         end_marks_out[j] = (
             0.0
             if case_cannot_have_ended(
-                load_course(state, j), s.tick, ticks_per_sample, last_sample, sum_of_state_components(s), sound
+                load_course(state, j), s.tick, ticks_per_sample, last_sample, state_sum_for_finite_check(s), sound
             )
             else 1.0
         )

@@ -25,7 +25,7 @@ from overturning.dem.body.vectors import (
     SymmetricMatrix,
     Vector3,
     cross_product,
-    full_matrix,
+    expand_symmetric_matrix,
     matrix_times_vector,
     plus,
     rotation_matrix,
@@ -159,5 +159,7 @@ def angular_momentum_from_velocity(
         a.xz * a.yz - a.xy * a.zz, a.xy * a.yz - a.xz * a.yy, a.xy * a.xz - a.xx * a.yz,
     )  # fmt: skip
     inverse = 1.0 / ((a.xx * cofactors.xx + a.xy * cofactors.xy) + a.xz * cofactors.xz)
-    own = matrix_times_vector(full_matrix(cofactors), matrix_times_vector(transpose(body_axes), angular_velocity))
+    own = matrix_times_vector(
+        expand_symmetric_matrix(cofactors), matrix_times_vector(transpose(body_axes), angular_velocity)
+    )
     return matrix_times_vector(body_axes, scale_vector(inverse, own))

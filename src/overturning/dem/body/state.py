@@ -15,15 +15,15 @@ from overturning.dem.body.vectors import (
     Quaternion,
     SymmetricMatrix,
     Vector3,
+    expand_symmetric_matrix,
     extrapolate_vector,
-    full_matrix,
     matrix_times_vector,
     rotate_quaternion,
     rotation_matrix,
     transpose,
 )
 from overturning.dem.kernel.clock import BODY, CaseStepControl, StepAttempt
-from overturning.dem.kernel.ending import CaseProgress, CaseRestState, LateTilt, SlideEndSample
+from overturning.dem.kernel.ending import CaseProgress, CaseRestState, LargestTiltNearCaseEnd, SlideEndSample
 from overturning.dem.kernel.ground import LinearBaseAcceleration, base_acceleration_over_sample
 from overturning.dem.kernel.lanes import INLINE, INNER, TupleRowLayout
 
@@ -179,7 +179,7 @@ class BodyEnergyAndMomentumAccount(NamedTuple):
     torque: float
 
 
-class BodyBaseMotion(NamedTuple):
+class InertialAccelerations3D(NamedTuple):
     """Inertial accelerations (m/s²) of the moving base's frame, as linear functions of time within a sample."""
 
     push_x: LinearBaseAcceleration
@@ -190,7 +190,7 @@ class BodyBaseMotion(NamedTuple):
     """Upward acceleration of the base, added to gravity."""
 
 
-class LoadedSampleNumber(NamedTuple):
+class BaseMotionSampleNumber(NamedTuple):
     """Number, counted from 1, of the sample whose base motion is loaded for a case; 0 if none is loaded."""
 
     sample: float
@@ -331,9 +331,9 @@ class LargestBodyContactChanges(NamedTuple):
 
 ROWS: Final = TupleRowLayout(
     COLUMNS, BodyConstants, CaseStepControl, BodyState, Matrix3, BaseContactState, BodyPeakValues,
-    BodyEnergyAndMomentumAccount, BodyBaseMotion, LoadedSampleNumber, CaseProgress, BodyTerminationLimits,
+    BodyEnergyAndMomentumAccount, InertialAccelerations3D, BaseMotionSampleNumber, CaseProgress, BodyTerminationLimits,
     StepAttempt, StepRejectionFlags, BodyPredictedForStepEnd, ContactEquationTerms, BodyVelocityChange, ContactForceSum,
-    LargestBodyContactChanges, CaseRestState, LateTilt, SlideEndSample,
+    LargestBodyContactChanges, CaseRestState, LargestTiltNearCaseEnd, SlideEndSample,
 )  # fmt: skip
 VERTEX: Final = TupleRowLayout(COLUMNS, BodyVertex, ContactPointAtStepStartAndEnd, PredictedContactPoint)
 
@@ -341,13 +341,13 @@ VERTEX: Final = TupleRowLayout(COLUMNS, BodyVertex, ContactPointAtStepStartAndEn
 @njit(**INNER)
 def inertial_acceleration_over_sample(
     horizontal: Any, up: Any, sample: int, amplitude_factor: float, samples_per_tick: float
-) -> BodyBaseMotion:
+) -> InertialAccelerations3D:
     """Return the inertial accelerations in the frame of the base, × a factor, linear from `sample` to the next one.
 
     `horizontal` holds the accelerations of the base along x and y, shape (2, samples), and `up` its upward
     acceleration, m/s². The inertial accelerations are opposite to those of the base.
     """
-    return BodyBaseMotion(
+    return InertialAccelerations3D(
         base_acceleration_over_sample(horizontal[0], sample, -amplitude_factor, samples_per_tick),
         base_acceleration_over_sample(horizontal[1], sample, -amplitude_factor, samples_per_tick),
         base_acceleration_over_sample(up, sample, amplitude_factor, samples_per_tick),
@@ -361,7 +361,9 @@ def angular_velocity_from_momentum(
     """Return the angular velocity (rad/s) of a body from its angular momentum per mass, in the axes of the base."""
     return matrix_times_vector(
         body_axes,
-        matrix_times_vector(full_matrix(inverse_inertia), matrix_times_vector(transpose(body_axes), angular_momentum)),
+        matrix_times_vector(
+            expand_symmetric_matrix(inverse_inertia), matrix_times_vector(transpose(body_axes), angular_momentum)
+        ),
     )
 
 

@@ -93,12 +93,12 @@ def _stiffness_matrix_of_unit_springs(body: RigidSolid, vertex_indices: NDArray[
     for x, y, z in body.points[vertex_indices]:
         # A rotation vector w moves the vertex by w × r.
         turn = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
-        each = np.concatenate([np.eye(3), _multiply_by_inverse_transposed_root(turn, root)], axis=1)
+        each = np.concatenate([np.eye(3), _multiply_by_inverse_transposed_cholesky_factor(turn, root)], axis=1)
         matrix += np.sum(each[:, :, None] * each[:, None, :], axis=0)
     return matrix
 
 
-def _multiply_by_inverse_transposed_root(matrix: FloatArray, inertia_root: FloatArray) -> FloatArray:
+def _multiply_by_inverse_transposed_cholesky_factor(matrix: FloatArray, inertia_root: FloatArray) -> FloatArray:
     """Return A C⁻ᵀ for a 3 × 3 matrix A and the lower triangular Cholesky root C of an inertia tensor."""
     out = np.zeros((3, 3))
     for k in range(3):

@@ -115,7 +115,7 @@ def transpose(m: Matrix3) -> Matrix3:
 
 
 @njit(**INLINE)
-def full_matrix(symmetric_matrix: SymmetricMatrix) -> Matrix3:
+def expand_symmetric_matrix(symmetric_matrix: SymmetricMatrix) -> Matrix3:
     """Return a symmetric matrix as a `Matrix3` with all nine elements."""
     return Matrix3(
         symmetric_matrix.xx,

@@ -47,7 +47,7 @@ class CaseProgress(NamedTuple):
     """Energy needed to overturn, per mass, m²/s²."""
 
 
-class LateTilt(NamedTuple):
+class LargestTiltNearCaseEnd(NamedTuple):
     """Largest ratio of tilt to critical angle in the second half of the time from the record's end to the case's end.
 
     It is 1 if the body was in the air, above the height at which it balances on its rim.
@@ -72,7 +72,7 @@ class CaseRestState(NamedTuple):
 
 
 @njit(**INLINE)
-def progress_after_sample_end(
+def case_progress_in_next_sample(
     case_progress: CaseProgress,
     tick: float,
     last_upright_tick: float,
@@ -129,12 +129,13 @@ def body_is_still(speed: float, acceleration: float, step_length: float, rest_li
 
 
 @njit(**INLINE)
-def updated_late_tilt(
+def largest_tilt_near_case_end(
     late_tilt: float, case_progress: CaseProgress, sample: float, last_sample: float, tilt_ratio: float, rise: float
 ) -> float:
-    """Return the largest late tilt of a body (see `LateTilt`) at the end of a sample, from that of the sample before.
+    """Return the value of `LargestTiltNearCaseEnd` at the end of a sample.
 
-    `tilt_ratio` is the tilt over the critical angle, `rise` (m) the height of the centre above its height at rest.
+    `late_tilt` is the value at the end of the sample before, `tilt_ratio` the tilt over the critical angle, `rise` (m)
+    the height of the centre above its height at rest.
     """
     if sample < 0.5 * (last_sample + case_progress.after):
         return late_tilt

@@ -36,18 +36,20 @@ def numba_tuple_type(tuple_type: type) -> Any:
     )
 
 
-def extract_numbers(builder: Any, tuple_type: type, tuple_value: Any) -> list[Any]:
+def llvm_numbers_of_tuple(builder: Any, tuple_type: type, tuple_value: Any) -> list[Any]:
     """Return the numbers of a named tuple, as LLVM values, in the order of `number_field_paths`."""
     inners = get_type_hints(tuple_type).values() if hasattr(tuple_type, "_fields") else ()
-    parts = (extract_numbers(builder, inner, builder.extract_value(tuple_value, at)) for at, inner in enumerate(inners))
+    parts = (
+        llvm_numbers_of_tuple(builder, inner, builder.extract_value(tuple_value, at)) for at, inner in enumerate(inners)
+    )
     return [number for part in parts for number in part] if inners else [tuple_value]
 
 
-def build_tuple(context: Any, builder: Any, tuple_type: type, numbers: Iterator[Any]) -> Any:
+def build_llvm_tuple(context: Any, builder: Any, tuple_type: type, numbers: Iterator[Any]) -> Any:
     """Return a tuple, as a value of LLVM, built from numbers in the order of `number_field_paths`."""
     if not hasattr(tuple_type, "_fields"):
         return next(numbers)
-    parts = [build_tuple(context, builder, inner, numbers) for inner in get_type_hints(tuple_type).values()]
+    parts = [build_llvm_tuple(context, builder, inner, numbers) for inner in get_type_hints(tuple_type).values()]
     return context.make_tuple(builder, numba_tuple_type(tuple_type), parts)
 
 
@@ -150,7 +152,7 @@ def create_tuple_loader(tuple_type: type, row_offsets: list[int | None], functio
             zero if row is None else builder.load(_number_address(builder, data_address, row, lane))
             for row in row_offsets
         ]
-        return build_tuple(context, builder, tuple_type, iter(numbers))
+        return build_llvm_tuple(context, builder, tuple_type, iter(numbers))
 
     generated = GeneratedLlvmFunction(f"load.{function_name}", generate_load_instructions)
 
@@ -190,7 +192,12 @@ def create_tuple_storer(tuple_type: type, row_offsets: list[int | None], functio
             data = _first_number_address(context, builder, signature.args[0], arguments[0])
             numbers = _convert_tuple_to_float64(context, builder, tuple_type, signature.args[2], arguments[2])
             return generated(
-                context, builder, types.void, data, arguments[1], *extract_numbers(builder, tuple_type, numbers)
+                context,
+                builder,
+                types.void,
+                data,
+                arguments[1],
+                *llvm_numbers_of_tuple(builder, tuple_type, numbers),
             )
 
         return types.void(array, types.uintp, value_type), generate_store_code
@@ -230,7 +237,7 @@ def create_conditional_tuple_storer(tuple_type: type, row_offsets: list[int | No
                 data,
                 arguments[1],
                 arguments[2],
-                *extract_numbers(builder, tuple_type, numbers),
+                *llvm_numbers_of_tuple(builder, tuple_type, numbers),
             )
 
         return types.void(array, types.uintp, types.boolean, value_type), generate_store_code
@@ -267,7 +274,7 @@ def create_elementwise_function(
     def generate_combination_instructions(context: Any, builder: Any, *numbers: Any) -> Any:
         """Generate the LLVM instructions that combine the numbers of two tuples one by one."""
         first, second = numbers[: len(numbers) // 2], numbers[len(numbers) // 2 :]
-        return build_tuple(
+        return build_llvm_tuple(
             context, builder, tuple_type, (combine_numbers(builder, *two) for two in zip(first, second, strict=True))
         )
 
@@ -283,7 +290,7 @@ def create_elementwise_function(
                 _convert_tuple_to_float64(context, builder, tuple_type, *one)
                 for one in zip(signature.args, arguments, strict=True)
             ]
-            numbers = [number for one in two for number in extract_numbers(builder, tuple_type, one)]
+            numbers = [number for one in two for number in llvm_numbers_of_tuple(builder, tuple_type, one)]
             return generated(context, builder, signature.return_type, *numbers)
 
         return numba_tuple_type(tuple_type)(first_tuple, second_tuple), generate_combination_code

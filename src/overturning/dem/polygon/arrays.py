@@ -303,7 +303,7 @@ def element_termination_rules(prepared_scene: PreparedScene) -> NDArray[np.void]
                 not item.is_driven_or_held,
                 *fall_rotations_to_both_sides(item),
                 *prepared_scene.tips[k],
-                *prepared_scene.support_and_stack_base(k),
+                *prepared_scene.support_and_held_base_indices(k),
                 prepared_scene.barrier[k],
             )
             for k, item in enumerate(prepared_scene.placed)

@@ -10,10 +10,10 @@ from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.energy import (
-    case_energy,
     contact_work_of_last_half_step,
     element_kinetic_energy,
     kinetic_and_gravitational_energy,
+    scene_energy,
 )
 from overturning.dem.polygon.faces import rotate_to_scene_axes
 from overturning.dem.polygon.resting import (
@@ -112,7 +112,7 @@ def outcomes_are_final(
     """True if all elements stand, with too little energy to fall, to exceed their peak rotation or to slide further."""
     if not all_elements_in_place(state, lane, scene, element_rules, max_gap):
         return False
-    spare = case_energy(state, lane, scene) - rows.load_case(state, lane).energy
+    spare = scene_energy(state, lane, scene) - rows.load_case(state, lane).energy
     # No element can fall with less energy than this; the peak rotations are final if it cannot reach them again.
     over = spare < 0.5 * smallest_barrier and not any_peak_rotation_can_grow(state, lane, element_rules, spare)
     return bool(over and not longest_sliding_time(state, lane, scene) > 0.0)
@@ -143,7 +143,7 @@ def update_fall_sides_and_count_elements(
         moving += element_kinetic_energy(item)
         slid = slid or abs(item.record.slip) > 0.1 * abs(item.home.base_z)
         if item.record.side == 0.0:
-            e[rows.SIDE + lane] = completed_fall_side(item, element_rules[i])
+            e[rows.SIDE + lane] = fall_side_by_rotation(item, element_rules[i])
         stands = e[rows.SIDE + lane] == 0.0
         standing, fallen = standing + int(stands), fallen + int(not stands)
         safe += int(stands and element_stands_safely(item, element_rules[i].barrier))
@@ -157,7 +157,7 @@ def peak_rotation(element: ElementState) -> float:
 
 
 @njit(**INNER)
-def completed_fall_side(element: ElementState, element_rules: Any) -> float:
+def fall_side_by_rotation(element: ElementState, element_rules: Any) -> float:
     """Return the side (±1) to which an element has rotated far enough to count as fallen; 0 if it has not fallen.
 
     The limit depends on the side. If both limits are reached, the current rotation decides.
@@ -210,7 +210,7 @@ def mark_fallen_elements(state: Any, lane: int, scene: Any, element_rules: Any, 
                 until = item.record.upright_until
             if until < np.inf:
                 e[rows.SIDE + lane], e[rows.UPRIGHT_UNTIL + lane], found = (
-                    side_of_fallen_element(item, element_rules[i]),
+                    fall_side_by_rotation_or_displacement(item, element_rules[i]),
                     until,
                     True,
                 )
@@ -239,7 +239,7 @@ def count_contact_points_of_standing_elements(state: Any, lane: int, scene: Any,
 
 
 @njit(**INNER)
-def side_of_fallen_element(element: ElementState, element_rules: Any) -> float:
+def fall_side_by_rotation_or_displacement(element: ElementState, element_rules: Any) -> float:
     """Return the side (±1 along x) of a fallen element: sign of its rotation if it tipped, else of its displacement.
 
     An element that tips lies on that side of its own base, as a single block does, however far it slid meanwhile.

@@ -21,7 +21,7 @@ from overturning.dem.polygon.equations import add_pair_force_to_right_sides, add
 from overturning.dem.polygon.faces import ContactSegment, PlanarContactPoint, find_contact_segment
 from overturning.dem.polygon.landing import (
     PairMotionAndInertia,
-    contact_points_with_landing_levers,
+    contact_points_with_landing_lever_arms,
     correct_slip_for_friction_work,
     flat_landing_slip_and_friction,
     pair_lands_flat,
@@ -43,11 +43,11 @@ from overturning.dem.polygon.mechanics import (
 )
 from overturning.dem.polygon.state import (
     OPEN,
-    CaseState,
     ContactPointLaw,
     FaceVertexPositions,
     PlanarContactPointHistory,
-    StoredStepContactChanges,
+    SceneState,
+    StepContactChangesAsFloats,
     VertexPositionAtFace,
 )
 
@@ -172,7 +172,7 @@ def planar_contact_equation_terms(
 
 
 @njit(**INLINE)
-def predicted_forces_decide_contact(case: CaseState) -> bool:
+def predicted_forces_decide_contact(case: SceneState) -> bool:
     """True if the step of a case resolves the contact vibration, so that predicted forces decide contact and slip.
 
     Longer steps use the contact state after the last step.
@@ -202,7 +202,7 @@ def add_pair_to_equations(
             velocity_of_a_relative_to_b(first.trial.end, second.trial.end), first.inertia, second.inertia
         )
         kind = (fine, pair_lands_flat(law, old, segment, both))
-        point_1, point_2 = contact_points_with_landing_levers(law, segment, both, kind[1])
+        point_1, point_2 = contact_points_with_landing_lever_arms(law, segment, both, kind[1])
         g1 = predict_planar_contact_point(law, old.one, pair.slid_one, segment.one, segment, both, kind)
         g2 = predict_planar_contact_point(law, old.two, pair.slid_two, segment.two, segment, both, kind)
         p1, f1, slid_1 = planar_contact_equation_terms(law, half, point_1, g1, g2)
@@ -326,7 +326,7 @@ def compute_pair_forces_after_solution(
         solved = PairMotionAndInertia(
             PairRelativeVector(u.x + d.x, u.z + d.z, u.a + d.a, u.b + d.b), inertia_a, inertia_b
         )
-        point_1, point_2 = contact_points_with_landing_levers(law, segment, solved, kind[1])
+        point_1, point_2 = contact_points_with_landing_lever_arms(law, segment, solved, kind[1])
         s1 = solved_planar_contact_point(law, pair.history.one, segment.one, step.one, moves, half, kind)
         s2 = solved_planar_contact_point(law, pair.history.two, segment.two, step.two, moves, half, kind)
         on_a, on_b = add_pair_force_to_elements(
@@ -342,7 +342,7 @@ def compute_pair_forces_after_solution(
         ))  # fmt: skip
         pair_rows[rows.SLID_ONE + j], pair_rows[rows.SLID_TWO + j] = s1.found, s2.found
         slide = (s1.found != 0.0) & (s2.found != 0.0) & (s1.now.force.n + s2.now.force.n > 0.0)
-        rows.store_findings(case_rows, j, StoredStepContactChanges(
+        rows.store_findings(case_rows, j, StepContactChangesAsFloats(
             1.0 if s1.changed | s2.changed else old.changed, 1.0 if s1.wrong | s2.wrong else old.wrong,
             1.0 if s1.reversed | s2.reversed else old.reversed, 1.0 if slide else old.slides,
             1.0 if s1.back | s2.back else old.back,

@@ -43,9 +43,9 @@ def transfer_contact_history(
             continue
         mine = old.carrier != VERTEX_OF_B
         if mine:
-            target = contact_point_taking_over_vertex(faces_a, old_face_a + end, face_a, face_a + 1)
+            target = new_contact_point_of_vertex(faces_a, old_face_a + end, face_a, face_a + 1)
         else:
-            target = contact_point_taking_over_vertex(faces_b, old_face_b + 1 - end, face_b + 1, face_b)
+            target = new_contact_point_of_vertex(faces_b, old_face_b + 1 - end, face_b + 1, face_b)
         old_x, old_z = normal_force_direction_on_a(
             pose_a, pose_b, polygon_face(faces_a, old_face_a), polygon_face(faces_b, old_face_b), mine
         )
@@ -61,9 +61,7 @@ def transfer_contact_history(
 
 
 @njit(**INNER)
-def contact_point_taking_over_vertex(
-    faces: Any, vertex_index: int, first_end_vertex: int, second_end_vertex: int
-) -> int:
+def new_contact_point_of_vertex(faces: Any, vertex_index: int, first_end_vertex: int, second_end_vertex: int) -> int:
     """Return which contact point (0 or 1) of the new nearest faces takes over the contact of vertex `vertex_index`.
 
     It is the point at the same vertex, else that at the nearer end of the face. Vertex indices are taken modulo the

@@ -14,7 +14,7 @@ from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import ContactSegment, PlanarContactPoint, find_contact_segment
 from overturning.dem.polygon.landing import (
     PairMotionAndInertia,
-    contact_points_with_landing_levers,
+    contact_points_with_landing_lever_arms,
     correct_slip_for_friction_work,
     flat_landing_slip_and_friction,
     pair_lands_flat,
@@ -88,7 +88,7 @@ def compute_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_rows: Any
         segment = find_contact_segment(pair, first.pose, second.pose)
         u, own_a, own_b = velocity_of_a_relative_to_b(first.velocity, second.velocity), first.inertia, second.inertia
         held = pair_lands_flat(pair.law, old, segment, PairMotionAndInertia(u, own_a, own_b))
-        point_1, point_2 = contact_points_with_landing_levers(
+        point_1, point_2 = contact_points_with_landing_lever_arms(
             pair.law, segment, PairMotionAndInertia(u, own_a, own_b), held
         )
         flat_one = (held, *flat_landing_slip_and_friction(pair.law, segment.one, u, own_a, own_b, held))

@@ -11,7 +11,7 @@ from overturning.dem.polygon.state import OPEN, VERTEX_OF_B, ElementState, PairS
 
 
 @njit(**INNER)
-def case_energy(state: Any, lane: int, scene: Any) -> float:
+def scene_energy(state: Any, lane: int, scene: Any) -> float:
     """Return the energy of a scene, J: kinetic and gravitational half a step ago, plus that of the springs now."""
     total = 0.0
     for p in range(scene.layout.shape[0]):

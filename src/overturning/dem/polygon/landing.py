@@ -87,7 +87,7 @@ def flat_landing_slip_and_friction(
 
 
 @njit(**INLINE)
-def relative_rotation_lever(
+def relative_rotation_lever_arm(
     lever_a: float, lever_b: float, inverse_inertia_a: float, inverse_inertia_b: float
 ) -> float:
     """Return the lever arm (m) with which a contact force rotates element a relative to element b."""
@@ -96,7 +96,7 @@ def relative_rotation_lever(
 
 
 @njit(**INLINE)
-def shorten_tangential_levers(contact_point: PlanarContactPoint, lever_reduction: float) -> PlanarContactPoint:
+def reduce_tangential_lever_arms(contact_point: PlanarContactPoint, lever_reduction: float) -> PlanarContactPoint:
     """Return a contact point, with `lever_reduction` (m) subtracted from the lever arms of its tangential force."""
     end = contact_point
     return PlanarContactPoint(
@@ -106,7 +106,7 @@ def shorten_tangential_levers(contact_point: PlanarContactPoint, lever_reduction
 
 
 @njit(**INLINE)
-def contact_points_with_landing_levers(
+def contact_points_with_landing_lever_arms(
     contact_law: ContactPointLaw, contact_segment: ContactSegment, pair_motion: PairMotionAndInertia, lands_flat: bool
 ) -> tuple[PlanarContactPoint, PlanarContactPoint]:
     """Return both contact points of two elements; in a flat landing, with corrected lever arms of tangential forces.
@@ -119,13 +119,19 @@ def contact_points_with_landing_levers(
     slides_one, drift = flat_landing_slip_and_friction(contact_law, one, u, a, b, lands_flat)
     slides_two, other = flat_landing_slip_and_friction(contact_law, two, u, a, b, lands_flat)
     ia, ib = a.inverse_inertia, b.inverse_inertia
-    t1, t2 = relative_rotation_lever(one.a.t, one.b.t, ia, ib), relative_rotation_lever(two.a.t, two.b.t, ia, ib)
-    n1, n2 = relative_rotation_lever(one.a.n, one.b.n, ia, ib), relative_rotation_lever(two.a.n, two.b.n, ia, ib)
+    t1, t2 = (
+        relative_rotation_lever_arm(one.a.t, one.b.t, ia, ib),
+        relative_rotation_lever_arm(two.a.t, two.b.t, ia, ib),
+    )
+    n1, n2 = (
+        relative_rotation_lever_arm(one.a.n, one.b.n, ia, ib),
+        relative_rotation_lever_arm(two.a.n, two.b.n, ia, ib),
+    )
     # Place of the resultant normal impulse that causes no rotation, as a lever arm; it must lie between the points.
     place = -0.5 * (drift * (t1 + t2))
     within = (place - n1) * (place - n2) <= 0.0
     share = 1.0 if slides_one & slides_two & (drift == other) & within else 0.0
-    return shorten_tangential_levers(one, share * t1), shorten_tangential_levers(two, share * t2)
+    return reduce_tangential_lever_arms(one, share * t1), reduce_tangential_lever_arms(two, share * t2)
 
 
 @njit(**INLINE)
@@ -136,7 +142,7 @@ def correct_slip_for_friction_work(
 ) -> tuple[PlanarContactPointResult, PlanarContactPointResult]:
     """Return force and slip at both contact points of two elements, with slips at the lever arms of a flat landing.
 
-    With these slips, friction does its work at the lever arms of `contact_points_with_landing_levers`.
+    With these slips, friction does its work at the lever arms of `contact_points_with_landing_lever_arms`.
     """
     (point_1, point_2), (r1, r2), apart = (
         landing_points,

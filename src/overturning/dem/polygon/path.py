@@ -84,7 +84,7 @@ def count_trajectory_columns(prepared_scene: PreparedScene) -> int:
     return 2 + POSE_COLUMNS * len(prepared_scene.placed) + 2 * FORCE_COLUMNS * len(prepared_scene.pairs)
 
 
-def convert_scene_trajectory(prepared_scene: PreparedScene, trajectory_rows: FloatArray) -> PlanarTrajectory:
+def planar_trajectory_of_scene(prepared_scene: PreparedScene, trajectory_rows: FloatArray) -> PlanarTrajectory:
     """Convert the kernel's trajectory rows of a scene to a `PlanarTrajectory`."""
     placed, ends = prepared_scene.placed, 2 * len(prepared_scene.pairs)
     poses_end = 2 + POSE_COLUMNS * len(placed)

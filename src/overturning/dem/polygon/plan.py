@@ -14,7 +14,13 @@ from overturning.dem.numerics import ELEMENT_STEP, NumericalOptions
 from overturning.dem.path import PlanarTrajectory
 from overturning.dem.plan import SimulationPlan, check_trajectory_size, motion_rows_and_base_accelerations
 from overturning.dem.polygon import arrays as t
-from overturning.dem.polygon.path import GROUND, POSE_COLUMNS, TIME, convert_scene_trajectory, count_trajectory_columns
+from overturning.dem.polygon.path import (
+    GROUND,
+    POSE_COLUMNS,
+    TIME,
+    count_trajectory_columns,
+    planar_trajectory_of_scene,
+)
 from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
 from overturning.dem.polygon.rows import COLUMNS
 from overturning.dem.polygon.rules import SCHEMES, SceneKernelInput
@@ -86,7 +92,7 @@ class PolygonSimulationPlan(SimulationPlan):
     ) -> dict[str, Any]:
         """Return the outcome variables of cases by name; a case has failed if an element slid off the ground."""
         out, every, variant = result_tables["results"], result_tables["each"], self.variant[case_numbers]
-        edge = np.array([item.slip_to_ground_edge for item in self.variants])[variant]
+        edge = np.array([item.slip_distance_to_ground_edge for item in self.variants])[variant]
         off_the_edge = (every["peak_slip"] >= edge).any(axis=1) & (out["status"] == CaseStatus.SIMULATED)
         out["status"][off_the_edge] = CaseStatus.UNSTABLE
         every["peak_rotation"] /= np.stack([item.unit_of_peak_rotation_by_element for item in self.variants])[variant]
@@ -140,7 +146,7 @@ class PolygonSimulationPlan(SimulationPlan):
 
     def convert_trajectory_rows(self, trajectory_rows: FloatArray) -> PlanarTrajectory:
         """Convert the kernel's output rows of the plan's only case to a `PlanarTrajectory`."""
-        return convert_scene_trajectory(self.variants[0], trajectory_rows)
+        return planar_trajectory_of_scene(self.variants[0], trajectory_rows)
 
 
 def plan_scene_simulation(

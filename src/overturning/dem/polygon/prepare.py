@@ -119,7 +119,7 @@ class PreparedScene:
         return 0.5 * float(np.sqrt((self.top_height - low) ** 2 + wide**2))
 
     @cached_property
-    def slip_to_ground_edge(self) -> FloatArray:
+    def slip_distance_to_ground_edge(self) -> FloatArray:
         """Slip (m) at which each element leaves the edge of the ground; infinite for elements that stand on others."""
         ground = ground_name(self.scene)
         far = [0.5 * item.shape.width if item.element.name == ground else np.inf for item in self.placed]
@@ -127,7 +127,7 @@ class PreparedScene:
             [far[on] - abs(x - self.placed[on].x) for on, (x, _) in zip(self.support, self.base, strict=True)]
         )
 
-    def support_and_stack_base(self, element_index: int) -> tuple[int, int]:
+    def support_and_held_base_indices(self, element_index: int) -> tuple[int, int]:
         """Return the indices of an element's support and of the held element at the bottom of its stack, else −1."""
         last = element_index
         while not self.placed[last].is_driven_or_held and self.support[last] != last:

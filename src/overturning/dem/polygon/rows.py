@@ -1,6 +1,6 @@
 """Memory layout of scene cases: the fields of named tuples are rows of an array that has a column per case.
 
-The array has the rows of the case (`CaseState`), then those of each element (`ElementState`) and pair (`PairState`).
+The array has the rows of the case (`SceneState`), then those of each element (`ElementState`) and pair (`PairState`).
 Functions for one case take and return these tuples; ``load_element(rows, j)``, ``store_pose(rows, j, pose)`` and so on
 read and write column j. The innermost loops run over the columns without branches, so that LLVM vectorises them. They
 use only ``+ - * /`` and comparisons: the bits of a case depend neither on its neighbours, nor on the thread, nor on the
@@ -15,7 +15,7 @@ from numba import njit
 from overturning.dem.kernel.lanes import INNER, TupleRowLayout, create_elementwise_tuple_functions, create_window_slicer
 from overturning.dem.polygon.faces import ContactSegment
 from overturning.dem.polygon.mechanics import AssumedPlanarContactSlip
-from overturning.dem.polygon.state import CaseState, ElementState, PairHistory, PairState, StoredStepContactChanges
+from overturning.dem.polygon.state import ElementState, PairHistory, PairState, SceneState, StepContactChangesAsFloats
 
 COLUMNS: Final = 8
 """Number of cases computed together: one widest vector, so that the data of a stack of three fits into the L1 cache."""
@@ -31,18 +31,18 @@ class PairStepResults(NamedTuple):
     """History at the end of the step, used only if the step is accepted."""
 
 
-CASE: Final = TupleRowLayout(COLUMNS, CaseState)
+CASE: Final = TupleRowLayout(COLUMNS, SceneState)
 ELEMENT: Final = TupleRowLayout(COLUMNS, ElementState)
 PAIR: Final = TupleRowLayout(COLUMNS, PairState, PairStepResults)
 CASE_SIZE, ELEMENT_SIZE, PAIR_SIZE = CASE.size, ELEMENT.size, PAIR.size
 
-load_case, store_case, _ = CASE.tuple_access(CaseState)
-_, store_base, _ = CASE.tuple_access(CaseState, "shaking.base")
-_, store_up, _ = CASE.tuple_access(CaseState, "shaking.up")
-_, store_attempt, _ = CASE.tuple_access(CaseState, "attempt")
-_, store_decision, _ = CASE.tuple_access(CaseState, "decision")
-_, store_findings, _ = CASE.tuple_access(CaseState, "findings")
-no_findings = create_elementwise_tuple_functions(StoredStepContactChanges).zero
+load_case, store_case, _ = CASE.tuple_access(SceneState)
+_, store_base, _ = CASE.tuple_access(SceneState, "shaking.base")
+_, store_up, _ = CASE.tuple_access(SceneState, "shaking.up")
+_, store_attempt, _ = CASE.tuple_access(SceneState, "attempt")
+_, store_decision, _ = CASE.tuple_access(SceneState, "decision")
+_, store_findings, _ = CASE.tuple_access(SceneState, "findings")
+no_findings = create_elementwise_tuple_functions(StepContactChangesAsFloats).zero
 load_element, _, _ = ELEMENT.tuple_access(ElementState)
 load_pose, store_pose, keep_pose = ELEMENT.tuple_access(ElementState, "pose")
 _, store_velocity, keep_velocity = ELEMENT.tuple_access(ElementState, "velocity")
@@ -75,7 +75,7 @@ _OF_CASE = (
     "shaking.tick sample energy variant last_check slide_end.sample attempt.length findings.changed decision.again"
 )
 TICK, SAMPLE, ENERGY, VARIANT, LAST_CHECK, SLIDE_END, LENGTH, CHANGED, AGAIN = (
-    CASE.row_start(CaseState, p) for p in _OF_CASE.split()
+    CASE.row_start(SceneState, p) for p in _OF_CASE.split()
 )
 _OF_ELEMENT = "inertia.frame totals.moved totals.turned record.upright_until record.carried_until record.side"
 FRAME, MOVED, TURNED, UPRIGHT_UNTIL, CARRIED_UNTIL, SIDE = (

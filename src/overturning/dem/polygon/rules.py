@@ -41,7 +41,7 @@ from overturning.dem.polygon.case_end import (
     shift_rest_pose_with_held_support,
     write_case_results,
 )
-from overturning.dem.polygon.energy import case_energy
+from overturning.dem.polygon.energy import scene_energy
 from overturning.dem.polygon.equations import SIZE, SPARE, create_empty_nonzero_pattern
 from overturning.dem.polygon.path import POSE_COLUMNS, add_contact_forces_to_trajectory, record_motion_of_all_elements
 from overturning.dem.polygon.resting import all_elements_at_rest
@@ -155,7 +155,7 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
         e = rows.of_element(state, i)
         e[rows.UPRIGHT_UNTIL + lane] = e[rows.CARRIED_UNTIL + lane] = given.first * interval
     write_initial_pair_states(state, lane, given, scene, scene.shapes[v])
-    state[rows.ENERGY + lane] = case_energy(state, lane, scene)
+    state[rows.ENERGY + lane] = scene_energy(state, lane, scene)
 
 
 def load_motion_of_next_sample(

@@ -13,7 +13,7 @@ from overturning.dem.polygon import rows
 from overturning.dem.polygon.contact_history import set_pair_forces_at_rest
 from overturning.dem.polygon.energy import pair_spring_energy
 from overturning.dem.polygon.search import update_nearest_faces
-from overturning.dem.polygon.state import BaseMotion, CaseState, ContactPointLaw, StepAcceptance
+from overturning.dem.polygon.state import ContactPointLaw, SceneBaseAcceleration, SceneState, StepAcceptance
 
 CHECK_INTERVAL: Final = 0.1
 """Interval at which a case is tested for its end, s of the record; at least one sample."""
@@ -29,7 +29,7 @@ def write_initial_case_state(
     ticks_per_sample: float,
     velocity_lag: float,
 ) -> None:
-    """Write the initial `CaseState` of a case into column `lane` of the state array."""
+    """Write the initial `SceneState` of a case into column `lane` of the state array."""
     step, none, last_check = (
         sampling_interval / ticks_per_sample,
         LinearBaseAcceleration(0.0, 0.0, 0.0),
@@ -42,8 +42,8 @@ def write_initial_case_state(
     rows.store_case(
         state,
         lane,
-        CaseState(
-            shaking=BaseMotion(none, none, 0.0),
+        SceneState(
+            shaking=SceneBaseAcceleration(none, none, 0.0),
             step=step,
             rate=ticks_per_sample / sampling_interval,
             lag=velocity_lag * step,

@@ -7,7 +7,7 @@ from overturning.dem.kernel.ending import SlideEndSample
 from overturning.dem.kernel.ground import LinearBaseAcceleration
 
 
-class BaseMotion(NamedTuple):
+class SceneBaseAcceleration(NamedTuple):
     """Acceleration of the base, linear between two samples, and the time within the present sample."""
 
     base: LinearBaseAcceleration
@@ -18,7 +18,7 @@ class BaseMotion(NamedTuple):
     """Ticks since the start of the sample."""
 
 
-class StoredStepContactChanges(NamedTuple):
+class StepContactChangesAsFloats(NamedTuple):
     """Contact changes of an attempted step (`StepContactChanges`), stored as floats: above 0 for True."""
 
     changed: float
@@ -39,10 +39,10 @@ class StepAcceptance(NamedTuple):
     """Next attempt."""
 
 
-class CaseState(NamedTuple):
+class SceneState(NamedTuple):
     """State and constants of a whole scene in one case; `ElementState` and `PairState` are those of its parts."""
 
-    shaking: BaseMotion
+    shaking: SceneBaseAcceleration
     step: float
     """Length of a tick, s."""
     rate: float
@@ -51,7 +51,7 @@ class CaseState(NamedTuple):
     """Time by which velocities lag behind poses, s."""
     step_control: CaseStepControl
     attempt: StepAttempt
-    findings: StoredStepContactChanges
+    findings: StepContactChangesAsFloats
     decision: StepAcceptance
     amplitude: float
     """Factor on the motion."""
@@ -192,7 +192,7 @@ class PredictedElement(NamedTuple):
 
 
 class ElementState(NamedTuple):
-    """State of an element: pose and force at the end of a step, velocity `CaseState.lag` seconds earlier."""
+    """State of an element: pose and force at the end of a step, velocity `SceneState.lag` seconds earlier."""
 
     pose: Pose
     velocity: PlanarVector

@@ -24,12 +24,12 @@ from overturning.dem.polygon.mechanics import (
 )
 from overturning.dem.polygon.search import update_nearest_faces_of_all_cases
 from overturning.dem.polygon.state import (
-    CaseState,
     ElementConstants,
     ElementStepTotals,
     PlanarVector,
     Pose,
     PredictedElement,
+    SceneState,
     StepAcceptance,
 )
 from overturning.dem.polygon.suspended_pairs import resume_contact_tests_for_step, suspend_contact_tests_if_distant
@@ -46,7 +46,7 @@ class SceneCentredSchemeConstants(NamedTuple):
 
 @njit(**INLINE)
 def base_acceleration_at_step_end(
-    vertical_base_acceleration: Any, case: CaseState, inertia: ElementConstants, ticks_per_sample: float
+    vertical_base_acceleration: Any, case: SceneState, inertia: ElementConstants, ticks_per_sample: float
 ) -> tuple[float, float]:
     """Return the base acceleration (horizontal, vertical, m/s²) acting on an element at the end of a step.
 
@@ -123,7 +123,7 @@ def reset_step_contact_changes(case_rows: Any) -> None:
 
 
 @njit(**INLINE)
-def step_contact_changes(case: CaseState) -> StepContactChanges:
+def contact_changes_in_scene_step(case: SceneState) -> StepContactChanges:
     """Return the contact changes of a case in an attempted step, by which the step is accepted or rejected."""
     findings, long = case.findings, not predicted_forces_decide_contact(case)
     wrong, reverse, back = (findings.wrong > 0.0) & long, (findings.reversed > 0.0) & long, (findings.back > 0.0) & long
@@ -146,7 +146,7 @@ def accept_or_reject_steps(case_rows: Any, ticks_per_sample: float) -> None:
         case = rows.load_case(case_rows, j)
         tick = case.shaking.tick + case.attempt.length
         again, sooner, then = choose_next_step_attempt(
-            SCENE, case.step_control, case.attempt, step_contact_changes(case), tick, ticks_per_sample
+            SCENE, case.step_control, case.attempt, contact_changes_in_scene_step(case), tick, ticks_per_sample
         )
         rows.store_decision(case_rows, j, StepAcceptance(1.0 if again else 0.0, 1.0 if sooner else 0.0, then))
 

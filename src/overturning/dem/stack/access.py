@@ -5,7 +5,7 @@ A name says what is loaded or stored: ``load_stone(rows, lane)``, ``store_stone(
 are those before the step; ``next_`` stands for those after it.
 """
 
-from overturning.dem.body.state import BodyBaseMotion, StepRejectionFlags
+from overturning.dem.body.state import InertialAccelerations3D, StepRejectionFlags
 from overturning.dem.body.vectors import Matrix3, Vector3
 from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
 from overturning.dem.kernel.ending import CaseProgress
@@ -14,7 +14,6 @@ from overturning.dem.stack.joint_state import (
     JOINT,
     POINT,
     BaseOverhangAtSide,
-    ClippedSide,
     ContactNormalSums,
     ContactPointPosition,
     FaceCorner,
@@ -24,9 +23,10 @@ from overturning.dem.stack.joint_state import (
     JointFriction,
     JointLandingTimes,
     JointNormalForceSums,
+    JointPointAtStepStartAndEnd,
     JointPose,
     JointRelativeMotion,
-    PointAtStepStartAndEnd,
+    SidePartInContactPatch,
     SolvedJointPointSums,
     SumOfForceTimesDistance,
 )
@@ -63,7 +63,7 @@ load_inertial, store_inertial, _ = CASE.tuple_access(Vector3)
 load_losses, store_losses, _ = CASE.tuple_access(JointEnergyLosses)
 load_rejection, store_rejection, _ = CASE.tuple_access(StepRejectionFlags)
 load_rest, store_rest, _ = CASE.tuple_access(StackRestState)
-load_shaking, store_shaking, _ = CASE.tuple_access(BodyBaseMotion)
+load_shaking, store_shaking, _ = CASE.tuple_access(InertialAccelerations3D)
 load_time, store_time, _ = CASE.tuple_access(StackClock)
 
 load_axes, store_axes, _ = STONE.tuple_access(Matrix3)
@@ -92,12 +92,12 @@ load_normal, store_normal, _ = JOINT.tuple_access(JointNormalForceSums)
 load_rim, store_rim, _ = JOINT.tuple_access(ContactNormalSums)
 load_point_sum, store_point_sum, _ = JOINT.tuple_access(SolvedJointPointSums, "at_end")
 
-load_clip, store_clip, _ = POINT.tuple_access(ClippedSide)
-load_next_point, store_next_point, _ = POINT.tuple_access(PointAtStepStartAndEnd, "new")
+load_clip, store_clip, _ = POINT.tuple_access(SidePartInContactPatch)
+load_next_point, store_next_point, _ = POINT.tuple_access(JointPointAtStepStartAndEnd, "new")
 load_outline, store_outline, _ = POINT.tuple_access(FaceCorner)
 load_place, store_place, _ = POINT.tuple_access(ContactPointPosition)
 load_rim_side, store_rim_side, _ = POINT.tuple_access(BaseOverhangAtSide)
-load_point, _, store_point_unless = POINT.tuple_access(PointAtStepStartAndEnd, "old")
+load_point, _, store_point_unless = POINT.tuple_access(JointPointAtStepStartAndEnd, "old")
 
 add_losses, no_losses = (
     create_elementwise_tuple_functions(JointEnergyLosses).plus,

@@ -84,7 +84,7 @@ from overturning.dem.stack.joint_state import (
     POINT,
     ContactPointPosition,
     JointAtStepStartAndEnd,
-    PointForceAndImpulse,
+    JointPointForceAndImpulse,
     SumOfForceTimesDistance,
 )
 from overturning.dem.stack.landing import (
@@ -112,8 +112,8 @@ from overturning.dem.stack.state import (
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 add_end, no_end = (
-    create_elementwise_tuple_functions(PointForceAndImpulse).plus,
-    create_elementwise_tuple_functions(PointForceAndImpulse).zero,
+    create_elementwise_tuple_functions(JointPointForceAndImpulse).plus,
+    create_elementwise_tuple_functions(JointPointForceAndImpulse).zero,
 )
 FINE: Final = STACK.fine
 PRESENT: Final = STONE.row_start(StoneFallState, "present")
@@ -222,7 +222,7 @@ def compute_joint_wrench(
 
 
 @njit(**APART)
-def mark_joints_with_crossing_points(joint_rows: Any, point: Any, lane_count: int) -> None:
+def mark_joints_with_base_beyond_rim(joint_rows: Any, point: Any, lane_count: int) -> None:
     """Mark each contact of two stones that has a loaded point other than a corner of the upper stone's base.
 
     Such a base extends beyond the rim of the face below.

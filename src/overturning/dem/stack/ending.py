@@ -42,7 +42,7 @@ from overturning.dem.stack.access import (
 from overturning.dem.stack.joint_state import JOINT, POINT, squared_length
 from overturning.dem.stack.rest import (
     all_contact_points_carry_load,
-    motion_onset_of_present_stack,
+    current_motion_onset_acceleration,
     sliding_time_of_upright_stack,
 )
 from overturning.dem.stack.state import (
@@ -77,7 +77,7 @@ Between the critical angle of its contact at rest and that of its base, a stone 
 
 
 @njit(**INLINE)
-def sum_of_stone_state_components(state: StoneState) -> float:
+def stone_state_sum_for_finite_check(state: StoneState) -> float:
     """Return the sum of a stone's position, rotation and velocity components: finite if each component is finite."""
     v, p, q = state.velocity, state.place, state.turn
     return (v.x + v.y + v.z) + (p.x + p.y + p.z) + (q.w + q.x + q.y + q.z)
@@ -148,7 +148,7 @@ def stone_hangs_over_rim(state: Any, lane: int, stone_index: int, stone_count: i
 
 
 @njit(**INNER)
-def depth_below_place_on_support(state: Any, lane: int, stone_index: int) -> float:
+def depth_below_rest_position(state: Any, lane: int, stone_index: int) -> float:
     """Return how far a stone's centre lies below its position at rest on its support, along the face's normal, m."""
     rows = of_stone(state, stone_index)
     upper, stone = load_constants(rows, lane), load_stone(rows, lane)
@@ -169,7 +169,7 @@ def first_fallen_stone(state: Any, lane: int, stone_count: int, corner_limit: in
             continue
         constants, stone = load_constants(rows, lane), load_stone(rows, lane)
         axes = rotation_matrix(stone.turn)
-        if axes.zz <= constants.fallen or depth_below_place_on_support(state, lane, s) > constants.drop:
+        if axes.zz <= constants.fallen or depth_below_rest_position(state, lane, s) > constants.drop:
             return s
         leans = lean_as_squared_sine(axes) > constants.base_critical
         if s > 0 and leans and stone_hangs_over_rim(state, lane, s, stone_count, corner_limit):
@@ -232,7 +232,7 @@ def stack_case_status(
         if not load_outcome(rows, lane).present > 0.0:
             continue
         stone = load_stone(rows, lane)
-        if not np.isfinite(sum_of_stone_state_components(stone)):
+        if not np.isfinite(stone_state_sum_for_finite_check(stone)):
             return CaseStatus.UNSTABLE
         kinetic += stone_kinetic_energy(load_constants(rows, lane), stone)
         at = first + s * size
@@ -250,7 +250,7 @@ def stack_case_status(
     ):
         # The rest of the record is weak for the stack as it stood at first; it may have lost a stone since, or slid.
         least = WEAK_MOTION_SHARE * case.steady
-        if sample >= last_sample or motion_onset_of_present_stack(state, lane, stone_count, corner_limit) >= least:
+        if sample >= last_sample or current_motion_onset_acceleration(state, lane, stone_count, corner_limit) >= least:
             return CaseStatus.SIMULATED
     if sample < course.after or sample < last_sample:
         return GOES_ON

@@ -21,15 +21,15 @@ from overturning.dem.stack.joint_state import (
     JointFriction,
     JointHistory,
     JointNormalForceSums,
+    JointPointForceAndImpulse,
+    JointPointHistory,
     JointRelativeMotion,
-    PointForceAndImpulse,
-    PointHistory,
     TangentialVector,
     scale_tangential_vector,
     squared_length,
     unit_tangential_vector,
 )
-from overturning.dem.stack.state import ForceVelocityBlocks, JointEnergyLosses, LargestStackContactChanges, Wrench
+from overturning.dem.stack.state import JointEnergyLosses, LargestStackContactChanges, VelocityToForceBlocks, Wrench
 
 LEAST_WEIGHT: Final = 1e-3
 """Smallest weight of a point that asks for a finer step when it opens or closes."""
@@ -43,7 +43,7 @@ def point_opening_rate(frame: JointRelativeMotion, position: ContactPointPositio
 
 @njit(**INLINE)
 def predicted_point_force_and_contact(
-    joint: JointConstants, frame: JointRelativeMotion, position: ContactPointPosition, previous: PointHistory,
+    joint: JointConstants, frame: JointRelativeMotion, position: ContactPointPosition, previous: JointPointHistory,
     state: tuple[bool, bool, bool],
 ) -> tuple[float, bool]:  # fmt: skip
     """Return a contact point's predicted normal force over its weight factor, N, and True if it is in contact.
@@ -113,7 +113,7 @@ def slip_velocity(velocity: Vector3, spin: Vector3, cx: float, cy: float, arm: f
 
 
 @njit(**INLINE)
-def extend_spring_stretch(
+def spring_stretch_after_step(
     stretch: TangentialVector, half_step: float, first: TangentialVector, second: TangentialVector
 ) -> TangentialVector:
     """Return the stretch of a tangential spring after a step with given slip velocities at its start and end."""
@@ -140,7 +140,7 @@ def predict_friction(
     cy = previous.cy if was else (sums.y * one if loaded else 0.0)
     velocity = slip_velocity(frame.velocity, frame.spin, cx, cy, previous.arm)
     stretch = scale_tangential_vector(
-        1.0 if was else 0.0, extend_spring_stretch(previous.stretch, half_step, previous.velocity, velocity)
+        1.0 if was else 0.0, spring_stretch_after_step(previous.stretch, half_step, previous.velocity, velocity)
     )
     force = tangential_contact_force(joint, stretch, velocity)
     most = joint.friction * (sums.force if forces_decide_contact | (not was) else previous.normal)
@@ -209,7 +209,7 @@ def joint_equation_terms(
             Vector3(fx, fy, sums.force),
             Vector3(sums.y - cz * fy, -sums.x + cz * fx, (cx * fy - cy * fx) + arm * ft),
         ),
-        ForceVelocityBlocks(
+        VelocityToForceBlocks(
             Matrix3(xv.x, xv.y, xv.z, yv.x, yv.y, yv.z, zv.x, zv.y, zv.z),
             Matrix3(xw.x, xw.y, xw.z, yw.x, yw.y, yw.z, zw.x, zw.y, zw.z),
             Matrix3(pv.x, pv.y, pv.z, qv.x, qv.y, qv.z, rv.x, rv.y, rv.z),
@@ -220,9 +220,9 @@ def joint_equation_terms(
 
 @njit(**INLINE)
 def solve_point_contact(
-    joint: JointConstants, frame: JointRelativeMotion, position: ContactPointPosition, previous: PointHistory,
+    joint: JointConstants, frame: JointRelativeMotion, position: ContactPointPosition, previous: JointPointHistory,
     change: tuple[Vector3, Vector3], step: tuple[float, bool, float, bool, bool],
-) -> tuple[PointForceAndImpulse, LargestStackContactChanges, JointEnergyLosses, PointHistory]:  # fmt: skip
+) -> tuple[JointPointForceAndImpulse, LargestStackContactChanges, JointEnergyLosses, JointPointHistory]:  # fmt: skip
     """Return normal force, contact changes, losses and new state of a contact point from a step's solved equations.
 
     `change` is the change of the relative velocity at the origin and of the relative angular velocity. `step` holds
@@ -270,12 +270,12 @@ def solve_point_contact(
         depth=depth if counts else 0.0, loaded=0.0,
     )  # fmt: skip
     return (
-        PointForceAndImpulse(
+        JointPointForceAndImpulse(
             n, n * position.x, n * position.y, more * n, more * (n * position.x), more * (n * position.y)
         ),
         findings,
         JointEnergyLosses(power, let_go + more * power),
-        PointHistory(
+        JointPointHistory(
             depth=depth if counts & (not waits) else 0.0,
             pressure=pressure,
             landing=landing if (inside | waits) & counts else 0.0,
@@ -286,7 +286,7 @@ def solve_point_contact(
 
 
 @njit(**INLINE)
-def friction_contact_changes(
+def contact_changes_of_friction(
     direction: TangentialVector, force: TangentialVector, velocity: TangentialVector, stretch: TangentialVector,
     state: tuple[bool, bool, bool], slides: tuple[bool, bool],
 ) -> LargestStackContactChanges:  # fmt: skip
@@ -319,7 +319,7 @@ def friction_contact_changes(
 @njit(**INLINE)
 def solve_joint_contact(
     joint: JointConstants, frame: JointRelativeMotion, friction: JointFriction,
-    points: tuple[PointForceAndImpulse, float], change: tuple[Vector3, Vector3], previous: JointHistory,
+    points: tuple[JointPointForceAndImpulse, float], change: tuple[Vector3, Vector3], previous: JointHistory,
     step: tuple[float, bool, bool, float],
 ) -> tuple[Wrench, Wrench, LargestStackContactChanges, JointEnergyLosses, JointHistory]:  # fmt: skip
     """Return force, moment, contact changes, losses and new state between two stones from a step's solved equations.
@@ -337,7 +337,7 @@ def solve_joint_contact(
     loaded = ends.force > 0.0
     zero = TangentialVector(0.0, 0.0, 0.0)
     stretch = scale_tangential_vector(
-        1.0 if loaded else 0.0, extend_spring_stretch(friction.stretch, half_step, more, zero)
+        1.0 if loaded else 0.0, spring_stretch_after_step(friction.stretch, half_step, more, zero)
     )
     most = joint.friction * ends.force
     force = tangential_contact_force(joint, stretch, velocity)
@@ -369,7 +369,7 @@ def solve_joint_contact(
         s.twist + kept.twist
     ) * (stretch.twist - kept.twist)
     let_go = 0.5 * k * (released if loaded else (squared_length(s) if previous.normal > 0.0 else 0.0))
-    findings = friction_contact_changes(
+    findings = contact_changes_of_friction(
         friction.direction, TangentialVector(fx, fy, ft), velocity, s,
         (most > 0.0, loaded, not forces_decide_contact), (friction.slides > 0.0, slips),
     )  # fmt: skip

@@ -11,7 +11,7 @@ from numba import njit
 
 from overturning.dem.body.vectors import Matrix3, Vector3
 from overturning.dem.kernel.lanes import INLINE, TupleRowLayout
-from overturning.dem.stack.state import COLUMNS, ForceVelocityBlocks, Wrench
+from overturning.dem.stack.state import COLUMNS, VelocityToForceBlocks, Wrench
 
 
 class JointConstants(NamedTuple):
@@ -203,7 +203,7 @@ class JointEquations(NamedTuple):
     """Predicted force and moment between two stones at the end of a step, and their derivatives by the velocities."""
 
     wrench: Wrench
-    blocks: ForceVelocityBlocks
+    blocks: VelocityToForceBlocks
 
 
 class FaceCorner(NamedTuple):
@@ -232,7 +232,7 @@ class ContactPointPosition(NamedTuple):
     """Share of the stiffness of the joint."""
 
 
-class ClippedSide(NamedTuple):
+class SidePartInContactPatch(NamedTuple):
     """Part of a face's side that bounds the contact patch (overlap of two faces); its ends as shares of the side."""
 
     begin: float
@@ -254,7 +254,7 @@ class BaseOverhangAtSide(NamedTuple):
     """Slope of the contact normal across the side where its clipped part ends; 0 for a vertical normal."""
 
 
-class PointHistory(NamedTuple):
+class JointPointHistory(NamedTuple):
     """State of a contact point of two stones after the last step: penetration, pressure, landing time, weight."""
 
     depth: float
@@ -269,14 +269,14 @@ class PointHistory(NamedTuple):
     """Penetration that the point took up without force while it waited in a flat landing, m."""
 
 
-class PointAtStepStartAndEnd(NamedTuple):
+class JointPointAtStepStartAndEnd(NamedTuple):
     """State of a contact point of two stones before a step (`old`), and after it (`new`, valid if accepted)."""
 
-    old: PointHistory
-    new: PointHistory
+    old: JointPointHistory
+    new: JointPointHistory
 
 
-class PointForceAndImpulse(NamedTuple):
+class JointPointForceAndImpulse(NamedTuple):
     """Normal force, its moments, and impulse of early contacts at the end of a step, for one contact point or a sum."""
 
     force: float
@@ -292,7 +292,7 @@ class PointForceAndImpulse(NamedTuple):
 class SolvedJointPointSums(NamedTuple):
     """Sums of the forces over all contact points of two stones, from the solved equations of a step."""
 
-    at_end: PointForceAndImpulse
+    at_end: JointPointForceAndImpulse
 
 
 JOINT: Final = TupleRowLayout(
@@ -301,5 +301,5 @@ JOINT: Final = TupleRowLayout(
     SolvedJointPointSums,
 )  # fmt: skip
 POINT: Final = TupleRowLayout(
-    COLUMNS, FaceCorner, ContactPointPosition, ClippedSide, BaseOverhangAtSide, PointAtStepStartAndEnd
+    COLUMNS, FaceCorner, ContactPointPosition, SidePartInContactPatch, BaseOverhangAtSide, JointPointAtStepStartAndEnd
 )

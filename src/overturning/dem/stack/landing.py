@@ -7,7 +7,7 @@ from numba import njit
 from overturning.dem.body.base_contact import longest_landing_time_including_point
 from overturning.dem.body.state import IN_THE_AIR
 from overturning.dem.kernel.lanes import INLINE
-from overturning.dem.stack.joint_state import ContactPointPosition, JointConstants, JointLandingTimes, PointHistory
+from overturning.dem.stack.joint_state import ContactPointPosition, JointConstants, JointLandingTimes, JointPointHistory
 
 NO_POINT: Final = 1e300
 """Shortest landing time of a joint without points, s."""
@@ -32,7 +32,7 @@ def point_contact_is_deferred(
     joint: JointConstants,
     landing: JointLandingTimes,
     position: ContactPointPosition,
-    previous: PointHistory,
+    previous: JointPointHistory,
     distance_from_rim: float,
 ) -> bool:
     """True if a contact point gets no load in a flat landing, because it lies between both ends of the contact.
@@ -54,7 +54,7 @@ def point_contact_is_deferred(
 
 @njit(**INLINE)
 def joint_landing_times_with_point(
-    landing: JointLandingTimes, point: PointHistory, position: ContactPointPosition
+    landing: JointLandingTimes, point: JointPointHistory, position: ContactPointPosition
 ) -> JointLandingTimes:
     """Return the landing times and the range of heights of two stones' contact points with one more point included."""
     lowest = position.z if (position.weight > 0.0) & (position.z < landing.lowest) else landing.lowest

@@ -41,13 +41,13 @@ from overturning.dem.stack.joint_state import (
     JOINT,
     POINT,
     BaseOverhangAtSide,
-    ClippedSide,
     ContactPointPosition,
     FaceCorner,
     JointAtStepStartAndEnd,
+    JointPointAtStepStartAndEnd,
     JointPose,
     JointRelativeMotion,
-    PointAtStepStartAndEnd,
+    SidePartInContactPatch,
 )
 from overturning.dem.stack.state import STONE, PredictedStone, StoneConstants, StoneFallState
 
@@ -57,7 +57,7 @@ point_window: Final = create_window_slicer(P)
 INSIDE, RIM = JOINT.row_start(JointRelativeMotion, "inside"), JOINT.row_start(JointRelativeMotion, "rim")
 CROSSED: Final = JOINT.row_start(JointAtStepStartAndEnd, "old.crossed")
 WEIGHT: Final = POINT.row_start(ContactPointPosition, "weight")
-OLD_WEIGHT: Final = POINT.row_start(PointAtStepStartAndEnd, "old.weight")
+OLD_WEIGHT: Final = POINT.row_start(JointPointAtStepStartAndEnd, "old.weight")
 PRESENT: Final = STONE.row_start(StoneFallState, "present")
 
 
@@ -189,28 +189,28 @@ def any_stack_uses_contact_point(point: Any, lane_count: int) -> bool:
 
 
 @njit(**INLINE)
-def clip_by_half_plane(clip: ClippedSide, at_begin: float, at_end: float) -> ClippedSide:
+def clip_by_half_plane(clip: SidePartInContactPatch, at_begin: float, at_end: float) -> SidePartInContactPatch:
     """Clip a part of a face's side by a half plane, given how far both ends of the side lie inside the half plane."""
     crosses = (at_begin < 0.0) != (at_end < 0.0)
     share = at_begin / (at_begin - at_end if crosses else 1.0)
     outside = (at_begin < 0.0) & (at_end < 0.0)
     begin = share if crosses & (at_begin < 0.0) & (share > clip.begin) else clip.begin
     end = share if crosses & (at_end < 0.0) & (share < clip.end) else clip.end
-    return ClippedSide(begin, (-1.0 if outside else end), clip.length)
+    return SidePartInContactPatch(begin, (-1.0 if outside else end), clip.length)
 
 
 @njit(**INLINE)
-def clipped_side_with_length(clip: ClippedSide, length: float) -> ClippedSide:
+def clipped_side_with_length(clip: SidePartInContactPatch, length: float) -> SidePartInContactPatch:
     """Return the clipped part of a face's side with its length, m; `length` is that of the whole side, m."""
     part = clip.end - clip.begin
-    return ClippedSide(clip.begin, clip.end, length * part if part > 0.0 else 0.0)
+    return SidePartInContactPatch(clip.begin, clip.end, length * part if part > 0.0 else 0.0)
 
 
 @njit(**APART)
 def reset_clipped_side(point: Any, lane_count: int) -> None:
     """Start the clipping of a side of a face with the whole side, for all stacks in parallel."""
     for j in range(whole_vectors(lane_count)):
-        store_clip(point, j, ClippedSide(0.0, 1.0, 0.0))
+        store_clip(point, j, SidePartInContactPatch(0.0, 1.0, 0.0))
 
 
 @njit(**APART)
@@ -264,7 +264,7 @@ def normal_slope_of_crossing_sides(lower: FaceCorner, a: ContactPointPosition, b
 
 
 @njit(**APART)
-def clear_side_overhang(side: Any, lane_count: int) -> None:
+def clear_overhang_and_normal_slopes(side: Any, lane_count: int) -> None:
     """Clear overhang and slopes of the contact normals of a side of the lower face, for all stacks in parallel."""
     for j in range(whole_vectors(lane_count)):
         store_rim_side(side, j, BaseOverhangAtSide(-1e300, 0.0, 0.0))
@@ -305,7 +305,7 @@ def clip_sides_of_lower_face(joint_rows: Any, points: Any, upper_count: int, low
         side = points[(upper_count + k) * P : (upper_count + k + 1) * P]
         next_corner = points[(upper_count + following) * P : (upper_count + following + 1) * P]
         reset_clipped_side(side, lane_count)
-        clear_side_overhang(side, lane_count)
+        clear_overhang_and_normal_slopes(side, lane_count)
         for i in range(upper_count):
             n = (i + 1) % upper_count
             clip_side_of_lower_face(

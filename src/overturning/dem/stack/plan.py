@@ -27,20 +27,20 @@ from overturning.dem.stack.path import (
     fill_in_free_flights,
     trajectory_with_aftermath,
 )
-from overturning.dem.stack.results import stack_outcomes
+from overturning.dem.stack.results import outcome_variables_of_stacks
 from overturning.dem.stack.rules import StackKernelInput
 from overturning.dem.stack.state import COLUMNS, TICKS
 from overturning.dem.stack.statics import (
-    JointTable,
+    JointConstantsOfStack,
     base_positions_at_rest,
+    eigenvalue_factor_of_inertia_products,
     face_corner_rows,
-    inertia_coupling_factor,
-    joint_table,
+    joint_constants_of_stack,
     motion_onset_acceleration,
     spring_energy_at_rest,
     stiffness_matrix,
-    stone_table,
-    unit_mass_factors,
+    stone_rows_at_rest,
+    unit_mass_matrix_factors,
 )
 from overturning.dem.stack.tables import CASE, RESULT, STONE_RESULT
 from overturning.dem.time_step import IntegrationScheme, parse_scheme
@@ -100,7 +100,7 @@ class StackSimulationPlan(SimulationPlan3D):
         # Slip is counted from the position at rest.
         each, stack = result_tables["each"].copy(), self.table["stack"][case_numbers]
         each["slip_x"] -= base_positions_at_rest(self.stones)[stack]
-        return stack_outcomes(result_tables["results"], each, orientation, self.cosines[case_numbers])
+        return outcome_variables_of_stacks(result_tables["results"], each, orientation, self.cosines[case_numbers])
 
     def create_trajectory_buffer(self, is_recorded: bool) -> FloatArray:
         """Return a trajectory array of zeros, shape (rows, columns); without rows if no trajectory `is_recorded`."""
@@ -171,7 +171,7 @@ def _check_stack_arguments(cases: Cases, numerics: NumericalOptions) -> None:
 
 def _rest_to_motion_onset_ratios(
     stacks: list[list[StackStone]],
-    joints: list[JointTable],
+    joints: list[JointConstantsOfStack],
     stack_indices: NDArray[np.int64],
     damping_factor: FloatArray,
     sampling_interval: float,
@@ -181,7 +181,7 @@ def _rest_to_motion_onset_ratios(
     The joint (contact of two stones) with the shortest delay (dashpot over spring) damps least.
     """
     slowest = np.array([
-        lowest_eigenvalue(stiffness_matrix(stones, table, unit_mass_factors(stones)))
+        lowest_eigenvalue(stiffness_matrix(stones, table, unit_mass_matrix_factors(stones)))
         for stones, table in zip(stacks, joints, strict=True)
     ])  # fmt: skip
     delay = np.array([float(np.min(table.rows["dashpot"] / table.rows["stiffness"])) for table in joints])
@@ -199,12 +199,13 @@ def plan_stack_simulation(
     sizes, which = np.unique(np.stack([cases.height, cases.b_over_h], axis=1), axis=0, return_inverse=True)
     stacks = [model.stones(float(height), float(ratio)) for height, ratio in sizes]
     _check_that_stacks_stand(sizes, stacks)
-    joints = [joint_table(stones, model.contact) for stones in stacks]
-    tables = np.stack([stone_table(stones, table) for stones, table in zip(stacks, joints, strict=True)])
+    joints = [joint_constants_of_stack(stones, model.contact) for stones in stacks]
+    tables = np.stack([stone_rows_at_rest(stones, table) for stones, table in zip(stacks, joints, strict=True)])
     given = np.array([np.nan if stone.friction is None else stone.friction for stone in stacks[0]])
     friction = np.where(np.isnan(given), np.asarray(cases.friction)[:, None], given)
     square = np.array([
-        highest_eigenvalue(stiffness_matrix(stones, table, unit_mass_factors(stones))) * inertia_coupling_factor(stones)
+        highest_eigenvalue(stiffness_matrix(stones, table, unit_mass_matrix_factors(stones)))
+        * eigenvalue_factor_of_inertia_products(stones)
         for stones, table in zip(stacks, joints, strict=True)
     ])  # fmt: skip
     delay = np.array([float(np.max(table.rows["dashpot"] / table.rows["stiffness"])) for table in joints])

@@ -75,7 +75,7 @@ from overturning.dem.stack.solve import (
     eliminate_stone,
     mass_matrix_of_stone,
     matrix_6x6_times_wrench,
-    momentum_change_right_side,
+    right_side_of_stone_equations,
     rotate_equations,
     solve_lowest_stone,
     wrench_plus,
@@ -145,7 +145,7 @@ def predict_stones(case_rows: Any, rows: Any, lane_count: int) -> None:
         store_axes(rows, j, axes)
         store_diagonal(rows, j, DiagonalBlockAndRightSide(
             mass_matrix_of_stone(constants.mass, constants.inertia, axes),
-            momentum_change_right_side(
+            right_side_of_stone_equations(
                 half, constants.mass, no_wrench(), load_inertial(case_rows, j),
                 Wrench(state.acceleration, state.moment),
             ),

@@ -53,7 +53,7 @@ class StonesAboveJoint(NamedTuple):
     z: float
 
 
-class WeightMoments(NamedTuple):
+class StiffnessShareMoments(NamedTuple):
     """Sums over the contact points of two stones: weight (share of stiffness), its first and second moments."""
 
     weight: float
@@ -108,13 +108,13 @@ def all_contact_points_carry_load(state: Any, lane: int, stone_count: int, corne
 
 
 @njit(**INNER)
-def contact_weight_moments(points: Any, lane: int) -> WeightMoments:
+def moments_of_stiffness_shares(points: Any, lane: int) -> StiffnessShareMoments:
     """Return the sum of the weights (shares of stiffness) of two stones' contact points, and its moments."""
-    total = WeightMoments(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    total = StiffnessShareMoments(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for i in range(points.size // P):
         rows = points[i * P : (i + 1) * P]
         w, at = load_point(rows, lane).weight, load_place(rows, lane)
-        total = WeightMoments(
+        total = StiffnessShareMoments(
             total.weight + w, total.x + w * at.x, total.y + w * at.y,
             total.xx + w * at.x * at.x, total.xy + w * at.x * at.y, total.yy + w * at.y * at.y,
         )  # fmt: skip
@@ -122,13 +122,13 @@ def contact_weight_moments(points: Any, lane: int) -> WeightMoments:
 
 
 @njit(**INNER)
-def unloading_acceleration(points: Any, lane: int, centre: Vector3) -> float:
+def contact_point_unloading_acceleration(points: Any, lane: int, centre: Vector3) -> float:
     """Return the base acceleration over g, in the worst direction, that unloads a contact point of two stones.
 
     `centre` is the centre of mass of the stones above, in the frame of the lower face, m. The pressure is a linear
     function of the position in the contact. The result is 0 for a contact without width, or if a point carries no load.
     """
-    total = contact_weight_moments(points, lane)
+    total = moments_of_stiffness_shares(points, lane)
     if not total.weight > 0.0:
         return 0.0
     x, y = total.x / total.weight, total.y / total.weight
@@ -152,7 +152,7 @@ def unloading_acceleration(points: Any, lane: int, centre: Vector3) -> float:
 
 
 @njit(**INNER)
-def motion_onset_of_present_stack(state: Any, lane: int, stone_count: int, corner_limit: int) -> float:
+def current_motion_onset_acceleration(state: Any, lane: int, stone_count: int, corner_limit: int) -> float:
     """Return the base acceleration over g at which a contact of a stack at rest slides, or a contact point unloads.
 
     It follows from the stack as it stands: stones may have slid before, or fallen. The result is 0 if a contact is open
@@ -184,7 +184,7 @@ def motion_onset_of_present_stack(state: Any, lane: int, stone_count: int, corne
             transpose(axes), minus(Vector3(one * above.x, one * above.y, one * above.z), origin)
         )
         raised = Vector3(centre.x, centre.y, centre.z - level)
-        onset = min(onset, unloading_acceleration(joint[JOINT_SIZE:], lane, raised), friction)
+        onset = min(onset, contact_point_unloading_acceleration(joint[JOINT_SIZE:], lane, raised), friction)
     return onset if above.mass > 0.0 else 0.0
 
 
@@ -193,7 +193,7 @@ def stack_rest_limit(state: Any, lane: int, stone_count: int, corner_limit: int)
     """Return the base acceleration over g up to which a stack at rest stays at rest; 0 if the stack is not at rest."""
     if not all_contact_points_carry_load(state, lane, stone_count, corner_limit):
         return 0.0
-    limit = load_rest(state, lane).share * motion_onset_of_present_stack(state, lane, stone_count, corner_limit)
+    limit = load_rest(state, lane).share * current_motion_onset_acceleration(state, lane, stone_count, corner_limit)
     return limit if limit > 0.0 and stones_are_still(state, lane, stone_count, limit) else 0.0
 
 

@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.body.results import rounded_degrees, tilt_deg_of_lean
+from overturning.dem.body.results import rounded_degrees, tilt_deg_from_squared_sine
 from overturning.model.status import CaseStatus
 
 
-def stack_outcomes(
+def outcome_variables_of_stacks(
     results: NDArray[np.void],
     stone_results: NDArray[np.void],
     orientation_deg: FloatArray,
@@ -42,7 +42,7 @@ def stack_outcomes(
             "overturned": fell,
             "status": results["status"],
             "fall_azimuth": np.where(fell, azimuth, np.nan),
-            "peak_tilt": tilt_deg_of_lean(stone_results["lean"]),
+            "peak_tilt": tilt_deg_from_squared_sine(stone_results["lean"]),
             "overturning_time": np.where(fell, stone_results["overturning_time"], np.nan),
             "residual_slip_north": np.where(fell, np.nan, x * north + y * east),
             "residual_slip_east": np.where(fell, np.nan, x * east - y * north),

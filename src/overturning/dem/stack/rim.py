@@ -53,7 +53,7 @@ Below it the normal turns in proportion, so that forces are continuous when a co
 
 
 @njit(**INLINE)
-def inclination_of_base(frame: JointRelativeMotion) -> tuple[float, float]:
+def base_normal_slopes(frame: JointRelativeMotion) -> tuple[float, float]:
     """Return the horizontal components of the normal of the upper stone's base, divided by the vertical one."""
     normal = cross_product(frame.along_x, frame.along_y)
     up = normal.z if normal.z > 0.1 else 0.1
@@ -107,7 +107,7 @@ def add_rim_points_to_normal_sums(
     """Add a corner of the lower face and both ends of its side to the sums for the normal of contact."""
     for j in range(whole_vectors(lane_count)):
         own, previous = load_outline(side, j), load_outline(previous_side, j)
-        slope_x, slope_y = inclination_of_base(load_frame(joint_rows, j))
+        slope_x, slope_y = base_normal_slopes(load_frame(joint_rows, j))
         rim, other = load_rim_side(side, j), load_rim_side(previous_side, j)
         full, corner = rim_normal_weight(rim.overhang, own.reach), rim_normal_weight(other.overhang, previous.reach)
         corner = full if full < corner else corner

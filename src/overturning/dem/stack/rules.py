@@ -7,7 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.body.state import LoadedSampleNumber, inertial_acceleration_over_sample, lean_as_squared_sine
+from overturning.dem.body.state import BaseMotionSampleNumber, inertial_acceleration_over_sample, lean_as_squared_sine
 from overturning.dem.body.vectors import (
     Quaternion,
     SymmetricMatrix,
@@ -16,7 +16,7 @@ from overturning.dem.body.vectors import (
     rotation_matrix,
 )
 from overturning.dem.kernel.clock import CaseStepControl, StepAttempt
-from overturning.dem.kernel.ending import CaseProgress, progress_after_sample_end
+from overturning.dem.kernel.ending import CaseProgress, case_progress_in_next_sample
 from overturning.dem.kernel.ground import (
     GroundMotion,
     count_skippable_samples,
@@ -50,7 +50,7 @@ from overturning.dem.stack.ending import (
     first_fallen_stone,
     record_stack_motion,
     stack_case_status,
-    sum_of_stone_state_components,
+    stone_state_sum_for_finite_check,
     write_stack_results,
 )
 from overturning.dem.stack.joint_state import (
@@ -78,7 +78,7 @@ from overturning.dem.stack.step import advance_stacks, joint_state_size
 
 CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = CASE.size, STONE.size, JOINT.size, POINT.size
 TICK, SAMPLE = CASE.row_start(StackClock, "tick"), CASE.row_start(CaseProgress, "sample")
-ENERGY, LOADED = CASE.row_start(CaseProgress, "energy"), CASE.row_start(LoadedSampleNumber, "sample")
+ENERGY, LOADED = CASE.row_start(CaseProgress, "energy"), CASE.row_start(BaseMotionSampleNumber, "sample")
 LAST_UPRIGHT, UPRIGHT_UNTIL = (
     STONE.row_start(StonePeakTilt, "last_upright"),
     STONE.row_start(StoneFallState, "upright_until"),
@@ -252,7 +252,7 @@ def load_base_motion_of_sample(
             rows[LAST_UPRIGHT + j] = -1.0
     for j in range(whole_vectors(lane_count)):
         # The times at which the stones were upright are their own, above.
-        begun = progress_after_sample_end(load_course(state, j), state[TICK + j], -1.0, ticks, interval)
+        begun = case_progress_in_next_sample(load_course(state, j), state[TICK + j], -1.0, ticks, interval)
         state[SAMPLE + j], state[TICK + j] = begun[0], begun[1]
     last = up.shape[0] - 3
     for j in range(whole_vectors(lane_count)):
@@ -317,7 +317,7 @@ def mark_possibly_ended_stack_cases(
     for j in range(active_lane_count):
         course, total = load_course(state, j), 0.0
         for s in range(stone_count):
-            total += sum_of_stone_state_components(load_stone(of_stone(state, s), j))
+            total += stone_state_sum_for_finite_check(load_stone(of_stone(state, s), j))
         sample = course.sample + state[TICK + j] / ticks_per_sample
         due = total - total != 0.0 or sample >= min(course.calm, last_sample)
         due = due or first_fallen_stone(state, j, stone_count, corner_limit) < stone_count

@@ -7,7 +7,7 @@ from overturning.dem.body.vectors import (
     SymmetricMatrix,
     Vector3,
     cross_product,
-    full_matrix,
+    expand_symmetric_matrix,
     inverse_matrix,
     matrix_minus,
     matrix_plus,
@@ -18,11 +18,11 @@ from overturning.dem.body.vectors import (
 )
 from overturning.dem.kernel.lanes import INLINE, create_elementwise_tuple_functions
 from overturning.dem.stack.joint_state import JointEquations
-from overturning.dem.stack.state import DiagonalBlockAndRightSide, EliminatedStone, ForceVelocityBlocks, Wrench
+from overturning.dem.stack.state import DiagonalBlockAndRightSide, EliminatedStone, VelocityToForceBlocks, Wrench
 
 sum_of_6x6_matrices, difference_of_6x6_matrices = (
-    create_elementwise_tuple_functions(ForceVelocityBlocks).plus,
-    create_elementwise_tuple_functions(ForceVelocityBlocks).minus,
+    create_elementwise_tuple_functions(VelocityToForceBlocks).plus,
+    create_elementwise_tuple_functions(VelocityToForceBlocks).minus,
 )
 wrench_plus, wrench_minus = (
     create_elementwise_tuple_functions(Wrench).plus,
@@ -60,7 +60,7 @@ def rotate_equations(rotation: Matrix3, joint_equations: JointEquations) -> Join
     wrench, joint_matrix = joint_equations.wrench, joint_equations.blocks
     return JointEquations(
         Wrench(matrix_times_vector(rotation, wrench.force), matrix_times_vector(rotation, wrench.moment)),
-        ForceVelocityBlocks(
+        VelocityToForceBlocks(
             rotate_matrix(rotation, joint_matrix.fv),
             rotate_matrix(rotation, joint_matrix.fw),
             rotate_matrix(rotation, joint_matrix.mv),
@@ -71,15 +71,15 @@ def rotate_equations(rotation: Matrix3, joint_equations: JointEquations) -> Join
 
 @njit(**INLINE)
 def shift_matrix_to_centres(
-    joint_matrix: ForceVelocityBlocks, row_arm: Vector3, column_arm: Vector3
-) -> ForceVelocityBlocks:
+    joint_matrix: VelocityToForceBlocks, row_arm: Vector3, column_arm: Vector3
+) -> VelocityToForceBlocks:
     """Return a contact's matrix from the velocity of one stone to the force on another, about both stones' centres.
 
     `row_arm` leads from the centre of the stone on which the force acts to the origin of the contact, `column_arm` from
     the centre of the stone that moves.
     """
     fw = matrix_minus(joint_matrix.fw, matrix_times_cross_matrix(joint_matrix.fv, column_arm))
-    return ForceVelocityBlocks(
+    return VelocityToForceBlocks(
         joint_matrix.fv,
         fw,
         matrix_plus(joint_matrix.mv, cross_matrix_times_matrix(row_arm, joint_matrix.fv)),
@@ -97,11 +97,11 @@ def shift_wrench_to_centre(wrench: Wrench, arm: Vector3) -> Wrench:
 
 
 @njit(**INLINE)
-def mass_matrix_of_stone(mass: float, inertia: SymmetricMatrix, axes: Matrix3) -> ForceVelocityBlocks:
+def mass_matrix_of_stone(mass: float, inertia: SymmetricMatrix, axes: Matrix3) -> VelocityToForceBlocks:
     """Return the 6 × 6 mass matrix (kg, kg·m²) of a stone in the axes of the ground."""
-    i = rotate_matrix(axes, full_matrix(inertia))
+    i = rotate_matrix(axes, expand_symmetric_matrix(inertia))
     zero = Matrix3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    return ForceVelocityBlocks(
+    return VelocityToForceBlocks(
         Matrix3(mass, 0.0, 0.0, 0.0, mass, 0.0, 0.0, 0.0, mass), zero, zero,
         Matrix3(
             mass * i.xx, mass * i.xy, mass * i.xz, mass * i.yx, mass * i.yy, mass * i.yz, mass * i.zx, mass * i.zy,
@@ -111,9 +111,9 @@ def mass_matrix_of_stone(mass: float, inertia: SymmetricMatrix, axes: Matrix3) -
 
 
 @njit(**INLINE)
-def product_of_6x6_matrices(a: ForceVelocityBlocks, b: ForceVelocityBlocks) -> ForceVelocityBlocks:
+def product_of_6x6_matrices(a: VelocityToForceBlocks, b: VelocityToForceBlocks) -> VelocityToForceBlocks:
     """Return the product of two 6 × 6 matrices."""
-    return ForceVelocityBlocks(
+    return VelocityToForceBlocks(
         matrix_plus(matrix_product(a.fv, b.fv), matrix_product(a.fw, b.mv)),
         matrix_plus(matrix_product(a.fv, b.fw), matrix_product(a.fw, b.mw)),
         matrix_plus(matrix_product(a.mv, b.fv), matrix_product(a.mw, b.mv)),
@@ -122,7 +122,7 @@ def product_of_6x6_matrices(a: ForceVelocityBlocks, b: ForceVelocityBlocks) -> F
 
 
 @njit(**INLINE)
-def matrix_6x6_times_wrench(a: ForceVelocityBlocks, w: Wrench) -> Wrench:
+def matrix_6x6_times_wrench(a: VelocityToForceBlocks, w: Wrench) -> Wrench:
     """Return the product of a 6 × 6 matrix and a force and moment (vector of 6)."""
     return Wrench(
         plus(matrix_times_vector(a.fv, w.force), matrix_times_vector(a.fw, w.moment)),
@@ -131,7 +131,7 @@ def matrix_6x6_times_wrench(a: ForceVelocityBlocks, w: Wrench) -> Wrench:
 
 
 @njit(**INLINE)
-def inverse_of_6x6_matrix(a: ForceVelocityBlocks) -> ForceVelocityBlocks:
+def inverse_of_6x6_matrix(a: VelocityToForceBlocks) -> VelocityToForceBlocks:
     """Return the inverse of a 6 × 6 matrix by its 3 × 3 blocks."""
     p = inverse_matrix(a.fv)
     q = matrix_product(p, a.fw)
@@ -139,11 +139,11 @@ def inverse_of_6x6_matrix(a: ForceVelocityBlocks) -> ForceVelocityBlocks:
     t = matrix_product(matrix_product(s, a.mv), p)
     qs = matrix_product(q, s)
     zero = Matrix3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    return ForceVelocityBlocks(matrix_plus(p, matrix_product(q, t)), matrix_minus(zero, qs), matrix_minus(zero, t), s)
+    return VelocityToForceBlocks(matrix_plus(p, matrix_product(q, t)), matrix_minus(zero, qs), matrix_minus(zero, t), s)
 
 
 @njit(**INLINE)
-def momentum_change_right_side(
+def right_side_of_stone_equations(
     half_step: float, mass: float, wrench: Wrench, inertial: Vector3, previous: Wrench
 ) -> Wrench:
     """Return half step × change of force and moment in the step, the right-hand side of a stone's equations."""

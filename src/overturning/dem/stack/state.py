@@ -11,7 +11,7 @@ by the rows of its contact points.
 
 from typing import Final, NamedTuple
 
-from overturning.dem.body.state import BodyBaseMotion, LoadedSampleNumber, StepRejectionFlags
+from overturning.dem.body.state import BaseMotionSampleNumber, InertialAccelerations3D, StepRejectionFlags
 from overturning.dem.body.vectors import Matrix3, Quaternion, SymmetricMatrix, Vector3
 from overturning.dem.kernel.clock import STACK, CaseStepControl, StepAttempt
 from overturning.dem.kernel.ending import CaseProgress, SlideEndSample
@@ -172,7 +172,7 @@ class PredictedStone(NamedTuple):
     """Angular velocity at the end of the step, rad/s."""
 
 
-class ForceVelocityBlocks(NamedTuple):
+class VelocityToForceBlocks(NamedTuple):
     """6 × 6 matrix from velocity and angular velocity (columns) to force and moment (rows), as four 3 × 3 blocks."""
 
     fv: Matrix3
@@ -191,7 +191,7 @@ class Wrench(NamedTuple):
 class DiagonalBlockAndRightSide(NamedTuple):
     """Diagonal 6 × 6 block and right-hand side of one stone in the equations of a step."""
 
-    blocks: ForceVelocityBlocks
+    blocks: VelocityToForceBlocks
     right: Wrench
 
 
@@ -201,7 +201,7 @@ class EliminatedStone(NamedTuple):
     It is `fixed_part` + `factor_below` × (velocity correction of the stone below).
     """
 
-    factor_below: ForceVelocityBlocks
+    factor_below: VelocityToForceBlocks
     fixed_part: Wrench
 
 
@@ -220,9 +220,9 @@ class StoneContactForceSums(NamedTuple):
 
 
 CASE: Final = TupleRowLayout(
-    COLUMNS, CaseStepControl, StackConstants, StackRestState, StackClock, StackEnergyAccount, BodyBaseMotion,
-    LoadedSampleNumber, CaseProgress, StepAttempt, StepRejectionFlags, LargestStackContactChanges, JointEnergyLosses,
-    Vector3, SlideEndSample,
+    COLUMNS, CaseStepControl, StackConstants, StackRestState, StackClock, StackEnergyAccount, InertialAccelerations3D,
+    BaseMotionSampleNumber, CaseProgress, StepAttempt, StepRejectionFlags, LargestStackContactChanges,
+    JointEnergyLosses, Vector3, SlideEndSample,
 )  # fmt: skip
 STONE: Final = TupleRowLayout(
     COLUMNS, StoneConstants, StoneState, StonePeakTilt, StoneFallState, PredictedStone, Matrix3,

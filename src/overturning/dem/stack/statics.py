@@ -26,7 +26,7 @@ FALLEN_TILT: Final = np.pi / 3.0
 
 
 @dataclass(frozen=True)
-class JointTable:
+class JointConstantsOfStack:
     """Contact constants of each stone of a stack with its support, from the lowest stone up."""
 
     rows: NDArray[np.void]  # constants, of type `JOINT`, without friction; shape (joints,)
@@ -44,7 +44,7 @@ class JointTable:
         return np.array([patch.height for patch in self.patches])
 
 
-def joint_table(stones: list[StackStone], contact: VertexContact) -> JointTable:
+def joint_constants_of_stack(stones: list[StackStone], contact: VertexContact) -> JointConstantsOfStack:
     """Return the contact constants of a stack's stones: stiffness K = M g/δ for the mass M above each contact."""
     rows, patches = np.zeros(len(stones), JOINT), contact_patches_at_rest(stones)
     above = np.array([patch.mass for patch in patches])
@@ -62,12 +62,12 @@ def joint_table(stones: list[StackStone], contact: VertexContact) -> JointTable:
     rows["landing"] = LANDING * dashpot / stiffness
     rows["base_corners"] = [len(stone.base) for stone in stones]
     rows["waits"] = np.where([len(stone.base) > 4 for stone in stones], RIM_SHARE * width, NEVER)
-    table = JointTable(rows, penetration, patches)
+    table = JointConstantsOfStack(rows, penetration, patches)
     _fill_in_loads_at_rest(stones, table)
     return table
 
 
-def stone_table(stones: list[StackStone], joints: JointTable) -> NDArray[np.void]:
+def stone_rows_at_rest(stones: list[StackStone], joints: JointConstantsOfStack) -> NDArray[np.void]:
     """Return constants and initial states of a stack's stones at rest, of type `STONE`, shape (stones,)."""
     table, level = np.zeros(len(stones), STONE), 0.0
     pose = pose_at_rest(stones, joints)
@@ -137,7 +137,7 @@ def face_corner_rows(corners: FloatArray) -> FloatArray:
     return np.column_stack([corners, normal, reach, share])
 
 
-def _corner_motion_matrix(stones: list[StackStone], joint: int, corner: FloatArray) -> FloatArray:
+def _relative_displacement_matrix_at_corner(stones: list[StackStone], joint: int, corner: FloatArray) -> FloatArray:
     """Return the 3 × 6n matrix from n stones' motions to the relative displacement of two stones at a corner.
 
     The motion of a stone is its displacement (m) and its rotation (rad); `corner` has the horizontal position, m.
@@ -157,7 +157,7 @@ def _corner_motion_matrix(stones: list[StackStone], joint: int, corner: FloatArr
 
 def stiffness_matrix(
     stones: list[StackStone],
-    joints: JointTable,
+    joints: JointConstantsOfStack,
     scale: FloatArray,
     loaded_corners: list[NDArray[np.bool_]] | None = None,
 ) -> FloatArray:
@@ -170,29 +170,29 @@ def stiffness_matrix(
         for number, (corner, weight) in enumerate(zip(patch.corners, patch.weights, strict=True)):
             normal, tangential = weight * joints.rows["stiffness"][k], weight * joints.rows["tangential"][k]
             if loaded_corners is None or loaded_corners[k][number]:
-                each = _corner_motion_matrix(stones, k, corner) * scale
+                each = _relative_displacement_matrix_at_corner(stones, k, corner) * scale
                 matrix += np.einsum("ij,i,ik->jk", each, np.array([tangential, tangential, normal]), each)
     return matrix
 
 
-def unit_mass_factors(stones: list[StackStone]) -> FloatArray:
+def unit_mass_matrix_factors(stones: list[StackStone]) -> FloatArray:
     """Return the factors that scale a stack's unknowns to a mass matrix with unit diagonal, shape (6 n,)."""
     return np.concatenate([
         1.0 / np.sqrt(stone.mass * np.array([1.0, 1.0, 1.0, *np.diag(stone.inertia)])) for stone in stones
     ])  # fmt: skip
 
 
-def inertia_coupling_factor(stones: list[StackStone]) -> float:
+def eigenvalue_factor_of_inertia_products(stones: list[StackStone]) -> float:
     """Return an upper bound of the factor by which products of inertia raise a stack's highest ω².
 
-    `unit_mass_factors` leaves them out. With the correlation ρ of x and z, the smallest eigenvalue of the scaled mass
-    matrix is 1 − |ρ|; the factor is 1 for stones whose outlines are symmetric.
+    `unit_mass_matrix_factors` leaves them out. With the correlation ρ of x and z, the smallest eigenvalue of the scaled
+    mass matrix is 1 − |ρ|; the factor is 1 for stones whose outlines are symmetric.
     """
     correlation = [abs(stone.inertia[0, 2]) / math.sqrt(stone.inertia[0, 0] * stone.inertia[2, 2]) for stone in stones]
     return 1.0 / (1.0 - max(correlation))
 
 
-def pose_at_rest(stones: list[StackStone], joints: JointTable) -> FloatArray:
+def pose_at_rest(stones: list[StackStone], joints: JointConstantsOfStack) -> FloatArray:
     """Return displacement (m) and rotation (rad) of each stone under its own weight and load, shape (stones, 6).
 
     A corner of a patch whose spring would pull carries nothing; the other corners then carry more.
@@ -200,7 +200,10 @@ def pose_at_rest(stones: list[StackStone], joints: JointTable) -> FloatArray:
     count = len(stones)
     weight = np.zeros(6 * count)
     weight[2::6] = [-stone.mass * STANDARD_GRAVITY for stone in stones]
-    scale, loaded = unit_mass_factors(stones), [np.ones(len(patch.corners), np.bool_) for patch in joints.patches]
+    scale, loaded = (
+        unit_mass_matrix_factors(stones),
+        [np.ones(len(patch.corners), np.bool_) for patch in joints.patches],
+    )
     level = np.zeros((count, 6))
     level[:, 2] = -np.cumsum(joints.penetration)
     for _ in range(4 * count):
@@ -208,27 +211,29 @@ def pose_at_rest(stones: list[StackStone], joints: JointTable) -> FloatArray:
         if shift is None:
             return level  # the stack finds its pose by itself
         shift = shift * scale
-        depth = _corner_depths(stones, joints, shift)
+        depth = _penetrations_at_patch_corners(stones, joints, shift)
         if all((deep[on] > 0.0).all() for deep, on in zip(depth, loaded, strict=True)):
             return np.asarray(shift.reshape(count, 6))
         loaded = [on & (deep > 0.0) for deep, on in zip(depth, loaded, strict=True)]
     return level
 
 
-def _corner_depths(stones: list[StackStone], joints: JointTable, shift: FloatArray) -> list[FloatArray]:
+def _penetrations_at_patch_corners(
+    stones: list[StackStone], joints: JointConstantsOfStack, shift: FloatArray
+) -> list[FloatArray]:
     """Return the penetration at the corners of each contact patch of a stack, m; negative at open corners.
 
     `shift` holds displacement (m) and rotation (rad) of each stone, shape (6 n,).
     """
     return [
-        np.array([-(_corner_motion_matrix(stones, k, corner) @ shift)[2] for corner in patch.corners])
+        np.array([-(_relative_displacement_matrix_at_corner(stones, k, corner) @ shift)[2] for corner in patch.corners])
         for k, patch in enumerate(joints.patches)
     ]
 
 
-def _fill_in_loads_at_rest(stones: list[StackStone], joints: JointTable) -> None:
+def _fill_in_loads_at_rest(stones: list[StackStone], joints: JointConstantsOfStack) -> None:
     """Compute, for each contact of a stack at rest, normal force, centre of pressure and mean distance from it."""
-    depths = _corner_depths(stones, joints, pose_at_rest(stones, joints).ravel())
+    depths = _penetrations_at_patch_corners(stones, joints, pose_at_rest(stones, joints).ravel())
     for k, (row, patch, depth) in enumerate(zip(joints.rows, joints.patches, depths, strict=True)):
         force = patch.weights * row["stiffness"] * np.maximum(depth, 0.0)
         share = force / force.sum()
@@ -238,16 +243,16 @@ def _fill_in_loads_at_rest(stones: list[StackStone], joints: JointTable) -> None
         row["arm"] = share @ np.sqrt(((corners - centre) ** 2).sum(axis=1))
 
 
-def spring_energy_at_rest(stones: list[StackStone], joints: JointTable) -> float:
+def spring_energy_at_rest(stones: list[StackStone], joints: JointConstantsOfStack) -> float:
     """Return the energy of the springs of a stack that stands at rest, J."""
-    depths = _corner_depths(stones, joints, pose_at_rest(stones, joints).ravel())
+    depths = _penetrations_at_patch_corners(stones, joints, pose_at_rest(stones, joints).ravel())
     return sum(
         float(np.sum(0.5 * patch.weights * stiffness * np.maximum(depth, 0.0) ** 2))
         for patch, stiffness, depth in zip(joints.patches, joints.rows["stiffness"], depths, strict=True)
     )
 
 
-def motion_onset_acceleration(joints: JointTable, friction: FloatArray) -> FloatArray:
+def motion_onset_acceleration(joints: JointConstantsOfStack, friction: FloatArray) -> FloatArray:
     """Return the base acceleration |a|/g below which no contact of a stack opens or slides, shape (n,).
 
     Contact k opens at the least ratio of the distance of one of its sides to the height of the centre of all stones

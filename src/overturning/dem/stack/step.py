@@ -11,7 +11,7 @@ from overturning.dem.stack.end_loops import (
     complete_stone_step,
     compute_joint_wrench,
     compute_point_normal_force,
-    mark_joints_with_crossing_points,
+    mark_joints_with_base_beyond_rim,
     store_contact_point_states_after_accepted_steps,
     store_joint_states_after_accepted_steps,
     store_relative_velocity_changes,
@@ -196,6 +196,6 @@ def advance_stacks(
                 lower = state[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]
                 compute_contact_patch_forces(case, stone, lower, joint, points, used_points[s], lane_count, None)
                 for n in range(corner_counts[s], used_points[s, 0]):
-                    mark_joints_with_crossing_points(joint, point_window(points, used_points[s, 1 + n]), lane_count)
+                    mark_joints_with_base_beyond_rim(joint, point_window(points, used_points[s, 1 + n]), lane_count)
         accept_or_reject_steps(case, lane_count, ticks_per_sample)
         store_accepted_stack_states(state, stone_count, size, used_points, lane_count)

@@ -21,7 +21,7 @@ from overturning.figures.style import (
     add_title_and_legend,
     create_panel_grid,
     label_axes,
-    project_style,
+    package_matplotlib_settings,
 )
 from overturning.figures.write import save_figure_files
 from overturning.findings.causes import skill_of_published_criteria
@@ -116,7 +116,7 @@ def computed_rate_sentence(rates: FloatArray, found: xr.Dataset) -> str:
 def draw_published_and_computed_rates(rows: pd.DataFrame, rates: FloatArray, path: Path) -> None:
     """Draw published fall rates as bars, and computed ones as points below them."""
     near = list(iterate_rows(rows[rows["near_field"] == "yes"]))
-    with project_style():
+    with package_matplotlib_settings():
         figure, panels = create_panel_grid(1, 1, 8.0, 0.32 * len(near) + 1.8)
         axes: Any = panels[0, 0]
         for place, row in enumerate(near[::-1], 1):

@@ -20,7 +20,7 @@ from overturning.surveys.stone_outcomes import (
     SHAPES,
     load_or_simulate_outcomes,
     motion_signature,
-    outcome_grid_description,
+    simulated_grid_as_text,
 )
 from verification.tables import ROOT
 
@@ -53,7 +53,7 @@ def main(
 ) -> None:
     """Simulate the outcomes that are shipped with the package, and write their file."""
     members: dict[str, NDArray[np.generic]] = {
-        "grid": np.array(outcome_grid_description()),
+        "grid": np.array(simulated_grid_as_text()),
         "motions": np.stack([motion_signature(one) for one in candidate_motions()]),
     }
     for aspect in ASPECTS_SHIPPED:

@@ -46,11 +46,11 @@ def _with_project_style(draw_figure: DrawFunction, takes_cube: bool = False) -> 
     @wraps(draw_figure)
     def draw_with_project_style(*arguments: Any, **keywords: Any) -> Any:
         from overturning.figures.content import check_is_results_cube
-        from overturning.figures.style import project_style
+        from overturning.figures.style import package_matplotlib_settings
 
         if takes_cube and (arguments or "cube" in keywords):
             check_is_results_cube(arguments[0] if arguments else keywords["cube"], draw_figure.__name__)
-        with project_style():
+        with package_matplotlib_settings():
             return draw_figure(*arguments, **keywords)
 
     return cast(DrawFunction, draw_with_project_style)

@@ -14,7 +14,7 @@ from overturning.figures.answer import (
     overturned_share_contrast_figure,
     sorted_fall_alignment_figure,
 )
-from overturning.figures.style import PAGE_WIDTH, project_style
+from overturning.figures.style import PAGE_WIDTH, package_matplotlib_settings
 
 NAN = float("nan")
 
@@ -46,7 +46,7 @@ def alignment_figure() -> Figure:
 
 
 def test_alignment_figure_sorts_earthquakes_and_prints_each_value_and_the_mean() -> None:
-    with project_style():
+    with package_matplotlib_settings():
         left, right = alignment_figure().axes
     plt.close("all")
     assert [label.get_text() for label in left.get_yticklabels()] == ["B", "D", "A", "C", "mean"]
@@ -74,7 +74,7 @@ def references_figure() -> Figure:
 
 def test_alignments_with_reference_directions_are_dots_with_intervals() -> None:
     """Rows have the order of the first group; an unknown reference of a group has no dot, and a note says so."""
-    with project_style():
+    with package_matplotlib_settings():
         figure = references_figure()
     (axes,) = figure.axes
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
@@ -104,7 +104,7 @@ def contrast_figure() -> Figure:
 
 
 def test_contrast_figure_shows_both_overturned_shares_and_their_difference() -> None:
-    with project_style():
+    with package_matplotlib_settings():
         left, right = contrast_figure().axes
     plt.close("all")
     assert [x for x, _ in marker_positions(left, COLOURS[0])] == pytest.approx([66.3, 100.0])
@@ -119,7 +119,7 @@ def test_contrast_figure_shows_both_overturned_shares_and_their_difference() -> 
 
 @pytest.mark.parametrize("draw", [alignment_figure, references_figure, contrast_figure])
 def test_letters_of_answer_figures_are_7_points_at_the_printed_width(draw: object) -> None:
-    with project_style():
+    with package_matplotlib_settings():
         figure = draw()  # type: ignore[operator]
     sizes = [text.get_fontsize() for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
     plt.close("all")

@@ -20,7 +20,12 @@ from overturning.figures.compass import (
 )
 from overturning.figures.ground import pga_and_pgv_figure
 from overturning.figures.polar_map import azimuth_map_figure
-from overturning.figures.style import add_title_and_legend, figures_for_phone, mark_fault_normal, project_style
+from overturning.figures.style import (
+    add_title_and_legend,
+    figures_for_phone,
+    mark_fault_normal,
+    package_matplotlib_settings,
+)
 from overturning.figures.write import has_cut_or_overlapping_text, save_figure_files
 from overturning.statistics.boundary import overturning_boundary_by_azimuth
 from overturning.translation.texts import translate_visible_texts_to
@@ -84,7 +89,7 @@ FIGURES_WITH_COMPASSES = (
 @cache
 def cached_figure(make: Callable[[], Figure], phone: bool) -> Figure:
     """Draw a figure with its layout once for all tests: they may draw it again, but must not change it."""
-    with project_style():
+    with package_matplotlib_settings():
         if phone:
             with figures_for_phone():
                 figure = make()
@@ -163,14 +168,14 @@ def test_compasses_are_round_and_equal_and_do_not_touch(make: Callable[[], Figur
 
 @pytest.mark.parametrize(("kind", "language"), [("svg", "en"), ("png", "en"), ("svg", "ja")])
 def test_a_map_drawn_twice_has_the_same_bytes(kind: str, language: str, tmp_path: Path) -> None:
-    with project_style(), translate_visible_texts_to(language):
+    with package_matplotlib_settings(), translate_visible_texts_to(language):
         for name in ("one", "two"):
             save_figure_files(figure_of_four_maps(), tmp_path / f"{name}.{kind}", dpi=50)
     assert (tmp_path / f"one.{kind}").read_bytes() == (tmp_path / f"two.{kind}").read_bytes()
 
 
 def test_compass_names_and_ring_labels_are_at_their_places() -> None:
-    with project_style():
+    with package_matplotlib_settings():
         figure, ((axes,),) = create_compass_grid(1, 1, 3.0, 3.0)
         axes.draw_compass(2.0, {0.5: "half", 1.5: "one and a half"}, 67.5, has_spokes=True)
         figure.draw_without_rendering()
@@ -193,7 +198,7 @@ def test_compass_names_and_ring_labels_are_at_their_places() -> None:
 
 def test_a_mark_at_the_rim_covers_no_compass_name() -> None:
     """A fault normal at 45° and 225° touches neither NE nor SW."""
-    with project_style():
+    with package_matplotlib_settings():
         figure, ((axes,),) = create_compass_grid(1, 1, 3.0, 3.0)
         axes.draw_compass(1.0, {}, has_marks=True)
         mark_fault_normal(axes, 45.0)
@@ -206,7 +211,7 @@ def test_a_mark_at_the_rim_covers_no_compass_name() -> None:
 
 
 def test_a_cleared_compass_is_empty() -> None:
-    with project_style():
+    with package_matplotlib_settings():
         _, ((axes,),) = create_compass_grid(1, 1, 3.0, 3.0)
         axes.draw_compass(1.0, {0.5: "half"})
         axes.clear()
@@ -215,7 +220,7 @@ def test_a_cleared_compass_is_empty() -> None:
 
 
 def test_figure_without_room_for_compasses_gives_a_warning() -> None:
-    with project_style():
+    with package_matplotlib_settings():
         figure, ((axes,),) = create_compass_grid(1, 1, 1.0, 0.7)
         axes.draw_compass(1.0, {})
         add_title_and_legend(figure, "two\nlines")

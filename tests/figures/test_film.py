@@ -18,7 +18,7 @@ from overturning.figures.film import Film, FilmPanel, extent_of_free_bodies, ver
 from overturning.figures.film_movie import write_film_as_gif_or_mp4
 from overturning.figures.film_strip import film_strip_figure
 from overturning.figures.page import film_page_html, write_film_html_page
-from overturning.figures.style import project_style
+from overturning.figures.style import package_matplotlib_settings
 from tests.figures.films import FILM_BASE, film_of_two_blocks, rocking_film_block
 
 
@@ -139,7 +139,7 @@ def test_a_movie_shows_the_vertical_motion(tmp_path: Path, monkeypatch: pytest.M
 
 
 def test_a_long_outcome_is_broken_into_lines_in_a_strip() -> None:
-    with project_style():
+    with package_matplotlib_settings():
         figure = film_strip_figure(film_with_long_outcome(0.4))
         figure.draw_without_rendering()
         captions = [text for axes in figure.axes for text in axes.texts if "fall" in text.get_text()]

@@ -21,8 +21,8 @@ from overturning.figures.film_of_trajectory import (
 )
 from overturning.figures.film_strip import strip_frame_times_and_captions
 from overturning.figures.page import film_page_html
-from overturning.figures.response import body_axis_figure
-from overturning.figures.style import project_style
+from overturning.figures.response import tilt_path_and_hodographs_figure
+from overturning.figures.style import package_matplotlib_settings
 from overturning.figures.svg_translation import translate_svg
 from overturning.figures.write import has_cut_or_overlapping_text, save_figure_files
 from overturning.model.scene import check_scene, load_scene
@@ -366,8 +366,8 @@ def test_axis_figure_of_a_standing_body_has_a_short_title(tmp_path: Path) -> Non
     time = np.arange(0, 2, 0.01)
     weak = Motion(2.5 * np.sin(2 * np.pi * time), 0 * time, sampling_interval=0.01)
     path = falling_body(weak, 0.5)
-    with project_style():
-        figure = body_axis_figure(path, weak, "title")
+    with package_matplotlib_settings():
+        figure = tilt_path_and_hodographs_figure(path, weak, "title")
         save_figure_files(figure, tmp_path / "axis.svg")
     assert figure.axes[0].get_title().split("\n")[1] == f"stands; largest tilt {float(path['peak_tilt']):.1f}°"
     assert not has_cut_or_overlapping_text(figure)
@@ -385,7 +385,7 @@ def test_axis_figure_of_a_stack_has_name_and_critical_angle_of_the_stone() -> No
     time = np.arange(0, 0.5, 0.01)
     weak = Motion(0.1 * np.sin(2 * np.pi * time), 0 * time, sampling_interval=0.01)
     path = trajectory(weak, stack, orientation_deg=0.0)
-    axes = body_axis_figure(path, weak, "title").axes[0]
+    axes = tilt_path_and_hodographs_figure(path, weak, "title").axes[0]
     assert axes.get_title().startswith("tilt of the axis of the shaft, degrees\nstands")
     circle = next(line for line in axes.lines if line.get_label() == "least critical angle")
     assert np.hypot(*circle.get_xydata().T) == pytest.approx(np.degrees(np.arctan(1 / 6)))
@@ -411,14 +411,19 @@ def test_axis_figure_of_a_stack_is_of_the_reference_element_and_its_contact() ->
     np.testing.assert_allclose(in_space["critical_angle"], free["critical_angle"])
     assert in_space.attrs["weight"] == pytest.approx(in_plane.attrs["weight"])
     assert in_space.attrs["reference"] == in_plane.attrs["reference"] == "foot"
-    assert body_axis_figure(in_space, weak, "title").axes[0].get_title().startswith("tilt of the axis of the foot")
+    assert (
+        tilt_path_and_hodographs_figure(in_space, weak, "title")
+        .axes[0]
+        .get_title()
+        .startswith("tilt of the axis of the foot")
+    )
 
 
 def test_axis_figure_shows_tilt_and_outcome(
     falling_and_standing_body: list, pulse_along_oblique_azimuth: Motion
 ) -> None:
-    with project_style():
-        figure = body_axis_figure(falling_and_standing_body[0], pulse_along_oblique_azimuth, "title")
+    with package_matplotlib_settings():
+        figure = tilt_path_and_hodographs_figure(falling_and_standing_body[0], pulse_along_oblique_azimuth, "title")
         titles = [axes.get_title() for axes in figure.axes]
         line = next(line for line in figure.axes[0].lines if line.get_label() == "axis of the body")
     assert "falls towards" in titles[0]
@@ -431,7 +436,9 @@ def test_axis_figure_shows_tilt_and_outcome(
     dots = [axes.lines[1] for axes in figure.axes[1:]]
     assert [(dot.get_marker(), dot.get_color()) for dot in dots] == 2 * [looks["peak"]] != 2 * [looks["end"]]
     deep = (
-        body_axis_figure(falling_and_standing_body[0].assign_attrs(aspect=0.5), pulse_along_oblique_azimuth, "title")
+        tilt_path_and_hodographs_figure(
+            falling_and_standing_body[0].assign_attrs(aspect=0.5), pulse_along_oblique_azimuth, "title"
+        )
         .axes[0]
         .lines[0]
     )

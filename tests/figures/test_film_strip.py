@@ -14,7 +14,7 @@ from overturning.figures.film_strip import (
     strip_frame_times_and_captions,
 )
 from overturning.figures.film_words import STRIP, STRIP_MIXED, STRIP_STANDING, film_title_text, length_with_unit
-from overturning.figures.style import create_figure, project_style
+from overturning.figures.style import create_figure, package_matplotlib_settings
 from overturning.model.body import Body
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import gravestone, load_scene
@@ -47,7 +47,7 @@ def test_film_strip_of_a_standing_stone_shows_its_largest_rotation() -> None:
 
 def test_film_strip_draws_each_panel_at_its_own_times() -> None:
     film = film_of_two_blocks()
-    with project_style():
+    with package_matplotlib_settings():
         figure = film_strip_figure(film)
     assert len(figure.axes) == 8
     times, _ = strip_frame_times_and_captions(film)

@@ -32,7 +32,7 @@ from overturning.figures.response import rotation_slip_and_uplift_figure
 from overturning.figures.rose import fall_roses_by_earthquake_figure, fall_roses_by_group_figure
 from overturning.figures.scene import scenes_figure
 from overturning.figures.site_map import EarthquakeOnMap, StationOnMap, earthquake_map_figure
-from overturning.figures.style import FALLS, PAGE_WIDTH, project_style
+from overturning.figures.style import FALLS, PAGE_WIDTH, package_matplotlib_settings
 from overturning.figures.survey import OCTANT, SurveyFigureData, survey_falls_figure
 from overturning.figures.ticks import create_only_inner_ticks
 from overturning.figures.write import has_cut_or_overlapping_text, save_figure_files
@@ -201,7 +201,7 @@ FURTHER_FIGURES: dict[str, Callable[[], Figure]] = {
 @cache
 def cached_figure_of_size(name: str, factor: float) -> Figure:
     """Lay out a figure at `factor` times its size, as in its files, once for all tests: do not change it."""
-    with project_style():
+    with package_matplotlib_settings():
         figure = FURTHER_FIGURES[name]()
         figure.set_size_inches(*(factor * figure.get_size_inches()))
         create_only_inner_ticks(figure)
@@ -215,7 +215,7 @@ def test_files_of_further_figures_are_reproducible(name: str, tmp_path: Path) ->
     """Each figure is written twice as SVG, and one figure in each format."""
     files = [f"{name}.svg", *([f"{name}.png", f"{name}.pdf"] if name == "boundary" else [])]
     for folder in ("one", "two"):
-        with project_style():
+        with package_matplotlib_settings():
             save_figure_files(FURTHER_FIGURES[name](), *(tmp_path / folder / file for file in files))
     for file in files:
         assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes(), file
@@ -225,7 +225,7 @@ def test_files_of_further_figures_are_reproducible(name: str, tmp_path: Path) ->
 @pytest.mark.parametrize("name", FURTHER_FIGURES)
 def test_no_text_of_further_figures_is_cut_off(name: str, factor: float) -> None:
     figure = cached_figure_of_size(name, factor)
-    with project_style():
+    with package_matplotlib_settings():
         box = figure.get_tightbbox()
     width, height = figure.get_size_inches()
     margin = 0.02
@@ -242,7 +242,7 @@ def test_boundary_of_an_asymmetric_scene_with_half_the_azimuths() -> None:
     azimuth = ("azimuth", [0, 30, 60, 90], {"period": 360.0})
     cases = {"azimuth": azimuth, "height": [1.0], "b_over_h": [0.2, 0.3, 0.4], "friction": [1.0]}
     found = overturning_boundary_by_azimuth(xr.Dataset({"overturned": (tuple(cases), flags)}, cases))
-    with project_style():
+    with package_matplotlib_settings():
         figure = overturning_boundary_figure(found, 0.4, np.nan, "A")
         (beyond,) = [line for line in figure.axes[0].lines if line.get_marker() == "^"]
         assert np.degrees(beyond.get_xdata()) == pytest.approx([30])
@@ -256,7 +256,7 @@ def test_legend_names_the_interval_band_of_a_boundary() -> None:
     found = overturning_boundary_by_azimuth(cube_of_falls_around_40().isel(record=0))
     wide = found.assign(boundary_high=found["boundary"] + 0.05, boundary_low=found["boundary"] - 0.05)
     alone = found.assign(boundary_high=found["boundary"], boundary_low=found["boundary"])
-    with project_style():
+    with package_matplotlib_settings():
         for one, named in ((wide, True), (alone, False)):
             figure = overturning_boundary_figure(one, 0.4, 30.0, "A")
             assert ("band: between the two halves of the ensemble" in figure.get_suptitle()) == named
@@ -264,7 +264,7 @@ def test_legend_names_the_interval_band_of_a_boundary() -> None:
 
 
 def test_overturning_boundary_curves_close_around_the_circle() -> None:
-    with project_style():
+    with package_matplotlib_settings():
         figure = overturning_boundary_figure(
             overturning_boundary_by_azimuth(cube_of_falls_around_40().isel(record=0)), 0.4, 30.0, "A"
         )
@@ -289,7 +289,7 @@ def test_overturning_fit_without_intervals_is_drawn() -> None:
         *[number] * 2,
         "no interval",
     )
-    with project_style():
+    with package_matplotlib_settings():
         figure = outcomes_by_pga_and_pgv_ratio_figure(cube_of_falls_around_40(), intensity_of_five_records(), fit, 1.0)
         (line,) = [line for line in figure.axes[0].lines if str(line.get_label()).startswith("fit")]
         assert line.get_label() == "fit of all µ together: probability ½", "its points are of one"
@@ -319,7 +319,7 @@ def test_points_of_pga_and_fall_probability_match_cube_and_intensity() -> None:
 
 def test_survey_figure_shows_observed_and_computed_falls_on_one_scale() -> None:
     """Sectors and outline have areas in proportion to numbers, north up; shares and means are at their values."""
-    with project_style():
+    with package_matplotlib_settings():
         figure = draw_surveys()
         rose, shares = figure.axes
         bars = [(bar.get_x() + bar.get_width() / 2, bar.get_height()) for bar in rose.patches]
@@ -343,7 +343,7 @@ def test_survey_figure_shows_observed_and_computed_falls_on_one_scale() -> None:
 
 def test_survey_figure_has_no_mark_of_an_unknown_direction_or_share() -> None:
     nothing, unknown = np.zeros(8), PlottedEstimate(None)
-    with project_style():
+    with package_matplotlib_settings():
         figure = survey_falls_figure(
             [SurveyFigureData("a", nothing, nothing, None, None, unknown, PlottedEstimate(0.4))]
         )
@@ -376,7 +376,7 @@ def drawn_without_layout(figure: Figure) -> Figure:
 def test_spectra_have_no_curve_along_an_azimuth_without_motion(azimuths: list[float], drawn: list[bool]) -> None:
     """Across a linear motion only rounding errors of the cosines remain, twelve decades lower, or nothing."""
     linear = Motion.sine(3.0, 0.8, azimuth_deg=60.0)
-    with project_style():
+    with package_matplotlib_settings():
         figure = drawn_without_layout(fourier_and_response_spectra_figure(linear, azimuths, "Pulse"))
     for axes in figure.axes:
         assert [line.get_xdata().size > 0 for line in axes.lines] == drawn
@@ -387,7 +387,7 @@ def test_spectra_have_no_curve_along_an_azimuth_without_motion(azimuths: list[fl
 @pytest.mark.parametrize("count", range(2, 14))
 def test_spectra_of_few_samples_end_at_the_nyquist_frequency(count: int) -> None:
     few = Motion(np.arange(count) + 1.0, np.zeros(count), sampling_interval=0.01)
-    with project_style():
+    with package_matplotlib_settings():
         figure = drawn_without_layout(fourier_and_response_spectra_figure(few, [0.0], "Few"))
     fourier, response = figure.axes
     frequency = fourier.lines[0].get_xdata()
@@ -397,7 +397,7 @@ def test_spectra_of_few_samples_end_at_the_nyquist_frequency(count: int) -> None
 
 
 def test_axes_of_the_hodograph_are_labelled_with_units() -> None:
-    with project_style():
+    with package_matplotlib_settings():
         figure = draw_hodograph()
         names = [(axes.get_xlabel(), axes.get_ylabel()) for axes in figure.axes]
         plt.close(figure)
@@ -407,7 +407,7 @@ def test_axes_of_the_hodograph_are_labelled_with_units() -> None:
 def test_response_figure_shows_each_element_to_the_end_of_its_path() -> None:
     scene = load_scene("three-tier", Path(__file__).parents[2])
     path = trajectory(motion_with_one_pulse(), scene, azimuth_deg=0, height=0.636, b_over_h=0.38, friction=1.0)
-    with project_style():
+    with package_matplotlib_settings():
         figure = rotation_slip_and_uplift_figure(
             [path], "A long title of a record, its earthquake and everything else there is to say of it"
         )
@@ -434,7 +434,7 @@ def test_slip_of_an_upper_stone_is_relative_to_the_ground() -> None:
 def test_smaller_pdf_has_the_given_width_and_font_size(tmp_path: Path) -> None:
     figure = Figure(figsize=(4, 3))
     figure.add_axes((0.1, 0.1, 0.8, 0.8)).set_title("µ, φ")
-    with project_style():
+    with package_matplotlib_settings():
         save_figure_files(figure, tmp_path / "small.pdf", width=2.0)
     page = (tmp_path / "small.pdf").read_bytes()
     assert re.search(rb"MediaBox ?\[ ?0 0 144 108\]", page), "2 by 1.5 inches of 72 points"
@@ -443,7 +443,7 @@ def test_smaller_pdf_has_the_given_width_and_font_size(tmp_path: Path) -> None:
 
 def test_a_long_title_of_a_scene_is_not_cut_off(tmp_path: Path) -> None:
     titled = load_scene("three-tier").model_copy(update={"title": "Two stacked stones beside a neighbour"})
-    with project_style():
+    with package_matplotlib_settings():
         figure = scenes_figure([titled])
         save_figure_files(figure, tmp_path / "scene.svg")
     assert not has_cut_or_overlapping_text(figure)
@@ -485,7 +485,7 @@ def draw_alignments_with_name(name: str) -> Figure:
 def test_long_and_japanese_names_in_titles_are_not_cut_off(
     name: str, draw: Callable[[str], Figure], tmp_path: Path, recwarn: pytest.WarningsRecorder
 ) -> None:
-    with project_style():
+    with package_matplotlib_settings():
         figure = draw(name)
         save_figure_files(figure, tmp_path / "a.svg")
     assert not [one for one in recwarn if "constrained_layout" in str(one.message)]
@@ -496,7 +496,7 @@ def test_legend_of_alignment_by_b_over_h_has_only_known_references() -> None:
     """The fault normal of no record is known: nothing is drawn of it, and the legend does not have it."""
     mean, unknown = MeanOverEarthquakes(5, 0.5, 0.2, 0.8), MeanOverEarthquakes(0, np.nan, np.nan, np.nan)
     means = {("peak velocity", True): [mean, mean], ("fault normal", True): [unknown, unknown]}
-    with project_style():
+    with package_matplotlib_settings():
         groups: Any = {"all records": SimpleNamespace(means=means)}
         figure = fall_alignment_by_b_over_h_figure(groups, np.array([0.2, 0.3]))
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["peak velocity"]

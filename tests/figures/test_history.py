@@ -15,7 +15,7 @@ from overturning.figures.history import (
     record_history_figure,
     start_shift_from_unprocessed,
 )
-from overturning.figures.style import create_panel_grid, label_decades, project_style
+from overturning.figures.style import create_panel_grid, label_logarithmic_ticks, package_matplotlib_settings
 from overturning.figures.write import save_figure_files, save_figure_with_checks
 from overturning.records.processing import process_record
 from overturning.records.record import Record
@@ -43,7 +43,7 @@ def record_with_offset(up: bool = True) -> tuple[Record, Record]:
 
 def write_history_page(folder: Path) -> None:
     """Write the page of a record with an offset, for `made_once`."""
-    with project_style():
+    with package_matplotlib_settings():
         save_figure_files(record_history_figure(*record_with_offset()), folder / "page.svg")
 
 
@@ -53,7 +53,7 @@ def history_page_with_offset(
 ) -> tuple[bool, str, Figure]:
     """Draw the history page of a record with an offset; return if it has vertical motion, the SVG and the figure."""
     path = tmp_path_factory.mktemp("history") / "page.svg"
-    with project_style():
+    with package_matplotlib_settings():
         figure = record_history_figure(*record_with_offset(request.param))
         save_figure_files(figure, path)
         figure.draw_without_rendering()
@@ -104,7 +104,7 @@ def test_scale_labels_of_a_large_offset_do_not_cover_the_next_panel(
 def history_of_unprocessed_record() -> Figure:
     """Return the history figure of a record that is not processed."""
     record = random_record()
-    with project_style():
+    with package_matplotlib_settings():
         return record_history_figure(record, record)
 
 
@@ -126,7 +126,7 @@ def test_rotd_spectra_of_a_linear_motion_match_closed_forms(up):
     pulse = np.sin(2 * np.pi * QUARTER_MINUTE_OF_TIME) * (QUARTER_MINUTE_OF_TIME < 1)
     along = [pulse * np.cos(np.radians(30)), pulse * np.sin(np.radians(30)), pulse if up else None]
     one = Record("r", *along, 0.01)
-    with project_style():
+    with package_matplotlib_settings():
         figure = record_history_figure(one, one)
     (panel,) = [axes for axes in figure.axes if axes.get_xlabel() == "period, s"]
     lines = {line.get_label(): line.get_ydata() for line in panel.lines}
@@ -139,7 +139,7 @@ def test_rotd_spectra_of_a_linear_motion_match_closed_forms(up):
 
 def panel_notes(before: Record, after: Record) -> dict[str, list[str]]:
     """Return the notes in the empty panels of a record's page, by the label of the vertical axis."""
-    with project_style(), warnings.catch_warnings(action="error"):
+    with package_matplotlib_settings(), warnings.catch_warnings(action="error"):
         figure = record_history_figure(before, after)
         figure.draw_without_rendering()
     notes: dict[str, list[str]] = {}
@@ -196,11 +196,11 @@ def test_start_shift_of_a_processed_record_keeps_sample_times():
 
 def test_labels_of_decades_are_numbers_or_powers_of_ten() -> None:
     """An axis from 0.001 to 1000 has plain numbers; one to 10⁷ has powers of ten, as Matplotlib writes them."""
-    with project_style():
+    with package_matplotlib_settings():
         figure, ((axes,),) = create_panel_grid(1, 1, 3.0, 3.0)
         axes.set(xscale="log", yscale="log", xlim=(2e-3, 2e3), ylim=(2e-2, 2e7))
         for axis in (axes.xaxis, axes.yaxis):
-            label_decades(axis)
+            label_logarithmic_ticks(axis)
         figure.draw_without_rendering()
     assert {"0.01", "1", "100"} <= {text.get_text() for text in axes.get_xticklabels()}
     powers = [text.get_text() for text in axes.get_yticklabels()]

@@ -21,10 +21,10 @@ from overturning.figures.history import record_history_figure
 from overturning.figures.maps import fall_map_figure
 from overturning.figures.observed_rose import observed_roses_figure
 from overturning.figures.page import film_page_html
-from overturning.figures.response import body_axis_figure
+from overturning.figures.response import tilt_path_and_hodographs_figure
 from overturning.figures.rose import fall_roses_by_group_figure
 from overturning.figures.scene import scenes_figure
-from overturning.figures.style import project_style
+from overturning.figures.style import package_matplotlib_settings
 from overturning.figures.svg_translation import break_lines_at_width, translate_svg
 from overturning.figures.write import has_cut_or_overlapping_text, save_figure_files
 from overturning.model.scene import gravestone
@@ -93,7 +93,9 @@ FIGURES_TO_TRANSLATE: dict[str, Callable[[], Figure]] = FURTHER_FIGURES | {
         cube_of_falls_around_40(), {"all records": fall_axis_summary(20.0, 10.0)}
     ),
     "map in space": draw_3d_fall_map,
-    "axis": lambda: body_axis_figure(falling_body(motion_with_one_pulse()), motion_with_one_pulse(), "Station"),
+    "axis": lambda: tilt_path_and_hodographs_figure(
+        falling_body(motion_with_one_pulse()), motion_with_one_pulse(), "Station"
+    ),
     "strip": lambda: film_strip_figure(film_of_two_blocks()),
     "fragility": draw_fragility_curves,
     "scenes": lambda: scenes_figure([gravestone()]),
@@ -116,7 +118,7 @@ def test_japanese_figures_have_no_english_word(name: str, tmp_path: Path, made_o
         path = made_once("history-page", write_history_page) / "page.svg"
     else:
         path = tmp_path / "en.svg"
-        with project_style():
+        with package_matplotlib_settings():
             save_figure_files(FIGURES_TO_TRANSLATE[name](), path)
     english = path.read_text(encoding="utf-8")
     japanese = translate_svg(english, "ja")
@@ -129,7 +131,7 @@ def test_japanese_figures_have_no_english_word(name: str, tmp_path: Path, made_o
 
 
 def test_a_figure_is_drawn_in_the_language_of_the_block(tmp_path: Path) -> None:
-    with project_style():
+    with package_matplotlib_settings():
         save_figure_files(answers.contrast_figure(), tmp_path / "en.svg")
         with translate_visible_texts_to("ja"):
             save_figure_files(answers.contrast_figure(), tmp_path / "ja.svg")
@@ -141,7 +143,7 @@ def test_a_figure_is_drawn_in_the_language_of_the_block(tmp_path: Path) -> None:
 def test_a_file_with_japanese_letters_needs_a_font(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(texts, "installed_fonts_of_language", lambda _: [])
     path = tmp_path / f"a.{kind}"
-    with project_style(), translate_visible_texts_to("ja"):
+    with package_matplotlib_settings(), translate_visible_texts_to("ja"):
         with pytest.raises(MissingDataError, match=rf"^a\.{kind}: .* install the Debian package fonts-noto-cjk"):
             save_figure_files(answers.contrast_figure(), path)
         assert not path.exists()
@@ -159,7 +161,7 @@ def test_japanese_names_in_english_figures_are_legible(tmp_path: Path) -> None:
     """Without a font for them, Matplotlib draws the same box for both characters, and warns of each."""
     if not texts.installed_fonts_of_language("ja"):
         pytest.skip("no Japanese font")
-    with project_style(), warnings.catch_warnings(action="error"):
+    with package_matplotlib_settings(), warnings.catch_warnings(action="error"):
         for name in ("一", "川"):
             save_figure_files(figure_with_name(name), tmp_path / f"{name}.png", tmp_path / f"{name}.svg")
         drawn = figure_with_name("川")
@@ -171,7 +173,7 @@ def test_japanese_names_in_english_figures_are_legible(tmp_path: Path) -> None:
 
 def test_japanese_names_in_english_figures_need_a_font(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(texts, "installed_fonts_of_language", lambda _: [])
-    with project_style():
+    with package_matplotlib_settings():
         with pytest.raises(MissingDataError, match=r"^a\.png: .* install the Debian package fonts-noto-cjk"):
             save_figure_files(figure_with_name("川"), tmp_path / "a.png")
         assert not (tmp_path / "a.png").exists()
@@ -187,7 +189,7 @@ def test_warnings_other_than_missing_glyphs_are_passed_on(tmp_path: Path) -> Non
         draw(renderer)  # type: ignore[arg-type]
 
     figure.draw = draw_with_warning  # type: ignore[method-assign]
-    with project_style(), pytest.warns(UserWarning, match="something else"):
+    with package_matplotlib_settings(), pytest.warns(UserWarning, match="something else"):
         save_figure_files(figure, tmp_path / "a.svg")
 
 
@@ -196,7 +198,7 @@ def test_a_png_with_japanese_letters_has_the_size_of_the_english_one(tmp_path: P
 
     if not texts.installed_fonts_of_language("ja"):
         pytest.skip("no Japanese font")
-    with project_style():
+    with package_matplotlib_settings():
         save_figure_files(answers.contrast_figure(), tmp_path / "en.png")
         with translate_visible_texts_to("ja"):
             save_figure_files(answers.contrast_figure(), tmp_path / "ja.png", tmp_path / "ja.pdf")

@@ -7,7 +7,7 @@ import pytest
 from overturning.figures.answer import PlottedEstimate, overturned_share_contrast_figure
 from overturning.figures.polar_map import azimuth_map_figure
 from overturning.figures.site_map import EarthquakeOnMap, StationOnMap, earthquake_map_figure
-from overturning.figures.style import NARROW_WIDTH, figures_for_phone, project_style
+from overturning.figures.style import NARROW_WIDTH, figures_for_phone, package_matplotlib_settings
 from tests.figures.test_explore import random_planar_cube
 
 
@@ -15,7 +15,7 @@ from tests.figures.test_explore import random_planar_cube
 def test_panels_are_in_one_column_only_in_figures_for_a_phone(narrow: bool) -> None:
     shares = {"here": [PlottedEstimate(0.4, 0.2, 0.6)], "there": [PlottedEstimate(0.1, 0.0, 0.2)]}
     arguments = ["all cases"], shares, [PlottedEstimate(0.3, 0.2, 0.4)]
-    with project_style():
+    with package_matplotlib_settings():
         if narrow:
             with figures_for_phone():
                 figure = overturned_share_contrast_figure(*arguments)
@@ -35,7 +35,7 @@ def test_figures_for_a_phone_have_two_station_maps_in_a_row() -> None:
         EarthquakeOnMap(f"Event {number}", [StationOnMap("vale", 34.2, -118.4, 30.0, 10.0)], (34.3, -118.5))
         for number in range(5)
     ]
-    with project_style():
+    with package_matplotlib_settings():
         page = earthquake_map_figure(earthquakes)
         with figures_for_phone():
             phone = earthquake_map_figure(earthquakes)
@@ -52,7 +52,7 @@ def test_figures_for_a_phone_have_two_station_maps_in_a_row() -> None:
 def test_polar_maps_on_a_phone_follow_each_other_without_gaps() -> None:
     """Each has the width of the phone; the room for colour bar and legend is there once, not below each map."""
     cube = random_planar_cube(records=3, step=90, heights=1, frictions=1, ratios=2).drop_vars("station")
-    with project_style(), figures_for_phone():
+    with package_matplotlib_settings(), figures_for_phone():
         figure = azimuth_map_figure([cube.isel(record=number) for number in range(3)], "Three maps")
         figure.get_layout_engine().execute(figure)
     boxes = [axes.get_window_extent() for axes in figure.axes if axes.name == "polar"]
@@ -67,7 +67,7 @@ def test_titles_of_station_maps_for_a_phone_are_whole_and_free(count: int) -> No
     trace = (((34.2, -118.5), (34.3, -118.3)),)
     stations = [StationOnMap("vale", 34.2, -118.4, 30.0, 10.0)]
     earthquakes = [EarthquakeOnMap(f"Event {number}", stations, (34.3, -118.5), trace) for number in range(count)]
-    with project_style(), figures_for_phone():
+    with package_matplotlib_settings(), figures_for_phone():
         figure = earthquake_map_figure(earthquakes)
         figure.draw_without_rendering()
     (legend,) = figure.legends

@@ -21,7 +21,7 @@ from overturning.figures.polar_map import (
     half_probability_line,
     round_up_rim_velocity,
 )
-from overturning.figures.style import MISSING, PAGE_WIDTH, project_style
+from overturning.figures.style import MISSING, PAGE_WIDTH, package_matplotlib_settings
 from overturning.statistics.boundary import overturning_boundary_by_azimuth
 from tests.figures.test_explore import random_planar_cube
 from tests.figures.test_further_figures import cube_of_falls_around_40
@@ -68,7 +68,7 @@ def cell_pixels(figure: Figure, azimuth: float, ratio: float) -> np.ndarray:
 
 def draw_pixels(made: Callable[[], Figure]) -> Figure:
     """Draw a figure to pixels."""
-    with project_style():
+    with package_matplotlib_settings():
         figure = made()
         figure.set_dpi(200)
         figure.canvas.draw()
@@ -77,7 +77,7 @@ def draw_pixels(made: Callable[[], Figure]) -> Figure:
 
 def draw_layout(made: Callable[[], Figure]) -> Figure:
     """Draw a figure for the places of its texts and panels, without pixels."""
-    with project_style():
+    with package_matplotlib_settings():
         figure = made()
         figure.draw_without_rendering()
     return figure
@@ -85,7 +85,7 @@ def draw_layout(made: Callable[[], Figure]) -> Figure:
 
 def draw_in_project_style(made: Callable[[], Figure]) -> Figure:
     """Make a figure whose lines and words are examined, not their places: it is not drawn."""
-    with project_style():
+    with package_matplotlib_settings():
         return made()
 
 
@@ -354,7 +354,7 @@ def test_cells_of_a_polar_map_are_arcs_and_fill_the_panel(step: int) -> None:
 
 
 def test_map_ends_at_the_first_empty_ring_and_labels_avoid_falls() -> None:
-    with project_style():
+    with package_matplotlib_settings():
         figure = azimuth_map_figure(cube_of_one_block(*mirrored_fall_shares((0, 0, 0.9, 0.0))), "A")
         assert figure.axes[0].get_ylim()[1] == pytest.approx(0.5)
         plt.close(figure)
@@ -384,7 +384,7 @@ def test_map_and_boundary_of_a_partial_circle_end_where_it_was_simulated() -> No
     plt.close(figure)
     assert {at for at, grey in seen.items() if grey < 0.3} == {8, 72}
     assert grey_level(cell_pixels(figure, 40, 0.4)).max() < 0.95
-    with project_style():
+    with package_matplotlib_settings():
         for curves in (
             pga_and_pgv_figure(peaks, np.nan, "A"),
             overturning_boundary_figure(overturning_boundary_by_azimuth(part), 0.4, np.nan, "A"),
@@ -421,7 +421,7 @@ def test_map_includes_a_fall_whose_ensemble_stands() -> None:
     flags = np.zeros((AZIMUTHS_DEG.size, 3))
     flags[3, 2], flags[9, 2] = 1, -1
     wide = cube_of_one_block(*mirrored_fall_shares((90, 0, 0.0, 0.5)), flags)
-    with project_style():
+    with package_matplotlib_settings():
         assert azimuth_map_figure(wide, "A").axes[0].get_ylim()[1] == pytest.approx(0.7)
         plt.close("all")
     missing = dict.fromkeys(("peak_rotation", "overturning_time"), wide["overturned"] * np.nan)

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
 from overturning.figures.rose import FALLS, axis_interval_arcs_deg, draw_fall_rose, fall_roses_by_group_figure
-from overturning.figures.style import INK, create_panel_grid, project_style
+from overturning.figures.style import INK, create_panel_grid, package_matplotlib_settings
 from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import FallAxisSummary
@@ -34,7 +34,7 @@ def fall_axis_summary(axis: float, half_width: float) -> FallAxisSummary:
 
 def draw_rose(one: xr.Dataset, axis: float = NAN, half_width: float = NAN) -> Figure:
     """Draw the rose of a cube with a mean axis and the half-width of its interval, degrees, without a layout."""
-    with project_style():
+    with package_matplotlib_settings():
         figure = fall_roses_by_group_figure(one, {"all records": fall_axis_summary(axis, half_width)})
         figure.set_layout_engine("none")  # what is drawn is examined, not where
         figure.draw_without_rendering()
@@ -132,7 +132,7 @@ def radius_label_boxes(axial: bool) -> dict[float, list[Bbox]]:
     count = SECTORS // 2 if axial else SECTORS
     unknown, boxes = np.full(count, NAN), dict[float, list[Bbox]]()
     for pair in (LARGEST_SHARES[place : place + 2] for place in range(0, len(LARGEST_SHARES), 2)):
-        with project_style():
+        with package_matplotlib_settings():
             figure, panels = create_panel_grid(1, 2, 6.6, 2.75 if axial else 4.3, polar=True)
             for axes, largest in zip(panels[0], pair, strict=False):
                 shares = np.append(largest, np.full(count - 1, (1.0 - largest) / (count - 1)))

@@ -21,7 +21,7 @@ from overturning.figures.site_map import (
     earthquakes_on_map,
     local_east_north_km,
 )
-from overturning.figures.style import project_style
+from overturning.figures.style import package_matplotlib_settings
 from overturning.study.cube import open_cube
 from tests.study.small_study import cube_of, pulse, study
 
@@ -30,7 +30,7 @@ EPICENTRE = (35.0, 133.0)
 
 def draw_earthquake_map(*sites: EarthquakeOnMap) -> Figure:
     """Draw the map of some earthquakes with their stations."""
-    with project_style():
+    with package_matplotlib_settings():
         figure = earthquake_map_figure(sites)
         figure.draw_without_rendering()
         plt.close(figure)
@@ -144,7 +144,7 @@ def test_each_name_is_nearest_to_its_station() -> None:
     ],
 )
 def test_coordinates_off_the_globe_are_refused(site: EarthquakeOnMap, words: str) -> None:
-    with project_style(), pytest.raises(ArgumentError, match=words):
+    with package_matplotlib_settings(), pytest.raises(ArgumentError, match=words):
         earthquake_map_figure([site])
     plt.close("all")
 
@@ -153,7 +153,7 @@ def test_maps_of_many_earthquakes_are_split_over_several_figures() -> None:
     sites = [
         EarthquakeOnMap(str(number), [StationOnMap("s", 35.1, 133.0)], EPICENTRE) for number in range(MOST_SITES + 1)
     ]
-    with project_style():
+    with package_matplotlib_settings():
         panels = [
             [axes.get_title() for axes in one.axes if axes.get_visible()] for one in earthquake_map_figures(sites)
         ]

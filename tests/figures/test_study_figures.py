@@ -22,7 +22,7 @@ from overturning.figures.illustrative import block_label, simulate_block_traject
 from overturning.figures.maps import COLOURS, orientation_map_figure
 from overturning.figures.polar_map import azimuth_map_figure
 from overturning.figures.rose import fall_roses_by_group_figure
-from overturning.figures.style import azimuths_inside_unsimulated_gaps, compass_bearing, project_style
+from overturning.figures.style import azimuths_inside_unsimulated_gaps, compass_bearing, package_matplotlib_settings
 from overturning.figures.write import save_figure_files
 from overturning.model.planes import case_weight_of_azimuths
 from overturning.motion.motion import Motion
@@ -85,7 +85,7 @@ def test_azimuth_added_to_the_grid_shares_the_weight_of_its_neighbours() -> None
 def test_studies_without_falls_or_outcomes_or_with_one_azimuth_are_drawn(
     cube_of_two_records: xr.Dataset, tmp_path: Path
 ) -> None:
-    with project_style():
+    with package_matplotlib_settings():
         for name, odd in {
             "none": cube_of_two_records.assign(overturned=cube_of_two_records["overturned"] * 0),
             "unknown": cube_of_two_records.assign(overturned=cube_of_two_records["overturned"] * np.nan),
@@ -173,7 +173,7 @@ def test_arrows_of_a_map_by_orientation_fill_their_cells(step: int, ratios: int)
     falls = {"overturned": (names, np.ones(shape)), "fall_azimuth": (names, np.full(shape, 45.0))}
     sizes = {"orientation": orientation, "height": [0.6], "b_over_h": ratio, "friction": [0.7]}
     record = {"fault_normal": np.nan, "event": "E"}
-    with project_style():
+    with package_matplotlib_settings():
         figure = orientation_map_figure(xr.Dataset(falls, coords=sizes | record), "A")
     axes = figure.axes[0]
     arrows = next(one for one in axes.collections if isinstance(one, Quiver))
@@ -186,7 +186,7 @@ def test_rose_next_to_3d_maps_is_labelled_with_their_falls() -> None:
     """The rose shows the falls of the heights and frictions in the maps, not of all."""
     whole = random_3d_cube().assign_coords(pulse=("record", [1, 1])).isel(record=0)
     one = whole.sel(friction=[0.5])
-    with project_style():
+    with package_matplotlib_settings():
         around = orientation_map_figure(one, "A").axes[-1]
         plt.close("all")
     shares = np.array([bar.get_height() ** 2 for bar in around.patches])

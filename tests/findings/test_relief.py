@@ -8,7 +8,7 @@ import xarray as xr
 
 from overturning.findings.collect import Findings
 from overturning.findings.exactness import EnsembleFindings, ensemble_findings
-from overturning.findings.relief import ReliefFindings, relief_findings, variance_between_halves
+from overturning.findings.relief import ReliefFindings, relief_findings, variance_between_halves_and_total
 from overturning.model.planes import PlanarModel
 from overturning.report.render import LANGUAGES, render_markdown
 from overturning.settings import EnsembleSettings
@@ -20,7 +20,7 @@ def test_estimated_variance_components_of_the_relief_are_unbiased(low: float, hi
     """24 runs of many cells: between (p₁ − p₀)²/4, in total p (1 − p)."""
     generator = np.random.default_rng(5)
     shares = [generator.binomial(12, share, 40_000) / 12 for share in (low, high)]
-    between, total = variance_between_halves(*shares, np.full(40_000, 24.0))
+    between, total = variance_between_halves_and_total(*shares, np.full(40_000, 24.0))
     mean = 0.5 * (low + high)
     assert between.mean() == pytest.approx(0.25 * (low - high) ** 2, abs=1e-3)
     assert total.mean() == pytest.approx(mean * (1.0 - mean), abs=2e-3)

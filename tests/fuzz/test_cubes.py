@@ -19,7 +19,7 @@ from overturning.figures.explore import write_explorer
 from overturning.files import append_checksum
 from overturning.findings.collect import Findings
 from overturning.records.record import Record
-from overturning.report.page import report_html_page
+from overturning.report.page import render_report_html_page
 from overturning.report.render import parse_markdown, render_markdown
 from overturning.study.cube import open_cube, record_provenance, record_sources, study_of_cube
 from overturning.study.gather import merge_sweep_parts
@@ -159,7 +159,7 @@ def test_hostile_names_cannot_add_scripts_to_the_report(isolated_folder: Path) -
         data = change_findings(STUDY_FINDINGS["survey"], study={"title": one, "question": two}, records=[record])
         data = data | {"sources": [{"record": three, "source": one, "licence": two}]}
         text = render_markdown(Findings.model_validate(data))
-        return report_html_page(parse_markdown(text), three, "en", None, {})
+        return render_report_html_page(parse_markdown(text), three, "en", None, {})
 
     usual = scripts_in_page(page_of(["a", "b", "c"]))
 

@@ -10,7 +10,7 @@ from overturning.findings.processing import DRIFT, TRUSTED, RecordNotes, process
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.read import read_record_without_processing
 from overturning.records.record import Record, source_and_processing_of_record
-from overturning.report.page import report_html_page
+from overturning.report.page import render_report_html_page
 from overturning.report.render import (
     LANGUAGES,
     parse_markdown,
@@ -50,7 +50,7 @@ def test_report_names_a_clipped_component_and_its_clipped_samples(tmp_path: Path
     count = sum(run.size for run in runs if abs(run[0]) == 1.0 and run.size >= 3)
     assert count > 10
     text = markdown_report_on_record(read_record_with_north(tmp_path / "x.csv", clipped), language)
-    page = report_html_page(parse_markdown(text), "title", language, None, {})
+    page = render_report_html_page(parse_markdown(text), "title", language, None, {})
     parse_elements(page)
     (item,) = (one for one in page.split("<li>") if "clipped:" in one)
     assert item.startswith("vale")

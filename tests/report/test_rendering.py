@@ -12,11 +12,11 @@ import pytest
 from overturning import report
 from overturning.errors import ResultError
 from overturning.findings.collect import Findings
-from overturning.report.page import report_html_page
-from overturning.report.paper import report_pdf
+from overturning.report.page import render_report_html_page
+from overturning.report.paper import compile_report_pdf
 from overturning.report.render import LANGUAGES, ReportMedia, escape_markdown, parse_markdown, render_markdown
 from overturning.report.terminal import plain_text_lines
-from overturning.report.write import FilmFacts
+from overturning.report.write import ReportFilmTexts
 from overturning.translation.texts import installed_fonts_of_language
 from tests.report.by_hand import RECORD, STUDY_FINDINGS, change_findings, findings_by_hand
 
@@ -70,7 +70,7 @@ def parse_elements(page: str) -> list[tuple[str, dict[str, str | None]]]:
 
 def render_page(text: str, figures: dict[str, Path] | None = None, films: Any = None) -> str:
     """Render Markdown as an HTML page."""
-    return report_html_page(parse_markdown(text), "title", "en", figures, films or {})
+    return render_report_html_page(parse_markdown(text), "title", "en", figures, films or {})
 
 
 def findings_with_names(*names: str) -> Findings:
@@ -93,7 +93,7 @@ def test_hostile_name_changes_no_page_element_and_is_shown_unchanged(
 ) -> None:
     tree = parse_markdown(render_markdown(findings_with_names(name, name, name)))
     assert [
-        tag for tag, _ in parse_elements(report_html_page(tree, "title", "en", None, {}))
+        tag for tag, _ in parse_elements(render_report_html_page(tree, "title", "en", None, {}))
     ] == tags_with_harmless_names
     assert "".join(name.split()) in "".join("".join(plain_text_lines(tree)).split())
 
@@ -142,7 +142,7 @@ def test_figures_and_tables_are_numbered_except_in_folded_sections(tmp_path: Pat
 
 def test_figures_and_tables_are_numbered_in_the_words_of_the_language() -> None:
     text = '![one](a "A")\n\n::: table Sizes\n| a |\n|--:|\n| 1 |\n:::\n'
-    page = report_html_page(parse_markdown(text), "題", "ja", None, {})
+    page = render_report_html_page(parse_markdown(text), "題", "ja", None, {})
     assert "<b>図1.</b> A" in page
     assert "<b>表1.</b> Sizes" in page
     assert "<title>題</title>" in page
@@ -162,9 +162,9 @@ def test_pair_of_figures_in_the_pdf_shows_those_drawn_for_a_phone(tmp_path: Path
         path.write_text(f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}pt" height="99pt"></svg>', "utf-8")
     pair, alone = (parse_markdown(text) for text in ('::: pair\n![alt](a "A")\n:::\n', '![alt](a "A")\n'))
     figures = {"a": page, "narrow/a": phone}
-    assert report_pdf(pair, "T", "en", figures) == report_pdf(pair, "T", "en", {"a": phone})
-    assert report_pdf(alone, "T", "en", figures) == report_pdf(alone, "T", "en", {"a": page})
-    assert report_pdf(alone, "T", "en", figures) != report_pdf(alone, "T", "en", {"a": phone})
+    assert compile_report_pdf(pair, "T", "en", figures) == compile_report_pdf(pair, "T", "en", {"a": phone})
+    assert compile_report_pdf(alone, "T", "en", figures) == compile_report_pdf(alone, "T", "en", {"a": page})
+    assert compile_report_pdf(alone, "T", "en", figures) != compile_report_pdf(alone, "T", "en", {"a": phone})
 
 
 def pdf_streams(pdf: bytes) -> list[bytes]:
@@ -179,7 +179,7 @@ def test_caption_of_a_table_is_on_the_same_pdf_page() -> None:
     for lines in range(33, 49):
         text = "\n\n".join(["# T", *["Line."] * lines])
         table = "::: table Caption.\n| a | b |\n|---|---|\n| 1 | 2 |\n:::\n"
-        pdf = report_pdf(parse_markdown(f"{text}\n\n{table}"), "T", "en", {})
+        pdf = compile_report_pdf(parse_markdown(f"{text}\n\n{table}"), "T", "en", {})
         (page,) = (one for one in pdf_streams(pdf) if b" 8.5 Tf" in one)
         assert b" 8 Tf" in page, lines
         pages.append(b" 17 Tf" in page)
@@ -191,7 +191,7 @@ def test_no_figure_is_above_the_title_of_the_pdf(tmp_path: Path) -> None:
     """Heights on the page, pt, of the title (17 pt letters) and of the upper edge of the figure."""
     (tmp_path / "a.svg").write_text(SMALL_SVG, encoding="utf-8")
     tree = parse_markdown('# Title\n\nShort.\n\n![alt](a "A")\n\n## Next\n\nMore.\n')
-    pdf = report_pdf(tree, "T", "en", {"a": tmp_path / "a.svg"})
+    pdf = compile_report_pdf(tree, "T", "en", {"a": tmp_path / "a.svg"})
     (content,) = (one for one in pdf_streams(pdf) if b" 17 Tf" in one)
     title = re.search(rb"([\d.]+) cm[^Q]*? 17 Tf", content)
     figure = re.search(rb"/Alt\(alt\)>>BDC\s+q [\d.]+ ([\d.]+) m", content)
@@ -209,7 +209,9 @@ def test_japanese_names_in_an_english_pdf_have_their_letters(tmp_path: Path, pla
     def pdf_with_name() -> bytes:
         svg = SMALL_SVG.replace('<g id="a"/>', f'<text id="a" y="9">{texts["figure"]}</text>')
         (tmp_path / "a.svg").write_text(svg, encoding="utf-8")
-        return report_pdf(parse_markdown(f'# {texts["text"]}\n\n![alt](a "A")\n'), "T", "en", {"a": tmp_path / "a.svg"})
+        return compile_report_pdf(
+            parse_markdown(f'# {texts["text"]}\n\n![alt](a "A")\n'), "T", "en", {"a": tmp_path / "a.svg"}
+        )
 
     assert font not in pdf_with_name()
     texts[place] = "日野"
@@ -219,7 +221,7 @@ def test_japanese_names_in_an_english_pdf_have_their_letters(tmp_path: Path, pla
 def test_error_names_a_damaged_figure_and_the_remedy(tmp_path: Path) -> None:
     (tmp_path / "a.svg").write_text(SMALL_SVG[:-9], encoding="utf-8")
     with pytest.raises(ResultError, match=r"a\.svg is damaged: delete it, and run the study again"):
-        report_pdf(parse_markdown('# T\n\n![alt](a "A")\n'), "T", "en", {"a": tmp_path / "a.svg"})
+        compile_report_pdf(parse_markdown('# T\n\n![alt](a "A")\n'), "T", "en", {"a": tmp_path / "a.svg"})
 
 
 @pytest.mark.parametrize("name", ["answer", "caution", "kicker", "limits", "note", "pair"])
@@ -234,7 +236,7 @@ def test_page_omits_blocks_for_paper_and_the_pdf_is_reproducible(tmp_path: Path)
     text = '# T\n\n:::: fold F\nfolded\n\n::::\n\n::: paper\npaper\n\n:::\n\n![alt](a "A")\n\n```\ncode\n```\n'
     figures = {"a": tmp_path / "a.svg"}
     assert "paper</p>" not in render_page(text, figures)
-    first, second = (report_pdf(parse_markdown(text), "T", "en", figures) for _ in range(2))
+    first, second = (compile_report_pdf(parse_markdown(text), "T", "en", figures) for _ in range(2))
     assert first == second
     assert first.startswith(b"%PDF")
 
@@ -253,7 +255,7 @@ def test_terminal_report_has_sentences_and_aligned_tables() -> None:
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("study", STUDY_FINDINGS)
 def test_every_report_is_well_formed_without_cube_and_figures(study: str, language: str) -> None:
-    film = FilmFacts("film-1", "Title", "A stone", (("north", "falls"), ("south", "stands")), "rule")
+    film = ReportFilmTexts("film-1", "Title", "A stone", (("north", "falls"), ("south", "stands")), "rule")
     media = ReportMedia(
         films=[film, film],
         chapters={"vale": ("polar/vale", "intensity/vale")},
@@ -263,7 +265,7 @@ def test_every_report_is_well_formed_without_cube_and_figures(study: str, langua
         posteriors=True,
     )
     tree = parse_markdown(render_markdown(findings_by_hand(study), language, media))
-    page = report_html_page(tree, study, language, None, {})
+    page = render_report_html_page(tree, study, language, None, {})
     assert f'<html lang="{language}">' in page
     found = parse_elements(page)
     anchors = {attrs["id"] for _, attrs in found if "id" in attrs}

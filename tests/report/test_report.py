@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 
 from overturning.report.write import write_report
-from overturning.study.recheck import recheck
+from overturning.study.recheck import recompute_random_cells
 from overturning.study.schema import Study
 from tests.expect import lacking
 
@@ -44,7 +44,7 @@ def test_report_is_written_in_the_language_of_the_study(
 def test_recheck_finds_identical_cells_and_detects_changed_outcomes(
     results_with_hostile_names: Path, tmp_path: Path
 ) -> None:
-    found = recheck(results_with_hostile_names / "cube.nc", cell_count=40)
+    found = recompute_random_cells(results_with_hostile_names / "cube.nc", cell_count=40)
     assert found.is_identical
     assert found.cells == 40
     assert found.ensemble_cells > 0
@@ -55,7 +55,7 @@ def test_recheck_finds_identical_cells_and_detects_changed_outcomes(
     with Dataset(changed, "a") as file:
         file.set_auto_maskandscale(False)
         file["overturned"][:] = 1 - file["overturned"][:]
-    spoilt = recheck(changed, results_with_hostile_names / "motion", cell_count=10)
+    spoilt = recompute_random_cells(changed, results_with_hostile_names / "motion", cell_count=10)
     assert not spoilt.content_as_stated
     assert len(spoilt.differences) >= 5
     assert "overturned is" in spoilt.differences[0]

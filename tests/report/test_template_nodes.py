@@ -9,7 +9,7 @@ import jinja2.nodes
 import pytest
 from jinja2 import meta
 
-from overturning.report.render import LANGUAGES, template_environment
+from overturning.report.render import LANGUAGES, create_template_environment
 
 ALLOWED_NODES = (
     *("Template", "Output", "TemplateData", "Name", "Getattr", "Getitem", "Const", "List", "Slice", "If", "For"),
@@ -26,7 +26,7 @@ def templates() -> list[tuple[str, Path]]:
 
 @cache
 def parse_template(language: str, path: Path) -> jinja2.nodes.Template:
-    return template_environment(language).parse(path.read_text(encoding="utf-8"))
+    return create_template_environment(language).parse(path.read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize(("language", "path"), templates(), ids=lambda one: getattr(one, "stem", one))

@@ -18,10 +18,10 @@ from overturning.model.status import CaseStatus
 from overturning.report.render import (
     LANGUAGES,
     ReportMedia,
+    create_template_environment,
     parse_markdown,
     read_label_translations,
     render_markdown,
-    template_environment,
     translate_label,
 )
 from overturning.report.terminal import plain_paragraphs, plain_text_lines
@@ -381,18 +381,18 @@ def test_no_line_of_a_japanese_paragraph_ends_in_a_break(study: str) -> None:
 def labelled_names() -> set[str]:
     """Return the names in findings by hand that English templates print through their table of labels."""
     names: set[str] = set()
-    usual = template_environment("en").filters["label"]
+    usual = create_template_environment("en").filters["label"]
 
     def record_label(text: str) -> str:
         names.add(text)
         return str(usual(text))
 
     try:
-        template_environment("en").filters["label"] = record_label
+        create_template_environment("en").filters["label"] = record_label
         for study in STUDY_FINDINGS:
             render_markdown(findings_by_hand(study))
     finally:
-        template_environment("en").filters["label"] = usual
+        create_template_environment("en").filters["label"] = usual
     return names
 
 

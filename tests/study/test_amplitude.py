@@ -14,7 +14,7 @@ from overturning.study.cube import open_cube
 from overturning.study.gather import merge_sweep_parts
 from overturning.study.intensity import write_intensity_measures
 from overturning.study.load import study_from_content
-from overturning.study.recheck import recheck
+from overturning.study.recheck import recompute_random_cells
 from overturning.study.sample import read_cell_sample
 from overturning.study.scenes import numerical_options_of_study
 from overturning.study.sections import ConvergenceCheckSettings
@@ -81,7 +81,7 @@ def test_each_amplitude_factor_multiplies_the_motion(cube_paths: dict[str, Path]
 
 
 def test_a_recheck_reproduces_all_amplitude_factors(cube_paths: dict[str, Path]) -> None:
-    found = recheck(cube_paths["three"], cell_count=72)
+    found = recompute_random_cells(cube_paths["three"], cell_count=72)
     assert (found.of, found.cells, found.is_identical) == (72, 72, True)
     samples = [read_cell_sample(cube_paths[name], ConvergenceCheckSettings(at_least=12)) for name in ("one", "three")]
     np.testing.assert_array_equal(*(sample.answers["overturned"] for sample in samples))

@@ -36,7 +36,7 @@ from overturning.study.ensemble import (
     wilson_interval,
 )
 from overturning.study.load import study_from_content
-from overturning.study.recheck import recheck
+from overturning.study.recheck import recompute_random_cells
 from tests.study.small_study import cube_of, pulse
 
 AZIMUTH = np.arange(0, 360, 60, dtype=np.int16)
@@ -328,7 +328,7 @@ def test_a_recheck_reproduces_cells_whose_ensemble_stopped_early(tmp_path: Path)
         assert len(np.unique(cube["members"].to_numpy())) > 1
     with netCDF4.Dataset(tmp_path / "cube.nc", "a") as cube:
         cube["peak_penetration"][:] = 99.0
-    found = recheck(tmp_path / "cube.nc", cell_count=18)
+    found = recompute_random_cells(tmp_path / "cube.nc", cell_count=18)
     assert found.cells == found.ensemble_cells == 18
     # What was changed is found in every cell, each of them looked at once, and nothing else.
     assert len(set(found.differences)) == len(found.differences) == 18

@@ -26,7 +26,7 @@ from overturning.statistics.elements import count_falls_by_element, count_falls_
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import sample_member_changes
 from overturning.study.load import study_from_content
-from overturning.study.recheck import recheck
+from overturning.study.recheck import recompute_random_cells
 from overturning.study.scenes import variant_scene
 from overturning.study.schema import Study
 from tests.expect import said
@@ -269,6 +269,6 @@ def test_a_recheck_reproduces_the_cube_of_a_scene_cell_by_cell(tmp_path: Path, v
         azimuth={"start": 0, "stop": 360, "step": 180}, b_over_h=[0.25, 0.3, 0.35], friction=[0.8],
         ensemble={"members": 2, "where": "everywhere"}, variants={"wall": {"scene": "against-a-wall"}},
     )  # fmt: skip
-    found = recheck(cube_of(study, [_pulse_record()], tmp_path, variant), cell_count=6)
+    found = recompute_random_cells(cube_of(study, [_pulse_record()], tmp_path, variant), cell_count=6)
     assert found.differences == []
     assert found.cells == found.ensemble_cells == 6

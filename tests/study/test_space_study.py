@@ -26,7 +26,7 @@ from overturning.study.ensemble import sample_member_changes
 from overturning.study.film_options import film_command_options
 from overturning.study.gather import merge_sweep_parts
 from overturning.study.load import load_study, load_study_from_file_or_json, study_from_content
-from overturning.study.recheck import recheck
+from overturning.study.recheck import recompute_random_cells
 from overturning.study.sample import read_cell_sample
 from overturning.study.schema import Study
 from overturning.study.sections import ConvergenceCheckSettings
@@ -184,7 +184,7 @@ def test_3d_ensemble_statistics_equal_those_of_members_run_one_by_one(
 
 
 def test_a_recheck_reproduces_every_bit_of_a_3d_cube(cube_file: Path) -> None:
-    found = recheck(cube_file, cell_count=12)
+    found = recompute_random_cells(cube_file, cell_count=12)
     assert found.is_identical
     assert found.ensemble_cells == 12
 

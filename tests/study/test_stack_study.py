@@ -21,7 +21,7 @@ from overturning.study.convergence_check import check_convergence
 from overturning.study.cube import open_cube, select_element_and_amplitude, study_of_cube
 from overturning.study.film_options import film_command_options
 from overturning.study.load import study_from_content, study_without_absolute_paths
-from overturning.study.recheck import recheck
+from overturning.study.recheck import recompute_random_cells
 from overturning.study.sample import read_cell_sample
 from overturning.study.schema import Study
 from overturning.surveys.displacements import compare_displacements
@@ -126,7 +126,7 @@ def test_the_ensemble_of_a_stack_has_probabilities_and_directions_of_each_stone(
 
 
 def test_a_recheck_reproduces_every_bit_of_a_stack_cube(cube_file: Path) -> None:
-    found = recheck(cube_file, cell_count=4)
+    found = recompute_random_cells(cube_file, cell_count=4)
     assert found.is_identical, found.differences
     assert found.ensemble_cells > 0
 

@@ -10,7 +10,7 @@ from overturning.findings.survey_commands import SurveyCommandResults
 from overturning.findings.survey_displacements import survey_displacement_findings
 from overturning.report.render import render_markdown
 from overturning.stored import read_result, write_result
-from overturning.surveys.directions_in_space import SECTORS, FallDirectionComparisonIn3D, spread_fall_azimuths
+from overturning.surveys.directions_in_space import SECTORS, FallDirectionComparisonIn3D, sector_shares_of_spread_falls
 from overturning.surveys.displacements import StoredDisplacementComparison, compare_displacements
 from overturning.surveys.stones import OCTANTS, read_survey_table
 from tests.surveys.test_displacements import CUBE_GRID, cube_on_grid
@@ -32,7 +32,7 @@ def compare_directions_of_survey(
     [(0.0, {"N": 1.0}), (382.5, {"N": 0.5, "NE": 0.5}), (280.0, {"W": 1 - 10 / 45, "NW": 10 / 45})],
 )
 def test_a_computed_fall_covers_an_octant_about_its_azimuth(azimuth: float, octants: dict[str, float]) -> None:
-    shares = SECTORS.octant_from_sector_probabilities(spread_fall_azimuths(np.array([azimuth])))
+    shares = SECTORS.octant_from_sector_probabilities(sector_shares_of_spread_falls(np.array([azimuth])))
     assert shares.sum() == pytest.approx(1.0)
     assert dict(zip(OCTANTS, shares, strict=True)) == pytest.approx(dict.fromkeys(OCTANTS, 0.0) | octants, abs=2e-3)
 

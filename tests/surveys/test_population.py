@@ -21,7 +21,7 @@ from overturning.surveys.population import (
     fall_rates_of_stones_known_in_both,
     fit_population_fragility_curves,
     outcome_rates_by_amplitude,
-    outcomes_of_stones,
+    outcomes_of_sampled_stones,
     population_rates_by_record,
     random_neighbour_grid_indices,
     sample_stones,
@@ -62,7 +62,7 @@ def test_a_stone_falls_in_the_plane_of_the_pulse() -> None:
     stones = replace(stones, face=np.array([90.0, 0.0]))
     size = {"height": [0.7], "b_over_h": [0.15], "friction": [0.8]}
     weak, strong = (
-        outcomes_of_stones(simulated_cube(sine_pulse_motion(4.0, 1.0, 90).scaled_by(f), **size), stones)
+        outcomes_of_sampled_stones(simulated_cube(sine_pulse_motion(4.0, 1.0, 90).scaled_by(f), **size), stones)
         for f in (0.01, 1.0)
     )
     assert not weak.fell.any()
@@ -83,7 +83,7 @@ def test_fall_rate_from_a_cube_matches_stones_simulated_singly() -> None:
         b_over_h=np.arange(0.1, 0.51, 0.025),
         friction=[0.5, 0.7, 0.9],
     )
-    found = outcome_rates_by_amplitude(outcomes_of_stones(cells, stones), population)
+    found = outcome_rates_by_amplitude(outcomes_of_sampled_stones(cells, stones), population)
     # The motion has no component across, so the plane along it decides alone.
     alone = run_cases(motion, Cases(0.0, stones.height, stones.b_over_h, stones.friction))
     assert found["fall_rate"][0] == pytest.approx(np.mean(alone.overturned != 0), abs=0.03)
@@ -102,10 +102,10 @@ def test_2d_model_underestimates_sliding_under_two_components() -> None:
     size = {"height": [0.5], "b_over_h": [0.8], "friction": [0.3]}
     stone, few = equal_stones(0.5, 0.8, 0.3, 0.0), StonePopulation(shifted=0.01)
     planes = outcome_rates_by_amplitude(
-        outcomes_of_stones(simulate(motion, azimuth_deg=[0, 90, 180, 270], **size), stone), few
+        outcomes_of_sampled_stones(simulate(motion, azimuth_deg=[0, 90, 180, 270], **size), stone), few
     )
     space = outcome_rates_by_amplitude(
-        outcomes_of_stones(simulate(motion, "rectangle", orientation_deg=[0], **size), stone), few
+        outcomes_of_sampled_stones(simulate(motion, "rectangle", orientation_deg=[0], **size), stone), few
     )
     assert planes["fall_rate"] == space["fall_rate"] == [0]
     assert space["shift_rate"] == [1]
@@ -138,14 +138,14 @@ def test_rocking_stone_uses_no_sliding_cell() -> None:
     values = np.zeros((4, 1, 2, 3))
     values[:, :, :, 1] = 1  # only at µ = 0.58 it falls
     site = cube_of_values(values, azimuth=[0, 90, 180, 270], b_over_h=[0.4, 0.55], friction=[0.33, 0.58, 1.0])
-    assert outcomes_of_stones(site, equal_stones(0.6, 0.4, 0.5, 0.0, count=200)).fell.all()
-    assert not outcomes_of_stones(site, equal_stones(0.6, 0.55, 0.5, 0.0, count=200)).fell.any()
+    assert outcomes_of_sampled_stones(site, equal_stones(0.6, 0.4, 0.5, 0.0, count=200)).fell.all()
+    assert not outcomes_of_sampled_stones(site, equal_stones(0.6, 0.55, 0.5, 0.0, count=200)).fell.any()
 
 
 @pytest.mark.parametrize("flag", [1, 0, np.nan])
 def test_stone_with_a_missing_plane_has_no_outcome(flag: float) -> None:
     """Plane 0 falls, stands or is unknown, plane 90 is unknown: a fall over its edge may have come first."""
-    found = outcomes_of_stones(
+    found = outcomes_of_sampled_stones(
         cube_of_values(np.reshape([flag, np.nan], (2, 1, 1, 1))), equal_stones(0.6, 0.4, 0.7, 0.0)
     )
     assert (found.known.item(), found.fell.item()) == (False, False)
@@ -191,7 +191,7 @@ def test_shares_of_shifted_and_rotated_stones_match_hand_counts(fixed: float) ->
     for turn in (0, 90, 270):
         face = np.array([1.0, 29.0, 44.0, 61.0]) + turn
         stones = replace(equal_stones(0.7, 0.5, 0.7, 0.0, count=4), face=face)
-        found = outcome_rates_by_amplitude(outcomes_of_stones(site, stones), StonePopulation(fixed=fixed))
+        found = outcome_rates_by_amplitude(outcomes_of_sampled_stones(site, stones), StonePopulation(fixed=fixed))
         assert found["fall_rate"] == pytest.approx([0.25 * free], rel=1e-15)
         assert found["free_fall_rate"] == [0.25]
         assert found["shift_rate"] == found["rotation_rate"] == [0.5 * free]
@@ -219,7 +219,7 @@ def test_fall_rates_are_computed_for_each_amplitude_factor() -> None:
     both = both.expand_dims("record").assign_coords(record_id=("record", ["a"]), event=("record", ["e"]))
     found = population_rates_by_record(both, population)
     alone = outcome_rates_by_amplitude(
-        outcomes_of_stones(simulated_cube(motion.scaled_by(2.0), **axes), sample_stones(population)), population
+        outcomes_of_sampled_stones(simulated_cube(motion.scaled_by(2.0), **axes), sample_stones(population)), population
     )
     assert (
         found["fall_rate"].sel(amplitude=2.0).item()

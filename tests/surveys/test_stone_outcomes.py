@@ -41,7 +41,7 @@ def test_the_grid_is_that_of_the_shipped_outcomes_on_any_processor() -> None:
     command = [
         sys.executable,
         "-c",
-        f"from {stone_outcomes.__name__} import outcome_grid_description; print(outcome_grid_description())",
+        f"from {stone_outcomes.__name__} import simulated_grid_as_text; print(simulated_grid_as_text())",
     ]
     done = subprocess.run(
         command,

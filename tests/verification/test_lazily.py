@@ -9,7 +9,7 @@ import pytest
 
 from overturning.figures.rose import fall_roses_by_group_figure
 from overturning.figures.scene import fall_roses_by_element_figure
-from overturning.figures.style import project_style
+from overturning.figures.style import package_matplotlib_settings
 from overturning.findings.causes import logistic_fit_findings, skill_of_published_criteria
 from overturning.findings.direction import fall_alignments_with_references, planar_model_agreement
 from overturning.findings.exactness import ensemble_findings, final_twist_findings
@@ -97,7 +97,7 @@ def result_folders(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[st
 
 def peak_memory_bytes(statistic: Statistic, folder: Path) -> int:
     """Peak memory that NumPy and Python allocate for a statistic, bytes."""
-    with open_study_results(folder) as results, project_style():
+    with open_study_results(folder) as results, package_matplotlib_settings():
         tracemalloc.start()
         statistic(results)
         most = tracemalloc.get_traced_memory()[1]
@@ -111,7 +111,7 @@ def test_memory_of_report_statistics_grows_little_with_each_record(
 ) -> None:
     monkeypatch.setattr(cube_module, "IN_MEMORY", 0)  # these are as small as tests must be
     statistic, few_many = STATISTICS[kind][name], result_folders[kind]
-    with open_study_results(few_many[0]) as results, project_style():
+    with open_study_results(few_many[0]) as results, package_matplotlib_settings():
         statistic(results)  # what is imported and kept on the first call
     few, many = (peak_memory_bytes(statistic, folder) for folder in few_many)
     with open_cube(few_many[0] / "cube.nc", element=None) as cube:

@@ -15,7 +15,7 @@ from overturning.figures.style import (
     add_title_and_legend,
     create_panel_grid,
     label_axes,
-    project_style,
+    package_matplotlib_settings,
 )
 from overturning.figures.write import save_figure_files
 from verification.shaking_table.data import SPECIMENS, ShakingTableTests
@@ -39,7 +39,7 @@ def draw_reliability(
     tests: ShakingTableTests, probabilities: Mapping[tuple[str, str, int], FloatArray], path: Path
 ) -> None:
     """Draw the share fallen over the predicted probability; one panel for each model and specimen."""
-    with project_style():
+    with package_matplotlib_settings():
         figure, panels = create_panel_grid(len(SPECIMENS), len(MODELS), 10.4, 5.6)
         for row, specimen in enumerate(SPECIMENS):
             for column, model in enumerate(MODELS):

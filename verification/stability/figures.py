@@ -6,7 +6,7 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from overturning.figures.style import project_style
+from overturning.figures.style import package_matplotlib_settings
 from overturning.figures.write import save_figure_files
 from verification.stability.cases import SCENES
 from verification.stability.checks import CheckedOutcome
@@ -47,7 +47,7 @@ def draw_block_cases(rows: pd.DataFrame, path: Path) -> None:
     """Draw every case as a point over four pairs of groups; values outside a panel are drawn at its edge."""
     import matplotlib.pyplot as plt
 
-    with project_style():
+    with package_matplotlib_settings():
         figure, axes = plt.subplots(2, 2, figsize=(8.2, 7.6), layout="constrained")
         for axis, (across, up) in zip(axes.ravel(), _PAIRS, strict=True):
             _draw_cases_as_points(axis, rows, across, up, 1.6)
@@ -63,7 +63,7 @@ def draw_scene_cases(rows: pd.DataFrame, path: Path) -> None:
 
     labels = _LABELS | {"acceleration_ratio": "a / (g · threshold)", "friction_ratio": "µ / threshold"}
     across_of = ("penetration_ratio", "damping", "friction_ratio")
-    with project_style():
+    with package_matplotlib_settings():
         figure, axes = plt.subplots(
             3, len(SCENES), figsize=(10.0, 8.0), layout="constrained", sharex="row", sharey=True
         )
@@ -110,7 +110,7 @@ def draw_outcome_shares(rows: pd.DataFrame, path: Path) -> None:
     """Draw the shares of outcomes along each group."""
     import matplotlib.pyplot as plt
 
-    with project_style():
+    with package_matplotlib_settings():
         figure, axes = plt.subplots(2, 3, figsize=(9.0, 5.2), layout="constrained", sharey=True)
         for axis, group in zip(axes.ravel(), _LABELS, strict=False):
             low, high = _LIMITS[group]

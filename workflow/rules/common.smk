@@ -27,7 +27,7 @@ from overturning.study.preflight import (
     read_and_check_records,
     check_results_folder,
     check_study_size,
-    expected_job_seconds_by_rule,
+    estimate_job_seconds_by_workflow_rule,
     explorer_fits_single_page,
     estimate_study_size,
 )
@@ -190,7 +190,7 @@ BATCHES = {
 SIZE = estimate_study_size(STUDY, CHUNKS)
 SWEEP_MB = round(SIZE.memory_bytes / 1e6)
 READING_MB = round(SIZE.cube_reading_memory_bytes / 1e6)
-SECONDS = expected_job_seconds_by_rule(STUDY, CHUNKS)
+SECONDS = estimate_job_seconds_by_workflow_rule(STUDY, CHUNKS)
 SWEEP_MINUTES = 10 + round(SECONDS["sweep"] / 12)
 
 # The progress line weights jobs by their expected time; the first figure is named as soon as the file exists.

@@ -49,7 +49,7 @@ def draw_figure(
         set_figure_title,
     )
     from overturning.files import check_output_path
-    from overturning.study.cube import open_cube, select_heights_and_frictions, study_for_presentation
+    from overturning.study.cube import open_cube, select_heights_and_frictions, study_with_presentation_settings
     from overturning.translation.texts import ENGLISH, check_language_is_known, translate_visible_texts_to
 
     if kind not in (*KINDS, *STUDY_KINDS):
@@ -71,7 +71,7 @@ def draw_figure(
     if font:  # a font that cannot be used is refused before drawing, which takes seconds
         parse_font_family_and_size(font)
     with open_cube(cube, chunks={"record": 1}, amplitude=None) as data:
-        study = study_for_presentation(data)
+        study = study_with_presentation_settings(data)
         if draw is not None:
             chosen = select_heights_and_frictions(data, cube, height, friction, single=kind == "polar")
             drawn = draw(chosen, record) if of_one else draw(chosen)
@@ -131,7 +131,7 @@ def recheck_cells(
     seed: Annotated[int, typer.Option(min=0, help="seed of the sample")] = 1,
 ) -> None:
     """Simulate a random sample of the cells of a results cube again; report whether every value is identical."""
-    from overturning.study.recheck import recheck as compute_again
+    from overturning.study.recheck import recompute_random_cells as compute_again
 
     result = compute_again(cube, motions, cell_count=cells, seed=seed)
     if not result.content_as_stated:

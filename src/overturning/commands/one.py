@@ -94,13 +94,13 @@ def simulate_one_stone(
             write(film, output_options.animate)
         print(f"film: {output_options.animate}")
     if output_options.response is not None:
-        from overturning.figures.response import body_axis_figure, rotation_slip_and_uplift_figure
-        from overturning.figures.style import project_style
+        from overturning.figures.response import rotation_slip_and_uplift_figure, tilt_path_and_hodographs_figure
+        from overturning.figures.style import package_matplotlib_settings
         from overturning.figures.write import save_figure_files
 
-        with project_style(), translate_visible_texts_to(output_options.language):
+        with package_matplotlib_settings(), translate_visible_texts_to(output_options.language):
             figure = (
-                body_axis_figure(found.trajectories[0], motion, title)
+                tilt_path_and_hodographs_figure(found.trajectories[0], motion, title)
                 if body_options.body or is_stack
                 else rotation_slip_and_uplift_figure(found.trajectories, title)
             )

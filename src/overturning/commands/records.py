@@ -85,7 +85,7 @@ def plot_records(
     """
     from overturning.errors import ArgumentError
     from overturning.figures.history import record_history_figure
-    from overturning.figures.style import project_style
+    from overturning.figures.style import package_matplotlib_settings
     from overturning.figures.write import save_figure_files
     from overturning.records.check import check_records_in_files, format_record_check
     from overturning.records.processing import default_processing_steps, process_record
@@ -113,7 +113,7 @@ def plot_records(
         # Files with the same name in several folders get numbered figures.
         target = output if page else next(one for one in chain([output / f"{name}.svg"], numbered) if one not in made)
         made.add(target)
-        with project_style():
+        with package_matplotlib_settings():
             save_figure_files(record_history_figure(record, used), target)
         typer.echo(f"{target}: {', '.join(map(processing_entry_text, used.processing)) or 'not processed'}")
         if frequency != "auto" and not steps:

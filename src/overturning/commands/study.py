@@ -25,7 +25,7 @@ def create_project(folder: Annotated[Path, typer.Argument(help="folder to create
 
     from overturning.errors import ArgumentError
     from overturning.files import project_file_folders, write_text
-    from overturning.study.document import project_readme, study_template
+    from overturning.study.document import adapt_readme_to_new_project, new_study_file_text
 
     if folder.exists() and any(folder.iterdir() if folder.is_dir() else [folder]):
         raise ArgumentError(f"{folder}: exists and is not empty; name a new folder")
@@ -39,11 +39,11 @@ def create_project(folder: Annotated[Path, typer.Argument(help="folder to create
             shutil.copyfile(source, target)
     (folder / "resources" / "records").mkdir(parents=True)
     readme = folder / "config" / "README.md"
-    write_text(readme, project_readme(readme.read_text(encoding="utf-8")))
+    write_text(readme, adapt_readme_to_new_project(readme.read_text(encoding="utf-8")))
     name = re.sub("[^a-z0-9]+", "-", folder.resolve().name.lower())[:100].strip("-") or "study"
     study = f"config/{name}.yaml"
     # Both records have a fault strike, which the alignment needs.
-    write_text(folder / study, study_template(name, ["rinaldi", "petrolia"], statistic="alignment"))
+    write_text(folder / study, new_study_file_text(name, ["rinaldi", "petrolia"], statistic="alignment"))
     print(
         f"{folder}: study {study}, record table, scenes, workflow. Continue with\n"
         f"  cd {shlex.quote(str(folder))}\n  overturning study check {study}\n"
@@ -127,7 +127,7 @@ def create_study_file(
     """Write a new study file; the command asks for options that are not given."""
     from overturning.errors import ArgumentError, ConfigError
     from overturning.files import atomic_write, check_output_path
-    from overturning.study.document import study_template
+    from overturning.study.document import new_study_file_text
     from overturning.study.load import load_study, record_table_rows
     from overturning.study.preflight import can_compute_fault_alignment
 
@@ -137,13 +137,13 @@ def create_study_file(
     check_output_path(path, "--folder")
     ids = records.replace(",", " ").split()
     with atomic_write(path) as part:
-        part.write_text(study_template(name, ids, title, step), encoding="utf-8")
+        part.write_text(new_study_file_text(name, ids, title, step), encoding="utf-8")
         try:
             entries = record_table_rows(load_study(part), str(path))
         except ConfigError as error:  # name the requested file, not the temporary one
             raise ConfigError(str(error).replace(str(part), str(path))) from None
         if can_compute_fault_alignment(entries.values()):
-            part.write_text(study_template(name, ids, title, step, "alignment"), encoding="utf-8")
+            part.write_text(new_study_file_text(name, ids, title, step, "alignment"), encoding="utf-8")
     print(f"{path}: edit it, then overturning study check {path}")
 
 

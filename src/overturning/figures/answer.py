@@ -16,7 +16,7 @@ from overturning.figures.style import (
     create_panel_grid,
     is_drawing_for_phone,
     label_axes,
-    wrap_name,
+    wrap_name_into_lines,
 )
 
 MARKERS: Final = ("o", "D", "s")
@@ -65,7 +65,7 @@ def sorted_fall_alignment_figure(
     wide = PAGE_WIDTH if len(alignments_by_group) > 1 else 4.6
     most_letters = int(7.4 * wide / len(alignments_by_group))  # half of the width of a panel
     every = [name for of_group in alignments_by_group.values() for name in of_group]
-    most_lines = max((len(wrap_name(name, most_letters)) for name in every), default=1)
+    most_lines = max((len(wrap_name_into_lines(name, most_letters)) for name in every), default=1)
     high = ROW * (rows + 2) * (1.0 + 0.4 * (most_lines - 1)) + 1.05
     figure, panels = create_panel_grid(1, len(alignments_by_group), wide, high)
     for place, ((group, of_group), axes) in enumerate(zip(alignments_by_group.items(), panels[0], strict=True)):
@@ -87,7 +87,7 @@ def sorted_fall_alignment_figure(
         at = len(ordered) + 0.25
         axes.axhline(len(ordered) - 0.4, color=INK, linewidth=0.6)
         draw_estimate_with_interval(axes, mean, at, look | {"marker": "s", "markersize": 7}, 2.4)
-        names = ["\n".join(wrap_name(name, most_letters)) for name, _ in ordered]
+        names = ["\n".join(wrap_name_into_lines(name, most_letters)) for name, _ in ordered]
         axes.set_yticks([*range(len(ordered)), at], [*names, "mean"], fontsize=8, parse_math=False)
         axes.set_ylim(rows + 0.95, -0.7)  # rows of all panels line up
         _set_x_axis_from_minus_1_to_1(axes, ("along\nthe fault", "neither", "across\nthe fault"), margin=0.6)

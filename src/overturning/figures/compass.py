@@ -208,8 +208,8 @@ class CompassGridLayout(ConstrainedLayoutEngine):
             warnings.warn("constrained_layout not applied: no room for the compasses", stacklevel=2)
             return
         left, top = (
-            _compass_start_positions(_OUTER, width - _OUTER, across, size),
-            _compass_start_positions(height - high, height - low, down, size),
+            _compass_left_or_upper_edges(_OUTER, width - _OUTER, across, size),
+            _compass_left_or_upper_edges(height - high, height - low, down, size),
         )
         for axes in panels:
             row, column = _panel_row_and_column(axes)
@@ -280,20 +280,20 @@ def _largest_compass_size(room: float, distances: FloatArray) -> float:
     `distances` are the lengths that texts need before and after each compass, pt, shape (compasses, 2).
     """
     count = len(distances)
-    return float(room - distances[0, 0] - distances[-1, 1] - (count - 1) * _space_between_rims(distances)) / count
+    return float(room - distances[0, 0] - distances[-1, 1] - (count - 1) * _least_gap_between_rims(distances)) / count
 
 
-def _compass_start_positions(first: float, last: float, distances: FloatArray, size: float) -> FloatArray:
+def _compass_left_or_upper_edges(first: float, last: float, distances: FloatArray, size: float) -> FloatArray:
     """Return the left (or upper) edges, pt, of compasses in a row (or column) with the spare length divided evenly.
 
     `first` and `last` are the ends of the row, and `size` the diameter of a compass, pt.
     """
     count = len(distances)
     spare = count * (_largest_compass_size(last - first, distances) - size) / (count + 1)
-    step = size + _space_between_rims(distances) + spare
+    step = size + _least_gap_between_rims(distances) + spare
     return first + distances[0, 0] + spare + step * np.arange(count)
 
 
-def _space_between_rims(distances: FloatArray) -> float:
+def _least_gap_between_rims(distances: FloatArray) -> float:
     """Return the least distance, pt, between the rims of neighbouring compasses at which their texts do not overlap."""
     return float(np.max(distances[:-1, 1] + distances[1:, 0], initial=0.0)) + _GAP

@@ -36,7 +36,7 @@ from overturning.labels import variant_label_as_list
 from overturning.model.falls import model_of_cube
 from overturning.model.planes import azimuth_period_of_cube_deg
 from overturning.model.symmetry import PLANE_PERIOD
-from overturning.study.cube import first_shown_height_and_friction, study_for_presentation, study_of_cube
+from overturning.study.cube import first_shown_height_and_friction, study_of_cube, study_with_presentation_settings
 from overturning.study.film_options import film_command_options
 from overturning.study.preflight import MAX_CELLS_PER_PAGE
 from overturning.study.scenes import variant_scene
@@ -74,7 +74,7 @@ def explorer_page_data(
         Function that receives the number and the cells of each record and stores them; the returned data then does not
         contain them.
     study : Study, optional
-        Study whose title, question and `figures` the page shows; by default the `study_for_presentation`.
+        Study whose title, question and `figures` the page shows; by default the `study_with_presentation_settings`.
 
     Returns
     -------
@@ -84,7 +84,7 @@ def explorer_page_data(
     """
     one = cube if "element" in cube.dims else cube.expand_dims(element=[""], axis=-1)
     one = one if "aspect" in one.dims else one.expand_dims(aspect=[1.0])
-    model, study = model_of_cube(cube), study_for_presentation(cube, study)
+    model, study = model_of_cube(cube), study_with_presentation_settings(cube, study)
     degrees = _has_rotation_in_degrees(cube, one.sizes["element"])
     turn_steps = [DEGREE_STEP if one_in_degrees else ALPHA_STEP for one_in_degrees in degrees]
     first, options = _initial_block_and_element_indices(one, study), film_command_options(cube)

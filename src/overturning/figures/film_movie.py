@@ -21,7 +21,7 @@ from overturning.figures.style import (
     add_title_and_legend,
     create_panel_grid,
     label_axes,
-    project_style,
+    package_matplotlib_settings,
 )
 from overturning.figures.svg_translation import break_text_at_width, pad_to_equal_line_count
 from overturning.figures.write import compute_layout_only_once
@@ -72,7 +72,7 @@ def write_film_as_gif_or_mp4(film: Film, path: Path) -> None:
     rate: Any = SPEED / film.frame_interval
     # Leave date and encoder version out of the file, because they differ between runs.
     exact = ["-pix_fmt", "yuv420p", "-fflags", "+bitexact", "-flags:v", "+bitexact"]
-    with project_style(), atomic_write(path) as part:
+    with package_matplotlib_settings(), atomic_write(path) as part:
         if current_language() != ENGLISH:
             film = _translate_film(film)
         names = "".join([film.title, *(panel.outcome for panel in film.panels)])

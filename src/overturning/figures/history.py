@@ -15,9 +15,9 @@ from overturning.figures.style import (
     create_panel_grid,
     format_three_digits,
     label_axes,
-    label_decades,
+    label_logarithmic_ticks,
     minimum_and_maximum_by_group,
-    wrap_name,
+    wrap_name_into_lines,
     write_note_in_empty_panel,
 )
 from overturning.motion.fourier import rms_fourier_amplitude_in_bands
@@ -103,7 +103,7 @@ def _add_title_and_legend(
         "; ".join([processing_label(unprocessed_record), *agency, ahead]),
         *(["here: " + steps[0], *steps[1:]] if steps else ["nothing done here"]),
     ]
-    wrapped = [part for line in lines for part in wrap_name(line, 50 * panels.shape[1])]
+    wrapped = [part for line in lines for part in wrap_name_into_lines(line, 50 * panels.shape[1])]
     figure.suptitle("\n".join(wrapped), fontsize=8, parse_math=False, y=0.995)
     from matplotlib.lines import Line2D
 
@@ -249,7 +249,7 @@ def _set_logarithmic_axes(panel: "Axes") -> None:
     panel.set(xscale="log", yscale="log")
     for axis in (panel.xaxis, panel.yaxis):  # minor ticks would take most of the drawing time
         axis.set_minor_locator(NullLocator())
-        label_decades(axis)
+        label_logarithmic_ticks(axis)
 
 
 def _draw_husid(panel: "Axes", processed_record: Record, component_names: list[str]) -> None:

@@ -16,8 +16,8 @@ from overturning.figures.film_of_trajectory import AFTERMATH, film_of_trajectori
 from overturning.figures.film_strip import film_strip_figure
 from overturning.figures.film_words import film_title_text, panel_heading_of_setting, record_and_event_text
 from overturning.figures.ground import fourier_and_response_spectra_figure, hodograph_figure
-from overturning.figures.response import body_axis_figure, rotation_slip_and_uplift_figure
-from overturning.figures.style import project_style
+from overturning.figures.response import rotation_slip_and_uplift_figure, tilt_path_and_hodographs_figure
+from overturning.figures.style import package_matplotlib_settings
 from overturning.figures.write import empty_folder_then_list_new_files, save_figure_files
 from overturning.labels import friction_label
 from overturning.model.falls import model_of_cube
@@ -77,7 +77,7 @@ def draw_illustrative_cases(
     with (
         empty_folder_then_list_new_files(output_folder),
         open_cube_by_record(cube_path, element=None) as elements,
-        project_style(),
+        package_matplotlib_settings(),
     ):
         chosen = np.isin(elements["record_id"].to_numpy().astype(str), shown_records) if shown_records else slice(None)
         elements = elements.isel(record=chosen)
@@ -152,7 +152,7 @@ def _draw_illustrative_case(
         about = "tilt of the axis towards north and east, and hodographs of the ground"
         several = enumerate(zip(paths, every, strict=True), 1)
         drawn += [
-            ("axis" if n == 1 else f"axis-{n}", partial(body_axis_figure, path, own, title), about, {})
+            ("axis" if n == 1 else f"axis-{n}", partial(tilt_path_and_hodographs_figure, path, own, title), about, {})
             for n, (path, own) in several
         ]
     figures = {}

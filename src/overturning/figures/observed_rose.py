@@ -21,7 +21,7 @@ from overturning.figures.style import (
     legend_patch,
     set_radius_ticks,
     turn_axes_into_compass,
-    wrap_name,
+    wrap_name_into_lines,
 )
 
 ROSES_IN_A_ROW: Final = 3
@@ -73,7 +73,7 @@ def observed_roses_figure(roses: Sequence[ObservedRose]) -> Figure:
         axes = figure.add_subplot(places[divmod(number, columns)], projection="polar")
         _draw_observed_rose(axes, rose)
         if rose.name:
-            title = "\n".join(wrap_name(rose.name, int(width / columns / _LETTER_INCHES)))
+            title = "\n".join(wrap_name_into_lines(rose.name, int(width / columns / _LETTER_INCHES)))
             axes.set_title(title, fontsize=8.5, pad=16, parse_math=False)
     marks: list[Any] = [legend_patch(FALLS, "observed falls (area: number)")]
     if any(rose.direction_deg is not None for rose in roses):

@@ -153,7 +153,7 @@ def _panel_title(names: Sequence[str], most_letters: int) -> str:
     if len(title) <= most_letters:
         return title
     quantities = [name for name in names if "=" in name]
-    record = [line for name in names if "=" not in name for line in style.wrap_name(name, most_letters)]
+    record = [line for name in names if "=" not in name for line in style.wrap_name_into_lines(name, most_letters)]
     return "\n".join(filter(None, [*record, ", ".join(quantities)]))
 
 

@@ -8,7 +8,7 @@ import xarray as xr
 from overturning.figures.film_words import station_and_event_text
 from overturning.figures.ground import pga_and_pgv_figure
 from overturning.figures.maps import fall_map_figure
-from overturning.figures.style import project_style
+from overturning.figures.style import package_matplotlib_settings
 from overturning.figures.write import Write
 from overturning.model.scene import gravestone
 from overturning.study.cube import element_name_of_cube, first_shown_height_and_friction, open_cube, study_of_cube
@@ -50,7 +50,7 @@ def draw_record_figures(
             around = intensity.isel(record=everyone.index(name))
             event = str(around["event"].item())  # event names depend on all records; this cube may hold one only
             title = station_and_event_text(station or name, event)
-            with project_style():
+            with package_matplotlib_settings():
                 write_figure_files(
                     fall_map_figure(one.sel(first_shown_height_and_friction(one)), f"{title}{stone}", around["pgv"]),
                     output_folder / "polar" / name,

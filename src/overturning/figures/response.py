@@ -128,7 +128,7 @@ def _body_outcome_label(trajectory: xr.Dataset) -> str:
     return ";".join(outcome_sentence(trajectory).split(" at ")[0].split(";")[:2])
 
 
-def body_axis_figure(trajectory: xr.Dataset, motion: Motion, title: str) -> Figure:
+def tilt_path_and_hodographs_figure(trajectory: xr.Dataset, motion: Motion, title: str) -> Figure:
     """Draw the tilt of a 3-D body's axis seen from above, and hodographs of ground velocity and displacement.
 
     Of a stack, the axis is that of the reference element.

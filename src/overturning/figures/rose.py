@@ -18,7 +18,7 @@ from overturning.figures.style import (
     mark_fault_normal,
     set_radius_ticks,
     turn_axes_into_compass,
-    wrap_name,
+    wrap_name_into_lines,
 )
 from overturning.motion.direction import azimuth_difference
 from overturning.statistics.circular import SECTORS
@@ -176,7 +176,7 @@ def fall_roses_by_earthquake_figure(cube: xr.Dataset) -> Figure:
     rows = max(1, -(-len(shown) // columns))
     wide = max(PAGE_WIDTH / 4 * columns, 4.2)
     # A letter of a title is about 4.7 pt wide.
-    titles = [wrap_name(name, int(72.0 * wide / columns / 4.7)) for name in shown]
+    titles = [wrap_name_into_lines(name, int(72.0 * wide / columns / 4.7)) for name in shown]
     high = (2.0 + 0.12 * (max(map(len, titles), default=1) - 1)) * rows + 0.2
     figure, panels = create_panel_grid(rows, columns, wide, high, len(shown), polar=True)
     top = common_rose_radius(*(rose for rose, _ in shown.values()))

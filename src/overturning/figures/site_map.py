@@ -21,7 +21,7 @@ from overturning.figures.style import (
     create_figure,
     is_drawing_for_phone,
     largest_round_number_up_to,
-    wrap_name,
+    wrap_name_into_lines,
 )
 from overturning.records.fault_trace import Trace, parse_fault_trace
 from overturning.statistics.circular import LEAST_RESULTANT
@@ -165,7 +165,7 @@ def earthquake_map_figure(earthquakes: Sequence[EarthquakeOnMap]) -> Figure:
     side = width / most if columns == most else width / max(columns, 1.6)
     width_pt = 72.0 * (side - 0.12)
     # A letter of a title is about 4.5 pt wide.
-    titles = [wrap_name(site.name, int(width_pt / 4.5)) for site in earthquakes]
+    titles = [wrap_name_into_lines(site.name, int(width_pt / 4.5)) for site in earthquakes]
     above = 0.13 * max(map(len, titles), default=1)
     marks = _earthquake_map_legend_marks(earthquakes)
     legend_columns = 1 if is_drawing_for_phone() else min(3, columns + 1)

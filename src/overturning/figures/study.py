@@ -12,7 +12,7 @@ from overturning.figures.alignment import fall_alignment_by_b_over_h_figure, fal
 from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_ratio_figure
 from overturning.figures.rose import fall_roses_by_earthquake_figure, fall_roses_by_group_figure
 from overturning.figures.site_map import earthquake_map_figures, earthquakes_on_map
-from overturning.figures.style import project_style
+from overturning.figures.style import package_matplotlib_settings
 from overturning.figures.write import Write, empty_folder_then_list_new_files
 from overturning.labels import size_reference_note
 from overturning.model.falls import model_of_cube
@@ -35,7 +35,7 @@ def draw_study_figures(cube_path: Path, intensity_path: Path, output_folder: Pat
     with (
         open_cube_by_record(cube_path) as cube,
         xr.open_dataset(intensity_path, engine="netcdf4") as intensity,
-        project_style(),
+        package_matplotlib_settings(),
     ):
         fits = model_of_cube(cube).one_component and not size_reference_note(cube)
         fit = fit_logistic_overturning_model(cube, intensity) if fits else None

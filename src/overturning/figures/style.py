@@ -91,7 +91,7 @@ _SETTINGS_IN_USE: Final = threading.RLock()
 
 
 @contextmanager
-def project_style() -> Iterator[None]:
+def package_matplotlib_settings() -> Iterator[None]:
     """Context manager that uses the Matplotlib settings of this package and restores those of the user afterwards.
 
     The settings are those of the process: another thread that enters the context waits until the first has left it.
@@ -153,7 +153,7 @@ def create_figure(width_inches: float, height_inches: float, layout: Any = "cons
 
     def png_image() -> bytes:
         data = BytesIO()
-        with project_style():
+        with package_matplotlib_settings():
             figure.savefig(data, format="png", metadata=METADATA["png"])
         return data.getvalue()
 
@@ -212,7 +212,7 @@ def add_panel_grid(
     return panels
 
 
-def wrap_name(text: str, most_letters: int) -> list[str]:
+def wrap_name_into_lines(text: str, most_letters: int) -> list[str]:
     """Break a text, such as the name of a place, into lines of at most `most_letters` Latin letters.
 
     Chinese and Japanese characters, between which there are no spaces, are about twice as wide.
@@ -244,7 +244,9 @@ def add_title_and_legend(
         figure.legend(handles=marks, loc="outside lower center", ncols=columns, fontsize=8)
     if title:
         # About 13 characters of this size fit in an inch.
-        lines = [part for line in title.splitlines() for part in wrap_name(line, int(13 * figure.get_figwidth()))]
+        lines = [
+            part for line in title.splitlines() for part in wrap_name_into_lines(line, int(13 * figure.get_figwidth()))
+        ]
         figure.suptitle("\n".join(lines), fontsize=10, parse_math=False)
 
 
@@ -284,7 +286,7 @@ def set_logarithmic_ticks(axis: Any) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def label_decades(axis: Any) -> None:
+def label_logarithmic_ticks(axis: Any) -> None:
     """Label the ticks of a logarithmic axis as 0.1, 1, 10; as powers of ten if the axis goes beyond 0.0001 or 100 000.
 
     Matplotlib would parse a formula for each tick of each figure.

@@ -24,7 +24,7 @@ def finding_text_lines(finding: BaseModel, field_path: str = "") -> Iterator[str
     """
     for name in type(finding).model_fields:
         if name not in _JSON_ONLY_FIELDS:
-            yield from _value_lines(
+            yield from _text_lines_of_field_value(
                 getattr(finding, name), f"{field_path}, {_field_label(name)}" if field_path else _field_label(name)
             )
 
@@ -34,7 +34,7 @@ def _field_label(field_name: str) -> str:
     return field_name.replace("_", " ")
 
 
-def _value_lines(field_value: Any, field_path: str) -> Iterator[str]:
+def _text_lines_of_field_value(field_value: Any, field_path: str) -> Iterator[str]:
     """Yield a line for each number in the value of a field; each line begins with `field_path`.
 
     The value may be a model, dict or list.
@@ -45,15 +45,15 @@ def _value_lines(field_value: Any, field_path: str) -> Iterator[str]:
         yield from finding_text_lines(field_value, field_path)
     elif isinstance(field_value, dict):
         for key, one in field_value.items():
-            yield from _value_lines(one, f"{field_path}, {key}")
+            yield from _text_lines_of_field_value(one, f"{field_path}, {key}")
     elif isinstance(field_value, list | tuple) and field_value and isinstance(field_value[0], BaseModel):
-        for label, one in zip(_entry_labels(field_value), field_value, strict=True):
-            yield from _value_lines(one, f"{field_path}, {label}")
+        for label, one in zip(_distinct_entry_labels(field_value), field_value, strict=True):
+            yield from _text_lines_of_field_value(one, f"{field_path}, {label}")
     elif field_value is not None and field_value not in ("", [], ()):
         yield f"{field_path}: {_format_value(field_value)}"
 
 
-def _entry_labels(entries: Sequence[BaseModel]) -> list[str]:
+def _distinct_entry_labels(entries: Sequence[BaseModel]) -> list[str]:
     """Return a label for each entry of a list: the first name field whose values are all different, otherwise all.
 
     Entries with the same names in all name fields are numbered.

@@ -33,7 +33,9 @@ def relief_findings(results: StudyResults) -> ReliefFindings | None:
     relief = results.study.ensemble.relief
     if relief is None or _LOW not in results.cube:
         return None
-    found = apply_to_record_batches(_relief_sums_by_record, results.cube, (_LOW, _HIGH, "members", "overturned")).sum()
+    found = apply_to_record_batches(
+        _fall_share_and_variance_sums_by_record, results.cube, (_LOW, _HIGH, "members", "overturned")
+    ).sum()
     cells, total = float(found["cells"]), float(found["total"])
     return ReliefFindings(
         middle_mm=500.0 * (relief.low + relief.high),
@@ -43,11 +45,11 @@ def relief_findings(results: StudyResults) -> ReliefFindings | None:
     )
 
 
-def _relief_sums_by_record(cube: xr.Dataset) -> xr.Dataset:
+def _fall_share_and_variance_sums_by_record(cube: xr.Dataset) -> xr.Dataset:
     """Return, by record, sums over cases with ensemble runs: fall shares and variances for low and high relief."""
     low, high, members = (cube[name].astype("float64") for name in (_LOW, _HIGH, "members"))
     over = [name for name in low.dims if name != "record"]
-    between, total = variance_between_halves(low.to_numpy(), high.to_numpy(), members.to_numpy())
+    between, total = variance_between_halves_and_total(low.to_numpy(), high.to_numpy(), members.to_numpy())
     known = low.notnull() & high.notnull()
     sums = {
         "cells": known.astype("float64"),
@@ -59,7 +61,7 @@ def _relief_sums_by_record(cube: xr.Dataset) -> xr.Dataset:
     return xr.Dataset({name: values.fillna(0.0).sum(over) for name, values in sums.items()})
 
 
-def variance_between_halves(
+def variance_between_halves_and_total(
     low_share: FloatArray, high_share: FloatArray, member_count: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Estimate the variance of an outcome (0 or 1) between two equally large halves of the runs, and in total.

@@ -27,7 +27,7 @@ from overturning.statistics.logistic import LogisticFit, fit_logistic_overturnin
 from overturning.statistics.space import planar_model_agreement_counts
 from overturning.stored import read_result
 from overturning.study.convergence import ConvergenceCheckResult, read_convergence_result
-from overturning.study.cube import CONFIGURATION, open_cube_by_record, study_for_presentation, study_of_cube
+from overturning.study.cube import CONFIGURATION, open_cube_by_record, study_of_cube, study_with_presentation_settings
 from overturning.study.load import load_study
 from overturning.study.recheck import hash_of_outcomes_in_cube
 from overturning.study.scenes import NOMINAL, cube_covers_study_grid, select_element, variant_scene
@@ -333,7 +333,7 @@ def open_study_results(results_path: Path, study_override: Study | None = None) 
     ``content_sha256`` is the hash of the outcomes as they are.
 
     The keys `REPORT_KEYS` and the surveys are those of `study_override`; if it is None, those of the
-    `study_for_presentation` of the cube.
+    `study_with_presentation_settings` of the cube.
     """
     cube_path = results_path / "cube.nc" if os.path.isdir(results_path) else results_path
     folder, changed = cube_path.parent, list[str]()
@@ -361,7 +361,7 @@ def open_study_results(results_path: Path, study_override: Study | None = None) 
         intensity = stack.enter_context(xr.open_dataset(measures))
         _check_cube_is_whole_study(nominal, intensity, cube_path)
         study = study_of_cube(nominal)
-        presented = study_for_presentation(nominal, study_override) or study
+        presented = study_with_presentation_settings(nominal, study_override) or study
         named = (
             survey.model_copy(update={"stones": path_without_absolute_folder(survey.stones)})
             for survey in presented.surveys

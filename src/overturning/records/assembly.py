@@ -147,7 +147,7 @@ def _cut_to_window_and_check_samples(
     with refusals_out.collect_reason():
         window = cut_to_common_window(components, refusals_out)
     # Skip this check after a peak that contradicts the header: its message is the better one for the same axis.
-    if not refusals_out.has_reasons:
+    if not refusals_out.has_refusal_reasons:
         with refusals_out.collect_reason():
             report_dead_horizontal_axis(window, refusals_out.report_contradiction)
     with refusals_out.collect_reason():
@@ -184,7 +184,12 @@ def _extra_record_metadata(
     # The azimuths are declared in the order of the files, so the text says which axis has which azimuth.
     stated = [] if declared_properties.azimuths_deg is None else cut_components
     azimuths = [f"axis {c.axis!r} of {c.file} at {c.azimuth_deg:g}°" for c in stated if c.azimuth_deg is not None]
-    extra["declared"] = [*extra.get("declared", ()), *azimuths, *declared_properties.texts_of_declared_axes, *borehole]
+    extra["declared"] = [
+        *extra.get("declared", ()),
+        *azimuths,
+        *declared_properties.declared_axis_property_texts,
+        *borehole,
+    ]
     return extra
 
 

@@ -15,12 +15,12 @@ from overturning.motion.direction import azimuth_difference
 from overturning.records.declared_properties import Sensor
 from overturning.records.source import SourceFile
 
-Direction = tuple[float | None, int]
+AxisDirection = tuple[float | None, int]
 """Direction of an axis: azimuth (degrees clockwise from north or None), vertical sense (+1 up, −1 down, else 0)."""
 
-UNKNOWN: Direction = (None, 0)
+UNKNOWN: AxisDirection = (None, 0)
 
-_WORDS: dict[Direction, str] = {
+_WORDS: dict[AxisDirection, str] = {
     (None, 1): "UP U Z +Z UPWARD UD U-D",
     (None, -1): "DOWN DN DWN DOWNWARD -Z",
     (0.0, 0): "N NS N-S NORTH",
@@ -31,7 +31,7 @@ _WORDS: dict[Direction, str] = {
 _NAMED = {word: direction for direction, words in _WORDS.items() for word in words.split()}
 
 
-def parse_axis_direction(axis_name: str) -> Direction:
+def parse_axis_direction(axis_name: str) -> AxisDirection:
     """Return the azimuth, degrees, and the vertical sense of an axis from its name, such as ``N28W`` or ``Up``.
 
     The azimuth is at least 0 and less than 360°. Names are ``N28W`` (28° from north towards west), ``S90E``, ``270``,
@@ -81,12 +81,14 @@ MINIMUM_SINE: Final = 0.9
 """Smallest sine of the angle between two horizontal axes that can be rotated to north and east."""
 
 
-def direction_from_channel_code(channel_code: str) -> Direction:
+def direction_from_channel_code(channel_code: str) -> AxisDirection:
     """Return the direction in the last letter of a SEED channel code: Z up, N north, E east; else `UNKNOWN`."""
     return {"Z": (None, 1), "N": (0.0, 0), "E": (90.0, 0)}.get(channel_code[-1:].upper(), UNKNOWN)
 
 
-def channel_direction_mismatch_notes(channel_code: str, direction: Direction, direction_source: str) -> tuple[str, ...]:
+def channel_direction_mismatch_notes(
+    channel_code: str, direction: AxisDirection, direction_source: str
+) -> tuple[str, ...]:
     """Return a note if the direction of an axis differs by more than 5° from its SEED channel code; else ()."""
     coded = direction_from_channel_code(channel_code) if len(channel_code) == 3 else UNKNOWN
     if UNKNOWN in (coded, direction):
@@ -103,8 +105,8 @@ def channel_direction_mismatch_notes(channel_code: str, direction: Direction, di
 
 
 def direction_with_channel_code_fallback(
-    channel_code: str, direction: Direction, reason_unknown: str
-) -> tuple[Direction, tuple[str, ...]]:
+    channel_code: str, direction: AxisDirection, reason_unknown: str
+) -> tuple[AxisDirection, tuple[str, ...]]:
     """Return the direction of an axis; if unknown, the direction in its SEED channel code, and a note on this."""
     if direction != UNKNOWN:
         return direction, ()
@@ -128,7 +130,7 @@ MAX_SILENT_INCLINATION_DEG: Final = 1.0
 
 def direction_from_azimuth_and_dip(
     channel_code: str, azimuth_deg: float | None, dip_deg: float | None, channel_label: str
-) -> tuple[Direction, tuple[str, ...]]:
+) -> tuple[AxisDirection, tuple[str, ...]]:
     """Return the direction of an axis from its azimuth and dip (downwards), degrees, and a note if it is inclined.
 
     Without a dip, an axis is horizontal if its SEED channel code says north or east. The direction is `UNKNOWN` if the
@@ -145,7 +147,7 @@ def direction_from_azimuth_and_dip(
             f"{channel_label} dips by {dip_deg:g}°; only axes within {MAX_INCLINATION_DEG:g}° of horizontal or "
             "vertical are read: rotate the channels of its sensor to north, east and up, or correct the dip"
         )
-    direction: Direction = (None, 1 if dip_deg < 0 else -1) if steep else UNKNOWN
+    direction: AxisDirection = (None, 1 if dip_deg < 0 else -1) if steep else UNKNOWN
     if not steep and azimuth_deg is not None:
         direction = float(azimuth_deg) % 360.0, 0
     if inclination <= MAX_SILENT_INCLINATION_DEG:
@@ -153,18 +155,18 @@ def direction_from_azimuth_and_dip(
     return direction, (f"{channel_label} dips by {dip_deg:g}°; it is read as {'vertical' if steep else 'horizontal'}",)
 
 
-def direction_from_azimuth_code(azimuth_code: float) -> Direction:
+def direction_from_azimuth_code(azimuth_code: float) -> AxisDirection:
     """Convert a header code from 1 to 360, an azimuth in degrees, to an axis direction; `UNKNOWN` for other codes."""
     return (float(azimuth_code) % 360.0, 0) if 0 < azimuth_code <= 360 else UNKNOWN
 
 
-CODED_SENSES: Final[dict[int, Direction]] = {500: (None, 1), 600: (None, -1)}
+CODED_SENSES: Final[dict[int, AxisDirection]] = {500: (None, 1), 600: (None, -1)}
 """Codes of a vertical axis in place of an azimuth, in California's film formats; 400 states no sense."""
 
 
 def axis_direction_from_name_or_code(
-    axis_name: str, code_direction: Direction, create_line_error: Callable[[str], RecordError]
-) -> Direction:
+    axis_name: str, code_direction: AxisDirection, create_line_error: Callable[[str], RecordError]
+) -> AxisDirection:
     """Return the direction in an axis name, else that in the header's code; an error if they differ by over 1°."""
     named = parse_axis_direction(axis_name)
     if UNKNOWN in (named, code_direction):
@@ -198,7 +200,7 @@ MAX_VAULT_DEPTH_M = 3.0
 """Largest depth of a surface sensor, m: vaults, piers and posts in the soil."""
 
 
-def surface_or_borehole_sensor(depth_m: float | None = None, location_text: str = "") -> Sensor:
+def classify_as_surface_or_borehole(depth_m: float | None = None, location_text: str = "") -> Sensor:
     """Return "borehole" or "surface" for a sensor, from its depth, m, or a text on its location."""
     size = r"(\d+(?:\.\d+)?)\s*(m|ft|feet)\b"
     for pattern in (
@@ -285,7 +287,7 @@ class RecordComponent:
 
     @classmethod
     def from_file(
-        cls, source_file: SourceFile, axis_name: str, direction: Direction, samples: FloatArray,
+        cls, source_file: SourceFile, axis_name: str, direction: AxisDirection, samples: FloatArray,
         sampling_interval: float, *, coordinates: tuple[float | None, float | None] = (None, None), **other_fields: Any,
     ) -> "RecordComponent":  # fmt: skip
         """Create a component from the samples along one axis of a file; ``direction`` is azimuth and vertical sense.

@@ -71,13 +71,13 @@ class DeclaredFileProperties(FilePropertyColumns, frozen=True):
         return self
 
     @property
-    def texts_of_declared_sample_properties(self) -> list[str]:
+    def declared_sample_property_texts(self) -> list[str]:
         """Properties of the samples that the user gives, such as the unit, as texts for the report."""
         words = [f"columns {self.columns}"] if self.columns else [f"unit {self.unit}"] if self.unit else []
         return words + {True: ["processed"], False: ["raw"], None: []}[self.processed]
 
     @property
-    def texts_of_declared_axes(self) -> list[str]:
+    def declared_axis_property_texts(self) -> list[str]:
         """Properties of all axes of an instrument, given by the user (rotation, sense of the vertical), as texts."""
         words = [f"axes turned by {self.correction_deg:g}°"] if self.correction_deg else []
         return words + ([f"vertical {self.vertical_sense}"] if self.vertical_sense else [])

@@ -95,7 +95,7 @@ class MavroeidisPapageorgiouPulse(_AccelerationPulse):
         return -0.5 * self.amplitude_gal * GAL * bracket
 
 
-class _PulseOfStatedDuration(_AccelerationPulse):
+class _PulseWithDurationSetting(_AccelerationPulse):
     """Base class of pulses whose duration is a parameter instead of following from a period."""
 
     duration_s: float = Field(gt=0, le=1000, description="Duration, s.")
@@ -106,7 +106,7 @@ class _PulseOfStatedDuration(_AccelerationPulse):
         return self.duration_s
 
 
-class ConstantPulse(_PulseOfStatedDuration):
+class ConstantPulse(_PulseWithDurationSetting):
     """Pulse of constant acceleration A towards the azimuth of the pulse, for a given duration."""
 
     shape: Literal["constant"] = "constant"
@@ -115,7 +115,7 @@ class ConstantPulse(_PulseOfStatedDuration):
         return np.full_like(time, self.amplitude_gal * GAL)
 
 
-class NoisePulse(_PulseOfStatedDuration):
+class NoisePulse(_PulseWithDurationSetting):
     """Pulse of band-limited white noise, multiplied by a cosine bell over its duration.
 
     a = A/N^½ sin²(πt/D) Σ_k √2 cos(2πf_k t + φ_k), with f_k = k/D from low to high, N of them: each frequency

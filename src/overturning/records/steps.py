@@ -140,7 +140,7 @@ class Highpass(ButterworthFilter):
         offset = (
             0.0
             if before & {"remove_mean", "detrend", "highpass"}
-            else _constant_offset(samples, record.sampling_interval)
+            else _estimate_constant_offset(samples, record.sampling_interval)
         )
         return super().apply_to_component(samples - offset, record)
 
@@ -148,7 +148,7 @@ class Highpass(ButterworthFilter):
         return -self._padding_sample_count(sampling_interval) * sampling_interval
 
 
-def _constant_offset(samples: FloatArray, sampling_interval: float) -> float:
+def _estimate_constant_offset(samples: FloatArray, sampling_interval: float) -> float:
     """Estimate the constant offset of a component, m/s², from its mean and the medians of its first and last second.
 
     The offset is the value closest to 0 of these three, and 0 if they differ in sign.
@@ -165,7 +165,7 @@ class Lowpass(ButterworthFilter):
     corner_hz: Positive = Field(description="Corner frequency; the amplitude there is halved by the two passes.")
 
     def apply_to_component(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
-        offset = _constant_offset(samples, record.sampling_interval)
+        offset = _estimate_constant_offset(samples, record.sampling_interval)
         return super().apply_to_component(samples - offset, record) + offset
 
 
@@ -243,7 +243,9 @@ class Resample(_ProcessingStep):
             return samples
         label = f"resample.sampling_interval_s {self.sampling_interval_s:g}"
         _check_sample_count(record, label, samples.size * float(ratio))
-        offset = _constant_offset(samples, record.sampling_interval)  # The resampler assumes zeros beyond the ends.
+        offset = _estimate_constant_offset(
+            samples, record.sampling_interval
+        )  # The resampler assumes zeros beyond the ends.
         out = resample_poly(samples - offset, ratio.numerator, ratio.denominator) + offset
         return np.ascontiguousarray(out, dtype=np.float64)
 

@@ -106,7 +106,7 @@ def new_record_notes(record: Record, table_path: Path, record_folder: Path) -> l
     Of other records whose files cannot be read, only the lines of the table are compared.
     """
     others = [
-        _record_or_row_if_unreadable(entry, record_folder)
+        _read_record_or_return_row(entry, record_folder)
         for entry in read_record_table(table_path).values()
         if entry.id != record.record_id
     ]
@@ -119,7 +119,7 @@ def new_record_notes(record: Record, table_path: Path, record_folder: Path) -> l
     return notes + [f"  {text}" for text in texts if record.record_id in text.split()]
 
 
-def _record_or_row_if_unreadable(table_row: RecordTableRow, record_folder: Path) -> Record | RecordTableRow:
+def _read_record_or_return_row(table_row: RecordTableRow, record_folder: Path) -> Record | RecordTableRow:
     """Read the record of a row of the record table; return the row itself if its files cannot be read."""
     try:
         return read_record(table_row, record_folder)

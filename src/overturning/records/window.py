@@ -33,7 +33,7 @@ class AssemblyRefusalCollector(RecordRefusalReasons):
         self.trusted: list[str] = []
 
     @property
-    def has_reasons(self) -> bool:
+    def has_refusal_reasons(self) -> bool:
         """True if at least one reason to refuse the components has been collected."""
         return bool(self._found)
 

@@ -24,7 +24,7 @@ from overturning.figures.record import scene_and_element_title_line
 from overturning.figures.scene import scenes_figure
 from overturning.figures.site_map import earthquake_map_figures, earthquakes_on_map
 from overturning.figures.study import study_figure_functions
-from overturning.figures.style import figures_for_phone, project_style
+from overturning.figures.style import figures_for_phone, package_matplotlib_settings
 from overturning.figures.survey import SurveyFigureData, survey_falls_figure
 from overturning.figures.svg_translation import translate_svg
 from overturning.figures.write import save_figure_files
@@ -85,7 +85,9 @@ REPORT_FIGURES: "Final[dict[str, Callable[[StudyResults, Findings], Sequence[Cal
         [partial(_draw_alignment_with_references, findings)] if findings.reference_alignments else []
     ),
     "contrast": lambda _, findings: [
-        partial(_draw_variant_contrast, one, setting_names(findings, one)) for one in findings.contrasts if one.primary
+        partial(_draw_variant_contrast, one, legend_names_of_contrast(findings, one))
+        for one in findings.contrasts
+        if one.primary
     ][-1:],
     "maps": lambda results, findings: (
         [partial(_draw_polar_maps, results, findings)] if findings.maps.records and results.model.one_component else []
@@ -123,7 +125,7 @@ def draw_study_figure(kind: str, results_path: Path) -> "Figure":
         draw = STUDY_FIGURES[kind](results, findings_from_results(results))
         if not draw:
             raise ArgumentError(f"{kind}: the study {results.study.name} has no such figure; {_NEEDED_KEYS[kind]}")
-        with project_style():
+        with package_matplotlib_settings():
             return draw[0]()
 
 
@@ -148,7 +150,7 @@ def draw_report_figures(results: StudyResults, findings: Findings, folder: Path)
             draw[f"{kind}-{number}" if kind == "backwards" else kind] = function
     paths = {name: folder / f"{name}.svg" for name in draw}
     narrow = {}
-    with project_style():
+    with package_matplotlib_settings():
         for name, figure in draw.items():
             save_figure_files(figure(), paths[name])
         with figures_for_phone():
@@ -184,7 +186,7 @@ def _study_figures_for_phone(results: StudyResults, findings: Findings) -> Itera
         )
 
 
-def setting_names(findings: Findings, contrast: VariantContrast) -> tuple[str, str]:
+def legend_names_of_contrast(findings: Findings, contrast: VariantContrast) -> tuple[str, str]:
     """Return the legend names of the two settings that a comparison of the study with a variant compares."""
     if contrast.differs_in == ["vertical"]:
         names = ("with vertical motion", "without vertical motion")
@@ -275,7 +277,7 @@ def _draw_survey_falls(surveys: Sequence[SurveyFindings]) -> "Figure":
 
 def write_survey_falls(surveys: Sequence[SurveyFindings], path: Path) -> None:
     """Write the figure of observed next to computed falls of surveys to a file."""
-    with project_style():
+    with package_matplotlib_settings():
         save_figure_files(_draw_survey_falls(surveys), path)
 
 
@@ -292,7 +294,7 @@ def write_observed_roses(observed: Sequence[ObservedFallsFinding], path: Path) -
         )
         for number, one in enumerate(observed)
     ]
-    with project_style():
+    with package_matplotlib_settings():
         save_figure_files(observed_roses_figure(roses), path)
 
 
@@ -339,11 +341,11 @@ def draw_motion_posterior(inversion_result: SurveyInversionResult) -> "Figure":
 
 def write_motion_posterior(inversion_result: SurveyInversionResult, path: Path) -> None:
     """Write the figure with the posterior probabilities of the ground motion inferred from a survey to a file."""
-    with project_style():
+    with package_matplotlib_settings():
         save_figure_files(draw_motion_posterior(inversion_result), path)
 
 
 def write_fall_rates(results: StudyResults, path: Path) -> None:
     """Write the figure of the fall rates of a study's population of stones to a file."""
-    with project_style():
+    with package_matplotlib_settings():
         save_figure_files(_draw_fall_rates(results), path)

@@ -26,7 +26,7 @@ _TAGS: Final = {
 }  # fmt: skip
 
 
-def report_html_page(
+def render_report_html_page(
     tree: SyntaxTreeNode,
     title: str,
     language: str,

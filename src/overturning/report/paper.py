@@ -27,7 +27,7 @@ LEFT_OUT: Final = ("fold", "page")
 """Containers that paper does not show."""
 
 
-def report_pdf(tree: SyntaxTreeNode, title: str, language: str, figures: Mapping[str, Path]) -> bytes:
+def compile_report_pdf(tree: SyntaxTreeNode, title: str, language: str, figures: Mapping[str, Path]) -> bytes:
     """Return the report as PDF, the same bytes each time.
 
     Parameters
@@ -52,7 +52,7 @@ def report_pdf(tree: SyntaxTreeNode, title: str, language: str, figures: Mapping
 
     files: dict[str, str] = {}
     check_font_is_installed(language, "PDF of the report")
-    blocks = _pdf_blocks(tree.children, figures, files)
+    blocks = _convert_to_pdf_blocks(tree.children, figures, files)
     drawn = [figures[each] for each in files]
     fonts = installed_fonts_of_language(language) or _fonts_for_names(title, blocks, drawn)
     words = {kind: read_label_translations(language)[kind] for kind in ("figure", "table")}
@@ -79,7 +79,7 @@ def report_pdf(tree: SyntaxTreeNode, title: str, language: str, figures: Mapping
         except typst.TypstError as error:
             reason = str(error).splitlines()[0]
             raise ResultError(
-                f"the PDF of the report cannot be made ({reason}); {_remedy_without_pdf(drawn)}"
+                f"the PDF of the report cannot be made ({reason}); {_advice_after_pdf_failure(drawn)}"
             ) from None
     return pages
 
@@ -91,7 +91,7 @@ def _fonts_for_names(title: str, blocks: list[dict[str, Any]], drawn: Iterable[P
     return installed_fonts_of_language(font_language_of_text(last))
 
 
-def _remedy_without_pdf(drawn: Iterable[Path]) -> str:
+def _advice_after_pdf_failure(drawn: Iterable[Path]) -> str:
     """Return advice for the user if the PDF cannot be made, naming a figure (SVG) that is damaged, if any."""
     for path in drawn:
         try:
@@ -101,7 +101,7 @@ def _remedy_without_pdf(drawn: Iterable[Path]) -> str:
     return "draw the figures again"
 
 
-def _pdf_blocks(
+def _convert_to_pdf_blocks(
     nodes: list[SyntaxTreeNode], figures: Mapping[str, Path], files: dict[str, str], paired: bool = False
 ) -> list[dict[str, Any]]:
     """Convert the report's Markdown nodes to dictionaries (paragraphs, tables, figures) for the PDF template.
@@ -115,12 +115,12 @@ def _pdf_blocks(
         if name in LEFT_OUT:
             continue
         if name in ("table", "sortable"):
-            caption = {"number": node.meta["table"], "caption": _pdf_text_parts(parse_inline(text))}
-            blocks += [one | caption for one in _pdf_blocks(node.children, figures, files, paired)]
+            caption = {"number": node.meta["table"], "caption": _convert_to_pdf_text_parts(parse_inline(text))}
+            blocks += [one | caption for one in _convert_to_pdf_blocks(node.children, figures, files, paired)]
         elif name == "paper":
-            blocks += _pdf_blocks(node.children, figures, files, paired)
+            blocks += _convert_to_pdf_blocks(node.children, figures, files, paired)
         elif name:
-            inner = _pdf_blocks(node.children, figures, files, paired or name == "pair")
+            inner = _convert_to_pdf_blocks(node.children, figures, files, paired or name == "pair")
             blocks.append({"kind": "box", "name": name, "blocks": inner})
         elif image := single_image_of_paragraph(node):
             source = unquote(str(image.attrs["src"]))
@@ -131,46 +131,48 @@ def _pdf_blocks(
                 "paired": paired,
             })  # fmt: skip
         elif node.type == "heading":
-            blocks.append({"kind": "heading", "level": int(node.tag[1:]), "text": _pdf_text_parts(node)})
+            blocks.append({"kind": "heading", "level": int(node.tag[1:]), "text": _convert_to_pdf_text_parts(node)})
         elif node.type in ("fence", "code_block"):
             blocks.append({"kind": "code", "text": node.content})
         elif node.type == "table":
-            blocks.append(_pdf_table(node))
+            blocks.append(_convert_to_pdf_table(node))
         elif node.type in ("bullet_list", "ordered_list"):
             blocks.append(
                 {
                     "kind": "list",
-                    "items": [_pdf_blocks(item.children, figures, files, paired) for item in node.children],
+                    "items": [_convert_to_pdf_blocks(item.children, figures, files, paired) for item in node.children],
                 }
             )
         elif node.type == "paragraph":
-            blocks.append({"kind": "paragraph", "text": _pdf_text_parts(node)})
+            blocks.append({"kind": "paragraph", "text": _convert_to_pdf_text_parts(node)})
         else:
-            blocks += _pdf_blocks(node.children, figures, files, paired)
+            blocks += _convert_to_pdf_blocks(node.children, figures, files, paired)
     return blocks
 
 
-def _pdf_table(node: SyntaxTreeNode) -> dict[str, Any]:
+def _convert_to_pdf_table(node: SyntaxTreeNode) -> dict[str, Any]:
     """Convert a table of the report to a dictionary for the PDF template."""
-    rows = [[_pdf_text_parts(cell) for cell in row.children] for group in node.children for row in group.children]
+    rows = [
+        [_convert_to_pdf_text_parts(cell) for cell in row.children] for group in node.children for row in group.children
+    ]
     cells = node.children[0].children[0].children
     right = ["right" in str(cell.attrs.get("style", "")) for cell in cells]
     return {"kind": "table", "right": right, "rows": rows, "number": None, "caption": []}
 
 
-def _pdf_text_parts(node: SyntaxTreeNode) -> list[dict[str, Any]]:
+def _convert_to_pdf_text_parts(node: SyntaxTreeNode) -> list[dict[str, Any]]:
     """Convert the text of a paragraph, heading or cell to dictionaries for the PDF template, one per piece of text."""
     parts: list[dict[str, Any]] = []
     for one in node.children:
         if one.type in ("strong", "em"):
-            parts.append({"kind": one.type, "parts": _pdf_text_parts(one)})
+            parts.append({"kind": one.type, "parts": _convert_to_pdf_text_parts(one)})
         elif one.type == "link":
             # A place on the page, or another file, cannot be reached from paper: the text of the link remains.
-            parts += _pdf_text_parts(one)
+            parts += _convert_to_pdf_text_parts(one)
         elif one.type == "code_inline":
             parts.append({"kind": "code", "text": one.content})
         elif one.type in ("softbreak", "hardbreak"):
             parts.append({"kind": "text", "text": " "})
         else:
-            parts += _pdf_text_parts(one) if one.children else [{"kind": "text", "text": one.content}]
+            parts += _convert_to_pdf_text_parts(one) if one.children else [{"kind": "text", "text": one.content}]
     return parts

@@ -80,11 +80,15 @@ def render_markdown(
     ResultError
         If there are no templates of this language.
     """
-    return template_environment(language).get_template(f"{name}.md.j2").render(f=found, media=media or ReportMedia())
+    return (
+        create_template_environment(language)
+        .get_template(f"{name}.md.j2")
+        .render(f=found, media=media or ReportMedia())
+    )
 
 
 @cache
-def template_environment(language: str) -> jinja2.Environment:
+def create_template_environment(language: str) -> jinja2.Environment:
     """Return the Jinja environment for the report templates of a language; a `ResultError` if there are none."""
     if language not in LANGUAGES:
         raise ResultError(f"language {language}: no report in this language; choose one of {', '.join(LANGUAGES)}")

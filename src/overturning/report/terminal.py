@@ -13,7 +13,7 @@ LEFT_OUT = ("page", "paper")
 
 def plain_text_lines(tree: SyntaxTreeNode) -> Iterator[str]:
     """Yield the lines of a Markdown text for a terminal: paragraphs and aligned tables, with empty lines between."""
-    blocks = (block for block in _lines_of_blocks(tree.children) if block)
+    blocks = (block for block in _terminal_lines_by_block(tree.children) if block)
     yield from chain.from_iterable(["", *block] if place else block for place, block in enumerate(blocks))
 
 
@@ -28,22 +28,22 @@ def plain_paragraphs(tree: SyntaxTreeNode) -> Iterator[str]:
             yield from plain_paragraphs(node)
 
 
-def _lines_of_blocks(nodes: list[SyntaxTreeNode]) -> Iterator[list[str]]:
+def _terminal_lines_by_block(nodes: list[SyntaxTreeNode]) -> Iterator[list[str]]:
     """Yield, for each paragraph, heading, table and block of code, its lines for a terminal; figures are left out."""
     for node in nodes:
         if container_name_and_text(node)[0] in LEFT_OUT or single_image_of_paragraph(node):
             continue
         if node.type == "table":
-            yield _table_lines(node)
+            yield _terminal_lines_of_table(node)
         elif node.type in ("paragraph", "heading"):
             yield plain_text(node).split("\n")
         elif node.type in ("fence", "code_block"):
             yield node.content.rstrip("\n").split("\n")
         else:
-            yield from _lines_of_blocks(node.children)
+            yield from _terminal_lines_by_block(node.children)
 
 
-def _table_lines(node: SyntaxTreeNode) -> list[str]:
+def _terminal_lines_of_table(node: SyntaxTreeNode) -> list[str]:
     """Return the rows of a Markdown table as lines of text with aligned columns."""
     rows = [row for group in node.children for row in group.children]
     texts = [[plain_text(cell) for cell in row.children] for row in rows]

@@ -16,8 +16,8 @@ from overturning.report.drawings import (
     list_study_figures,
     translate_figures,
 )
-from overturning.report.page import report_html_page
-from overturning.report.paper import report_pdf
+from overturning.report.page import render_report_html_page
+from overturning.report.paper import compile_report_pdf
 from overturning.report.render import ReportMedia, parse_markdown, render_markdown
 from overturning.study.schema import Study
 from overturning.translation.texts import (
@@ -36,7 +36,7 @@ EXPLORER = "explore.html"
 
 
 @dataclass(frozen=True)
-class FilmFacts:
+class ReportFilmTexts:
     """Texts that the report shows about a film: name, title, block, heading and outcome of each panel, and rule.
 
     The rule states how the case was chosen.
@@ -49,10 +49,10 @@ class FilmFacts:
     rule: str
 
 
-def _film_facts(name: str, case: IllustrativeCaseWithFigures) -> FilmFacts:
+def _report_film_texts(name: str, case: IllustrativeCaseWithFigures) -> ReportFilmTexts:
     """Return the texts that the report shows about the film of an illustrative case, in the current language."""
     panels = zip(map(translate, case.headings), map(translate, case.outcomes), strict=True)
-    return FilmFacts(name, translate(case.title), translate(case.block), tuple(panels), case.rule)
+    return ReportFilmTexts(name, translate(case.title), translate(case.block), tuple(panels), case.rule)
 
 
 def write_report(
@@ -93,7 +93,7 @@ def write_report(
                 name: film_html_element(case.film, figures[f"{name}-strip"], translate(case.strip_alt))
                 for name, case in cases.items()
             }
-            facts = [_film_facts(name, case) for name, case in cases.items()]
+            facts = [_report_film_texts(name, case) for name, case in cases.items()]
         media = ReportMedia(
             films=facts,
             chapters=figure_names_by_record(figures, [one.id for one in found.records]),
@@ -105,9 +105,9 @@ def write_report(
         title = translate_label(found.study.title, read_label_translations(language))
         tree = parse_markdown(render_markdown(found, language, media))
         with atomic_write(path) as part:
-            page = report_html_page(tree, title, language, figures, films)
+            page = render_report_html_page(tree, title, language, figures, films)
             part.write_text(page, encoding="utf-8")
         if pdf is not None:
-            pages = report_pdf(tree, title, language, figures)
+            pages = compile_report_pdf(tree, title, language, figures)
             with atomic_write(pdf) as part:
                 part.write_bytes(pages)

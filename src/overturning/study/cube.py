@@ -33,7 +33,7 @@ IN_MEMORY: Final = 20_000_000
 _COORDINATES: Final = ("record_id", "station", "event", "fault_normal")
 
 
-def _first_missing_variable(cube: "xr.Dataset") -> str:
+def _reason_for_incomplete_cube(cube: "xr.Dataset") -> str:
     """Return "no NAME" for the first variable that a results file lacks or has in a wrong shape; else ""."""
     flags = cube["overturned"]
     grid = set(flags.dims)
@@ -113,7 +113,7 @@ def open_cube(
         raise ResultError(f"{path}: cannot be opened ({error}); run the study again") from None
     if "overturned" not in cube or not cube.attrs.keys() >= _ATTRIBUTES:
         raise ResultError(f"{path}: not a cube of this package, or an unfinished one; run the study again")
-    if absent := _first_missing_variable(cube):
+    if absent := _reason_for_incomplete_cube(cube):
         raise ResultError(f"{path}: not a cube of this package: {absent}; run the study again")
     chosen = select_element_and_amplitude(cube, path, element, amplitude)
     chosen = chosen.assign_coords(record=chosen["record_id"].variable)
@@ -260,7 +260,7 @@ def _study_from_json(text: str) -> Study:
     return study_from_content(_parse_json(text, "study", dict), "study in the cube")
 
 
-def study_for_presentation(cube: "xr.Dataset", study: Study | None = None) -> Study | None:
+def study_with_presentation_settings(cube: "xr.Dataset", study: Study | None = None) -> Study | None:
     """Return the study whose title, question and figure settings apply to a results cube; None without a study.
 
     This is the given study, otherwise the study file next to the cube if it has the same name, otherwise the study
@@ -278,11 +278,11 @@ def study_for_presentation(cube: "xr.Dataset", study: Study | None = None) -> St
 def first_shown_height_and_friction(cube: "xr.Dataset", study: Study | None = None) -> dict[str, list[float]]:
     """Return the height and friction that figures show by default, as lists with one value each.
 
-    The block is set by `figures` of the `study_for_presentation`, with the first height and the last friction as
-    defaults. No selection is made along a dimension that the cube holds only in part, or if the cube belongs to no
+    The block is set by `figures` of the `study_with_presentation_settings`, with the first height and the last friction
+    as defaults. No selection is made along a dimension that the cube holds only in part, or if the cube belongs to no
     study.
     """
-    own = study_for_presentation(cube, study)
+    own = study_with_presentation_settings(cube, study)
     if own is None:
         return {}
     chosen = own.figures.height or own.height[0], own.figures.friction

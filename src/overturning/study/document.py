@@ -108,7 +108,7 @@ friction: [0.58, 1.0]
 """
 
 
-def study_template(
+def new_study_file_text(
     name: str, records: Sequence[str], title: str = "", step: float = 15.0, statistic: str = "share"
 ) -> str:
     """Return the text of a new study file with the given records and primary statistic; the text is not validated."""
@@ -120,6 +120,6 @@ _LINK: Final = re.compile(r"\[([^]]+)\]\(\.\./[^)]+\)")
 _OF_REPOSITORY: Final = re.compile(r"<!-- repository -->\n.*?<!-- end of repository -->\n\n", re.DOTALL)
 
 
-def project_readme(config_readme_text: str) -> str:
+def adapt_readme_to_new_project(config_readme_text: str) -> str:
     """Adapt the text of config/README.md to a new project, which lacks the folder docs/ and the example studies."""
     return _LINK.sub(r"\1", _OF_REPOSITORY.sub("", config_readme_text))

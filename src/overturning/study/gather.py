@@ -67,7 +67,9 @@ def merge_sweep_parts(
     with atomic_write(cube_path) as unfinished, Dataset(unfinished, "w", format="NETCDF4") as cube:
         create_cube_structure(cube, study, records, variant)
         cube.block_steps = 0
-        whole = [_copy_parts_of_record(paths, cube, at, grid, variables) for at, paths in enumerate(of_record.values())]
+        whole = [
+            _copy_outcomes_of_record(paths, cube, at, grid, variables) for at, paths in enumerate(of_record.values())
+        ]
         if missing := [name for name, found in zip(of_record, whole, strict=True) if not found]:
             raise ResultError(
                 f"{cube_path}: no part holds all cells of {', '.join(missing)}; run the sweep of these records again"
@@ -98,7 +100,7 @@ def create_cube_structure(cube: Any, study: Study, records: Sequence[Record], va
         add_variable(cube, variable, grid, "record").coordinates = " ".join((*RECORD_COORDINATES, *names))
 
 
-def _copy_parts_of_record(
+def _copy_outcomes_of_record(
     sweep_part_paths: Sequence[Path], cube: Any, record_index: int, grid: CaseGrid, variables: Sequence[OutcomeVariable]
 ) -> bool:
     """Copy the outcomes of one record from its files into a results cube; return False if cells are missing."""

@@ -83,7 +83,7 @@ class StudySizeEstimate:
         )
 
 
-def expected_job_seconds_by_rule(study: Study, chunks_per_record: int = 1) -> dict[str, float]:
+def estimate_job_seconds_by_workflow_rule(study: Study, chunks_per_record: int = 1) -> dict[str, float]:
     """Estimate the processor time, s, of one job of each workflow rule, to a factor of about two.
 
     The rule ``record_figures`` has the time per record. The rule ``sweep`` (simulation) has one job per record, variant
@@ -111,7 +111,8 @@ def estimate_study_size(study: Study, chunks_per_record: int = 1) -> StudySizeEs
     sweeps = sum(len(named) for _, named in soil_layers_with_own_cube(study).values())
     jobs["sweep"] += sweeps * chunks_per_record
     work = sum(
-        jobs.get(rule, 1) * seconds for rule, seconds in expected_job_seconds_by_rule(study, chunks_per_record).items()
+        jobs.get(rule, 1) * seconds
+        for rule, seconds in estimate_job_seconds_by_workflow_rule(study, chunks_per_record).items()
     )
     cells = study.cases_per_record / chunks_per_record
     memory = (

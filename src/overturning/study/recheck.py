@@ -63,7 +63,7 @@ def hash_of_outcomes_in_cube(cube_path: Path) -> str:
         return outcome_content_hash(file, [one for one in variables if one.name in file.variables])
 
 
-def recheck(
+def recompute_random_cells(
     cube_path: Path, motion_folder: Path | None = None, *, cell_count: int = 200, seed: int = 1
 ) -> RecheckResult:
     """Simulate a random sample of cells of a results cube again, and compare the outcomes bit for bit.

@@ -201,7 +201,7 @@ def remove_files_of_dropped_records(results_folder: Path, record_ids: Collection
     gone = {
         name
         for name, path in _motion_and_part_files(results_folder)
-        if name not in record_ids and _has_record_id(path, name)
+        if name not in record_ids and _is_undamaged_file_of_record(path, name)
     }
     inside, removed = results_folder.resolve(), {}
     for name in sorted(gone):
@@ -220,7 +220,7 @@ def _motion_and_part_files(results_folder: Path) -> Iterator[tuple[str, Path]]:
             yield path.name.partition(".")[0], path
 
 
-def _has_record_id(path: Path, record_id: str) -> bool:
+def _is_undamaged_file_of_record(path: Path, record_id: str) -> bool:
     """True if a NetCDF file is undamaged (its checksum is correct) and belongs to the given record."""
     try:
         with open_netcdf_unscaled(path, "read", "remove it", check_checksum=True) as file:

@@ -37,7 +37,7 @@ from overturning.surveys.prediction import (
     observed_side_index,
 )
 from overturning.surveys.stones import BACKGROUND, Stone, fallen_and_all_stone_counts, stones_of_sites_with_standing
-from overturning.surveys.template import remarks_of_user
+from overturning.surveys.template import remarks_without_template_text
 
 NO_MEAN: Final = 1e-6
 """Mean resultant length of predicted directions up to which their mean is a matter of rounding."""
@@ -369,7 +369,7 @@ def make_stored_survey_comparison(
 def survey_file_hash_and_remarks(survey_path: Path) -> tuple[str, tuple[str, ...]]:
     """Return the SHA-256 hash of a survey file, and the comment lines that the user wrote at its start."""
     sha256 = hashlib.sha256(survey_path.read_bytes()).hexdigest()
-    return sha256, remarks_of_user(read_field_table(survey_path, "survey").remarks)
+    return sha256, remarks_without_template_text(read_field_table(survey_path, "survey").remarks)
 
 
 def read_survey_comparison(path: Path) -> StoredSurveyComparison:

@@ -67,7 +67,7 @@ class FallDirectionComparisonIn3D:
     background: float
 
 
-def spread_fall_azimuths(fall_azimuth_deg: FloatArray) -> FloatArray:
+def sector_shares_of_spread_falls(fall_azimuth_deg: FloatArray) -> FloatArray:
     """Return the share of falls in each azimuth sector of `SECTORS`; each fall is spread over ± `SPREAD_DEG`.
 
     `fall_azimuth_deg`, shape (falls,), are azimuths towards which stones fall, degrees; at least one. The shape of the
@@ -116,7 +116,7 @@ def compare_fall_directions(
         elif not computed.size:
             never += stone.count
         else:
-            density = (1 - background) * spread_fall_azimuths(computed) + background * SECTORS.share
+            density = (1 - background) * sector_shares_of_spread_falls(computed) + background * SECTORS.share
         fallen += stone.count * [(stone, density, SECTORS.octant_from_sector_probabilities(density))]
     if not fallen:
         return None

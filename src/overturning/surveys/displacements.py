@@ -17,7 +17,11 @@ from overturning.stored import StoredFloat
 from overturning.surveys.directions_in_space import FallDirectionComparisonIn3D, compare_fall_directions
 from overturning.surveys.ground import CemeteryGround
 from overturning.surveys.row import SurveyRow
-from overturning.surveys.stone_in_grid import describe_stone_as_in_grid, grid_indices_like_stone, lies_far_outside_grid
+from overturning.surveys.stone_in_grid import (
+    describe_stone_from_best_side,
+    has_shape_far_outside_grid,
+    nearest_grid_indices_of_stone,
+)
 from overturning.surveys.stones import (
     BACKGROUND,
     Stone,
@@ -82,7 +86,7 @@ class DisplacementComparison:
     without_outcome : int
         Stones for which no similar computed case has an outcome; they are not compared with computed values.
     beyond : int
-        Stones whose B/H or D/B lies far outside the grid of the study (`lies_far_outside_grid`); like those of
+        Stones whose B/H or D/B lies far outside the grid of the study (`has_shape_far_outside_grid`); like those of
         `without_outcome`, they are not compared with computed values; they do not count in `without_outcome`.
     measures : tuple of DisplacementMeasure
         Measures in a fixed order.
@@ -171,7 +175,7 @@ def compare_displacements(
     """Compare the falls, shifts and twists of stones with those of similar stones in a 3-D study.
 
     Each stone is compared with the cases of the nearest orientation, height, B/H and D/B, seen from the side that is
-    nearer to the grid (`describe_stone_as_in_grid`), unless its B/H or D/B lies far outside the grid. All values of
+    nearer to the grid (`describe_stone_from_best_side`), unless its B/H or D/B lies far outside the grid. All values of
     the grid have equal weight where the survey does not give the value, and so have all frictions. A stone that stands
     without a noted shift or twist has none.
 
@@ -195,7 +199,7 @@ def compare_displacements(
         raise ArgumentError(f"background: {background}; a share from 0 to below 1")
     if "residual_twist" not in cube:
         raise ArgumentError("cube: of 2-D blocks, which neither twist nor slip obliquely; give that of a 3-D study")
-    observed = [_observed_stone(table, line, row) for line, row in table.rows if row.counted_as != "not counted"]
+    observed = [_observed_stone_of_row(table, line, row) for line, row in table.rows if row.counted_as != "not counted"]
     if not observed:
         raise ArgumentError("stones: none counts as fallen or standing; a comparison needs at least one")
     arrays = {id(one): _CaseOutcomeArrays.from_cube(one) for one in (cube, *(site_cubes or {}).values())}
@@ -204,14 +208,14 @@ def compare_displacements(
     fall_shares, fall_azimuths = list[tuple[int, FloatArray]](), list[FloatArray | None]()
     for one in observed:
         own = id((site_cubes or {}).get(one.stone.site, cube))
-        seen = describe_stone_as_in_grid(arrays[own].grid, one.stone)
-        if lies_far_outside_grid(arrays[own].grid, seen):
+        seen = describe_stone_from_best_side(arrays[own].grid, one.stone)
+        if has_shape_far_outside_grid(arrays[own].grid, seen):
             beyond += one.stone.count
             fall_shares.append((one.stone.count, np.full(arrays[own].flags.shape[0], math.nan)))
             fall_azimuths.append(None)
             continue
-        chosen = grid_indices_like_stone(arrays[own].grid, seen)
-        flags, azimuths, cells = _cases_resembling_stone(arrays[own], chosen, used[own])
+        chosen = nearest_grid_indices_of_stone(arrays[own].grid, seen)
+        flags, azimuths, cells = _select_cases_resembling_stone(arrays[own], chosen, used[own])
         fall_shares.append((one.stone.count, _fall_share_by_friction(flags)))
         fall_azimuths.append(azimuths if np.isfinite(flags).any() else None)
         if not np.isfinite(flags).any():
@@ -226,28 +230,28 @@ def compare_displacements(
         stood=sum(one.stone.count for one in observed if not one.stone.fell),
         cells=sum(int(mask.sum()) for mask in used.values()),
         never_stand=never_stand,
-        measures=(_fallen_share_measure(observed, fall_shares), *_displacement_measures(observed, computed)),
+        measures=(_compare_fallen_shares(observed, fall_shares), *_compare_displacement_measures(observed, computed)),
         without_outcome=without_outcome,
         beyond=beyond,
         directions=compare_fall_directions([one.stone for one in observed], fall_azimuths, background=background),
     )
 
 
-def _observed_stone(table: SurveyTable, line: int, row: SurveyRow) -> _ObservedStone:
+def _observed_stone_of_row(table: SurveyTable, line: int, row: SurveyRow) -> _ObservedStone:
     """Return the stone of a survey row with its shift and twist: 0 if none is stated, NaN if the amount is not."""
     shift = row.shift_m if "shifted" in row.outcome_kinds else 0.0
     twist = row.clockwise_twist_deg if "twisted" in row.outcome_kinds else 0.0
-    return _ObservedStone(table.stone_of_row(line, row), shift, twist)
+    return _ObservedStone(table.create_stone_from_row(line, row), shift, twist)
 
 
-def _cases_resembling_stone(
+def _select_cases_resembling_stone(
     cells: _CaseOutcomeArrays, chosen_indices: Mapping[str, NDArray[np.intp]], used: NDArray[np.bool_]
 ) -> tuple[NDArray[np.floating], FloatArray, _ComputedStones | None]:
     """Select the simulated cases that resemble a stone, and mark them in `used`.
 
     Return the flags (fall or stand) of all these cases, the fall azimuths (degrees) of those that fall in a known
     direction, and displacements of those that stand, with weights whose sum is 1. `chosen_indices` are those of
-    `grid_indices_like_stone`.
+    `nearest_grid_indices_of_stone`.
     """
     sizes = zip(cells.dimension_names, cells.flags.shape, strict=True)
     at = np.ix_(*(chosen_indices.get(name, np.arange(size)) for name, size in sizes))
@@ -278,7 +282,7 @@ def _fall_share_by_friction(flags: NDArray[np.floating]) -> FloatArray:
     return np.asarray(np.divide(falls, counts, out=np.full(counts.shape, np.nan), where=counts > 0))
 
 
-def _fallen_share_measure(
+def _compare_fallen_shares(
     observed: Sequence[_ObservedStone], fall_shares: Sequence[tuple[int, FloatArray]]
 ) -> DisplacementMeasure:
     """Return the observed share of stones that fell, with its interval, and the computed share, with its range.
@@ -292,18 +296,18 @@ def _fallen_share_measure(
     known = np.isfinite(shares)
     with np.errstate(invalid="ignore"):
         by_friction = np.where(known, shares, 0.0).T @ counts / (known.T @ counts)
-    return _share_measure("fell", *fallen_and_all_stone_counts(of_share), by_friction)
+    return _compare_shares("fell", *fallen_and_all_stone_counts(of_share), by_friction)
 
 
-def _share_measure(name: MeasureName, matching: int, stones: int, by_friction: FloatArray) -> DisplacementMeasure:
+def _compare_shares(name: MeasureName, matching: int, stones: int, by_friction: FloatArray) -> DisplacementMeasure:
     """Return an observed share with its exact interval, and the computed share: mean and range over frictions."""
     low, high = exact_share_interval(matching, stones) if stones else (math.nan, math.nan)
     return DisplacementMeasure(
-        name, stones, matching / stones if stones else math.nan, low, high, *_mean_and_range(by_friction)
+        name, stones, matching / stones if stones else math.nan, low, high, *_mean_and_range_over_friction(by_friction)
     )
 
 
-def _mean_and_range(by_friction: FloatArray) -> tuple[float, float, float]:
+def _mean_and_range_over_friction(by_friction: FloatArray) -> tuple[float, float, float]:
     """Return mean, smallest and largest of the known values over friction; NaN if none is known.
 
     Smallest and largest are NaN for a single friction.
@@ -315,7 +319,7 @@ def _mean_and_range(by_friction: FloatArray) -> tuple[float, float, float]:
     return float(known.mean()), float(low), float(high)
 
 
-def _displacement_measures(
+def _compare_displacement_measures(
     observed: Sequence[_ObservedStone], computed: _ComputedStones | None
 ) -> list[DisplacementMeasure]:
     """Return shares and medians of the shifts and twists of standing stones, observed and computed."""
@@ -344,33 +348,33 @@ def _displacement_measures(
         below = cells.weight[among][order].cumsum()
         return float(values[among][order][np.searchsorted(below, below[-1] / 2)]) if below.size else math.nan
 
-    def median_measure(name: MeasureName, values: FloatArray, computed_median: FloatArray) -> DisplacementMeasure:
+    def compare_medians(name: MeasureName, values: FloatArray, computed_median: FloatArray) -> DisplacementMeasure:
         """Return the observed median with its exact interval, and the computed median with its range over frictions."""
         middle = float(np.median(values)) if values.size else math.nan
         return DisplacementMeasure(
-            name, values.size, middle, *exact_median_interval(values), *_mean_and_range(computed_median)
+            name, values.size, middle, *exact_median_interval(values), *_mean_and_range_over_friction(computed_median)
         )
 
     return [
-        _share_measure(
+        _compare_shares(
             "shifted", int(far.sum()), far.size, statistic_by_friction(lambda own: weighted_share(cells_far, own))
         ),
-        _share_measure(
+        _compare_shares(
             "twisted",
             int(turned.sum()),
             turned.size,
             statistic_by_friction(lambda own: weighted_share(cells_turned, own)),
         ),
-        _share_measure(
+        _compare_shares(
             "clockwise",
             int((twist[turned] > 0).sum()),
             int(turned.sum()),
             statistic_by_friction(lambda own: weighted_share(cells.twist > 0, own & cells_turned)),
         ),
-        median_measure(
+        compare_medians(
             "shift_m", shift[far], statistic_by_friction(lambda own: weighted_median(cells.shift, own & cells_far))
         ),
-        median_measure(
+        compare_medians(
             "twist_deg",
             np.abs(twist[turned]),
             statistic_by_friction(lambda own: weighted_median(np.abs(cells.twist), own & cells_turned)),

@@ -72,7 +72,7 @@ def survey_data_frame(table: SurveyTable) -> "pd.DataFrame":
 
     rows = []
     for line, row in table.rows:
-        stone = table.stone_of_row(line, row)
+        stone = table.create_stone_from_row(line, row)
         directed = stone.fell_in_known_direction
         rows.append(
             {

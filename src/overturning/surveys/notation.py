@@ -27,7 +27,7 @@ UNKNOWN_CELLS: Final = ("?", "-", "–", "—", "n/a", "na", "unknown", "not kno
 """Texts of a cell of a number or direction that is not known; it counts as empty."""
 
 
-class Direction(NamedTuple):
+class StatedDirection(NamedTuple):
     """Direction in a survey table: azimuth, degrees clockwise from the table's north, and wind (N, NNE, …) if any.
 
     ``wind`` is the index in `WINDS_16`; None if the direction was given in degrees or as a quadrant bearing.
@@ -37,11 +37,11 @@ class Direction(NamedTuple):
     wind: int | None = None
 
 
-NO_DIRECTION: Final = Direction(math.nan)
+NO_DIRECTION: Final = StatedDirection(math.nan)
 """Direction of an empty cell."""
 
 
-def parse_number(text: object) -> object:
+def normalise_number_text(text: object) -> object:
     """Prepare the text of a number for `float`: replace a decimal comma by a point, a minus sign by a hyphen."""
     if not isinstance(text, str):
         return text
@@ -51,45 +51,45 @@ def parse_number(text: object) -> object:
     return plain.replace(",", ".") if re.fullmatch(r"[+-]?\d*,\d+", plain) else plain
 
 
-def parse_shift(text: object) -> object:
+def normalise_shift_text(text: object) -> object:
     """Prepare the text of a shift for `float`; refuse a comma or point that may separate thousands, as in 1,000."""
     if isinstance(text, str) and re.fullmatch(r"[+-]?[1-9]\d{0,2}[.,]\d{3}", text.strip()):
         raise ValueError("may be a thousand or have three decimals; write 1000, or fewer decimals")
-    return parse_number(text)
+    return normalise_number_text(text)
 
 
-def parse_degrees(text: object) -> object:
+def normalise_degrees_text(text: object) -> object:
     """Prepare the text of an angle for `float`: remove a degree sign, convert a decimal comma to a point."""
-    plain = parse_number(text)
-    return parse_number(re.sub(r"\s*([°º˚]|deg|degrees)$", "", plain)) if isinstance(plain, str) else plain
+    plain = normalise_number_text(text)
+    return normalise_number_text(re.sub(r"\s*([°º˚]|deg|degrees)$", "", plain)) if isinstance(plain, str) else plain
 
 
-def parse_direction(text: object) -> Direction:
-    """Convert the text of a direction, such as ``120``, ``NNE``, ``S40E`` or ``N 25° W``, to a `Direction`.
+def parse_direction(text: object) -> StatedDirection:
+    """Convert the text of a direction, such as ``120``, ``NNE``, ``S40E`` or ``N 25° W``, to a `StatedDirection`.
 
     A ValueError names the allowed forms.
     """
-    if isinstance(text, Direction):
+    if isinstance(text, StatedDirection):
         return text
     plain = str(text).strip()
     if plain.upper() in WINDS_16:
         wind = WINDS_16.index(plain.upper())
-        return Direction(22.5 * wind, wind)
+        return StatedDirection(22.5 * wind, wind)
     if found := _BEARING.fullmatch(plain):
         start, angle, end = found[1].upper(), float(found[2].replace(",", ".")), found[3].upper()
         if angle > 90:
             raise ValueError("the angle of a quadrant bearing is 0 to 90 degrees, as in S40E")
         sign = 1.0 if (start == "N") == (end == "E") else -1.0
-        return Direction(((0.0 if start == "N" else 180.0) + sign * angle) % 360)
+        return StatedDirection(((0.0 if start == "N" else 180.0) + sign * angle) % 360)
     try:
-        degrees = float(str(parse_degrees(plain)))
+        degrees = float(str(normalise_degrees_text(plain)))
     except ValueError:
         raise ValueError(DIRECTION_FORMS) from None
     if 360 < degrees <= 400:
         raise ValueError("give degrees from -360 to 360; an azimuth in gon (400 to a turn) times 0.9")
     if not abs(degrees) <= 360:
         raise ValueError(DIRECTION_FORMS)
-    return Direction(degrees)
+    return StatedDirection(degrees)
 
 
 def common_azimuth_step_deg(azimuth_deg: Iterable[float]) -> float:
@@ -147,7 +147,7 @@ class StatedOutcome(NamedTuple):
     ----------
     kinds : tuple of str
         What happened, in the order of the cell.
-    direction : Direction
+    direction : StatedDirection
         Direction of the fall if the cell names it, as in "fell SE".
     direction_is_unknown : bool
         True if the cell states that the direction of the fall is not known.
@@ -160,7 +160,7 @@ class StatedOutcome(NamedTuple):
     """
 
     kinds: tuple[OutcomeKind, ...] = ()
-    direction: Direction = NO_DIRECTION
+    direction: StatedDirection = NO_DIRECTION
     direction_is_unknown: bool = False
     shift_m: float = math.nan
     twist_deg: float = math.nan
@@ -219,7 +219,7 @@ def _parse_single_outcome(part: str) -> StatedOutcome:
     if shifted := _SHIFTED.fullmatch(words):
         if shifted[1] and not shifted[2]:
             raise ValueError("give the unit of the shift: mm, cm or m")
-        size = float(str(parse_shift(shifted[1]))) * _METRES[shifted[2]] if shifted[1] else math.nan
+        size = float(str(normalise_shift_text(shifted[1]))) * _METRES[shifted[2]] if shifted[1] else math.nan
         if size < 0 or size > 10:
             raise ValueError("give a shift from 0 to 10 m")
         return StatedOutcome(("shifted",), shift_m=size)

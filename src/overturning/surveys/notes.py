@@ -7,7 +7,7 @@ from typing import Final
 
 from overturning.surveys.columns import states_magnetic_north
 from overturning.surveys.field_table import FieldTable
-from overturning.surveys.notation import NOT_COUNTED, Direction, azimuth_unit_warning
+from overturning.surveys.notation import NOT_COUNTED, StatedDirection, azimuth_unit_warning
 from overturning.surveys.row import SurveyRow
 
 AZIMUTHS: Final = ("azimuth_deg", "face_azimuth_deg")
@@ -20,7 +20,7 @@ _DOUBTFUL_B_OVER_H: Final = 2.0
 """B/H above which a surveyed stone is doubtful: hardly any motion overturns a stone as wide."""
 
 
-def line_label(lines: list[int]) -> str:
+def label_of_line_numbers(lines: list[int]) -> str:
     """Return a label such as "line 3" or "lines 3, 5"; at most 12 lines are named."""
     unique = list(dict.fromkeys(lines))
     more = f" and {len(unique) - 12} more" if len(unique) > 12 else ""
@@ -40,7 +40,7 @@ def notes_on_stones(rows: Sequence[tuple[int, SurveyRow]]) -> Iterator[str]:
         line for line, row in rows if "fell" not in row.outcome_kinds and math.isfinite(row.fall_direction.azimuth_deg)
     ]
     if moved:
-        yield f"the direction of a stone that did not fall is not used: {line_label(moved)}"
+        yield f"the direction of a stone that did not fall is not used: {label_of_line_numbers(moved)}"
 
 
 def warnings_on_table(
@@ -51,7 +51,7 @@ def warnings_on_table(
     declination_deg: float | None,
 ) -> Iterator[str]:
     """Yield warnings about azimuths in a doubtful unit or from magnetic north, repeated stones, and comment lines."""
-    columns: dict[str, Callable[[SurveyRow], Direction]] = {
+    columns: dict[str, Callable[[SurveyRow], StatedDirection]] = {
         "azimuth_deg": lambda row: row.azimuth_deg,
         "face_azimuth_deg": lambda row: row.face_azimuth_deg,
     }
@@ -70,7 +70,7 @@ def warnings_on_table(
             if "magnetic_declination_deg" not in row.model_fields_set and meaning in row.model_fields_set
         ]
         if lines:
-            where = "" if len(lines) == len(rows) else f" in {line_label(lines)}"
+            where = "" if len(lines) == len(rows) else f" in {label_of_line_numbers(lines)}"
             yield (
                 f"{name}: column {title!r} names magnetic north, but no declination is given{where}; its azimuths "
                 "are used as if from true north: add a column declination (degrees, east positive); overturning survey "
@@ -79,13 +79,13 @@ def warnings_on_table(
     yield from _warnings_on_sizes(name, rows)
     if source.rows_pasted_into_cells:
         yield (
-            f"{name}: {line_label(list(source.rows_pasted_into_cells))}: a cell in quotation marks contains whole rows "
-            "of the table; if a quotation mark is there by mistake, remove it"
+            f"{name}: {label_of_line_numbers(list(source.rows_pasted_into_cells))}: a cell in quotation marks contains "
+            "whole rows of the table; if a quotation mark is there by mistake, remove it"
         )
     if source.comments_like_rows:
         yield (
-            f"{name}: {line_label(list(source.comments_like_rows))}: not used, because # marks a comment, but "
-            "with the cells of a row; if # begins the name of a stone, write the name without #"
+            f"{name}: {label_of_line_numbers(list(source.comments_like_rows))}: not used, because # marks a "
+            "comment, but with the cells of a row; if # begins the name of a stone, write the name without #"
         )
     lines_of: dict[tuple[str, str], list[int]] = {}
     for line, row in rows:
@@ -93,7 +93,7 @@ def warnings_on_table(
             lines_of.setdefault((row.site, row.stone), []).append(line)
     for (_, stone), lines in lines_of.items():
         if len(lines) > 1:
-            where = line_label(lines)
+            where = label_of_line_numbers(lines)
             yield f"{name}: stone {stone!r} is listed {len(lines)} times, and counts each time: {where}"
 
 
@@ -101,10 +101,11 @@ def _warnings_on_sizes(name: str, rows: Sequence[tuple[int, SurveyRow]]) -> Iter
     """Yield warnings about stone heights that may be in centimetres, and B/H that may be H/B."""
     if high := {line: row.height_m for line, row in rows if row.height_m > _DOUBTFUL_HEIGHT_M}:
         largest = max(high.values())
-        yield f"{name}: {line_label(list(high))}: a height up to {largest:g} m: in centimetres? Heights are in m"
+        where = label_of_line_numbers(list(high))
+        yield f"{name}: {where}: a height up to {largest:g} m: in centimetres? Heights are in m"
     for column in ("b_over_h", "b_over_h_side"):
         if wide := [line for line, row in rows if getattr(row, column) > _DOUBTFUL_B_OVER_H]:
             yield (
-                f"{name}: {line_label(wide)}: {column} above {_DOUBTFUL_B_OVER_H:g}, of a stone much wider than high: "
-                "height over width? Give width over height"
+                f"{name}: {label_of_line_numbers(wide)}: {column} above {_DOUBTFUL_B_OVER_H:g}, of a stone much wider "
+                "than high: height over width? Give width over height"
             )

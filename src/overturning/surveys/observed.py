@@ -103,7 +103,7 @@ def falls_by_sector(stones: Sequence[Stone], sector_count: int) -> FloatArray:
 
 def _has_direction(table: SurveyTable, row: SurveyRow) -> bool:
     """True if a survey row has a fall direction or a face azimuth."""
-    stone = table.stone_of_row(0, row)
+    stone = table.create_stone_from_row(0, row)
     return math.isfinite(stone.azimuth_deg) or math.isfinite(stone.face_azimuth_deg)
 
 

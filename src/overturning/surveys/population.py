@@ -119,7 +119,7 @@ def share_of_stones_outside_grid(cube: xr.Dataset, stones: SampledStones) -> flo
     return float(beyond.mean())
 
 
-def outcomes_of_stones(record_cube: xr.Dataset, stones: SampledStones) -> StoneOutcomes:
+def outcomes_of_sampled_stones(record_cube: xr.Dataset, stones: SampledStones) -> StoneOutcomes:
     """Return the outcomes of random stones under one record, each taken from a neighbouring simulated case.
 
     `record_cube` is the cube of this record, with or without amplitudes.
@@ -215,7 +215,7 @@ def population_rates_by_record(cube: xr.Dataset, population: StonePopulation) ->
     classes, reads = stones.stone_class_masks(), model_of_cube(cube).reads_outcomes
     found: dict[str, list[FloatArray]] = {name: [] for name in _RATES}
     for record in range(cube.sizes["record"]):
-        outcomes = outcomes_of_stones(load_records_of_cube(cube, record, reads), stones)
+        outcomes = outcomes_of_sampled_stones(load_records_of_cube(cube, record, reads), stones)
         of_class = [outcome_rates_by_amplitude(outcomes.select_stones(own), population) for own in classes.values()]
         by_class = {
             name: np.stack([one[of] for one in of_class], axis=1)
@@ -256,7 +256,9 @@ def fall_rates_of_stones_known_in_both(
     """
     stones, reads, rates = sample_stones(population), model_of_cube(cube).reads_outcomes, []
     for record in range(cube.sizes["record"]):
-        outcomes = [outcomes_of_stones(load_records_of_cube(one, record, reads), stones) for one in (cube, other_cube)]
+        outcomes = [
+            outcomes_of_sampled_stones(load_records_of_cube(one, record, reads), stones) for one in (cube, other_cube)
+        ]
         known = outcomes[0].known & outcomes[1].known
         fallen = np.array([(1.0 - population.fixed) * (one.fell & known).sum() for one in outcomes])
         rates.append(fallen / (known.sum() or np.nan))

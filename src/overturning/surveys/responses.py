@@ -24,10 +24,10 @@ from overturning.surveys.stone_outcomes import (
     LEVELS,
     SHAPES,
     UNKNOWN,
-    keys_of_known_sizes,
     orientations_of_aspect,
     outcomes_of_needed_sizes,
     response_cache_folder,
+    size_keys_with_stored_outcomes,
 )
 from overturning.surveys.stones import LARGEST_FACTOR_BEYOND_GRID, Stone
 
@@ -244,7 +244,9 @@ def simulation_case_count_and_time(
         names = {f"{h}-{b}" for h, b in np.argwhere(nodes).tolist()}
         each = len(FRICTIONS) * LEVELS.size * StoneKind(aspect=aspect).orientations_deg.size
         for one in motions:
-            known = set() if with_known else keys_of_known_sizes(one, aspect, folder or response_cache_folder())
+            known = (
+                set() if with_known else size_keys_with_stored_outcomes(one, aspect, folder or response_cache_folder())
+            )
             count = each * len(names - known)
             cases += count
             seconds += CASE_S * count * one.motion.north.size * one.motion.sampling_interval

@@ -27,14 +27,14 @@ from overturning.surveys.notation import (
     OCTANTS,
     UNKNOWN_CELLS,
     WINDS_16,
-    Direction,
     OutcomeKind,
+    StatedDirection,
     StatedOutcome,
-    parse_degrees,
+    normalise_degrees_text,
+    normalise_number_text,
+    normalise_shift_text,
     parse_direction,
-    parse_number,
     parse_outcome,
-    parse_shift,
 )
 
 _YES, _NO = ("yes", "fell", "true", "1", "y"), ("no", "stood", "false", "0", "n")
@@ -58,7 +58,7 @@ def _parse_octant_index(text: object) -> int:
 
 def _parse_count(text: object) -> object:
     """Prepare the text of a number of stones for `int`; refuse a point or comma, which may separate thousands."""
-    plain = parse_number(text)
+    plain = normalise_number_text(text)
     if isinstance(plain, str) and re.fullmatch(r"[+-]?[\d.,]*[.,][\d.,]*", str(text).strip()):
         raise ValueError("write a whole number without point or comma, such as 1000")
     return plain
@@ -82,9 +82,12 @@ def _number_schema(low: float, high: float, kind: str = "number") -> WithJsonSch
 
 
 _YES_OR_NO = WithJsonSchema({"enum": [*_YES, *_NO, True, False]})
-_AZIMUTH = Annotated[Direction, PlainValidator(parse_direction), WithJsonSchema(_DIRECTION_SCHEMA)]
-_Slenderness = Annotated[float, BeforeValidator(parse_number), Field(ge=0.01, le=5), _number_schema(0.01, 5)]
-_Coordinate = Annotated[float, BeforeValidator(parse_number), Field(ge=-1e8, le=1e8), _number_schema(-1e8, 1e8)]
+_AZIMUTH = Annotated[StatedDirection, PlainValidator(parse_direction), WithJsonSchema(_DIRECTION_SCHEMA)]
+_Number = Annotated[float, BeforeValidator(normalise_number_text)]
+_Degrees = Annotated[float, BeforeValidator(normalise_degrees_text)]
+_Shift = Annotated[float, BeforeValidator(normalise_shift_text)]
+_Slenderness = Annotated[_Number, Field(ge=0.01, le=5), _number_schema(0.01, 5)]
+_Coordinate = Annotated[_Number, Field(ge=-1e8, le=1e8), _number_schema(-1e8, 1e8)]
 
 
 class SurveyRow(BaseModel):
@@ -132,16 +135,12 @@ class SurveyRow(BaseModel):
     face_azimuth_deg: _AZIMUTH = Field(
         NO_DIRECTION, description="azimuth that the front face faces, written like `azimuth_deg`"
     )
-    magnetic_declination_deg: Annotated[
-        float, BeforeValidator(parse_degrees), Field(ge=-180, le=180), _number_schema(-180, 180)
-    ] = Field(
+    magnetic_declination_deg: Annotated[_Degrees, Field(ge=-180, le=180), _number_schema(-180, 180)] = Field(
         0.0,
         description="magnetic declination, degrees, east positive, added to both directions of the row; empty for "
         "directions from true north. For an octant at most 11.25° (also named `declination`)",
     )
-    height_m: Annotated[
-        float, BeforeValidator(parse_number), AfterValidator(checked_stone_height), _number_schema(0.01, 50)
-    ] = Field(
+    height_m: Annotated[_Number, AfterValidator(checked_stone_height), _number_schema(0.01, 50)] = Field(
         math.nan,
         description="height of the stone, m; for the computed share of falls and for `overturning backwards`",
     )
@@ -149,22 +148,20 @@ class SurveyRow(BaseModel):
         False,
         description="`yes` for a column, which can fall in any plane; only for `overturning backwards`",
     )
-    shift_cm: Annotated[float, BeforeValidator(parse_shift), Field(ge=0, le=1000), _number_schema(0, 1000)] = Field(
+    shift_cm: Annotated[_Shift, Field(ge=0, le=1000), _number_schema(0, 1000)] = Field(
         math.nan, description="shift of the base of a stone that stands, cm"
     )
-    shift_mm: Annotated[float, BeforeValidator(parse_shift), Field(ge=0, le=10_000), _number_schema(0, 10_000)] = Field(
+    shift_mm: Annotated[_Shift, Field(ge=0, le=10_000), _number_schema(0, 10_000)] = Field(
         math.nan, description="the same in mm, instead of `shift_cm`"
     )
-    twist_deg: Annotated[float, BeforeValidator(parse_degrees), Field(ge=-180, le=180), _number_schema(-180, 180)] = (
-        Field(
-            math.nan,
-            description="rotation about the vertical of a stone that stands, degrees; clockwise from above is positive",
-        )
+    twist_deg: Annotated[_Degrees, Field(ge=-180, le=180), _number_schema(-180, 180)] = Field(
+        math.nan,
+        description="rotation about the vertical of a stone that stands, degrees; clockwise from above is positive",
     )
-    lat: Annotated[float, BeforeValidator(parse_degrees), Field(ge=-90, le=90), _number_schema(-90, 90)] = Field(
+    lat: Annotated[_Degrees, Field(ge=-90, le=90), _number_schema(-90, 90)] = Field(
         math.nan, description="latitude, decimal degrees, north positive"
     )
-    lon: Annotated[float, BeforeValidator(parse_degrees), Field(ge=-180, le=180), _number_schema(-180, 180)] = Field(
+    lon: Annotated[_Degrees, Field(ge=-180, le=180), _number_schema(-180, 180)] = Field(
         math.nan, description="longitude, decimal degrees, east positive"
     )
     x: _Coordinate = Field(math.nan, description="coordinate to the east in a plan or projection, m")
@@ -267,10 +264,10 @@ class SurveyRow(BaseModel):
         return "not counted" if set(self.outcome_kinds) & set(NOT_COUNTED) else "stands"
 
     @property
-    def fall_direction(self) -> Direction:
+    def fall_direction(self) -> StatedDirection:
         """Direction of the fall as the table states it, before adding the declination; NaN if not stated."""
         if self.octant is not None:
-            return Direction(45.0 * self.octant, 2 * self.octant)
+            return StatedDirection(45.0 * self.octant, 2 * self.octant)
         given = self.azimuth_deg
         return given if math.isfinite(given.azimuth_deg) else self.outcome.direction
 

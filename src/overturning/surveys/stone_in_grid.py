@@ -11,7 +11,7 @@ from overturning.model.symmetry import FULL_TURN
 from overturning.surveys.stones import LARGEST_FACTOR_BEYOND_GRID, Stone
 
 
-def describe_stone_as_in_grid(grid: Mapping[str, FloatArray], stone: Stone) -> dict[str, float]:
+def describe_stone_from_best_side(grid: Mapping[str, FloatArray], stone: Stone) -> dict[str, float]:
     """Return face azimuth, height, B/H and D/B of a stone, described from the side that suits a study's grid better.
 
     A stone with B/H 0.4 and D/B 0.5 is the stone with B/H 0.2 and D/B 2 whose face is turned by 90°. The description
@@ -21,14 +21,17 @@ def describe_stone_as_in_grid(grid: Mapping[str, FloatArray], stone: Stone) -> d
     front, side = stone.slenderness_in_both_planes
 
     def described_from_side(b_over_h: float, across: float, face_azimuth_deg: float) -> dict[str, float]:
+        """Return the values of the stone if `b_over_h` is its B/H at the face, and `across` that of the other side."""
         aspect = across / b_over_h if b_over_h else math.nan
         return {
             "height": stone.height, "b_over_h": b_over_h, "aspect": aspect, "face_azimuth_deg": face_azimuth_deg,
         }  # fmt: skip
 
-    def distance_from_grid(of: dict[str, float]) -> float:
+    def distance_from_grid(description: dict[str, float]) -> float:
         """Return the sum of the distances of B/H and D/B from the grid, as logarithms of ratios, rounded."""
-        apart = (np.abs(np.log(grid[name] / of[name])).min() for name in ("b_over_h", "aspect") if name in grid)
+        apart = (
+            np.abs(np.log(grid[name] / description[name])).min() for name in ("b_over_h", "aspect") if name in grid
+        )
         return round(float(sum(apart)), 9)
 
     views = [
@@ -39,30 +42,32 @@ def describe_stone_as_in_grid(grid: Mapping[str, FloatArray], stone: Stone) -> d
     return min(views, key=distance_from_grid) if known else views[0]
 
 
-def lies_far_outside_grid(grid: Mapping[str, FloatArray], seen: Mapping[str, float]) -> bool:
+def has_shape_far_outside_grid(grid: Mapping[str, FloatArray], stone_values: Mapping[str, float]) -> bool:
     """True if B/H or D/B of a stone is known and lies far outside the values in the grid of a results cube."""
     return any(
-        seen[name] * LARGEST_FACTOR_BEYOND_GRID < grid[name].min()
-        or seen[name] > LARGEST_FACTOR_BEYOND_GRID * grid[name].max()
+        stone_values[name] * LARGEST_FACTOR_BEYOND_GRID < grid[name].min()
+        or stone_values[name] > LARGEST_FACTOR_BEYOND_GRID * grid[name].max()
         for name in ("b_over_h", "aspect")
         if name in grid
     )
 
 
-def grid_indices_like_stone(grid: Mapping[str, FloatArray], seen: Mapping[str, float]) -> dict[str, NDArray[np.intp]]:
+def nearest_grid_indices_of_stone(
+    grid: Mapping[str, FloatArray], stone_values: Mapping[str, float]
+) -> dict[str, NDArray[np.intp]]:
     """Return, by dimension of a results cube's grid, the index of the grid value that is closest to a stone's value.
 
-    A dimension is left out if the value of the stone is unknown. `seen` has the values of the stone, as returned by
-    `describe_stone_as_in_grid`.
+    A dimension is left out if the value of the stone is unknown. `stone_values` are those that
+    `describe_stone_from_best_side` returns.
     """
     found = {
-        name: np.array([int(np.abs(np.log(grid[name] / seen[name])).argmin())])
+        name: np.array([int(np.abs(np.log(grid[name] / stone_values[name])).argmin())])
         for name in ("height", "b_over_h", "aspect")
-        if name in grid and math.isfinite(seen[name])
+        if name in grid and math.isfinite(stone_values[name])
     }
-    if "orientation" in grid and math.isfinite(seen["face_azimuth_deg"]):
+    if "orientation" in grid and math.isfinite(stone_values["face_azimuth_deg"]):
         orientation = grid["orientation"].astype(np.float64)
         period = orientation.size * (orientation[1] - orientation[0]) if orientation.size > 1 else FULL_TURN
-        apart = (orientation - seen["face_azimuth_deg"] + period / 2) % period - period / 2
+        apart = (orientation - stone_values["face_azimuth_deg"] + period / 2) % period - period / 2
         found["orientation"] = np.array([int(np.abs(apart).argmin())])
     return found

@@ -56,14 +56,14 @@ UNKNOWN: Final = DIRECTION_BINS + 1
 LIBRARY_FILE: Final = Path(__file__).with_name("library-outcomes.npz")
 """Outcomes under the motions of the package, for stones of the heights of gravestones.
 
-`verification/library_outcomes.py` computes the file. `grid` is the text of `outcome_grid_description`, `motions` has
+`verification/library_outcomes.py` computes the file. `grid` is the text of `simulated_grid_as_text`, `motions` has
 a row of `motion_signature` for each motion. For each D/B, written as ``:g``, ``sizes D/B`` has indices into `HEIGHTS`
 and `SHAPES`, shape (sizes, 2), and ``outcomes D/B`` the outcomes, shape (motions, sizes, frictions, levels,
 orientations).
 """
 
 
-def outcome_grid_description() -> str:
+def simulated_grid_as_text() -> str:
     """Return the grid of simulated sizes, frictions, levels and orientations as text, to detect outdated files."""
     grid = (BIN_WIDTH_DEG, LEVELS.tolist(), FRICTIONS, HEIGHTS.tolist(), SHAPES.tolist(), ORIENTATION_STEP_DEG)
     return repr(grid)
@@ -98,7 +98,7 @@ def _shipped_outcome_array(name: str) -> NDArray[np.generic]:
 def _aspects_with_shipped_outcomes() -> frozenset[str]:
     """Return, as text, the D/B for which the package contains simulated outcomes; none if on another grid of sizes."""
     with np.load(LIBRARY_FILE) as stored:
-        if str(stored["grid"]) != outcome_grid_description():
+        if str(stored["grid"]) != simulated_grid_as_text():
             return frozenset()
         return frozenset(name.partition(" ")[2] for name in stored.files if name.startswith("sizes "))
 
@@ -132,7 +132,7 @@ def _response_cache_path(candidate_motion: CandidateMotion, aspect: float, folde
     The file name is a hash of all inputs.
     """
     inputs = f"{_response_source_hash()} {candidate_motion.samples_sha256} {candidate_motion.pgv} {aspect}"
-    key = hashlib.sha256(f"{inputs} {outcome_grid_description()}".encode()).hexdigest()[:24]
+    key = hashlib.sha256(f"{inputs} {simulated_grid_as_text()}".encode()).hexdigest()[:24]
     return folder / f"{key}.npz"
 
 
@@ -178,7 +178,7 @@ def load_or_simulate_outcomes(
     return known
 
 
-def keys_of_known_sizes(candidate_motion: CandidateMotion, aspect: float, folder: Path) -> set[str]:
+def size_keys_with_stored_outcomes(candidate_motion: CandidateMotion, aspect: float, folder: Path) -> set[str]:
     """Return the keys ``height-shape`` of stone sizes whose outcomes are in the package or in the cache folder."""
     stored_names: list[str] = []
     # A damaged archive holds nothing.

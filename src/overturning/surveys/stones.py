@@ -15,7 +15,7 @@ from overturning.surveys.columns import (
 )
 from overturning.surveys.field_table import FieldTable, TableLine, read_field_table
 from overturning.surveys.notation import OCTANTS, UNKNOWN_CELLS, common_azimuth_step_deg
-from overturning.surveys.notes import AZIMUTHS, line_label, notes_on_stones, warnings_on_table
+from overturning.surveys.notes import AZIMUTHS, label_of_line_numbers, notes_on_stones, warnings_on_table
 from overturning.surveys.row import COLUMNS, SurveyRow
 from overturning.tables import cell_error_messages
 
@@ -157,7 +157,7 @@ class SurveyTable:
     @property
     def stones(self) -> list[Stone]:
         """Stones of the survey that count as fallen or standing, in the order of the rows."""
-        return [self.stone_of_row(line, row) for line, row in self.rows if row.counted_as != "not counted"]
+        return [self.create_stone_from_row(line, row) for line, row in self.rows if row.counted_as != "not counted"]
 
     @property
     def sites(self) -> list[str]:
@@ -177,7 +177,7 @@ class SurveyTable:
         """Return the number of stones in the rows for which `condition` is True."""
         return sum(row.count for _, row in self.rows if condition(row))
 
-    def stone_of_row(self, line: int, row: SurveyRow) -> Stone:
+    def create_stone_from_row(self, line: int, row: SurveyRow) -> Stone:
         """Convert a row of the survey to a stone, with directions relative to true north; `line` is its line number.
 
         Azimuths are turned from magnetic to true north. A stone that stands has no fall direction.
@@ -187,10 +187,10 @@ class SurveyTable:
         by_octant = row.octant is not None or (wind is not None and self.winds_are_octants)
         return Stone(
             fell=fell,
-            azimuth_deg=_within_circle_deg(azimuth + north) if fell else math.nan,
+            azimuth_deg=_normalise_azimuth_deg(azimuth + north) if fell else math.nan,
             octant=by_octant and fell,
             wind_16=wind is not None and not by_octant and fell,
-            face_azimuth_deg=_within_circle_deg(row.face_azimuth_deg.azimuth_deg + north),
+            face_azimuth_deg=_normalise_azimuth_deg(row.face_azimuth_deg.azimuth_deg + north),
             line=line,
             height=row.height_m,
             site=row.site,
@@ -200,7 +200,7 @@ class SurveyTable:
         )
 
 
-def _within_circle_deg(azimuth_deg: float) -> float:
+def _normalise_azimuth_deg(azimuth_deg: float) -> float:
     """Return an azimuth as the equivalent angle from 0 to below 360 degrees."""
     turned = azimuth_deg % 360.0
     return 0.0 if turned == 360.0 else turned  # the remainder of a tiny negative angle is rounded to 360
@@ -354,7 +354,9 @@ def _read_row(
     filled = [cell for cell in cells if cell]
     if len(filled) > 1 and all(cell.strip("[]()").lower() in _UNIT_CELLS for cell in filled):
         return None, ["a line of units; begin it with #"]
-    if totals := [cell for meaning, cell in zip(meanings, cells, strict=False) if _names_a_total(meaning, cell)]:
+    if totals := [
+        cell for meaning, cell in zip(meanings, cells, strict=False) if _is_label_of_totals_row(meaning, cell)
+    ]:
         return None, [f"{totals[0]!r} names a line of totals, which are no stones; remove the line, or begin it with #"]
     values = {
         meaning: cell
@@ -366,7 +368,7 @@ def _read_row(
     return SurveyRow.read_cells(values, cell_error_messages, check_outcome=not outcome_is_missing)
 
 
-def _names_a_total(meaning: str, cell: str) -> bool:
+def _is_label_of_totals_row(meaning: str, cell: str) -> bool:
     """True if a cell in the column of sites or stones marks a row of totals or means, not a stone."""
     return meaning in ("site", "stone") and cell.strip(" :").lower() in _TOTALS
 
@@ -392,6 +394,6 @@ def _format_row_errors(path: Path, errors_by_line: list[tuple[int, str]]) -> str
         lines_of.setdefault(message, []).append(line)
     if len(lines_of) == 1:
         message, lines = next(iter(lines_of.items()))
-        return f"{path} {line_label(lines)}: {message}"
-    texts = [f"  {line_label(lines)}: {message}" for message, lines in lines_of.items()]
+        return f"{path} {label_of_line_numbers(lines)}: {message}"
+    texts = [f"  {label_of_line_numbers(lines)}: {message}" for message, lines in lines_of.items()]
     return "\n".join([f"{path}: {len(lines_of)} faults, so no stone was read", *texts])

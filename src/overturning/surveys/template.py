@@ -19,7 +19,7 @@ _EXAMPLES: Final = (
 )
 
 
-def survey_template() -> str:
+def empty_survey_table_text() -> str:
     """Return the text of an empty survey table: explanations of the columns, example rows, and the header.
 
     The text is ASCII, so that spreadsheets of any system show it unchanged.
@@ -41,7 +41,7 @@ def survey_template() -> str:
     return f"{comments}{','.join(TEMPLATE_COLUMNS)}\n"
 
 
-def remarks_of_user(remarks: Sequence[str]) -> tuple[str, ...]:
+def remarks_without_template_text(remarks: Sequence[str]) -> tuple[str, ...]:
     """Return the comment lines that the user wrote into a survey, without those of the template."""
-    own = {line.strip("# ,") for line in survey_template().splitlines()}
+    own = {line.strip("# ,") for line in empty_survey_table_text().splitlines()}
     return tuple(line for line in remarks if line and line.strip(" ,") not in own)

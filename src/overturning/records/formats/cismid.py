@@ -9,8 +9,8 @@ import re
 from datetime import datetime, timedelta
 from typing import Final
 
-from overturning.records.component import Direction, HeaderPeak, RecordComponent
-from overturning.records.formats.header import Fields, Header, coordinate_with_hemisphere, parse_time_as_utc
+from overturning.records.component import AxisDirection, HeaderPeak, RecordComponent
+from overturning.records.formats.header import Fields, HeaderFields, coordinate_with_hemisphere, parse_time_as_utc
 from overturning.records.formats.lines import FLOAT, TextLines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -19,7 +19,7 @@ PERU: Final = timedelta(hours=-5)
 SUMMERS: Final = (1986, 1987, 1990, 1994)
 """Years with summer time in Peru (January to April); the headers do not state whether they use it."""
 CLOCK: Final = "%B %d, %Y %H:%M:%S"
-AXES: Final[dict[str, Direction]] = {"NS": (0.0, 0), "EW": (90.0, 0), "UD": (None, 1)}
+AXES: Final[dict[str, AxisDirection]] = {"NS": (0.0, 0), "EW": (90.0, 0), "UD": (None, 1)}
 FILTERED: Final = re.compile(r"(?<!un)(?<!not )(?<!no )(?<!without )(?<!without a )filter", re.IGNORECASE)
 """Comments on samples that were filtered."""
 COORDINATE: Final = rf"\s*:\s*({FLOAT})(?:\s*°?\s*([NSEWO])\b)?"
@@ -47,10 +47,10 @@ RECORD: Final[Fields] = {
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read the components of a CISMID file (Peru); raise a RecordError with the line number if it is damaged."""
-    at = Header.find_fields(source_file, SECTION_2, 40).line_index_of_field("section 2")
+    at = HeaderFields.find_fields(source_file, SECTION_2, 40).line_index_of_field("section 2")
     # The section on the earthquake has coordinates, too.
-    station = Header.find_fields(TextLines(source_file, source_file.lines[:at]), STATION)
-    header = Header.find_fields(TextLines(source_file, source_file.lines[at:], at), RECORD, 40)
+    station = HeaderFields.find_fields(TextLines(source_file, source_file.lines[:at]), STATION)
+    header = HeaderFields.find_fields(TextLines(source_file, source_file.lines[at:], at), RECORD, 40)
     header.check_field_pattern("DATA UNITS", r"(cm/s2|cm/s\^2|gal)\s*$", "cm/s2")
     heading = header.line_index_of_field("the line T, EW, NS, UD")
     columns = header.field_text("the line T, EW, NS, UD").upper().split()
@@ -88,7 +88,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     ]
 
 
-def _latitude_and_longitude(header: Header) -> tuple[float | None, float | None]:
+def _latitude_and_longitude(header: HeaderFields) -> tuple[float | None, float | None]:
     """Read latitude and longitude, degrees, from a section of a CISMID header; None if not stated.
 
     They have a minus sign, or the letter S or W (O in Spanish), in the south or west.
@@ -98,13 +98,13 @@ def _latitude_and_longitude(header: Header) -> tuple[float | None, float | None]
     return latitude, longitude
 
 
-def _utc_time_of_local_time_field(header: Header, field_name: str) -> datetime | None:
+def _utc_time_of_local_time_field(header: HeaderFields, field_name: str) -> datetime | None:
     """Return the local time in a header field as UTC; None for months in which summer time is uncertain."""
     moment = parse_time_as_utc(f"{header.field_text('DATE')} {header.field_text(field_name)}", CLOCK, utc_offset=PERU)
     return None if moment and moment.year in SUMMERS and moment.month <= 4 else moment
 
 
-def _stated_peak_of_column(header: Header, column_number: int) -> HeaderPeak | None:
+def _stated_peak_of_column(header: HeaderFields, column_number: int) -> HeaderPeak | None:
     """Return the peak acceleration that the header states for one data column; None if it states no peaks."""
     stated = header.field_text("MAXIMUM ACCELERATION").split()
     return header.field_peak_acceleration("MAXIMUM ACCELERATION", GAL, stated[column_number]) if stated else None

@@ -17,16 +17,16 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.records.component import (
     UNKNOWN,
-    Direction,
+    AxisDirection,
     HeaderPeak,
     RecordComponent,
     axis_direction_from_name_or_code,
+    classify_as_surface_or_borehole,
     direction_from_azimuth_code,
     direction_from_channel_code,
     sensor_location_in_header_line,
-    surface_or_borehole_sensor,
 )
-from overturning.records.formats.header import EARTHQUAKE, Fields, Header
+from overturning.records.formats.header import EARTHQUAKE, Fields, HeaderFields
 from overturning.records.formats.lines import TextLines, reads_consecutive_components
 from overturning.units import GAL, STANDARD_GRAVITY
 
@@ -75,7 +75,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     stated = re.search(r"with\s+(\d+)\s+text lines", text[0])
     ints_at = int(stated[1]) if stated else 13
     form, reals_at = _parse_number_block_format(channel_lines, ints_at, "integers")
-    header = Header.find_fields(channel_lines, FIELDS, ints_at)
+    header = HeaderFields.find_fields(channel_lines, FIELDS, ints_at)
     whole = channel_lines.read_fixed_width_integers(ints_at + 1, **form)
     form, comments_at = _parse_number_block_format(channel_lines, reals_at, "reals")
     real = channel_lines.read_fixed_width_numbers(reals_at + 1, **form)
@@ -113,7 +113,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
         else None,
         origin=origin,
         coordinates=(known.get(0), known.get(1)),
-        sensor=surface_or_borehole_sensor(location_text=text[8]),
+        sensor=classify_as_surface_or_borehole(location_text=text[8]),
         location=sensor_location_in_header_line(text[8]),
         peak=peak,
         processed=bool(header.field_text("corrected")),
@@ -123,7 +123,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     return component, end + 1
 
 
-def _agency_processing_metadata(header: Header) -> dict[str, str]:
+def _agency_processing_metadata(header: HeaderFields) -> dict[str, str]:
     """Return agency and filter of corrected data as metadata (`Record.extra`); {} if the data are not corrected."""
     if not header.field_text("corrected"):
         return {}
@@ -167,7 +167,9 @@ def _checked_sample_unit_code(channel_lines: TextLines, data_line_index: int, un
     return number
 
 
-def _axis_name_and_direction(header: Header, comments: Sequence[str], direction_code: int) -> tuple[str, Direction]:
+def _axis_name_and_direction(
+    header: HeaderFields, comments: Sequence[str], direction_code: int
+) -> tuple[str, AxisDirection]:
     """Return axis name and direction from text and code of the header, or else from the SEED channel code."""
     word = header.field_text("axis")
     coded = {400: (None, 1), 401: (None, -1)}.get(direction_code, direction_from_azimuth_code(direction_code))

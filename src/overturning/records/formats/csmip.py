@@ -19,12 +19,12 @@ from overturning.records.component import (
     UNKNOWN,
     RecordComponent,
     axis_direction_from_name_or_code,
+    classify_as_surface_or_borehole,
     direction_from_azimuth_code,
     parse_axis_direction,
     sensor_location_in_header_line,
-    surface_or_borehole_sensor,
 )
-from overturning.records.formats.header import EARTHQUAKE, Fields, Header
+from overturning.records.formats.header import EARTHQUAKE, Fields, HeaderFields
 from overturning.records.formats.lines import FLOAT, TextLines, reads_consecutive_components
 from overturning.units import GAL, STANDARD_GRAVITY
 
@@ -85,7 +85,9 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
         )
     channel_lines = replace(channel_lines, lines=channel_lines.lines[:end])
     text_lines = 13 if volume == 1 else 25
-    header = Header.find_fields(channel_lines, {**FIELDS, "peak": PEAK[volume]}, text_lines, min_lines=text_lines + 14)
+    header = HeaderFields.find_fields(
+        channel_lines, {**FIELDS, "peak": PEAK[volume]}, text_lines, min_lines=text_lines + 14
+    )
     at = header.line_index_of_field("CHAN with the axis")
     number, axis = header.found["CHAN with the axis"][1].groups()
     # Volume 2 names the axis in its first line too; only the channel's own line states the sensor's location.
@@ -131,7 +133,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
         station=station,
         origin=origin,
         coordinates=(latitude, longitude),
-        sensor=surface_or_borehole_sensor(location_text=channel),
+        sensor=classify_as_surface_or_borehole(location_text=channel),
         location=sensor_location_in_header_line(channel),
         peak=header.field_peak_acceleration("peak", UNITS[_header_peak_unit(header)], signed=True)
         if header.field_text("peak")
@@ -143,7 +145,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     return component, end + 1
 
 
-def _start_time_of_renadic(header: Header, stated_origin: datetime | None) -> datetime | None:
+def _start_time_of_renadic(header: HeaderFields, stated_origin: datetime | None) -> datetime | None:
     """Return the UTC time of the first sample of a file of RENADIC (Chile); None if its clock does not give it.
 
     The field ORIGIN is the time of the first sample in whole seconds: in files of recorders with satellite clocks, the
@@ -160,17 +162,17 @@ def _start_time_of_renadic(header: Header, stated_origin: datetime | None) -> da
     return start if timedelta() <= trigger - start <= LONGEST_MEMORY else None
 
 
-def _header_peak_unit(header: Header) -> str:
+def _header_peak_unit(header: HeaderFields) -> str:
     """Return the unit of the peak acceleration in the header, in lower case; "" if no peak is stated."""
     match = header.field_pattern_match("peak")
     return match[2].lower() if match else ""
 
 
 def _read_evenly_spaced_samples(
-    channel_lines: TextLines, data_line_index: int, header: Header
+    channel_lines: TextLines, data_line_index: int, header: HeaderFields
 ) -> tuple[np.ndarray, float, tuple[str, ...]]:
     """Return samples at constant intervals, m/s², their sampling interval, s, and notes on surplus lines."""
-    data = Header.find_fields(
+    data = HeaderFields.find_fields(
         replace(
             channel_lines, lines=channel_lines.lines[data_line_index:], before=channel_lines.before + data_line_index
         ),
@@ -211,7 +213,7 @@ def _sample_column_count_and_width(channel_lines: TextLines, line_index: int) ->
 
 
 def _read_time_acceleration_pairs(
-    channel_lines: TextLines, text_line_count: int, header: Header
+    channel_lines: TextLines, text_line_count: int, header: HeaderFields
 ) -> tuple[np.ndarray, float, tuple[str, ...]]:
     """Read time-acceleration pairs of old volume-1 files; return samples, m/s², sampling interval, s, and notes."""
     count, first = int(header.field_number("NO. OF POINTS")), text_line_count + 14

@@ -9,8 +9,13 @@ time, which is the time of the first sample.
 from datetime import timedelta
 from typing import Final
 
-from overturning.records.component import Direction, RecordComponent, parse_axis_direction, surface_or_borehole_sensor
-from overturning.records.formats.header import Fields, Header, parse_time_as_utc
+from overturning.records.component import (
+    AxisDirection,
+    RecordComponent,
+    classify_as_surface_or_borehole,
+    parse_axis_direction,
+)
+from overturning.records.formats.header import Fields, HeaderFields, parse_time_as_utc
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -19,7 +24,7 @@ BEIJING: Final = timedelta(hours=8)
 CLOCK: Final = r"(\d{4}-\d+-\d+\s+\d+:\d+:\d+(?:\.\d+)?)\s*BTM"
 CLOCKS: Final = ("%Y-%m-%d %H:%M:%S", "%Y-%m-%d %H:%M:%S.%f")
 PLACE: Final = rf"({FLOAT})\s*([NS])[,\s]+({FLOAT})\s*([EW])"
-AXES: Final[dict[str, Direction]] = {"NS": (0.0, 0), "EW": (90.0, 0), "UD": (None, 1)}
+AXES: Final[dict[str, AxisDirection]] = {"NS": (0.0, 0), "EW": (90.0, 0), "UD": (None, 1)}
 FIELDS: Final[Fields] = {
     "origin": (1, rf"{CLOCK}\s*$"),
     "event": (2, "(.*)"),
@@ -43,7 +48,7 @@ ACCELERATION: Final = r"(UN)?CORRECTED ACCELERATION\s+UNIT:\s*(CM/SEC/SEC|GAL)\s
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read the one component of a CSMNC file (China), as a list; a RecordError names the line of an error."""
-    header = Header.find_fields(source_file, FIELDS, 20, min_lines=17)
+    header = HeaderFields.find_fields(source_file, FIELDS, 20, min_lines=17)
     header.check_field_pattern("quantity", ACCELERATION, "acceleration in CM/SEC/SEC")
     axis = header.field_text("COMP. with the axis")
     samples, notes = header.cut_to_stated_count(
@@ -60,7 +65,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             start=header.field_utc_time("start", *CLOCKS, utc_offset=BEIJING) if header.field_text("start") else None,
             origin=parse_time_as_utc(header.field_text("origin"), *CLOCKS, utc_offset=BEIJING),
             peak=header.field_peak_acceleration("peak", GAL) if header.field_text("peak") else None,
-            sensor=surface_or_borehole_sensor(location_text=header.field_text("observing point")),
+            sensor=classify_as_surface_or_borehole(location_text=header.field_text("observing point")),
             location=" ".join(header.field_text("observing point").split()),
             processed=header.field_text("quantity").upper().startswith("CORRECTED"),
             extra=header.number_fields_as_metadata({"depth_km": "depth"}),

@@ -55,7 +55,7 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
             interval = _checked_sampling_interval(
                 lines, first, rows[:, index] * SECONDS[unit], declared_properties.sampling_interval_s
             )
-    extra = {"declared": declared_properties.texts_of_declared_sample_properties}
+    extra = {"declared": declared_properties.declared_sample_property_texts}
     return [
         RecordComponent.from_file(
             source_file,

@@ -9,14 +9,14 @@ import re
 from datetime import timedelta
 from typing import Final
 
-from overturning.records.component import Direction, HeaderPeak, RecordComponent
-from overturning.records.formats.header import Fields, Header, parse_time_as_utc
+from overturning.records.component import AxisDirection, HeaderPeak, RecordComponent
+from overturning.records.formats.header import Fields, HeaderFields, parse_time_as_utc
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
 TAIWAN: Final = timedelta(hours=8)
-AXES: Final[dict[str, Direction]] = {
+AXES: Final[dict[str, AxisDirection]] = {
     "U(+)": (None, 1),
     "N(+)": (0.0, 0),
     "E(+)": (90.0, 0),
@@ -34,7 +34,7 @@ FIELDS: Final[Fields] = {key: rf"^#{re.escape(key)}\s*:(.*)" for key in KEYS}
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read the components of a CWA file (Taiwan); raise a RecordError with the line number if it is damaged."""
-    header = Header.find_fields(source_file, FIELDS)
+    header = HeaderFields.find_fields(source_file, FIELDS)
     first = header.line_index_of_field("Data") + 1
     header.check_field_pattern("AmplitudeUnit", "gal", "Gal")
     sequence = header.field_text("DataSequence")
@@ -60,7 +60,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             event=f"earthquake of {header.field_text('Origin Time(GMT+08)')} (GMT+8)",
             origin=parse_time_as_utc(header.field_text("Origin Time(GMT+08)"), "%Y/%m/%d-%H:%M:%S", utc_offset=TAIWAN),
             coordinates=(header.field_number("StationLatitude(N)"), header.field_number("StationLongitude(E)")),
-            peak=_stated_peak(header, f"AmplitudeMAX. {axis[0]}"),
+            peak=_read_header_peak(header, f"AmplitudeMAX. {axis[0]}"),
             epicentre=(
                 header.optional_field_number("EpicenterLatitude(N)"),
                 header.optional_field_number("EpicenterLongitude(E)"),
@@ -72,7 +72,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     ]
 
 
-def _stated_peak(header: Header, field_name: str) -> HeaderPeak:
+def _read_header_peak(header: HeaderFields, field_name: str) -> HeaderPeak:
     """Return the peak of a component, the larger of the two extremes in a header field."""
     stated = re.fullmatch(rf"({FLOAT})\s*~\s*({FLOAT})", header.field_text(field_name))
     if stated is None:

@@ -3,8 +3,8 @@
 import re
 from typing import Final
 
-from overturning.records.component import RecordComponent, direction_from_channel_code, surface_or_borehole_sensor
-from overturning.records.formats.header import Fields, Header, parse_time_as_utc
+from overturning.records.component import RecordComponent, classify_as_surface_or_borehole, direction_from_channel_code
+from overturning.records.formats.header import Fields, HeaderFields, parse_time_as_utc
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
@@ -25,7 +25,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read the one component of an ESM or ITACA file, as a list; a RecordError for a wrong key, unit or count."""
     lines = source_file.lines
     first = next((i for i, line in enumerate(lines) if not re.fullmatch(LINE, line.rstrip())), len(lines))
-    header = Header.find_fields(source_file, FIELDS, first)
+    header = HeaderFields.find_fields(source_file, FIELDS, first)
     text = header.field_text
     header.line_index_of_field("STREAM")
     header.check_field_pattern("UNITS", r"cm\s*/\s*s\^?2$", "acceleration in cm/s^2")
@@ -56,7 +56,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
                 header.optional_field_number("STATION_LONGITUDE_DEGREE"),
             ),
             peak=header.field_peak_acceleration("PGA_CM/S^2", GAL, signed=True) if text("PGA_CM/S^2") else None,
-            sensor=surface_or_borehole_sensor(header.optional_field_number("SENSOR_DEPTH_M")),
+            sensor=classify_as_surface_or_borehole(header.optional_field_number("SENSOR_DEPTH_M")),
             location=text("LOCATION"),
             processed=not (raw or text("DATA_TYPE").upper().startswith("UNPROCESSED")),
             epicentre=(

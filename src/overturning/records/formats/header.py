@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
-from overturning.records.component import Direction, HeaderPeak, RecordComponent, normalise_coordinates
+from overturning.records.component import AxisDirection, HeaderPeak, RecordComponent, normalise_coordinates
 from overturning.records.formats.lines import FLOAT, TextLines
 from overturning.records.source import SourceFile
 
@@ -66,7 +66,7 @@ def parse_time_as_utc(time_text: str, *time_patterns: str, utc_offset: timedelta
 
 
 @dataclass(frozen=True)
-class Header(TextLines):
+class HeaderFields(TextLines):
     """Header of a text file: its lines, and for each field the line number and the matched text."""
 
     found: Mapping[str, tuple[int, re.Match[str]]] = field(default_factory=dict)
@@ -74,7 +74,7 @@ class Header(TextLines):
     @classmethod
     def find_fields(
         cls, lines: TextLines | SourceFile, field_patterns: Fields, max_lines: int = 500, *, min_lines: int = 0
-    ) -> "Header":
+    ) -> "HeaderFields":
         """Find the header fields by their patterns (regular expressions) in the first ``max_lines`` lines.
 
         Raises a RecordError if there are fewer than ``min_lines`` lines.
@@ -264,7 +264,7 @@ class Header(TextLines):
         return samples[: int(count)], self.surplus_number_notes(int(count), f"{more} samples") if more else ()
 
     def create_component(
-        self, axis: str, direction: Direction, samples: FloatArray, sampling_interval: float, **metadata: Any
+        self, axis: str, direction: AxisDirection, samples: FloatArray, sampling_interval: float, **metadata: Any
     ) -> RecordComponent:
         """Create a record component from samples, ``metadata``, and the station and earthquake in the file's header.
 

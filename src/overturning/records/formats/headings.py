@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from overturning.records.component import UNKNOWN, Direction, direction_from_channel_code, parse_axis_direction
+from overturning.records.component import UNKNOWN, AxisDirection, direction_from_channel_code, parse_axis_direction
 from overturning.records.formats.lines import FLOAT
 from overturning.units import UNITS
 
@@ -77,11 +77,11 @@ def _split_heading_line(line: str, separator: str | None, column_count: int) -> 
     return [cell.strip() for cell in cells]
 
 
-def heading_direction(heading: str) -> Direction:
+def heading_direction(heading: str) -> AxisDirection:
     """Return the axis direction in a column heading such as ``HNE`` or ``Acc.E-W (gal)``; else `UNKNOWN`."""
     if (whole := parse_axis_direction(heading.partition("(")[0].partition("[")[0])) != UNKNOWN:
         return whole
-    named = set[Direction]()
+    named = set[AxisDirection]()
     for word in re.split(r"[\s_.:,()\[\]]+", heading):
         prefixed = _PREFIXED.fullmatch(word)
         if _SEED.fullmatch(word.upper()) and len(word) == 3:

@@ -11,14 +11,14 @@ from dataclasses import replace
 from datetime import timedelta
 from typing import Final
 
-from overturning.records.component import Direction, RecordComponent
-from overturning.records.formats.header import Fields, Header
+from overturning.records.component import AxisDirection, RecordComponent
+from overturning.records.formats.header import Fields, HeaderFields
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
 JAPAN: Final = timedelta(hours=9)
-AXES: Final[dict[str, Direction]] = {"NS": (0.0, 0), "EW": (90.0, 0), "UD": (None, 1)}
+AXES: Final[dict[str, AxisDirection]] = {"NS": (0.0, 0), "EW": (90.0, 0), "UD": (None, 1)}
 CLOCKS: Final = ("%Y %m %d %H %M %S", "%Y %m %d %H %M %S.%f", "%y %m %d %H %M %S", "%y %m %d %H %M %S.%f")
 FIELDS: Final[Fields] = {
     "SITE CODE": r"^\s*SITE CODE\s*=\s*([^,]*)",
@@ -33,7 +33,7 @@ FIELDS: Final[Fields] = {
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read the components of a JMA file (Japan); raise a RecordError with the line number if it is damaged."""
-    header = Header.find_fields(source_file, FIELDS, 20)
+    header = HeaderFields.find_fields(source_file, FIELDS, 20)
     first = header.line_index_of_field("the line NS,EW,UD") + 1
     header.check_field_pattern("UNIT", r"gal\b", "gal")
     columns = re.split(r"\s*,\s*", header.field_text("the line NS,EW,UD").upper())

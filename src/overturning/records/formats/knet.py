@@ -11,7 +11,7 @@ from typing import Final
 
 from overturning.arrays import FloatArray
 from overturning.records.component import RecordComponent, Sensor
-from overturning.records.formats.header import Fields, Header, parse_time_as_utc
+from overturning.records.formats.header import Fields, HeaderFields, parse_time_as_utc
 from overturning.records.formats.lines import TextLines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -50,7 +50,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
 
     A RecordError names the line of an error.
     """
-    header = Header.find_fields(source_file, FIELDS, min_lines=len(KEYS))
+    header = HeaderFields.find_fields(source_file, FIELDS, min_lines=len(KEYS))
     if not re.fullmatch(r"[A-Z0-9]{3,7}", station := header.field_text("Station Code")):
         raise header.line_error(
             "Station Code", f"station code {station!r}; it has 3 to 7 letters and digits: correct it"
@@ -93,7 +93,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     ]
 
 
-def _acceleration_per_count(header: Header) -> float:
+def _acceleration_per_count(header: HeaderFields) -> float:
     """Return the acceleration of one count, m/s², from a scale factor such as ``7845(gal)/8223790``."""
     text = header.field_text("Scale Factor")
     match = re.fullmatch(r"([\d.]+)\s*\(gal\)\s*/\s*([\d.]+)", text)

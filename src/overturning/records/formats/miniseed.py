@@ -11,8 +11,8 @@ from overturning.errors import RecordError, RecordRefusalReasons
 from overturning.records.component import (
     RecordComponent,
     channel_direction_mismatch_notes,
+    classify_as_surface_or_borehole,
     direction_with_channel_code_fallback,
-    surface_or_borehole_sensor,
 )
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.formats.stationxml import (
@@ -125,7 +125,7 @@ def _component_of_trace(
         start=moment.datetime.replace(tzinfo=UTC),
         station=trace.stats.station,
         coordinates=(epoch.channel.latitude, epoch.channel.longitude),
-        sensor=surface_or_borehole_sensor(epoch.channel.depth),
+        sensor=classify_as_surface_or_borehole(epoch.channel.depth),
         location=trace.stats.location or BLANK,
         unit=declared_properties.unit
         if declared_properties.unit and UNITS.get(declared_properties.unit) == scale

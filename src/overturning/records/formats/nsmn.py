@@ -8,7 +8,7 @@ import re
 from typing import Final
 
 from overturning.records.component import RecordComponent
-from overturning.records.formats.header import Fields, Header, parse_time_as_utc
+from overturning.records.formats.header import Fields, HeaderFields, parse_time_as_utc
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -31,7 +31,7 @@ FIELDS: Final[Fields] = {
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read the components of an NSMN file (Türkiye); raise a RecordError with the line number if it is damaged."""
-    header = Header.find_fields(source_file, FIELDS, min_lines=HEADER_LINES)
+    header = HeaderFields.find_fields(source_file, FIELDS, min_lines=HEADER_LINES)
     values, notes = header.cut_to_stated_count("number of data", header.read_number_rows(HEADER_LINES, 3))
     moment, _, fraction = header.field_text("time of the record").partition(".")
     components = []

@@ -8,7 +8,7 @@ import re
 from typing import Any, Final
 
 from overturning.records.component import RecordComponent, direction_with_channel_code_fallback, parse_axis_direction
-from overturning.records.formats.header import Fields, Header
+from overturning.records.formats.header import Fields, HeaderFields
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
 from overturning.units import STANDARD_GRAVITY
@@ -27,7 +27,7 @@ BOREHOLE: Final = re.compile("(NS|EW|UD)1", re.IGNORECASE)
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read the one component of a PEER AT2 file, as a list; a RecordError for a wrong unit or sample count."""
-    header = Header.find_fields(source_file, FIELDS, 4, min_lines=5)
+    header = HeaderFields.find_fields(source_file, FIELDS, 4, min_lines=5)
     samples, notes = header.cut_to_stated_count("NPTS", header.read_all_numbers(4))
     parts = [part.strip() for part in header.field_text("names").split(",")]
     axis = re.sub(r"\(.*\)", "", parts[-1]).strip()

@@ -11,9 +11,9 @@ from overturning.records.component import (
     HeaderPeak,
     RecordComponent,
     channel_direction_mismatch_notes,
+    classify_as_surface_or_borehole,
     direction_from_azimuth_and_dip,
     direction_with_channel_code_fallback,
-    surface_or_borehole_sensor,
 )
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.formats.header import epicentre_metadata
@@ -108,11 +108,11 @@ def _component_of_trace(
         origin=origin,
         coordinates=(header_number("stla"), header_number("stlo")),
         peak=HeaderPeak.from_signed_acceleration(extreme * scale, 2e-7) if extreme is not None else None,
-        sensor=surface_or_borehole_sensor(header_number("stdp")),
+        sensor=classify_as_surface_or_borehole(header_number("stdp")),
         location=trace.stats.location,
         processed=bool(declared_properties.processed),
         unit=unit,
-        extra={"network": trace.stats.network, "declared": declared_properties.texts_of_declared_sample_properties}
+        extra={"network": trace.stats.network, "declared": declared_properties.declared_sample_property_texts}
         | epicentre,
         notes=notes,
     )

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from overturning.records.component import (
-    Direction,
+    AxisDirection,
     HeaderPeak,
     RecordComponent,
     axis_direction_from_name_or_code,
@@ -87,7 +87,7 @@ def _read_samples(lines: TextLines, comment_count: int, sample_count: int) -> tu
 
 def _axis_name_direction_and_notes(
     lines: TextLines, header_integers: np.ndarray
-) -> tuple[str, Direction, tuple[str, ...]]:
+) -> tuple[str, AxisDirection, tuple[str, ...]]:
     """Return axis name and direction from the header, and a note if the axis is inclined.
 
     Raises a RecordError if text and integers disagree, or if the axis is neither horizontal nor vertical.

@@ -10,7 +10,7 @@ from datetime import datetime, timedelta
 from typing import Final
 
 from overturning.records.component import UNKNOWN, RecordComponent, parse_axis_direction
-from overturning.records.formats.header import Fields, Header, coordinate_with_hemisphere
+from overturning.records.formats.header import Fields, HeaderFields, coordinate_with_hemisphere
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -34,7 +34,7 @@ DAY: Final = timedelta(days=1)
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read the components of a UNAM file (Mexico); a RecordError names the line of an error."""
-    header, lines = Header.find_fields(source_file, FIELDS), source_file.lines
+    header, lines = HeaderFields.find_fields(source_file, FIELDS), source_file.lines
     heading = header.line_index_of_field("DATOS DE ACELERACION") + 1
     found = (i for i, line in enumerate(lines[: heading + 10]) if re.match(rf"\s*{FLOAT}(\s|$)", line))
     first = next((i for i in found if i >= heading), None)
@@ -82,7 +82,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     ]
 
 
-def _field_values_per_channel(header: Header, field_name: str) -> list[str]:
+def _field_values_per_channel(header: HeaderFields, field_name: str) -> list[str]:
     """Split a header field that has one value per channel, separated by ``/``."""
     header.line_index_of_field(field_name)
     values = [part.partition(";")[0].strip() for part in header.field_text(field_name).strip("/").split("/")]
@@ -95,7 +95,7 @@ def _field_values_per_channel(header: Header, field_name: str) -> list[str]:
     return values
 
 
-def _station_coordinates(header: Header) -> tuple[float, float]:
+def _station_coordinates(header: HeaderFields) -> tuple[float, float]:
     """Return the station's latitude and longitude, degrees, which the header states in either order."""
     at = header.line_index_of_field("COORDENADAS DE LA ESTACION")
     below = " ".join(header.lines[at : at + 2])
@@ -109,7 +109,7 @@ def _station_coordinates(header: Header) -> tuple[float, float]:
     return north, east
 
 
-def _origin_and_start_times(header: Header) -> tuple[datetime, datetime]:
+def _origin_and_start_times(header: HeaderFields) -> tuple[datetime, datetime]:
     """Return the UTC times of origin and first sample; the file does not state the day of the first sample."""
     day = header.field_text("FECHA DEL SISMO")
     origin, start = (

@@ -20,7 +20,7 @@ from overturning.records.component import (
     axis_direction_from_name_or_code,
     direction_from_azimuth_code,
 )
-from overturning.records.formats.header import PLACE, Fields, Header, parse_time_as_utc
+from overturning.records.formats.header import PLACE, Fields, HeaderFields, parse_time_as_utc
 from overturning.records.formats.lines import FLOAT, TextLines, reads_consecutive_components
 from overturning.units import STANDARD_GRAVITY
 
@@ -50,7 +50,10 @@ LONGEST_GAP: Final = 0.1
 )
 def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     """Read one component of a USC volume-1 file (California); return the component and its number of lines."""
-    header, text = Header.find_fields(channel_lines, FIELDS, TEXT_LINES, min_lines=TEXT_LINES + 14), channel_lines.lines
+    header, text = (
+        HeaderFields.find_fields(channel_lines, FIELDS, TEXT_LINES, min_lines=TEXT_LINES + 14),
+        channel_lines.lines,
+    )
     # The narrow variant has its reals two lines earlier and four pairs per line.
     narrow = "." in text[TEXT_LINES + 5]
     whole = channel_lines.read_fixed_width_integers(

@@ -10,19 +10,20 @@ STATM = Path("/proc/self/statm")
 IS_BOUNDED = hasattr(signal, "setitimer") and STATM.exists()
 
 
-def ring(_signal: int, _frame: object) -> None:
+def raise_time_limit_error(_signal: int, _frame: object) -> None:
+    """Handle the signal of the timer: the processor time is used up."""
     raise AssertionError("ten seconds for one file")
 
 
 @contextmanager
-def bounded(seconds: float = 10.0) -> Iterator[None]:
-    """Not more than 10 s of processor time or 1 GB: by a timer and a limit on the address space where they exist."""
+def limited_time_and_memory(seconds: float = 10.0) -> Iterator[None]:
+    """Limit a block to some seconds of processor time and 1 GB of further memory, where the system can limit both."""
     if not IS_BOUNDED:
         yield
         return
     now = int(STATM.read_text().split()[0]) * resource.getpagesize()
     soft, hard = resource.getrlimit(resource.RLIMIT_AS)
-    before = signal.signal(signal.SIGPROF, ring)
+    before = signal.signal(signal.SIGPROF, raise_time_limit_error)
     signal.setitimer(signal.ITIMER_PROF, seconds)
     resource.setrlimit(resource.RLIMIT_AS, (now + 1_000_000_000, hard))
     try:

@@ -12,8 +12,8 @@ from overturning.cli import main
 
 
 @contextmanager
-def refused(kind: type[Exception], *words: str, brief: bool = False) -> Iterator[None]:
-    """Expect an error whose message holds all the words; where it is to be brief, on one line."""
+def expect_error(kind: type[Exception], *words: str, brief: bool = False) -> Iterator[None]:
+    """Require an error of a class whose message contains all words, in a single line if `brief`."""
     with pytest.raises(kind) as problem:
         yield
     message = str(problem.value)
@@ -21,7 +21,7 @@ def refused(kind: type[Exception], *words: str, brief: bool = False) -> Iterator
     assert not brief or "\n" not in message
 
 
-def said(*words: object, status: int = 0) -> str:
+def command_output(*words: object, status: int = 0) -> str:
     """Run `overturning`, check its exit status, and return the output of both streams."""
     with redirect_stdout(StringIO()) as text, redirect_stderr(text), pytest.raises(SystemExit) as end:
         main([str(word) for word in words])
@@ -29,15 +29,15 @@ def said(*words: object, status: int = 0) -> str:
     return text.getvalue()
 
 
-def lacking(reason: str) -> NoReturn:
-    """Skip a test that lacks something of its surroundings; fail it where nothing may skip."""
+def skip_or_fail(reason: str) -> NoReturn:
+    """Skip a test whose environment lacks a requirement; fail it if ``OVERTURNING_NO_SKIP`` is set."""
     (pytest.fail if "OVERTURNING_NO_SKIP" in os.environ else pytest.skip)(reason)
     raise AssertionError
 
 
-def every_or_first(targets: Sequence[str]) -> Sequence[str]:
-    """The instruction sets to compile for beside the machine's own: one, since each takes a cold compile of its own.
+def targets_to_compile(targets: Sequence[str]) -> Sequence[str]:
+    """Return the instruction sets to compile for, in addition to that of this machine: the first, as compiling is slow.
 
-    All of them where ``OVERTURNING_EVERY_TARGET`` is set, as by ``make verify``.
+    All targets are returned if ``OVERTURNING_EVERY_TARGET`` is set, as by ``make verify``.
     """
     return targets if "OVERTURNING_EVERY_TARGET" in os.environ else targets[:1]

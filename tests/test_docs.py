@@ -15,7 +15,7 @@ import pytest
 from overturning.cli import main
 from overturning.model.status import CaseStatus
 from overturning.model.variables import BODY_VARIABLES, FACE_VARIABLES, VARIABLES
-from tests.expect import lacking
+from tests.expect import skip_or_fail
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -252,7 +252,7 @@ def test_every_docs_page_is_in_the_table_of_contents():
 @pytest.mark.long
 def test_the_site_builds_with_checked_links_and_an_executed_notebook(tmp_path):
     if importlib.util.find_spec("material") is None:
-        lacking("mkdocs-material is not installed (group docs)")
+        skip_or_fail("mkdocs-material is not installed (group docs)")
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(tmp_path / "site")]
     environment = os.environ | {"NO_MKDOCS_2_WARNING": "1"}
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300)

@@ -15,7 +15,7 @@ from overturning.files import (
     check_outputs_are_separate_files,
     read_yaml_mapping,
 )
-from tests.expect import said
+from tests.expect import command_output
 
 
 @pytest.mark.parametrize("error", [OSError(errno.ENOSPC, "full"), RuntimeError("NetCDF: HDF error")])
@@ -28,20 +28,20 @@ def test_full_disk_error_names_the_file(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def test_command_line_reports_file_errors_in_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(*_: object) -> None:
+    def raise_read_only(*_: object) -> None:
         raise OSError(errno.EROFS, "Read-only file system", "config/schema.json")
 
-    monkeypatch.setattr("overturning.study.document.write_study_file_documentation", full)
-    text = said("study", "document", status=1)
+    monkeypatch.setattr("overturning.study.document.write_study_file_documentation", raise_read_only)
+    text = command_output("study", "document", status=1)
     assert text == "error: config/schema.json: read-only file system; choose a folder that you may write to\n"
 
 
 def test_an_interrupted_command_prints_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    def stopped(*_: object) -> None:
+    def raise_interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("overturning.study.document.write_study_file_documentation", stopped)
-    assert said("study", "document", status=130) == "Stopped; no incomplete file was kept.\n"
+    monkeypatch.setattr("overturning.study.document.write_study_file_documentation", raise_interrupt)
+    assert command_output("study", "document", status=130) == "Stopped; no incomplete file was kept.\n"
 
 
 @pytest.mark.parametrize(
@@ -59,7 +59,7 @@ def test_an_interrupted_command_prints_one_sentence(monkeypatch: pytest.MonkeyPa
 )
 def test_an_unwritable_output_path_is_named_in_a_one_line_error(arguments: list[str]) -> None:
     """Nobody can make a file in /proc, whatever its permissions say."""
-    text = said(*arguments, status=1)
+    text = command_output(*arguments, status=1)
     assert text.startswith("error: "), text
     assert "/proc/x" in text
     assert len(text.splitlines()) <= 2

@@ -44,8 +44,8 @@ PACKAGES = {"overturning": ROOT / "src" / "overturning", "verification": ROOT / 
 
 
 @cache
-def modules() -> dict[str, Path]:
-    """Paths of all modules of the package, the verification and the tests, by module name."""
+def paths_by_module() -> dict[str, Path]:
+    """Return the paths of all modules of the package, the verification and the tests, by module name."""
     found = {}
     for package, folder in PACKAGES.items():
         for path in sorted(folder.rglob("*.py")):
@@ -55,19 +55,19 @@ def modules() -> dict[str, Path]:
 
 
 @cache
-def imports(module: str) -> frozenset[str]:
-    """Names of the project modules that a module imports, also inside functions."""
-    names, text = set(), modules()[module].read_text(encoding="utf-8")
+def imported_project_modules(module: str) -> frozenset[str]:
+    """Return the names of the project modules that a module imports, also inside functions."""
+    names, text = set(), paths_by_module()[module].read_text(encoding="utf-8")
     for node in ast.walk(ast.parse(text)) if "import_module" in text else import_statements(text):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{module} imports relatively; write the full name"
             below = {f"{node.module}.{alias.name}" for alias in node.names}
-            names |= below & modules().keys() or {str(node.module)}
+            names |= below & paths_by_module().keys() or {str(node.module)}
         elif isinstance(node, ast.Call) and _name_of_function(node.func) == "import_module":
             names |= {one.value for one in node.args if isinstance(one, ast.Constant)}
-    return frozenset((names & modules().keys()) - {module})
+    return frozenset((names & paths_by_module().keys()) - {module})
 
 
 def _name_of_function(function: ast.expr) -> str:
@@ -84,12 +84,12 @@ def layer_of_module(module: str) -> str:
 
 def test_each_module_imports_only_from_allowed_layers() -> None:
     faults = []
-    for name in (name for name in modules() if name.startswith("overturning.")):
+    for name in (name for name in paths_by_module() if name.startswith("overturning.")):
         assert layer_of_module(name) in LAYERS, f"{layer_of_module(name)} is not a layer"
         allowed = ["", *LAYERS[: LAYERS.index(layer_of_module(name)) + 1]]
         faults += [
             f"{name} imports {other}"
-            for other in imports(name)
+            for other in imported_project_modules(name)
             if not other.startswith("overturning") or layer_of_module(other) not in allowed
         ]
     assert faults == []
@@ -100,8 +100,8 @@ IMPORTERS_OF_VERIFICATION = ("verification", "tests.verification", "tests.workfl
 
 
 def test_tests_import_only_reference_solutions_from_verification() -> None:
-    for name in modules():
-        others = {other for other in imports(name) if not other.startswith("verification.reference.")}
+    for name in paths_by_module():
+        others = {other for other in imported_project_modules(name) if not other.startswith("verification.reference.")}
         packages = {other.partition(".")[0] for other in others}
         if name.startswith("verification"):
             assert "tests" not in packages, name
@@ -111,12 +111,12 @@ def test_tests_import_only_reference_solutions_from_verification() -> None:
 
 def test_the_project_has_no_circular_imports() -> None:
     try:
-        TopologicalSorter({name: imports(name) for name in modules()}).prepare()
+        TopologicalSorter({name: imported_project_modules(name) for name in paths_by_module()}).prepare()
     except CycleError as error:
         pytest.fail(f"a circle of imports: {' → '.join(error.args[1])}")
 
 
 def test_the_package_does_not_import_the_workflow_engine() -> None:
-    for name, path in modules().items():
+    for name, path in paths_by_module().items():
         if name.startswith("overturning"):
             assert "import snakemake" not in path.read_text(encoding="utf-8"), path

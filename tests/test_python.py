@@ -45,8 +45,8 @@ from overturning.study.intensity import write_intensity_measures
 from overturning.study.load import study_from_content
 from overturning.study.schema import Study
 from overturning.study.sections import BodySettings, SimulationSettings
-from tests.expect import lacking, refused
-from tests.study.small_study import cube_of, pulse, study
+from tests.expect import expect_error, skip_or_fail
+from tests.study.small_study import simulate_study_cube, sine_cycle_record, small_study
 
 WAVE = Motion.sine(6.0, 0.8)
 CONTACT: Any = overturning.Contact()
@@ -98,7 +98,7 @@ def test_every_public_name_is_in_the_api_reference() -> None:
     ],
 )
 def test_wrong_argument_types_give_plain_errors(call: Callable[[], Any], message: str) -> None:
-    with refused(ArgumentError, message, brief=True):
+    with expect_error(ArgumentError, message, brief=True):
         call()
 
 
@@ -147,10 +147,10 @@ def test_a_record_is_read_simulated_and_studied_from_python(tmp_path: Path) -> N
 @pytest.fixture(scope="module")
 def cube_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Path of a cube of two pulses, in a folder that also holds the motions and their intensity measures."""
-    folder, settings = tmp_path_factory.mktemp("cube"), study(ensemble={"members": 0})
-    records = [pulse(), replace(pulse("b", 3.0), fault_strike_deg=30.0)]
+    folder, settings = tmp_path_factory.mktemp("cube"), small_study(ensemble={"members": 0})
+    records = [sine_cycle_record(), replace(sine_cycle_record("b", 3.0), fault_strike_deg=30.0)]
     write_intensity_measures(settings, records, folder / "intensity.nc")
-    return cube_of(settings, records, folder)
+    return simulate_study_cube(settings, records, folder)
 
 
 def test_cube_opens_from_string_and_selects_by_record_id(cube_file: Path) -> None:
@@ -182,7 +182,7 @@ def test_a_saved_selection_of_a_cube_keeps_its_metadata(tmp_path: Path) -> None:
 
 
 def test_a_record_is_accepted_in_place_of_a_motion() -> None:
-    record, azimuth = pulse(), [0.0, 30.0]
+    record, azimuth = sine_cycle_record(), [0.0, 30.0]
     motion = Motion.of(record)
     for draw in (smoothed_fourier_spectra, response_spectra_along_azimuths):
         np.testing.assert_allclose(draw(record, azimuth)[1], draw(motion, azimuth)[1], rtol=0, atol=1e-12)
@@ -198,7 +198,7 @@ def test_a_record_is_accepted_in_place_of_a_motion() -> None:
 
 
 def test_motion_and_record_have_a_short_repr_and_record_a_velocity() -> None:
-    record = pulse()  # a cycle of 6 sin(2πt/T) with T = 0.8 s: its velocity ends at 0, and comes to 6 T/π
+    record = sine_cycle_record()  # a cycle of 6 sin(2πt/T) with T = 0.8 s: its velocity ends at 0, and comes to 6 T/π
     motion = Motion.of(record)
     assert repr(motion) == "<Motion: 400 samples of 0.01 s, north and east, horizontal peak 6.26 m/s²>"
     assert repr(record) == "<Record a (S, E): 400 samples of 0.01 s, north and east, horizontal peak 6.26 m/s²>"
@@ -218,7 +218,7 @@ def test_motion_survives_conversion_to_obspy_and_back(up: float | None) -> None:
     assert {(trace.stats.delta, trace.stats.unit) for trace in stream} == {(0.005, "m/s2")}
     back = Motion.from_obspy(stream)
     np.testing.assert_array_equal(np.array(back.components), np.array(motion.components))
-    record = replace(pulse(), start="2016-11-13T11:02:56.5")
+    record = replace(sine_cycle_record(), start="2016-11-13T11:02:56.5")
     assert str(record.to_obspy()[0].stats.starttime) == "2016-11-13T11:02:56.500000Z"
     assert Motion.from_obspy(record.to_obspy()).along(0).max() == record.north.max()
 
@@ -291,17 +291,17 @@ def test_each_cube_figure_is_drawn_without_changing_matplotlib_settings(cube_fil
         overturning.plot.fall_map(cube.sel(record="a"), "b")
     assert len(overturning.plot.fall_map(cube.sel(record="a")).axes) == len(overturning.plot.fall_map(cube, "a").axes)
     with pytest.raises(ArgumentError, match="record: 'b'; it chooses a record of a cube"):
-        overturning.plot.time_histories(pulse(), "b")
-    of_one = overturning.plot.spectra(pulse(), 30).axes[0].get_legend_handles_labels()[1]
+        overturning.plot.time_histories(sine_cycle_record(), "b")
+    of_one = overturning.plot.spectra(sine_cycle_record(), 30).axes[0].get_legend_handles_labels()[1]
     assert of_one == ["N30°E"]
-    assert Motion.sine(6.0, 0.8).plot().axes[0].get_title() == pulse().plot().axes[0].get_title() == "north"
+    assert Motion.sine(6.0, 0.8).plot().axes[0].get_title() == sine_cycle_record().plot().axes[0].get_title() == "north"
     mpl.use("Agg")
 
 
 def test_a_variant_with_its_own_soil_is_drawn_with_its_own_motions(cube_file: Path, tmp_path: Path) -> None:
     soil = {"layers": [{"thickness_m": 20, "velocity_m_s": 150}], "rock": {"velocity_m_s": 760}}
     shutil.copytree(cube_file.parent, tmp_path, dirs_exist_ok=True)
-    write_record_to_motion_file(pulse("b", 5.0), tmp_path / "motion" / "soft" / "b.nc")
+    write_record_to_motion_file(sine_cycle_record("b", 5.0), tmp_path / "motion" / "soft" / "b.nc")
     soft = overturning.open_cube(tmp_path / "cube.nc").load()
     said = json.loads(soft.attrs["study"]) | {"variants": {"soft": {"site": soil}}}
     soft.attrs |= {"study": json.dumps(said), "variant": "soft"}
@@ -315,9 +315,9 @@ def test_a_variant_with_its_own_soil_is_drawn_with_its_own_motions(cube_file: Pa
 def test_output_of_a_variant_is_labelled_and_in_separate_files(
     cube_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    settings = study(ensemble={"members": 0}, variants={"stiff": {"contact": {"damping_ratio": 1}}})
-    records = [replace(one, fault_strike_deg=10.0) for one in (pulse(), pulse("b", 3.0))]
-    path, stones = cube_of(settings, records, tmp_path, "stiff"), tmp_path / "stones.csv"
+    settings = small_study(ensemble={"members": 0}, variants={"stiff": {"contact": {"damping_ratio": 1}}})
+    records = [replace(one, fault_strike_deg=10.0) for one in (sine_cycle_record(), sine_cycle_record("b", 3.0))]
+    path, stones = simulate_study_cube(settings, records, tmp_path, "stiff"), tmp_path / "stones.csv"
     (tmp_path / "explore.html").write_text("of the study itself", encoding="utf-8")
     assert exit_status_of_command("explore", str(path), "--record", "b", "--record", "b") == 0
     assert capsys.readouterr().out == f"{tmp_path / 'explore.stiff.html'}\n"
@@ -569,7 +569,7 @@ def test_a_cube_is_exported_as_a_table_of_its_cases(
 
 def test_a_cube_is_exported_as_a_parquet_table(cube_file: Path, tmp_path: Path) -> None:
     if importlib.util.find_spec("pyarrow") is None:
-        lacking("pyarrow is not installed (`make parquet`)")
+        skip_or_fail("pyarrow is not installed (`make parquet`)")
     assert exit_status_of_command("cube", "export", str(cube_file), str(tmp_path / "cases.parquet")) == 0
     expected = overturning.to_dataframe(overturning.open_cube(cube_file))
     pd.testing.assert_frame_equal(pd.read_parquet(tmp_path / "cases.parquet"), expected, check_dtype=False)
@@ -592,7 +592,7 @@ def test_a_cube_is_exported_as_a_parquet_table(cube_file: Path, tmp_path: Path) 
     ],
 )
 def test_the_error_for_a_mistyped_keyword_suggests_the_correct_one(called: str, typed: str, meant: str) -> None:
-    with refused(ArgumentError, f"{typed}: no keyword of {called}; did you mean {meant}?", brief=True):
+    with expect_error(ArgumentError, f"{typed}: no keyword of {called}; did you mean {meant}?", brief=True):
         attrgetter(called)(overturning)(**{typed: 1})
 
 

@@ -18,7 +18,7 @@ from overturning.errors import OverturningError
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from tests.expect import refused
+from tests.expect import expect_error
 
 WAVE = Motion.sine(6.0, 0.8)
 GRID: dict[str, Any] = {"azimuth": {"step": 90}, "b_over_h": [0.2, 0.3], "height": [0.6], "friction": [0.5, 1.0]}
@@ -80,7 +80,7 @@ def cube_of_small_study() -> xr.Dataset:
     ],
 )
 def test_a_wrong_argument_is_named_in_the_error(call: Callable[[], object], words: list[str]) -> None:
-    with refused(OverturningError, *words):
+    with expect_error(OverturningError, *words):
         call()
 
 

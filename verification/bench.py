@@ -31,7 +31,7 @@ from overturning.motion.motion import Motion
 from overturning.units import GRANITE_DENSITY
 from verification import scalar
 from verification.inputs import NO_SLIDING, case_grid, default_study_groups, read_default_motions
-from verification.measures import compare_results, error_shares, join_results, percentage, run_case_groups
+from verification.measures import compare_results, join_results, percentage, run_case_groups, wrong_outcome_percentages
 from verification.tables import RESULTS, MeasuredFigure, figures_table, publish_markdown, select_parts, write_figures
 from verification.timing import minimum_processor_time, run_program
 from verification.whole_run import WITH_SERVER, measure_whole_run, start_up_table
@@ -57,7 +57,7 @@ SOFT_CONTACT = Contact(static_penetration=2e-5)
 """Contact for comparisons with the scalar loop, whose steps shrink with the stiffness."""
 
 
-def peak_operations() -> float:
+def peak_operations_per_second() -> float:
     """Return the floating-point operations per second of independent, unfused multiplications and additions."""
     rounds = 200_000
     return rounds * 256 * 16 / minimum_processor_time(lambda: _independent_multiply_adds(rounds))
@@ -108,7 +108,7 @@ def scalar_loop_benchmark(
 def measure_throughput() -> list[MeasuredFigure]:
     """Measure block steps per second and core (repeated steps included), relative to the scalar loop and the limit."""
     rows: list[MeasuredFigure] = []
-    motion, peak = motion_without_overturning(), peak_operations()
+    motion, peak = motion_without_overturning(), peak_operations_per_second()
     many = Cases(0.0, 0.6, 0.4, np.linspace(0.3, 1.0, 512))
     how: dict[str, Any] = {"model": gravestone(SOFT_CONTACT), "leave_out": False}
     for scheme in ("centred", "cundall"):
@@ -194,7 +194,7 @@ def measure_default_study(azimuths: int = 36) -> list[MeasuredFigure]:
         ("where the neighbours agree", far.firm),
         ("of all cells, against an eighth of the step", far.counts),
     ):
-        flags, sides = error_shares(counts)
+        flags, sides = wrong_outcome_percentages(counts)
         rows.append(MeasuredFigure(f"default study: wrong flags {where}", flags, "%"))
         rows.append(MeasuredFigure(f"default study: wrong sides {where}", sides, "%"))
     return rows

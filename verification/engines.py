@@ -33,7 +33,7 @@ AFTER_SCENE: Final = 3.0
 """Simulated time after the record, s, for a block and for a scene."""
 
 
-class Stone(NamedTuple):
+class PlanarBody(NamedTuple):
     """Free 2-D body: centre, m, corners from the centre, m, mass, kg, and moment of inertia, kg m², per m of depth."""
 
     x: float
@@ -43,15 +43,15 @@ class Stone(NamedTuple):
     inertia: float
 
 
-def rectangular_stone(height: float, b_over_h: float) -> Stone:
+def rectangular_stone(height: float, b_over_h: float) -> PlanarBody:
     """Return a rectangular stone that stands on the ground, with unit mass."""
     b, h = 0.5 * height * b_over_h, 0.5 * height
-    return Stone(0.0, h, ((-b, -h), (b, -h), (b, h), (-b, h)), 1.0, (b * b + h * h) / 3.0)
+    return PlanarBody(0.0, h, ((-b, -h), (b, -h), (b, h), (-b, h)), 1.0, (b * b + h * h) / 3.0)
 
 
-def free_stones(free_elements: Iterable[PlacedElement]) -> list[Stone]:
+def free_stones(free_elements: Iterable[PlacedElement]) -> list[PlanarBody]:
     """Convert the free elements of a scene (those neither driven nor fixed) to stones."""
-    return [Stone(one.x, one.z, one.shape.vertices.tolist(), one.mass, one.inertia) for one in free_elements]
+    return [PlanarBody(one.x, one.z, one.shape.vertices.tolist(), one.mass, one.inertia) for one in free_elements]
 
 
 def resample_acceleration(
@@ -78,7 +78,7 @@ def _simulate_fall_sides(
 
 
 def fall_sides_in_box2d(
-    free: Sequence[Stone], ground_acceleration: np.ndarray, friction: float, time_step: float, early: bool = False
+    free: Sequence[PlanarBody], ground_acceleration: np.ndarray, friction: float, time_step: float, early: bool = False
 ) -> list[int]:
     """Return the side to which each stone falls in Box2D under ground accelerations at its time steps."""
     from Box2D import b2EdgeShape, b2PolygonShape, b2World
@@ -102,7 +102,7 @@ def fall_sides_in_box2d(
 
 
 def fall_sides_in_pymunk(
-    free: Sequence[Stone], ground_acceleration: np.ndarray, friction: float, time_step: float, early: bool = False
+    free: Sequence[PlanarBody], ground_acceleration: np.ndarray, friction: float, time_step: float, early: bool = False
 ) -> list[int]:
     """Return the side to which each stone falls in pymunk under ground accelerations at its time steps."""
     import pymunk as engine
@@ -132,7 +132,7 @@ def fall_sides_in_pymunk(
 
 
 def fall_side_in_mujoco(
-    free: Sequence[Stone], ground_acceleration: np.ndarray, friction: float, time_step: float
+    free: Sequence[PlanarBody], ground_acceleration: np.ndarray, friction: float, time_step: float
 ) -> list[int]:
     """Return the side to which a block falls in MuJoCo: a box, 1 m deep, that moves in a vertical plane."""
     import mujoco as engine
@@ -286,7 +286,7 @@ def fall_azimuth_of_prism(
     return np.nan if axis is None else float((orientation_deg - np.degrees(np.arctan2(axis[1], axis[0]))) % 360.0)
 
 
-def _polygon_area(stone: Stone) -> float:
+def _polygon_area(stone: PlanarBody) -> float:
     """Return the area of a stone's outline, m²."""
     x, z = np.array(stone.corners).T
     return abs(float(np.dot(x, np.roll(z, -1)) - np.dot(z, np.roll(x, -1)))) / 2

@@ -36,7 +36,14 @@ from verification.inputs import (
     half_circle_azimuths,
     read_default_motions,
 )
-from verification.measures import MIN_ROCKING, Flags, compare_results, error_shares, percentage, run_case_groups
+from verification.measures import (
+    MIN_ROCKING,
+    Flags,
+    compare_results,
+    percentage,
+    run_case_groups,
+    wrong_outcome_percentages,
+)
 from verification.tables import RESULTS, ROOT, markdown_table, publish_markdown, select_parts, wrap_text, write_csv
 from verification.timing import TimedResults, run_in_subprocess
 
@@ -90,7 +97,7 @@ def measure_error_over_step(thin: ThinnedStudy) -> MarkdownByMarker:
         shift = (np.abs(boundary_b_over_h(found.overturned) - right) / right)[right > ratios[0]]
         rows.append(
             {"scheme": scheme, "step": share, "cases": far.counts.cases}
-            | far.costs(seconds)
+            | far.cost_and_error_columns(seconds)
             | {BOUNDARY_SHIFT: round(100 * float(shift.mean()), 3)}
         )
         print(rows[-1], flush=True)
@@ -141,7 +148,9 @@ def measure_error_over_step_and_contact(thin: ThinnedStudy) -> MarkdownByMarker:
             cells = [f"{percentage(own.unstable, computed):.2f}"]
             for step in steps.values():
                 far = compare_results(run_case_groups(groups, threads=2, time_step=step, **given).results, exact)
-                cells.append(f"{percentage(far.unstable, computed):.2f} / {error_shares(far.moving)[0]:.2f}")
+                cells.append(
+                    f"{percentage(far.unstable, computed):.2f} / {wrong_outcome_percentages(far.moving)[0]:.2f}"
+                )
             lines.append((f"{penetration:g}", f"{ratio:g}", *cells))
             print(*lines[-1], flush=True)
     cells_of = markdown_table(("δ/B", "ξ", "0.125", *steps), lines)
@@ -176,7 +185,7 @@ def measure_step_control_rules(thin: ThinnedStudy) -> MarkdownByMarker:
     with tempfile.TemporaryDirectory() as folder:
         for number, (name, before) in enumerate(CLOCK_RULES.items()):
             (found,) = run_in_subprocess(groups, [{}], before=before, NUMBA_CACHE_DIR=f"{folder}/{number}")
-            rows[name] = compare_results(found.results, exact).costs(found.seconds)
+            rows[name] = compare_results(found.results, exact).cost_and_error_columns(found.seconds)
             print(name, rows[name], flush=True)
     return {"fine-steps": named_rows_table("", rows, list(next(iter(rows.values()))))}
 
@@ -193,14 +202,18 @@ def measure_error_over_stiffness(thin: ThinnedStudy) -> MarkdownByMarker:
 
     def error_percentages(one: TimedResults, other: TimedResults) -> tuple[str, ...]:
         """Return the shares of wrong flags and of wrong flags or sides, percent, as text."""
-        return tuple(f"{share:.2f}" for share in error_shares(compare_results(one.results, other.results).counts))
+        return tuple(
+            f"{share:.2f}" for share in wrong_outcome_percentages(compare_results(one.results, other.results).counts)
+        )
 
     steps = {"0.125": "0.125 stable", "0.25": "0.25 stable", "0.5": "0.5 stable", "auto": "auto"}
     reference = (2e-8, "0.125")
     exact, lines, costs = run_with_penetration(reference[0], time_step=steps[reference[1]]), [], {}
     if thin.checkout is not None:
         (before,) = run_in_subprocess(groups, [{}], checkout=thin.checkout)
-        costs["of the other checkout"] = compare_results(before.results, exact.results).costs(before.seconds)
+        costs["of the other checkout"] = compare_results(before.results, exact.results).cost_and_error_columns(
+            before.seconds
+        )
     for penetration in (2e-5, 2e-6, 5e-7, STATIC_PENETRATION, 2e-8):
         found = {
             name: exact if (penetration, name) == reference else run_with_penetration(penetration, time_step=step)
@@ -208,7 +221,9 @@ def measure_error_over_stiffness(thin: ThinnedStudy) -> MarkdownByMarker:
         }
         cells = ("–" if one is exact else " / ".join(error_percentages(one, exact)) for one in found.values())
         lines.append((f"{penetration:g}", *cells))
-        costs[f"{penetration:g}"] = compare_results(found["auto"].results, exact.results).costs(found["auto"].seconds)
+        costs[f"{penetration:g}"] = compare_results(found["auto"].results, exact.results).cost_and_error_columns(
+            found["auto"].seconds
+        )
         print(lines[-1], costs[f"{penetration:g}"], flush=True)
     own, finer = run_with_penetration(STATIC_PENETRATION), run_with_penetration(STATIC_PENETRATION, refinement=8)
     stiffer = run_with_penetration(STATIC_PENETRATION / 4)
@@ -323,7 +338,12 @@ def measure_effect_of_high_friction(thin: ThinnedStudy) -> MarkdownByMarker:
             far = compare_results(found, first).counts
             unbalanced = percentage((found.status == CaseStatus.UNSTABLE).sum(), found.status.size)
             lines.append(
-                (f"{friction:g}", f"{steps:.2f}", f"{unbalanced:.1f}", *(f"{one:.2f}" for one in error_shares(far)))
+                (
+                    f"{friction:g}",
+                    f"{steps:.2f}",
+                    f"{unbalanced:.1f}",
+                    *(f"{one:.2f}" for one in wrong_outcome_percentages(far)),
+                )
             )
             print(*lines[-1], flush=True)
     heads = ("μ", "steps", "unstable, %", "flags that differ, %", "sides that differ, %")

@@ -87,9 +87,9 @@ class ResultDifference(NamedTuple):
     energy_error: float
     """Largest energy error of the simulated cases."""
 
-    def costs(self, seconds: float) -> dict[str, float]:
+    def cost_and_error_columns(self, seconds: float) -> dict[str, float]:
         """Return cost and errors by the column titles of the tables in the docs."""
-        flags, sides = error_shares(self.counts)
+        flags, sides = wrong_outcome_percentages(self.counts)
         return {
             "million block steps": round(self.block_steps / 1e6, 1),
             "processor time, s": round(seconds, 2),
@@ -130,6 +130,6 @@ def percentage(part: float, total: float) -> float:
     return 100.0 * part / total if total else float("nan")
 
 
-def error_shares(counts: OutcomeDifferenceCounts) -> tuple[float, float]:
+def wrong_outcome_percentages(counts: OutcomeDifferenceCounts) -> tuple[float, float]:
     """Return the shares of cases with a wrong flag and of cases with a wrong flag or side, both in percent."""
     return percentage(counts.flags, counts.cases), percentage(counts.flags + counts.sides, counts.cases)

@@ -16,7 +16,7 @@ from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.scene import load_scene
 from verification.engines import ENGINES, installed_engines
 from verification.inputs import CaseGroup, read_near_field_motion
-from verification.scenes import shaft_sides
+from verification.scenes import fall_sides_of_shaft
 from verification.tables import RESULTS, ROOT, write_csv
 
 TABLE: Final = RESULTS / "three-tier-peers.csv"
@@ -41,7 +41,7 @@ def draw_random_cases() -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["record", "azimuth_deg", "b_over_h", "friction"])
 
 
-def shaft_sides_by_engine(cases: pd.DataFrame) -> dict[str, np.ndarray]:
+def fall_sides_of_shaft_by_engine(cases: pd.DataFrame) -> dict[str, np.ndarray]:
     """Return the sides to which the shaft falls in each case, by installed engine."""
     scene = load_scene("three-tier", ROOT)
     height, _ = size_reference_height_and_b_over_h(scene)
@@ -53,7 +53,7 @@ def shaft_sides_by_engine(cases: pd.DataFrame) -> dict[str, np.ndarray]:
         if (rows := cases[cases["record"] == number]).size
     ]
     return {
-        name.lower(): np.concatenate([shaft_sides(engine, scene, group, STEP) for group in groups])
+        name.lower(): np.concatenate([fall_sides_of_shaft(engine, scene, group, STEP) for group in groups])
         for name, engine in installed_engines(ENGINES, "pymunk", "Box2D").items()
     }
 
@@ -61,7 +61,7 @@ def shaft_sides_by_engine(cases: pd.DataFrame) -> dict[str, np.ndarray]:
 def main() -> None:
     """Write the table."""
     cases = draw_random_cases()
-    found = shaft_sides_by_engine(cases)
+    found = fall_sides_of_shaft_by_engine(cases)
     if len(found) < 2:
         raise ArgumentError("both engines are needed: make peers")
     write_csv(cases.assign(**found), TABLE)

@@ -112,8 +112,8 @@ def compare_with_other_engines(count: int) -> Iterator[MeasuredFigure]:
     some = CaseGroup(motion, cases).subset(chosen)
     times, ended, found = {}, {}, {}
     for name, engine in installed_engines(ENGINES, "Box2D", "pymunk").items():
-        _, ended[name] = time_run(partial(shaft_sides, engine, scene, some, early=True), 1, int)
-        found[name], times[name] = time_run(partial(shaft_sides, engine, scene, some), 1, int)
+        _, ended[name] = time_run(partial(fall_sides_of_shaft, engine, scene, some, early=True), 1, int)
+        found[name], times[name] = time_run(partial(fall_sides_of_shaft, engine, scene, some), 1, int)
         yield MeasuredFigure(f"{name}: time per case", times[name] / chosen.size * 1e3, "ms")
         yield MeasuredFigure(
             f"{name}: time per case, ended when the shaft has fallen", ended[name] / chosen.size * 1e3, "ms"
@@ -158,7 +158,9 @@ def compare_with_other_engines(count: int) -> Iterator[MeasuredFigure]:
             yield MeasuredFigure(text, each / chosen.size / left, "x")
 
 
-def shaft_sides(engine: Any, scene: Scene, group: CaseGroup, step: float = 1 / 240, early: bool = False) -> np.ndarray:
+def fall_sides_of_shaft(
+    engine: Any, scene: Scene, group: CaseGroup, step: float = 1 / 240, early: bool = False
+) -> np.ndarray:
     """Return the sides to which the shaft falls in an engine; with `early`, a case ends when it has fallen."""
     sides = []
     for index in range(group.cases.case_count):

@@ -39,7 +39,7 @@ NO_OUTCOME: Final = "none"
 CASE_COLUMNS: Final = ["case", "record", "orientation_deg", "amplitude", "friction", "sizes"]
 
 
-def same_fall(first_azimuth_deg: float, second_azimuth_deg: float) -> bool:
+def outcomes_agree(first_azimuth_deg: float, second_azimuth_deg: float) -> bool:
     """True if two outcomes agree: both stand (NaN), or both fall to azimuths within 20°."""
     if math.isnan(first_azimuth_deg) or math.isnan(second_azimuth_deg):
         return math.isnan(first_azimuth_deg) and math.isnan(second_azimuth_deg)
@@ -76,7 +76,7 @@ def robust_program_outcome(case: StackCase) -> dict[str, Any]:
     changed = [
         f"amplitude × {factor:g}"
         for factor, other in zip(factors[1:], others, strict=True)
-        if not (has_outcome(other) and same_fall(other["fall_azimuth_deg"], nominal["fall_azimuth_deg"]))
+        if not (has_outcome(other) and outcomes_agree(other["fall_azimuth_deg"], nominal["fall_azimuth_deg"]))
     ]
     changed = changed if has_outcome(nominal) else [NO_OUTCOME]
     return nominal | {"robust": int(not changed), "changed_by": " ".join(changed[:1])}
@@ -86,7 +86,7 @@ def smallest_amplitude_change_to_outcome(case: StackCase, azimuth_deg: float) ->
     """Return the least change of amplitude, %, with which this program gives an outcome; NaN if none is found."""
     changes = [sign * change for change in AMPLITUDE_CHANGES for sign in (-1.0, 1.0)]
     for change, found in zip(changes, program_outcomes(case, [1.0 + change for change in changes]), strict=True):
-        if has_outcome(found) and same_fall(found["fall_azimuth_deg"], azimuth_deg):
+        if has_outcome(found) and outcomes_agree(found["fall_azimuth_deg"], azimuth_deg):
             return 100.0 * change
     return math.nan
 
@@ -119,7 +119,7 @@ def outcome_text(row: pd.Series, name: str) -> str:
 
 def same_outcome_in_both(row: pd.Series, first: str, second: str) -> bool:
     """True if two solvers give the same outcome; a case without an outcome agrees with nothing."""
-    return NO_OUTCOME not in (outcome_text(row, first), outcome_text(row, second)) and same_fall(
+    return NO_OUTCOME not in (outcome_text(row, first), outcome_text(row, second)) and outcomes_agree(
         row[f"{first} fall_azimuth_deg"], row[f"{second} fall_azimuth_deg"]
     )
 

@@ -20,7 +20,7 @@ import typer
 
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
-from verification.stack_agreement import AMPLITUDE_PERTURBATION, PEER_TABLES, publish_agreement, same_fall
+from verification.stack_agreement import AMPLITUDE_PERTURBATION, PEER_TABLES, outcomes_agree, publish_agreement
 from verification.stack_cases import StackCase, case_row, draw_stack_cases
 from verification.stack_engines import STACK_ENGINES, STACK_MODULES, topmost_outcome
 from verification.tables import ROOT, select_parts, write_csv
@@ -57,7 +57,7 @@ def outcome_in_solver(engine_name: str, case: StackCase) -> dict[str, Any]:
         found = topmost_outcome(engine, case.stack, motion, case.orientation_deg, time_step)
         if nominal is None:
             nominal, seconds = found, time.process_time() - begin
-        elif not same_fall(found.fall_azimuth_deg, nominal.fall_azimuth_deg):
+        elif not outcomes_agree(found.fall_azimuth_deg, nominal.fall_azimuth_deg):
             changed = label
             break
     assert nominal is not None

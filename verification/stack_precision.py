@@ -22,7 +22,7 @@ from overturning.model.cases import Cases
 from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
-from verification.stack_agreement import PROGRAM, same_fall, share_text
+from verification.stack_agreement import PROGRAM, outcomes_agree, share_text
 from verification.stack_cases import StackCase, draw_stack_cases, scene_of_stack
 from verification.stack_engines import STACK_ENGINES, STACK_MODULES, topmost_outcome
 from verification.tables import RESULTS, markdown_table, publish_markdown, select_parts, write_csv
@@ -90,7 +90,7 @@ def precision_table(rows: pd.DataFrame) -> str:
             chosen = mine[mine["step"] == step]
             azimuths = chosen["fall_azimuth_deg"].to_numpy()
             both = np.isfinite(azimuths) & np.isfinite(reference)
-            away = [not same_fall(*pair) for pair in zip(azimuths[both], reference[both], strict=True)]
+            away = [not outcomes_agree(*pair) for pair in zip(azimuths[both], reference[both], strict=True)]
             label = f"{step:g} of the automatic step" if solver == PROGRAM else f"{1e3 * step:g} ms"
             lines.append((
                 solver, label, f"{1e3 * chosen['seconds'].mean():.3g} ms",

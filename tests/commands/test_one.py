@@ -14,8 +14,8 @@ from overturning.figures.film import Film
 from overturning.figures.style import format_three_digits
 from overturning.records.record import start_offset_from_file_start_s
 from overturning.report.filters import number
-from tests.expect import said
-from tests.model.solids import rotated, statue, write_mesh
+from tests.expect import command_output
+from tests.model.solids import rotate_surface, statue, write_mesh
 
 TABLE = str(Path(__file__).parents[2] / "config/records.tsv")
 
@@ -23,7 +23,7 @@ TABLE = str(Path(__file__).parents[2] / "config/records.tsv")
 def run_one(*arguments: object, status: int = 0) -> str:
     """Run `overturning one` with the shipped record table, or with a pulse, and return its output."""
     of_table = () if any(str(word).startswith("sine ") for word in arguments) else ("--table", TABLE)
-    return said("one", *of_table, *arguments, status=status)
+    return command_output("one", *of_table, *arguments, status=status)
 
 
 def test_one_gives_outcomes_film_and_figure_for_two_azimuths(tmp_path: Path) -> None:
@@ -64,11 +64,11 @@ def test_a_printed_value_rounded_to_zero_has_no_minus_sign(monkeypatch: pytest.M
 
     follow = module.trajectory
 
-    def moved(*given: object, **more: object) -> object:
+    def trajectory_with_small_slip(*given: object, **more: object) -> object:
         path = follow(*given, **more)
         return path.assign(residual_slip=0.0 * path["residual_slip"] - 4e-5)
 
-    monkeypatch.setattr(module, "trajectory", moved)
+    monkeypatch.setattr(module, "trajectory", trajectory_with_small_slip)
     text = run_one("--record", "sine amplitude_gal=100 period_s=0.5", "--azimuth", "0")
     assert text.rstrip().endswith("stands; does not lean; slipped 0.0 cm by the end")
     assert format_three_digits(-0.0) == "0"
@@ -81,12 +81,12 @@ def test_the_package_runs_as_a_module() -> None:
     assert wrong.returncode == 1
     assert wrong.stdout == ""
     assert wrong.stderr.startswith("error: ")
-    assert "overturning" in said("study", "--help")
+    assert "overturning" in command_output("study", "--help")
 
 
 def test_the_help_lists_workflow_steps_separately() -> None:
     """Every rule's command is in the second list and no command for users is."""
-    first, steps = said("--help").split("Steps of the workflow (run by Snakemake):")
+    first, steps = command_output("--help").split("Steps of the workflow (run by Snakemake):")
     listed = [set(re.findall(r"^  ([a-z][a-z-]+)  +\S", part, flags=re.MULTILINE)) for part in (first, steps)]
     rules = "".join(
         path.read_text(encoding="utf-8") for path in (Path(TABLE).parents[1] / "workflow/rules").glob("*.smk")
@@ -172,7 +172,7 @@ def test_printed_times_are_counted_from_the_start_of_the_record_file(
     monkeypatch.setattr("overturning.figures.page.write_film_html_page", lambda film, _: films.append(film))
     times = {}
     for kind in ("--raw", "--processed"):
-        text = said(*given, kind, "--b-over-h", "0.2", "--height", "1", "--animate", tmp_path / "film.html")
+        text = command_output(*given, kind, "--b-over-h", "0.2", "--height", "1", "--animate", tmp_path / "film.html")
         film, panel = films[-1], films[-1].panels[0]
         trace = np.hypot(*panel.acceleration) if panel.acceleration.ndim > 1 else np.abs(panel.acceleration)
         assert 4.0 < int(trace.argmax()) * panel.sampling_interval < 6.0, "the trace has the clock of the bodies"
@@ -311,7 +311,7 @@ def test_dimensions_beyond_any_stone_are_refused_by_option_name(options: tuple[s
 def test_one_prints_mass_pose_and_footprint_of_a_scan(tmp_path: Path) -> None:
     """A statue scanned in millimetres and tilted by 3°; its volume is 0.046 m³, and its foot is 0.2 m wide."""
     pytest.importorskip("trimesh")
-    path = write_mesh(rotated(statue(), 1, 3.0), tmp_path / "statue.ply", 1000.0)
+    path = write_mesh(rotate_surface(statue(), 1, 3.0), tmp_path / "statue.ply", 1000.0)
     given = ("--record", "sine amplitude_gal=600 period_s=1", "--mesh", str(path), "--orientation", "20")
     text = run_one(*given, "--density", "2000", "--mesh-unit", "mm", "--relief", "0.001")
     for words in (

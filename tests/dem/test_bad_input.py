@@ -22,7 +22,7 @@ from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import block_element, load_shipped_scene, scene_of_elements
-from tests.expect import refused
+from tests.expect import expect_error
 
 ACCELERATION = 4.0 * np.sin(np.arange(200) * 0.1)
 MOTION = Motion(ACCELERATION, 0.3 * ACCELERATION, sampling_interval=0.01)
@@ -69,7 +69,7 @@ GRID: dict[str, Any] = {"azimuth_deg": [0.0], "height": [0.6], "b_over_h": [0.3]
     ],
 )
 def test_bad_arguments_are_refused(change: dict[str, Any], words: list[str]) -> None:
-    with refused(ArgumentError, *words):
+    with expect_error(ArgumentError, *words):
         simulate_as_arrays(MOTION, **{**GRID, **change})
 
 
@@ -119,16 +119,16 @@ def test_friction_argument_is_refused_for_a_scene_that_sets_all_coefficients() -
     own = scene_of_elements(
         block_element("low", 0.24, 0.6), contacts=[{"between": ["stone", "stone"], "friction": 0.5}]
     )
-    with refused(ArgumentError, "friction: [0.1, 1.0]", "scene test has coefficients of its own"):
+    with expect_error(ArgumentError, "friction: [0.1, 1.0]", "scene test has coefficients of its own"):
         simulate(MOTION, own, azimuth_deg=0.0, friction=[0.1, 1.0])
-    with refused(ArgumentError, "friction: 0.1", "scene test has coefficients of its own"):
+    with expect_error(ArgumentError, "friction: 0.1", "scene test has coefficients of its own"):
         trajectory(MOTION, own, azimuth_deg=0.0, friction=0.1)
     assert simulate(MOTION, own, azimuth_deg=0.0).friction.values.tolist() == [1.0]
     stone = {"name": "low", "width": 0.24, "depth": 0.24, "height": 0.6, "stands_on": "ground"}
     ground = {"name": "ground", "kind": "driven", "width": 40.0, "height": 1.0, "at": [0.0, -1.0]}
     law = {"between": ["stone", "stone"], "friction": 0.5}
     stack = Scene.model_validate({"name": "test", "contacts": [law], "elements": [ground, stone]})
-    with refused(ArgumentError, "friction: [1.0, 0.2]", "scene test has coefficients of its own"):
+    with expect_error(ArgumentError, "friction: [1.0, 0.2]", "scene test has coefficients of its own"):
         simulate(MOTION, stack, orientation_deg=0.0, friction=[1.0, 0.2])
 
 
@@ -154,7 +154,7 @@ def test_friction_argument_is_refused_for_a_scene_that_sets_all_coefficients() -
     ],
 )
 def test_arguments_of_a_wrong_type_are_refused_by_name(make: Callable[[], object], words: list[str]) -> None:
-    with refused(ArgumentError, *words):
+    with expect_error(ArgumentError, *words):
         make()
 
 
@@ -172,7 +172,7 @@ def test_arguments_of_a_wrong_type_are_refused_by_name(make: Callable[[], object
     ],
 )
 def test_a_length_out_of_bounds_is_refused_by_element_and_key(keys: dict[str, Any], word: str) -> None:
-    with refused(ConfigError, f"element stone: {word}"):
+    with expect_error(ConfigError, f"element stone: {word}"):
         scene_of_elements({"name": "stone", "stands_on": "ground", **keys})
 
 
@@ -188,20 +188,20 @@ def test_a_reference_element_that_is_no_stone_is_named_with_the_remedy(direction
     """The reference element is the first free one: a levelling slab of 1 mm."""
     slab = {"name": "slab", "stands_on": "ground", "width": 0.5, "depth": 0.5, "height": 0.001}
     made = scene_of_elements(slab, {"name": "stone", "stands_on": "slab", "width": 0.3, "depth": 0.3, "height": 0.6})
-    with refused(ArgumentError, "height: element slab of scene test is 0.001 m high", "reference:"):
+    with expect_error(ArgumentError, "height: element slab of scene test is 0.001 m high", "reference:"):
         simulate(MOTION, made, **{direction: 0.0})
 
 
 def test_models_with_a_contact_or_scene_of_a_wrong_type_are_refused() -> None:
-    with refused(ConfigError, "scene: a dict", "path or name of a file"):
+    with expect_error(ConfigError, "scene: a dict", "path or name of a file"):
         load_scene({"name": "one"})  # type: ignore[arg-type]
-    with refused(ArgumentError, "scene: 'three-tier'", "load_scene"):
+    with expect_error(ArgumentError, "scene: 'three-tier'", "load_scene"):
         Stack("three-tier")  # type: ignore[arg-type]
-    with refused(ArgumentError, "contact: Contact(", "VertexContact"):
+    with expect_error(ArgumentError, "contact: Contact(", "VertexContact"):
         Stack(load_shipped_scene("three-tier"), contact=Contact())  # type: ignore[arg-type]
-    with refused(ArgumentError, "contact: VertexContact(", "a Contact"):
+    with expect_error(ArgumentError, "contact: VertexContact(", "a Contact"):
         gravestone(contact=VertexContact())  # type: ignore[arg-type]
-    with refused(ArgumentError, "aspect: [2.0]", "depths of its scene"):
+    with expect_error(ArgumentError, "aspect: [2.0]", "depths of its scene"):
         run_cases(MOTION, Cases([0.0], 0.636, 0.38, 0.5, aspect=2.0), Stack(load_shipped_scene("three-tier")))
 
 
@@ -214,14 +214,14 @@ def test_models_with_a_contact_or_scene_of_a_wrong_type_are_refused() -> None:
     ],
 )
 def test_bad_arguments_of_a_stacks_trajectory_are_refused(options: dict[str, Any], words: list[str]) -> None:
-    with refused(ArgumentError, *words):
+    with expect_error(ArgumentError, *words):
         trajectory(MOTION, load_shipped_scene("three-tier"), orientation_deg=0.0, **options)
 
 
 @pytest.mark.parametrize("model", [None, "three-tier", "circle", 6])
 def test_aspect_is_refused_for_models_other_than_a_rectangle(model: Any) -> None:
     made = load_shipped_scene(model) if model == "three-tier" else model
-    with refused(ArgumentError, "aspect: [1.0, 2.0]", "only a rectangle"):
+    with expect_error(ArgumentError, "aspect: [1.0, 2.0]", "only a rectangle"):
         run_cases(MOTION, Cases(0.0, 0.6, 0.3, 1.0, aspect=[1.0, 2.0]), made)
 
 

@@ -24,7 +24,7 @@ from overturning.model.variables import MAX_NUMBERED_FACES
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.body_starts import leaning_body_state, motion_at_rest
-from tests.expect import refused
+from tests.expect import expect_error
 
 BOX = np.array([[x, y, z] for x in (-0.1, 0.1) for y in (-0.2, 0.2) for z in (0.0, 0.6)])
 WEDGE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.4, 0.4, 0.8], [0.4, 0.6, 0.8]], dtype=float)
@@ -120,11 +120,11 @@ def test_vertices_that_cannot_touch_are_dropped() -> None:
         turn, tilt = rng.uniform(0, 2 * np.pi), rng.uniform(0, stone.fall_tilt)
         down = np.array([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), -np.cos(tilt)])
         assert (stone.points @ down).max() - stone.points[0] @ down >= (centred @ down).max() - (
-            original_first_vertex(stone, whole) - whole[0]
+            first_vertex_in_given_coordinates(stone, whole) - whole[0]
         ) @ down - 1e-9
 
 
-def original_first_vertex(stone: RigidSolid, whole: np.ndarray) -> np.ndarray:
+def first_vertex_in_given_coordinates(stone: RigidSolid, whole: np.ndarray) -> np.ndarray:
     """Return a body's first vertex in the coordinates it was given in, found by the shape of the base.
 
     `whole` are the given vertices, shape (n, 3).
@@ -173,7 +173,7 @@ CIRCLE_OF_VERTICES = np.stack(
     ],
 )
 def test_impossible_bodies_are_refused(vertices: np.ndarray, words: list[str]) -> None:
-    with refused(ArgumentError, *words, brief=True):
+    with expect_error(ArgumentError, *words, brief=True):
         Polyhedron(vertices)
 
 
@@ -192,9 +192,9 @@ def test_bad_arguments_are_refused_and_a_missing_vertical_component_is_noted() -
         ({"time_step": 1.0}, ["time_step", "not stable"]),
         ({"model": Body("rectangle", VertexContact(1e-14))}, ["stiffness"]),
     ):
-        with refused(ArgumentError, *words):
+        with expect_error(ArgumentError, *words):
             simulate_as_arrays(motion, **{"model": "rectangle", **grid, **change})
-    with refused(ArgumentError, "static_penetration", "0"):
+    with expect_error(ArgumentError, "static_penetration", "0"):
         VertexContact(0.0)
     assert "two components" in simulate(motion, "rectangle", **grid).vertical_motion
     assert shape_from_name_or_sides(6).name == "6 sides"
@@ -254,13 +254,13 @@ def test_the_initial_state_rotates_with_the_body_at_equivalent_orientations() ->
         {"height": 0.6, "b_over_h": 0.4, "orientation_deg": [0.0, 90.0, 180.0]},
     )
     for several in (around, around | {"orientation_deg": 90.0}, around | {"orientation_deg": -10.0}):
-        with refused(ArgumentError, "start: it turns with the body", "leave_out=False"):
+        with expect_error(ArgumentError, "start: it turns with the body", "leave_out=False"):
             simulate_as_arrays(motion_at_rest(0.5), body, **several)
     alone = simulate_as_arrays(motion_at_rest(0.5), body, **around | {"orientation_deg": 30.0})
     assert alone["fall_azimuth"].item() == pytest.approx(30.0, abs=1e-3)
     found = simulate_as_arrays(motion_at_rest(0.5), body, **around, leave_out=False)
     np.testing.assert_allclose(found["fall_azimuth"].ravel(), around["orientation_deg"], atol=1e-3)
-    with refused(ArgumentError, "start: quaternion", "length must be 1"):
+    with expect_error(ArgumentError, "start: quaternion", "length must be 1"):
         start = InitialState((0.0, 0.0, 0.3), (2.0, 0.0, 0.0, 0.0))
         simulate_as_arrays(motion_at_rest(0.5), Body("circle", start=start), **around | {"orientation_deg": 0.0})
 
@@ -272,7 +272,7 @@ def test_a_grid_of_orientations_covers_one_symmetry_period() -> None:
         orientations_over_symmetry_period_deg(5.0, Cylinder()),
     ]
     assert [(grid.size, grid[-1]) for grid in grids] == [(18, 85.0), (36, 175.0), (1, 0.0)]
-    with refused(ArgumentError, "orientation", "7°", "90°", brief=True):
+    with expect_error(ArgumentError, "orientation", "7°", "90°", brief=True):
         orientations_over_symmetry_period_deg(7.0, RectangularPrism())
 
 
@@ -334,7 +334,7 @@ def test_a_slab_that_turns_upside_down_has_fallen(slab: tuple[float, float, floa
     ],
 )  # fmt: skip
 def test_invalid_arguments_of_a_body_are_named_in_the_error(made: Callable[[], object], words: list[str]) -> None:
-    with refused(ArgumentError, *words):
+    with expect_error(ArgumentError, *words):
         made()
 
 

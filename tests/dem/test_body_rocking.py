@@ -8,7 +8,7 @@ from overturning.dem.trajectory import trajectory
 from overturning.model.body import Body
 from overturning.model.contact import VertexContact
 from overturning.motion.motion import Motion
-from tests.dem.reference.scalar_body import box_path
+from tests.dem.reference.scalar_body import box_trajectory
 
 pytestmark = pytest.mark.long
 
@@ -47,7 +47,7 @@ def test_a_shaken_box_agrees_with_an_independent_integration(
         )
         times = path.time.to_numpy()[path.time < 2.4]
         size = height * np.array([b_over_h, aspect * b_over_h, 1.0])
-        places, rotations = box_path(times, motion, orientation, size, friction, 2e-5)
+        places, rotations = box_trajectory(times, motion, orientation, size, friction, 2e-5)
         leans = np.arccos(np.clip(rotations[:, 2, 2], -1, 1))
         end = int(np.argmax(leans > 0.6)) or len(times)
         assert leans[:end].max() > 0.015

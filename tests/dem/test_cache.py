@@ -18,7 +18,7 @@ from overturning.dem.kernel.lanes import INNER
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.kernel_cache import cache_compiled_kernel, cache_directory
 from overturning.motion.motion import Motion
-from tests.test_layers import imports, modules
+from tests.test_layers import imported_project_modules, paths_by_module
 
 
 def test_a_damaged_cache_file_is_a_cache_miss(
@@ -138,8 +138,10 @@ def test_kernel_variants_compiled_by_different_processes_are_not_confused(tmp_pa
 
 def test_the_cache_folder_depends_on_all_modules_that_kernels_import() -> None:
     """A compiled-in constant of a module that is not hashed would leave a stale kernel in use."""
-    for name, path in modules().items():
+    for name, path in paths_by_module().items():
         if name.startswith("overturning.dem.") and "numba" in path.read_text(encoding="utf-8"):
             types = {"overturning.arrays", "overturning.motion.motion"}  # nothing in them is compiled
-            assert {modules()[other] for other in imports(name) - types} <= {*kernel_cache._COMPILED}, name
+            assert {paths_by_module()[other] for other in imported_project_modules(name) - types} <= {
+                *kernel_cache._COMPILED
+            }, name
     assert queue.run_case_queue._cache._cache_path == str(cache_directory())

@@ -21,7 +21,7 @@ MOTION = overturning.Motion.sine(amplitude=5.0, period=0.8, azimuth_deg=60)
 
 
 @pytest.fixture(scope="module")
-def client() -> Iterator["Client"]:
+def dask_client() -> Iterator["Client"]:
     """Provide a dask client with two worker processes."""
     from distributed import Client, LocalCluster  # half a second that collection need not wait
 
@@ -38,35 +38,35 @@ def cases_of_sweep() -> overturning.Cases:
     return overturning.Cases(azimuth, 0.6, ratio, 0.7)
 
 
-def test_a_sweep_on_a_cluster_has_the_bits_of_one_process(client: "Client") -> None:
+def test_a_sweep_on_a_cluster_has_the_bits_of_one_process(dask_client: "Client") -> None:
     grid = {"azimuth_deg": range(0, 360, 2), "height": [0.6, 1.0], "b_over_h": [0.2, 0.3, 0.4], "friction": [0.5, 1.0]}
-    alone, spread = (overturning.simulate(MOTION, **grid, client=each) for each in (None, client))
+    alone, spread = (overturning.simulate(MOTION, **grid, client=each) for each in (None, dask_client))
     assert spread.identical(alone)
     space = {"orientation_deg": range(0, 90, 5), "height": [0.6], "b_over_h": [0.2, 0.3], "friction": [0.6]}
-    one, two = (simulate_as_arrays(MOTION, "rectangle", **space, client=each) for each in (None, client))
+    one, two = (simulate_as_arrays(MOTION, "rectangle", **space, client=each) for each in (None, dask_client))
     for name, values in one.items():
         np.testing.assert_array_equal(two[name], values)
 
 
-def test_a_killed_worker_loses_no_result(client: "Client") -> None:
+def test_a_killed_worker_loses_no_result(dask_client: "Client") -> None:
     killed = []
 
     def kill_one(done: int, total: int) -> None:
         """Kill one worker when the first cases are finished."""
         if not killed:
             assert done < total, "the worker was killed too late: no tasks were left"
-            killed.append(next(iter(client.run(os.getpid).values())))
+            killed.append(next(iter(dask_client.run(os.getpid).values())))
             os.kill(killed[0], signal.SIGKILL)
 
-    spread = overturning.run_cases(MOTION, cases_of_sweep(), client=client, progress=kill_one)
+    spread = overturning.run_cases(MOTION, cases_of_sweep(), client=dask_client, progress=kill_one)
     alone = overturning.run_cases(MOTION, cases_of_sweep())
     assert killed
     for name, values in vars(alone).items():
         np.testing.assert_array_equal(getattr(spread, name), values)
 
 
-def test_an_error_on_a_worker_is_raised_locally(client: "Client") -> None:
+def test_an_error_on_a_worker_is_raised_locally(dask_client: "Client") -> None:
     with pytest.raises(ArgumentError, match="time_step"):
-        overturning.run_cases(MOTION, cases_of_sweep(), client=client, time_step=-1.0)
+        overturning.run_cases(MOTION, cases_of_sweep(), client=dask_client, time_step=-1.0)
     with pytest.raises(ArgumentError, match=r"client: str; give a dask.distributed.Client\(\)"):
         overturning.run_cases(MOTION, cases_of_sweep(), client="here")

@@ -148,7 +148,7 @@ KERNELS: dict[str, tuple[Any, Any]] = {
 }
 
 
-def quiet_then_pulse(wave: str, vertical: bool, level: float) -> Motion:
+def quiet_motion_with_pulse(wave: str, vertical: bool, level: float) -> Motion:
     """Return 6 s of motion below the rest threshold of B/H 0.3 (steps, zigzag or slow), with a pulse in between."""
     t, quiet = np.arange(1200) * 0.005, level * STANDARD_GRAVITY
     along = {
@@ -171,7 +171,7 @@ def test_skipping_rest_does_not_change_the_fall_of_a_body(
     """Worst case: motion just below the threshold, near the contact's resonance, until the sample before a pulse."""
     model, plan = KERNELS[name]
     cases = Cases(np.repeat(np.arange(0.0, 180.0, 20.0), 4), 0.6, np.tile([0.3, 0.34, 0.4, 0.5], 9), 0.9)
-    motion = quiet_then_pulse(wave, vertical, 0.07 if name == "scene" else 0.13)
+    motion = quiet_motion_with_pulse(wave, vertical, 0.07 if name == "scene" else 0.13)
     short = simulate_cases(model, motion, cases)
     monkeypatch.setattr(plan, "rest_acceleration_threshold", lambda lifts, *_: 0.0 * lifts)
     full = simulate_cases(model, motion, cases)
@@ -191,7 +191,7 @@ def test_skipping_rest_does_not_change_the_outcome_of_a_stack(
     wave: str, vertical: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Worst case, as for a single body; a joint with µ = 0.2 slides in the pulse, and is at rest again after it."""
-    motion = quiet_then_pulse(wave, vertical, 0.08)
+    motion = quiet_motion_with_pulse(wave, vertical, 0.08)
     given: dict[str, Any] = {"orientation_deg": [0.0, 20.0, 40.0, 80.0], "friction": [0.2, 0.6]}
     model = Stack(load_shipped_scene("three-tier"))
     short = simulate_as_arrays(motion, model=model, **given)
@@ -208,7 +208,7 @@ def test_skipping_rest_does_not_change_the_outcome_of_a_stack(
 
 
 def test_a_fallen_stone_flies_as_far_while_the_stones_below_rest_and_samples_are_skipped() -> None:
-    motion = quiet_then_pulse("slow", False, 0.05)
+    motion = quiet_motion_with_pulse("slow", False, 0.05)
     case = {"orientation_deg": 0.0, "friction": 0.6, "b_over_h": 0.15}
     short, full = (
         trajectory(motion, load_shipped_scene("three-tier"), **case, aftermath=5.0, leave_out=one)

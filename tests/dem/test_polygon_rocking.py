@@ -17,7 +17,7 @@ from tests.dem.polygon_scenes import (
     scene_of_elements,
     set_initial_state,
 )
-from tests.dem.reference.scalar_stack import stack_path
+from tests.dem.reference.scalar_stack import stack_trajectory
 
 LOWER_SIZE, UPPER_SIZE = np.array([0.6, 1.0]), np.array([0.3, 0.8])
 """Widths and heights, m; the upper block stands in the middle of the lower one."""
@@ -131,7 +131,7 @@ def test_a_shaken_stack_agrees_with_an_independent_integration(
     made = scene_of_elements(block_element("lower", *lower), block_element("upper", *upper, "lower"))
     law = {"between": ("stone", "stone"), "static_penetration": 2e-5, "damping_ratio": 1.0}
     made = Scene.model_validate(made.model_dump() | {"contacts": [law]})
-    plain = stack_path(motion.north, 0.01, np.array([lower, upper]), 2e-5, friction, 0)
+    plain = stack_trajectory(motion.north, 0.01, np.array([lower, upper]), 2e-5, friction, 0)
     assert count_impacts(plain[:, 0, 2]) + count_impacts(plain[:, 1, 2] - plain[:, 0, 2]) >= 3
     assert np.abs(plain[:, 1, 2]).max() > 0.05
     for step, bound in (("0.03 stable", 1e-4), ("auto", 5e-3)):

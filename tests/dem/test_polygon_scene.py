@@ -157,15 +157,15 @@ def test_elements_separated_by_a_single_side_do_not_overlap() -> None:
     ridge = {"name": "ridge", "vertices": [[0, 0], [0.4, 0], [0.6, 0.3], [0.4, 0.6], [0, 0.6]], "stands_on": "ground"}
     tip = place_elements(scene_of_elements(GROUND, ridge | {"at": [0, 0]}))[1].vertices_in_scene[:, 0].max()
 
-    def next_to(gap: float) -> Scene:
+    def block_beside_ridge(gap: float) -> Scene:
         """Return the ridge with a block at a distance `gap`, m."""
         return scene_of_elements(
             GROUND, ridge | {"at": [0, 0]}, block_element("block", 0.4, 0.6, x=float(tip + gap + 0.2))
         )
 
-    assert {(1, 0), (2, 0), (2, 1)} <= {pair[:2] for pair in prepare_scene(next_to(0.01)).pairs}
+    assert {(1, 0), (2, 0), (2, 1)} <= {pair[:2] for pair in prepare_scene(block_beside_ridge(0.01)).pairs}
     with pytest.raises(ConfigError, match=r"overlaps ridge by 0\.01 m"):
-        next_to(-0.01)
+        block_beside_ridge(-0.01)
 
 
 @pytest.mark.parametrize("height", [0.6, 2.0])

@@ -13,7 +13,7 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.near_field import strong_part_of_record
 from tests.dem.reference.rigid_impact import restoring_moment, rocking_by_small_steps
-from verification.reference.closed_forms import frequency_parameter, restitution
+from verification.reference.closed_forms import frequency_parameter, velocity_ratio_at_impact
 
 G = STANDARD_GRAVITY
 
@@ -86,7 +86,7 @@ def rocking_by_scipy(motion: Motion, height: float, b_over_h: float) -> tuple[in
         now = done.t[-1]
         if done.t_events[1].size:
             return side, 0.5 * math.pi / alpha
-        state = [0.0, restitution(b_over_h) * done.y[1, -1]]
+        state = [0.0, velocity_ratio_at_impact(b_over_h) * done.y[1, -1]]
         side = -side if abs(state[1]) > 1e-5 * math.sqrt(square) else 0
     return 0, peak / alpha
 
@@ -134,7 +134,9 @@ def rocking_of_block_by_small_steps(
     """Return the side and the largest |θ|/α by Runge–Kutta in short steps, with bisection at each impact."""
     alpha, square = math.atan(b_over_h), frequency_parameter(height, b_over_h) ** 2
     wave = np.append(along, 0.0) / G
-    return rocking_by_small_steps(wave, interval, b_over_h, alpha, float(square), float(restitution(b_over_h)))
+    return rocking_by_small_steps(
+        wave, interval, b_over_h, alpha, float(square), float(velocity_ratio_at_impact(b_over_h))
+    )
 
 
 @pytest.mark.parametrize(

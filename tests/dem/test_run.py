@@ -27,7 +27,7 @@ from overturning.model.scene import check_scene, gravestone
 from overturning.model.variables import INT8_MISSING, PLANE_ENSEMBLE_VARIABLES, VARIABLES
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import load_shipped_scene, motion_towards_north
-from tests.expect import refused
+from tests.expect import expect_error
 
 TIME = np.arange(300) * 0.01
 MOTION = motion_towards_north(np.round(6.0 * np.sin(2 * np.pi * TIME / 0.9) * (TIME < 1.8), 9))
@@ -115,7 +115,7 @@ def test_a_scene_with_its_own_friction_is_computed_once_per_grid() -> None:
     grid = create_case_grid(model, azimuth_deg=[0.0, 180.0])
     # A study may sweep friction for another variant; a direct simulation refuses the argument.
     arrays = simulate_grid(model, MOTION, grid.replace_values(friction=np.array([0.1, 0.9])), NumericalOptions())
-    with refused(ArgumentError, "friction: [0.1, 0.9]; scene gravestone has coefficients of its own", brief=True):
+    with expect_error(ArgumentError, "friction: [0.1, 0.9]; scene gravestone has coefficients of its own", brief=True):
         simulate_as_arrays(MOTION, scene, azimuth_deg=[0.0, 180.0], friction=[0.1, 0.9])
     swept = simulate_as_arrays(MOTION, azimuth_deg=[0.0, 180.0], friction=[0.3])
     for name, values in arrays.items():
@@ -166,11 +166,11 @@ def test_a_path_above_the_memory_limit_is_refused(monkeypatch: pytest.MonkeyPatc
         """Return a path of ten million rows in place of the kernel."""
         return np.broadcast_to(np.zeros((), ROW), 10_000_000), -1
 
-    with monkeypatch.context() as patch, refused(ArgumentError, "trajectory", "GB", "at most 0.8 GB", "time_step"):
+    with monkeypatch.context() as patch, expect_error(ArgumentError, "trajectory", "GB", "at most 0.8 GB", "time_step"):
         patch.setattr(SimulationPlan, "queue", staticmethod(queue_with_too_long_path))
         trajectory(MOTION, azimuth_deg=0.0, height=0.6, b_over_h=0.1)
     long = Motion(np.zeros(3_000_000), np.zeros(3_000_000), sampling_interval=0.01)
-    with refused(ArgumentError, "trajectory", "at most 0.8 GB", "cut the motion"):
+    with expect_error(ArgumentError, "trajectory", "at most 0.8 GB", "cut the motion"):
         trajectory(long, load_shipped_scene("three-tier"), azimuth_deg=0.0, leave_out=False)
 
 
@@ -190,7 +190,7 @@ def test_a_path_stays_within_the_memory_limit(monkeypatch: pytest.MonkeyPatch, m
     monkeypatch.setattr(plan, "MAX_PATH_NUMBERS", numbers + 20 * numbers // path.sizes["time"])
     assert compute_path().sizes == path.sizes
     monkeypatch.setattr(plan, "MAX_PATH_NUMBERS", numbers - 1)
-    with refused(ArgumentError, "trajectory", "GB or more", "cut the motion"):
+    with expect_error(ArgumentError, "trajectory", "GB or more", "cut the motion"):
         compute_path()
 
 

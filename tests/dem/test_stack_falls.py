@@ -18,7 +18,7 @@ from overturning.model.stack_checks import reasons_scene_is_no_stack, unsimulate
 from overturning.model.stack_stones import stack_stones
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY as GRAVITY
-from tests.expect import refused
+from tests.expect import expect_error
 from verification.reference.sliding import sliding_displacement
 
 Rectangles = list[list[list[float]]]
@@ -180,7 +180,7 @@ BOX_SIZE: dict[str, Any] = {"width": 0.5, "depth": 0.4, "height": 0.3}
 def test_a_face_with_a_gap_is_refused(stones: tuple[dict[str, Any], ...], reason: str) -> None:
     """The contact of two stones is one polygon: over a gap it would carry a stone that falls into the gap."""
     motion = motion_towards_north(np.full(100, 0.001))
-    with refused(ArgumentError, reason, "compute it in 2-D"):
+    with expect_error(ArgumentError, reason, "compute it in 2-D"):
         simulate(motion, stack_of_stones(*stones), orientation_deg=[0.0])
 
 
@@ -316,7 +316,7 @@ def test_a_stone_refused_in_a_stack_stands_in_2d_and_as_a_single_body() -> None:
     corners = [[x, y, z] for x, z in stone["vertices"] for y in (-0.3, 0.3)]
     assert simulate(motion, stack_of_stones(stone), azimuth_deg=0.0).overturned.item() == 0.0
     assert simulate(motion, Polyhedron(corners), orientation_deg=0.0).overturned.item() == 0.0
-    with refused(ArgumentError, "outline of element stone-0", "compute it in 2-D"):
+    with expect_error(ArgumentError, "outline of element stone-0", "compute it in 2-D"):
         simulate(motion, stack_of_stones(stone), orientation_deg=0.0)
 
 
@@ -325,7 +325,7 @@ def test_a_stack_is_refused_at_a_width_at_which_a_shoulder_touches() -> None:
     scene = stack_of_stones(shouldered_stone(0.06, depth=0.1))
     quiet = motion_towards_north(np.zeros(20))
     assert simulate(quiet, scene, orientation_deg=0.0, b_over_h=[0.6]).overturned.item() == 0.0
-    with refused(ArgumentError, "b_over_h: 1.2 at the height 1 m; then the outline of element stone-0 would meet"):
+    with expect_error(ArgumentError, "b_over_h: 1.2 at the height 1 m; then the outline of element stone-0 would meet"):
         simulate(quiet, scene, orientation_deg=0.0, b_over_h=[0.6, 1.2])
 
 
@@ -347,7 +347,7 @@ def test_a_scene_key_that_the_3d_model_ignores_is_refused(
     if reason is None:
         assert simulate(quiet, scene, orientation_deg=[0.0]).overturned.item() == 0.0
     else:
-        with refused(ArgumentError, reason, "compute it in 2-D"):
+        with expect_error(ArgumentError, reason, "compute it in 2-D"):
             simulate(quiet, scene, orientation_deg=[0.0])
 
 
@@ -375,7 +375,7 @@ def test_the_side_of_an_eccentric_stone_that_is_nearest_to_the_rim_counts() -> N
         if fits:
             assert simulate(motion_towards_north(np.zeros(50)), scene, orientation_deg=[0.0]).overturned.item() == 0.0
         else:
-            with refused(ArgumentError, "ground is only 12.5 m wide", brief=False):
+            with expect_error(ArgumentError, "ground is only 12.5 m wide", brief=False):
                 simulate(motion_towards_north(np.zeros(50)), scene, orientation_deg=[0.0])
 
 
@@ -387,7 +387,7 @@ def test_a_stack_on_a_driven_plinth_instead_of_the_ground_is_refused(width: floa
         {"name": "stone", "width": 0.3, "depth": 0.3, "height": 0.6, "stands_on": "plinth", "at": (at, 0.0)},
     ]
     scene = Scene.model_validate({"name": "plinth", "reference": "stone", "elements": elements})
-    with refused(ArgumentError, f"element plinth is only {width:g} m wide", "wider ground", "compute it in 2-D"):
+    with expect_error(ArgumentError, f"element plinth is only {width:g} m wide", "wider ground", "compute it in 2-D"):
         simulate(motion_towards_north(np.zeros(100)), scene, orientation_deg=[0.0])
 
 

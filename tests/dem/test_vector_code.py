@@ -27,7 +27,7 @@ from overturning.model.cases import Cases
 from overturning.model.shapes import RectangularPrism
 from overturning.model.stack import Stack
 from overturning.motion.motion import Motion
-from tests.expect import lacking
+from tests.expect import skip_or_fail
 
 pytestmark = pytest.mark.long
 
@@ -81,7 +81,7 @@ LOOPS: dict[str, AssembleLoop] = {
 
 
 @cache
-def widest_register() -> str:
+def widest_vector_register() -> str:
     """Return the vector registers of LLVM for this processor: of 512 bits on some, but 256 on others that have both."""
 
     def add(total: np.ndarray, term: np.ndarray) -> None:
@@ -99,10 +99,10 @@ def packed_and_scalar_arithmetic_patterns() -> tuple[str, str]:
     """Return regular expressions for packed double arithmetic at full width, and for scalar double arithmetic."""
     kind = platform.machine().lower()
     if kind in ("x86_64", "amd64"):
-        register = widest_register()
+        register = widest_vector_register()
         return rf"\bv?(?:add|sub|mul|div)pd\b[^\n]*%{register}", r"\bv?(?:add|sub|mul|div)sd\b"
     if kind not in ("aarch64", "arm64"):
-        lacking(f"{kind}: no patterns of vector code for this processor")
+        skip_or_fail(f"{kind}: no patterns of vector code for this processor")
     return r"\bf(?:add|sub|mul|div)(?:\.2d)?\s+v[^\n]*", r"\bf(?:add|sub|mul|div)\s+d\d"
 
 
@@ -139,7 +139,7 @@ def short_motion(vertical: bool) -> Motion:
     return Motion(ACCELERATION, ACCELERATION, ACCELERATION if vertical else None, sampling_interval=0.01)
 
 
-def library_of_kernel(compute: Callable[[], Any], monkeypatch: pytest.MonkeyPatch) -> Any:
+def compiled_library_of_kernel(compute: Callable[[], Any], monkeypatch: pytest.MonkeyPatch) -> Any:
     """Return Numba's library of the kernel that runs in a call of `compute`."""
     called = []
 
@@ -157,7 +157,9 @@ def library_of_kernel(compute: Callable[[], Any], monkeypatch: pytest.MonkeyPatc
 def test_loops_of_a_kernel_get_no_arguments_that_they_do_not_use(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Numba passes an array as seven numbers; these functions, of two to five arrays, use the address alone."""
     compute, _ = KERNELS[name]
-    module = str(library_of_kernel(lambda: compute(short_motion(False), 1.0), monkeypatch)._get_module_for_linking())
+    module = str(
+        compiled_library_of_kernel(lambda: compute(short_motion(False), 1.0), monkeypatch)._get_module_for_linking()
+    )
     names = r"(?:point_pair|vertex_pair|patch_forces)"
     found = re.findall(rf"^define private [^@]*@[^(]*{names}[^(]*\((.*)\)", module, re.MULTILINE)
     counts = [len(re.findall(r" %", arguments)) for arguments in found]
@@ -168,7 +170,7 @@ def test_loops_of_a_kernel_get_no_arguments_that_they_do_not_use(name: str, monk
 def test_loops_of_a_body_have_no_scalar_copy_for_arrays_that_overlap(monkeypatch: pytest.MonkeyPatch) -> None:
     """LLVM would compile each of these loops twice, and test for overlap in every call."""
     compute, _ = KERNELS["body"]
-    library = library_of_kernel(lambda: compute(short_motion(False), 1.0), monkeypatch)
+    library = compiled_library_of_kernel(lambda: compute(short_motion(False), 1.0), monkeypatch)
     assembly = library._codegen._tm.emit_assembly(library._get_module_for_linking())
     packed, scalar = packed_and_scalar_arithmetic_patterns()
     loops = re.findall(r"^\S*(?:point|vertex)_pair\S*:(.*?)^\.Lfunc_end", assembly, re.MULTILINE | re.DOTALL)
@@ -189,7 +191,7 @@ def test_the_large_loops_of_a_kernel_are_vectorised(
     A loop over a variable number of lanes may have a scalar copy for the lanes that do not fill a vector.
     """
     compute, large = KERNELS[name]
-    library = library_of_kernel(lambda: compute(short_motion(vertical), friction), monkeypatch)
+    library = compiled_library_of_kernel(lambda: compute(short_motion(vertical), friction), monkeypatch)
     packed, scalar = packed_and_scalar_arithmetic_patterns()
     # A loaded library holds machine code and, for linking, the LLVM module from which the assembly is made.
     assembly = library._codegen._tm.emit_assembly(library._get_module_for_linking())

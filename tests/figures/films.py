@@ -10,7 +10,7 @@ from overturning.figures.film import Film, FilmBody, FilmPanel
 from overturning.motion.motion import Motion
 
 
-def falling_body(motion: Motion, b_over_h: float = 0.25) -> xr.Dataset:
+def falling_body_trajectory(motion: Motion, b_over_h: float = 0.25) -> xr.Dataset:
     """Compute the trajectory of a slender 3-D body, 0.6 m high, under a motion."""
     return trajectory(motion, "rectangle", orientation_deg=10.0, height=0.6, b_over_h=b_over_h, friction=0.8)
 

@@ -12,9 +12,9 @@ from overturning.errors import ArgumentError
 from overturning.model.status import CaseStatus
 from overturning.records.record import Record
 from overturning.study.intensity import write_intensity_measures
-from tests.expect import refused, said
+from tests.expect import command_output, expect_error
 from tests.figures.test_explore import random_3d_cube
-from tests.study.small_study import cube_of, pulse, study
+from tests.study.small_study import simulate_study_cube, sine_cycle_record, small_study
 
 FIGURES_OF_FALLS = ("boundary", "rose", "earthquakes", "axes")
 FIGURES_OF_OUTCOMES = ("polar", "blocks", "plane", *FIGURES_OF_FALLS)
@@ -22,35 +22,35 @@ FIGURES_OF_OUTCOMES = ("polar", "blocks", "plane", *FIGURES_OF_FALLS)
 
 def write_results_of_records(folder: Path, *records: Record) -> Path:
     """Write a cube with its motions and intensity measures, and return the path of the cube."""
-    settings = study(ensemble={"members": 0}, records={"use": [record.record_id for record in records]})
+    settings = small_study(ensemble={"members": 0}, records={"use": [record.record_id for record in records]})
     write_intensity_measures(settings, list(records), folder / "intensity.nc")
-    return cube_of(settings, list(records), folder)
+    return simulate_study_cube(settings, list(records), folder)
 
 
 @pytest.fixture(scope="module")
 def cube_without_falls(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Write a cube of a record of 100 Gal: the widest block (B/H 0.2) rocks from 196 Gal on, so all cases stand."""
-    record = replace(pulse("a", 1.0), fault_strike_deg=30.0)
+    record = replace(sine_cycle_record("a", 1.0), fault_strike_deg=30.0)
     return write_results_of_records(tmp_path_factory.mktemp("weak"), record)
 
 
 @pytest.fixture(scope="module")
 def cube_with_falls(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Write a cube with falls under a record without a fault strike."""
-    return write_results_of_records(tmp_path_factory.mktemp("strong"), pulse("a", 6.0))
+    return write_results_of_records(tmp_path_factory.mktemp("strong"), sine_cycle_record("a", 6.0))
 
 
 @pytest.mark.parametrize("kind", FIGURES_OF_FALLS)
 def test_figure_of_falls_is_refused_without_falls(cube_without_falls: Path, tmp_path: Path, kind: str) -> None:
     out = tmp_path / "empty.svg"
-    text = said("figure", kind, cube_without_falls, "-o", out, status=1)
+    text = command_output("figure", kind, cube_without_falls, "-o", out, status=1)
     assert text.startswith(f"error: {kind}: nothing to draw: none of the 18 cases with an outcome overturns; choose ")
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("kind", ["polar", "blocks", "plane"])
 def test_map_of_standing_blocks_is_drawn(cube_without_falls: Path, tmp_path: Path, kind: str) -> None:
-    said("figure", kind, cube_without_falls, "-o", tmp_path / "stands.svg")
+    command_output("figure", kind, cube_without_falls, "-o", tmp_path / "stands.svg")
     assert (tmp_path / "stands.svg").stat().st_size > 1000
 
 
@@ -61,14 +61,14 @@ def test_figures_of_a_cube_without_outcomes_are_refused(cube_with_falls: Path, k
         status = xr.full_like(cube["status"], CaseStatus.OVER_BUDGET) if "status" in cube else None
         beside = cube.assign(missing | ({} if status is None else {"status": status}))
         beside.encoding["source"] = str(cube_with_falls)
-        with refused(ArgumentError, f"{kind}: nothing to draw: none of the 18 cases has an outcome", brief=True):
+        with expect_error(ArgumentError, f"{kind}: nothing to draw: none of the 18 cases has an outcome", brief=True):
             plot.KINDS[kind](beside)
 
 
 def test_fall_axes_figure_needs_a_fault_strike_and_roses_do_not(cube_with_falls: Path) -> None:
     with open_cube(cube_with_falls) as cube:
         assert plot.fall_rose(cube).axes
-        with refused(ArgumentError, "axes: nothing to draw: the fault strike of no record", "fault_strike_deg"):
+        with expect_error(ArgumentError, "axes: nothing to draw: the fault strike of no record", "fault_strike_deg"):
             plot.fall_alignment_by_earthquake(cube)
 
 
@@ -77,21 +77,21 @@ def test_follow_figure_needs_a_reference(monkeypatch: pytest.MonkeyPatch) -> Non
     unknown = xr.Dataset({name: ("record", [np.nan] * 2) for name in ("pgv_azimuth", "pga_azimuth", "pulse_axis")})
     monkeypatch.setattr(plot, "_intensity_measures", lambda _: unknown)
     stands = cube.assign(overturned=xr.zeros_like(cube["overturned"]), fall_azimuth=cube["fall_azimuth"] * np.nan)
-    with refused(ArgumentError, "follow: nothing to draw: none of the", "cases with an outcome overturns"):
+    with expect_error(ArgumentError, "follow: nothing to draw: none of the", "cases with an outcome overturns"):
         plot.fall_alignment_by_b_over_h(stands)
     no_fault = cube.assign_coords(fault_normal=("record", [np.nan, np.nan]))
-    with refused(ArgumentError, "follow: nothing to draw: no record with falls has a known peak"):
+    with expect_error(ArgumentError, "follow: nothing to draw: no record with falls has a known peak"):
         plot.fall_alignment_by_b_over_h(no_fault)
 
 
 def test_figures_of_motion_are_refused_for_ground_at_rest(tmp_path: Path) -> None:
     still = Motion(np.zeros(500), np.zeros(500), sampling_interval=0.01, trust_data=True)
     for kind, draw in (("history", plot.time_histories), ("spectra", plot.spectra)):
-        with refused(ArgumentError, f"{kind}: nothing to draw: the ground does not move (peak 0 Gal)"):
+        with expect_error(ArgumentError, f"{kind}: nothing to draw: the ground does not move (peak 0 Gal)"):
             draw(still)
-    dead = write_results_of_records(tmp_path, replace(pulse("a", 0.0), extra={"trusted_data": True}))
+    dead = write_results_of_records(tmp_path, replace(sine_cycle_record("a", 0.0), extra={"trusted_data": True}))
     for kind in ("intensity", "hodograph", "history"):
-        assert f"error: {kind}: nothing to draw: the ground" in said(
+        assert f"error: {kind}: nothing to draw: the ground" in command_output(
             "figure", kind, dead, "-o", tmp_path / "still.svg", status=1
         )
 

@@ -13,7 +13,7 @@ from overturning.figures.write import save_figure_files
 from overturning.model.scene import load_scene
 from overturning.study.cube import open_cube
 from tests.figures.test_film import unpack_film_numbers
-from tests.study.small_study import cube_of, pulse, study
+from tests.study.small_study import simulate_study_cube, sine_cycle_record, small_study
 
 
 def save_strip_files(figure: Figure, path: Path) -> None:
@@ -30,9 +30,9 @@ def contrast_cases_with_figures(
 ) -> tuple[Path, list[IllustrativeCaseWithFigures]]:
     """Draw the cases in which a study and its variant without vertical motion differ, and return folder and cases."""
     folder = tmp_path_factory.mktemp("contrast")
-    level = pulse("a")
+    level = sine_cycle_record("a")
     shaken = np.where(np.abs(level.north) > 0, 5.9, 0.0)
-    settings = study(
+    settings = small_study(
         records={"use": ["a"]},
         variants={"level": {"vertical": False}},
         b_over_h=[0.2, 0.25, 0.3, 0.35, 0.4],
@@ -40,7 +40,7 @@ def contrast_cases_with_figures(
         asks="vertical",
     )
     record = replace(level, up=np.round(shaken, 9))
-    cube, other = (cube_of(settings, [record], folder, name) for name in ("nominal", "level"))
+    cube, other = (simulate_study_cube(settings, [record], folder, name) for name in ("nominal", "level"))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(illustrative, "save_figure_files", save_strip_files)
         illustrative.draw_illustrative_cases(cube, folder / "motion", folder / "cases", other)
@@ -88,12 +88,15 @@ def test_two_scenes_are_compared_by_the_stone_they_share(tmp_path: Path, monkeyp
     """The reference is the upper base, which always stands; the film shows a case in which one of the shafts falls."""
     monkeypatch.setattr(illustrative, "save_figure_files", save_strip_files)
     scene = load_scene("three-tier").model_copy(update={"reference": "upper-base"})
-    settings = study(
+    settings = small_study(
         records={"use": ["a"]}, scene=scene, height=[0.27], b_over_h=[1.3, 1.4], friction=[0.4, 0.7],
         azimuth={"step": 30}, variants={"alone": {"scene": "shaft-alone"}}, asks="scene",
         primary={"statistic": "share", "against": "alone"},
     )  # fmt: skip
-    cube, other = (cube_of(settings, [pulse("a", peak=4.5)], tmp_path, name) for name in ("nominal", "alone"))
+    cube, other = (
+        simulate_study_cube(settings, [sine_cycle_record("a", peak=4.5)], tmp_path, name)
+        for name in ("nominal", "alone")
+    )
     illustrative.draw_illustrative_cases(cube, tmp_path / "motion", tmp_path / "cases", other)
     first = read_cases_with_figures(tmp_path / "cases")[0]
     assert first.settings == ("nominal", "alone")

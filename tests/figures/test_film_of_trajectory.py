@@ -33,7 +33,7 @@ from overturning.records.processing import process_record
 from overturning.records.read import read_record
 from overturning.records.store import round_to_stored_precision
 from tests.dem.paths import lower_corner_penetrations, stone_of_trajectory
-from tests.figures.films import falling_body
+from tests.figures.films import falling_body_trajectory
 from tests.figures.test_film import unpack_film_numbers
 
 RECORD_TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
@@ -317,7 +317,7 @@ def pulse_along_oblique_azimuth() -> Motion:
 @pytest.fixture(scope="module")
 def falling_and_standing_body(pulse_along_oblique_azimuth: Motion) -> list:
     """Return the trajectories of a slender 3-D body, which falls, and of a stout one, which stands."""
-    return [falling_body(pulse_along_oblique_azimuth, ratio) for ratio in (0.25, 0.6)]
+    return [falling_body_trajectory(pulse_along_oblique_azimuth, ratio) for ratio in (0.25, 0.6)]
 
 
 def test_film_body_of_a_box_has_six_outward_faces() -> None:
@@ -365,7 +365,7 @@ def test_axis_figure_of_a_standing_body_has_a_short_title(tmp_path: Path) -> Non
     """The title states the tilt only: twist and slip would not fit, and covered the title next to it."""
     time = np.arange(0, 2, 0.01)
     weak = Motion(2.5 * np.sin(2 * np.pi * time), 0 * time, sampling_interval=0.01)
-    path = falling_body(weak, 0.5)
+    path = falling_body_trajectory(weak, 0.5)
     with package_matplotlib_settings():
         figure = tilt_path_and_hodographs_figure(path, weak, "title")
         save_figure_files(figure, tmp_path / "axis.svg")

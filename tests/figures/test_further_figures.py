@@ -364,7 +364,7 @@ def test_text_of_further_figures_is_legible_at_page_width(name: str) -> None:
     assert min(sizes) * shrunk >= 7.8
 
 
-def drawn_without_layout(figure: Figure) -> Figure:
+def draw_without_layout(figure: Figure) -> Figure:
     """Draw a figure without a layout, which takes most of the time: only its curves and notes are examined."""
     figure.set_layout_engine("none")
     create_only_inner_ticks(figure)
@@ -377,7 +377,7 @@ def test_spectra_have_no_curve_along_an_azimuth_without_motion(azimuths: list[fl
     """Across a linear motion only rounding errors of the cosines remain, twelve decades lower, or nothing."""
     linear = Motion.sine(3.0, 0.8, azimuth_deg=60.0)
     with package_matplotlib_settings():
-        figure = drawn_without_layout(fourier_and_response_spectra_figure(linear, azimuths, "Pulse"))
+        figure = draw_without_layout(fourier_and_response_spectra_figure(linear, azimuths, "Pulse"))
     for axes in figure.axes:
         assert [line.get_xdata().size > 0 for line in axes.lines] == drawn
         assert [text.get_text() for text in axes.texts] == ([] if any(drawn) else ["no motion along this azimuth"])
@@ -388,7 +388,7 @@ def test_spectra_have_no_curve_along_an_azimuth_without_motion(azimuths: list[fl
 def test_spectra_of_few_samples_end_at_the_nyquist_frequency(count: int) -> None:
     few = Motion(np.arange(count) + 1.0, np.zeros(count), sampling_interval=0.01)
     with package_matplotlib_settings():
-        figure = drawn_without_layout(fourier_and_response_spectra_figure(few, [0.0], "Few"))
+        figure = draw_without_layout(fourier_and_response_spectra_figure(few, [0.0], "Few"))
     fourier, response = figure.axes
     frequency = fourier.lines[0].get_xdata()
     assert frequency.max(initial=0.0) <= 50.0

@@ -42,7 +42,7 @@ def record_with_offset(up: bool = True) -> tuple[Record, Record]:
 
 
 def write_history_page(folder: Path) -> None:
-    """Write the page of a record with an offset, for `made_once`."""
+    """Write the page of a record with an offset, for `make_folder_once`."""
     with package_matplotlib_settings():
         save_figure_files(record_history_figure(*record_with_offset()), folder / "page.svg")
 
@@ -61,11 +61,11 @@ def history_page_with_offset(
 
 
 def test_history_page_states_the_processing_and_is_reproducible(
-    history_page_with_offset: tuple[bool, str, Figure], made_once: FolderMadeOnce
+    history_page_with_offset: tuple[bool, str, Figure], make_folder_once: FolderMadeOnce
 ) -> None:
     up, text, _ = history_page_with_offset
     if up:
-        again = made_once("history-page", write_history_page) / "page.svg"
+        again = make_folder_once("history-page", write_history_page) / "page.svg"
         assert text == again.read_text(encoding="utf-8")
     words = re.sub(r"<[^>]+>", " ", text)
     for word in (
@@ -137,7 +137,7 @@ def test_rotd_spectra_of_a_linear_motion_match_closed_forms(up):
     assert lines["RotD100"][0] == pytest.approx(100, rel=0.02)
 
 
-def panel_notes(before: Record, after: Record) -> dict[str, list[str]]:
+def notes_in_empty_panels(before: Record, after: Record) -> dict[str, list[str]]:
     """Return the notes in the empty panels of a record's page, by the label of the vertical axis."""
     with package_matplotlib_settings(), warnings.catch_warnings(action="error"):
         figure = record_history_figure(before, after)
@@ -158,7 +158,7 @@ def test_components_without_motion_have_notes_instead_of_spectra(moving: str) ->
     )
     components = {name: wave * (name == moving) for name in ("north", "east", "up")}
     record = Record("r", **components, sampling_interval=0.01)
-    notes = panel_notes(record, process_record(record, [Highpass(corner_hz=0.1)]))
+    notes = notes_in_empty_panels(record, process_record(record, [Highpass(corner_hz=0.1)]))
     assert notes["Fourier amplitude, Gal·s"] == ["no motion"] * (2 if moving else 3)
     assert notes.get("Husid: Arias intensity, %") == (None if moving else ["no motion"])
     assert notes.get("pseudo-acceleration, Gal") == (None if moving == "north" else ["no horizontal motion"])
@@ -167,7 +167,7 @@ def test_components_without_motion_have_notes_instead_of_spectra(moving: str) ->
 @pytest.mark.parametrize("count", [2, 3, 4])
 def test_record_of_few_samples_has_no_fourier_spectrum(count: int) -> None:
     few = Record("r", *np.eye(2, count), None, 0.01, extra={"processed": True})
-    assert panel_notes(few, few)["Fourier amplitude, Gal·s"] == ["too short for a spectrum"] * 2
+    assert notes_in_empty_panels(few, few)["Fourier amplitude, Gal·s"] == ["too short for a spectrum"] * 2
 
 
 def test_panel_of_removed_motion_is_zero_within_a_cut() -> None:

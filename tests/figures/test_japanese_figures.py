@@ -34,7 +34,7 @@ from overturning.statistics.fragility import FittedFragilityCurve
 from overturning.translation import texts
 from overturning.translation.texts import MissingDataError, translate_visible_texts_to
 from tests.figures import test_answer_figures as answers
-from tests.figures.films import falling_body, film_of_two_blocks
+from tests.figures.films import falling_body_trajectory, film_of_two_blocks
 from tests.figures.test_explore import random_3d_cube
 from tests.figures.test_further_figures import (
     FURTHER_FIGURES,
@@ -94,7 +94,7 @@ FIGURES_TO_TRANSLATE: dict[str, Callable[[], Figure]] = FURTHER_FIGURES | {
     ),
     "map in space": draw_3d_fall_map,
     "axis": lambda: tilt_path_and_hodographs_figure(
-        falling_body(motion_with_one_pulse()), motion_with_one_pulse(), "Station"
+        falling_body_trajectory(motion_with_one_pulse()), motion_with_one_pulse(), "Station"
     ),
     "strip": lambda: film_strip_figure(film_of_two_blocks()),
     "fragility": draw_fragility_curves,
@@ -113,9 +113,9 @@ def svg_texts(svg: str) -> str:
 
 
 @pytest.mark.parametrize("name", [*FIGURES_TO_TRANSLATE, "history"])
-def test_japanese_figures_have_no_english_word(name: str, tmp_path: Path, made_once: FolderMadeOnce) -> None:
+def test_japanese_figures_have_no_english_word(name: str, tmp_path: Path, make_folder_once: FolderMadeOnce) -> None:
     if name == "history":
-        path = made_once("history-page", write_history_page) / "page.svg"
+        path = make_folder_once("history-page", write_history_page) / "page.svg"
     else:
         path = tmp_path / "en.svg"
         with package_matplotlib_settings():

@@ -176,7 +176,7 @@ def test_the_peak_along_a_single_azimuth_is_a_point(azimuths: list[float], alone
     assert np.degrees(theta[isolated_point_indices(radii)]).round(9).tolist() == alone
 
 
-def line_pieces(line: tuple[np.ndarray, np.ndarray]) -> set[tuple[float, ...]]:
+def ends_of_line_pieces(line: tuple[np.ndarray, np.ndarray]) -> set[tuple[float, ...]]:
     """Return the straight pieces and arcs of a line, each as its two ends (degrees, radius), in order."""
     angle, radius = line
     breaks = np.flatnonzero(np.isnan(angle))
@@ -190,16 +190,18 @@ def test_half_probability_line_encloses_cells_where_half_of_the_runs_fall() -> N
     theta, radius = np.radians(np.arange(-45.0, 360.0, 90.0)), np.array([0.1, 0.3, 0.5])
     falls = np.array([[0.2, 0.5, 0.49, 0.0], [0.0, 0.0, 0.0, 0.0]])
     around = {(45.0, 0.1, 45.0, 0.3), (135.0, 0.1, 135.0, 0.3), (45.0, 0.3, 135.0, 0.3)}
-    assert line_pieces(half_probability_line(falls, theta, radius, chords_per_arc=5)) == around
+    assert ends_of_line_pieces(half_probability_line(falls, theta, radius, chords_per_arc=5)) == around
     falls[1, 1] = np.nan
-    assert line_pieces(half_probability_line(falls, theta, radius)) == around - {(45.0, 0.3, 135.0, 0.3)}
+    assert ends_of_line_pieces(half_probability_line(falls, theta, radius)) == around - {(45.0, 0.3, 135.0, 0.3)}
     falls[:] = [[0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 0.0, 1.0]]
     both = {(at, low, at, high) for at in (225.0, 315.0) for low, high in ((0.1, 0.3), (0.3, 0.5))}
-    assert line_pieces(half_probability_line(falls, theta, radius)) == both, (
+    assert ends_of_line_pieces(half_probability_line(falls, theta, radius)) == both, (
         "it closes across the start, and not at the outer ring"
     )
     half = half_probability_line(falls[:, 2:], theta[2:], radius)
-    assert line_pieces(half) == {(225.0, 0.1, 225.0, 0.3), (225.0, 0.3, 225.0, 0.5)}, "a part of a circle has two ends"
+    assert ends_of_line_pieces(half) == {(225.0, 0.1, 225.0, 0.3), (225.0, 0.3, 225.0, 0.5)}, (
+        "a part of a circle has two ends"
+    )
 
 
 def test_half_probability_line_counts_falls_to_both_sides() -> None:
@@ -210,7 +212,7 @@ def test_half_probability_line_counts_falls_to_both_sides() -> None:
         )
         black = [line for line in figure.axes[0].lines if line.get_color() == "black"]
         plt.close(figure)
-        assert bool(line_pieces(black[0].get_data())) == inside
+        assert bool(ends_of_line_pieces(black[0].get_data())) == inside
 
 
 def test_polar_map_shows_a_fall_at_its_azimuth() -> None:

@@ -23,7 +23,7 @@ from overturning.figures.site_map import (
 )
 from overturning.figures.style import package_matplotlib_settings
 from overturning.study.cube import open_cube
-from tests.study.small_study import cube_of, pulse, study
+from tests.study.small_study import simulate_study_cube, sine_cycle_record, small_study
 
 EPICENTRE = (35.0, 133.0)
 
@@ -167,12 +167,12 @@ def cube_of_four_stations(tmp_path_factory: pytest.TempPathFactory) -> xr.Datase
     """Return a cube of three stations of one earthquake, where stones fall along 30°, and of one of another."""
     # Two records of the same samples would be one.
     records = [
-        pulse(name, across=math.tan(math.radians(30.0)), cycles=1 + number)
+        sine_cycle_record(name, across=math.tan(math.radians(30.0)), cycles=1 + number)
         for number, name in enumerate(("one", "two", "three", "alone"))
     ]
     use = {"use": [record.record_id for record in records]}
-    settings = study(records=use, azimuth={"step": 10}, b_over_h=[0.1, 0.2, 0.3], friction=[1.0])
-    found = open_cube(cube_of(settings, records, tmp_path_factory.mktemp("sites"))).load()
+    settings = small_study(records=use, azimuth={"step": 10}, b_over_h=[0.1, 0.2, 0.3], friction=[1.0])
+    found = open_cube(simulate_study_cube(settings, records, tmp_path_factory.mktemp("sites"))).load()
     nan = math.nan
     columns = {
         "event": ["A", "A", "A", "B"],

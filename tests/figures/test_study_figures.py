@@ -29,9 +29,9 @@ from overturning.motion.motion import Motion
 from overturning.statistics.circular import fall_shares_by_sector
 from overturning.study.intensity import write_intensity_measures
 from overturning.study.load import study_from_content
-from tests.expect import refused
+from tests.expect import expect_error
 from tests.figures.test_explore import random_3d_cube
-from tests.study.small_study import cube_of, pulse
+from tests.study.small_study import simulate_study_cube, sine_cycle_record
 from tests.study.test_config import ICY
 
 
@@ -124,7 +124,7 @@ DEUTERANOPIA_MATRIX = np.array(
 """Simulation of colour blindness in linear RGB (Machado et al. 2009, IEEE Trans. Visual. Comput. Graphics 15)."""
 
 
-def cielab(linear: np.ndarray) -> np.ndarray:
+def srgb_to_cielab(linear: np.ndarray) -> np.ndarray:
     """Convert linear sRGB to CIELAB, white point D65 (IEC 61966-2-1, CIE 15)."""
     to_xyz = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
     xyz = linear @ to_xyz.T / to_xyz.sum(axis=1)
@@ -137,7 +137,7 @@ def test_azimuth_colours_differ_with_red_green_blindness(seen: np.ndarray) -> No
     """A just noticeable difference is about 2.3; with colours that differ only in hue, 233° and 293° differ by 7."""
     given = COLOURS(np.arange(256))[:, :3]
     linear = np.where(given <= 0.04045, given / 12.92, ((given + 0.055) / 1.055) ** 2.4)
-    lab = cielab(np.clip(linear @ seen.T, 0.0, 1.0))
+    lab = srgb_to_cielab(np.clip(linear @ seen.T, 0.0, 1.0))
     for apart in range(43, 129):  # 60° and more
         assert np.linalg.norm(lab - np.roll(lab, apart, axis=0), axis=1).min() > 20
 
@@ -201,16 +201,16 @@ def test_figures_omit_a_friction_that_the_scene_overrides(tmp_path: Path) -> Non
     grid = {"azimuth": {"step": 90}, "b_over_h": [0.2, 0.4], "friction": [0.2, 1.0], "ensemble": {"members": 0}}
     scenes = {"scene": ICY, "variants": {"other": {"scene": "gravestone"}}}
     settings = study_from_content({"name": "icy", "records": {"use": ["a"]}, **grid, **scenes}, "icy")
-    record = pulse()
+    record = sine_cycle_record()
     write_intensity_measures(settings, [record], tmp_path / "intensity.nc")
     block = {"height": 0.6, "b_over_h": 0.2, "friction": 0.2}
     for variant, said in (("nominal", ["µ of the scene"] * 2), ("other", ["µ = 0.2", "µ = 1"])):
-        with open_cube(cube_of(settings, [record], tmp_path, variant)) as cube:
+        with open_cube(simulate_study_cube(settings, [record], tmp_path, variant)) as cube:
             drawn = plot.fall_maps_by_block(cube)
             heading = drawn.get_suptitle().splitlines()[-1].partition(",")[0]
             assert [panel.get_title().strip() or heading for panel in drawn.axes] == said
             if variant == "nominal":  # on ice the stone slides and stands
-                with refused(ArgumentError, "boundary: nothing to draw: none of the 16 cases"):
+                with expect_error(ArgumentError, "boundary: nothing to draw: none of the 16 cases"):
                     plot.overturning_boundary(cube)
             else:
                 assert [one.get_text() for one in plot.overturning_boundary(cube).legends[0].get_texts()][:2] == said

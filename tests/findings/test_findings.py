@@ -57,7 +57,7 @@ PROVENANCE_WITH_NOTES = {
 
 
 @pytest.fixture(scope="module")
-def study_folder(made_once: Callable[[str, Callable[[Path], object]], Path]) -> Path:
+def study_folder(make_folder_once: Callable[[str, Callable[[Path], object]], Path]) -> Path:
     """Make the results of a study of three records with one velocity pulse each: along 60°, 150° and 20°."""
     records = [
         pulse_record("one", 60, 6.0, fault_strike_deg=330.0, extra={"pulse": True}),
@@ -65,7 +65,7 @@ def study_folder(made_once: Callable[[str, Callable[[Path], object]], Path]) -> 
         pulse_record("three", 20, 5.0, fault_strike_deg=290.0, extra={"pulse": False} | PROVENANCE_WITH_NOTES),
     ]
     settings = {"drawn": False, "azimuth": {"step": 15}, "population": {"stones": 64}}
-    return made_once("findings", lambda place: make_study_results(place, records, **settings))
+    return make_folder_once("findings", lambda place: make_study_results(place, records, **settings))
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
 from overturning.errors import LONGEST_LINE, MOST_LINES, OverturningError
-from tests.bounds import bounded
+from tests.bounds import limited_time_and_memory
 
 TOTAL_SECONDS = float(os.environ.get("FUZZ_SECONDS", "10"))
 READER_COUNT = 12
@@ -33,7 +33,7 @@ EVIL_WORDS = [
 ]
 
 
-def corrupted(content: bytes) -> st.SearchStrategy[bytes]:
+def corrupted_bytes(content: bytes) -> st.SearchStrategy[bytes]:
     """Strategy for a content in which a few bytes, runs, numbers or words are changed, moved, repeated or deleted."""
     pieces = st.one_of(
         st.binary(max_size=8),
@@ -70,12 +70,12 @@ def apply_edits(content: bytes, edits: list[tuple[str, float, int, bytes]]) -> b
     return bytes(data)
 
 
-def nested_positions(data: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+def paths_of_nested_values(data: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
     """Yield the path of every value in nested mappings and lists."""
     if path:
         yield path
     for key, value in data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ():
-        yield from nested_positions(value, (*path, key))
+        yield from paths_of_nested_values(value, (*path, key))
 
 
 ANY_VALUE = st.recursive(
@@ -88,9 +88,9 @@ ANY_VALUE = st.recursive(
 )  # fmt: skip
 
 
-def corrupted_tree(data: dict[str, Any]) -> st.SearchStrategy[bytes]:
+def corrupted_mapping(data: dict[str, Any]) -> st.SearchStrategy[bytes]:
     """Strategy for a file of keys and values, some of which are replaced, deleted or repeated under another name."""
-    change = st.tuples(st.sampled_from(list(nested_positions(data))), st.sampled_from("vvvdk"), ANY_VALUE)
+    change = st.tuples(st.sampled_from(list(paths_of_nested_values(data))), st.sampled_from("vvvdk"), ANY_VALUE)
 
     def changed(changes: list[tuple[tuple[Any, ...], str, Any]]) -> bytes:
         tree = json.loads(json.dumps(data))
@@ -113,7 +113,7 @@ def corrupted_tree(data: dict[str, Any]) -> st.SearchStrategy[bytes]:
 def read_or_plain_error(read: Callable[[], Any]) -> None:
     """Read a file within the limits of time and memory; an error of this package must be short and plain."""
     try:
-        with bounded():
+        with limited_time_and_memory():
             read()
     except OverturningError as problem:
         message = str(problem)

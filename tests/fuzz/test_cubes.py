@@ -27,8 +27,8 @@ from overturning.study.load import study_from_content
 from overturning.study.sweep import sweep_cases_of_record
 from tests.fuzz.spoiling import (
     EVIL_WORDS,
-    corrupted,
-    corrupted_tree,
+    corrupted_bytes,
+    corrupted_mapping,
     read_or_plain_error,
     run_on_random_examples,
     scripts_in_page,
@@ -107,7 +107,7 @@ def test_a_corrupted_cube_is_read_or_refused_plainly(isolated_folder: Path, cube
 
     read((False, cube_bytes))
     read((False, bare))
-    run_on_random_examples(st.tuples(st.booleans(), corrupted(bare)), read, examples=6)
+    run_on_random_examples(st.tuples(st.booleans(), corrupted_bytes(bare)), read, examples=6)
 
 
 def test_a_cube_with_unexpected_content_is_read_or_refused_plainly(isolated_folder: Path, cube_bytes: bytes) -> None:
@@ -132,7 +132,7 @@ def test_a_cube_with_unexpected_content_is_read_or_refused_plainly(isolated_fold
         said = read_in_child_process(lambda: make_explorer_page(path))
         assert said == "", f"{case[:2]}: {said}"
 
-    def studied(value: bytes) -> str:
+    def json_of_yaml(value: bytes) -> str:
         return json.dumps(yaml.safe_load(value), default=str)
 
     words = st.sampled_from(["", "{", "[]", "null", '"x"', "3", "[1]", '{"a": []}', "</script><script>hurt()</script>"])
@@ -141,7 +141,7 @@ def test_a_cube_with_unexpected_content_is_read_or_refused_plainly(isolated_fold
         st.tuples(st.just("dimension"), st.sampled_from(sorted(map(str, whole.dims))), st.none()),
         st.tuples(st.just("attribute"), st.sampled_from(sorted(whole.attrs)), st.none()),
         st.tuples(st.just("value"), st.sampled_from(sorted(whole.attrs)), words),
-        st.tuples(st.just("value"), st.just("study"), corrupted_tree(study).map(studied)),
+        st.tuples(st.just("value"), st.just("study"), corrupted_mapping(study).map(json_of_yaml)),
     )
     run_on_random_examples(cases, read, examples=6)
 
@@ -153,7 +153,7 @@ def test_hostile_names_cannot_add_scripts_to_the_report(isolated_folder: Path) -
         | st.tuples(st.text(max_size=5), st.sampled_from(EVIL_WORDS)).map("".join)
     )
 
-    def page_of(names: list[str]) -> str:
+    def report_page_with_names(names: list[str]) -> str:
         one, two, three = names
         record = RECORD | {"id": one, "station": two, "event": three}
         data = change_findings(STUDY_FINDINGS["survey"], study={"title": one, "question": two}, records=[record])
@@ -161,9 +161,9 @@ def test_hostile_names_cannot_add_scripts_to_the_report(isolated_folder: Path) -
         text = render_markdown(Findings.model_validate(data))
         return render_report_html_page(parse_markdown(text), three, "en", None, {})
 
-    usual = scripts_in_page(page_of(["a", "b", "c"]))
+    usual = scripts_in_page(report_page_with_names(["a", "b", "c"]))
 
     def read(names: list[str]) -> None:
-        assert scripts_in_page(page_of(names)) == usual
+        assert scripts_in_page(report_page_with_names(names)) == usual
 
     run_on_random_examples(st.lists(name, min_size=3, max_size=3), read)

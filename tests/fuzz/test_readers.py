@@ -18,7 +18,13 @@ from overturning.records.read import read_record_without_processing
 from overturning.study.load import load_study
 from overturning.study.preflight import check_record_files, check_study_size
 from overturning.surveys.stones import read_stones
-from tests.fuzz.spoiling import apply_edits, corrupted, corrupted_tree, read_or_plain_error, run_on_random_examples
+from tests.fuzz.spoiling import (
+    apply_edits,
+    corrupted_bytes,
+    corrupted_mapping,
+    read_or_plain_error,
+    run_on_random_examples,
+)
 from tests.model.solids import box
 from tests.records.malformed_corpus import COUNTS, VALID_FILES
 from tests.records.seed_writers import write_inventory, write_mseed, write_sac
@@ -41,7 +47,7 @@ def test_a_corrupted_text_record_is_read_or_refused_plainly(isolated_folder: Pat
         read_or_plain_error(lambda: read_record_without_processing(paths, DeclaredFileProperties(unit="gal")))
 
     forms = [
-        st.tuples(st.just(form), corrupted(next(iter(texts.values())).encode()))
+        st.tuples(st.just(form), corrupted_bytes(next(iter(texts.values())).encode()))
         for form, (texts, _) in VALID_FILES.items()
     ]
     run_on_random_examples(st.one_of(forms), read)
@@ -71,7 +77,7 @@ def test_a_corrupted_binary_record_is_read_or_refused_plainly(isolated_folder: P
             )
         )
 
-    run_on_random_examples(corrupted(whole), read)
+    run_on_random_examples(corrupted_bytes(whole), read)
 
 
 def read_table_safely(path: Path) -> None:
@@ -123,7 +129,9 @@ def test_corrupted_files_of_the_user_are_read_or_refused_plainly(
         }
         for bomb in (ALIAS_BOMB, *(bomb.format(**words) for bomb in bombs)):
             put(bomb.encode())
-    run_on_random_examples(corrupted_tree(yaml.safe_load(whole)) | corrupted(whole) if bombs else corrupted(whole), put)
+    run_on_random_examples(
+        corrupted_mapping(yaml.safe_load(whole)) | corrupted_bytes(whole) if bombs else corrupted_bytes(whole), put
+    )
 
 
 _BOX = box((0.4, 0.6, 1.0))
@@ -161,7 +169,7 @@ def test_a_corrupted_mesh_is_read_or_refused_plainly(isolated_folder: Path) -> N
     read(("ply", huge.encode()))
     read(("stl", bytes(80) + b"\xff\xff\xff\xff"))
     run_on_random_examples(
-        st.one_of([st.tuples(st.just(form), corrupted(whole)) for form, whole in MESHES.items()]), read
+        st.one_of([st.tuples(st.just(form), corrupted_bytes(whole)) for form, whole in MESHES.items()]), read
     )
 
 

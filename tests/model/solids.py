@@ -14,8 +14,8 @@ BOXES = {
 """Boxes of a solid, low and high corner, m; the sign is −1 for a box that is cut out."""
 
 
-def box_sums(name: str) -> tuple[float, np.ndarray, np.ndarray]:
-    """Volume, centre and inertia per mass of a solid in `BOXES`, summed over its boxes (parallel axis theorem)."""
+def mass_properties_of_boxes(name: str) -> tuple[float, np.ndarray, np.ndarray]:
+    """Return volume, centre and inertia per mass of a solid in `BOXES`, as sums over its boxes (parallel axes)."""
     volume, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
     for low, high, sign in BOXES[name]:
         side, middle = np.subtract(high, low), np.add(high, low) / 2
@@ -28,7 +28,7 @@ def box_sums(name: str) -> tuple[float, np.ndarray, np.ndarray]:
     return volume, centre, np.trace(spread) * np.eye(3) - spread
 
 
-def extrude(outline: list[tuple[float, float]], low: float, high: float) -> TriangleSurface:
+def extrude_outline(outline: list[tuple[float, float]], low: float, high: float) -> TriangleSurface:
     """Extrude an outline in (x, z), anticlockwise and star-shaped about its first corner, along y from low to high."""
     n = len(outline)
     points = np.array([[x, y, z] for y in (low, high) for x, z in outline])
@@ -37,12 +37,12 @@ def extrude(outline: list[tuple[float, float]], low: float, high: float) -> Tria
     return TriangleSurface(points, np.concatenate([fan, n + fan[:, ::-1], sides]))
 
 
-def l_shape() -> TriangleSurface:
+def l_shaped_prism() -> TriangleSurface:
     """Return a prism of L-shaped section."""
-    return extrude([(0.2, 0.2), (0.2, 0.8), (0, 0.8), (0, 0), (0.6, 0), (0.6, 0.2)], 0.0, 0.3)
+    return extrude_outline([(0.2, 0.2), (0.2, 0.8), (0, 0.8), (0, 0), (0.6, 0), (0.6, 0.2)], 0.0, 0.3)
 
 
-def ring() -> TriangleSurface:
+def rectangular_ring() -> TriangleSurface:
     """Return a rectangular ring: a box with a rectangular hole through it."""
     around = [(1, 1), (-1, 1), (-1, -1), (1, -1)]
     squares = [
@@ -61,7 +61,7 @@ def ring() -> TriangleSurface:
 def box(side: tuple[float, float, float]) -> TriangleSurface:
     """Return a box with a corner at the origin and the given sides along x, y and z."""
     x, y, z = side
-    return extrude([(x, 0), (x, z), (0, z), (0, 0)], 0.0, y)
+    return extrude_outline([(x, 0), (x, z), (0, z), (0, 0)], 0.0, y)
 
 
 def statue() -> TriangleSurface:
@@ -76,10 +76,10 @@ def statue() -> TriangleSurface:
     return TriangleSurface(vertices, np.concatenate([front, n + front[:, ::-1], sides]))
 
 
-SURFACES = {"l-shape": l_shape, "ring": ring, "statue": statue}
+SURFACES = {"l-shape": l_shaped_prism, "ring": rectangular_ring, "statue": statue}
 
 
-def rotated(surface: TriangleSurface, axis: int, angle_deg: float) -> TriangleSurface:
+def rotate_surface(surface: TriangleSurface, axis: int, angle_deg: float) -> TriangleSurface:
     """Rotate a surface about a coordinate axis."""
     cosine, sine = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
     one, other = (axis + 1) % 3, (axis + 2) % 3

@@ -10,8 +10,8 @@ from overturning.model.mesh import import_trimesh, read_mesh_surface, read_scan
 from overturning.model.scan import ScannedStone
 from overturning.model.shapes import Polyhedron
 from overturning.model.surface import mass_properties
-from tests.expect import refused
-from tests.model.solids import SURFACES, box, box_sums, l_shape, write_mesh
+from tests.expect import expect_error
+from tests.model.solids import SURFACES, box, l_shaped_prism, mass_properties_of_boxes, write_mesh
 
 FILES = ("a.obj", "a.ply", "a.text.ply", "a.stl", "a.text.stl")
 
@@ -26,7 +26,7 @@ def _needs_trimesh() -> None:
 @pytest.mark.parametrize("name", SURFACES)
 def test_every_mesh_format_gives_the_same_mass_properties(tmp_path: Path, file: str, name: str) -> None:
     found = mass_properties(read_mesh_surface(write_mesh(SURFACES[name](), tmp_path / file)).corners)
-    for one, other in zip(found, box_sums(name), strict=True):
+    for one, other in zip(found, mass_properties_of_boxes(name), strict=True):
         np.testing.assert_allclose(one, other, atol=1e-7)
 
 
@@ -43,7 +43,7 @@ def test_a_convex_mesh_becomes_a_polyhedron(tmp_path: Path, file: str) -> None:
 
 def test_variants_of_obj_ply_and_stl_are_read(tmp_path: Path) -> None:
     """Polygons as faces, vertex numbers counted from the end, texture numbers, comments, further columns and lists."""
-    whole, n = l_shape(), 6
+    whole, n = l_shaped_prism(), 6
     points = whole.vertices
     faces = [[0, 1, 2, 3, 4, 5], [6, 11, 10, 9, 8, 7], *([k, n + k, n + (k + 1) % n, (k + 1) % n] for k in range(n))]
     lines = "".join("v {} {} {}\n".format(*point) for point in points)
@@ -62,7 +62,7 @@ def test_variants_of_obj_ply_and_stl_are_read(tmp_path: Path) -> None:
     mixed = packed + b"".join(bytes([len(face)]) + np.array(face, ">i4").tobytes() + b"\7" for face in faces)
     binary = head.format("binary_big_endian")
     (tmp_path / "mixed.ply").write_bytes(binary.encode() + mixed)
-    with refused(ArgumentError, "mixed.ply", "equal numbers of corners", brief=True):
+    with expect_error(ArgumentError, "mixed.ply", "equal numbers of corners", brief=True):
         read_mesh_surface(tmp_path / "mixed.ply")
     (tmp_path / "mixed.ply").unlink()
     packed += b"".join(b"\3" + face.astype(">i4").tobytes() + b"\7" for face in whole.triangles)
@@ -70,12 +70,12 @@ def test_variants_of_obj_ply_and_stl_are_read(tmp_path: Path) -> None:
     (tmp_path / "big.ply").write_bytes(binary.encode() + packed)
     for path in sorted(tmp_path.iterdir()):
         found = mass_properties(read_mesh_surface(path).corners)
-        for one, other in zip(found, box_sums("l-shape"), strict=True):
+        for one, other in zip(found, mass_properties_of_boxes("l-shape"), strict=True):
             np.testing.assert_allclose(one, other, atol=1e-7, err_msg=path.name)
 
 
 def test_volume_and_inertia_of_a_mesh_equal_those_of_trimesh(tmp_path: Path) -> None:
-    path = write_mesh(l_shape(), tmp_path / "a.ply")
+    path = write_mesh(l_shaped_prism(), tmp_path / "a.ply")
     found, other = mass_properties(read_mesh_surface(path).corners), import_trimesh().load_mesh(path)
     assert found.volume == pytest.approx(other.volume)
     np.testing.assert_allclose(found.centre, other.center_mass)
@@ -103,16 +103,16 @@ def test_a_stray_triangle_of_zero_area_is_ignored(tmp_path: Path, corners: tuple
 
 
 def test_a_mesh_of_implausible_size_needs_its_unit_declared(tmp_path: Path) -> None:
-    path = write_mesh(l_shape(), tmp_path / "stone.obj", 1000.0)
-    with refused(ArgumentError, "stone.obj", "800 m large", "declare the unit", "perhaps mm", brief=True):
+    path = write_mesh(l_shaped_prism(), tmp_path / "stone.obj", 1000.0)
+    with expect_error(ArgumentError, "stone.obj", "800 m large", "declare the unit", "perhaps mm", brief=True):
         read_scan(path)
-    assert read_scan(path, "mm").volume == pytest.approx(box_sums("l-shape")[0])
-    path = write_mesh(l_shape(), tmp_path / "stone.ply", 100.0)
-    with refused(ArgumentError, "80 m large", "perhaps cm", brief=True):
+    assert read_scan(path, "mm").volume == pytest.approx(mass_properties_of_boxes("l-shape")[0])
+    path = write_mesh(l_shaped_prism(), tmp_path / "stone.ply", 100.0)
+    with expect_error(ArgumentError, "80 m large", "perhaps cm", brief=True):
         read_scan(path)
-    assert read_scan(path, "cm").volume == pytest.approx(box_sums("l-shape")[0])
-    with refused(ArgumentError, "0.0008 m", brief=True):
-        read_scan(write_mesh(l_shape(), tmp_path / "small.ply"), "mm")
+    assert read_scan(path, "cm").volume == pytest.approx(mass_properties_of_boxes("l-shape")[0])
+    with expect_error(ArgumentError, "0.0008 m", brief=True):
+        read_scan(write_mesh(l_shaped_prism(), tmp_path / "small.ply"), "mm")
 
 
 @pytest.mark.parametrize(
@@ -120,39 +120,39 @@ def test_a_mesh_of_implausible_size_needs_its_unit_declared(tmp_path: Path) -> N
     [(1e307, "damaged"), (1e100, "damaged"), (1e30, "correct the unit"), (1e-9, "correct the unit")],
 )
 def test_a_mesh_larger_or_smaller_than_any_stone_is_refused(tmp_path: Path, factor: float, reason: str) -> None:
-    whole = l_shape()
-    with refused(ArgumentError, "whole.obj", reason, brief=True):
+    whole = l_shaped_prism()
+    with expect_error(ArgumentError, "whole.obj", reason, brief=True):
         read_scan(write_mesh(whole._replace(vertices=whole.vertices * factor), tmp_path / "whole.obj"), "m")
 
 
 def test_a_mesh_whose_vertices_lie_in_a_plane_is_refused(tmp_path: Path) -> None:
     (tmp_path / "flat.obj").write_text("v 0 0\nv 1 0\nv 1 1\nf 1 2 3\n")
-    with refused(ArgumentError, "flat.obj", "damaged", brief=True):
+    with expect_error(ArgumentError, "flat.obj", "damaged", brief=True):
         read_scan(tmp_path / "flat.obj", "m")
 
 
 @pytest.mark.parametrize("file", ["far.stl", "far.ply", "far.obj"])
 def test_mesh_map_coordinates_in_single_precision_are_refused(tmp_path: Path, file: str) -> None:
     """In double precision (this PLY file) and as text of 12 digits, the same coordinates are exact enough."""
-    whole, place = l_shape(), np.array([400_000.0, 3_900_000.0, 120.0])
+    whole, place = l_shaped_prism(), np.array([400_000.0, 3_900_000.0, 120.0])
     path = write_mesh(whole._replace(vertices=whole.vertices + place), tmp_path / file)
     if file != "far.stl":
-        assert read_scan(path).volume == pytest.approx(box_sums("l-shape")[0], rel=1e-6)
+        assert read_scan(path).volume == pytest.approx(mass_properties_of_boxes("l-shape")[0], rel=1e-6)
         return
-    with refused(ArgumentError, file, "single precision", "multiples of 0.25", "move the mesh to", brief=True):
+    with expect_error(ArgumentError, file, "single precision", "multiples of 0.25", "move the mesh to", brief=True):
         read_scan(path)
 
 
 def test_a_non_convex_mesh_becomes_a_scanned_stone(tmp_path: Path) -> None:
-    scan = read_scan(write_mesh(l_shape(), tmp_path / "stone.stl"), relief=0.001)
+    scan = read_scan(write_mesh(l_shaped_prism(), tmp_path / "stone.stl"), relief=0.001)
     assert isinstance(scan.shape, ScannedStone)
     assert scan.shape.relief == 0.001
-    _, centre, _ = box_sums("l-shape")
+    _, centre, _ = mass_properties_of_boxes("l-shape")
     assert scan.shape.unscaled_solid.b_over_h == pytest.approx(min(centre[0], 0.15) / centre[2], abs=1e-5)
 
 
 def test_damaged_and_unknown_mesh_files_are_refused_by_name(tmp_path: Path) -> None:
-    whole = l_shape()
+    whole = l_shaped_prism()
     cases = {
         "box.xyz": (b"", ["box.xyz", ".obj, .ply, .stl"]),
         "broken.stl": (b"solid", ["broken.stl"]),
@@ -164,10 +164,10 @@ def test_damaged_and_unknown_mesh_files_are_refused_by_name(tmp_path: Path) -> N
     }
     for name, (content, words) in cases.items():
         (tmp_path / name).write_bytes(content)
-        with refused(ArgumentError, *words, brief=True):
+        with expect_error(ArgumentError, *words, brief=True):
             read_scan(tmp_path / name)
-    with refused(ArgumentError, "gone.obj: No such file", brief=True):
+    with expect_error(ArgumentError, "gone.obj: No such file", brief=True):
         read_scan(tmp_path / "gone.obj")
     hole = whole._replace(triangles=whole.triangles[2:])
-    with refused(ArgumentError, "hole.ply", "not closed at", "fill the holes", brief=True):
+    with expect_error(ArgumentError, "hole.ply", "not closed at", "fill the holes", brief=True):
         read_scan(write_mesh(hole, tmp_path / "hole.ply"))

@@ -9,8 +9,16 @@ from overturning.model.outline import simplified_convex_outline
 from overturning.model.scan import ScannedStone, nearest_stable_pose, stone_from_surface
 from overturning.model.shapes import Polyhedron
 from overturning.model.surface import TriangleSurface, close_base_of_surface, mass_properties, open_edges
-from tests.expect import refused
-from tests.model.solids import SURFACES, box, box_sums, l_shape, ring, rotated, statue
+from tests.expect import expect_error
+from tests.model.solids import (
+    SURFACES,
+    box,
+    l_shaped_prism,
+    mass_properties_of_boxes,
+    rectangular_ring,
+    rotate_surface,
+    statue,
+)
 
 ROUGHNESS_M = 0.004
 """Largest height of the rough base of `rough_block`, m."""
@@ -19,7 +27,7 @@ ROUGHNESS_M = 0.004
 @pytest.mark.parametrize("name", SURFACES)
 def test_mass_properties_of_non_convex_solids_match_the_sum_of_boxes(name: str) -> None:
     """Volume, centre and inertia equal sums over the boxes that the solid consists of."""
-    volume, centre, inertia = box_sums(name)
+    volume, centre, inertia = mass_properties_of_boxes(name)
     surface = SURFACES[name]()
     found = mass_properties(surface.corners)
     assert found.volume == pytest.approx(volume, rel=1e-12)
@@ -31,17 +39,17 @@ def test_mass_properties_of_non_convex_solids_match_the_sum_of_boxes(name: str) 
 
 def test_a_scanned_ring_has_the_inertia_of_its_volume_not_of_its_hull() -> None:
     """The ring is a body with a hole: its hull would have a quarter less inertia about the vertical."""
-    _, _, inertia = box_sums("ring")
-    scan = stone_from_surface(ring(), [], "ring")
+    _, _, inertia = mass_properties_of_boxes("ring")
+    scan = stone_from_surface(rectangular_ring(), [], "ring")
     np.testing.assert_allclose(scan.shape.solid(0.25, 1.0, 1.0).inertia, inertia, atol=1e-8)
     assert scan.shape.solid(0.25, 1.0, 1.0).base == 4
 
 
 def test_clockwise_mesh_faces_are_turned_outwards() -> None:
-    inside_out = l_shape()._replace(triangles=l_shape().triangles[:, ::-1])
+    inside_out = l_shaped_prism()._replace(triangles=l_shaped_prism().triangles[:, ::-1])
     assert mass_properties(inside_out.corners).volume < 0
     surface, notes = close_base_of_surface(inside_out)
-    assert mass_properties(surface.corners).volume == pytest.approx(box_sums("l-shape")[0])
+    assert mass_properties(surface.corners).volume == pytest.approx(mass_properties_of_boxes("l-shape")[0])
     assert "clockwise" in notes[0]
 
 
@@ -60,16 +68,19 @@ def concatenate_surfaces(*surfaces: TriangleSurface) -> TriangleSurface:
 @pytest.mark.parametrize("away", [5.0, 0.3], ids=["apart", "overlapping"])
 def test_a_mesh_of_several_bodies_is_refused(away: float) -> None:
     """An overlap would count twice, and stones that do not touch would move as one."""
-    with refused(ArgumentError, "2 separate parts", "one rigid body", brief=True):
-        close_base_of_surface(concatenate_surfaces(l_shape(), translate(l_shape(), away, 0.0, 0.0)))
+    with expect_error(ArgumentError, "2 separate parts", "one rigid body", brief=True):
+        close_base_of_surface(concatenate_surfaces(l_shaped_prism(), translate(l_shaped_prism(), away, 0.0, 0.0)))
 
 
 def test_a_mesh_with_a_second_body_inside_out_is_refused() -> None:
     """Its volume is negative like that of a cavity, but it lies outside, and would be subtracted."""
     small = translate(box((0.1, 0.1, 0.3)), 0.8, 0.0, 0.0)
     inside_out = small._replace(triangles=small.triangles[:, ::-1])
-    for several in (concatenate_surfaces(l_shape(), inside_out), concatenate_surfaces(inside_out, l_shape())):
-        with refused(ArgumentError, "2 separate parts", "0.003", "one rigid body", brief=True):
+    for several in (
+        concatenate_surfaces(l_shaped_prism(), inside_out),
+        concatenate_surfaces(inside_out, l_shaped_prism()),
+    ):
+        with expect_error(ArgumentError, "2 separate parts", "0.003", "one rigid body", brief=True):
             close_base_of_surface(several)
 
 
@@ -112,15 +123,15 @@ BASE, SHAFT = box((0.5, 0.5, 0.2)), translate(box((0.5, 0.5, 0.8)), 0.0, 0.0, 0.
 @pytest.mark.parametrize("turn_deg", [0.0, 33.0])
 def test_touching_solids_count_as_several_bodies(solids: TriangleSurface, turn_deg: float) -> None:
     """Rotated coordinates are rounded, so that faces that coincide differ a little."""
-    with refused(ArgumentError, "2 separate parts", "one rigid body", brief=True):
-        close_base_of_surface(rotated(solids, 0, turn_deg))
+    with expect_error(ArgumentError, "2 separate parts", "one rigid body", brief=True):
+        close_base_of_surface(rotate_surface(solids, 0, turn_deg))
 
 
 @pytest.mark.parametrize("turn_deg", [0.0, 33.0])
 def test_a_solid_that_touches_itself_along_an_edge_counts_as_one_body(turn_deg: float) -> None:
     """Two cubes that share an edge stand on a slab of four."""
     surface, notes = close_base_of_surface(
-        rotated(surface_of_unit_cubes([[[1, 1], [1, 0]], [[1, 0], [1, 1]]]), 0, turn_deg)
+        rotate_surface(surface_of_unit_cubes([[[1, 1], [1, 0]], [[1, 0], [1, 1]]]), 0, turn_deg)
     )
     assert mass_properties(surface.corners).volume == pytest.approx(6.0)
     assert notes == []
@@ -129,7 +140,7 @@ def test_a_solid_that_touches_itself_along_an_edge_counts_as_one_body(turn_deg: 
 @pytest.mark.parametrize("x", [-0.1, 0.4])
 def test_a_mesh_whose_cavity_breaks_through_the_wall_is_refused(x: float) -> None:
     whole, hole = box((0.5, 0.5, 0.9)), translate(box((0.2, 0.1, 0.1)), x, 0.2, 0.3)
-    with refused(ArgumentError, "2 separate parts", brief=True):
+    with expect_error(ArgumentError, "2 separate parts", brief=True):
         close_base_of_surface(concatenate_surfaces(whole, hole._replace(triangles=hole.triangles[:, ::-1])))
 
 
@@ -137,32 +148,32 @@ def test_a_double_mesh_face_outside_the_body_adds_no_volume() -> None:
     flap = TriangleSurface(
         np.array([[2.0, 0.0, 0.0], [2.1, 0.0, 0.0], [2.0, 0.1, 0.0]]), np.array([[0, 1, 2], [0, 2, 1]])
     )
-    surface, _ = close_base_of_surface(concatenate_surfaces(l_shape(), flap))
-    assert mass_properties(surface.corners).volume == pytest.approx(box_sums("l-shape")[0], rel=1e-12)
+    surface, _ = close_base_of_surface(concatenate_surfaces(l_shaped_prism(), flap))
+    assert mass_properties(surface.corners).volume == pytest.approx(mass_properties_of_boxes("l-shape")[0], rel=1e-12)
 
 
 @pytest.mark.parametrize("all_of_it", [True, False])
 def test_mesh_triangles_that_are_listed_twice_count_once(all_of_it: bool) -> None:
     """The second list starts each triangle at another corner."""
-    whole = l_shape()
+    whole = l_shaped_prism()
     again = np.roll(whole.triangles, 1, axis=1)[: None if all_of_it else 1]
     surface, notes = close_base_of_surface(whole._replace(triangles=np.concatenate([whole.triangles, again])))
-    assert mass_properties(surface.corners).volume == pytest.approx(box_sums("l-shape")[0], rel=1e-12)
+    assert mass_properties(surface.corners).volume == pytest.approx(mass_properties_of_boxes("l-shape")[0], rel=1e-12)
     assert f"{len(again)} left out" in notes[0]
 
 
 def test_a_cavity_in_a_mesh_is_not_taken_for_a_second_body() -> None:
     hole = translate(statue()._replace(vertices=0.1 * statue().vertices), 0.1, 0.15, 0.05)
-    hollow = concatenate_surfaces(l_shape(), hole._replace(triangles=hole.triangles[:, ::-1]))
+    hollow = concatenate_surfaces(l_shaped_prism(), hole._replace(triangles=hole.triangles[:, ::-1]))
     surface, notes = close_base_of_surface(hollow)
-    expected = box_sums("l-shape")[0] - 1e-3 * box_sums("statue")[0]
+    expected = mass_properties_of_boxes("l-shape")[0] - 1e-3 * mass_properties_of_boxes("statue")[0]
     assert mass_properties(surface.corners).volume == pytest.approx(expected, rel=1e-9)
     assert notes == []
 
 
 def test_an_open_planar_base_of_a_mesh_is_closed() -> None:
     """Removing the faces of the base changes nothing, for one rim and for the two rims of a ring."""
-    for whole in (l_shape(), ring(), statue()):
+    for whole in (l_shaped_prism(), rectangular_ring(), statue()):
         bottom = (whole.corners[:, :, 2] == 0.0).all(axis=1)
         assert bottom.sum() >= 2
         surface, notes = close_base_of_surface(whole._replace(triangles=whole.triangles[~bottom]))
@@ -172,17 +183,17 @@ def test_an_open_planar_base_of_a_mesh_is_closed() -> None:
 
 
 def test_a_mesh_hole_outside_the_base_is_refused_with_its_edges() -> None:
-    whole = l_shape()
+    whole = l_shaped_prism()
     top = int(np.flatnonzero((whole.corners[:, :, 2] == 0.8).all(axis=1))[0])
-    with refused(ArgumentError, "not closed at 3 edges", "0.8]", "fill the holes", brief=True):
+    with expect_error(ArgumentError, "not closed at 3 edges", "0.8]", "fill the holes", brief=True):
         close_base_of_surface(whole._replace(triangles=np.delete(whole.triangles, top, axis=0)))
     # A base whose rim is not flat.
     bent = whole.vertices.copy()
     bent[whole.vertices[:, 2] == 0.0, 2] += [0.0, 0.1, 0.0, 0.0]
     open_below = whole.triangles[~(whole.corners[:, :, 2] == 0.0).all(axis=1)]
-    with refused(ArgumentError, "not closed at 4 edges", brief=True):
+    with expect_error(ArgumentError, "not closed at 4 edges", brief=True):
         close_base_of_surface(TriangleSurface(bent, open_below))
-    with refused(ArgumentError, "without faces", "closed mesh", brief=True):
+    with expect_error(ArgumentError, "without faces", "closed mesh", brief=True):
         close_base_of_surface(TriangleSurface(whole.vertices, np.zeros((0, 3), np.int64)))
 
 
@@ -190,7 +201,7 @@ def test_a_mesh_with_one_face_turned_inwards_is_refused() -> None:
     whole = box((0.4, 0.3, 0.8))
     turned = whole.triangles.copy()
     turned[-1] = turned[-1, ::-1]
-    with refused(ArgumentError, "not closed", "point outwards", brief=True):
+    with expect_error(ArgumentError, "not closed", "point outwards", brief=True):
         close_base_of_surface(whole._replace(triangles=turned))
 
 
@@ -198,7 +209,7 @@ def test_a_mesh_with_one_face_turned_inwards_is_refused() -> None:
 @pytest.mark.parametrize("tilt", [0.5, 7.0, 20.0])
 def test_a_tilted_scan_is_placed_upright_and_its_tilt_is_stored(axis: int, direction: float, tilt: float) -> None:
     """Rotated about y its top leans towards +x; placed upright it is the box again, at the same azimuth."""
-    scan = stone_from_surface(rotated(box((0.4, 0.3, 0.8)), axis, tilt), [], "box")
+    scan = stone_from_surface(rotate_surface(box((0.4, 0.3, 0.8)), axis, tilt), [], "box")
     assert scan.pose.tilt_deg == pytest.approx(tilt, abs=1e-6)
     # The pose turns the top back, opposite to the lean.
     assert abs((scan.pose.direction_deg - direction - 180.0 + 180.0) % 360.0 - 180.0) == pytest.approx(0.0, abs=1e-6)
@@ -314,5 +325,5 @@ def test_impossible_scans_are_refused(change: dict, words: list[str]) -> None:
     points = box((0.4, 0.3, 0.8)).vertices - [0.2, 0.15, 0.0]
     own = {"centre_of_mass": (0.0, 0.0, 0.4), "inertia": (0.06, 0.07, 0.02, 0, 0, 0), "relief": 0.002}
     ScannedStone(points, **own)
-    with refused(ArgumentError, *words, brief=True):
+    with expect_error(ArgumentError, *words, brief=True):
         ScannedStone(points, **own | change)

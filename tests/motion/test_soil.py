@@ -31,7 +31,7 @@ from overturning.records.store import (
     round_to_stored_precision,
     write_record_to_motion_file,
 )
-from tests.expect import refused
+from tests.expect import expect_error
 
 if importlib.util.find_spec("pystrata") is None and "OVERTURNING_NO_SKIP" not in os.environ:
     pytest.skip("pystrata is not installed (`make soil`)", allow_module_level=True)
@@ -107,7 +107,7 @@ def test_lightly_damped_soil_above_a_borehole_matches_the_closed_form(
     ],
 )
 def test_soil_layers_without_a_usable_response_are_refused(layer: dict[str, float], reason: str) -> None:
-    with refused(ArgumentError, "site: ", reason):
+    with expect_error(ArgumentError, "site: ", reason):
         propagate_through_soil(PULSE.north, PULSE.sampling_interval, [SoilLayer(**layer)], ROCK, outcrop=False)
 
 
@@ -162,7 +162,9 @@ def test_a_soil_curve_without_modulus_or_damping_is_refused(curve: str, part: st
     """Both publications give one of the two; pystrata keeps what there is."""
     layer = LAYER.model_copy(update={"curve": curve})
     for refusal in (check_soil_layer_curves, lambda layers: propagate_through_soil(PULSE.north, 0.01, layers, ROCK)):
-        with refused(ArgumentError, f"site: curve {curve!r}: pystrata has no {part} of this curve; choose a curve"):
+        with expect_error(
+            ArgumentError, f"site: curve {curve!r}: pystrata has no {part} of this curve; choose a curve"
+        ):
             refusal([layer])
     check_soil_layer_curves([LAYER, LAYER.model_copy(update={"curve": "Seed & Idriss, Sand Mean"})])
 
@@ -181,7 +183,7 @@ def test_the_soil_site_of_a_study_changes_the_motion() -> None:
 def test_borehole_motion_is_not_treated_as_outcrop() -> None:
     """As outcrop, a borehole motion would give a too weak surface motion: it contains downgoing waves."""
     deep = replace(PULSE, extra={"declared": ["borehole sensor"], "processed": True})
-    with refused(RecordError, "record pulse: of a borehole", "write `motion: within` at the site"):
+    with expect_error(RecordError, "record pulse: of a borehole", "write `motion: within` at the site"):
         process_record(deep, (), SoilSite(layers=[LAYER], rock=ROCK))
     within = process_record(deep, (), SoilSite(layers=[LAYER], rock=ROCK, motion="within"))
     outcrop = process_record(PULSE, (), SoilSite(layers=[LAYER], rock=ROCK))

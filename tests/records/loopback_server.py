@@ -37,13 +37,13 @@ FDSN_PARAMETERS = {
 }
 
 
-class Server(ThreadingHTTPServer):
+class FaultSimulatingServer(ThreadingHTTPServer):
     """Server on this machine that delivers a file and FDSN data, and simulates faults of a server."""
 
     daemon_threads = True
 
     def __init__(self, folder: Path) -> None:
-        super().__init__(("127.0.0.1", 0), Handler)
+        super().__init__(("127.0.0.1", 0), FaultSimulatingHandler)
         self.seen: list[tuple[str, str]] = []
         self.mode: dict[str, list[str]] = {}
         self.files = {
@@ -68,10 +68,10 @@ class Server(ThreadingHTTPServer):
         return modes.pop(0) if modes else "good"
 
 
-class Handler(BaseHTTPRequestHandler):
+class FaultSimulatingHandler(BaseHTTPRequestHandler):
     """Answers a request for the file or for FDSN data as the mode of the server demands."""
 
-    server: Server
+    server: FaultSimulatingServer
     protocol_version = "HTTP/1.1"
 
     def log_message(self, *args: object) -> None:
@@ -81,12 +81,12 @@ class Handler(BaseHTTPRequestHandler):
         parts = urlsplit(self.path)
         self.server.seen.append((parts.path, self.headers.get("Range", "")))
         if not parts.path.startswith("/fdsnws/"):
-            self.answer(self.server.next_mode("file"), BODY)
+            self.send_body_in_mode(self.server.next_mode("file"), BODY)
             return
         _, _, service, _, method = parts.path.split("/")
         if method == "application.wadl":
             names = FDSN_PARAMETERS[service].split()
-            self.send(
+            self.send_whole_body(
                 200,
                 WADL.format(
                     service, "".join(f'<param name="{n}" style="query" type="xs:string"/>' for n in names)
@@ -94,24 +94,26 @@ class Handler(BaseHTTPRequestHandler):
             )
         elif method == "query":
             assert parse_qs(parts.query)
-            self.answer(self.server.next_mode(service), self.server.files[service])
+            self.send_body_in_mode(self.server.next_mode(service), self.server.files[service])
         else:
-            self.send(200, b"<Catalogs></Catalogs>" if method == "catalogs" else b"<Contributors></Contributors>")
+            self.send_whole_body(
+                200, b"<Catalogs></Catalogs>" if method == "catalogs" else b"<Contributors></Contributors>"
+            )
 
-    def answer(self, mode: str, body: bytes) -> None:
+    def send_body_in_mode(self, mode: str, body: bytes) -> None:
         """Send a body as the mode demands: whole, cut, delayed, wrong, or with an error status."""
         first = 0
         if mode != "no ranges" and (wanted := self.headers.get("Range")):
             first = int(wanted.removeprefix("bytes=").removesuffix("-"))
         match mode:
             case "good" | "no ranges":
-                self.send(
+                self.send_whole_body(
                     206 if first else 200,
                     body[first:],
                     {"Content-Range": f"bytes {first}-{len(body) - 1}/{len(body)}"} if first else {},
                 )
             case "503" | "500" | "404" | "401" | "403" | "204" | "400":
-                self.send(int(mode), b"" if mode == "204" else b"trouble")
+                self.send_whole_body(int(mode), b"" if mode == "204" else b"trouble")
             case "cut" | "stall":
                 self.send_response(206 if first else 200)
                 self.send_header("Content-Length", str(len(body) - first))
@@ -130,13 +132,13 @@ class Handler(BaseHTTPRequestHandler):
                 self.wfile.write(body[: len(body) // 2 - 7])
                 self.close_connection = True
             case "page":
-                self.send(200, b"<!DOCTYPE html><html>Please sign in</html>")
+                self.send_whole_body(200, b"<!DOCTYPE html><html>Please sign in</html>")
             case "lie":
-                self.send(200, body[::-1])
+                self.send_whole_body(200, body[::-1])
             case "empty":
-                self.send(200, b"")
+                self.send_whole_body(200, b"")
 
-    def send(self, status: int, body: bytes, headers: dict[str, str] | None = None) -> None:
+    def send_whole_body(self, status: int, body: bytes, headers: dict[str, str] | None = None) -> None:
         """Send a whole response with its length."""
         self.send_response(status)
         if status != 204:

@@ -15,7 +15,7 @@ from overturning.records.check import check_records_in_files
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.read import read_record_without_processing
 from overturning.records.source import SourceFile, unpack_archive
-from tests.bounds import bounded
+from tests.bounds import limited_time_and_memory
 from tests.records.record_writers import csmip_text, knet_text
 from tests.records.test_command import exit_status_of_command
 from tests.records.written import FORMS
@@ -56,7 +56,7 @@ def test_an_archive_of_all_volumes_gives_processed_accelerations_and_notes(tmp_p
     path = tmp_path / "ce.zip"
     path.write_bytes(zip_archive({"CE1.V3": third.encode(), "CE1.V2": second.encode(), "read.pdf": b"%PDF"}))
     record = read_record_without_processing(path)
-    north, east = FORMS["csmip2"].north_east(*steps[:2])
+    north, east = FORMS["csmip2"].expected_north_east(*steps[:2])
     np.testing.assert_allclose([record.north, record.east], [north, east], atol=1e-9)
     assert record.notes == ["CE1.V3 left out: it holds no acceleration"]
     path.write_bytes(zip_archive({"CE1.V1": first.encode(), "CE1.V2": second.encode(), "CE1.V3": third.encode()}))
@@ -94,7 +94,7 @@ def test_velocities_in_an_archive_of_accelerations_are_skipped(tmp_path, form, o
     path = tmp_path / "x.zip"
     path.write_bytes(zip_archive(others | files))
     record = read_record_without_processing(path)
-    np.testing.assert_allclose([record.north, record.east], FORMS[form].north_east(*steps[:2]), atol=1e-8)
+    np.testing.assert_allclose([record.north, record.east], FORMS[form].expected_north_east(*steps[:2]), atol=1e-8)
     assert [n for n in record.notes if "left" in n] == [f"{name} left out: it holds no acceleration" for name in others]
 
 
@@ -164,7 +164,9 @@ def test_a_peer_archive_is_read_despite_its_search_results_table(tmp_path):
         path.write_bytes(zip_archive({table: text.encode()} | files))
         for declared in (None, DeclaredFileProperties(format="peer-at2")):
             record = read_record_without_processing(path, declared)
-            np.testing.assert_allclose([record.north, record.east], FORMS["peer"].north_east(*steps[:2]), atol=1e-8)
+            np.testing.assert_allclose(
+                [record.north, record.east], FORMS["peer"].expected_north_east(*steps[:2]), atol=1e-8
+            )
             assert record.notes == [f"{table} left out: {why}"]
 
 
@@ -190,7 +192,7 @@ def test_compressed_files_are_read_like_their_content(tmp_path, form, compress):
     named = [tmp_path / name for name in packed]
     for paths in (named, named[0], tmp_path / "x.zip"):
         record = read_record_without_processing(paths)
-        np.testing.assert_allclose([record.north, record.east], FORMS[form].north_east(*steps[:2]), atol=1e-8)
+        np.testing.assert_allclose([record.north, record.east], FORMS[form].expected_north_east(*steps[:2]), atol=1e-8)
     (tmp_path / "x.ps.gz").write_bytes(gzip.compress(b"%!PS-Adobe"))
     assert [found.record is None for found in check_records_in_files([tmp_path])][:1] == [False]
     for path in named:
@@ -307,7 +309,7 @@ def archive_bomb(kind: str) -> bytes:
 def test_archive_bombs_are_refused_within_1_gb_and_10_s(tmp_path, kind):
     path = tmp_path / "bomb.zip"
     path.write_bytes(archive_bomb(kind))
-    with bounded(), pytest.raises(RecordError):
+    with limited_time_and_memory(), pytest.raises(RecordError):
         read_record_without_processing(path)
 
 

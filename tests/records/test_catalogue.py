@@ -11,7 +11,7 @@ from overturning.records.read import (
     read_record_without_table_labels,
 )
 from overturning.records.store import write_record_to_motion_file
-from tests.expect import refused
+from tests.expect import expect_error
 from tests.records.record_writers import geonet_text
 
 TABLE_HEADING = "id\tformat\tsource\tstation\tevent\tfault_strike_deg\tpulse\n"
@@ -41,7 +41,7 @@ TABLE_HEADING = "id\tformat\tsource\tstation\tevent\tfault_strike_deg\tpulse\n"
 def test_the_error_names_an_invalid_line_of_the_record_table(tmp_path, text, words):
     path = tmp_path / "records.tsv"
     path.write_text(text)
-    with refused(ConfigError, "records.tsv", *words):
+    with expect_error(ConfigError, "records.tsv", *words):
         read_record_table(path)
 
 
@@ -67,7 +67,7 @@ def test_a_record_table_row_with_a_missing_file_is_refused(tmp_path):
     for name in ("x.NS", "x.EW"):
         (tmp_path / name).write_text("")
     entry = RecordTableRow(id="x", source="x.NS x.EW x.UD")
-    with refused(MissingDataError, "record x", "x.UD is not in"):
+    with expect_error(MissingDataError, "record x", "x.UD is not in"):
         paths_of_record_files(entry, tmp_path)
     (tmp_path / "x.UD").write_text("")
     assert [path.name for path in paths_of_record_files(entry, tmp_path)] == ["x.NS", "x.EW", "x.UD"]

@@ -9,7 +9,7 @@ from overturning.errors import ArgumentError
 from overturning.records.catalogue import read_record_table
 from overturning.records.read import read_record
 from overturning.records.record import source_and_processing_of_record
-from tests.expect import refused
+from tests.expect import expect_error
 from tests.records.record_writers import csmip_text, geonet_text, peer_text
 from tests.records.seed_writers import write_inventory, write_mseed
 from tests.records.world_writers import unam_text
@@ -108,7 +108,7 @@ def test_the_error_names_an_impossible_declared_property(tmp_path):
         ("correction_deg", np.inf, "a finite number is needed"),
         ("x", 1, "known are"),
     ):
-        with refused(ArgumentError, name, known):
+        with expect_error(ArgumentError, name, known):
             overturning.read(path, **{name: value})
 
 

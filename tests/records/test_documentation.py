@@ -13,7 +13,7 @@ from overturning.units import UNITS
 FORMATS_PAGE = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
 
 
-def union_members(union: object) -> tuple[type, ...]:
+def models_of_union(union: object) -> tuple[type, ...]:
     """Return the models of an annotated union."""
     return get_args(get_args(union)[0])
 
@@ -24,10 +24,10 @@ NAMES = {
     "synthetic",
     *RecordTableRow.model_fields,
     *SHAPES,
-    *(model.model_fields["step"].default for model in union_members(Step)),
+    *(model.model_fields["step"].default for model in models_of_union(Step)),
     *(
         name
-        for model in (*union_members(Step), *union_members(Pulse))
+        for model in (*models_of_union(Step), *models_of_union(Pulse))
         for name in model.model_fields
         if name not in ("step", "shape")
     ),

@@ -8,7 +8,7 @@ from overturning.motion.plausible import clipped_sample_count_and_level, reasons
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.read import read_record_without_processing
 from overturning.records.record import source_and_processing_of_record
-from tests.expect import refused
+from tests.expect import expect_error
 
 RATE = 100.0
 TIME = np.arange(2000) / RATE
@@ -49,7 +49,7 @@ OFFSET = 0.3 + 0.0 * EAST
 )
 def test_a_horizontal_component_without_motion_is_refused_unless_declared(tmp_path, dead, processed):
     path = write_columns(tmp_path / "x.csv", NORTH, dead)
-    with refused(RecordError, "x.csv: axis 'east' is dead", "less than 1/100 of that of 'north'", "--trust-data"):
+    with expect_error(RecordError, "x.csv: axis 'east' is dead", "less than 1/100 of that of 'north'", "--trust-data"):
         read_columns(path, processed=processed)
     trusted = read_columns(path, processed=processed, trust_data=True)
     assert "axis 'east' is dead" in source_and_processing_of_record(trusted)["trusted"][0]
@@ -69,7 +69,9 @@ def test_two_horizontal_components_without_motion_are_refused(tmp_path):
     """Else every block stands, whatever the ground did."""
     declared = "time:s north:m/s2 east:m/s2 up:m/s2"
     path = write_columns(tmp_path / "x.csv", 1e-9 * NORTH, 1e-9 * EAST, UP)
-    with refused(RecordError, "x.csv: axis 'east' and axis 'north' are dead", "vertical axis 'up'", "--trust-data"):
+    with expect_error(
+        RecordError, "x.csv: axis 'east' and axis 'north' are dead", "vertical axis 'up'", "--trust-data"
+    ):
         read_columns(path, declared)
     assert read_columns(write_columns(path, 0.02 * NORTH, 0.02 * EAST, UP), declared).notes == []
 
@@ -121,7 +123,7 @@ def test_times_in_seconds_declared_as_milliseconds_are_refused(tmp_path):
     path = write_columns(tmp_path / "x.csv", NORTH, EAST)
     for more in ({"columns": "time:ms north:m/s2 east:m/s2"}, {"interval": 1e-5}):
         declared = more.get("columns", "skip north:m/s2 east:m/s2")
-        with refused(
+        with expect_error(
             RecordError,
             "x.csv: sampling interval 1e-05 s is doubtful: 0.0005 to 0.05 s are usual",
             "2000 samples then last 0.02 s",
@@ -159,5 +161,5 @@ def test_pgv_over_pga_of_a_sine_equals_its_period_over_two_pi(hertz, doubted):
 
 def test_an_implausible_velocity_is_first_explained_by_the_sampling_interval(tmp_path):
     path = write_columns(tmp_path / "x.csv", NORTH, EAST)
-    with refused(RecordError, "x.csv: sampling interval 0.5 s (0.0005 to 0.05 s are usual): peak velocity"):
+    with expect_error(RecordError, "x.csv: sampling interval 0.5 s (0.0005 to 0.05 s are usual): peak velocity"):
         read_columns(path, "skip north:g east:g", sampling_interval_s=0.5)

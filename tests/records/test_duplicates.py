@@ -19,7 +19,7 @@ from overturning.records.pulses import parse_pulse, record_of_pulse
 from overturning.records.record import Record
 from overturning.study.load import study_from_content
 from overturning.study.preflight import check_record_files, read_and_check_records
-from tests.expect import refused
+from tests.expect import expect_error
 from tests.records.record_writers import peer_text
 
 RATE = 100
@@ -73,7 +73,9 @@ DIFFERENT_MOTIONS = {
 def test_a_copied_record_is_reported_with_both_record_names(name):
     pair = [record_of_components("a", NORTH, EAST), record_of_components("b", *COPIES[name])]
     assert find_duplicate_records(map(motion_fingerprint, [record_of_components("c", *OTHER), *pair])) == [("a", "b")]
-    with refused(ConfigError, "records a and b have the same samples: one motion would count twice; leave one out"):
+    with expect_error(
+        ConfigError, "records a and b have the same samples: one motion would count twice; leave one out"
+    ):
         refuse_duplicate_records(pair)
 
 
@@ -130,6 +132,6 @@ def test_one_motion_in_two_formats_is_reported_by_a_study(tmp_path):
     records = {"use": ["peer", "own"], "table": str(tmp_path / "records.tsv"), "folder": str(tmp_path)}
     study = study_from_content({"name": "mine", "records": records}, "mine.yaml")
     entries, _ = check_record_files(study, "mine.yaml")
-    with refused(ConfigError, "records own and peer have the same samples"):
+    with expect_error(ConfigError, "records own and peer have the same samples"):
         read_and_check_records(study, entries)
     read_and_check_records(study, {"peer": entries["peer"]})

@@ -16,7 +16,7 @@ from overturning.records.store import (
     read_unprocessed_record_from_motion_file,
     write_record_to_motion_file,
 )
-from tests.expect import refused
+from tests.expect import expect_error
 
 TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
 
@@ -35,7 +35,7 @@ def test_the_example_record_agrees_with_its_row_of_the_record_table(tmp_path):
 
 
 def test_an_unknown_example_record_is_refused_with_the_known_names(tmp_path):
-    with refused(MissingDataError, "record x", "'none.V2A'", "20161113_110259_WTMC_20.V2A"):
+    with expect_error(MissingDataError, "record x", "'none.V2A'", "20161113_110259_WTMC_20.V2A"):
         read_record(RecordTableRow(id="x", source="example:none.V2A"), tmp_path)
 
 

@@ -15,7 +15,7 @@ from overturning.records.earthquakes import great_circle_distance_km
 from overturning.records.fault_trace import parse_fault_trace
 from overturning.records.formats import fema_p695
 from overturning.records.read import read_record
-from tests.expect import refused
+from tests.expect import expect_error
 
 TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
 
@@ -127,8 +127,8 @@ def test_the_error_names_a_damaged_fema_p695_archive(tmp_path, monkeypatch):
     monkeypatch.setattr(fema_p695, "ARCHIVE", tmp_path / "ground-motions.zip")
     for damaged in (whole[:-1000], whole[:-60_000] + whole[-50_000:], whole.replace(whole[2000:2010], bytes(10))):
         fema_p695.ARCHIVE.write_bytes(damaged)
-        with refused(RecordError, "ground-motions.zip", "record nearfield_pulse:1", "install overturning again"):
+        with expect_error(RecordError, "ground-motions.zip", "record nearfield_pulse:1", "install overturning again"):
             fema_p695.read_components("nearfield_pulse:1")
     fema_p695.ARCHIVE.unlink()
-    with refused(RecordError, "ground-motions.zip", "install overturning again"):
+    with expect_error(RecordError, "ground-motions.zip", "install overturning again"):
         fema_p695.read_components("nearfield_pulse:1")

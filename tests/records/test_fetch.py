@@ -12,15 +12,15 @@ from overturning.records import download
 from overturning.records.download import fetch_url
 from overturning.records.fdsn import FdsnWaveformRequest, fetch_fdsn_record
 from overturning.records.read import read_record_without_processing
-from tests.records.loopback_server import BODY, COUNTS, HASH, Server
+from tests.records.loopback_server import BODY, COUNTS, HASH, FaultSimulatingServer
 from tests.records.seed_writers import START
 
 
 @pytest.fixture
-def server(tmp_path: Path) -> Iterator[Server]:
+def server(tmp_path: Path) -> Iterator[FaultSimulatingServer]:
     """A running server on this machine that delivers files and FDSN data, with faults on request."""
     (tmp_path / "server").mkdir()
-    one = Server(tmp_path / "server")
+    one = FaultSimulatingServer(tmp_path / "server")
     thread = threading.Thread(target=one.serve_forever, kwargs={"poll_interval": 0.02}, daemon=True)
     thread.start()
     yield one
@@ -30,7 +30,7 @@ def server(tmp_path: Path) -> Iterator[Server]:
     thread.join(5)
 
 
-def fetch_file(server: Server, folder: Path, **more):
+def fetch_file(server: FaultSimulatingServer, folder: Path, **more):
     """Download the file of the test server into a folder, with short waits."""
     options = {"timeout": 0.4, "wait": 0.01} | more
     return fetch_url(f"{server.address}/a/x.bin", HASH, folder, **options)
@@ -140,13 +140,13 @@ def test_the_error_names_an_unusable_download_argument(tmp_path, kind, word, url
         fetch_url(url, **({"sha256": HASH, "folder": tmp_path} | more))
 
 
-def waveform_request(server: Server, **more) -> FdsnWaveformRequest:
+def waveform_request(server: FaultSimulatingServer, **more) -> FdsnWaveformRequest:
     """Return a request for 10 s of the test station, or for the window around an event."""
     window = {} if "event_id" in more else {"start": str(START), "end": str(START + 10)}
     return FdsnWaveformRequest(server.address, "XX", "TST1", **(window | more))
 
 
-def fetch_waveforms(server: Server, folder: Path, **more):
+def fetch_waveforms(server: FaultSimulatingServer, folder: Path, **more):
     """Fetch waveforms and metadata of the test station into a folder, with short waits."""
     return fetch_fdsn_record(waveform_request(server, **more), folder, tries=3, timeout=0.4, wait=0.01)
 

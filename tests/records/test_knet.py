@@ -17,7 +17,7 @@ from overturning.records.processing import process_record
 from overturning.records.read import read_record, read_record_without_processing
 from overturning.records.record import source_and_processing_of_record
 from overturning.records.source import SourceFile, read_source_file
-from tests.expect import lacking, refused
+from tests.expect import expect_error, skip_or_fail
 from tests.records.record_writers import knet_text, write_knet_set
 from tests.records.test_archives import tar_archive, zip_archive
 
@@ -115,16 +115,16 @@ def test_k_net_and_kik_net_records_name_their_network(tmp_path):
         for declared in (name, "kik-net", "auto"):  # older tables have one name for both
             record = read_record(RecordTableRow(id="x", format=declared, source="TST0010102031305"), folder)
             assert record.source == f"{name} TST0010102031305"
-        with refused(RecordError, "not a K-NET ASCII file" if kik else "not a GeoNet"):
+        with expect_error(RecordError, "not a K-NET ASCII file" if kik else "not a GeoNet"):
             read_record_without_processing(first, DeclaredFileProperties(format="k-net" if kik else "geonet"))
-    with refused(MissingDataError, "TST001.NS, TST001.EW, TST001.UD (or"):
+    with expect_error(MissingDataError, "TST001.NS, TST001.EW, TST001.UD (or"):
         read_record(RecordTableRow(id="x", format="k-net", source="TST001"), tmp_path)
 
 
 def test_missing_k_net_files_are_named_with_source_and_folder(tmp_path):
     entry = RecordTableRow(id="ttrh02", format="kik-net", source="TTRH020010061330")
     words = ("TTRH020010061330.NS2", "EW2", "UD2", "NIED", "kyoshin.bosai.go.jp", str(tmp_path / "nied"))
-    with refused(MissingDataError, *words, brief=True):
+    with expect_error(MissingDataError, *words, brief=True):
         read_record(entry, tmp_path / "nied")
 
 
@@ -191,9 +191,9 @@ def test_an_archive_of_many_stations_needs_the_station_to_be_named(tmp_path):
     path = tmp_path / "data" / "event.zip"
     path.parent.mkdir()
     path.write_bytes(zip_archive({file.name: file.read_bytes() for file in files}))
-    with refused(RecordError, "2 records (TST001, TST002)"):
+    with expect_error(RecordError, "2 records (TST001, TST002)"):
         read_record_without_processing(path)
-    with refused(RecordError, "2 records"):
+    with expect_error(RecordError, "2 records"):
         read_record(RecordTableRow(id="all", source="event.zip"), path.parent)
     entry = RecordTableRow(id="two", format="kik-net", source="TST0020102031305")
     assert read_record(entry, path.parent).station == "TST002"
@@ -233,7 +233,7 @@ def test_pictures_with_the_same_stem_as_a_record_are_skipped(tmp_path):
     record = read_record(RecordTableRow(id="t", format="kik-net", source="T"), tmp_path)
     np.testing.assert_allclose(record.north, NORTH * GAIN, atol=1e-9)
     (tmp_path / "P.pdf").write_bytes(b"%PDF")
-    with refused(MissingDataError, "record p: P is not in"):
+    with expect_error(MissingDataError, "record p: P is not in"):
         read_record(RecordTableRow(id="p", source="P"), tmp_path)
 
 
@@ -243,7 +243,7 @@ def test_the_hash_of_several_files_is_compared_with_the_record_table(tmp_path):
     joint = hashlib.sha256("".join(own).encode("ascii")).hexdigest()
     line = {"id": "t", "format": "kik-net", "source": "T"}
     assert read_record(RecordTableRow(**line, sha256=joint), tmp_path).sha256 == joint
-    with refused(RecordError, "the record table says 0000"):
+    with expect_error(RecordError, "the record table says 0000"):
         read_record(RecordTableRow(**line, sha256="0" * 64), tmp_path)
 
 
@@ -264,7 +264,7 @@ def test_a_real_k_net_file_agrees_with_its_own_header():
 
     path = Path(obspy.__file__).parent / "io" / "nied" / "tests" / "data" / "test.knet"
     if not path.exists():
-        lacking("this obspy comes without its test data")
+        skip_or_fail("this obspy comes without its test data")
     component = knet.read_components(read_source_file(path))[0]
     trace = obspy.read(str(path), format="KNET")[0]
     np.testing.assert_allclose(component.samples, trace.data * trace.stats.calib, rtol=1e-12)

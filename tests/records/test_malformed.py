@@ -19,8 +19,8 @@ from overturning.records.files import read_components
 from overturning.records.read import read_record_without_processing
 from overturning.records.record import Record
 from overturning.records.source import SourceFile
-from tests.bounds import bounded
-from tests.expect import refused
+from tests.bounds import limited_time_and_memory
+from tests.expect import expect_error
 from tests.records.malformed_corpus import COUNTS, UNDETECTABLE_MUTATIONS, VALID_FILES, mutations_of_format
 from tests.records.seed_writers import write_inventory, write_mseed, write_sac
 
@@ -37,7 +37,7 @@ def test_at_least_2126_text_mutations_and_19_byte_mutations_exist():
     assert len(BYTES) >= 19
 
 
-def same_motion(record: Record, good: Record) -> bool:
+def is_same_motion(record: Record, good: Record) -> bool:
     """True if two records have the same samples, sampling interval and axes."""
     return (
         record.sampling_interval == good.sampling_interval
@@ -62,13 +62,13 @@ def replace_file(path: Path, content: bytes) -> None:
     path.write_bytes(content)
 
 
-def handling_fault(paths: list[Path], good: Record, newlines: int = 1) -> str:
+def describe_wrong_handling(paths: list[Path], good: Record, newlines: int = 1) -> str:
     """Read mutated files and describe what is wrong with the result or the error; empty if nothing is.
 
     They are refused by name, or read to the numbers of the whole file, or it is said what was left out.
     """
     try:
-        with bounded():
+        with limited_time_and_memory():
             record = read_record_without_processing(paths, OPTIONS)
     except OverturningError as problem:
         message = str(problem)
@@ -78,7 +78,7 @@ def handling_fault(paths: list[Path], good: Record, newlines: int = 1) -> str:
     except Exception as other:  # whatever it is, a user must never meet it
         return f"ends in {type(other).__name__}: {other}"
     told = any("left out" in note for note in record.extra.get("notes", ()))
-    return "" if told or same_motion(record, good) else "read without a word, but not the numbers of the whole file"
+    return "" if told or is_same_motion(record, good) else "read without a word, but not the numbers of the whole file"
 
 
 @pytest.mark.parametrize("form", MUTATIONS)
@@ -95,7 +95,7 @@ def test_a_mutated_text_file_is_refused_by_name_or_read_correctly(tmp_path, form
         content = change(whole)
         if content not in read:
             replace_file(paths[0], content)
-            read[content] = handling_fault(paths, good)
+            read[content] = describe_wrong_handling(paths, good)
         objections[name] = read[content]
     assert {name: what for name, what in objections.items() if what} == {}
 
@@ -106,9 +106,9 @@ def test_line_ends_and_marks_of_other_systems_do_not_change_a_record(tmp_path, f
     good, whole = read_record_without_processing(paths, OPTIONS), VALID_FILES[form][0][paths[0].name]
     for name in HARMLESS_MUTATIONS:
         replace_file(paths[0], MUTATIONS[form][name](whole))
-        with bounded():
+        with limited_time_and_memory():
             record = read_record_without_processing(paths, OPTIONS)
-        assert same_motion(record, good), name
+        assert is_same_motion(record, good), name
 
 
 @pytest.mark.parametrize("form", VALID_FILES)
@@ -134,7 +134,7 @@ def test_a_randomly_damaged_file_gives_a_named_error_or_a_record(form):
                     data[at:at] = data[start : start + throw.choice([10, 80, 400])]
         sources = [SourceFile(name, bytes(data) if name == spoilt else text) for name, text in texts.items()]
         try:
-            with bounded():
+            with limited_time_and_memory():
                 assemble_record(read_components(sources, OPTIONS), "x")
         except OverturningError as problem:
             message = str(problem)
@@ -142,7 +142,7 @@ def test_a_randomly_damaged_file_gives_a_named_error_or_a_record(form):
                 pytest.fail(message)
 
 
-def binary_files(folder: Path, form: str) -> tuple[Path, Path]:
+def write_binary_files(folder: Path, form: str) -> tuple[Path, Path]:
     """Write a binary file to mutate and the file that belongs to it, such as the metadata of waveforms."""
     if form == "miniseed":
         other = write_inventory(folder / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0)})
@@ -173,12 +173,12 @@ BYTES: dict[str, Callable[[bytes], bytes]] = {
 @pytest.mark.parametrize("form", ["miniseed", "stationxml", "sac"])
 @pytest.mark.filterwarnings("ignore::UserWarning", "ignore::obspy.io.mseed.InternalMSEEDWarning")
 def test_a_mutated_binary_file_is_refused_by_name_or_read_correctly(tmp_path, form):
-    path, other = binary_files(tmp_path, form)
+    path, other = write_binary_files(tmp_path, form)
     good, whole = read_record_without_processing([path, other], OPTIONS), path.read_bytes()
     objections = {}
     for name, change in BYTES.items():
         replace_file(path, change(whole))
-        objections[name] = handling_fault([path, other], good, newlines=2)  # ObsPy's own words
+        objections[name] = describe_wrong_handling([path, other], good, newlines=2)  # ObsPy's own words
     assert {name: what for name, what in objections.items() if what} == {}
 
 
@@ -206,12 +206,12 @@ def test_the_error_names_an_unreadable_file(tmp_path, monkeypatch):
 def test_stationxml_alone_and_empty_archives_are_refused_by_name(tmp_path):
     """Regression: they ended in an IndexError."""
     alone = write_inventory(tmp_path / "s.xml", {"HNN": (0.0, 0.0)})
-    with refused(RecordError, "s.xml: StationXML alone; name the file of a record, too"):
+    with expect_error(RecordError, "s.xml: StationXML alone; name the file of a record, too"):
         read_record_without_processing(alone)
     path = tmp_path / "x.zip"
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("x/", b"")
         archive.writestr(".DS_Store", b"\0\0\0\1Bud1")
     for paths in (path, [path, path]):
-        with refused(RecordError, "x.zip", "an archive without files; name the file of a record, too"):
+        with expect_error(RecordError, "x.zip", "an archive without files; name the file of a record, too"):
             read_record_without_processing(paths)

@@ -23,7 +23,7 @@ from overturning.records.record import (
     source_and_processing_of_record,
 )
 from overturning.records.steps import Baseline, Cut, Detrend, Highpass, Lowpass, RemoveMean, Resample, Scale, Taper
-from tests.expect import refused
+from tests.expect import expect_error
 
 DT = 0.01
 TIME = np.arange(6000) * DT
@@ -225,7 +225,7 @@ def test_resampling_preserves_a_sine_and_removes_frequencies_above_nyquist(inter
 
 
 def test_resampling_to_too_many_samples_is_refused():
-    with refused(RecordError, "resample.sampling_interval_s 1e-05", "4e+07 samples, at most 3e+07"):
+    with expect_error(RecordError, "resample.sampling_interval_s 1e-05", "4e+07 samples, at most 3e+07"):
         process_record(record_of_components(np.zeros(40_000)), [Resample(sampling_interval_s=1e-5)])
 
 
@@ -255,7 +255,7 @@ def test_default_processing_changes_raw_but_not_processed_records():
 
 @pytest.mark.parametrize("count", [2, 5, 10])
 def test_a_record_too_short_for_default_processing_is_refused(count):
-    with refused(RecordError, f"record r: {count} samples are too few for the default processing", "processed"):
+    with expect_error(RecordError, f"record r: {count} samples are too few for the default processing", "processed"):
         process_record(record_of_components(np.arange(count, dtype=float)), None)
 
 
@@ -275,7 +275,7 @@ def test_a_record_too_short_for_default_processing_is_refused(count):
     ],
 )
 def test_the_error_names_a_processing_step_that_does_not_fit_the_record(step, words):
-    with refused(RecordError, "record r", *words):
+    with expect_error(RecordError, "record r", *words):
         process_record(record_of_components(TIME.copy()), [step])
 
 

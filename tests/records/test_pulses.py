@@ -14,7 +14,7 @@ from overturning.records.pulses import parse_pulse, record_of_pulse
 from overturning.records.read import read_record
 from overturning.records.record import processing_label
 from overturning.study.load import record_table_rows, study_from_content
-from tests.expect import refused
+from tests.expect import expect_error
 
 
 def pulse_along_its_azimuth(line: str):
@@ -51,7 +51,7 @@ def test_the_labels_of_a_pulse_come_from_the_record_table(tmp_path):
     assert (record.latitude, record.longitude) == (35.0, 133.0)
     other = replace(record, record_id="q", extra=record.extra | {"event_id": "two"})
     assert len(set(assign_records_to_earthquakes([record, other]).labels)) == 2
-    with refused(RecordError, "SHA-256"):
+    with expect_error(RecordError, "SHA-256"):
         read_record(RecordTableRow(id="p", format="synthetic", source=line, sha256="0" * 64), tmp_path)
     for column in ({"orientation_correction_deg": 10.0}, {"unit": "g"}, {"sensor": "borehole"}):
         with pytest.raises(ConfigError, match=f"record p: {next(iter(column))}: of files alone"):
@@ -181,7 +181,7 @@ def test_a_noise_pulse_has_a_flat_spectrum_only_in_its_band():
     ],
 )
 def test_the_error_names_an_invalid_pulse(line, words):
-    with refused(ConfigError, *words):
+    with expect_error(ConfigError, *words):
         parse_pulse(line)
 
 
@@ -191,7 +191,7 @@ def test_a_pulse_with_too_coarse_sampling_is_refused():
 
 
 def test_a_pulse_of_too_many_samples_is_refused():
-    with refused(ConfigError, "record pulse", "1e+11 samples, at most 3e+07", "sampling_interval_s"):
+    with expect_error(ConfigError, "record pulse", "1e+11 samples, at most 3e+07", "sampling_interval_s"):
         record_of_pulse(parse_pulse("sine amplitude_gal=1 period_s=1000 cycles=1000 sampling_interval_s=1e-5"))
 
 
@@ -218,5 +218,5 @@ def test_a_noise_pulse_contains_both_ends_of_its_band(duration: float, low: floa
 )
 def test_a_pulse_aliased_to_a_longer_period_is_refused(line):
     """6 ms in samples of 5 ms are the samples of 30 ms, backwards."""
-    with refused(ConfigError, "record pulse", "four samples", "sampling_interval_s ≤ 0.001"):
+    with expect_error(ConfigError, "record pulse", "four samples", "sampling_interval_s ≤ 0.001"):
         record_of_pulse(parse_pulse(line))

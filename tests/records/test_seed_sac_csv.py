@@ -16,7 +16,7 @@ from overturning.records.formats.table import find_format_by_name
 from overturning.records.read import read, read_record, read_record_without_processing
 from overturning.records.record import processing_label
 from overturning.records.source import SourceFile
-from tests.expect import refused
+from tests.expect import expect_error
 from tests.records.seed_writers import (
     START,
     broadband_velocity_response,
@@ -65,7 +65,7 @@ def test_channels_of_two_location_codes_are_refused_as_one_record(tmp_path):
     both = {f"{location}.{code}": axes for location in ("00", "10") for code, axes in CHANNELS.items()}
     write_inventory(tmp_path / "s.xml", both)
     mixed = write_mseed(tmp_path / "x.mseed", {"00.HNN": N, "10.HNE": E})
-    with refused(RecordError, "components of '00' and '10'; they are not of one record"):
+    with expect_error(RecordError, "components of '00' and '10'; they are not of one record"):
         read_record_without_processing(mixed)
     # Regression: the first sensor lacks its north component and used that of the second.
     write_mseed(tmp_path / "x.mseed", {"00.HNE": E, "00.HNZ": Z, "10.HNE": E, "10.HNN": N, "10.HNZ": Z})
@@ -76,10 +76,10 @@ def test_an_accelerometer_and_a_velocity_sensor_are_refused_as_one_record(tmp_pa
     """Regression: north of one station or location and east of another made a record."""
     metadata = write_inventory(tmp_path / "s.xml", {"HNN": (0.0, 0.0), "BNE": (90.0, 0.0), "HNE": (90.0, 0.0)})
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "BNE": E})
-    with refused(RecordError, "components of 'BN' and 'HN'; they are not of one record"):
+    with expect_error(RecordError, "components of 'BN' and 'HN'; they are not of one record"):
         read_record_without_processing([waves, metadata])
     paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, a, 90.0) for c, x, a in (("HNN", N, 0.0), ("HHE", E, 90.0))]
-    with refused(RecordError, "components of 'HN' and 'HH'"):
+    with expect_error(RecordError, "components of 'HN' and 'HH'"):
         read_record_without_processing(paths, DeclaredFileProperties(unit="gal"))
 
 
@@ -122,7 +122,7 @@ def test_stations_in_one_miniseed_file_become_separate_records(tmp_path, later):
     for each, motion in zip(found[1:], list(motions.values())[1:], strict=True):
         np.testing.assert_allclose(each.record.north, motion["HNN"] / 4e5, rtol=1e-12)
         np.testing.assert_allclose(each.record.east, motion["HNE"] / 4e5, rtol=1e-12)
-    with refused(RecordError, "3 records (TST1, TST2, TST3); cut the file to one of them"):
+    with expect_error(RecordError, "3 records (TST1, TST2, TST3); cut the file to one of them"):
         read_record_without_processing(tmp_path / "x.mseed")
 
 
@@ -156,9 +156,9 @@ def test_axes_inclined_by_a_few_degrees_keep_their_azimuth_and_sense(tmp_path, d
 def test_an_axis_neither_horizontal_nor_vertical_is_refused(tmp_path, dip):
     write_inventory(tmp_path / "s.xml", {"HNN": (0.0, dip), "HNE": (90.0, 0.0)})
     words = f"HNN dips by {dip:g}°; only axes within 5° of horizontal or vertical are read"
-    with refused(RecordError, words):
+    with expect_error(RecordError, words):
         read_record_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E}))
-    with refused(RecordError, words):
+    with expect_error(RecordError, words):
         read_record_without_processing(
             write_sac(tmp_path / "a.sac", N / 1e5, "HNN", 0.0, dip + 90.0), DeclaredFileProperties(unit="gal")
         )
@@ -176,7 +176,7 @@ def test_an_azimuth_without_a_dip_is_used_if_the_code_is_horizontal(tmp_path):
 
 def test_a_blank_location_code_identifies_a_separate_sensor(tmp_path):
     write_inventory(tmp_path / "s.xml", {"HNN": (0.0, 0.0), "10.HNE": (90.0, 0.0)})
-    with refused(RecordError, "components of '--' and '10'; they are not of one record"):
+    with expect_error(RecordError, "components of '--' and '10'; they are not of one record"):
         read_record_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": N, "10.HNE": E}))
 
 
@@ -196,7 +196,7 @@ def test_sac_components_of_different_stations_or_unknown_start_are_refused(tmp_p
         code = {int: "<i", float: "<f", bytes: "4s"}[type(value)]
         struct.pack_into(code, header, 4 * word, value)
     paths[1].write_bytes(bytes(header))
-    with refused(RecordError, why, "--trust-data"):
+    with expect_error(RecordError, why, "--trust-data"):
         read_record_without_processing(paths, DeclaredFileProperties(unit="gal"))
     trusting = read_record_without_processing(paths, DeclaredFileProperties(unit="gal", trust_data=True))
     assert why in trusting.extra["trusted"][0]
@@ -207,7 +207,7 @@ def test_a_channel_that_ends_before_the_strong_motion_is_refused(tmp_path):
     write_inventory(tmp_path / "s.xml", CHANNELS)
     rise = np.linspace(0, 1, N.size) ** 2
     path = write_mseed(tmp_path / "x.mseed", {"HNN": N * rise, "HNE": E * rise, "HNZ": (Z * rise)[:100]})
-    with refused(RecordError, "HNZ breaks off after 100 of 500 samples, before the largest motion along HN"):
+    with expect_error(RecordError, "HNZ breaks off after 100 of 500 samples, before the largest motion along HN"):
         read_record_without_processing(path)
     trusting = read_record_without_processing(path, DeclaredFileProperties(trust_data=True))
     assert trusting.sample_count == 100
@@ -240,7 +240,9 @@ def test_miniseed_with_wrong_check_values_is_refused_unless_trusted(tmp_path, at
     data = bytearray(path.read_bytes())
     data[at] ^= 0x10
     path.write_bytes(data)
-    with refused(RecordError, "x.mseed: obspy warns: ", "integrity check", "get the file again, or say --trust-data"):
+    with expect_error(
+        RecordError, "x.mseed: obspy warns: ", "integrity check", "get the file again, or say --trust-data"
+    ):
         read_record_without_processing(path)
     record = read_record_without_processing(path, DeclaredFileProperties(trust_data=True))
     assert any("integrity check" in text for text in record.extra["trusted"])
@@ -290,7 +292,7 @@ def test_an_overdriven_velocity_sensor_is_noted_and_a_wrong_unit_refused(tmp_pat
     assert len(notes) == 1
     assert "channel HHN of a velocity sensor reaches 10 cm/s: most saturate" in notes[0]
     write_inventory(tmp_path / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0)}, gain=1e7, unit="M/S")
-    with refused(RecordError, "is of an accelerometer by its code (N), but in M/S in the StationXML"):
+    with expect_error(RecordError, "is of an accelerometer by its code (N), but in M/S in the StationXML"):
         read_record_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": counts, "HNE": counts}))
 
 
@@ -359,7 +361,7 @@ def test_miniseed_with_a_wrong_stationxml_is_refused(tmp_path, channels, station
     files = [write_mseed(tmp_path / "a.mseed", dict(zip(channels, (N, E), strict=True)))]
     if stationxml:
         files.append(write_inventory(tmp_path / "a.xml", stationxml))
-    with refused(RecordError, "a.mseed", *words):
+    with expect_error(RecordError, "a.mseed", *words):
         read_record_without_processing(files)
     if "HHN" in channels:
         assert read_record_without_processing(files, DeclaredFileProperties(unit="m/s2")).station == "TST1"
@@ -375,7 +377,7 @@ def test_sac_whose_header_states_velocity_or_a_borehole_is_refused(tmp_path, key
         trace = obspy.read(path)[0]
         trace.stats.sac[key] = value
         trace.write(str(path), format="SAC")
-    with refused(RecordError, "a.HNE.sac" if key == "idep" else "a.HN", words):
+    with expect_error(RecordError, "a.HNE.sac" if key == "idep" else "a.HN", words):
         read_record_without_processing(path, DeclaredFileProperties(unit="m/s2"))
 
 
@@ -390,7 +392,7 @@ def test_sac_other_than_evenly_sampled_accelerations_is_refused(tmp_path, word, 
         header = bytearray(path.read_bytes())
         struct.pack_into("<i", header, 4 * word, value)
         path.write_bytes(bytes(header))
-    with refused(RecordError, "HNN.sac", words, "by its header"):
+    with expect_error(RecordError, "HNN.sac", words, "by its header"):
         read_record_without_processing(paths, DeclaredFileProperties(unit="gal"))
 
 
@@ -402,7 +404,7 @@ def test_the_unit_of_sac_samples_is_read_from_stationxml(tmp_path, unit, scale):
         read_record_without_processing([*paths, tmp_path / "s.xml"]).north, N / 4e5 * scale, rtol=1e-6
     )
     write_inventory(tmp_path / "s.xml", CHANNELS, unit="V")
-    with refused(RecordError, "HNN.sac", "V in the StationXML"):
+    with expect_error(RecordError, "HNN.sac", "V in the StationXML"):
         read_record_without_processing([*paths, tmp_path / "s.xml"])
 
 
@@ -452,7 +454,7 @@ def test_sac_samples_with_the_opposite_sign_of_the_header_extremes_are_refused(t
     samples = np.frombuffer(data[632:], "<f4")
     np.testing.assert_allclose(samples, peak, rtol=1e-6)
     paths[0].write_bytes(data[:632] + (-samples).tobytes())
-    with refused(RecordError, "HNN.sac: the header states a peak of 600 Gal along HNN, the data has -600 Gal"):
+    with expect_error(RecordError, "HNN.sac: the header states a peak of 600 Gal along HNN, the data has -600 Gal"):
         read_record_without_processing(paths, DeclaredFileProperties(unit="gal"))
 
 
@@ -499,7 +501,7 @@ def test_a_columns_file_is_read_as_declared(tmp_path, separator):
 def test_a_columns_file_that_contradicts_its_declaration_is_refused(tmp_path, text, columns, interval, words):
     path = tmp_path / "x.csv"
     path.write_text(text)
-    with refused(RecordError, "x.csv", *words):
+    with expect_error(RecordError, "x.csv", *words):
         read_record_without_processing(
             path, DeclaredFileProperties(columns=columns, sampling_interval_s=interval, processed=True)
         )
@@ -563,7 +565,7 @@ def test_text_in_a_columns_file_with_another_unit_is_noted(tmp_path, line, unit)
 def test_a_columns_file_whose_text_states_another_quantity_is_refused(tmp_path, line):
     path = tmp_path / "x.txt"
     path.write_text(f"{line}\n" + "".join(f"{n / 100} {n} {n * n % 7} 0 0 0\n" for n in range(250)))
-    with refused(RecordError, "x.txt", f"the line {line.lstrip('#% ')!r} says", "--trust-data"):
+    with expect_error(RecordError, "x.txt", f"the line {line.lstrip('#% ')!r} says", "--trust-data"):
         read_record_without_processing(
             path, DeclaredFileProperties(columns="time:s north:gal east:gal skip skip skip", processed=True)
         )
@@ -610,7 +612,7 @@ def test_a_column_whose_heading_states_another_quantity_is_refused(tmp_path, uni
     path = tmp_path / "a.vel.bbp"
     path.write_text(f"{mark}time (s)\tN-S{unit}\tE-W{unit}\n" + "".join(f"{n / 100}\t{n}\t{-n}\n" for n in range(250)))
     declared = {"columns": "time:s north:gal east:gal", "processed": True}
-    with refused(RecordError, "a.vel.bbp", "north in gal is declared", "--trust-data"):
+    with expect_error(RecordError, "a.vel.bbp", "north in gal is declared", "--trust-data"):
         read_record_without_processing(path, DeclaredFileProperties(**declared))
     assert any(
         "trusted although" in note
@@ -646,7 +648,9 @@ def test_a_sample_count_before_the_samples_is_not_read_as_a_sample(tmp_path, beg
     declared = {"columns": "north:gal east:gal" if " " in begin else "north:gal", "sampling_interval_s": 0.01}
     rows = [f"{n} {e}" if " " in begin else f"{n}" for n, e in zip(N / 1e3, E / 1e3, strict=True)]
     source = SourceFile("x.txt", "\n".join([begin, *rows, ""]).encode())
-    with refused(RecordError, "x.txt line 1: 500 is the count of the lines below, not a sample; write # before it"):
+    with expect_error(
+        RecordError, "x.txt line 1: 500 is the count of the lines below, not a sample; write # before it"
+    ):
         read_components([source], DeclaredFileProperties(**declared, processed=True))
     commented = SourceFile("x.txt", "\n".join([*(f"# {line}" for line in begin.split("\n")), *rows, ""]).encode())
     first = read_components([commented], DeclaredFileProperties(**declared, processed=True))[0]
@@ -661,18 +665,20 @@ def test_a_missing_sample_mark_is_not_read_as_a_sample(tmp_path, mark, wrapped):
     words = [f"{value}" for value in N[:80] / 1e4]  # up to 40 Gal
     declared = {"columns": "north:gal*8" if wrapped else "north:gal", "sampling_interval_s": 0.01, "processed": True}
 
-    def file_of(words):
+    def source_file_of_words(words):
         rows = [" ".join(words[i : i + 8]) for i in range(0, 80, 8)] if wrapped else words
         return SourceFile("x.txt", "\n".join([*rows, ""]).encode())
 
-    (whole,) = read_components([file_of(words)], DeclaredFileProperties(**declared))
+    (whole,) = read_components([source_file_of_words(words)], DeclaredFileProperties(**declared))
     np.testing.assert_allclose(whole.samples, N[:80] / 1e6, rtol=1e-12)
-    spoilt = file_of([*words[:30], mark, *words[31:]])
+    spoilt = source_file_of_words([*words[:30], mark, *words[31:]])
     line = 30 // 8 + 1 if wrapped else 31
-    with refused(RecordError, f"x.txt line {line}: {abs(float(mark)):g} marks a missing sample"):
+    with expect_error(RecordError, f"x.txt line {line}: {abs(float(mark)):g} marks a missing sample"):
         read_components([spoilt], DeclaredFileProperties(**declared))
     assert read_components([spoilt], DeclaredFileProperties(**declared, trust_data=True))
-    close = file_of([*words[:30], mark, f"{0.6 * float(mark)}", *words[32:]])  # a peak that is a number of nines
+    close = source_file_of_words(
+        [*words[:30], mark, f"{0.6 * float(mark)}", *words[32:]]
+    )  # a peak that is a number of nines
     assert read_components([close], DeclaredFileProperties(**declared))
 
 
@@ -687,7 +693,9 @@ def test_component_files_are_matched_by_all_variable_parts_of_their_names(tmp_pa
     assert pair.files == ("a_e_2.txt", "a_n_2.txt")
     np.testing.assert_allclose(pair.record.horizontal_components, [Z / 1e5, E / 1e5], rtol=1e-12)
     twofold = DeclaredFileProperties(columns="*n*.txt=north:gal *a*.txt=east:gal", **given_)
-    with refused(RecordError, "a_n_2.txt: its name fits *n*.txt and *a*.txt; write patterns that fit one axis each"):
+    with expect_error(
+        RecordError, "a_n_2.txt: its name fits *n*.txt and *a*.txt; write patterns that fit one axis each"
+    ):
         read_record_without_processing(tmp_path / "a_n_2.txt", twofold)
     named = DeclaredFileProperties(columns="*.txt=east:gal a_n_2.txt=north:gal", **given_)
     paths = [tmp_path / "a_e_2.txt", tmp_path / "a_n_2.txt"]

@@ -7,7 +7,7 @@ from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
 from typing import Any
 
-from tests.expect import lacking
+from tests.expect import skip_or_fail
 
 TIMEOUT_SECONDS = 90
 BROWSER_PROGRAMS = {
@@ -85,7 +85,7 @@ def run_scripts_in_browser(kind: str, pages: dict[str, tuple[str, str]], profile
     programs, options = BROWSER_PROGRAMS[kind]
     program = next((found for name in programs if (found := shutil.which(name))), None)
     if program is None:
-        lacking(f"needs one of {', '.join(programs)}")
+        skip_or_fail(f"needs one of {', '.join(programs)}")
     profile.mkdir()
     with _PageServer(("127.0.0.1", 0), _PageHandler) as server:
         server.said, server.timeout = {}, 1.0

@@ -13,7 +13,7 @@ def estimate(value: float | None, low: float | None = None, high: float | None =
     return {"statistic": "by hand", "value": value, "low": low, "high": high, "earthquakes": n}
 
 
-def group_direction(name: str, alignment: dict[str, Any]) -> dict[str, Any]:
+def fall_axis_findings_of_group(name: str, alignment: dict[str, Any]) -> dict[str, Any]:
     """Return the findings on the fall axes of one group of records with this alignment."""
     rule = {"records": 14, "alignment": alignment, "largest_possible_alignment": 0.71}
     return {
@@ -118,8 +118,8 @@ DIRECTION_STUDY: dict[str, Any] = {
               "share_within_45_of_normal": 0.37, "share_beyond_45_of_normal": 0.34},
     "direction": {
         "has_comparable_axis": True, "no_axis_because": "",
-        "groups": [group_direction("with a velocity pulse", estimate(0.15, -0.18, 0.41, 12)),
-                   group_direction("without (control)", estimate(0.05, -0.32, 0.36, 8))],
+        "groups": [fall_axis_findings_of_group("with a velocity pulse", estimate(0.15, -0.18, 0.41, 12)),
+                   fall_axis_findings_of_group("without (control)", estimate(0.05, -0.32, 0.36, 8))],
         "alignment_difference": estimate(0.103, -0.39, 0.53), "outcome_changes_between_neighbours": {},
     },
     "contrasts": [], "reference_alignments": [], "planar_model_agreement": None, "element_outcomes": [],
@@ -317,7 +317,7 @@ def findings_without_axis(reason: str, **parts: Any) -> dict[str, Any]:
     return change_findings(DIRECTION_STUDY, direction=direction, **parts)
 
 
-def study_facts(name: str, **study: Any) -> dict[str, Any]:
+def study_section(name: str, **study: Any) -> dict[str, Any]:
     """Return the study section of findings for a question of one kind."""
     return {"question_kind": name, "primary_compared_with": "other", "primary_statistic": "share", **study}
 
@@ -344,21 +344,21 @@ TWIST_OF_STANDING_STONES = {"stones": 31000, "median_deg": 0.4, "percentile_90_d
 STUDY_FINDINGS: dict[str, dict[str, Any]] = {
     "direction": change_findings(DIRECTION_STUDY, convergence=CONVERGENCE_CHECK),
     "reference": change_findings(
-        DIRECTION_STUDY, study=study_facts("reference", primary_statistic="alignment", model="space"),
+        DIRECTION_STUDY, study=study_section("reference", primary_statistic="alignment", model="space"),
         reference_alignments=[REFERENCE_ALIGNMENT, REFERENCE_ALIGNMENT | {"group": "without (control)"}],
         planar_model_agreement=PLANAR_AGREEMENT, final_twist=TWIST_OF_STANDING_STONES, logistic_fit=None,
         criteria_scores=None, population=None),
     "vertical": findings_without_axis(
-        "no fault normal", study=study_facts("vertical", vertical_motion=True), population=None,
+        "no fault normal", study=study_section("vertical", vertical_motion=True), population=None,
         extent=ONE_RECORD_COUNTS | {"records_with_vertical": 1},
         contrasts=[contrast_with_variant(differs_in=["vertical"], share_difference=estimate(-0.006, n=1),
                                          primary_difference=estimate(-0.006, n=1))]),
     "scene": change_findings(
-        DIRECTION_STUDY, study=study_facts("scene"), extent={"elements": 3, "element": "shaft", "mirrored": False},
+        DIRECTION_STUDY, study=study_section("scene"), extent={"elements": 3, "element": "shaft", "mirrored": False},
         contrasts=[contrast_with_variant(element_here="shaft", element_there="monolith")],
         element_outcomes=[ELEMENT_OUTCOME], logistic_fit=None, criteria_scores=None),
     "stack in 3-D": change_findings(
-        DIRECTION_STUDY, study=study_facts("scene", model="space"),
+        DIRECTION_STUDY, study=study_section("scene", model="space"),
         extent={"elements": 3, "element": "shaft", "mirrored": False},
         contrasts=[contrast_with_variant(opposite_share=0.21, element_here="shaft", element_there="shaft")],
         element_outcomes=[ELEMENT_OUTCOME], final_twist=TWIST_OF_STANDING_STONES,
@@ -366,11 +366,11 @@ STUDY_FINDINGS: dict[str, dict[str, Any]] = {
                                ELEMENT_DISPLACEMENT | {"variant": "other", "share_slid_off": 0.0}],
         logistic_fit=None, criteria_scores=None),
     "site": change_findings(
-        DIRECTION_STUDY, study=study_facts("site", primary_statistic="fall_rate"), site_fall_rates=[SITE_EFFECT],
+        DIRECTION_STUDY, study=study_section("site", primary_statistic="fall_rate"), site_fall_rates=[SITE_EFFECT],
         contrasts=[contrast_with_variant(differs_in=["site"], soil_thickness_m=20.0, **FALL_RATES)],
         not_converged=["other, vale: north not converged"], beyond_curves=["other, ford: east converged"]),
     "survey": change_findings(
-        DIRECTION_STUDY, study=study_facts("survey"), surveys=[SURVEY_COMPARISON], inferred_motions=[INFERRED_MOTION],
+        DIRECTION_STUDY, study=study_section("survey"), surveys=[SURVEY_COMPARISON], inferred_motions=[INFERRED_MOTION],
         published_peaks=[{"component": "north", "measure": "PGA", "unit": "Gal", "published": 1023.3,
                           "computed": 1019.4, "difference": -0.0038, "expected_within": 0.01, "agrees": True}],
         published_agreement=[{"variant": "nominal", "blocks": 12, "blocks_that_agree": 9,

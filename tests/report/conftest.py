@@ -18,7 +18,7 @@ FolderMadeOnce = Callable[[str, Callable[[Path], object]], Path]
 
 
 @pytest.fixture(scope="session")
-def results_with_hostile_names(made_once: FolderMadeOnce) -> Path:
+def results_with_hostile_names(make_folder_once: FolderMadeOnce) -> Path:
     """Return the results of a study of two records, with and without a pulse, whose names contain scripts."""
     pulse = {
         "station": SCRIPT_AS_NAME,
@@ -33,13 +33,13 @@ def results_with_hostile_names(made_once: FolderMadeOnce) -> Path:
         make_study_results(folder, records, title=SCRIPT_AS_NAME, azimuth={"step": 15})
         write_findings(findings(folder), folder / "findings.json")
 
-    return made_once("hostile", make)
+    return make_folder_once("hostile", make)
 
 
 @pytest.fixture(scope="session")
-def page_and_pdf(results_with_hostile_names: Path, made_once: FolderMadeOnce) -> tuple[str, bytes]:
+def page_and_pdf(results_with_hostile_names: Path, make_folder_once: FolderMadeOnce) -> tuple[str, bytes]:
     """Return page and PDF of a report in which names of records contain HTML and scripts; the page is well formed."""
-    folder = made_once(
+    folder = make_folder_once(
         "rendered", lambda folder: write_report(results_with_hostile_names, folder / PAGE_NAME, folder / PDF_NAME)
     )
     page = (folder / PAGE_NAME).read_text(encoding="utf-8")
@@ -58,7 +58,7 @@ def study_in_japanese(results_with_hostile_names: Path) -> Study:
 
 @pytest.fixture(scope="session")
 def japanese_page_and_pdf(
-    results_with_hostile_names: Path, study_in_japanese: Study, made_once: FolderMadeOnce
+    results_with_hostile_names: Path, study_in_japanese: Study, make_folder_once: FolderMadeOnce
 ) -> tuple[str, bytes]:
     """Return page and PDF of the report in Japanese; the PDF is empty where there is no Japanese font."""
 
@@ -66,6 +66,6 @@ def japanese_page_and_pdf(
         pdf = folder / PDF_NAME if installed_fonts_of_language("ja") else None
         write_report(results_with_hostile_names, folder / PAGE_NAME, pdf, study_in_japanese)
 
-    folder = made_once("japanese", make)
+    folder = make_folder_once("japanese", make)
     pdf = folder / PDF_NAME
     return (folder / PAGE_NAME).read_text(encoding="utf-8"), pdf.read_bytes() if pdf.is_file() else b""

@@ -17,7 +17,7 @@ from overturning.figures.explore import explorer_page_data, explorer_page_html
 from overturning.model.status import CaseStatus
 from overturning.study.cube import open_cube
 from overturning.translation.texts import translate_visible_texts_to
-from tests.expect import lacking
+from tests.expect import skip_or_fail
 from tests.figures.test_explore import SCRIPT_AS_NAME, random_3d_cube, random_planar_cube
 from tests.report.browsers import BROWSER_PROGRAMS, run_scripts_in_browser
 from tests.translation.test_tables import english_words
@@ -483,7 +483,7 @@ def test_explorer_reads_record_files_next_to_the_page_from_disk(
     monkeypatch.setattr(explore, "MAX_CELLS_PER_PAGE", 10)
     explore.write_explorer(random_planar_cube(), tmp_path / "look around.html")
     names, options = BROWSER_PROGRAMS["chromium"]
-    program = next((found for name in names if (found := shutil.which(name))), None) or lacking("needs Chromium")
+    program = next((found for name in names if (found := shutil.which(name))), None) or skip_or_fail("needs Chromium")
     command = [program, *options.replace("--remote-debugging-port=0 ", "").split()]
     command[-1] += str(tmp_path / "profile")
     page = (tmp_path / "look around.html").as_uri() + "#record=r1&azimuth=90&b_over_h=0.1"

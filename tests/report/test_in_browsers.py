@@ -13,7 +13,7 @@ from overturning.figures.film import Film
 from overturning.figures.film_of_trajectory import film_of_trajectories
 from overturning.figures.page import film_page_html
 from overturning.motion.motion import Motion
-from tests.figures.films import falling_body, film_of_two_blocks
+from tests.figures.films import falling_body_trajectory, film_of_two_blocks
 from tests.report.browsers import run_scripts_in_browser
 from tests.report.test_rendering import SCRIPT_AS_NAME
 
@@ -142,7 +142,7 @@ def page_script_results(
     film = film_of_two_blocks()
     time = np.arange(0, 1.2, 0.01)
     motion = Motion(7.0 * np.sin(2 * np.pi * time), 3.0 * np.sin(2 * np.pi * time), sampling_interval=0.01)
-    path = falling_body(motion)
+    path = falling_body_trajectory(motion)
     vertical = 45.0 * np.sin(4 * np.pi * time) * (time < 0.5)
     jump = Motion(0.02 * vertical, np.zeros(time.size), vertical, sampling_interval=0.01)
     rest = Motion(*2 * [0.9 * np.sin(2 * np.pi * time)], sampling_interval=0.01)

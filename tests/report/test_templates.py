@@ -80,10 +80,10 @@ NOTE_BLOCKS = re.compile(r"^::: note\n.*?^:::$", re.DOTALL | re.MULTILINE)
 
 def report_text(found: Any, language: str, name: str = "report") -> str:
     """Render findings as the text that a reader sees, with figure captions and without notes on records."""
-    return markdown_as_read(render_markdown(found, language, name=name))
+    return plain_text_of_markdown(render_markdown(found, language, name=name))
 
 
-def markdown_as_read(markdown: str) -> str:
+def plain_text_of_markdown(markdown: str) -> str:
     """Return the plain text of a Markdown report, with figure captions and without notes on records."""
     markdown = NOTE_BLOCKS.sub("", markdown)
     captions = re.findall(r"!\[(.*?)\]\(.*?\"(.*)\"\)", markdown)
@@ -99,7 +99,7 @@ def markdown_by_hand(study: str, language: str) -> str:
 @cache
 def text_by_hand(study: str, language: str) -> str:
     """Render the findings by hand of one study as the text that a reader sees."""
-    return markdown_as_read(markdown_by_hand(study, language))
+    return plain_text_of_markdown(markdown_by_hand(study, language))
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

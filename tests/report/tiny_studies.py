@@ -19,7 +19,7 @@ from overturning.records.store import read_record_from_motion_file
 from overturning.study.cube import CONFIGURATION
 from overturning.study.intensity import write_intensity_measures
 from overturning.study.load import study_from_content, study_without_absolute_paths
-from tests.study.small_study import cube_of
+from tests.study.small_study import simulate_study_cube
 
 
 def pulse_record(name: str, towards_deg: float, peak: float, **more: Any) -> Record:
@@ -50,7 +50,7 @@ def make_study_results(folder: Path, records: list[Record], *, drawn: bool = Tru
     if "body" in study:
         del data["azimuth"]
     settings = study_from_content(data | study, "test")
-    cube_of(settings, records, folder)
+    simulate_study_cube(settings, records, folder)
     kept = [read_record_from_motion_file(folder / "motion" / f"{record.record_id}.nc") for record in records]
     write_intensity_measures(settings, kept, folder / "intensity.nc")
     (folder / CONFIGURATION).write_text(yaml.safe_dump(study_without_absolute_paths(settings)), encoding="utf-8")

@@ -14,7 +14,7 @@ from overturning.study.schema import Study
 from overturning.study.sweep import sweep_cases_of_record
 
 
-def study(**more: object) -> Study:
+def small_study(**more: object) -> Study:
     """Return a small study of two records; keyword arguments replace its settings."""
     base = {
         "name": "small", "records": {"use": ["a", "b"]}, "azimuth": {"step": 60}, "b_over_h": [0.2, 0.3, 0.4],
@@ -23,8 +23,10 @@ def study(**more: object) -> Study:
     return study_from_content(base | more, "small")
 
 
-def pulse(name: str = "a", peak: float = 6.0, across: float = 0.3, begin: float = 1.0, cycles: int = 1) -> Record:
-    """Record of sine cycles of 0.8 s northwards, the same times `across` eastwards, then 2.2 s of rest."""
+def sine_cycle_record(
+    name: str = "a", peak: float = 6.0, across: float = 0.3, begin: float = 1.0, cycles: int = 1
+) -> Record:
+    """Return a record of sine cycles of 0.8 s northwards, the same times `across` eastwards, then 2.2 s of rest."""
     end = begin + 0.8 * cycles
     time = np.arange(0, end + 2.2, 0.01)
     sine = peak * np.sin(2 * np.pi * (time - begin) / 0.8)
@@ -33,7 +35,7 @@ def pulse(name: str = "a", peak: float = 6.0, across: float = 0.3, begin: float 
     return Record(name, cycle, np.round(across * cycle, 9), None, 0.01, **about)
 
 
-def cube_of(
+def simulate_study_cube(
     settings: Study, records: Sequence[Record], folder: Path, variant: str = "nominal", chunks: int = 1
 ) -> Path:
     """Simulate a variant of a study and return the path of its cube, in a folder that also gets the motion files."""

@@ -19,15 +19,15 @@ from overturning.study.sample import read_cell_sample
 from overturning.study.scenes import numerical_options_of_study
 from overturning.study.sections import ConvergenceCheckSettings
 from overturning.study.sweep import sweep_cases_of_record
-from tests.expect import refused
-from tests.study.small_study import cube_of, pulse
+from tests.expect import expect_error
+from tests.study.small_study import simulate_study_cube, sine_cycle_record
 
 SMALL_STUDY = {
     "name": "small", "records": {"use": ["a"]}, "azimuth": {"step": 45}, "b_over_h": [0.15, 0.25, 0.4],
     "friction": [0.7],
     "ensemble": {"members": 8},
 }  # fmt: skip
-RECORD = pulse("a", 4.0)
+RECORD = sine_cycle_record("a", 4.0)
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +36,7 @@ def cube_paths(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("cubes")
     several = {"one": {}, "three": {"amplitude": [0.5, 1, 2]}}
     return {
-        name: cube_of(study_from_content(SMALL_STUDY | more, name), [RECORD], folder / name)
+        name: simulate_study_cube(study_from_content(SMALL_STUDY | more, name), [RECORD], folder / name)
         for name, more in several.items()
     }
 
@@ -115,7 +115,7 @@ def test_a_figure_of_an_amplitude_factor_states_it_and_uses_no_unscaled_measures
             plot.hodograph,
             plot.time_histories,
         ):
-            with refused(MissingDataError, "only for the factor 1, not 2", brief=True):
+            with expect_error(MissingDataError, "only for the factor 1, not 2", brief=True):
                 draw(twice)
         assert set(overturning.to_dataframe(twice)["amplitude"]) == {2.0}
         assert "amplitude" not in overturning.to_dataframe(once)

@@ -17,7 +17,7 @@ from overturning.study.document import (
 from overturning.study.load import load_study, load_study_from_file_or_json, record_table_rows, study_from_content
 from overturning.study.scenes import variant_contact
 from overturning.study.values import AzimuthRange, ValueRange
-from tests.expect import refused
+from tests.expect import expect_error
 from tests.sources import shipped_files
 
 CONFIG = Path(__file__).parents[2] / "config"
@@ -390,7 +390,7 @@ def test_a_value_with_a_wrong_unit_or_without_a_number_is_refused(value: object)
 
 def test_reading_a_record_that_the_study_lacks_is_refused(tmp_path: Path) -> None:
     study = '{"name": "small", "records": {"use": ["rinaldi"]}}'
-    with refused(ArgumentError, "--record gone: not in the study small; it has rinaldi"):
+    with expect_error(ArgumentError, "--record gone: not in the study small; it has rinaldi"):
         read_and_process_record(study, "gone", tmp_path / "gone.nc")
 
 
@@ -400,7 +400,7 @@ def test_reading_a_record_that_the_study_lacks_is_refused(tmp_path: Path) -> Non
 )
 def test_processing_times_after_an_auto_corner_filter_are_refused(timed: dict[str, object]) -> None:
     auto = {"step": "highpass", "corner_hz": "auto"}
-    with refused(
+    with expect_error(
         ConfigError, "processing", f"{timed['step']} after highpass with corner_hz auto", "before it, or give"
     ):
         study_from_content(SMALL_STUDY | {"processing": [auto, {"step": "detrend"}, timed]}, "small.yaml")

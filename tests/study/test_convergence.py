@@ -37,7 +37,7 @@ from overturning.study.scenes import variant_grid
 from overturning.study.schema import Study
 from overturning.study.sections import ConvergenceCheckSettings
 from tests.dem.near_field import strong_part_of_record
-from tests.study.small_study import cube_of, study
+from tests.study.small_study import simulate_study_cube, small_study
 
 COUNT_FIELDS = {
     "element": "", "cases": 200, "flags": 2, "undivided": 160, "flags_undivided": 1, "sides_undivided": 0, "fallen": 50,
@@ -103,7 +103,7 @@ class SimulatedStudy:
     records: list[Record]
     sample: CellSample
 
-    def saying(self, overturned: Any, divided: Any = None) -> CellSample:
+    def sample_with_flags(self, overturned: Any, divided: Any = None) -> CellSample:
         """Return the sample as if the study had these flags."""
         answers = self.sample.answers.copy()
         answers["overturned"] = overturned
@@ -115,11 +115,11 @@ def simulate_study(settings: Study, records: list[Record], folder: Path) -> Simu
     """Simulate a small study without an ensemble and draw the cells to check from its cube."""
     alone = settings.model_copy(update={"ensemble": EnsembleSettings(members=0)})
     assert isinstance(settings.verification, ConvergenceCheckSettings)
-    return SimulatedStudy(records, read_cell_sample(cube_of(alone, records, folder), settings.verification))
+    return SimulatedStudy(records, read_cell_sample(simulate_study_cube(alone, records, folder), settings.verification))
 
 
 def test_convergence_counts_do_not_depend_on_the_number_of_threads(tmp_path: Path) -> None:
-    settings = study(verification={"at_least": 10, "cost": 20})
+    settings = small_study(verification={"at_least": 10, "cost": 20})
     done = simulate_study(settings, [record_of_strong_part(7, "a"), record_of_strong_part(8, "b")], tmp_path)
     found = check_convergence(settings, done.records, done.sample)
     assert found.chosen == found.wanted == 10
@@ -131,7 +131,7 @@ def test_convergence_counts_do_not_depend_on_the_number_of_threads(tmp_path: Pat
         each = zip(map(Motion.of, done.records), chosen, strict=True)
         return sum(int(run_cases(motion, one, **changed).block_steps.sum()) for motion, one in each)
 
-    def whole(model: PlanarModel | None = None, **changed: Any) -> np.ndarray:
+    def planned_steps(model: PlanarModel | None = None, **changed: Any) -> np.ndarray:
         numerics = NumericalOptions(time_step="0.01 stable", **changed)
         return plan_simulation(
             model or PlanarModel(),
@@ -141,25 +141,25 @@ def test_convergence_counts_do_not_depend_on_the_number_of_threads(tmp_path: Pat
         ).steps
 
     stiff = {"model": PlanarModel(gravestone(Contact(static_penetration=STATIC_PENETRATION / 4)))}
-    np.testing.assert_array_equal(whole(refinement=8), 8 * whole())
+    np.testing.assert_array_equal(planned_steps(refinement=8), 8 * planned_steps())
     # Whole steps follow the motion, whatever the contact.
-    np.testing.assert_array_equal(whole(**stiff), whole())
+    np.testing.assert_array_equal(planned_steps(**stiff), planned_steps())
     assert found.finer.block_steps == steps(refinement=8)
     assert found.stiffer.block_steps == steps(**stiff)
     opposite = np.where(done.sample.answers["overturned"] == 0, 1, 0).astype(np.int8)
-    wrong = check_convergence(settings, done.records, done.saying(opposite))
+    wrong = check_convergence(settings, done.records, done.sample_with_flags(opposite))
     assert wrong.finer.outcomes[0].flags == 10 - finer.flags
     assert wrong.stiffer.outcomes[0].flags == 10 - stiffer.flags
     # Where the ensemble is divided anyway a changed flag is counted, but not among those that matter.
     assert wrong.finer.outcomes[0].flags_undivided == wrong.finer.outcomes[0].flags
     assert wrong.finer.outcomes[0].undivided == wrong.finer.outcomes[0].cases
-    unsure = done.saying(opposite, divided=np.ones(opposite.shape, np.bool_))
+    unsure = done.sample_with_flags(opposite, divided=np.ones(opposite.shape, np.bool_))
     (all_divided,) = check_convergence(settings, done.records, unsure).finer.outcomes
     zeros = ("undivided", "flags_undivided", "fallen_undivided", "fallen_agreed", "sides_agreed")
     none = dict.fromkeys(zeros, 0)
     assert all_divided == wrong.finer.outcomes[0].model_copy(update=none)
     # Falls to the other side are counted where the members fall one way, and not where they fall to both.
-    turned = done.saying(-done.sample.answers["overturned"])
+    turned = done.sample_with_flags(-done.sample.answers["overturned"])
     (sides,) = check_convergence(settings, done.records, turned).finer.outcomes
     assert sides.sides_agreed == sides.sides == finer.fallen - finer.sides > 0
     (both,) = check_convergence(settings, done.records, replace(turned, apart=~turned.divided)).finer.outcomes
@@ -171,7 +171,7 @@ def test_convergence_counts_do_not_depend_on_the_number_of_threads(tmp_path: Pat
 def test_changed_cases_are_classified_as_confirmed_by_finer_steps_or_chaotic(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    settings = study(verification={"at_least": 10, "cost": 30})
+    settings = small_study(verification={"at_least": 10, "cost": 30})
     done = simulate_study(settings, [record_of_strong_part(7)], tmp_path)
     own = done.sample.answers["overturned"][:, 0]
     other = np.where(own == 0, 1, 0).astype(np.int8)
@@ -179,8 +179,8 @@ def test_changed_cases_are_classified_as_confirmed_by_finer_steps_or_chaotic(
     grid = variant_grid(settings)
     axes = tuple(grid.rows.values())
 
-    def made(kind: str) -> Any:
-        def again(_: Motion, cases: Cases) -> Any:
+    def fake_run_of_kind(kind: str) -> Any:
+        def fake_run(_: Motion, cases: Cases) -> Any:
             amplitude = np.asarray(cases.amplitude)
             nudged = bool((amplitude != 1.0).all())
             assert not nudged or np.allclose(amplitude - 1.0, 1e-9, rtol=1e-6)
@@ -194,9 +194,9 @@ def test_changed_cases_are_classified_as_confirmed_by_finer_steps_or_chaotic(
                 block_steps=np.full(row.size, 100 if kind == "stiffer" else 900),
             )
 
-        return again
+        return fake_run
 
-    fakes = {kind: made(kind) for kind in ("finer", "finest", "stiffer")}
+    fakes = {kind: fake_run_of_kind(kind) for kind in ("finer", "finest", "stiffer")}
     monkeypatch.setattr("overturning.study.convergence_check.case_rerun_functions", lambda _: fakes)
     found = check_convergence(settings, done.records, replace(done.sample, block_steps=1000))
     assert found.settling.model_dump() == {
@@ -230,7 +230,7 @@ def cases_at_positions(settings: Study, index: np.ndarray) -> Cases:
 def test_the_convergence_check_of_a_small_study_costs_no_more_than_the_study(
     step: int, least: int, tmp_path: Path
 ) -> None:
-    settings = study(azimuth={"step": step}, verification={})
+    settings = small_study(azimuth={"step": step}, verification={})
     done = simulate_study(settings, [record_of_strong_part(7, "a"), record_of_strong_part(8, "b")], tmp_path)
     found = check_convergence(settings, done.records, done.sample)
     assert found.wanted == min(200, done.sample.computed)
@@ -241,7 +241,7 @@ def test_the_convergence_check_of_a_small_study_costs_no_more_than_the_study(
 
 
 def test_convergence_is_checked_with_finer_steps_if_stiffer_springs_are_refused() -> None:
-    settings = study(contact={"stiffness": 3e13}, verification={"at_least": 4, "cost": 50})
+    settings = small_study(contact={"stiffness": 3e13}, verification={"at_least": 4, "cost": 50})
     none = np.zeros(2, np.bool_)
     sure, index = none[:, None], np.zeros((2, 4), np.int64)
     sample = CellSample(np.zeros(2, np.int64), index, empty_outcome_array(2, 1), none, sure, sure, np.ones(2), 36, 0)
@@ -253,9 +253,9 @@ def test_convergence_is_checked_with_finer_steps_if_stiffer_springs_are_refused(
 
 def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Path) -> None:
     data = {"friction": [0.58, 1.0, 1.2], "b_over_h": [0.2, 0.3, 1.1], "ensemble": {"members": 0}}
-    settings = study(**data, verification={"at_least": 2})
+    settings = small_study(**data, verification={"at_least": 2})
     records = [record_of_strong_part(7, "a"), record_of_strong_part(8, "b")]
-    cube = cube_of(settings, records, tmp_path)
+    cube = simulate_study_cube(settings, records, tmp_path)
     rigid, sample = read_rigid_block_sample(cube, settings), read_cell_sample(cube, settings.verification)
     assert rigid is not None
     # Three azimuths of two records: µ = 1 holds two of the three, 1.2 all.
@@ -304,11 +304,11 @@ def study_of_two_free_stones(**keys: object) -> Study:
 def test_sliding_blocks_and_other_shapes_are_not_compared_with_the_rigid_block() -> None:
     """No cube is read if there is no such cell."""
     nowhere = Path("nowhere.nc")
-    assert read_rigid_block_sample(nowhere, study(friction=[0.33, 0.99])) is None
-    assert read_rigid_block_sample(nowhere, study(friction=[1.0], b_over_h=[1.0, 1.5])) is None
+    assert read_rigid_block_sample(nowhere, small_study(friction=[0.33, 0.99])) is None
+    assert read_rigid_block_sample(nowhere, small_study(friction=[1.0], b_over_h=[1.0, 1.5])) is None
     assert read_rigid_block_sample(nowhere, study_of_two_free_stones(friction=[1.0])) is None
     body = {"body": {}, "azimuth": {}, "orientation": {"step": 30}}
-    assert read_rigid_block_sample(nowhere, study(friction=[1.0], b_over_h=[0.2], **body)) is None
+    assert read_rigid_block_sample(nowhere, small_study(friction=[1.0], b_over_h=[0.2], **body)) is None
 
 
 def test_convergence_of_a_scene_is_checked_for_each_element(tmp_path: Path) -> None:
@@ -323,7 +323,7 @@ def test_convergence_of_a_scene_is_checked_for_each_element(tmp_path: Path) -> N
     fell = int((wrong[:, 0] != 0).sum())
     assert fell > 0
     wrong[:, 0] = 0
-    found = check_convergence(settings, done.records, done.saying(wrong))
+    found = check_convergence(settings, done.records, done.sample_with_flags(wrong))
     assert [one.flags for one in found.finer.outcomes] == [fell, 0]
     rows = comparisons_with_second_computations(found)[:2]
     assert [(one.element, one.falls_or_stands.count, one.falls_or_stands.compared) for one in rows] == [
@@ -360,8 +360,8 @@ def test_convergence_reruns_of_a_scene_use_finer_steps_and_stiffer_contacts() ->
 
 
 def test_the_gravestone_scene_is_checked_with_the_fast_kernel() -> None:
-    scene = study(scene="gravestone", ensemble={"members": 0}, b_over_h=[0.2], height=[0.6])
-    block = study(ensemble={"members": 0}, b_over_h=[0.2])
+    scene = small_study(scene="gravestone", ensemble={"members": 0}, b_over_h=[0.2], height=[0.6])
+    block = small_study(ensemble={"members": 0}, b_over_h=[0.2])
     motion, cases = Motion.of(record_of_strong_part(7)), Cases([0.0, 60.0], 0.6, 0.2, 0.58)
     for kind, again in case_rerun_functions(scene).items():
         found, expected = again(motion, cases), case_rerun_functions(block)[kind](motion, cases)
@@ -371,7 +371,7 @@ def test_the_gravestone_scene_is_checked_with_the_fast_kernel() -> None:
 
 def test_the_check_convergence_command_checks_a_scene_for_the_report(tmp_path: Path) -> None:
     settings = study_of_two_free_stones(azimuth={"step": 30}, friction=[0.4, 0.7], verification={"cost": 4})
-    cube = cube_of(settings, [record_of_strong_part(7)], tmp_path)
+    cube = simulate_study_cube(settings, [record_of_strong_part(7)], tmp_path)
     output = tmp_path / "convergence.json"
     workflow.run_convergence_check(settings.model_dump_json(), tmp_path / "motion", cube, output)
     found = read_convergence_result(output)
@@ -426,7 +426,7 @@ def test_3d_falls_whose_azimuth_changes_under_nearly_the_same_motion_are_counted
 ) -> None:
     """Every third fall turns by 140° at 0.995 of the amplitude, every third by 29° always, and one other stands."""
     body = {"body": {}, "azimuth": {}, "orientation": {"step": 30}, "b_over_h": [0.1, 0.15, 0.2, 0.25]}
-    settings = study(**body, verification={"at_least": 24, "cost": 100})
+    settings = small_study(**body, verification={"at_least": 24, "cost": 100})
     done = simulate_study(settings, [record_of_strong_part(7)], tmp_path)
     sample = done.sample
     fell = np.flatnonzero(sample.answers["overturned"][:, 0] == 1)

@@ -13,20 +13,20 @@ from overturning.errors import ResultError
 from overturning.study.crate import METADATA, write_ro_crate
 from overturning.study.load import load_study
 from overturning.study.schema import Study
-from tests.expect import lacking
-from tests.study.small_study import cube_of, pulse, study
+from tests.expect import skip_or_fail
+from tests.study.small_study import simulate_study_cube, sine_cycle_record, small_study
 
 PUBLISHED = {"licence": "https://spdx.org/licenses/CC-BY-4.0", "date": "2026-01-31", "authors": ["A. Mason"]}
 
 
 def study_without_ensemble(**keys: Any) -> Study:
     """Return the small study without an ensemble, which only adds variables to the cube."""
-    return study(**keys, ensemble={"members": 0})
+    return small_study(**keys, ensemble={"members": 0})
 
 
 def write_and_read_crate(settings: Study, folder: Path) -> dict[str, dict[str, Any]]:
     """Write a research crate of a cube, its motions and a figure; return the entities of the crate by id."""
-    cube = cube_of(settings, [pulse("a"), pulse("b", across=-0.8)], folder)
+    cube = simulate_study_cube(settings, [sine_cycle_record("a"), sine_cycle_record("b", across=-0.8)], folder)
     figures = folder / "figures" / "polar"
     figures.mkdir(parents=True)
     (figures / "a.svg").write_text("<svg/>", encoding="utf-8")
@@ -60,7 +60,7 @@ def test_the_research_crate_lists_all_files_with_hashes_and_descriptions(
 
 def test_the_crate_describes_a_motion_through_soil_as_such(tmp_path: Path) -> None:
     settings = study_without_ensemble(records={"use": ["a"]})
-    cube, own = cube_of(settings, [pulse("a")], tmp_path), tmp_path / "motion" / "a.nc"
+    cube, own = simulate_study_cube(settings, [sine_cycle_record("a")], tmp_path), tmp_path / "motion" / "a.nc"
     soft = tmp_path / "motion" / "soft" / "a.nc"
     soft.parent.mkdir()
     soft.write_bytes(own.read_bytes())
@@ -121,7 +121,7 @@ def test_the_crate_is_reproducible_and_contains_no_local_path(
 
 
 def test_the_error_names_a_result_file_missing_for_the_crate(tmp_path: Path) -> None:
-    cube = cube_of(study_without_ensemble(records={"use": ["a"]}), [pulse("a")], tmp_path)
+    cube = simulate_study_cube(study_without_ensemble(records={"use": ["a"]}), [sine_cycle_record("a")], tmp_path)
     with pytest.raises(ResultError, match=r"report\.html: no such file; run the study again"):
         write_ro_crate(study_without_ensemble(records={"use": ["a"]}), tmp_path, [cube, tmp_path / "report.html"])
 
@@ -132,19 +132,19 @@ def test_the_crate_passes_the_ro_crate_validator(
 ) -> None:
     """The crate is valid RO-Crate 1.1 (roc-validator); its terms are looked up offline, in the package `rocrate`."""
     if importlib.util.find_spec("rocrate_validator") is None:
-        lacking("roc-validator is not installed (`make crate`)")
+        skip_or_fail("roc-validator is not installed (`make crate`)")
     from rocrate_validator import models, services
     from rocrate_validator.utils.http import HttpRequester
 
     words = json.loads((files("rocrate") / "data" / "ro-crate.jsonld").read_text(encoding="utf-8"))
 
-    class Answer:
+    class StubResponse:
         status_code, headers, text = 200, {"Content-Type": "application/ld+json"}, json.dumps(words)
 
         def json(self) -> Any:
             return words
 
-    monkeypatch.setattr(HttpRequester, "get", lambda *_, **__: Answer(), raising=False)
+    monkeypatch.setattr(HttpRequester, "get", lambda *_, **__: StubResponse(), raising=False)
     settings = {"rocrate_uri": str(result_folder), "profile_identifier": "ro-crate-1.1", "no_cache": True}
     found = services.validate(models.ValidationSettings(**settings, requirement_severity="RECOMMENDED"))
     # Who publishes the crate, and for whom its authors work, is not known.

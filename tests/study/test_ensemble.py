@@ -37,7 +37,7 @@ from overturning.study.ensemble import (
 )
 from overturning.study.load import study_from_content
 from overturning.study.recheck import recompute_random_cells
-from tests.study.small_study import cube_of, pulse
+from tests.study.small_study import simulate_study_cube, sine_cycle_record
 
 AZIMUTH = np.arange(0, 360, 60, dtype=np.int16)
 GRID = CaseGrid({
@@ -49,7 +49,7 @@ GRID = CaseGrid({
 @pytest.fixture(scope="module")
 def pulse_motion() -> Motion:
     """Motion of a pulse northwards and a weaker, delayed one eastwards."""
-    cycle = pulse().north
+    cycle = sine_cycle_record().north
     return Motion(cycle, 0.3 * np.roll(cycle, 20), sampling_interval=0.01)
 
 
@@ -323,7 +323,7 @@ def test_a_recheck_reproduces_cells_whose_ensemble_stopped_early(tmp_path: Path)
         },
         "few.yaml",
     )  # fmt: skip
-    cube_of(study, [pulse("pulse")], tmp_path)
+    simulate_study_cube(study, [sine_cycle_record("pulse")], tmp_path)
     with open_cube(tmp_path / "cube.nc") as cube:
         assert len(np.unique(cube["members"].to_numpy())) > 1
     with netCDF4.Dataset(tmp_path / "cube.nc", "a") as cube:

@@ -3,7 +3,7 @@
 import pytest
 
 from overturning.study import sweep
-from tests.study.small_study import pulse, study
+from tests.study.small_study import sine_cycle_record, small_study
 
 
 @pytest.mark.parametrize(
@@ -22,6 +22,6 @@ def test_loading_the_kernels_simulates_one_case_that_moves(
     monkeypatch.setattr(
         sweep, "simulate_variant", lambda *given: steps.append(simulate(*given)["block_steps"].ravel().tolist())
     )
-    sweep.load_kernels(study(**keys), pulse(peak=2.0), variant)
+    sweep.load_kernels(small_study(**keys), sine_cycle_record(peak=2.0), variant)
     ((count,),) = steps
     assert count > 0

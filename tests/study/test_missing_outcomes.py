@@ -19,7 +19,7 @@ AZIMUTHS = np.arange(0.0, 360.0, 45.0)
 
 
 @pytest.fixture(scope="module")
-def simulated_and_saved(tmp_path_factory: pytest.TempPathFactory) -> tuple[xr.Dataset, xr.Dataset]:
+def simulated_and_saved_outcomes(tmp_path_factory: pytest.TempPathFactory) -> tuple[xr.Dataset, xr.Dataset]:
     """The same cases from `simulate`, and from the saved cube of a study."""
     own = overturning.simulate(
         WAVE, overturning.load_scene("against-a-wall"), azimuth_deg=AZIMUTHS, **SIZES_AND_FRICTION
@@ -34,9 +34,9 @@ def simulated_and_saved(tmp_path_factory: pytest.TempPathFactory) -> tuple[xr.Da
 
 
 def test_flags_without_an_outcome_are_nan_in_simulations_and_cubes(
-    simulated_and_saved: tuple[xr.Dataset, xr.Dataset],
+    simulated_and_saved_outcomes: tuple[xr.Dataset, xr.Dataset],
 ) -> None:
-    own, cube = simulated_and_saved
+    own, cube = simulated_and_saved_outcomes
     overlaps = np.broadcast_to(
         np.array(SIZES_AND_FRICTION["b_over_h"])[:, None] > 2 * 0.22 / 0.6, own["overturned"].shape
     )
@@ -48,8 +48,10 @@ def test_flags_without_an_outcome_are_nan_in_simulations_and_cubes(
     assert own["overturned"].isel(azimuth=0, height=0, friction=0).to_numpy().tolist()[0] == -1
 
 
-def test_means_over_a_cube_count_only_cases_with_an_outcome(simulated_and_saved: tuple[xr.Dataset, xr.Dataset]) -> None:
-    own, cube = simulated_and_saved
+def test_means_over_a_cube_count_only_cases_with_an_outcome(
+    simulated_and_saved_outcomes: tuple[xr.Dataset, xr.Dataset],
+) -> None:
+    own, cube = simulated_and_saved_outcomes
     known = own["overturned"].sel(b_over_h=[0.2, 0.3]).to_numpy()
     share = float(np.count_nonzero(known)) / known.size
     assert 0.5 < share < 1.0
@@ -60,9 +62,9 @@ def test_means_over_a_cube_count_only_cases_with_an_outcome(simulated_and_saved:
 
 
 def test_a_simulated_dataset_is_equal_after_saving_and_opening(
-    simulated_and_saved: tuple[xr.Dataset, xr.Dataset], tmp_path: Path
+    simulated_and_saved_outcomes: tuple[xr.Dataset, xr.Dataset], tmp_path: Path
 ) -> None:
-    own = simulated_and_saved[0]
+    own = simulated_and_saved_outcomes[0]
     own.to_netcdf(tmp_path / "outcome.nc")
     with xr.open_dataset(tmp_path / "outcome.nc", decode_timedelta=False) as again:
         assert again.equals(own)

@@ -9,7 +9,7 @@ from overturning.errors import ArgumentError
 from overturning.study.netcdf import hdf5_chunk_shape
 from overturning.study.parts import SweepChunk, grid_of_chunk
 from overturning.study.scenes import variant_grid
-from tests.study.small_study import cube_of, pulse, study
+from tests.study.small_study import simulate_study_cube, sine_cycle_record, small_study
 
 ENSEMBLE_EVERYWHERE = {"ensemble": {"members": 16, "where": "everywhere"}}
 PLANAR_STUDY = ENSEMBLE_EVERYWHERE | {
@@ -28,9 +28,9 @@ STUDY_IN_3D = ENSEMBLE_EVERYWHERE | {
 
 @pytest.mark.parametrize("keys", [PLANAR_STUDY, STUDY_IN_3D], ids=["planes", "space"])
 def test_bytes_of_the_cube_are_the_same_for_any_number_of_chunks(keys: dict[str, object], tmp_path: Path) -> None:
-    settings, records = study(**keys), [pulse("a", 4.0), pulse("b")]
+    settings, records = small_study(**keys), [sine_cycle_record("a", 4.0), sine_cycle_record("b")]
     whole, *others = (
-        cube_of(settings, records, tmp_path / str(chunks), chunks=chunks).read_bytes()
+        simulate_study_cube(settings, records, tmp_path / str(chunks), chunks=chunks).read_bytes()
         for chunks in (1, 2, 7)  # more than there are groups of directions
     )
     assert others == [whole, whole]
@@ -39,7 +39,7 @@ def test_bytes_of_the_cube_are_the_same_for_any_number_of_chunks(keys: dict[str,
 @pytest.mark.parametrize("keys", [PLANAR_STUDY, STUDY_IN_3D], ids=["planes", "space"])
 @pytest.mark.parametrize("chunks", [1, 3, 50])
 def test_every_cell_of_a_grid_is_in_exactly_one_chunk(keys: dict[str, object], chunks: int) -> None:
-    settings = study(**keys)
+    settings = small_study(**keys)
     grid = variant_grid(settings)
     pieces = [grid_of_chunk(settings, grid, SweepChunk(number, chunks)) for number in range(1, chunks + 1)]
     directions = np.concatenate([piece.direction_values_deg for piece in pieces])
@@ -51,7 +51,7 @@ def test_every_cell_of_a_grid_is_in_exactly_one_chunk(keys: dict[str, object], c
 
 
 def test_opposite_azimuths_share_a_chunk() -> None:
-    settings = study(**PLANAR_STUDY | {"azimuth": {"step": 10}})
+    settings = small_study(**PLANAR_STUDY | {"azimuth": {"step": 10}})
     sizes = []
     for number in range(1, 6):
         azimuth = grid_of_chunk(settings, variant_grid(settings), SweepChunk(number, 5))["azimuth"]

@@ -25,7 +25,7 @@ from overturning.study.preflight import (
     estimate_study_size,
     read_and_check_records,
 )
-from tests.expect import said
+from tests.expect import command_output
 from tests.records.world_writers import unam_text
 
 ROOT = Path(__file__).parents[2]
@@ -139,7 +139,7 @@ def test_study_check_finds_that_the_package_for_soil_is_missing(
     pulse = {"use": [], "pulses": {"p1": "sine amplitude_gal=300 period_s=1 azimuth_deg=60"}}
     site = {"site": SITE} if key == "site" else {"variants": {"soil": {"site": SITE}, "flat": {"vertical": False}}}
     (tmp_path / "mine.yaml").write_text(json.dumps({"name": "mine", "records": pulse} | site), encoding="utf-8")
-    (line,) = said("study", "check", tmp_path / "mine.yaml", status=1).splitlines()
+    (line,) = command_output("study", "check", tmp_path / "mine.yaml", status=1).splitlines()
     assert line.startswith(f"error: {tmp_path / 'mine.yaml'}: {key}: soil layers need pystrata")
     assert "python -m pip install 'overturning[soil]'" in line
 
@@ -251,7 +251,7 @@ def test_a_study_of_pulses_needs_no_record_file(tmp_path: Path, monkeypatch: pyt
     monkeypatch.chdir(ROOT)
     study = tmp_path / "pulse.yaml"
     study.write_text('name: pulse\nrecords: {pulses: {p1: "sine amplitude_gal=300 period_s=1 azimuth_deg=60"}}\n')
-    assert "study 'pulse', 1 record × 216 cases = 216; about " in said("study", "check", study)
+    assert "study 'pulse', 1 record × 216 cases = 216; about " in command_output("study", "check", study)
 
 
 def test_a_record_table_separated_by_commas_is_refused(tmp_path: Path) -> None:

@@ -65,14 +65,14 @@ def test_ensemble_members_of_a_scan_have_their_own_relief_and_orientation(monkey
         seen.append((relief, np.asarray(cases.azimuth_deg)))
         falls = np.full(cases.case_count, relief <= limit)
 
-        class Results:
+        class StubResults:
             block_steps = np.ones(cases.case_count, np.int64)
             overturned = falls.astype(np.int8)
             fall_azimuth = np.where(falls, 30.0, np.nan)
 
-        return Results()
+        return StubResults()
 
-    class Still:
+    class StubMotion:
         sample_count = 100
 
     nominal = {
@@ -81,7 +81,7 @@ def test_ensemble_members_of_a_scan_have_their_own_relief_and_orientation(monkey
     }
     runner = EnsembleRunner(Body(STONE), members)
     monkeypatch.setattr(EnsembleRunner, "_copy_to_symmetric_cells", lambda *_: None)
-    found, steps = runner.run_members_of_cells(Still(), TwoOrientationGrid(), nominal, run)  # type: ignore[arg-type]
+    found, steps = runner.run_members_of_cells(StubMotion(), TwoOrientationGrid(), nominal, run)  # type: ignore[arg-type]
     assert steps == 2 * 16
     assert [relief for relief, _ in seen] == pytest.approx(
         np.concatenate([members.relief[batch] for batch in members.member_number_batches(8)]).tolist()

@@ -29,8 +29,8 @@ from overturning.study.load import study_from_content
 from overturning.study.recheck import recompute_random_cells
 from overturning.study.scenes import variant_scene
 from overturning.study.schema import Study
-from tests.expect import said
-from tests.study.small_study import cube_of, pulse
+from tests.expect import command_output
+from tests.study.small_study import simulate_study_cube, sine_cycle_record
 
 ROOT = Path(__file__).parents[2]
 AXES = "µ = 0.9, H = 0.636 m; radius: slenderness B/H", "largest B/H that falls, by azimuth of the motion"
@@ -51,7 +51,7 @@ def _three_tier_study(**keys: Any) -> Study:
 
 def _pulse_record() -> Record:
     """Return a record of two sine cycles with a peak of 9 m/s²."""
-    return pulse("pulse", 9.0, 0.2, begin=0.0, cycles=2)
+    return sine_cycle_record("pulse", 9.0, 0.2, begin=0.0, cycles=2)
 
 
 def test_a_study_of_a_scene_has_the_sizes_of_the_scene_by_default() -> None:
@@ -89,7 +89,9 @@ def test_the_cube_of_a_scene_has_outcomes_of_each_element(tmp_path: Path) -> Non
         variants={"monolith": {"scene": "monolith"}, "alone": {"scene": "shaft-alone"}},
         azimuth={"start": 0, "stop": 360, "step": 60}, b_over_h=[0.2, 0.25], friction=[0.5, 0.9],
     )  # fmt: skip
-    paths = {name: cube_of(study, [_pulse_record()], tmp_path, name) for name in ("nominal", *study.variants)}
+    paths = {
+        name: simulate_study_cube(study, [_pulse_record()], tmp_path, name) for name in ("nominal", *study.variants)
+    }
     nominal = paths["nominal"]
     with open_cube(nominal, element=None) as cube:
         assert cube["overturned"].dims == ("record", "azimuth", "height", "b_over_h", "friction", "element")
@@ -150,7 +152,7 @@ def test_the_cube_of_a_scene_has_outcomes_of_each_element(tmp_path: Path) -> Non
             "variant monolith (H and B/H are those of the study's shaft; the monolith has 1.85 times that height and "
             "a B/H of 0.463 whatever the shaft has)"
         )
-        exported = said("cube", "export", paths["monolith"], tmp_path / "cases.csv")
+        exported = command_output("cube", "export", paths["monolith"], tmp_path / "cases.csv")
         assert f"cases.csv: 24 cases, {variant_label_as_list(monolith)[0]}\n" in exported
     cubes = {name: open_cube(path, element=None) for name, path in paths.items()}
     results = StudyResults(
@@ -221,7 +223,7 @@ def test_a_variant_without_vertical_motion_equals_the_study_without_it(tmp_path:
     )
     without = study.model_copy(update={"simulation": study.simulation.model_copy(update={"vertical": False})})
     cubes = [
-        open_cube(cube_of(one, [record], tmp_path / str(index), variant))
+        open_cube(simulate_study_cube(one, [record], tmp_path / str(index), variant))
         for index, (one, variant) in enumerate(((study, "nominal"), (study, "flat"), (without, "nominal")))
     ]
     for name in ("overturned", "peak_rotation"):
@@ -239,7 +241,7 @@ def test_an_ensemble_of_a_scene_has_probabilities_of_each_element(tmp_path: Path
         variants={"monolith": {"scene": "monolith"}, "gravestone": {"scene": "gravestone"}},
     )  # fmt: skip
     record, members = _pulse_record(), sample_member_changes(study.ensemble)
-    path = cube_of(study, [record], tmp_path, variant)
+    path = simulate_study_cube(study, [record], tmp_path, variant)
     with open_cube(path, element=None) as cube:
         towards, away = (cube[f"probability_{name}"].to_numpy()[0] for name in ("towards", "away"))
         several = "element" in cube["probability_towards"].dims
@@ -269,6 +271,6 @@ def test_a_recheck_reproduces_the_cube_of_a_scene_cell_by_cell(tmp_path: Path, v
         azimuth={"start": 0, "stop": 360, "step": 180}, b_over_h=[0.25, 0.3, 0.35], friction=[0.8],
         ensemble={"members": 2, "where": "everywhere"}, variants={"wall": {"scene": "against-a-wall"}},
     )  # fmt: skip
-    found = recompute_random_cells(cube_of(study, [_pulse_record()], tmp_path, variant), cell_count=6)
+    found = recompute_random_cells(simulate_study_cube(study, [_pulse_record()], tmp_path, variant), cell_count=6)
     assert found.differences == []
     assert found.cells == found.ensemble_cells == 6

@@ -31,9 +31,9 @@ from overturning.study.sample import read_cell_sample
 from overturning.study.schema import Study
 from overturning.study.sections import ConvergenceCheckSettings
 from overturning.study.sweep import sweep_cases_of_record
-from tests.expect import said
-from tests.model.solids import box, box_sums, rotated, statue, write_mesh
-from tests.study.small_study import cube_of
+from tests.expect import command_output
+from tests.model.solids import box, mass_properties_of_boxes, rotate_surface, statue, write_mesh
+from tests.study.small_study import simulate_study_cube
 
 SMALL_STUDY: dict[str, Any] = {
     "name": "space",
@@ -65,7 +65,7 @@ def study_settings() -> Study:
 @pytest.fixture(scope="module")
 def cube_file(study_settings: Study, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Path of the cube of the small study."""
-    return cube_of(study_settings, [record_of_two_cycles()], tmp_path_factory.mktemp("space"))
+    return simulate_study_cube(study_settings, [record_of_two_cycles()], tmp_path_factory.mktemp("space"))
 
 
 @pytest.fixture(scope="module")
@@ -227,7 +227,7 @@ def test_vertical_motion_is_applied_to_3d_bodies_and_flagged_in_the_cube(tmp_pat
     cubes = []
     for vertical in (True, False):
         study = study_from_content(data | {"simulation": {"vertical": vertical}}, "space")
-        with open_cube(cube_of(study, [record_of_two_cycles(up=True)], tmp_path)) as opened:
+        with open_cube(simulate_study_cube(study, [record_of_two_cycles(up=True)], tmp_path)) as opened:
             cubes.append(opened.load())
     assert [cube["vertical"].item() for cube in cubes] == [1, 0]
     assert float(cubes[0]["peak_tilt"].max()) != float(cubes[1]["peak_tilt"].max())
@@ -277,7 +277,7 @@ def test_study_check_names_the_repairs_of_its_mesh(tmp_path: Path, monkeypatch: 
     path = tmp_path / "study.yaml"
     path.write_text(f"name: b\nrecords: {{pulses: {{p: sine amplitude_gal=300 period_s=1}}}}\nbody: {{mesh: {mesh}}}\n")
     monkeypatch.chdir(Path(__file__).parents[2])
-    lines = said("study", "check", path)
+    lines = command_output("study", "check", path)
     assert f"{path}: body: as scanned: volume 0.3 m³\n" in lines
     assert f"{path}: body: the open base is closed by a flat lid; its 4 open edges" in lines
 
@@ -285,12 +285,12 @@ def test_study_check_names_the_repairs_of_its_mesh(tmp_path: Path, monkeypatch: 
 def test_a_study_of_a_scan_stores_its_geometry_and_mass_properties(tmp_path: Path) -> None:
     """The study holds points that can touch, mass properties, tilt and relief; the file is no longer needed."""
     pytest.importorskip("trimesh")
-    path = write_mesh(rotated(statue(), 0, 4.0), tmp_path / "statue.stl", 1000.0)
+    path = write_mesh(rotate_surface(statue(), 0, 4.0), tmp_path / "statue.stl", 1000.0)
     about = {"mesh": str(path), "mesh_unit": "mm", "relief": "1 mm"}
     study = study_from_content({"name": "b", "records": {"use": ["a"]}, "body": about}, "b")
     assert study.body is not None
     assert study.body.scan is not None
-    volume, centre, _ = box_sums("statue")
+    volume, centre, _ = mass_properties_of_boxes("statue")
     assert (study.body.scan.volume, study.body.scan.tilt) == pytest.approx((volume, 4.0), abs=1e-3)
     assert (study.body.relief, study.height) == (0.001, pytest.approx((0.8,)))
     facts = scan_facts(study)

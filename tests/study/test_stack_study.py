@@ -26,8 +26,8 @@ from overturning.study.sample import read_cell_sample
 from overturning.study.schema import Study
 from overturning.surveys.displacements import compare_displacements
 from overturning.surveys.stones import read_survey_table
-from tests.expect import refused, said
-from tests.study.small_study import cube_of
+from tests.expect import command_output, expect_error
+from tests.study.small_study import simulate_study_cube
 from tests.study.test_space_study import record_of_two_cycles
 
 SMALL_STUDY: dict[str, Any] = {
@@ -52,7 +52,7 @@ def study_settings() -> Study:
 @pytest.fixture(scope="module")
 def cube_file(study_settings: Study, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Path of the cube of the small study."""
-    return cube_of(study_settings, [record_of_two_cycles(up=True)], tmp_path_factory.mktemp("stack"))
+    return simulate_study_cube(study_settings, [record_of_two_cycles(up=True)], tmp_path_factory.mktemp("stack"))
 
 
 @pytest.fixture(scope="module")
@@ -179,7 +179,7 @@ def test_the_film_of_a_cell_shows_the_3d_stack(loaded_cube: xr.Dataset) -> None:
     ],
 )
 def test_a_wrong_setting_of_a_stack_study_is_refused_with_its_key(change: dict[str, Any], message: str) -> None:
-    with refused(ConfigError, message):
+    with expect_error(ConfigError, message):
         study_from_content({key: value for key, value in (SMALL_STUDY | change).items() if value is not None}, "stack")
 
 
@@ -204,7 +204,7 @@ def test_surveyed_twist_and_slip_are_compared_relative_to_the_stone_below(
     assert (found["shift_m"].observed, found["shift_m"].computed) == pytest.approx((0.06, 0.005 * 12.0), rel=1e-6)
     assert (found["twisted"].observed, found["twisted"].computed, found["clockwise"].computed) == (0.7, 1.0, 1.0)
 
-    text = said("survey", stones, "--cube", cube_file)
+    text = command_output("survey", stones, "--cube", cube_file)
     falls = (
         loaded_cube["overturned"].sel(amplitude=1.0, orientation=[0, 30]).mean(["orientation", "friction"]).squeeze()
     )

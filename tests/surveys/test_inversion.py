@@ -35,7 +35,7 @@ from overturning.surveys.responses import (
 )
 from overturning.surveys.stone_outcomes import DIRECTION_BINS, FRICTIONS, HEIGHTS, LEVELS, SHAPES, STOOD
 from overturning.surveys.stones import Stone
-from tests.study.small_study import pulse
+from tests.study.small_study import sine_cycle_record
 
 COLUMN_SIZES = ((0.9, 0.2), (1.2, 0.25), (1.6, 0.3))
 """Heights, m, and B/H of the columns of a ruin."""
@@ -84,7 +84,7 @@ def test_motions_with_equal_ids_have_distinct_names_in_the_results(tmp_path: Pat
     """Regression: for a record on rock and on soil the figure had one bar, and the table two lines with one name."""
     paths = [tmp_path / name for name in ("a.nc", "soft/a.nc", "b.nc")]
     for path, peak in zip(paths, (3.0, 5.0, 4.0), strict=True):
-        write_record_to_motion_file(pulse(path.stem, peak), path)
+        write_record_to_motion_file(sine_cycle_record(path.stem, peak), path)
     assert [one.name for one in candidate_motions(read_motions_with_unique_ids(paths), only_user_records=True)] == [
         *map(str, paths[:2]),
         "b",

@@ -82,11 +82,11 @@ def test_comparing_cubes_of_different_studies_is_refused() -> None:
 def test_slips_of_stack_cubes_are_compared_by_residual_slip() -> None:
     """Their cubes have no peak slip; 4 mm north and 3 mm west are 5 mm."""
 
-    def of_stack(one: xr.Dataset, share: float) -> xr.Dataset:
+    def stack_cube_with_slips(one: xr.Dataset, share: float) -> xr.Dataset:
         """Return a cube of stacks with residual slips."""
         still = xr.zeros_like(one.peak_slip)
         north, east = (still + share * value for value in (0.004, -0.003))
         return one.drop_vars("peak_slip").assign(residual_slip_north=north, residual_slip_east=east)
 
-    changes = cube_changes(of_stack(OLD_CUBE, 1.0), of_stack(OLD_CUBE, 1.1))
+    changes = cube_changes(stack_cube_with_slips(OLD_CUBE, 1.0), stack_cube_with_slips(OLD_CUBE, 1.1))
     assert changes["peak slip of what stands: change in %, median and 95 %"] == "+10, 10"

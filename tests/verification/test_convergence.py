@@ -52,12 +52,12 @@ def test_a_stiff_contact_has_smaller_errors_at_the_whole_step() -> None:
     cases = case_grid(0.0, np.linspace(0.5, 1.2, 8), np.linspace(0.2, 0.4, 24), [0.45, 1.0])
     groups, steps = [CaseGroup(decaying_sine().motion, cases)], np.array([1.0, 0.5, 0.25, 0.125])
 
-    def errors(penetration: float) -> np.ndarray:
+    def rotation_errors(penetration: float) -> np.ndarray:
         right = reference_outcomes(groups, SchemeSetting("centred", 0.016, penetration))
         found = [reference_outcomes(groups, SchemeSetting("centred", step, penetration)) for step in steps]
         return np.array([median_rotation_error(*one, *right) for one in found])
 
-    rigid, soft_one = errors(STATIC_PENETRATION), errors(2e-5)
+    rigid, soft_one = rotation_errors(STATIC_PENETRATION), rotation_errors(2e-5)
     assert convergence_order(steps, rigid) >= 0.7
     assert convergence_order(steps, soft_one) >= 1.5
     assert rigid[0] < 0.5 * soft_one[0]
@@ -83,14 +83,14 @@ def test_the_overturning_boundary_converges_with_the_time_step(scheme: str, leas
     low, high = bracket_ends(where)
     near = bisect_boundaries(groups, where, {}, low, high, 24)
 
-    def found(scheme: str, step: float) -> np.ndarray:
+    def shifted_boundaries(scheme: str, step: float) -> np.ndarray:
         return bisect_boundaries(
             groups, where, soft_contact(scheme, step).arguments, near * (1 - BRACKET), near * (1 + BRACKET), 20
         )
 
-    exact = found("centred", 0.015)
+    exact = shifted_boundaries("centred", 0.015)
     assert np.isfinite(exact).sum() >= 10
-    shifts = [float(np.nanmedian(np.abs(found(scheme, step) / exact - 1.0))) for step in RELATIVE_STEPS]
+    shifts = [float(np.nanmedian(np.abs(shifted_boundaries(scheme, step) / exact - 1.0))) for step in RELATIVE_STEPS]
     assert shifts[0] > shifts[-1] > 0
     assert convergence_order(RELATIVE_STEPS, np.array(shifts)) >= least
 

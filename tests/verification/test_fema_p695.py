@@ -9,7 +9,7 @@ import pytest
 
 from overturning.errors import MissingDataError
 from overturning.records.formats import fema_p695
-from tests.expect import lacking
+from tests.expect import skip_or_fail
 from verification.fema_p695 import archive_texts_by_file_name, source_folder, write_archive
 
 
@@ -23,7 +23,7 @@ def source_package() -> Path:
         assert h5py
         return source_folder()
     except (ImportError, MissingDataError) as missing:
-        lacking(str(missing))
+        skip_or_fail(str(missing))
 
 
 def test_each_sample_of_the_fema_archive_equals_that_of_its_source(source_package: Path) -> None:

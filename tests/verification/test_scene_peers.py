@@ -16,9 +16,9 @@ from overturning.model.geometry import size_reference_height_and_b_over_h
 from overturning.model.planes import PlanarModel
 from tests.dem.near_field import read_near_field_record as installed_near_field
 from tests.dem.polygon_scenes import load_shipped_scene
-from tests.expect import lacking
+from tests.expect import skip_or_fail
 from verification.inputs import read_near_field_motion
-from verification.scene_peers import TABLE, draw_random_cases, shaft_sides_by_engine
+from verification.scene_peers import TABLE, draw_random_cases, fall_sides_of_shaft_by_engine
 from verification.scenes import SHAFT
 
 pytestmark = pytest.mark.long
@@ -54,8 +54,8 @@ def test_scene_flags_agree_with_engines_within_their_mutual_disagreement() -> No
 
 def test_stored_engine_outcomes_of_scenes_match_the_engines() -> None:
     if find_spec("pymunk") is None or find_spec("Box2D") is None:
-        lacking("pymunk and Box2D are not installed (`make peers`); their kept answers are compared above")
+        skip_or_fail("pymunk and Box2D are not installed (`make peers`); their kept answers are compared above")
     kept = pd.read_csv(TABLE)
     some = draw_random_cases().query("record == 6").iloc[:6]
-    for name, found in shaft_sides_by_engine(some).items():
+    for name, found in fall_sides_of_shaft_by_engine(some).items():
         assert np.mean(found == kept[name].iloc[:6]) >= 5 / 6  # other versions differ in a chaotic case now and then

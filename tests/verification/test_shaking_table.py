@@ -39,7 +39,12 @@ from verification.shaking_table.models import (
     split_by_motion,
     split_odd_and_even_tests,
 )
-from verification.shaking_table.scores import bootstrap_samples, motion_interval, prediction_scores, reliability_bins
+from verification.shaking_table.scores import (
+    bootstrap_samples,
+    interval_over_motions,
+    prediction_scores,
+    reliability_bins,
+)
 
 
 def test_prediction_scores_match_a_hand_calculation() -> None:
@@ -57,12 +62,12 @@ def test_score_intervals_resample_motions_and_are_expanded_for_few_of_them() -> 
     values = np.random.default_rng(3).normal(size=10)
     motions, tests = np.repeat([f"RSN{i}" for i in range(10)], 2), np.repeat(values, 2)
     samples = bootstrap_samples(motions, 20_000)
-    found = motion_interval(np.array([tests[drawn].mean() for drawn in samples]), 10)
+    found = interval_over_motions(np.array([tests[drawn].mean() for drawn in samples]), 10)
     packages = bootstrap_interval(mean_of_each_bootstrap_sample, values, draws=20_000, seed=4)
     assert tuple(found) == pytest.approx(tuple(packages), abs=0.04 * values.std())
     plain = np.quantile([tests[drawn].mean() for drawn in samples], [0.025, 0.975])
     assert found.high - found.low > 1.15 * (plain[1] - plain[0])
-    assert np.isnan(motion_interval(np.arange(100.0), 7)).all()
+    assert np.isnan(interval_over_motions(np.arange(100.0), 7)).all()
     assert len(bootstrap_samples(motions, 100)) == np.ceil(10 / tail_share_of_expanded_interval(10))
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from overturning.errors import ResultError
 from overturning.model.scan import ScannedStone, stone_from_surface
-from tests.model.solids import box_sums, statue, write_mesh
+from tests.model.solids import mass_properties_of_boxes, statue, write_mesh
 from tests.verification.test_shaking_table import synthetic_tests
 from verification.shaking_table import scan
 from verification.shaking_table.data import SPECIMENS, ShakingTableTests
@@ -124,5 +124,5 @@ def test_a_boulder_mesh_is_read_with_its_unit_and_volume(tmp_path: Path, capsys:
         read_boulder(tmp_path)
     write_mesh(statue(), tmp_path / "SP1.ply")
     stone = read_boulder(tmp_path)
-    assert f"{box_sums('statue')[0]:.4f} m³" in capsys.readouterr().out
+    assert f"{mass_properties_of_boxes('statue')[0]:.4f} m³" in capsys.readouterr().out
     assert stone.unscaled_solid.base == 4

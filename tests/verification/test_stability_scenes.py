@@ -20,8 +20,8 @@ from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import load_shipped_scene
 from verification.stability.cases import CASES_PER_SETTING, SCENES, scene_settings
-from verification.stability.checks import CheckedOutcome, find_failed_scene_check, rocking_bound
-from verification.stability.maps import SCENE_MEANINGS, run_map, run_scene_setting
+from verification.stability.checks import CheckedOutcome, find_failed_scene_check, least_rocking_acceleration_ratio
+from verification.stability.maps import SCENE_MEANINGS, run_scene_setting, run_stability_map
 
 pytestmark = pytest.mark.long
 
@@ -38,7 +38,7 @@ def one_second_pulse(peak: float) -> Motion:
 def test_every_wrong_outcome_of_extreme_scenes_is_marked() -> None:
     settings = [setting for setting in scene_settings(8, 1, 7) if setting.common.motion != "ten minutes"]
     assert {setting.scene for setting in settings} == set(SCENES)
-    found = run_map(partial(run_scene_setting, root=ROOT), settings, threads=2)
+    found = run_stability_map(partial(run_scene_setting, root=ROOT), settings, threads=2)
     assert set(found) == set(SCENE_MEANINGS)
     assert len(found["ending"]) == len(settings) * CASES_PER_SETTING
     silent = found["ending"] == CheckedOutcome.SILENT
@@ -54,7 +54,7 @@ def test_every_wrong_outcome_of_extreme_scenes_is_marked() -> None:
     compared = found["as_block"][found["scene"] == "gravestone"]
     assert (compared >= 0).sum() > 30
     assert (compared == 0).sum() <= 3, "the block's own kernel has the same flags"
-    again = run_map(partial(run_scene_setting, root=ROOT), settings[:4])
+    again = run_stability_map(partial(run_scene_setting, root=ROOT), settings[:4])
     for name, values in again.items():
         np.testing.assert_array_equal(values, found[name][: 4 * CASES_PER_SETTING], name)
 
@@ -62,9 +62,9 @@ def test_every_wrong_outcome_of_extreme_scenes_is_marked() -> None:
 @pytest.mark.parametrize("name", SCENES)
 def test_rocking_thresholds_computed_from_shapes_equal_those_of_the_kernel(name: str) -> None:
     made = prepare_scene(load_shipped_scene(name))
-    assert rocking_bound(made.placed) == pytest.approx(made.threshold, rel=1e-9)
+    assert least_rocking_acceleration_ratio(made.placed) == pytest.approx(made.threshold, rel=1e-9)
     if name in ("gravestone", "against-a-wall"):
-        assert rocking_bound(made.placed) == pytest.approx(0.24 / 0.6)
+        assert least_rocking_acceleration_ratio(made.placed) == pytest.approx(0.24 / 0.6)
 
 
 def test_the_scene_checks_detect_a_wrong_outcome_of_one_element() -> None:

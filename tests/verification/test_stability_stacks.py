@@ -14,7 +14,7 @@ from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from tests.dem.test_stack import plateau_acceleration
 from verification.stability.checks import CheckedOutcome
-from verification.stability.maps import run_map
+from verification.stability.maps import run_stability_map
 from verification.stability.stacks import (
     STACK_MEANINGS,
     STIFF,
@@ -30,7 +30,7 @@ pytestmark = pytest.mark.long
 
 def test_every_wrong_outcome_of_extreme_stacks_is_marked() -> None:
     settings = stack_settings(16, 7)
-    rows = run_map(run_stack_setting, settings, threads=2)
+    rows = run_stability_map(run_stack_setting, settings, threads=2)
     assert set(rows) == set(STACK_MEANINGS)
     silent = rows["ending"] == CheckedOutcome.SILENT
     assert not silent.any(), rows["reason"][silent].tolist()
@@ -39,7 +39,7 @@ def test_every_wrong_outcome_of_extreme_stacks_is_marked() -> None:
     # Soft contacts, up to a hundredth of their width, leave the range of the contact law.
     assert answered[rows["penetration_ratio"] < STIFF].mean() > 0.6
     assert (rows["fallen"] > 1).any(), "some stacks come down"
-    again = run_map(run_stack_setting, settings[:3])
+    again = run_stability_map(run_stack_setting, settings[:3])
     assert again.equals(rows[: len(again)])
 
 

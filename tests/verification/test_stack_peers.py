@@ -13,8 +13,8 @@ import pandas as pd
 import pytest
 
 from tests.dem.near_field import read_near_field_record as installed_near_field
-from tests.expect import lacking
-from verification.stack_agreement import CASE_COLUMNS, PEER_TABLES, has_outcome, program_outcomes, same_fall
+from tests.expect import skip_or_fail
+from verification.stack_agreement import CASE_COLUMNS, PEER_TABLES, has_outcome, outcomes_agree, program_outcomes
 from verification.stack_cases import StackCase, case_row, draw_stack_cases
 from verification.stack_engines import STACK_MODULES
 from verification.stack_peers import outcome_in_solver
@@ -54,7 +54,7 @@ def agreement_with_solver(name: str) -> tuple[float, int, int]:
     theirs = some["fall_azimuth_deg"].to_numpy()
     both = np.isfinite(ours) & np.isfinite(theirs)
     same_flag = (np.isfinite(ours) == np.isfinite(theirs)) & [has_outcome(outcome) for outcome in found]
-    agree = sum(same_fall(*pair) for pair in zip(ours[both], theirs[both], strict=True))
+    agree = sum(outcomes_agree(*pair) for pair in zip(ours[both], theirs[both], strict=True))
     return float(same_flag.mean()), agree, int(both.sum())
 
 
@@ -83,9 +83,9 @@ def test_nine_of_ten_stack_fall_azimuths_agree_with_the_solver(name: str) -> Non
 @pytest.mark.parametrize("name", PEER_TABLES)
 def test_some_stored_stack_outcomes_match_the_solver(name: str) -> None:
     if find_spec(STACK_MODULES[name]) is None:
-        lacking(f"{name} is not installed (`make peers`); its kept answers are compared with this program")
+        skip_or_fail(f"{name} is not installed (`make peers`); its kept answers are compared with this program")
     kept, cases = pd.read_csv(PEER_TABLES[name]), drawn_cases()
     some = kept[(kept["robust"] == 1) & np.isfinite(kept["fall_azimuth_deg"])].iloc[:5]
     found = [outcome_in_solver(name, cases[number])["fall_azimuth_deg"] for number in some["case"]]
-    same = [same_fall(*pair) for pair in zip(found, some["fall_azimuth_deg"], strict=True)]
+    same = [outcomes_agree(*pair) for pair in zip(found, some["fall_azimuth_deg"], strict=True)]
     assert sum(same) >= 4  # other versions differ in a chaotic case now and then

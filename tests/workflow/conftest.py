@@ -59,7 +59,7 @@ class Checkout(Project):
         assert head.startswith("Using workflow specific profile profiles/default"), head
         return done
 
-    def planned(self, **config: Any) -> frozenset[str]:
+    def planned_rules(self, **config: Any) -> frozenset[str]:
         """Return the rules that a run would execute with some keys of the study changed; raise what would stop it."""
         return self.plan(**config).rules
 
@@ -85,7 +85,7 @@ class Checkout(Project):
                     load_study_from_file_or_json(word)
         return found
 
-    def carry_out(self, commands: list[str]) -> None:
+    def execute_commands(self, commands: list[str]) -> None:
         """Execute the steps of a plan in this process, for tests that do not concern Snakemake itself."""
         with chdir(self.folder):
             for command in commands:
@@ -112,7 +112,7 @@ def result_file_contents(results: Path) -> dict[str, bytes]:
 
 
 @pytest.fixture(scope="session")
-def finished_run(made_once: Callable[[str, Callable[[Path], object]], Path]) -> Checkout:
+def finished_run(make_folder_once: Callable[[str, Callable[[Path], object]], Path]) -> Checkout:
     """A study computed on two cores, in two chunks of each record. Tests must not change it."""
 
     def make(folder: Path) -> None:
@@ -120,4 +120,4 @@ def finished_run(made_once: Callable[[str, Callable[[Path], object]], Path]) -> 
         assert done.returncode == 0, done.stdout + done.stderr
         assert "results/small/report.html" in done.stdout
 
-    return Checkout(made_once("study", make), chunks=2)
+    return Checkout(make_folder_once("study", make), chunks=2)

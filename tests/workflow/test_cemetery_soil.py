@@ -41,7 +41,7 @@ def run_survey_steps(folder: Path, **more: object) -> Path:
     (folder / "config" / "stones.csv").write_text(STONES, encoding="utf-8")
     plan = checkout.plan(**more)
     wanted = ("read", "describe", "surface", "sweep", "gather", "survey")
-    checkout.carry_out([one for one in plan.commands if one.split()[1] in wanted])
+    checkout.execute_commands([one for one in plan.commands if one.split()[1] in wanted])
     return folder / "results" / "mine"
 
 

@@ -210,7 +210,7 @@ def test_a_second_concurrent_run_in_a_folder_is_refused(small_checkout: Checkout
         fcntl.flock(held, fcntl.LOCK_EX)
         with pytest.raises(WorkflowError, match=r"another run works in this folder \(process 4711\); wait for it, or"):
             small_checkout.plan(look=False)
-        assert "sweep" in small_checkout.planned(), "who only looks is not in the way"
+        assert "sweep" in small_checkout.planned_rules(), "who only looks is not in the way"
 
 
 def test_a_missing_record_file_is_named_before_the_run(tmp_path: Path) -> None:
@@ -218,12 +218,12 @@ def test_a_missing_record_file_is_named_before_the_run(tmp_path: Path) -> None:
     with (checkout.folder / "config" / "records.tsv").open("a", encoding="utf-8") as rows:
         rows.write("mine\tauto\tmine.V2A\n")
     with pytest.raises(WorkflowError, match=r"record mine: mine\.V2A is not in resources/records; "):
-        checkout.planned()
+        checkout.planned_rules()
     folder = checkout.folder / "resources" / "records"
     folder.mkdir(parents=True)
     (folder / "mine.V2A").write_text("no record\n")
     with pytest.raises(WorkflowError, match=r"mine\.V2A: "):
-        checkout.planned()
+        checkout.planned_rules()
     assert not checkout.results.exists(), "it is known before anything is computed"
 
 
@@ -239,15 +239,15 @@ def test_a_replaced_record_file_is_read_again_even_if_it_is_older(tmp_path: Path
         axes = {"N28W": (332, factor * samples), "S62W": (242, factor * samples)}
         file.write_text(geonet_text(axes, 0.02), encoding="utf-8")
         os.utime(file, (min(date, time.time()),) * 2)
-        assert "read" in checkout.planned()
+        assert "read" in checkout.planned_rules()
         assert checkout.run(file="motion/mine.nc").returncode == 0
-        assert "read" not in checkout.planned()
+        assert "read" not in checkout.planned_rules()
 
 
 def test_missing_files_of_a_user_are_named_with_the_expected_folder(tmp_path: Path) -> None:
     checkout = Checkout(tmp_path / "checkout", (ROOT / "config" / "tottori.yaml").read_text(encoding="utf-8"))
     with pytest.raises(WorkflowError, match=r"(?s)TTRH020010061330\.NS2.*resources/records.*NIED"):
-        checkout.planned()
+        checkout.planned_rules()
 
 
 @pytest.mark.parametrize("key", ["site", "variants"])
@@ -258,19 +258,19 @@ def test_a_missing_soil_package_is_named_before_anything_runs(
     monkeypatch.setitem(sys.modules, "pystrata", None)
     site = {"layers": [{"thickness_m": 20, "velocity_m_s": 200}], "rock": {"velocity_m_s": 760}}
     with pytest.raises(WorkflowError, match=r"study\.yaml: .*site: soil layers need pystrata.*pip install"):
-        small_checkout.planned(**{key: site if key == "site" else {"soft": {"site": site}}})
+        small_checkout.planned_rules(**{key: site if key == "site" else {"soft": {"site": site}}})
     assert not small_checkout.results.exists()
 
 
 def test_a_wrong_study_key_is_named_before_a_run(small_checkout: Checkout) -> None:
     with pytest.raises(WorkflowError, match=r"study\.yaml: frictoin: unknown key; did you mean friction\?"):
-        small_checkout.planned(frictoin=[1.0])
+        small_checkout.planned_rules(frictoin=[1.0])
 
 
 def test_a_duplicate_study_key_is_named_before_a_run(tmp_path: Path) -> None:
     checkout = Checkout(tmp_path / "twice", SMALL_STUDY + "friction: [0.5]\n")
     with pytest.raises(WorkflowError, match=r"study\.yaml, line 9: friction is given twice; keep one"):
-        checkout.planned()
+        checkout.planned_rules()
 
 
 def test_each_workflow_step_of_a_scan_study_gets_a_valid_study(tmp_path: Path) -> None:
@@ -285,7 +285,7 @@ def test_each_workflow_step_of_a_scan_study_gets_a_valid_study(tmp_path: Path) -
         f"body: {{vertices: {corners}, relief: 0.002, scan: {scan}}}\n"
         "ensemble: {members: 8, relief: {low: 0.001, high: 0.005}, where: everywhere}\n",
     )
-    assert {"members", "sweep", "report"} <= checkout.planned()
+    assert {"members", "sweep", "report"} <= checkout.planned_rules()
 
 
 def test_each_figure_job_gets_only_its_own_pulses_and_published_values(tmp_path: Path) -> None:
@@ -330,7 +330,7 @@ def test_another_snakemake_workflow_can_use_this_one_as_a_module(tmp_path: Path)
         "use rule * from overturning\n",
         encoding="utf-8",
     )
-    assert {"sweep", "report"} <= checkout.planned()
+    assert {"sweep", "report"} <= checkout.planned_rules()
 
 
 def test_a_failed_step_is_reported_when_it_fails_and_at_the_end(

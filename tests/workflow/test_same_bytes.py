@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.expect import lacking
+from tests.expect import skip_or_fail
 from tests.workflow.conftest import SMALL_STUDY, Checkout, result_file_contents
 from verification import one_node_slurm
 from verification.faults.__main__ import find_fault_effect
@@ -29,7 +29,7 @@ def slurm_runs() -> Iterator[Future[list[StudyRun]]]:
 def test_a_resumed_run_gives_results_with_the_same_bytes(finished_run: Checkout, tmp_path: Path) -> None:
     """In one piece, where the other was in two chunks; after the cube the steps are carried out in this process."""
 
-    def killed(place: Checkout, _dice: random.Random, _seconds: float) -> None:
+    def kill_snakemake(place: Checkout, _dice: random.Random, _seconds: float) -> None:
         """SIGKILL of Snakemake alone, once a motion is there: waited for, since a moment drawn may come before it."""
         run = place.start()
         while run.poll() is None and not list(place.results.glob("motion/*.nc")):
@@ -42,9 +42,9 @@ def test_a_resumed_run_gives_results_with_the_same_bytes(finished_run: Checkout,
     faults = {kind.label: kind for kind in KINDS}
     assert sum(kind.times for kind in KINDS) == 50
     place, wanted = Checkout(tmp_path / "elsewhere", cores=1), finished_run.cube.read_bytes()
-    for kind in (FaultKind("killed", killed, 1), faults["a byte of a partial result changed"]):
+    for kind in (FaultKind("killed", kill_snakemake, 1), faults["a byte of a partial result changed"]):
         assert find_fault_effect(kind, place, random.Random(1), 0.0, wanted, brief=True) == ""
-    place.carry_out(place.plan().commands)
+    place.execute_commands(place.plan().commands)
     one, other = result_file_contents(finished_run.results), result_file_contents(place.results)
     assert {"cube.nc", "report.html", "intensity.nc", "figures/rose.svg"} <= one.keys() == other.keys()
     assert [name for name in one if one[name] != other[name]] == []
@@ -54,7 +54,7 @@ def test_a_study_on_slurm_gives_the_same_bytes_as_a_local_run(
     finished_run: Checkout, slurm_runs: Future[list[StudyRun]]
 ) -> None:
     if why := one_node_slurm.slurm_unavailable_reason():
-        lacking(why)
+        skip_or_fail(why)
     (run,) = slurm_runs.result()
     assert run.sha256 == sha256(finished_run.cube.read_bytes()).hexdigest()
     assert run.kept == 4, "of which figures may be drawn later"

@@ -18,7 +18,7 @@ from overturning.study.load import load_study_from_file_or_json
 from overturning.study.resume import ENDS, FILES_WITH_END
 from overturning.study.scenes import variant_grid
 from overturning.study.sources import package_source_hash
-from tests.expect import lacking
+from tests.expect import skip_or_fail
 from tests.workflow.conftest import Checkout, result_file_contents
 from verification.scale.same_bytes import run_without_snakemake
 from verification.tables import ROOT
@@ -120,9 +120,9 @@ def test_changing_a_study_key_reruns_only_dependent_steps(
     finished_run: Checkout, change: dict[str, object], again: set[str]
 ) -> None:
     if "cemetery_surface" in again and find_spec("pystrata") is None:
-        lacking("pystrata is not installed (`make soil`)")
+        skip_or_fail("pystrata is not installed (`make soil`)")
     (finished_run.folder / "config" / "stones.csv").write_text("octant\nSE\n", encoding="utf-8")
-    assert finished_run.planned(**change) == again
+    assert finished_run.planned_rules(**change) == again
 
 
 @pytest.mark.parametrize(
@@ -150,7 +150,7 @@ def test_changing_a_label_in_the_record_table_repeats_no_reading_or_sweep(
             line[head.index(column)] = value
     table.write_text("".join("\t".join(line) + "\n" for line in lines), encoding="utf-8")
     try:
-        assert finished_run.planned() == again
+        assert finished_run.planned_rules() == again
     finally:
         table.write_text(text, encoding="utf-8")
 
@@ -180,7 +180,7 @@ def test_changing_a_source_file_reruns_dependent_steps(
     text = path.read_text(encoding="utf-8")
     path.write_text(text + ("\n# changed\n" if module else ""), encoding="utf-8")
     try:
-        assert finished_run.planned() == again
+        assert finished_run.planned_rules() == again
     finally:
         path.write_text(text, encoding="utf-8")
         package_source_hash.cache_clear()
@@ -203,7 +203,7 @@ def test_a_deleted_result_is_made_again(finished_run: Checkout, tmp_path: Path, 
     path = finished_run.results / name
     kept = path.rename(tmp_path / path.name)
     try:
-        assert finished_run.planned() == again
+        assert finished_run.planned_rules() == again
     finally:
         kept.rename(path)
 
@@ -246,7 +246,7 @@ def test_removing_a_record_from_a_study_removes_its_files(finished_run: Checkout
     before = {str(path.relative_to(checkout.results)) for path in checkout.results.rglob("*") if path.is_file()}
     of_record = {name for name in before if "petrolia" in name}
     assert {"read/petrolia.nc", "motion/petrolia.nc", "figures/polar/petrolia.svg"} < of_record
-    checkout.planned(records={"use": ["rinaldi"]})
+    checkout.planned_rules(records={"use": ["rinaldi"]})
     assert (checkout.results / "motion" / "petrolia.nc").is_file(), "a dry run removes nothing"
     plan = checkout.plan(look=False, records={"use": ["rinaldi"]})
     after = {str(path.relative_to(checkout.results)) for path in checkout.results.rglob("*") if path.is_file()}
@@ -287,7 +287,7 @@ def test_changing_the_title_reruns_only_the_report(finished_run: Checkout, tmp_p
     assert plan.rules == {"illustrative", "explore", "findings", *LAST_RULES}
     assert f"{gone.relative_to(checkout.folder)}" in plan.warnings, "it is said"
     steps = ("overturning findings", "overturning report")
-    checkout.carry_out([command for command in plan.commands if command.startswith(steps)])
+    checkout.execute_commands([command for command in plan.commands if command.startswith(steps)])
     after = result_file_contents(checkout.results)
     assert {name for name in after if after[name] != before[name]} == {"findings.json", "report.html", "report.pdf"}
     assert b"Another title" in after["report.html"]

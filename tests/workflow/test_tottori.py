@@ -47,10 +47,10 @@ def test_published_tottori_values_are_compared_for_every_size_and_contact(
         magnitude="7.3",
     )
     with pytest.raises(WorkflowError, match=r"stones\.csv line 3: column octant 'HE': use one of N NE E"):
-        checkout.planned()
+        checkout.planned_rules()
     assert not (checkout.folder / "results").exists()
     stones.write_text("octant,count,b_over_h,height_m,round\nNE,5,0.4,0.7,yes\nSW,1,0.4,0.7,yes\n", encoding="utf-8")
-    checkout.carry_out(checkout.plan().commands)
+    checkout.execute_commands(checkout.plan().commands)
     results = checkout.folder / "results" / "tottori"
     for name in ("cube.nc", "cube.paper-damping.nc"):
         with open_cube(results / name) as cube:

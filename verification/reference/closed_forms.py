@@ -14,7 +14,7 @@ def frequency_parameter(height: float, b_over_h: float) -> float:
     return math.sqrt(0.75 * STANDARD_GRAVITY / radius)
 
 
-def restitution(b_over_h: float) -> float:
+def velocity_ratio_at_impact(b_over_h: float) -> float:
     """Return the ratio of angular velocities after and before an impact, 1 − 1.5 sin²α (Housner 1963, eq. 9)."""
     return 1.0 - 1.5 * b_over_h**2 / (1.0 + b_over_h**2)
 
@@ -59,7 +59,7 @@ def quarter_period(height: float, b_over_h: float, tilt: float) -> float:
 def amplitude_after_impact(b_over_h: float, tilt: float) -> float:
     """Return the amplitude after the next impact of free rocking, rad (energy times the square of the restitution)."""
     alpha = math.atan(b_over_h)
-    lost = restitution(b_over_h) ** 2 * (math.cos(alpha - tilt) - math.cos(alpha))
+    lost = velocity_ratio_at_impact(b_over_h) ** 2 * (math.cos(alpha - tilt) - math.cos(alpha))
     return alpha - math.acos(math.cos(alpha) + lost)
 
 

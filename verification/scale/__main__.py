@@ -41,7 +41,7 @@ def main(
             runs += same_bytes.run_on_slurm(files=(same_bytes.CUBE, same_bytes.REPORT))
         publish_markdown({"scale-bytes": run_table(merge_with_stored_runs(runs))})
     measures: dict[str, Callable[[Path], list[MeasuredFigure]]] = {
-        "chunk": large.measure_chunk,
+        "chunk": large.measure_sweep_chunk,
         "gather": large.measure_gather,
         "lazy": lambda folder: large.measure_cube_larger_than_memory(folder, records),
         "lazy-space": lambda folder: large.measure_cube_larger_than_memory(

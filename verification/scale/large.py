@@ -52,7 +52,7 @@ def run_program(args: list[str], line_start: bytes = b"", **where: Any) -> Resou
     return ResourceUse(time.perf_counter() - begin, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024, longest)
 
 
-def measure_chunk(folder: Path, chunks: int = 8) -> list[MeasuredFigure]:
+def measure_sweep_chunk(folder: Path, chunks: int = 8) -> list[MeasuredFigure]:
     """Measure a chunk of a real record: 1/8 million cases with their ensemble, on one core."""
     study = synthetic_study(1)
     write_study(study, folder / "study.json")

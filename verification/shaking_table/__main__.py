@@ -28,7 +28,7 @@ from verification.shaking_table.models import (
     split_by_motion,
     split_odd_and_even_tests,
 )
-from verification.shaking_table.scores import DRAWS, NAMES, bootstrap_samples, motion_interval, prediction_scores
+from verification.shaking_table.scores import DRAWS, NAMES, bootstrap_samples, interval_over_motions, prediction_scores
 from verification.tables import RESULTS, ROOT, publish_markdown, write_csv
 
 SPLITS = {"odd to even": split_odd_and_even_tests, "motion left out": split_by_motion}
@@ -63,8 +63,8 @@ def measure_scores(
                 probabilities[split, name, specimen] = p
                 found = prediction_scores(predicted[name], outcome)
                 for place, what in enumerate(NAMES):
-                    low, high = motion_interval(drawn[name][:, place], motion_count)
-                    over = motion_interval(drawn[name][:, place] - drawn[PEAKS][:, place], motion_count)
+                    low, high = interval_over_motions(drawn[name][:, place], motion_count)
+                    over = interval_over_motions(drawn[name][:, place] - drawn[PEAKS][:, place], motion_count)
                     rows.append({
                         "split": split, "specimen": specimen, "model": name, "score": what,
                         "value": found[place], "low": low, "high": high,

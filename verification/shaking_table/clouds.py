@@ -157,7 +157,7 @@ def simulate_stones(
         begin = time.monotonic()
         # The kernel releases Python's lock, so one test is planned while another one runs.
         with ThreadPoolExecutor(threads) as pool:
-            found = pool.map(lambda index: distribution.fell(tests.ground(index), rows), range(len(fell)))
+            found = pool.map(lambda index: distribution.fell(tests.measured_motion(index), rows), range(len(fell)))
             for index, falls in enumerate(found):
                 fell[index] = falls
                 _print_progress(distribution.name, index + 1, len(fell), time.monotonic() - begin)

@@ -42,7 +42,7 @@ class ShakingTableTests:
     fell: dict[int, NDArray[np.bool_]]
     """True where a specimen fell, by specimen."""
 
-    def ground(self, index: int) -> Motion:
+    def measured_motion(self, index: int) -> Motion:
         """Return the measured ground motion of one test, towards azimuth 0."""
         along = self.acceleration[index]
         return Motion(along, np.zeros_like(along), sampling_interval=self.sampling_interval)

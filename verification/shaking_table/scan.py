@@ -112,7 +112,9 @@ def _outcomes_of_boulder(stone: ScannedStone, tests: ShakingTableTests, threads:
 
     def outcomes_in_test(index: int) -> NDArray[np.int8]:
         """Return the outcomes of all orientations in one test."""
-        return np.asarray(simulate_cases(body, tests.ground(index), cases, NumericalOptions()).overturned, np.int8)
+        return np.asarray(
+            simulate_cases(body, tests.measured_motion(index), cases, NumericalOptions()).overturned, np.int8
+        )
 
     begin, rows = time.monotonic(), []
     with ThreadPoolExecutor(threads) as pool:

@@ -37,7 +37,7 @@ from verification.shaking_table.scan import (
     simulate_orientations,
     split_motions_in_halves,
 )
-from verification.shaking_table.scores import NAMES, bootstrap_samples, motion_interval, prediction_scores
+from verification.shaking_table.scores import NAMES, bootstrap_samples, interval_over_motions, prediction_scores
 from verification.tables import RESULTS, iterate_rows, markdown_table, publish_markdown, write_csv
 
 SCAN: Final = "scan, orientation fitted"
@@ -77,7 +77,7 @@ def scores_on_unseen_tests(tests: ShakingTableTests, models: Mapping[str, Model]
                 for place, (what, value) in enumerate(
                     zip(NAMES, prediction_scores(p[known], fell[known]), strict=True)
                 ):
-                    low, high = motion_interval(drawn[:, place], motions)
+                    low, high = interval_over_motions(drawn[:, place], motions)
                     rows.append((split, specimen, name, what, value, low, high, int(known.sum())))
     columns = ["split", "specimen", "model", "score", "value", "low", "high", "tests"]
     return pd.DataFrame(rows, columns=columns)

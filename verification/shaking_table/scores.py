@@ -62,7 +62,7 @@ def bootstrap_samples(test_motions: NDArray[np.str_], draws: int = DRAWS, seed: 
     return [np.concatenate([own[i] for i in sample]) for sample in drawn]
 
 
-def motion_interval(sample_values: FloatArray, motion_count: int) -> ConfidenceInterval:
+def interval_over_motions(sample_values: FloatArray, motion_count: int) -> ConfidenceInterval:
     """Return the expanded percentile interval (95 %) of bootstrap values over a number of motions, without NaN.
 
     There is none for fewer than `FEWEST_EARTHQUAKES` motions.
@@ -92,7 +92,7 @@ def reliability_bins(
         shares = [fell[drawn][own[drawn]].mean() for drawn in samples if own[drawn].any()]
         motion_shares = means_by_earthquake(fell[own].astype(float), test_motions[own])
         exact = unanimous_share_interval(motion_shares) if motion_shares.size >= FEWEST_EARTHQUAKES else None
-        interval = exact or motion_interval(np.array(shares), motion_shares.size)
+        interval = exact or interval_over_motions(np.array(shares), motion_shares.size)
         bins.append(
             ReliabilityBin(
                 float(probabilities[own].mean()),

@@ -18,7 +18,7 @@ from overturning.motion.motion import Motion
 from overturning.statistics.logistic import fit_logistic_model
 from overturning.units import STANDARD_GRAVITY
 from verification.shaking_table.models import WIDTH_B_OVER_H, WIDTH_HEIGHT, TestIndices, most_likely_neighbourhood
-from verification.shaking_table.scores import NAMES, bootstrap_samples, motion_interval, prediction_scores
+from verification.shaking_table.scores import NAMES, bootstrap_samples, interval_over_motions, prediction_scores
 from verification.tables import RESULTS, markdown_table, publish_markdown, write_csv
 
 FOLDER: Final = Path(__file__).with_name("shakebot")
@@ -121,7 +121,7 @@ def measure_scores() -> tuple[pd.DataFrame, pd.DataFrame]:
             drawn, own = np.array([prediction_scores(p[s], fell[s]) for s in samples]), prediction_scores(p, fell)
             row: dict[str, str | float | int] = {"set": label, "model": model, "tests": len(tests), "fell": fell.sum()}
             for place, what in enumerate(NAMES):
-                interval = motion_interval(drawn[:, place], motion_count)
+                interval = interval_over_motions(drawn[:, place], motion_count)
                 row |= {what: own[place]} | dict(zip(ENDS[what], interval, strict=True))
             rows.append(row)
     return pd.DataFrame(rows), pd.DataFrame(blocks)

@@ -14,8 +14,8 @@ from verification.stability.maps import (
     SCENE_BUDGET,
     SCENE_MEANINGS,
     run_case,
-    run_map,
     run_scene_setting,
+    run_stability_map,
 )
 from verification.stability.stacks import STACK_BUDGET, STACK_MEANINGS, run_stack_setting, stack_settings
 from verification.tables import write_table
@@ -43,7 +43,7 @@ def blocks(
     """Run stiff and extreme blocks."""
     cases = [*space_filling_cases(count, seed), *adversarial_cases(adversarial, seed)]
     about = {"space_filling": count, "adversarial": adversarial, "seed": seed, "budget": BUDGET}
-    rows = run_map(run_case, cases, threads=threads, progress=print_progress)
+    rows = run_stability_map(run_case, cases, threads=threads, progress=print_progress)
     write_table(rows, output, meanings=MEANINGS, attributes=about, dimension="case")
 
 
@@ -56,7 +56,7 @@ def scenes(
     threads: Threads = 1,
 ) -> None:
     """Run the shipped scenes with extreme parameters."""
-    rows = run_map(
+    rows = run_stability_map(
         run_scene_setting, scene_settings(settings, adversarial, seed), threads=threads, progress=print_progress
     )
     about = {"settings": settings, "adversarial": adversarial, "together": CASES_PER_SETTING, "seed": seed}
@@ -72,7 +72,9 @@ def stacks(
     threads: Threads = 1,
 ) -> None:
     """Run 3-D stacks of two to five stones with extreme parameters."""
-    rows = run_map(run_stack_setting, stack_settings(settings, seed), threads=threads, progress=print_progress)
+    rows = run_stability_map(
+        run_stack_setting, stack_settings(settings, seed), threads=threads, progress=print_progress
+    )
     about = {"settings": settings, "together": CASES_PER_SETTING, "seed": seed, "budget": STACK_BUDGET}
     write_table(rows, output, meanings=STACK_MEANINGS, attributes=about, dimension="case")
 

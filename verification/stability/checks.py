@@ -112,7 +112,7 @@ def find_failed_check(bounds: CaseBounds, results: CaseResults, row: int, flags_
     return ""
 
 
-def acceleration_demand(motion: Motion) -> float:
+def max_acceleration_ratio(motion: Motion) -> float:
     """Return the largest ratio |a|/(g + a_up) of a motion towards north; infinite if the ground falls faster than g."""
     weight = STANDARD_GRAVITY + (np.zeros(motion.sample_count) if motion.up is None else motion.up)
     if (weight <= 0).any():
@@ -133,7 +133,7 @@ def find_failed_block_check(case: StabilityCase, motion: Motion, results: CaseRe
     width, ratio = case.b_over_h * case.height, case.b_over_h
     stands = ratio if case.friction < 0.5 * ratio else 0.0
     bounds = CaseBounds(
-        static_penetration(case), min(width, case.height), width, acceleration_demand(motion),
+        static_penetration(case), min(width, case.height), width, max_acceleration_ratio(motion),
         min(ratio, case.friction), stands, SMALL_SLIDE * (width + case.height),
     )  # fmt: skip
     lies = results.peak_rotation[0] * np.arctan(ratio) >= LEVEL * (1 - ROUNDING)
@@ -145,9 +145,9 @@ def find_failed_scene_check(
 ) -> str:
     """Return the first failed check of a scene with one μ for all contacts; see `find_failed_check`."""
     size = min(item.smaller_side for item in prepared.placed if not item.is_driven_or_held)
-    bound = min(rocking_bound(prepared.placed), friction)
+    bound = min(least_rocking_acceleration_ratio(prepared.placed), friction)
     bounds = CaseBounds(
-        max_static_penetration(prepared), size, size, acceleration_demand(motion), bound * (1 + 1e-9), bound
+        max_static_penetration(prepared), size, size, max_acceleration_ratio(motion), bound * (1 + 1e-9), bound
     )
     turned = results.peak_rotation[row] * prepared.unit_of_peak_rotation_by_element[prepared.free_element_indices]
     return find_failed_check(
@@ -160,7 +160,7 @@ def max_static_penetration(prepared: PreparedScene) -> float:
     return float(np.max(prepared.laws.carried / (2.0 * prepared.laws.normal), initial=0.0))
 
 
-def rocking_bound(placed: Sequence[PlacedElement]) -> float:
+def least_rocking_acceleration_ratio(placed: Sequence[PlacedElement]) -> float:
     """Return the lowest |a|/(g + a_up) at which the rigid scene can rock: arm over height of an element with all above.
 
     Computed from the shapes only, for scenes in which each element stands on the middle of another.

@@ -43,8 +43,8 @@ from verification.stability.checks import (
     CheckedOutcome,
     find_failed_block_check,
     find_failed_scene_check,
+    least_rocking_acceleration_ratio,
     max_static_penetration,
-    rocking_bound,
     static_penetration,
 )
 
@@ -224,7 +224,7 @@ def _dimensionless_groups_of_scene(
     """Return the dimensionless groups of the cases of a scene by name; NaN if the scene was refused."""
     if prepared is None:
         return dict.fromkeys(GROUPS, np.full(CASES_PER_SETTING, np.nan))
-    laws, bound = prepared.laws, max(rocking_bound(prepared.placed), 1e-9)
+    laws, bound = prepared.laws, max(least_rocking_acceleration_ratio(prepared.placed), 1e-9)
     loaded = laws.carried > 0
     heave = 2.0 * np.sqrt(0.5 * laws.normal * laws.carried / STANDARD_GRAVITY)
     damping = laws.dashpot[loaded] / heave[loaded]
@@ -241,7 +241,7 @@ def _dimensionless_groups_of_scene(
     return {name: np.broadcast_to(value, CASES_PER_SETTING) for name, value in zip(GROUPS, groups, strict=True)}
 
 
-def run_map(
+def run_stability_map(
     run: Callable[..., dict[str, Any]],
     items: Sequence[Any],
     *,

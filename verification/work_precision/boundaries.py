@@ -33,7 +33,7 @@ RESOLUTION: Final = 2 * BRACKET / 2**HALVINGS
 """Width of the last bracket, as a share of B/H; a smaller shift counts as 0."""
 
 
-class Boundary(NamedTuple):
+class OverturningBoundary(NamedTuple):
     """Overturning boundary between a falling case and its standing neighbour along B/H."""
 
     group: int
@@ -44,12 +44,12 @@ class Boundary(NamedTuple):
     """B/H of its standing neighbour."""
 
 
-def find_boundaries(groups: Sequence[CaseGroup], flags: Flags, max_count: int) -> list[Boundary]:
+def find_boundaries(groups: Sequence[CaseGroup], flags: Flags, max_count: int) -> list[OverturningBoundary]:
     """Return the boundaries: falling cases whose neighbour in B/H stands, at most `max_count` in each group.
 
     `flags` are those of all groups, in order.
     """
-    found: list[Boundary] = []
+    found: list[OverturningBoundary] = []
     begin = 0
     for number, group in enumerate(groups):
         names = ("azimuth_deg", "height", "friction", "b_over_h")
@@ -62,14 +62,14 @@ def find_boundaries(groups: Sequence[CaseGroup], flags: Flags, max_count: int) -
             same = np.array_equal(rows[falls, :3], rows[stands, :3])
             if same and mine[stands] == 0 and mine[falls] not in (0, INT8_MISSING) and here < max_count:
                 case = dict(zip(names, rows[falls].tolist(), strict=True))
-                found.append(Boundary(number, case, float(rows[stands, 3])))
+                found.append(OverturningBoundary(number, case, float(rows[stands, 3])))
                 here += 1
     return found
 
 
 def locate_boundaries(
     groups: Sequence[CaseGroup],
-    boundaries: Sequence[Boundary],
+    boundaries: Sequence[OverturningBoundary],
     usual: RunSettings,
     finest: RunSettings,
     bracket: float = BRACKET,
@@ -79,7 +79,7 @@ def locate_boundaries(
     return near, bisect_boundaries(groups, boundaries, finest, near * (1 - bracket), near * (1 + bracket))
 
 
-def bracket_ends(boundaries: Sequence[Boundary]) -> tuple[FloatArray, FloatArray]:
+def bracket_ends(boundaries: Sequence[OverturningBoundary]) -> tuple[FloatArray, FloatArray]:
     """Return B/H of the falling cases and of their standing neighbours."""
     return np.array([place.falling["b_over_h"] for place in boundaries]), np.array(
         [place.stands_at for place in boundaries]
@@ -88,7 +88,7 @@ def bracket_ends(boundaries: Sequence[Boundary]) -> tuple[FloatArray, FloatArray
 
 def bisect_boundaries(
     groups: Sequence[CaseGroup],
-    boundaries: Sequence[Boundary],
+    boundaries: Sequence[OverturningBoundary],
     method: RunSettings,
     low: FloatArray,
     high: FloatArray,
@@ -124,7 +124,7 @@ def bisect_boundaries(
 
 
 def _blocks_fall(
-    groups: Sequence[CaseGroup], boundaries: Sequence[Boundary], method: RunSettings, b_over_h: FloatArray
+    groups: Sequence[CaseGroup], boundaries: Sequence[OverturningBoundary], method: RunSettings, b_over_h: FloatArray
 ) -> NDArray[np.bool_]:
     """Return True where blocks with the given B/H fall at each boundary; shape (values, boundaries)."""
     fell = np.zeros(b_over_h.shape, bool)
@@ -142,7 +142,7 @@ def _blocks_fall(
 
 def boundary_shift(
     groups: Sequence[CaseGroup],
-    boundaries: Sequence[Boundary],
+    boundaries: Sequence[OverturningBoundary],
     method: RunSettings,
     expected_boundaries: FloatArray,
     reference_boundaries: FloatArray,

@@ -226,17 +226,17 @@ def measure_against_rigid_rocking() -> Iterator[Row]:
         groups, right = select_robust_cases(every)
         for setting in (*scheme_and_step_settings(0.05), *others):
             found, spent = setting.run(groups)
-            common = engine_disagreement(name, groups, found.overturned, right[0])
+            common = engine_disagreement_columns(name, groups, found.overturned, right[0])
             yield setting.row(name, "rigid rocking", **spent, **error_table_columns(found, right), **common)
         for order in ORDERS:
             (flags, peaks), seconds = time_run(partial(run_exact_block, groups, order))
             own = {"method": "exact", "step_fraction": order, "seconds_per_case": seconds / flags.size}
-            own |= wrong_outcome_counts(flags, right[0]) | engine_disagreement(name, groups, flags, right[0])
+            own |= wrong_outcome_counts(flags, right[0]) | engine_disagreement_columns(name, groups, flags, right[0])
             own["rotation_error"] = median_rotation_error(flags, peaks, *right)
             yield {"cases_of": name, "against": "rigid rocking", "default": order == ORDER} | own
 
 
-def engine_disagreement(name: str, groups: Sequence[CaseGroup], flags: Flags, right: Flags) -> Row:
+def engine_disagreement_columns(name: str, groups: Sequence[CaseGroup], flags: Flags, right: Flags) -> Row:
     """Return the number of cases that the engines also run, and of those with another flag or side, as columns."""
     some, known = (every_nth_value(groups, values, ENGINES_EVERY[name]) for values in (flags, right))
     return {"shared": some.size, "disagree": int((some != known).sum())}

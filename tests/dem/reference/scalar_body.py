@@ -92,7 +92,7 @@ def integrate_box(times, ground, interval, size, frame, spring, dash, mu, fracti
     return places, rotations
 
 
-def box_path(
+def box_trajectory(
     times: FloatArray, motion: Motion, orientation_deg: float, size: FloatArray, mu: float, penetration: float
 ) -> tuple[FloatArray, FloatArray]:
     """Return positions and rotations of a box whose first edge faces an azimuth, by `integrate_box`.

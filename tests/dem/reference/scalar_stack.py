@@ -85,7 +85,7 @@ def integrate_stack(along, interval, sizes, springs, dashes, mu, fraction, after
     return path
 
 
-def stack_path(
+def stack_trajectory(
     along: FloatArray, interval: float, sizes: FloatArray, penetration: float, mu: float, after: int
 ) -> FloatArray:
     """Return the path of two blocks by `integrate_stack`, with a damping ratio of 1.

@@ -80,9 +80,7 @@ def load_study_and_records():
         for number, survey in enumerate(study.surveys):
             # Report errors in the survey now, not after the sweep.
             stones = read_stones(Path(survey.stones))
-            check_survey_site_names(
-                study, number, {one.site for one in stones}, where
-            )
+            check_survey_site_names(study, number, {one.site for one in stones}, where)
         if workflow.is_main_process:
             results = Path("results", study.name)
             # Requests that compute nothing need neither the lock nor a repair.
@@ -144,7 +142,9 @@ GROUNDS = {
     name: soil.model_dump(mode="json")
     for name, (soil, _) in soil_layers_with_own_cube(STUDY).items()
 }
-RECORDS_ON_GROUND = {name: use for name, (_, use) in soil_layers_with_own_cube(STUDY).items()}
+RECORDS_ON_GROUND = {
+    name: use for name, (_, use) in soil_layers_with_own_cube(STUDY).items()
+}
 GROUND_PATTERN = "|".join(map(re.escape, GROUNDS)) or "(?!)"  # (?!): never
 RESULTS = f"results/{STUDY.name}"
 LOGS = f"{RESULTS}/logs"

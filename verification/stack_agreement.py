@@ -212,7 +212,7 @@ def disagreement_cause(row: pd.Series, case: StackCase, peer: str) -> str:
 
 
 def is_sliding_case(row: pd.Series, case: StackCase, peer: str) -> bool:
-    """True if a stone slides off in either program, or in the solver slides far on the stone below."""
+    """True if a stone slides off in this program or in the solver `peer`, or if it slides far in the solver."""
     fallen = int(row[f"{peer} fallen_stone"])
     upright = fallen >= 0 and row[f"{peer} tilt_deg"] < math.degrees(critical_angle(case.stack, fallen))
     far = row[f"{peer} slip"] > LARGE_SLIP * min(case.stack.sizes[-1][:2])

@@ -127,7 +127,7 @@ def test_kernel_variants_compiled_by_different_processes_are_not_confused(tmp_pa
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
 
     def run_program(*bases: str) -> list[str]:
-        """Run the program for some motions in a new process and return its output lines."""
+        """Run the Python code `program` for some base motions in a new process, and return its output lines."""
         done = subprocess.run(
             [sys.executable, "-c", program, *bases], env=environment, capture_output=True, text=True, check=True
         )

@@ -138,7 +138,7 @@ def test_rotd_spectra_of_a_linear_motion_match_closed_forms(up):
 
 
 def notes_in_empty_panels(before: Record, after: Record) -> dict[str, list[str]]:
-    """Return the notes in the empty panels of a record's page, by the label of the vertical axis."""
+    """Return the notes on empty panels of the page of a record (before and after processing), by axis label."""
     with package_matplotlib_settings(), warnings.catch_warnings(action="error"):
         figure = record_history_figure(before, after)
         figure.draw_without_rendering()

@@ -40,7 +40,7 @@ class _ProcessingStep(StrictModel):
         raise NotImplementedError
 
     def start_shift_of_record_s(self, sampling_interval: float) -> float:  # noqa: ARG002
-        """Return the shift of the record's start by this step, s; negative if the record then starts earlier."""
+        """Return by how much this processing step shifts the record's start, s; negative if it then starts earlier."""
         return 0.0
 
 

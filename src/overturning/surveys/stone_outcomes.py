@@ -141,8 +141,9 @@ def outcomes_of_needed_sizes(
 ) -> dict[str, NDArray[np.int8]]:
     """Return the outcomes of stones with one D/B under a motion: shipped with the package, stored, or simulated.
 
-    Returns by key ``height-shape``, for the sizes that are True in `needed_sizes_mask`, shape (heights, shapes):
-    direction bin of the fall, `STOOD` or `UNKNOWN`, shape (frictions, levels, orientations).
+    The sizes are those that are True in `needed_sizes_mask`, of shape (heights, B/H). Each key is ``height-B/H``, two
+    indices; each value has the direction bin of the fall, `STOOD` or `UNKNOWN` for each friction, peak velocity to
+    which the motion is scaled, and orientation of the stone.
     """
     shipped = shipped_outcomes(candidate_motion, aspect)
     needed = [(h, b) for h, b in np.argwhere(needed_sizes_mask).tolist() if f"{h}-{b}" not in shipped]

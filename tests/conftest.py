@@ -20,7 +20,7 @@ SOURCES = ("test_layers.py", "test_locks.py")
 """Files whose tests search the same Python sources for imports: in one process, so that each is parsed once."""
 
 WORKFLOW = ("test_study.py", "test_messages.py", "test_imports.py")
-"""Files whose tests plan studies by Snakemake: in one process, so that it is imported once (0.7 s)."""
+"""Files whose tests plan studies by Snakemake: in one process, so that it is imported once."""
 
 FIRST = (
     *KERNELS, "test_body_closed_forms.py", "test_rocking.py", "test_study.py", "test_messages.py",

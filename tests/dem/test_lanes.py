@@ -57,10 +57,8 @@ rotate_pair = njit(lambda c, s, turn: mechanics.rotate_cosine_and_sine(c, s, tur
 clamp = njit(lambda force, limit: mechanics.clamp_magnitude(force, limit))
 
 ROWS = TupleRowLayout(4, MassTuple, ContactPairTuple)
-PAIR_ACCESS, SECOND_SPRING_ACCESS = (
-    compile_for_python(ROWS.tuple_access(ContactPairTuple)),
-    compile_for_python(ROWS.tuple_access(ContactPairTuple, "two")),
-)
+PAIR_ACCESS = compile_for_python(ROWS.tuple_access(ContactPairTuple))
+SECOND_SPRING_ACCESS = compile_for_python(ROWS.tuple_access(ContactPairTuple, "two"))
 ACCESS_WITHOUT_SPRING_FIELD = compile_for_python(ROWS.tuple_access(ContactPairTuple, unused_fields=["spring"]))
 
 
@@ -89,10 +87,8 @@ def test_rows_of_a_lane_follow_the_fields_of_its_tuples() -> None:
 
 
 def test_tuples_are_stored_in_and_loaded_from_the_same_rows() -> None:
-    array, value = (
-        state_array_of_own_indices(),
-        ContactPairTuple(-1.0, SpringTuple(-2.0, -3.0), SpringTuple(-4.0, -5.0)),
-    )
+    array = state_array_of_own_indices()
+    value = ContactPairTuple(-1.0, SpringTuple(-2.0, -3.0), SpringTuple(-4.0, -5.0))
     PAIR_ACCESS.store(array, 2, value)
     assert PAIR_ACCESS.load(array, 2) == value
     assert np.count_nonzero(array < 0) == 5
@@ -103,10 +99,8 @@ def test_tuples_are_stored_in_and_loaded_from_the_same_rows() -> None:
 
 
 def test_store_unless_keeps_a_lane_and_omitted_fields_are_not_stored() -> None:
-    array, value = (
-        state_array_of_own_indices(),
-        ContactPairTuple(-1.0, SpringTuple(-2.0, -3.0), SpringTuple(-4.0, -5.0)),
-    )
+    array = state_array_of_own_indices()
+    value = ContactPairTuple(-1.0, SpringTuple(-2.0, -3.0), SpringTuple(-4.0, -5.0))
     PAIR_ACCESS.store_unless(array, 0, True, value)
     np.testing.assert_array_equal(array, state_array_of_own_indices())
     ACCESS_WITHOUT_SPRING_FIELD.store_unless(array, 0, False, value)

@@ -66,11 +66,9 @@ def test_scene_and_block_kernels_give_the_same_motion_until_the_second_impact() 
     whole, cases = _strong_motion(7), _block_cases(17)
     upto = round(6.5 / whole.sampling_interval)  # all second impacts occur before 4.8 s
     motion = Motion(whole.north[:upto], whole.east[:upto], sampling_interval=whole.sampling_interval)
-    model, numerics, seen = (
-        PlanarModel(gravestone(SOFT_CONTACT)),
-        NumericalOptions(scheme="cundall", leave_out=False),
-        0,
-    )
+    model = PlanarModel(gravestone(SOFT_CONTACT))
+    numerics = NumericalOptions(scheme="cundall", leave_out=False)
+    seen = 0
     first, counter = np.zeros(1, np.int64), np.zeros(1, np.int64)
     for index in np.linspace(0, cases.case_count - 1, 250).astype(int):
         one = Cases(*(getattr(cases, name)[[index]] for name in ("azimuth_deg", "height", "b_over_h", "friction")))

@@ -125,10 +125,8 @@ def test_a_trajectory_has_the_outcome_of_its_cell_in_the_sweep() -> None:
 
 
 def test_unknown_arguments_of_a_scene_are_refused() -> None:
-    made, motion = (
-        scene_of_elements(block_element("stone", 0.3, 0.6), block_element("cap", 0.2, 0.1, "stone")),
-        noisy_motion(),
-    )
+    made = scene_of_elements(block_element("stone", 0.3, 0.6), block_element("cap", 0.2, 0.1, "stone"))
+    motion = noisy_motion()
     from overturning.errors import ArgumentError
 
     with pytest.raises(ArgumentError, match="scheme: 'euler'"):

@@ -33,10 +33,8 @@ from tests.dem.test_stack import (
 
 def test_a_shaft_on_a_broad_base_rocks_as_on_the_ground() -> None:
     """The base is so broad and heavy that only the shaft moves; peak tilts are those of Housner's block on rock."""
-    motions, shaft = (
-        [horizontal_motion(4.2 * random_accelerations(seed, components=1)) for seed in (0, 1, 2)],
-        (0.2, 0.2, 0.6),
-    )
+    motions = [horizontal_motion(4.2 * random_accelerations(seed, components=1)) for seed in (0, 1, 2)]
+    shaft = (0.2, 0.2, 0.6)
     cases = Cases(0.0, 0.6, 0.2 / 0.6, 3.0)
     alone, above = (
         simulate_under_each_motion(Stack(scene), motions, cases).peak_tilt[:, 0]

@@ -100,10 +100,8 @@ def test_one_prism_agrees_with_the_model_of_a_single_body(plan: PlanShape) -> No
 
     All samples are simulated: `tests/dem/test_leave_out.py` is about the effect of skipping some.
     """
-    motions, cases = (
-        [horizontal_motion(4.5 * random_accelerations(seed)) for seed in range(10)],
-        Cases(0.0, 0.75, 1.0 / 3.0, 0.8),
-    )
+    motions = [horizontal_motion(4.5 * random_accelerations(seed)) for seed in range(10)]
+    cases = Cases(0.0, 0.75, 1.0 / 3.0, 0.8)
     models = (
         Stack(stack_of_prisms((plan, 0.25, 0.75))),
         Body(Cylinder() if plan == "circle" else RegularPrism(int(plan))),

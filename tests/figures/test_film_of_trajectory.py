@@ -244,10 +244,8 @@ def test_contact_forces_are_compressive_and_within_the_friction_limit(recorded_b
 
 def test_contact_forces_and_weight_account_for_the_change_of_momentum(recorded_block_trajectory: xr.Dataset) -> None:
     """M Δv = ∫ (Σ f + weight) dt from the start to any sample, and I Δω = ∫ Σ r × f dt."""
-    force, one = (
-        contact_forces_over_weight(recorded_block_trajectory)[:-1],
-        stone_of_trajectory(recorded_block_trajectory),
-    )
+    force = contact_forces_over_weight(recorded_block_trajectory)[:-1]
+    one = stone_of_trajectory(recorded_block_trajectory)
     time, g = recorded_block_trajectory["time"].to_numpy(), 9.80665
     centre = np.stack([one["x"], one["z"]], axis=1)
     arm = np.nan_to_num(

@@ -144,10 +144,8 @@ def trajectories_along_two_azimuths() -> list[xr.Dataset]:
     return [trajectory(motion_with_one_pulse(), azimuth_deg=a, **block) for a in (0, 120)]
 
 
-OBSERVED_FALLS_BY_OCTANT, COMPUTED_FALLS_BY_OCTANT = (
-    np.array([0.0, 3, 1, 0, 0, 1, 0, 0]),
-    np.array([0.5, 1.5, 2, 0.5, 0.1, 0.2, 0.1, 0.1]),
-)
+OBSERVED_FALLS_BY_OCTANT = np.array([0.0, 3, 1, 0, 0, 1, 0, 0])
+COMPUTED_FALLS_BY_OCTANT = np.array([0.5, 1.5, 2, 0.5, 0.1, 0.2, 0.1, 0.1])
 
 
 OBSERVED_ROSE = ObservedRose(

@@ -268,10 +268,8 @@ def test_compared_records_share_radius_colour_bar_and_heading() -> None:
 
 def test_records_without_a_station_are_named_by_their_ids() -> None:
     """Maps and explorer name two pulses of one shape, which have no station, by their ids."""
-    one, text = (
-        cube_of_one_block(*mirrored_fall_shares((0, 2, 0.9, 0.0))),
-        {"station": "", "event": "sine pulse"},
-    )
+    one = cube_of_one_block(*mirrored_fall_shares((0, 2, 0.9, 0.0)))
+    text = {"station": "", "event": "sine pulse"}
     pulses = [one.assign_coords(text | {"record_id": name}) for name in ("short", "long")]
     figure = draw_in_project_style(lambda: azimuth_map_figure(pulses, "Two pulses"))
     titles = [axes.get_title() for axes in figure.axes if axes.name == "polar"]

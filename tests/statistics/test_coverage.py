@@ -64,10 +64,8 @@ def synthetic_cube(generator: np.random.Generator, kappa: float) -> xr.Dataset:
         direction = generator.uniform(-np.pi, np.pi, 14) if kappa == 0 else generator.vonmises(0.0, kappa, 14)
         for pulse, clusters in RECORDS_PER_EARTHQUAKE.items():
             for number in np.repeat(EARTHQUAKE_INDICES[pulse], clusters).tolist():
-                normal, scatter = (
-                    generator.uniform(0, 360),
-                    DOUBLED_AXIS_SCATTER_RAD / 2 * generator.normal(size=len(BLOCK_B_OVER_H)),
-                )
+                normal = generator.uniform(0, 360)
+                scatter = DOUBLED_AXIS_SCATTER_RAD / 2 * generator.normal(size=len(BLOCK_B_OVER_H))
                 axes = normal + np.degrees(direction[number] + scatter)
                 rules.append(fall_rule_about_axes(axes, int(generator.choice(FALL_HALF_WIDTHS_DEG))))
                 normals.append(normal)
@@ -99,10 +97,8 @@ def data_set_summaries(kappa: float) -> list[DataSetSummary]:
 @pytest.mark.parametrize("kappa", [0.0, 1.0, 3.0])
 def test_intervals_of_the_alignment_cover_the_true_value(kappa: float, pulse: int) -> None:
     """The plain percentile interval covered 88 to 92 %, and showed a false preference in 9 %."""
-    found, truth = (
-        [one.groups[GROUP_NAMES_BY_PULSE[pulse]].alignment for one in data_set_summaries(kappa)],
-        expected_alignment(kappa),
-    )
+    found = [one.groups[GROUP_NAMES_BY_PULSE[pulse]].alignment for one in data_set_summaries(kappa)]
+    truth = expected_alignment(kappa)
     assert {one.n for one in found} == {len(RECORDS_PER_EARTHQUAKE[pulse])}
     assert np.mean([one.value for one in found]) == pytest.approx(truth, abs=0.02)
     assert 0.92 <= np.mean([one.low <= truth <= one.high for one in found]) <= 0.975

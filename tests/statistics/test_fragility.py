@@ -172,10 +172,8 @@ def test_the_example_for_openquake_keeps_to_its_rules(tmp_path: Path) -> None:
     assert model.tag == f"{NRML_NAMESPACE}exposureModel"
     assert [one.get("name") for one in model.iter(f"{NRML_NAMESPACE}costType")] == ["contents"]
     assets = read_csv_rows(OPENQUAKE_EXAMPLE_FOLDER / str(model.findtext(f"{NRML_NAMESPACE}assets")))
-    sites, fields = (
-        read_csv_rows(OPENQUAKE_EXAMPLE_FOLDER / files["sites_csv"]),
-        read_csv_rows(OPENQUAKE_EXAMPLE_FOLDER / files["gmfs_file"]),
-    )
+    sites = read_csv_rows(OPENQUAKE_EXAMPLE_FOLDER / files["sites_csv"])
+    fields = read_csv_rows(OPENQUAKE_EXAMPLE_FOLDER / files["gmfs_file"])
     assert [(one["lon"], one["lat"]) for one in assets] == [(one["lon"], one["lat"]) for one in sites]
     assert {one["site_id"] for one in fields} == {one["site_id"] for one in sites}
     assert all(float(one["number"]) > 0 and float(one["contents"]) > 0 for one in assets)

@@ -292,10 +292,8 @@ def test_the_number_of_members_of_a_cell_does_not_depend_on_other_cells(
     pulse_motion: Motion, nominal_outcomes: dict[str, np.ndarray]
 ) -> None:
     members = sample_member_changes(EnsembleSettings(amplitude=0.1, b_over_h=0.05))
-    every, some = (
-        run_ensemble(pulse_motion, nominal_outcomes, members),
-        run_ensemble(pulse_motion, nominal_outcomes, members, widest=0.19),
-    )
+    every = run_ensemble(pulse_motion, nominal_outcomes, members)
+    some = run_ensemble(pulse_motion, nominal_outcomes, members, widest=0.19)
     assert set(np.unique(some["members"])) == {8, 16, 24}
     assert (every["members"] == 24).all()
     whole = some["members"] == 24

@@ -64,10 +64,8 @@ def test_a_survey_uses_the_cube_of_a_variant_with_the_same_soil_layers() -> None
 
 def test_names_of_soil_cubes_do_not_depend_on_other_surveys_or_spelled_defaults() -> None:
     own = {"stones": "a.csv", "record": "rinaldi", "site": soil_site(10)}
-    alone, second = (
-        study_with_surveys(own),
-        study_with_surveys({"stones": "b.csv", "record": "rinaldi", "site": soil_site(5)}, own),
-    )
+    alone = study_with_surveys(own)
+    second = study_with_surveys({"stones": "b.csv", "record": "rinaldi", "site": soil_site(5)}, own)
     spelled = study_with_surveys(own | {"site": soil_site(10) | {"motion": "outcrop"}})
     (name,) = soil_layers_with_own_cube(alone)
     assert name in soil_layers_with_own_cube(second)

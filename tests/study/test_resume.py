@@ -60,10 +60,8 @@ def test_a_change_in_the_table_of_ensemble_members_is_detected(tmp_path: Path) -
 
 def test_resuming_removes_only_damaged_and_incomplete_files(tmp_path: Path) -> None:
     kept = [write_motion_file(tmp_path / "motion" / "a.nc"), write_motion_file(tmp_path / "cube.nc")]
-    cut, emptied = (
-        write_motion_file(tmp_path / "sweep" / "nominal" / "a.nc"),
-        write_motion_file(tmp_path / "motion" / "b.nc"),
-    )
+    cut = write_motion_file(tmp_path / "sweep" / "nominal" / "a.nc")
+    emptied = write_motion_file(tmp_path / "motion" / "b.nc")
     cut.write_bytes(cut.read_bytes()[:-200])
     emptied.write_bytes(b"")
     (tmp_path / ".a.nc.x.part").write_bytes(b"half")

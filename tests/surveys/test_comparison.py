@@ -99,10 +99,8 @@ def test_one_impossible_fall_excludes_a_prediction_without_background(cube_of_fa
 def test_falls_noted_as_octants_carry_less_evidence_than_azimuths(cube_of_falls_around_60) -> None:
     exact = random_fallen_stones(30, 60, 30, seed=3)
     coarse = [Stone(fell=True, azimuth_deg=45.0 * (((s.azimuth_deg + 22.5) % 360) // 45), octant=True) for s in exact]
-    fine, grouped = (
-        compare_survey_with_prediction(exact, cube_of_falls_around_60),
-        compare_survey_with_prediction(coarse, cube_of_falls_around_60),
-    )
+    fine = compare_survey_with_prediction(exact, cube_of_falls_around_60)
+    grouped = compare_survey_with_prediction(coarse, cube_of_falls_around_60)
     assert np.array_equal(fine.octant_observed, grouped.octant_observed)
     assert 0 < grouped.log_likelihood_ratio < fine.log_likelihood_ratio
     assert grouped.fit_exact.n == 0
@@ -323,10 +321,8 @@ def test_azimuths_without_outcomes_do_not_have_probability_0(make_cube) -> None:
 
 def test_falls_normal_to_the_known_faces_are_not_tested_for_fit(cube_of_falls_around_60) -> None:
     """Stones drawn from the prediction itself, edge by edge: each within some degrees of the normal of its edge."""
-    generator, chances = (
-        np.random.default_rng(8),
-        SiteFallPrediction(cube_of_falls_around_60).fall_side_probabilities(standing_stone_of_known_face(45))[1:],
-    )
+    generator = np.random.default_rng(8)
+    chances = SiteFallPrediction(cube_of_falls_around_60).fall_side_probabilities(standing_stone_of_known_face(45))[1:]
     edges = generator.choice(4, size=40, p=chances / chances.sum())
     azimuths = 45 + 90 * edges + generator.normal(0, 8, size=40)
     known = [fallen_stone(a, b_over_h=0.3, b_over_h_side=0.3, face_azimuth_deg=45) for a in azimuths]
@@ -385,10 +381,8 @@ def test_a_fall_in_an_unknown_direction_counts_as_a_fall_and_has_no_direction(cu
     """Stones with unknown direction do not affect statistics of directions (regression: they counted as standing)."""
     stones = [*random_fallen_stones(20, 60, 30, 3), Stone(False, math.nan, False, count=4)]
     lost = Stone(True, math.nan, False, count=5, b_over_h=0.2, face_azimuth_deg=60.0)
-    without, found = (
-        compare_survey_with_prediction(stones, cube_of_falls_around_60),
-        compare_survey_with_prediction([*stones, lost], cube_of_falls_around_60),
-    )
+    without = compare_survey_with_prediction(stones, cube_of_falls_around_60)
+    found = compare_survey_with_prediction([*stones, lost], cube_of_falls_around_60)
     assert (found.fallen, found.stood, found.fallen_count_in_known_direction, found.without_direction) == (25, 4, 20, 5)
     np.testing.assert_array_equal(found.octant_observed, without.octant_observed)
     for name in ("log_likelihood_ratio", "likelihood_ratio_p", "mean_direction_deg", "fit_exact", "confusion"):
@@ -530,11 +524,9 @@ def test_stones_without_a_computed_outcome_are_counted_and_not_predicted_to_stan
 def test_stones_that_never_fall_in_the_study_are_counted(make_cube, background: float) -> None:
     """All blocks fall up to B/H 0.3; for larger B/H the prediction is an extrapolation."""
     site = make_cube(lambda azimuth, _, shape, *_rest: np.where(azimuth < 180, 1, -1) * (shape < 0.35))
-    slender, stout, faced = (
-        fallen_stone(10),
-        fallen_stone(200, b_over_h=0.45),
-        fallen_stone(80, b_over_h=0.45, face_azimuth_deg=80.0),
-    )
+    slender = fallen_stone(10)
+    stout = fallen_stone(200, b_over_h=0.45)
+    faced = fallen_stone(80, b_over_h=0.45, face_azimuth_deg=80.0)
     found = [
         compare_survey_with_prediction(list(stones), site, background=background)
         for stones in ((slender, stout), (stout, faced))

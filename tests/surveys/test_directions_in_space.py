@@ -116,11 +116,9 @@ def test_directions_drawn_from_the_study_fit_and_opposite_ones_do_not(tmp_path: 
             tmp_path, rows, cube.assign(fall_azimuth=(cube["fall_azimuth"] + together) % 360.0)
         )
 
-    right, wrong, turned = (
-        comparison_of_rotated_survey(0.0),
-        comparison_of_rotated_survey(180.0),
-        comparison_of_rotated_survey(0.0, together=45.0),
-    )
+    right = comparison_of_rotated_survey(0.0)
+    wrong = comparison_of_rotated_survey(180.0)
+    turned = comparison_of_rotated_survey(0.0, together=45.0)
     assert right.log_likelihood_ratio > 10
     assert right.likelihood_ratio_p < 0.001
     assert wrong.log_likelihood_ratio < -10

@@ -372,10 +372,8 @@ def test_cases_are_counted_before_they_are_computed(tmp_path: Path, monkeypatch:
         return SimpleNamespace(overturned=np.zeros(asked[-1]), fall_azimuth=np.full(asked[-1], np.nan))
 
     monkeypatch.setattr(stone_outcomes, "simulate_cases", count_cases)
-    motions, kinds = (
-        [elliptic_candidate_motion(0.5), elliptic_candidate_motion(0.8)],
-        [StoneKind(*COLUMN_SIZES[0], 0.0), StoneKind(*COLUMN_SIZES[1], 2.0)],
-    )
+    motions = [elliptic_candidate_motion(0.5), elliptic_candidate_motion(0.8)]
+    kinds = [StoneKind(*COLUMN_SIZES[0], 0.0), StoneKind(*COLUMN_SIZES[1], 2.0)]
     cases, seconds = simulation_case_count_and_time(motions, kinds, tmp_path)
     StoneOutcomeProbabilities(motions, kinds, folder=tmp_path)
     assert cases == sum(asked)

@@ -50,10 +50,8 @@ def test_soil_of_a_cemetery_gives_the_results_of_the_same_soil_of_a_study(tmp_pa
     mixed = run_survey_steps(
         tmp_path / "mixed", surveys=[survey | {"sites": {"River bank": SOIL}}, survey | {"site": SOIL}]
     )
-    soft, rock = (
-        run_survey_steps(tmp_path / "soft", site=SOIL, surveys=[survey]),
-        run_survey_steps(tmp_path / "rock", surveys=[survey]),
-    )
+    soft = run_survey_steps(tmp_path / "soft", site=SOIL, surveys=[survey])
+    rock = run_survey_steps(tmp_path / "rock", surveys=[survey])
     (cube,) = mixed.glob("cube.soil-*.nc")
     variant = run_survey_steps(
         tmp_path / "variant", variants={"clay": {"site": SOIL}}, surveys=[survey | {"site": SOIL}]

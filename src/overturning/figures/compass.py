@@ -207,10 +207,8 @@ class CompassGridLayout(ConstrainedLayoutEngine):
         if size < _SMALLEST:
             warnings.warn("constrained_layout not applied: no room for the compasses", stacklevel=2)
             return
-        left, top = (
-            _compass_left_or_upper_edges(_OUTER, width - _OUTER, across, size),
-            _compass_left_or_upper_edges(height - high, height - low, down, size),
-        )
+        left = _compass_left_or_upper_edges(_OUTER, width - _OUTER, across, size)
+        top = _compass_left_or_upper_edges(height - high, height - low, down, size)
         for axes in panels:
             row, column = _panel_row_and_column(axes)
             x, y = left[column], height - top[row] - size

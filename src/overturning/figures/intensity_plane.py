@@ -92,7 +92,7 @@ def _draw_outcomes_by_pga_and_pgv_ratio(
         set_logarithmic_ticks(axis)
     label_axes(axes, "PGA, Gal", "PGV/PGA, s", small_ticks="both")
     axes.grid(True, which="major")
-    # A given place needs no measurement of the ticks, which takes a quarter of the drawing time.
+    # With a given place, Matplotlib does not measure the ticks to find one.
     axes.set_title(f"B/H = {b_over_h:.3g}, H = {height:g} m", fontsize=9, y=1.0)
 
 

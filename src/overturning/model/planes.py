@@ -163,8 +163,8 @@ def cube_planes_impose_fall_axis(cube: "xr.Dataset") -> bool:
 def case_weight_of_azimuths(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> FloatArray:
     """Return the weight of the cases at each azimuth when shares of all cases are computed; the mean weight is 1.
 
-    Each plane has the weight by `half_circle_share_of_planes`; the azimuths φ and φ + 180° of one plane share it. All
-    weights of a regular grid round the half or the full circle are exactly 1.
+    The weight of a plane is its `half_circle_share_of_planes`; the azimuths φ and φ + 180° of one plane share it.
+    All weights of a regular grid round the half or the full circle are exactly 1.
     """
     azimuth = np.asarray(azimuth_deg, dtype=np.float64)
     index = distinct_plane_indices(azimuth, period_deg)

@@ -69,10 +69,10 @@ def _update_largest_filtered_motion(
     """Filter a motion and update, in place, the largest value along each azimuth; skip samples that are too small.
 
     A sample that is nearer to the origin than the smallest of all largest values so far cannot be the largest along
-    any azimuth; neither can one without motion. Otherwise each group of azimuths is tested:
-    |p · u| ≤ |p · m| + |p × m| |sin δ| for the sample p and an azimuth u at the angle δ from the middle azimuth m of
-    the group. The fourth column of `groups` becomes the bound that a sample must reach. If a sample is not finite, all
-    results are NaN. The function has plain loops only, which compile in a fraction of the time.
+    any azimuth, and neither can a sample without motion. For other samples, each group of azimuths is tested: for the
+    sample p and an azimuth u at the angle δ from the middle azimuth m of the group,
+    |p · u| ≤ |p · m| + |p × m| |sin δ|. The fourth column of `groups` becomes the bound that a sample must reach.
+    If a sample is not finite, all results are NaN. The function has plain loops only, which compile in less time.
     """
     count = cosines.shape[0]
     b0, b1, b2 = coefficients[0, 0], coefficients[0, 1], coefficients[0, 2]

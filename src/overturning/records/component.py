@@ -328,7 +328,7 @@ def _samples_for_peak_comparison(component: RecordComponent) -> FloatArray:
 
 
 def peak_acceleration(component: RecordComponent) -> float:
-    """Return the peak acceleration of a component, m/s², after removing the mean if the header's peak is without it."""
+    """Return a component's peak acceleration, m/s², without its mean if the header's peak was computed without it."""
     return float(np.abs(_samples_for_peak_comparison(component)).max())
 
 

@@ -56,7 +56,10 @@ class HarmonicPulse(_AccelerationPulse):
 
 
 class RickerPulse(_AccelerationPulse):
-    """Ricker (1943) pulse of period T: a = A (1 − 2x²) exp(−x²), x = π (t − t₀)/T; zero for |t − t₀| > 1.6 T."""
+    """Ricker (1943) pulse of period T: a = A (1 − 2x²) exp(−x²), where x = π (t − t₀)/T.
+
+    It is zero for |t − t₀| > 1.6 T.
+    """
 
     shape: Literal["ricker"] = "ricker"
     period_s: float = Field(gt=0, le=1000, description="Inverse of the frequency with the largest amplitude, s.")

@@ -114,10 +114,8 @@ def shipped_outcomes(candidate_motion: CandidateMotion, aspect: float) -> dict[s
     same = np.flatnonzero(np.isclose(every, own, rtol=1e-6, atol=0.0).all(axis=1))
     if same.size != 1:
         return {}
-    outcomes, sizes = (
-        _shipped_outcome_array(f"outcomes {aspect:g}")[same[0]],
-        _shipped_outcome_array(f"sizes {aspect:g}"),
-    )
+    outcomes = _shipped_outcome_array(f"outcomes {aspect:g}")[same[0]]
+    sizes = _shipped_outcome_array(f"sizes {aspect:g}")
     return {f"{h}-{b}": one for (h, b), one in zip(sizes.tolist(), outcomes, strict=True)}
 
 

@@ -185,7 +185,7 @@ def unit_mass_matrix_factors(stones: list[StackStone]) -> FloatArray:
 def eigenvalue_factor_of_inertia_products(stones: list[StackStone]) -> float:
     """Return an upper bound of the factor by which products of inertia raise a stack's highest ω².
 
-    `unit_mass_matrix_factors` leaves them out. With the correlation ρ of x and z, the smallest eigenvalue of the scaled
+    `unit_mass_matrix_factors` leaves them out. With the correlation ρ of x and z, the least eigenvalue of the scaled
     mass matrix is 1 − |ρ|; the factor is 1 for stones whose outlines are symmetric.
     """
     correlation = [abs(stone.inertia[0, 2]) / math.sqrt(stone.inertia[0, 0] * stone.inertia[2, 2]) for stone in stones]

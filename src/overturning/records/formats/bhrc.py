@@ -32,10 +32,8 @@ FIELDS: Final[Fields] = {
 @reads_consecutive_components(r"\* VOL1", "only volume 1 is read")
 def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     """Read one component of a BHRC file (Iran); return the component and its number of lines."""
-    header, text = (
-        HeaderFields.find_fields(channel_lines, FIELDS, HEADER_LINES, min_lines=HEADER_LINES),
-        channel_lines.lines,
-    )
+    header = HeaderFields.find_fields(channel_lines, FIELDS, HEADER_LINES, min_lines=HEADER_LINES)
+    text = channel_lines.lines
     axis, azimuths = header.field_text("L, V or T"), header.field_pattern_match("azimuths of L and T")
     if axis != header.field_text("component"):
         raise header.line_error("L, V or T", f"component {axis!r}, but {text[6].strip()!r} below it; find out which")

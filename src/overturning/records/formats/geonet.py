@@ -39,10 +39,8 @@ FIELDS: Final[Fields] = {
 @reads_consecutive_components(r"(Unc|C)orrected", "get the file again")
 def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     """Read one component of a GeoNet file (New Zealand); return the component and its number of lines."""
-    header, text = (
-        HeaderFields.find_fields(channel_lines, FIELDS, TEXT_LINES, min_lines=HEADER_LINES),
-        channel_lines.lines,
-    )
+    header = HeaderFields.find_fields(channel_lines, FIELDS, TEXT_LINES, min_lines=HEADER_LINES)
+    text = channel_lines.lines
     corrected = text[0].startswith("Corrected")
     whole = channel_lines.read_fixed_width_integers(TEXT_LINES, width=8, per_line=10, count=40)
     real = channel_lines.read_fixed_width_numbers(20, width=8, per_line=10, count=60)

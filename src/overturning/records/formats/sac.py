@@ -62,7 +62,7 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
 def _component_of_trace(
     trace: Any, source_file: SourceFile, unit: str, declared_properties: DeclaredFileProperties
 ) -> RecordComponent:
-    """Convert a SAC trace, whose unit is given, to a record component, m/s²; a RecordError if it is no acceleration."""
+    """Convert a SAC trace of a given unit to a record component, m/s²; a RecordError if it is no acceleration."""
     header, scale = trace.stats.sac, UNITS[unit]
 
     def header_number(header_key: str) -> float | None:

@@ -50,10 +50,8 @@ LONGEST_GAP: Final = 0.1
 )
 def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     """Read one component of a USC volume-1 file (California); return the component and its number of lines."""
-    header, text = (
-        HeaderFields.find_fields(channel_lines, FIELDS, TEXT_LINES, min_lines=TEXT_LINES + 14),
-        channel_lines.lines,
-    )
+    header = HeaderFields.find_fields(channel_lines, FIELDS, TEXT_LINES, min_lines=TEXT_LINES + 14)
+    text = channel_lines.lines
     # The narrow variant has its reals two lines earlier and four pairs per line.
     narrow = "." in text[TEXT_LINES + 5]
     whole = channel_lines.read_fixed_width_integers(

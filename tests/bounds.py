@@ -11,13 +11,13 @@ IS_BOUNDED = hasattr(signal, "setitimer") and STATM.exists()
 
 
 def raise_time_limit_error(_signal: int, _frame: object) -> None:
-    """Handle the signal of the timer: the processor time is used up."""
+    """Raise an error when the timer signals that the processor time is used up."""
     raise AssertionError("ten seconds for one file")
 
 
 @contextmanager
 def limited_time_and_memory(seconds: float = 10.0) -> Iterator[None]:
-    """Limit a block to some seconds of processor time and 1 GB of further memory, where the system can limit both."""
+    """Limit a `with` block to `seconds` of processor time and 1 GB of further memory, where the system can."""
     if not IS_BOUNDED:
         yield
         return

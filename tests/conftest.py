@@ -30,8 +30,8 @@ FIRST = (
 """Files that run first: those that compile, then the longest, which would leave one process idle at the end."""
 
 
-class KernelScheduling(LoadFileScheduling):
-    """Tests of a file run in one process, and so do those of all files in `KERNELS`, `SOURCES` or `WORKFLOW`."""
+class GroupedFileScheduling(LoadFileScheduling):
+    """Scheduler that runs all tests of a file, or of files in `KERNELS`, `SOURCES` or `WORKFLOW`, in one process."""
 
     def _split_scope(self, nodeid: str) -> str:
         file = super()._split_scope(nodeid)
@@ -41,14 +41,14 @@ class KernelScheduling(LoadFileScheduling):
 
 
 @pytest.hookimpl(optionalhook=True)
-def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> KernelScheduling | None:
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> GroupedFileScheduling | None:
     """Distribute test files by `KernelScheduling` under ``--dist loadfile``."""
-    return KernelScheduling(config, log) if config.getoption("dist") == "loadfile" else None
+    return GroupedFileScheduling(config, log) if config.getoption("dist") == "loadfile" else None
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_collection() -> Generator[None, object, object]:
-    """Import the modules of tests without garbage collections, which would look at all of them ten times."""
+    """Import the test modules with garbage collection switched off, which would scan all of them ten times."""
     gc.disable()
     try:
         return (yield)
@@ -62,18 +62,25 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def pytest_collection_finish() -> None:
-    """Keep garbage collection away from modules and tests: they stay, and looking at all of them takes seconds."""
+    """Exclude the imported modules and tests from garbage collection: they stay, and scanning them takes seconds."""
     gc.freeze()
-    gc.set_threshold(20_000, 50, 100)
+    gc.set_threshold(300_000, 20, 50)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish() -> None:
+    """Look for garbage once at the end; pytest would look at all objects five times in each process."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session")
 def make_folder_once(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, Callable[[Path], object]], Path]:
-    """Make a folder by its name once for all processes of a session; tests must not change it."""
+    """Return a function that makes a shared folder once for all test processes; tests must not change the folder."""
     root = tmp_path_factory.getbasetemp()
     root = root.parent if "PYTEST_XDIST_WORKER" in os.environ else root
 
-    def once(name: str, make: Callable[[Path], object]) -> Path:
+    def make_folder_if_missing(name: str, make: Callable[[Path], object]) -> Path:
         folder, made = root / f"shared-{name}", root / f"shared-{name}.made"
         with (root / f"shared-{name}.lock").open("w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
@@ -82,4 +89,4 @@ def make_folder_once(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str,
                 made.touch()
         return folder
 
-    return once
+    return make_folder_if_missing

@@ -36,7 +36,7 @@ def skip_or_fail(reason: str) -> NoReturn:
 
 
 def targets_to_compile(targets: Sequence[str]) -> Sequence[str]:
-    """Return the instruction sets to compile for, in addition to that of this machine: the first, as compiling is slow.
+    """Return the instruction sets to compile for besides that of this machine: only the first, as compiling is slow.
 
     All targets are returned if ``OVERTURNING_EVERY_TARGET`` is set, as by ``make verify``.
     """

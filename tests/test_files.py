@@ -58,7 +58,7 @@ def test_an_interrupted_command_prints_one_sentence(monkeypatch: pytest.MonkeyPa
     ids=lambda words: words[0],
 )
 def test_an_unwritable_output_path_is_named_in_a_one_line_error(arguments: list[str]) -> None:
-    """Nobody can make a file in /proc, whatever its permissions say."""
+    """The paths lie in /proc, where no user can create a file."""
     text = command_output(*arguments, status=1)
     assert text.startswith("error: "), text
     assert "/proc/x" in text
@@ -68,7 +68,7 @@ def test_an_unwritable_output_path_is_named_in_a_one_line_error(arguments: list[
 def test_an_output_equal_to_an_input_or_another_output_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The same file has several paths; a link is one, too."""
+    """A file that is named by another path or by a symbolic link counts as the same file."""
     (tmp_path / "stones.csv").touch()
     (tmp_path / "link.csv").symlink_to(tmp_path / "stones.csv")
     monkeypatch.chdir(tmp_path)

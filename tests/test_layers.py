@@ -71,14 +71,17 @@ def imported_project_modules(module: str) -> frozenset[str]:
 
 
 def _name_of_function(function: ast.expr) -> str:
-    """The last name of a called function, such as ``import_module``; empty if it has none."""
+    """Return the last part of the name of a called function, such as ``import_module``; empty if it has none."""
     return (
         function.attr if isinstance(function, ast.Attribute) else function.id if isinstance(function, ast.Name) else ""
     )
 
 
 def layer_of_module(module: str) -> str:
-    """The layer of a module of the package; empty for the package itself."""
+    """Return the layer, a top-level subpackage or module, to which a module of the package belongs.
+
+    Empty for the package itself.
+    """
     return (*module.split("."), "")[1]
 
 

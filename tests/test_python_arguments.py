@@ -114,8 +114,8 @@ def test_a_scene_is_loaded_from_a_folder_given_as_a_string() -> None:
     assert overturning.load_scene("three-tier", str(root)) == overturning.load_scene("three-tier", root)
 
 
-def test_a_simulated_scene_has_the_outcome_of_the_study_cell(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Both have the size of the scene's reference element as their default, with the same digits."""
+def test_simulate_and_run_study_give_the_same_outcomes_of_a_scene(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`simulate` and `run_study` use exactly the reference element's height and B/H as defaults of a scene."""
     monkeypatch.chdir(Path(__file__).parents[1])
     cell = overturning.run_study([WAVE], scene="three-tier", azimuth={"step": 90}, **NO_ENSEMBLE).isel(record=0)
     alone = overturning.simulate(WAVE, overturning.load_scene("three-tier"), azimuth_deg=[0, 90, 180, 270])
@@ -147,12 +147,12 @@ def test_studies_and_figures_do_not_depend_on_concurrent_threads() -> None:
     before = dict(mpl.rcParams)
     alone = cube_of_small_study()
 
-    def study_and_figure(_: int) -> tuple[xr.Dataset, Any]:
+    def run_study_and_draw_map(_: int) -> tuple[xr.Dataset, Any]:
         cube = cube_of_small_study()
         return cube, overturning.plot.fall_map(cube)
 
     with ThreadPoolExecutor(3) as pool:
-        made = list(pool.map(study_and_figure, range(6)))
+        made = list(pool.map(run_study_and_draw_map, range(6)))
     for cube, figure in made:
         xr.testing.assert_equal(cube, alone)
         assert figure.axes

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from overturning.errors import ResultError
-from overturning.stored import StoredCounts, StoredFloat, StoredFloats, read_result, write_result
+from overturning.stored import StoredCounts, StoredFloat, StoredFloats, read_json_result, write_result_as_json
 
 
 @dataclass(frozen=True)
@@ -32,24 +32,24 @@ class StoredResult:
 @pytest.mark.parametrize("counts", [None, np.array([[1, 2], [3, 4]])])
 def test_a_result_is_stored_as_plain_json_and_read_back_equal(tmp_path: Path, counts: np.ndarray | None) -> None:
     path, tenth = tmp_path / "folder" / "whole.json", 0.1 + 0.2
-    write_result(StoredResult("µ", NestedResult(), np.array([tenth, 1e-12]), counts), path)
+    write_result_as_json(StoredResult("µ", NestedResult(), np.array([tenth, 1e-12]), counts), path)
     plain = json.loads(path.read_text(encoding="utf-8"))
     rows = None if counts is None else [[1, 2], [3, 4]]
     assert plain == {"name": "µ", "part": {"p_value": None}, "shares": [tenth, 1e-12], "counts": rows}
-    back = read_result(StoredResult, path, "test")
+    back = read_json_result(StoredResult, path, "test")
     assert (back.name, back.shares.tolist()) == ("µ", [tenth, 1e-12])
     assert math.isnan(back.part.p_value)
     assert (back.counts is None) if counts is None else np.array_equal(back.counts, counts)
 
 
 def test_a_list_of_results_is_stored_on_one_line(tmp_path: Path) -> None:
-    write_result([NestedResult(1.0), NestedResult()], tmp_path / "a.json", indent=None)
+    write_result_as_json([NestedResult(1.0), NestedResult()], tmp_path / "a.json", indent=None)
     assert (tmp_path / "a.json").read_text(encoding="utf-8") == '[{"p_value":1.0},{"p_value":null}]\n'
-    first, second = read_result(list[NestedResult], tmp_path / "a.json", "test")
+    first, second = read_json_result(list[NestedResult], tmp_path / "a.json", "test")
     assert first.p_value == 1.0
     assert math.isnan(second.p_value)
-    write_result([], tmp_path / "none.json")
-    assert read_result(list[NestedResult], tmp_path / "none.json", "test") == []
+    write_result_as_json([], tmp_path / "none.json")
+    assert read_json_result(list[NestedResult], tmp_path / "none.json", "test") == []
 
 
 @pytest.mark.parametrize(
@@ -61,11 +61,11 @@ def test_a_list_of_results_is_stored_on_one_line(tmp_path: Path) -> None:
         ('{"name": "a", "part": {}, "shares": ["x"], "counts": null}', "shares: "),
     ],
 )
-def test_a_result_file_of_another_version_is_refused_with_its_key(tmp_path: Path, text: str, why: str) -> None:
+def test_an_invalid_result_file_is_refused_and_the_wrong_key_is_named(tmp_path: Path, text: str, why: str) -> None:
     path = tmp_path / "whole.json"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ResultError, match=r"run the study again to recreate the thing") as error:
-        read_result(StoredResult, path, "thing")
+        read_json_result(StoredResult, path, "thing")
     assert str(error.value).startswith(f"{path}: {why}")
     with pytest.raises(ResultError, match=r"none\.json: no result of the thing"):
-        read_result(StoredResult, tmp_path / "none.json", "thing")
+        read_json_result(StoredResult, tmp_path / "none.json", "thing")

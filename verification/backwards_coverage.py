@@ -23,10 +23,10 @@ from overturning.findings.inferred_motion import inferred_motion_findings
 from overturning.findings.survey_commands import SurveyCommandResults
 from overturning.model.cases import Cases
 from overturning.model.shapes import Cylinder, RectangularPrism
-from overturning.report.drawings import write_motion_posterior
+from overturning.report.drawings import write_motion_posterior_figure
 from overturning.report.render import parse_markdown, render_markdown
 from overturning.report.terminal import plain_paragraphs
-from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap_interval, unanimous_share_interval
+from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap_interval, exact_interval_if_all_0_or_all_1
 from overturning.surveys.inversion import MIN_FIT_P_VALUE, POWER, SurveyInversion
 from overturning.surveys.library import CandidateMotion, candidate_motions
 from overturning.surveys.posterior import MotionPosterior
@@ -104,8 +104,11 @@ def simulate_survey(motion: CandidateMotion, generator: np.random.Generator) -> 
     return SimulatedSurvey(motion, level, (motion.axis + turn) % 180, stones)
 
 
-def check_intervals(posterior: MotionPosterior, survey: SimulatedSurvey) -> dict[str, float]:
-    """Check whether each interval of the inferred motion has the true value; return this and the widths by name."""
+def interval_coverage_and_widths(posterior: MotionPosterior, survey: SimulatedSurvey) -> dict[str, float]:
+    """Return, by name, whether the intervals of the inferred motion contain the true value, and their widths.
+
+    The widths of the intervals of PGV and PGA are ratios of their bounds.
+    """
     found: dict[str, float] = {}
     pga = posterior.pga[:, None] * posterior.pgv
     true_pga = survey.level * survey.motion.pga / survey.motion.pgv
@@ -148,7 +151,7 @@ def measure_coverage(survey_count: int, threads: int) -> pd.DataFrame:
                 "round": truth.stones[0].round,
                 "fit": inversion.posterior_predictive_p_value(truth.stones, one) if checked else np.nan,
             }  # fmt: skip
-            rows.append(about | check_intervals(one, truth))
+            rows.append(about | interval_coverage_and_widths(one, truth))
     return pd.DataFrame(rows)
 
 
@@ -162,8 +165,8 @@ def choose_likelihood_exponent(rows: pd.DataFrame) -> float:
     return float(good.max()) if good.size else EXPONENTS[0]
 
 
-def cross_validate_exponent(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows of each half of the earthquakes for the exponent that was chosen on the other half."""
+def surveys_with_cross_validated_exponent(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return the surveys of each half of the earthquakes, with the likelihood exponent chosen on the other half."""
     halves = [(half, choose_likelihood_exponent(rows[rows["half"] != half])) for half in (0, 1)]
     return pd.concat([rows[(rows["half"] == half) & (rows["power"] == power)] for half, power in halves])
 
@@ -177,12 +180,15 @@ def covered_share_interval(rows: pd.DataFrame, column: str) -> ConfidenceInterva
     """
     held_by_event = rows.groupby("event")[column]
     of_event = np.column_stack([held_by_event.sum(), held_by_event.size()]).astype(np.float64)
-    exact = unanimous_share_interval(of_event[:, 0] / of_event[:, 1])
+    exact = exact_interval_if_all_0_or_all_1(of_event[:, 0] / of_event[:, 1])
     if exact is not None:
         return exact
 
     def covered_share_of_sample(drawn: FloatArray) -> FloatArray:
-        """Return the share in each bootstrap sample of earthquakes; the last axis has true surveys and all surveys."""
+        """Return the covered share in each bootstrap sample of earthquakes.
+
+        The last axis of `drawn` has the numbers of covered and of all surveys.
+        """
         held, surveys = drawn.sum(axis=1).T
         return np.asarray(held / surveys)
 
@@ -196,8 +202,8 @@ def coverage_label(rows: pd.DataFrame, column: str) -> str:
     return f"{100 * rows[column].mean():.0f} %{bounds}"
 
 
-def coverage_line(group_name: str, rows: pd.DataFrame) -> tuple[str, ...]:
-    """Return a table line with coverage and widths of the intervals for a group of surveys."""
+def coverage_table_row(group_name: str, rows: pd.DataFrame) -> tuple[str, ...]:
+    """Return a table row with coverage and widths of the intervals for a group of surveys."""
     powers = " and ".join(f"{power:g}" for power in sorted(rows["power"].unique()))
     held = (coverage_label(rows, each) for each in COVERED_COLUMNS)
     shares = (f"{100 * rows[each].mean():.0f} %" for each in ("no_upper", "no_lower"))
@@ -207,7 +213,7 @@ def coverage_line(group_name: str, rows: pd.DataFrame) -> tuple[str, ...]:
 
 def markdown_by_marker(rows: pd.DataFrame) -> dict[str, str]:
     """Return the tables and the text on coverage as Markdown, by marker."""
-    shown, shipped = cross_validate_exponent(rows), rows[rows["power"] == POWER]
+    shown, shipped = surveys_with_cross_validated_exponent(rows), rows[rows["power"] == POWER]
     few = shown["stones"] < 36
     parts = {
         "**reported: all**": shown,
@@ -241,7 +247,7 @@ def markdown_by_marker(rows: pd.DataFrame) -> dict[str, str]:
         f"axis is 162° of 180°. With the default exponent {POWER:g}, the check whether any motion fits the survey "
         f"rejects {100 * (fits < MIN_FIT_P_VALUE).mean():.1f} % of {fits.size} tested surveys."
     )
-    lines = [coverage_line(*part) for part in parts.items()]
+    lines = [coverage_table_row(*part) for part in parts.items()]
     return {"backwards-coverage": f"{wrap_text(text)}\n\n{markdown_table(head, lines)}"}
 
 
@@ -254,7 +260,7 @@ def estimate_ruin_motion(threads: int) -> str:
         )
     )
     result = inversion.invert_survey(RUIN.name, stones)
-    write_motion_posterior(result, ROOT / "docs" / "images" / "example-ruin.svg")
+    write_motion_posterior_figure(result, ROOT / "docs" / "images" / "example-ruin.svg")
     fit = f"The check whether any motion of the library fits the survey has the p-value {result.fit:.2g}."
     tree = parse_markdown(
         render_markdown(
@@ -276,7 +282,7 @@ def main(
     if "coverage" not in named:
         return
     rows = measure_coverage(surveys, threads)
-    write_csv(cross_validate_exponent(rows), RESULTS / "backwards-coverage.csv")
+    write_csv(surveys_with_cross_validated_exponent(rows), RESULTS / "backwards-coverage.csv")
     publish_markdown(markdown_by_marker(rows))
     print(
         f"powers chosen on the other half: {choose_likelihood_exponent(rows[rows['half'] == 1])}, "

@@ -38,8 +38,8 @@ from verification.whole_run import WITH_SERVER, measure_whole_run, start_up_tabl
 
 
 @njit
-def _independent_multiply_adds(rounds: int) -> float:
-    """Multiply and add 2048 times per round, in operations of which LLVM can compute many at once."""
+def _run_independent_multiply_adds(rounds: int) -> float:
+    """Run 2048 multiply-adds per round, in 256 independent chains, so that LLVM can compute many at once."""
     values = np.ones(256)
     for _ in range(rounds):
         for j in range(256):
@@ -60,7 +60,7 @@ SOFT_CONTACT = Contact(static_penetration=2e-5)
 def peak_operations_per_second() -> float:
     """Return the floating-point operations per second of independent, unfused multiplications and additions."""
     rounds = 200_000
-    return rounds * 256 * 16 / minimum_processor_time(lambda: _independent_multiply_adds(rounds))
+    return rounds * 256 * 16 / minimum_processor_time(lambda: _run_independent_multiply_adds(rounds))
 
 
 def operations_per_step(compiled_loop: Any) -> int:
@@ -106,7 +106,10 @@ def scalar_loop_benchmark(
 
 
 def measure_throughput() -> list[MeasuredFigure]:
-    """Measure block steps per second and core (repeated steps included), relative to the scalar loop and the limit."""
+    """Measure block steps per second and core, relative to a scalar loop and to the floating-point limit.
+
+    Repeated steps are included; the limit is that of the processor.
+    """
     rows: list[MeasuredFigure] = []
     motion, peak = motion_without_overturning(), peak_operations_per_second()
     many = Cases(0.0, 0.6, 0.4, np.linspace(0.3, 1.0, 512))
@@ -177,7 +180,10 @@ def measure_compilation() -> list[MeasuredFigure]:
 
 
 def measure_default_study(azimuths: int = 36) -> list[MeasuredFigure]:
-    """Measure the kernel time of the 133,056 flags of the default study on two threads, and its wrong flags."""
+    """Measure kernel time and the share of wrong overturning flags of the default study, on two threads.
+
+    The study has 133,056 cases.
+    """
     groups = default_study_groups(azimuths)
     run_cases(*default_study_groups(2, 28)[0])
     start, busy = time.perf_counter(), time.process_time()
@@ -200,7 +206,7 @@ def measure_default_study(azimuths: int = 36) -> list[MeasuredFigure]:
     return rows
 
 
-def measure_skipped_work(azimuths: int = 18) -> list[MeasuredFigure]:
+def measure_work_saved_by_skipping_rest(azimuths: int = 18) -> list[MeasuredFigure]:
     """Measure the work saved in the default study by skipping samples at rest, and the outcomes that this changes."""
     groups = default_study_groups(azimuths)
     short = run_case_groups(groups, threads=2).results
@@ -257,7 +263,7 @@ def measure_memory_and_time_growth() -> list[MeasuredFigure]:
 PARTS: dict[str, Callable[[], list[MeasuredFigure]]] = {
     "growth": measure_memory_and_time_growth, "throughput": measure_throughput, "sweep": measure_time_per_case,
     "compilation": measure_compilation, "study": measure_default_study,
-    "whole-run": measure_whole_run, "left-out": measure_skipped_work,
+    "whole-run": measure_whole_run, "left-out": measure_work_saved_by_skipping_rest
 }  # fmt: skip
 
 

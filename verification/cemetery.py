@@ -30,9 +30,9 @@ from overturning.findings.results import StudyResults, open_study_results
 from overturning.findings.values import Estimate
 from overturning.model.cases import Cases
 from overturning.records.store import read_record_from_motion_file
-from overturning.report.drawings import write_fall_rates
+from overturning.report.drawings import write_fall_rates_figure
 from overturning.report.filters import percent
-from overturning.statistics.space import planar_model_agreement_counts, planar_model_agreement_shares
+from overturning.statistics.space import count_agreements_of_2d_and_3d_outcomes, shares_of_agreeing_2d_and_3d_outcomes
 from overturning.study.cube import open_cube
 from overturning.study.load import load_study
 from overturning.study.scenes import NOMINAL, motion_for_variant
@@ -140,7 +140,7 @@ def population_fall_rate_markdown(results: StudyResults) -> str:
     """Return the fall rate of the population of gravestones as Markdown, and draw its figure for the docs."""
     found = population_findings(results)
     assert found is not None
-    write_fall_rates(results, ROOT / "docs" / "images" / "fall-rate.svg")
+    write_fall_rates_figure(results, ROOT / "docs" / "images" / "fall-rate.svg")
     low, middle, high = (
         100 * (one or 0.0)
         for one in (found.lower_quartile_fall_rate, found.median_fall_rate, found.upper_quartile_fall_rate)
@@ -192,7 +192,10 @@ def criteria_tables(results: StudyResults) -> dict[str, str]:
 
 
 def compare_grid_with_stone_simulations(results: StudyResults) -> str:
-    """Compare fall rates interpolated from the grid of cases with those of stones that are simulated by themselves.
+    """Return a text that compares fall rates from grid cells with those of individually simulated stones.
+
+    For the rates from the grid, each stone takes the outcome of a neighbouring cell; otherwise it is simulated with
+    its own size and friction.
 
     Each of these stones has its own height, B/H and µ.
     """
@@ -222,7 +225,8 @@ def planar_model_accuracy() -> list[MeasuredFigure]:
     """Return the accuracy of the 2-D model in the planes of the faces, compared with the 3-D model."""
     with open_cube(ROOT / "results" / "in-space" / "cube.nc", chunks={"record": 1}) as cube:
         found = {
-            name: float(one) for name, one in planar_model_agreement_shares(planar_model_agreement_counts(cube)).items()
+            name: float(one)
+            for name, one in shares_of_agreeing_2d_and_3d_outcomes(count_agreements_of_2d_and_3d_outcomes(cube)).items()
         }
     beside = 100 * found["flag_beside"]
     return [

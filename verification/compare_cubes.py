@@ -61,15 +61,15 @@ def relative_peak_rotation(cube: xr.Dataset) -> FloatArray:
     return np.asarray(tilt.transpose(*cube.peak_tilt.dims), dtype=np.float64)
 
 
-def fallen_label(flags: NDArray[np.int8]) -> str:
-    """Return a label with the number of cells that fall, and their share of the cells with a known outcome."""
+def fallen_count_and_share_text(flags: NDArray[np.int8]) -> str:
+    """Return a text with the number of cases that fall, and their share of the cases with a known outcome."""
     known = flags != INT8_MISSING
     down = int((known & (flags != 0)).sum())
     return f"{down:,} ({percentage(down, int(known.sum())):.2f} %)"
 
 
-def change_label(changes: FloatArray) -> str:
-    """Return a label of changes: their median, and the 95 % quantile of their absolute values."""
+def change_statistics_text(changes: FloatArray) -> str:
+    """Return a text with the median of some changes and the 95 % quantile of their absolute values."""
     return f"{np.median(changes):+.2g}, {np.quantile(np.abs(changes), 0.95):.2g}" if changes.size else "–"
 
 
@@ -109,18 +109,18 @@ def cube_changes(old_cube: xr.Dataset, new_cube: xr.Dataset) -> dict[str, str]:
     rocks, slides = stands & (turned > MIN_ROCKING) & np.isfinite(turned_too), stands & (slid > MIN_SLIP_M)
     return {
         "cells": f"{before.size:,}",
-        "fall, before": fallen_label(before),
-        "fall, after": fallen_label(after),
+        "fall, before": fallen_count_and_share_text(before),
+        "fall, after": fallen_count_and_share_text(after),
         "without an answer, before and after": f"{(before == INT8_MISSING).sum():,}, {(after == INT8_MISSING).sum():,}",
         "cells with another status": f"{(old_cube.status.values != new_cube.status.values).sum():,}",
         "flags changed": f"{counts.flags:,}",
         "of them where the neighbours agree": f"{firmly.flags:,}",
         "sides changed, of what falls in both": f"{counts.sides:,} of {counts.fallen:,}",
         "of these where the neighbours agree": f"{firmly.sides:,} of {firmly.fallen:,}",
-        "peak rotation of what rocks and stands: change in α, median and 95 %": change_label(
+        "peak rotation of what rocks and stands: change in α, median and 95 %": change_statistics_text(
             (turned_too - turned)[rocks]
         ),
-        "peak slip of what stands: change in %, median and 95 %": change_label(
+        "peak slip of what stands: change in %, median and 95 %": change_statistics_text(
             100 * (slid_too[slides] / slid[slides] - 1)
         ),
     }

@@ -49,8 +49,8 @@ def rectangular_stone(height: float, b_over_h: float) -> PlanarBody:
     return PlanarBody(0.0, h, ((-b, -h), (b, -h), (b, h), (-b, h)), 1.0, (b * b + h * h) / 3.0)
 
 
-def free_stones(free_elements: Iterable[PlacedElement]) -> list[PlanarBody]:
-    """Convert the free elements of a scene (those neither driven nor fixed) to stones."""
+def convert_elements_to_planar_bodies(free_elements: Iterable[PlacedElement]) -> list[PlanarBody]:
+    """Convert the free elements of a scene (those neither driven nor fixed) to 2-D bodies for a physics engine."""
     return [PlanarBody(one.x, one.z, one.shape.vertices.tolist(), one.mass, one.inertia) for one in free_elements]
 
 
@@ -65,7 +65,10 @@ def resample_acceleration(
 def _simulate_fall_sides(
     bodies: list[Any], ground_acceleration: np.ndarray, advance_engine: Callable[[float], None], early: bool
 ) -> list[int]:
-    """Step an engine and return the side to which each body falls; with `early`, end when the last body has fallen."""
+    """Run a physics engine and return the side to which each body falls (±1; 0: none).
+
+    With `early`, end when the last body of the list has fallen.
+    """
     sides = [0] * len(bodies)
     for acceleration in ground_acceleration.tolist():
         advance_engine(acceleration)
@@ -259,7 +262,7 @@ def fall_side_of_block(
     engine: SidesInEngine, acceleration: np.ndarray, interval: float, height: float, b_over_h: float, friction: float,
     step: float = STEP,
 ) -> int:  # fmt: skip
-    """Return the side to which a block falls in an engine."""
+    """Return the side to which a block falls in a physics engine (±1; 0: none)."""
     ground = resample_acceleration(acceleration, interval, step, AFTER_BLOCK)
     return engine([rectangular_stone(height, b_over_h)], ground, friction, step)[0]
 
@@ -268,9 +271,9 @@ def fall_sides_of_scene(
     engine: SidesInEngine, placed: Iterable[PlacedElement], acceleration: np.ndarray, interval: float, friction: float,
     step: float = STEP, early: bool = False,
 ) -> list[int]:  # fmt: skip
-    """Return the sides to which the free elements of a scene fall in an engine."""
+    """Return the sides to which the free elements of a scene fall in a physics engine (±1; 0: none)."""
     return engine(
-        free_stones(placed),
+        convert_elements_to_planar_bodies(placed),
         resample_acceleration(acceleration, interval, step, AFTER_SCENE),
         friction,
         step,

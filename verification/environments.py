@@ -22,7 +22,10 @@ REPEATS: Final = 2
 
 
 class EnvironmentCost(NamedTuple):
-    """Cost of installing a Python environment; the smallest is the fastest."""
+    """Cost of installing a Python environment: times, disk size and number of packages.
+
+    Costs are compared by elapsed time.
+    """
 
     seconds: float
     """Elapsed time, s."""
@@ -35,7 +38,10 @@ class EnvironmentCost(NamedTuple):
 
 
 def install_environment(checkout: Path, target: str, environment: Path) -> EnvironmentCost:
-    """Make a target that installs packages; return its times, and size and packages of the whole environment."""
+    """Run a make target that installs packages.
+
+    Return its times, and the size and number of packages of the whole environment.
+    """
     # The environment of this process must not be found by pip or make.
     variables = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV")}
     before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
@@ -56,8 +62,8 @@ def count_packages(environment: Path) -> int:
     return len(list(environment.glob("lib/*/site-packages/*.dist-info")))
 
 
-def measure_checkout(checkout: Path, targets: list[str]) -> list[EnvironmentCost]:
-    """Measure the environment after each of the make targets, which are made one after the other."""
+def measure_make_targets(checkout: Path, targets: list[str]) -> list[EnvironmentCost]:
+    """Run make targets one after the other in a new Python environment, and return the cost after each."""
     with tempfile.TemporaryDirectory() as scratch:
         return [install_environment(checkout, target, Path(scratch, "environment")) for target in targets]
 
@@ -84,8 +90,8 @@ def main(
             subprocess.run(["git", "checkout", "--quiet", before], cwd=old, check=True)
         for _ in range(REPEATS):  # in turn, so that other load on the machine affects both alike
             if before:
-                earlier += measure_checkout(old, ["setup"])
-            run, test = measure_checkout(ROOT, ["setup", "setup-dev"])
+                earlier += measure_make_targets(old, ["setup"])
+            run, test = measure_make_targets(ROOT, ["setup", "setup-dev"])
             runs.append(run)
             tests.append(test)
     figures = [

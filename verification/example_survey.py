@@ -163,11 +163,11 @@ def command_output(*arguments: str) -> str:
 
 
 def fenced_code_block(block: str) -> str:
-    """Return a block of code of Markdown."""
+    """Return a text as a fenced code block of Markdown."""
     return f"```text\n{block}\n```"
 
 
-def example_study_cube(path: Path) -> None:
+def write_example_study_cube(path: Path) -> None:
     """Write the cube of outcomes of the small study with which the page compares the survey."""
     cube = overturning.run_study(
         ["wtmc"],
@@ -185,7 +185,7 @@ def comparison_outputs() -> dict[str, str]:
     """Return the printed comparisons of the survey that the page shows, by marker."""
     with tempfile.TemporaryDirectory() as folder:
         cube = Path(folder) / "cube.nc"
-        example_study_cube(cube)
+        write_example_study_cube(cube)
         compared = command_output("survey", str(SURVEY), "--cube", str(cube))
     summary = command_output("survey", str(SURVEY))
     return {

@@ -80,7 +80,7 @@ ERROR_COLUMNS: Final = ["median error of peak rotation", BOUNDARY_SHIFT, "wrong 
 
 
 def measure_error_over_step(thin: ThinnedStudy) -> MarkdownByMarker:
-    """Measure error and cost over the time step, the basis of the default scheme and step."""
+    """Measure error and cost by scheme and time step, on which the choice of the defaults is based."""
     groups = thin.groups()
     ratios = np.unique(groups[0].cases.b_over_h)
     shape = (len(groups), thin.azimuths, -1, ratios.size, np.unique(groups[0].cases.friction).size)
@@ -111,7 +111,9 @@ def measure_error_over_step(thin: ThinnedStudy) -> MarkdownByMarker:
 
 
 def cost_at_equal_error(error_curves: pd.DataFrame) -> str:
-    """Return the cost of the default over that of Cundall's scheme at the same error, by log-log interpolation.
+    """Return a table of the default scheme's processor time over that of Cundall's scheme at the same error.
+
+    The time of Cundall's scheme at this error is found by log-log interpolation.
 
     Errors need not decrease with the step: the coarsest step that reaches the error of the default counts.
     """
@@ -136,7 +138,7 @@ def cost_at_equal_error(error_curves: pd.DataFrame) -> str:
 
 
 def measure_error_over_step_and_contact(thin: ThinnedStudy) -> MarkdownByMarker:
-    """Measure marked cases and wrong flags over time step, contact stiffness and damping."""
+    """Measure shares of unstable cases and wrong overturning flags by time step, contact stiffness and damping."""
     groups, lines = thin.groups(), []
     steps = {"automatic": "auto"} | {f"{share:g}": f"{share} stable" for share in (0.25, 0.5, 0.75, 1.0)}
     for penetration in (2e-3, 2e-4, 2e-5, 2e-6, 1e-7):
@@ -191,13 +193,16 @@ def measure_step_control_rules(thin: ThinnedStudy) -> MarkdownByMarker:
 
 
 def measure_error_over_stiffness(thin: ThinnedStudy) -> MarkdownByMarker:
-    """Measure error and cost over contact stiffness and step, and the cases that no computation decides."""
+    """Measure error and cost by contact stiffness and time step, and the share of chaotic cases.
+
+    The outcome of a chaotic case changes with a tiny change of amplitude, stiffness or step.
+    """
     groups = thin.groups()
     # A change in the ninth digit, below the accuracy of any record.
     moved = [CaseGroup(motion.scaled_by(1 + 1e-9), cases) for motion, cases in groups]
 
     def run_with_penetration(contact: float, among: list[CaseGroup] = groups, **how: Any) -> TimedResults:
-        """Run groups of cases on contacts of a static penetration over width."""
+        """Run groups of cases on contacts with a given static penetration, as a share of the width."""
         return run_case_groups(among, model=gravestone(Contact(static_penetration=contact)), **how)
 
     def error_percentages(one: TimedResults, other: TimedResults) -> tuple[str, ...]:
@@ -266,7 +271,7 @@ def run_planar_blocks(group: CaseGroup, damping: float, general: bool) -> Kernel
 
 
 def run_square_prisms(group: CaseGroup, damping: float) -> KernelOutcomes:
-    """Run 3-D square prisms, one face of which looks along a motion with one component."""
+    """Simulate 3-D square prisms, one face of which points along a motion with one component."""
     parts, cases = [], group.cases
     for azimuth in np.unique(cases.azimuth_deg):
         chosen, along = np.asarray(cases.azimuth_deg) == azimuth, group.motion.along(float(azimuth))

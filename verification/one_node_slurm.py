@@ -67,7 +67,10 @@ def slurm_unavailable_reason() -> str:
 
 @contextmanager
 def one_node_slurm(processors: int = 2) -> Iterator[None]:
-    """Run a cluster of one node; raise a RuntimeError with the end of its logs if it does not start."""
+    """Run a SLURM cluster of one node during a `with` block.
+
+    Raise a RuntimeError with the end of its logs if it does not start.
+    """
     with ExitStack() as ending:
         folder = Path(ending.enter_context(tempfile.TemporaryDirectory(prefix="slurm-")))
         for name in ("state", "spool"):
@@ -78,7 +81,7 @@ def one_node_slurm(processors: int = 2) -> Iterator[None]:
         memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2**20
         about = {"host": socket.gethostname(), "folder": folder, "processors": processors, "memory": memory}
         ports = dict(zip(("controller", "daemon"), _free_ports(2), strict=True))
-        ending.enter_context(_slurm_configuration(_TEMPLATE.format(**about, **ports)))
+        ending.enter_context(_temporary_slurm_configuration(_TEMPLATE.format(**about, **ports)))
         own = [f"--{name}={folder}/munge.{end}" for name, end in (("socket", "socket"), ("pid-file", "pid"))]
         own += [f"--key-file={key}", f"--seed-file={folder}/munge.seed", f"--log-file={folder}/munge.log"]
         ending.enter_context(_background_process(["munged", "--foreground", "--force", *own], folder))
@@ -99,8 +102,8 @@ def _free_ports(count: int) -> list[int]:
 
 
 @contextmanager
-def _slurm_configuration(text: str) -> Iterator[None]:
-    """Write the configuration of SLURM for the block, and restore the former one at its end."""
+def _temporary_slurm_configuration(text: str) -> Iterator[None]:
+    """Write a SLURM configuration for a `with` block, and restore the former configuration at its end."""
     before = CONFIGURATION.read_bytes() if CONFIGURATION.is_file() else b""
     CONFIGURATION.parent.mkdir(exist_ok=True)
     CONFIGURATION.write_text(_MARK + text, encoding="utf-8")
@@ -115,7 +118,7 @@ def _slurm_configuration(text: str) -> Iterator[None]:
 
 @contextmanager
 def _background_process(command: list[str], folder: Path) -> Iterator[None]:
-    """Run a command in the background, its output in a log file, and stop it at the end of the block."""
+    """Run a command in the background, with its output in a log file, and stop it at the end of the `with` block."""
     program = shutil.which(command[0]) or command[0]
     with (
         (folder / f"{command[0]}.log").open("w", encoding="utf-8") as log,

@@ -35,7 +35,7 @@ def main(
     kept = root / RESULTS.relative_to(ROOT)
     rows = pd.concat([read_table(results / f"{part}.nc") for part in PARTS], ignore_index=True)
     write_csv(rows, kept / "work-precision.csv")
-    orders = publish_errors(rows, root)
+    orders = publish_error_against_run_time(rows, root)
     blocks, scenes, stacks = (read_table(results / f"{name}.nc") for name in ("stability", "scenes", "stacks"))
     publish_stability(blocks, scenes, stacks, root)
     with atomic_write(output) as part:
@@ -43,11 +43,11 @@ def main(
         part.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
 
 
-def publish_errors(error_rows: pd.DataFrame, root: Path) -> dict[str, float]:
+def publish_error_against_run_time(error_rows: pd.DataFrame, root: Path) -> dict[str, float]:
     """Draw and publish the error against run time of all methods; return the orders of convergence."""
     images, orders = root / "docs" / "images", error_page.convergence_orders(error_rows)
-    error_figures.draw_against_finer_steps(error_rows, images / "work-precision-steps.svg")
-    error_figures.draw_against_rigid_solutions(error_rows, images / "work-precision-rigid.svg")
+    error_figures.draw_errors_against_finer_steps(error_rows, images / "work-precision-steps.svg")
+    error_figures.draw_errors_against_rigid_solutions(error_rows, images / "work-precision-rigid.svg")
     _publish_figures_and_tables(
         error_page.summary_figures(error_rows, orders), error_page.markdown_by_marker(error_rows, orders), root
     )

@@ -27,7 +27,7 @@ def main(
     pairs: Annotated[int, typer.Option(min=1, help="pairs of runs")] = 5,
     whole_run: Annotated[bool, typer.Option("--whole-run", help="compare complete runs of two studies")] = False,
 ) -> None:
-    """Print processor times, million block steps per second and their ratios."""
+    """Compare the speed of two checkouts: print processor times, million block steps per second, and their ratios."""
     if whole_run:
         tables = {}
         for name, block in MARKER_BY_STUDY.items():

@@ -75,10 +75,10 @@ class Project:
         return {"args": [*command, *wanted], "cwd": self.folder, "env": environment}
 
     def run(self, *options: str, file: str = CUBE) -> subprocess.CompletedProcess[str]:
-        """Run the command and wait for its end."""
+        """Run the Snakemake command of the study up to a result file and wait for its end."""
         return subprocess.run(**self.command(*options, file=file), capture_output=True, text=True, timeout=_LONG)
 
     def start(self) -> psutil.Popen:
-        """Start the command in a new process group."""
+        """Start the Snakemake command of the study in a new process group."""
         quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
         return psutil.Popen(**self.command(), **quiet, start_new_session=True)

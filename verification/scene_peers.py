@@ -12,7 +12,7 @@ import pandas as pd
 
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
-from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.scene import load_scene
 from verification.engines import ENGINES, installed_engines
 from verification.inputs import CaseGroup, read_near_field_motion
@@ -44,7 +44,7 @@ def draw_random_cases() -> pd.DataFrame:
 def fall_sides_of_shaft_by_engine(cases: pd.DataFrame) -> dict[str, np.ndarray]:
     """Return the sides to which the shaft falls in each case, by installed engine."""
     scene = load_scene("three-tier", ROOT)
-    height, _ = size_reference_height_and_b_over_h(scene)
+    height, _ = reference_element_height_and_b_over_h(scene)
     groups = [
         CaseGroup(
             read_near_field_motion(number), Cases(rows["azimuth_deg"], height, rows["b_over_h"], rows["friction"])
@@ -59,7 +59,7 @@ def fall_sides_of_shaft_by_engine(cases: pd.DataFrame) -> dict[str, np.ndarray]:
 
 
 def main() -> None:
-    """Write the table."""
+    """Write the table of the sides to which the shaft of the three-tier grave falls in pymunk and Box2D."""
     cases = draw_random_cases()
     found = fall_sides_of_shaft_by_engine(cases)
     if len(found) < 2:

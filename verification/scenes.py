@@ -19,7 +19,7 @@ from overturning.dem.run import simulate_cases
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.model.cases import Cases
 from overturning.model.contact import DAMPING_RATIO, STATIC_PENETRATION
-from overturning.model.geometry import place_elements, size_reference_height_and_b_over_h
+from overturning.model.geometry import place_elements, reference_element_height_and_b_over_h
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene, check_scene, gravestone, load_scene
 from overturning.motion.motion import Motion
@@ -60,16 +60,16 @@ GROUPS = (
 """Label, static penetration over width, damping ratio, scheme, time step."""
 
 
-def three_tier_cases() -> tuple[Scene, CaseGroup]:
+def three_tier_scene_and_cases() -> tuple[Scene, CaseGroup]:
     """Return the scene of a shaft on two bases, and its 96 cases."""
     scene = load_scene("three-tier", ROOT)
-    height, ratio = size_reference_height_and_b_over_h(scene)
+    height, ratio = reference_element_height_and_b_over_h(scene)
     ratios = [0.2, 0.25, 0.3, round(ratio, 10)]
     return scene, CaseGroup(read_near_field_motion(7), case_grid(np.arange(0, 360, 30.0), height, ratios, [0.6, 1.0]))
 
 
 def median_error_percent(results: Any, reference_results_of_cases: Any, case_mask: np.ndarray) -> float:
-    """Return the median error of the chosen peak rotations, percent."""
+    """Return the median relative error, percent, of the peak rotations that a mask selects."""
     return 100 * float(
         np.median(
             np.abs(
@@ -82,12 +82,12 @@ def median_error_percent(results: Any, reference_results_of_cases: Any, case_mas
 
 
 def measure_speed() -> Iterator[MeasuredFigure]:
-    """Measure element steps per second and core; everything stands, nothing is left out."""
+    """Measure element steps per second and core in cases that stand, without skipping samples at rest."""
     time_axis = np.arange(300) * 0.01
     motion = Motion(2.0 * np.sin(9 * time_axis), 0 * time_axis, sampling_interval=0.01)
     for name in ("three-tier", "against-a-wall", "boulder"):
         scene = load_scene(name, ROOT)
-        cases = Cases(0.0, *size_reference_height_and_b_over_h(scene), np.linspace(0.5, 1.0, 192))
+        cases = Cases(0.0, *reference_element_height_and_b_over_h(scene), np.linspace(0.5, 1.0, 192))
         found, seconds = time_run(partial(simulate_cases, scene, motion, cases, NumericalOptions(leave_out=False)), 2)
         yield MeasuredFigure(
             f"element steps per second and core, {name}", found.block_steps.sum() / seconds / 1e6, "million/s"
@@ -101,8 +101,11 @@ def scene_with_contact(scene: Scene, static_penetration: float, damping_ratio: f
 
 
 def compare_with_other_engines(count: int) -> Iterator[MeasuredFigure]:
-    """Measure time per case and share of correct outcomes for a shaft on two bases."""
-    scene, (motion, cases) = three_tier_cases()
+    """Measure time per case and correct outcomes of this program and of engines, for a shaft on two bases.
+
+    The engines are physics engines; correct outcomes are given as a share of the cases.
+    """
+    scene, (motion, cases) = three_tier_scene_and_cases()
     fine, firm = reference_results(scene, motion, cases)
     right = fine.overturned[:, SHAFT]
     yield MeasuredFigure("cases of the sweep", cases.case_count)
@@ -172,7 +175,7 @@ def fall_sides_of_shaft(
 
 
 def reference_results(scene: Scene, motion: Motion, cases: Cases) -> tuple[CaseResults, np.ndarray]:
-    """Return the results at a tenth of the default step, and a mask of the cases that other settings do not change."""
+    """Return results at a tenth of the default step, and where the outcome does not change with step or scheme."""
     fine = simulate_cases(scene, motion, cases, NumericalOptions(time_step="0.1 stable", leave_out=False))
     firm = np.ones(cases.case_count, dtype=bool)
     for scheme, step in (("centred", "0.2 stable"), ("cundall", "auto")):
@@ -182,8 +185,11 @@ def reference_results(scene: Scene, motion: Motion, cases: Cases) -> tuple[CaseR
 
 
 def time_step_table() -> str:
-    """Return a table of error and time over the step, without skipping rest; reference: 1/20 of the default step."""
-    chosen, group, rows = ("auto", "0.9 stable", "0.5 stable", "0.25 stable"), three_tier_cases()[1], []
+    """Return a table of errors and run time by time step, without skipping samples at rest.
+
+    The reference has 1/20 of the default step.
+    """
+    chosen, group, rows = ("auto", "0.9 stable", "0.5 stable", "0.25 stable"), three_tier_scene_and_cases()[1], []
     settings = [{"time_step": step, "leave_out": False} for step in (*chosen, "0.05 stable")]
     found = run_in_subprocess([group], settings, scene="three-tier", repeats=2)
     exact = found[-1].results
@@ -199,7 +205,10 @@ def time_step_table() -> str:
 
 
 def count_changed_flags_of_pillars() -> Iterator[MeasuredFigure]:
-    """Count flags of three pillars that change if rest is skipped, or if the amplitude changes by 1e-9."""
+    """Count flags of three pillars that change if samples at rest are skipped or the amplitude changes by 1e-9.
+
+    The flags are overturning flags.
+    """
     ways = {
         "leaving out": (True, 1.0),
         "an amplitude larger by 1e-9": (False, 1 + 1e-9),
@@ -211,7 +220,7 @@ def count_changed_flags_of_pillars() -> Iterator[MeasuredFigure]:
         for number, (width, height) in enumerate(sizes, 1):
             elements.append({"name": f"{number}", "width": width, "height": height, "stands_on": f"{number - 1}"})
         scene = check_scene({"name": "pillar", "elements": elements})
-        cases = case_grid(np.arange(0, 360, 45.0), *size_reference_height_and_b_over_h(scene), 1.0)
+        cases = case_grid(np.arange(0, 360, 45.0), *reference_element_height_and_b_over_h(scene), 1.0)
         for motion in read_default_motions().values():
             full = simulate_cases(scene, motion, cases, NumericalOptions(leave_out=False)).overturned
             flags += full.size
@@ -225,7 +234,7 @@ def count_changed_flags_of_pillars() -> Iterator[MeasuredFigure]:
         yield MeasuredFigure(f"three pillars under real records: flags changed by {way}", number)
 
 
-def compare_kernels(records: Sequence[int] = (6, 7, 8, 9, 10)) -> Iterator[MeasuredFigure]:
+def compare_block_and_general_kernels(records: Sequence[int] = (6, 7, 8, 9, 10)) -> Iterator[MeasuredFigure]:
     """Compare flags, sides and rotations of a gravestone in the kernel for single blocks and in the general one.
 
     A cell is chaotic if either kernel gives another flag with the amplitude changed by ±1e-9 or with half the step; no
@@ -274,12 +283,15 @@ def main(
     ] = None,
     peer_cases: Annotated[int, typer.Option(min=1, help="number of cases for the other engines")] = 40,
 ) -> None:
-    """Measure, and write the tables; parts that are not named keep their figures."""
+    """Measure speed and accuracy of simulated scenes and write the tables.
+
+    Parts that are not named keep their stored figures.
+    """
     made: dict[str, tuple[str, Callable[[], Iterator[MeasuredFigure]]]] = {
         "speed": ("scenes.csv", measure_speed),
         "peers": ("scenes.csv", partial(compare_with_other_engines, peer_cases)),
         "pillars": ("scenes.csv", count_changed_flags_of_pillars),
-        "kernels": ("both-kernels.csv", compare_kernels),
+        "kernels": ("both-kernels.csv", compare_block_and_general_kernels),
     }
     others = tuple(f"{label}:" for label, *_ in GROUPS[1:])
     for name in select_parts(parts, (*made, "steps")):

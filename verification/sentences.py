@@ -16,22 +16,29 @@ import pandas as pd
 MARK: Final = re.compile(r"<!--=([\w-]+)-->(.*?)<!--/-->", flags=re.DOTALL)
 
 
-def table_cell(file: str, quantity: str, number_format: str, results: Path) -> str:
-    """Return a figure from a file of `verification.tables.write_figures`, in the format `number_format`."""
+def formatted_measured_figure(file: str, quantity: str, number_format: str, results: Path) -> str:
+    """Return a measured number from a CSV file of `write_figures` as text in the format `number_format`.
+
+    The function `write_figures` is in `verification.tables`.
+    """
     rows = pd.read_csv(results / file)
     return number_format.format(rows.loc[rows["quantity"] == quantity, "value"].item())
 
 
-def eighth_step_figures(number_format: str, results: Path) -> str:
-    """Format wrong flags with the default step and with 1/8 of it, %, and the ratio of their processor times."""
+def format_errors_at_default_and_eighth_step(number_format: str, results: Path) -> str:
+    """Format the wrong-flag shares, %, at the default time step and 1/8 of it, and the ratio of processor times."""
     curve = pd.read_csv(results / "default-step.csv")
     own = curve[curve["scheme"] == "centred"].set_index("step")
     wrong, seconds = own["wrong flags, %"], own["processor time, s"]
     return number_format.format(wrong[1.0], wrong[0.125], seconds[0.125] / seconds[1.0])
 
 
-def rigid_block_counts(number_format: str, results: Path) -> str:
-    """Format the counts of record cases, of those unlike the rigid block, and of those among the engines' cases."""
+def format_rigid_block_disagreement_counts(number_format: str, results: Path) -> str:
+    """Format the number of cases under records, and two numbers of disagreements with the rigid block.
+
+    The first of these counts all cases with another outcome than that of the rigid block, the second those of them
+    that the physics engines also simulate.
+    """
     rows = pd.read_csv(results / "work-precision.csv")
     own = (rows["cases_of"] == "records, no sliding") & (rows["method"] == "centred") & (rows["default"] == 1)
     (at,) = rows.loc[own, ["cases", "wrong_flags", "wrong_sides", "disagree"]].to_numpy(float)
@@ -55,53 +62,80 @@ _TUTORIAL: Final = "tutorial.csv"
 _PLANES: Final = "2-D model predicts correctly whether it falls"
 
 FIGURES: Final[dict[str, Callable[[Path], str]]] = {
-    "study-cases": partial(table_cell, _BENCH, "default study: flags, mirrored half included", "{:,.0f}"),
-    "left-out-cases": partial(table_cell, _BENCH, "cases, mirrored half left out", "{:,.0f}"),
-    "left-out-flags": partial(table_cell, _BENCH, "flags changed by leaving out", "{:.0f}"),
-    "left-out-sides": partial(table_cell, _BENCH, "sides changed by leaving out", "{:.0f}"),
-    "operations-centred": partial(table_cell, _BENCH, "operations per block step, centred", "{:.0f}"),
-    "operations-cundall": partial(table_cell, _BENCH, "operations per block step, cundall", "{:.0f}"),
-    "whole-step-flags": partial(eighth_step_figures, "{0:.1f} %"),
-    "eighth-step-flags": partial(eighth_step_figures, "{1:.1f} %"),
-    "eighth-step-time": partial(eighth_step_figures, "{2:.1f}"),
-    "planes-right": partial(table_cell, "in-space.csv", _PLANES, "{:.0f} %"),
+    "study-cases": partial(
+        formatted_measured_figure, _BENCH, "default study: flags, mirrored half included", "{:,.0f}"
+    ),
+    "left-out-cases": partial(formatted_measured_figure, _BENCH, "cases, mirrored half left out", "{:,.0f}"),
+    "left-out-flags": partial(formatted_measured_figure, _BENCH, "flags changed by leaving out", "{:.0f}"),
+    "left-out-sides": partial(formatted_measured_figure, _BENCH, "sides changed by leaving out", "{:.0f}"),
+    "operations-centred": partial(formatted_measured_figure, _BENCH, "operations per block step, centred", "{:.0f}"),
+    "operations-cundall": partial(formatted_measured_figure, _BENCH, "operations per block step, cundall", "{:.0f}"),
+    "whole-step-flags": partial(format_errors_at_default_and_eighth_step, "{0:.1f} %"),
+    "eighth-step-flags": partial(format_errors_at_default_and_eighth_step, "{1:.1f} %"),
+    "eighth-step-time": partial(format_errors_at_default_and_eighth_step, "{2:.1f}"),
+    "planes-right": partial(formatted_measured_figure, "in-space.csv", _PLANES, "{:.0f} %"),
     "planes-right-near": partial(
-        table_cell, "in-space.csv", f"{_PLANES}, a neighbour in B/H has another flag", "{:.0f} %"
+        formatted_measured_figure, "in-space.csv", f"{_PLANES}, a neighbour in B/H has another flag", "{:.0f} %"
     ),
     "planes-other-edge": partial(
-        table_cell, "in-space.csv", "2-D model predicts another edge than the one it falls over", "{:.0f} %"
+        formatted_measured_figure,
+        "in-space.csv",
+        "2-D model predicts another edge than the one it falls over",
+        "{:.0f} %",
     ),
-    "pillars-flags": partial(table_cell, "scenes.csv", "three pillars under real records: flags", "{:,.0f}"),
-    "box2d-right": partial(table_cell, "scenes.csv", "Box2D: correct side of the shaft", "{:.0f} %"),
-    "pymunk-right": partial(table_cell, "scenes.csv", "pymunk: correct side of the shaft", "{:.0f} %"),
+    "pillars-flags": partial(
+        formatted_measured_figure, "scenes.csv", "three pillars under real records: flags", "{:,.0f}"
+    ),
+    "box2d-right": partial(formatted_measured_figure, "scenes.csv", "Box2D: correct side of the shaft", "{:.0f} %"),
+    "pymunk-right": partial(formatted_measured_figure, "scenes.csv", "pymunk: correct side of the shaft", "{:.0f} %"),
     "scene-right": partial(
-        table_cell, "scenes.csv", "default: correct side of the shaft, cases of the other engines", "{:.0f} %"
+        formatted_measured_figure,
+        "scenes.csv",
+        "default: correct side of the shaft, cases of the other engines",
+        "{:.0f} %",
     ),
-    "rigid-cases": partial(rigid_block_counts, "{0:.0f}"),
-    "rigid-otherwise": partial(rigid_block_counts, "{1:.0f}"),
-    "rigid-otherwise-shared": partial(rigid_block_counts, "{2:.0f}"),
+    "rigid-cases": partial(format_rigid_block_disagreement_counts, "{0:.0f}"),
+    "rigid-otherwise": partial(format_rigid_block_disagreement_counts, "{1:.0f}"),
+    "rigid-otherwise-shared": partial(format_rigid_block_disagreement_counts, "{2:.0f}"),
     "boulder-tests": boulder_test_count,
-    "waiau-cases": partial(table_cell, _TUTORIAL, "2-D: cases", "{:.0f}"),
-    "waiau-with-only": partial(table_cell, _TUTORIAL, "2-D: falls with vertical motion only", "{:.1f} %"),
-    "waiau-without-only": partial(table_cell, _TUTORIAL, "2-D: falls without vertical motion only", "{:.1f} %"),
-    "waiau-both": partial(table_cell, _TUTORIAL, "2-D: falls in both", "{:.1f} %"),
-    "waiau-same-side": partial(table_cell, _TUTORIAL, "2-D: same side, of falls in both", "{:.1f} %"),
-    "waiau-slender-with": partial(table_cell, _TUTORIAL, "2-D: B/H 0.35, falls with vertical motion", "{:.0f} %"),
-    "waiau-slender-without": partial(table_cell, _TUTORIAL, "2-D: B/H 0.35, falls without vertical motion", "{:.0f} %"),
-    "waiau-stout-with": partial(table_cell, _TUTORIAL, "2-D: B/H 0.55, falls with vertical motion", "{:.0f} %"),
-    "waiau-stout-without": partial(table_cell, _TUTORIAL, "2-D: B/H 0.55, falls without vertical motion", "{:.0f} %"),
-    "waiau-stones": partial(table_cell, _TUTORIAL, "3-D: stones", "{:.0f}"),
-    "waiau-space-with": partial(table_cell, _TUTORIAL, "3-D: falls with vertical motion", "{:.0f} %"),
-    "waiau-space-without": partial(table_cell, _TUTORIAL, "3-D: falls without vertical motion", "{:.0f} %"),
-    "waiau-space-changes": partial(table_cell, _TUTORIAL, "3-D: another outcome", "{:.0f}"),
-    "waiau-space-both": partial(table_cell, _TUTORIAL, "3-D: falls in both", "{:.0f}"),
-    "waiau-space-turned": partial(table_cell, _TUTORIAL, "3-D: another direction", "{:.0f} %"),
-    "waiau-space-median": partial(table_cell, _TUTORIAL, "3-D: median change of direction", "{:.0f}°"),
+    "waiau-cases": partial(formatted_measured_figure, _TUTORIAL, "2-D: cases", "{:.0f}"),
+    "waiau-with-only": partial(
+        formatted_measured_figure, _TUTORIAL, "2-D: falls with vertical motion only", "{:.1f} %"
+    ),
+    "waiau-without-only": partial(
+        formatted_measured_figure, _TUTORIAL, "2-D: falls without vertical motion only", "{:.1f} %"
+    ),
+    "waiau-both": partial(formatted_measured_figure, _TUTORIAL, "2-D: falls in both", "{:.1f} %"),
+    "waiau-same-side": partial(formatted_measured_figure, _TUTORIAL, "2-D: same side, of falls in both", "{:.1f} %"),
+    "waiau-slender-with": partial(
+        formatted_measured_figure, _TUTORIAL, "2-D: B/H 0.35, falls with vertical motion", "{:.0f} %"
+    ),
+    "waiau-slender-without": partial(
+        formatted_measured_figure, _TUTORIAL, "2-D: B/H 0.35, falls without vertical motion", "{:.0f} %"
+    ),
+    "waiau-stout-with": partial(
+        formatted_measured_figure, _TUTORIAL, "2-D: B/H 0.55, falls with vertical motion", "{:.0f} %"
+    ),
+    "waiau-stout-without": partial(
+        formatted_measured_figure, _TUTORIAL, "2-D: B/H 0.55, falls without vertical motion", "{:.0f} %"
+    ),
+    "waiau-stones": partial(formatted_measured_figure, _TUTORIAL, "3-D: stones", "{:.0f}"),
+    "waiau-space-with": partial(formatted_measured_figure, _TUTORIAL, "3-D: falls with vertical motion", "{:.0f} %"),
+    "waiau-space-without": partial(
+        formatted_measured_figure, _TUTORIAL, "3-D: falls without vertical motion", "{:.0f} %"
+    ),
+    "waiau-space-changes": partial(formatted_measured_figure, _TUTORIAL, "3-D: another outcome", "{:.0f}"),
+    "waiau-space-both": partial(formatted_measured_figure, _TUTORIAL, "3-D: falls in both", "{:.0f}"),
+    "waiau-space-turned": partial(formatted_measured_figure, _TUTORIAL, "3-D: another direction", "{:.0f} %"),
+    "waiau-space-median": partial(formatted_measured_figure, _TUTORIAL, "3-D: median change of direction", "{:.0f}°"),
     "tutorial-survey": partial(indented_output, "tutorial-survey.txt"),
 }
 """Function that returns the text of a marker from the folder of the tables, by name."""
 
 
 def fill_markers(text: str, results_folder: Path) -> str:
-    """Return a page with the figures written between its markers; a KeyError for an unknown marker."""
+    """Return the text of a page with the measured numbers filled in between its markers.
+
+    Raise a KeyError for an unknown marker.
+    """
     return MARK.sub(lambda found: f"<!--={found[1]}-->{FIGURES[found[1]](results_folder)}<!--/-->", text)

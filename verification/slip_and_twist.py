@@ -17,7 +17,7 @@ from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import simulate_cases
 from overturning.model.body import Body
 from overturning.model.cases import Cases
-from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.scene import load_scene
 from overturning.model.stack import Stack
 from overturning.surveys.library import shipped_candidate_motions
@@ -101,7 +101,7 @@ def error_table(rows: pd.DataFrame) -> str:
 def main(threads: Annotated[int, typer.Option(min=1, help="number of threads")] = 2) -> None:
     """Simulate the shafts, and write the table of docs/validation.md."""
     scene = load_scene("three-tier")
-    height, b_over_h = size_reference_height_and_b_over_h(scene)
+    height, b_over_h = reference_element_height_and_b_over_h(scene)
     models: Sequence[tuple[str, Stack | Body]] = [("on two bases", Stack(scene)), ("on the ground", Body())]
     rows = pd.concat([simulate_shafts(*one, height, b_over_h, threads) for one in models], ignore_index=True)
     publish_markdown({"slip-and-twist": error_table(rows)})

@@ -83,7 +83,7 @@ def markdown_by_marker(results: StudyResults) -> dict[str, str]:
 
 
 def main() -> None:
-    """Write verification/results/soft-ground.csv and the page."""
+    """Write verification/results/soft-ground.csv, and the tables and sentences on soft ground into the docs."""
     study = load_study(ROOT / "config" / "soft-ground.yaml")
     with open_study_results(STUDY, study) as results:
         write_csv(fall_rates_by_ground(results), RESULTS / "soft-ground.csv")

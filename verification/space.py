@@ -22,7 +22,7 @@ from overturning.dem.simulate import simulate_as_arrays
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.contact import VertexContact
-from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.scene import load_scene
 from overturning.model.shapes import RectangularPrism
 from overturning.model.stack import Stack
@@ -79,7 +79,10 @@ def run_grid_under_motions(
 
 
 def measure_throughput() -> Iterator[MeasuredFigure]:
-    """Measure block steps per second and core, with vertices and on a rim, and the time to compile the kernel."""
+    """Measure block steps per second and core of 3-D bodies on vertices or a rim, and the time to compile.
+
+    The rim is circular; the time to compile the kernel is that of a first case with an empty cache, imports included.
+    """
     grid = {"orientation_deg": GRID["orientation_deg"], "height": [0.6], "b_over_h": np.linspace(0.4, 0.5, 16)}
     for scheme, body, name in (
         ("cundall", "rectangle", "cundall, four vertices"),
@@ -163,8 +166,11 @@ def measure_convergence_order() -> Iterator[MeasuredFigure]:
             )
 
 
-def measure_in_space_study() -> Iterator[MeasuredFigure]:
-    """Measure config/in-space.yaml without its ensemble: time, energy, cases computed again, and marked cases."""
+def measure_shipped_3d_study() -> Iterator[MeasuredFigure]:
+    """Measure time, energy errors and reruns of the study config/in-space.yaml without its ensemble.
+
+    The reruns are cases rerun with finer steps; cases marked unstable or undecided are counted, too.
+    """
     grid, again = variant_grid(load_study(ROOT / "config" / "in-space.yaml")), list[int]()
     axes = {"orientation_deg": grid.direction_values_deg} | {name: grid[name] for name in grid.dimension_names[1:]}
     motions = list(read_default_motions().values())
@@ -194,7 +200,10 @@ def measure_in_space_study() -> Iterator[MeasuredFigure]:
 
 
 def measure_errors_and_sensitivity(chosen: list[Motion]) -> Iterator[MeasuredFigure]:
-    """Measure energy errors, and the effect of 1 % of amplitude, of finer steps and of other contacts."""
+    """Measure energy errors, and how outcomes change with amplitude, finer time steps and other contacts.
+
+    The amplitude changes by 1 %.
+    """
     nominal, seconds = time_run(partial(run_grid_under_motions, chosen), 1, partial(run_grid_under_motions, chosen[:1]))
     fell = nominal["overturned"] == 1
     yield MeasuredFigure("space: cases", fell.size)
@@ -242,7 +251,7 @@ def measure_time_of_three_tier_grave() -> Iterator[MeasuredFigure]:
         one for one in read_default_motions().values() if 14.0 <= one.sample_count * one.sampling_interval <= 28.0
     ]
     scene = load_scene("three-tier", ROOT)
-    height, b_over_h = size_reference_height_and_b_over_h(scene)
+    height, b_over_h = reference_element_height_and_b_over_h(scene)
     stones: dict[str, dict[str, Any]] = {
         "three stones": {"model": Stack(scene)},
         "one stone": {"model": "rectangle", "height": [height], "b_over_h": [b_over_h]},
@@ -265,7 +274,7 @@ def measure_time_of_three_tier_grave() -> Iterator[MeasuredFigure]:
 
 
 def compare_with_other_engines(chosen: list[Motion], count: int) -> Iterator[MeasuredFigure]:
-    """Compare flags and azimuths with those of other engines for some of the cases."""
+    """Compare overturning flags and fall azimuths of some of the cases with those of physics engines."""
     ours, seconds = time_run(partial(run_grid_under_motions, chosen), 1, partial(run_grid_under_motions, chosen[:1]))
     fine = run_grid_under_motions(
         chosen, time_step="0.25 stable", model=Body(RectangularPrism(), VertexContact(static_penetration=2e-7))
@@ -305,12 +314,12 @@ def main(
     records: Annotated[int, typer.Option(min=1, help="records of the default study")] = 28,
     peer_cases: Annotated[int, typer.Option(min=1, help="number of cases for the other engines")] = 200,
 ) -> None:
-    """Measure the 3-D model."""
+    """Measure speed, memory, convergence and errors of the 3-D model, and write them into the docs."""
     every = list(read_default_motions().values())[:: max(28 // records, 1)]
     chosen, figures = [strong_part_of_motion(motion) for motion in every[:records]], list[MeasuredFigure]()
     made: dict[str, Callable[[], Iterator[MeasuredFigure]]] = {
         "throughput": measure_throughput, "memory": measure_memory, "convergence": measure_convergence_order,
-        "study": measure_in_space_study, "exactness": partial(measure_errors_and_sensitivity, chosen),
+        "study": measure_shipped_3d_study, "exactness": partial(measure_errors_and_sensitivity, chosen),
         "stack": measure_time_of_three_tier_grave,
         "peers": partial(compare_with_other_engines, chosen, peer_cases),
     }  # fmt: skip

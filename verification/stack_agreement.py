@@ -11,7 +11,7 @@ import pandas as pd
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import simulate_cases
 from overturning.model.cases import Cases
-from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
 from overturning.motion.direction import azimuth_difference
@@ -46,13 +46,13 @@ def outcomes_agree(first_azimuth_deg: float, second_azimuth_deg: float) -> bool:
     return azimuth_difference(first_azimuth_deg, second_azimuth_deg) <= MAX_AZIMUTH_DIFFERENCE_DEG
 
 
-def program_outcomes(case: StackCase, factors: Sequence[float]) -> list[dict[str, Any]]:
+def topmost_outcomes_in_this_program(case: StackCase, factors: Sequence[float]) -> list[dict[str, Any]]:
     """Return outcomes of the topmost stone in this program under a motion multiplied by factors.
 
     An outcome has the fall azimuth (degrees; NaN if it stands), the status, and whether any stone slides off.
     """
     model, cases = Stack(scene_of_stack(case.stack)), len(factors)
-    height, b_over_h = size_reference_height_and_b_over_h(model.scene)
+    height, b_over_h = reference_element_height_and_b_over_h(model.scene)
     grid = Cases(case.orientation_deg, height, b_over_h, np.full(cases, case.stack.friction), np.array(factors))
     found = simulate_cases(model, case.motion, grid, NumericalOptions())
     fell = found.overturned[:, -1] == 1
@@ -66,13 +66,13 @@ def has_outcome(outcome: dict[str, Any]) -> bool:
     return CaseStatus(outcome["status"]).has_outcome
 
 
-def robust_program_outcome(case: StackCase) -> dict[str, Any]:
+def outcome_and_robustness_in_this_program(case: StackCase) -> dict[str, Any]:
     """Return the outcome of a case in this program, and whether it is the same with ±1 % of amplitude.
 
     A case without an outcome at one of the three amplitudes is not robust.
     """
     factors = (1.0, 1.0 - AMPLITUDE_PERTURBATION, 1.0 + AMPLITUDE_PERTURBATION)
-    nominal, *others = program_outcomes(case, factors)
+    nominal, *others = topmost_outcomes_in_this_program(case, factors)
     changed = [
         f"amplitude × {factor:g}"
         for factor, other in zip(factors[1:], others, strict=True)
@@ -83,15 +83,20 @@ def robust_program_outcome(case: StackCase) -> dict[str, Any]:
 
 
 def smallest_amplitude_change_to_outcome(case: StackCase, azimuth_deg: float) -> float:
-    """Return the least change of amplitude, %, with which this program gives an outcome; NaN if none is found."""
+    """Return the least amplitude change, %, with which the topmost stone falls to an azimuth, or NaN for none.
+
+    An azimuth of NaN means that the stone stands; the falls are those in this program.
+    """
     changes = [sign * change for change in AMPLITUDE_CHANGES for sign in (-1.0, 1.0)]
-    for change, found in zip(changes, program_outcomes(case, [1.0 + change for change in changes]), strict=True):
+    for change, found in zip(
+        changes, topmost_outcomes_in_this_program(case, [1.0 + change for change in changes]), strict=True
+    ):
         if has_outcome(found) and outcomes_agree(found["fall_azimuth_deg"], azimuth_deg):
             return 100.0 * change
     return math.nan
 
 
-def read_peer_outcomes() -> pd.DataFrame:
+def read_outcomes_of_other_solvers() -> pd.DataFrame:
     """Read the stored outcomes of all solvers; the columns of each begin with its name; NaN if not run."""
     found = pd.DataFrame([case_row(number, case) for number, case in enumerate(draw_stack_cases())])
     for name, path in PEER_TABLES.items():
@@ -103,12 +108,15 @@ def read_peer_outcomes() -> pd.DataFrame:
 def compare_all_cases(processes: int = 2) -> pd.DataFrame:
     """Return the outcomes of all cases in the solvers and in this program, one row per case."""
     with ProcessPoolExecutor(processes) as pool:
-        own = pd.DataFrame(list(pool.map(robust_program_outcome, draw_stack_cases(), chunksize=10)))
-    return pd.concat([read_peer_outcomes(), own.add_prefix(f"{PROGRAM} ")], axis=1)
+        own = pd.DataFrame(list(pool.map(outcome_and_robustness_in_this_program, draw_stack_cases(), chunksize=10)))
+    return pd.concat([read_outcomes_of_other_solvers(), own.add_prefix(f"{PROGRAM} ")], axis=1)
 
 
 def outcome_text(row: pd.Series, name: str) -> str:
-    """Return "stands", the fall azimuth, or `NO_OUTCOME`; an outcome that is not robust there is in brackets."""
+    """Return the outcome in a solver as text: "stands", the fall azimuth, or `NO_OUTCOME`.
+
+    An outcome that is not robust is in brackets.
+    """
     azimuth = row[f"{name} fall_azimuth_deg"]
     text = f"{azimuth:.0f}°" if np.isfinite(azimuth) else "stands"
     unresolved = name == PROGRAM and not has_outcome({"status": row[f"{PROGRAM} status"]})
@@ -138,7 +146,7 @@ def agreement_counts(table: pd.DataFrame, first: str, second: str) -> dict[str, 
 
 
 def shaft_width(sizes: str) -> float:
-    """Return the smaller side of the highest stone, m, from the column of the sizes."""
+    """Return the smaller side, m, of the topmost stone, from the text of the column of sizes."""
     return min(float(side) for side in sizes.split()[-1].split("x")[:2])
 
 
@@ -176,8 +184,8 @@ def _agreement_table_row(chosen: pd.DataFrame, first: str, second: str, label: s
     )  # fmt: skip
 
 
-def drawn_case_table_rows(table: pd.DataFrame) -> Iterator[Sequence[str]]:
-    """Yield the rows of the table of drawn cases, one per solver; shares are of the cases with an outcome."""
+def random_case_table_rows(table: pd.DataFrame) -> Iterator[Sequence[str]]:
+    """Yield the rows of the table of randomly drawn cases, one per solver; shares are of the cases with an outcome."""
     for name in (*PEER_TABLES, PROGRAM):
         ran = table.apply(lambda row, name=name: outcome_text(row, name) != NO_OUTCOME, axis=1)
         fell, robust = np.isfinite(table[f"{name} fall_azimuth_deg"])[ran], (table[f"{name} robust"] == 1)[ran]
@@ -242,7 +250,7 @@ def publish_agreement() -> None:
     compared = ("compared", "cases", "number", "falls", "same flag (95 %)", "azimuth within 20° (95 %)")
     listed = ("solver", "case", "stones", "µ", PROGRAM, *PEER_TABLES, "cause")
     tables = (
-        markdown_table(drawn, drawn_case_table_rows(table)),
+        markdown_table(drawn, random_case_table_rows(table)),
         markdown_table(compared, agreement_table_rows(table)),
     )
     publish_markdown({

@@ -31,7 +31,7 @@ class StackCase(NamedTuple):
 
     @property
     def motion(self) -> Motion:
-        """Record multiplied by the factor, from half a second before it can first move a stone to the last such time.
+        """Record multiplied by the factor, cut to the time in which it can move a stone, with half a second before.
 
         The limit is half of the least acceleration that opens a joint or lets it slide.
         """
@@ -97,7 +97,7 @@ def least_moving_acceleration(stack: BoxStack) -> float:
 
 
 def scene_of_stack(stack: BoxStack) -> Scene:
-    """Return the scene of a stack on the ground; its friction is that of each case."""
+    """Return the scene of a stack on the ground; friction is given by each case, not by the scene."""
     elements = [Element(name="ground", kind="driven", width=40.0, height=1.0, at=(0.0, -1.0))]
     for number, (width, depth, height) in enumerate(stack.sizes):
         below = elements[-1].name

@@ -174,7 +174,7 @@ def _ground_velocity(acceleration: FloatArray, interval: float, parts: int = 4) 
 
 
 def fallen_tilt(stack: BoxStack, stone: int) -> float:
-    """Return the tilt from which a stone counts as fallen, rad: 60°, or half-way from its critical angle to 90°."""
+    """Return the least tilt of a fallen stone, rad: 60° or, if larger, midway from critical angle to 90°."""
     return max(FALLEN_TILT, 0.5 * (critical_angle(stack, stone) + 0.5 * math.pi))
 
 

@@ -19,7 +19,7 @@ from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import plan_simulation, simulate_cases
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
-from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
 from verification.stack_agreement import PROGRAM, outcomes_agree, share_text
@@ -45,7 +45,7 @@ def outcome_in_program(case: StackCase, share: float) -> tuple[float, float]:
     The case is computed together with seven other orientations, which share its time.
     """
     model, together = Stack(scene_of_stack(case.stack)), 8
-    height, b_over_h = size_reference_height_and_b_over_h(model.scene)
+    height, b_over_h = reference_element_height_and_b_over_h(model.scene)
     orientations = (case.orientation_deg + 45.0 * np.arange(together)) % 360.0
     cases = Cases(orientations, height, b_over_h, case.stack.friction)
     steps = plan_simulation(model, case.motion, cases, NumericalOptions()).steps[0]

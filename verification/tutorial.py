@@ -106,7 +106,7 @@ def measure_effect_of_vertical_motion_in_3d() -> Iterator[MeasuredFigure]:
 
 
 def main() -> None:
-    """Write the figures and the printed output, and fill the page."""
+    """Write the measured numbers and the printed output of the tutorial, and fill them into its page."""
     write_figures([*vertical_motion_figures(), *measure_effect_of_vertical_motion_in_3d()], RESULTS / "tutorial.csv")
     write_text(RESULTS / "tutorial-survey.txt", survey_output())
     publish_markdown({})

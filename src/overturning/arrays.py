@@ -21,7 +21,7 @@ FloatArray = TypeAliasType("FloatArray", npt.NDArray[np.float64])
 """Array of numbers in double precision, of any shape."""
 
 
-def float_array_of_argument(name: str, values: Any, *, copy: bool = False) -> FloatArray:
+def convert_argument_to_float_array(name: str, values: Any, *, copy: bool = False) -> FloatArray:
     """Convert the argument `name` of a public function to a float array; a masked array keeps its mask.
 
     Parameters
@@ -53,7 +53,7 @@ def check_not_masked(name: str, values: FloatArray) -> None:
         raise ArgumentError(f"{name}: {count} masked values; leave them out")
 
 
-def finite_argument_of_shape(name: str, values: Any, shape: tuple[int, ...]) -> FloatArray:
+def convert_argument_to_finite_array(name: str, values: Any, shape: tuple[int, ...]) -> FloatArray:
     """Convert the argument `name` of a public function to a new array of finite numbers with the given shape.
 
     A size of −1 in `shape` stands for any number of rows.
@@ -63,7 +63,7 @@ def finite_argument_of_shape(name: str, values: Any, shape: tuple[int, ...]) -> 
     ArgumentError
         If a value is no number or not finite, or the shape is another.
     """
-    array = np.asarray(float_array_of_argument(name, values, copy=True))
+    array = np.asarray(convert_argument_to_float_array(name, values, copy=True))
     if array.ndim != len(shape) or any(size not in (-1, own) for size, own in zip(shape, array.shape, strict=True)):
         wanted = str(shape).replace("-1", "n")
         raise ArgumentError(f"{name}: shape {array.shape}; give numbers of shape {wanted}")
@@ -91,7 +91,7 @@ def create_xarray_dataset(
     return xr.Dataset(to_xarray_variables(variables), to_xarray_variables(coordinates), attributes)
 
 
-class _DaskArrayType:
+class _DaskTableEntryWithoutImport:
     """Substitute for the dask entry in xarray's table of array types; unlike that entry, it does not import dask."""
 
     @property
@@ -101,7 +101,7 @@ class _DaskArrayType:
         return (dask.Array,) if hasattr(dask, "Array") else ()
 
 
-def skip_dask_import() -> None:
+def keep_xarray_from_importing_dask() -> None:
     """Keep xarray from importing dask (0.3 s) only to check whether an array is a dask array.
 
     No array can be a dask array before dask is imported. Without this private table, xarray imports dask as usual.
@@ -109,4 +109,4 @@ def skip_dask_import() -> None:
     from xarray.namedarray import pycompat
 
     table: Any = getattr(pycompat, "_cached_duck_array_modules", {})
-    table.setdefault("dask", _DaskArrayType())
+    table.setdefault("dask", _DaskTableEntryWithoutImport())

@@ -59,7 +59,7 @@ def closest_name_hint(name: str, known_names: Iterable[str], remedy: str = "") -
     return f"did you mean {near[0]}?" if near else remedy or f"known are {', '.join(names[:40])}"
 
 
-def suggest_closest_keyword(*further_keywords: type | str) -> Callable[[Decorated], Decorated]:
+def refuse_unknown_keywords(*further_keywords: type | str) -> Callable[[Decorated], Decorated]:
     """Return a decorator: the decorated function or class refuses unknown keywords, and names the closest known one.
 
     `further_keywords` names keywords that are passed on, one by one or as a dataclass whose fields are keywords.

@@ -169,8 +169,11 @@ _LITTLE = 1_000_000  # bytes; a disk with less free space counts as full
 _BLOCK = 1 << 20  # bytes read at a time
 
 
-def path_of_argument(name: str, value: Any, wanted: str = "the path of a file") -> Path:
-    """Return the argument `name` of a public function as a path; if it is none, an ArgumentError asks for `wanted`."""
+def convert_argument_to_path(name: str, value: Any, wanted: str = "the path of a file") -> Path:
+    """Convert the argument `name` of a public function to a path.
+
+    Raise an `ArgumentError` that asks for `wanted` if it is not a path.
+    """
     if not isinstance(value, str | os.PathLike):
         raise ArgumentError(f"{name}: a {type(value).__name__}; give {wanted}")
     return Path(os.fsdecode(value))

@@ -115,7 +115,7 @@ def cache_compiled_kernel(dispatcher: Any) -> Any:
     # Not `load_overload`, which first prepares compilation (imports scipy.linalg): half of the loading time.
     load, save = cache._load_overload, cache.save_overload
 
-    def select_cache_index_of_model(signature: Any) -> None:
+    def select_cache_index_by_input_type(signature: Any) -> None:
         # One index per model, by the type of the kernel input: unpickling an index imports the modules of its models.
         model = getattr(next(iter(signature), None), "instance_class", None)
         base = f"{name}.{model.__name__}" if model else name
@@ -123,7 +123,7 @@ def cache_compiled_kernel(dispatcher: Any) -> Any:
 
     def load_kernel_or_none(signature: Any, target_context: Any) -> Any:
         try:
-            select_cache_index_of_model(signature)
+            select_cache_index_by_input_type(signature)
             rtsys.initialize(target_context)
             return load(signature, target_context)
         except Exception:  # unpickling a torn file can raise nearly anything
@@ -135,7 +135,7 @@ def cache_compiled_kernel(dispatcher: Any) -> Any:
     def save_kernel_if_possible(signature: Any, data: Any) -> None:
         # Sources edited after import are compiled in their old state; do not cache that under the new digest.
         if sources_digest(layer) == imported:
-            select_cache_index_of_model(signature)
+            select_cache_index_by_input_type(signature)
             with suppress(OSError):
                 save(signature, data)
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from overturning.model.planes import azimuth_gaps_and_step, azimuth_period_of_cube_deg
-from overturning.study.cube import element_name_of_cube, parse_json_attribute, study_of_cube
+from overturning.study.cube import element_name_to_show, parse_json_attribute, study_of_cube
 from overturning.study.scenes import NOMINAL, variant_scene, variant_size_note
 from overturning.study.schema import Study
 
@@ -28,7 +28,9 @@ def friction_label(cube_or_study: "xr.Dataset | Study", friction: float) -> str:
         study = cube_or_study
     elif "study" in cube_or_study.attrs:
         study, variant = study_of_cube(cube_or_study), cube_or_study.attrs["variant"]
-    scene_has_own = study is not None and study.body is None and not variant_scene(study, variant).varies_friction
+    scene_has_own = (
+        study is not None and study.body is None and not variant_scene(study, variant).has_contact_with_unset_friction
+    )
     return "µ of the scene" if scene_has_own else f"µ = {friction:g}"
 
 
@@ -44,12 +46,12 @@ def variant_label_as_list(cube: "xr.Dataset") -> list[str]:
     return [f"variant {name}{f' ({sizes})' if sizes else ''}"]
 
 
-def size_reference_note(cube: "xr.Dataset") -> str:
+def note_on_size_reference_stone(cube: "xr.Dataset") -> str:
     """Return a note naming the stone to which height and B/H refer; "" if it is the stone whose outcomes are shown."""
     study, variant = study_of_cube(cube), cube.attrs["variant"]
     reference = variant_scene(study, variant).size_reference_element_name
-    if element_name_of_cube(cube) != reference:
-        return f"H and B/H are those of the {reference}, not of the {element_name_of_cube(cube)}"
+    if element_name_to_show(cube) != reference:
+        return f"H and B/H are those of the {reference}, not of the {element_name_to_show(cube)}"
     return variant_size_note(study, variant)
 
 

@@ -10,7 +10,7 @@ from functools import partial, wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
-from overturning.errors import ArgumentError, MissingDataError, suggest_closest_keyword
+from overturning.errors import ArgumentError, MissingDataError, refuse_unknown_keywords
 from overturning.motion.motion import Accelerogram
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def __dir__() -> list[str]:
 def _with_project_style(draw_figure: DrawFunction, takes_cube: bool = False) -> DrawFunction:
     """Decorate a drawing function to use the project's Matplotlib settings and to check that its argument is a cube."""
 
-    @suggest_closest_keyword()
+    @refuse_unknown_keywords()
     @wraps(draw_figure)
     def draw_with_project_style(*arguments: Any, **keywords: Any) -> Any:
         from overturning.figures.content import check_is_results_cube
@@ -100,11 +100,11 @@ def _draw_fall_map(kind: str, cube: "xr.Dataset", record: str | Sequence[str] | 
     if len(several) == 1:
         return fall_map_figure(
             first,
-            _record_title(first) + _scene_and_element_line(first) if title is None else title,
+            _record_title(first) + _scene_and_element_title(first) if title is None else title,
             _peak_velocity_by_azimuth(first),
         )
-    _check_model_of_figure(cube, "azimuth", f"{kind} of several records")
-    own = (_record_title(first, ()) + _scene_and_element_line(first)).strip() if title is None else title
+    _check_cube_has_coordinate_for_figure(cube, "azimuth", f"{kind} of several records")
+    own = (_record_title(first, ()) + _scene_and_element_title(first)).strip() if title is None else title
     return azimuth_map_figure(several, own, [_peak_velocity_by_azimuth(one) for one in several])
 
 
@@ -116,7 +116,7 @@ def _peak_velocity_by_azimuth(cube: "xr.Dataset") -> "xr.DataArray | None":
         return None
 
 
-def _scene_and_element_line(cube: "xr.Dataset") -> str:
+def _scene_and_element_title(cube: "xr.Dataset") -> str:
     """Return scene and element of a results cube as a line for a title; "" if the cube belongs to no study."""
     from overturning.figures.record import scene_and_element_title_line
 
@@ -131,12 +131,12 @@ def overturning_boundary(cube: "xr.Dataset", record: str | None = None) -> "Figu
     from overturning.statistics import boundary as statistics
 
     one = _select_record(cube, record)
-    _check_model_of_figure(one, "azimuth", "boundary")
+    _check_cube_has_coordinate_for_figure(one, "azimuth", "boundary")
     check_has_falls(one, "boundary")
     top = float(one["b_over_h"].max())
     bounds = statistics.overturning_boundary_by_azimuth(one).assign_attrs(one.attrs)
     return overturning_boundary_figure(
-        bounds, top, float(one["fault_normal"]), _record_title(one) + _scene_and_element_line(one)
+        bounds, top, float(one["fault_normal"]), _record_title(one) + _scene_and_element_title(one)
     )
 
 
@@ -190,12 +190,12 @@ def fall_alignment_by_b_over_h(cube: "xr.Dataset") -> "Figure":
     """Draw the alignment of falls with the fault, the epicentre and the motion's peak and pulse axes, by B/H."""
     from overturning.figures.alignment import fall_alignment_by_b_over_h_figure
     from overturning.figures.content import check_has_fall_alignment
-    from overturning.statistics.earthquakes import fall_alignment_with_references
+    from overturning.statistics.earthquakes import fall_alignment_with_reference_directions
 
-    _check_model_of_figure(cube, "orientation", "follow")
+    _check_cube_has_coordinate_for_figure(cube, "orientation", "follow")
 
     def draw_fall_alignment_by_b_over_h(sorted_cube: "xr.Dataset") -> "Figure":
-        found = fall_alignment_with_references(sorted_cube, _intensity_measures(sorted_cube))
+        found = fall_alignment_with_reference_directions(sorted_cube, _intensity_measures(sorted_cube))
         check_has_fall_alignment(sorted_cube, found)
         return fall_alignment_by_b_over_h_figure(found, sorted_cube["b_over_h"].to_numpy())
 
@@ -206,19 +206,19 @@ def fall_alignment_by_b_over_h(cube: "xr.Dataset") -> "Figure":
 def outcomes_by_pga_and_pgv_ratio(cube: "xr.Dataset") -> "Figure":
     """Draw outcomes by PGA and PGV/PGA at the largest friction, with fit and published criteria (2-D only)."""
     from overturning.figures.content import check_has_outcomes_and_motion
-    from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_ratio_figure
-    from overturning.labels import size_reference_note
+    from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_over_pga_figure
+    from overturning.labels import note_on_size_reference_stone
     from overturning.statistics.logistic import fit_logistic_overturning_model
 
     def draw_outcomes_by_pga_and_pgv_ratio(sorted_cube: "xr.Dataset") -> "Figure":
-        if other := size_reference_note(sorted_cube):
+        if other := note_on_size_reference_stone(sorted_cube):
             raise ArgumentError(f"plane: criteria and fit need the stone's own height and B/H; {other}")
         measures = _intensity_measures(sorted_cube)
         check_has_outcomes_and_motion(sorted_cube, measures)
         fit = fit_logistic_overturning_model(sorted_cube, measures)
-        return outcomes_by_pga_and_pgv_ratio_figure(sorted_cube, measures, fit, float(sorted_cube["friction"].max()))
+        return outcomes_by_pga_and_pgv_over_pga_figure(sorted_cube, measures, fit, float(sorted_cube["friction"].max()))
 
-    _check_model_of_figure(cube, "azimuth", "plane")
+    _check_cube_has_coordinate_for_figure(cube, "azimuth", "plane")
     return _figure_of_all_records(cube, draw_outcomes_by_pga_and_pgv_ratio)
 
 
@@ -251,7 +251,7 @@ def time_histories(motion: "Accelerogram | xr.Dataset", record: str | None = Non
     """Draw time histories and spectra of a motion or record; for a results cube, before and after processing."""
     import xarray as xr
 
-    from overturning.figures.history import record_history_figure
+    from overturning.figures.history import record_before_and_after_processing_figure
     from overturning.motion.motion import as_motion
     from overturning.records.record import Record, as_record
     from overturning.records.store import read_record_from_motion_file, read_unprocessed_record_from_motion_file
@@ -259,13 +259,13 @@ def time_histories(motion: "Accelerogram | xr.Dataset", record: str | None = Non
     if isinstance(motion, xr.Dataset):
         path = _motion_file_path(_select_record(motion, record))
         used = read_record_from_motion_file(path)
-        return record_history_figure(
+        return record_before_and_after_processing_figure(
             read_unprocessed_record_from_motion_file(path) or used, _check_motion_not_zero(used, "history")
         )
     if record is not None:
         raise ArgumentError(f"record: {record!r}; it chooses a record of a cube, not of a motion or record: omit it")
     one = _check_motion_not_zero(as_record(motion if isinstance(motion, Record) else as_motion(motion)), "history")
-    return record_history_figure(one, one)
+    return record_before_and_after_processing_figure(one, one)
 
 
 @_with_project_style
@@ -299,7 +299,7 @@ def _figure_of_all_records(cube: "xr.Dataset", draw_figure: Callable[["xr.Datase
     if "record" not in cube.dims:
         raise ArgumentError("cube: no dimension record; keep it (cube.sel(record=['rinaldi'])), or draw fall_map")
     sorted_cube = sort_cube_for_figures(cube.assign_coords(record=range(cube.sizes["record"])))
-    figure, heading = draw_figure(sorted_cube), _record_title(sorted_cube, ()) + _scene_and_element_line(sorted_cube)
+    figure, heading = (draw_figure(sorted_cube), _record_title(sorted_cube, ()) + _scene_and_element_title(sorted_cube))
     add_title_and_legend(figure, f"{heading}\n{figure.get_suptitle()}".strip())
     return figure
 
@@ -338,7 +338,7 @@ def _amplitude_factor(cube: "xr.Dataset") -> float:
     return float(cube["amplitude"]) if "amplitude" in cube.coords and "amplitude" not in cube.dims else 1.0
 
 
-def _check_model_of_figure(cube: "xr.Dataset", coordinate_name: str, figure_kind: str) -> None:
+def _check_cube_has_coordinate_for_figure(cube: "xr.Dataset", coordinate_name: str, figure_kind: str) -> None:
     """Raise an ArgumentError if a kind of figure needs results of the other model (2-D instead of 3-D, or reverse)."""
     if coordinate_name not in cube.coords:
         raise ArgumentError(f"{figure_kind}: a cube without {coordinate_name} has no such figure; choose another kind")
@@ -360,7 +360,7 @@ def _motion_file_path(cube: "xr.Dataset") -> Path:
 
 
 def _motion_folder(cube: "xr.Dataset") -> Path:
-    """Return the motion folder, relative to a results cube; `motion` if the cube belongs to no study."""
+    """Return the folder of the motion files, relative to the folder of a results cube."""
     from overturning.study.cube import motion_folder_of_cube, study_of_cube
 
     if _amplitude_factor(cube) != 1.0:

@@ -72,7 +72,7 @@ class EnsembleSettings(StrictModel):
 
     @model_serializer(mode="wrap")
     def _leave_out_unused_keys(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Return the settings as a dictionary to store, without relief and orientation if the runs do not vary them."""
+        """Return the settings as a dictionary; relief and orientation are left out if the runs do not vary them."""
         content: dict[str, Any] = handler(self)
         unused = [name for name in ("relief", "orientation") if not content.get(name)]
         return {name: value for name, value in content.items() if name not in unused}
@@ -86,8 +86,8 @@ class EnsembleSettings(StrictModel):
 
     @field_validator("relief")
     @classmethod
-    def _check_relief(cls, relief: LengthRange | None) -> LengthRange | None:
-        """Raise a ValueError if a relief under the base of a scanned stone is larger than the allowed relief."""
+    def _check_relief_is_within_limit(cls, relief: LengthRange | None) -> LengthRange | None:
+        """Raise a ValueError if the height up to which a scanned stone's base points bear exceeds `MAX_RELIEF`."""
         if relief is not None and relief.high > MAX_RELIEF:
             raise ValueError(f"high {relief.high:g} m; at most {MAX_RELIEF:g} m (the unit is the metre)")
         return relief

@@ -28,14 +28,14 @@ StoredCounts = Annotated[NDArray[np.int64], PlainValidator(lambda values: np.arr
 Result = TypeVar("Result")
 
 
-def write_result(result: Any, path: Path, *, indent: int | None = 1) -> None:
+def write_result_as_json(result: Any, path: Path, *, indent: int | None = 1) -> None:
     """Write a dataclass or pydantic model, or a list of them, as JSON; on one line if `indent` is None."""
     kind: Any = list[type(result[0])] if isinstance(result, list) and result else type(result)  # type: ignore[misc]
     write_text(path, TypeAdapter(kind).dump_json(result, indent=indent).decode() + "\n")
 
 
-def read_result(result_class: type[Result], path: Path, result_name: str) -> Result:
-    """Read a JSON file from `write_result`; a `ResultError` if it is missing, damaged, or from another version.
+def read_json_result(result_class: type[Result], path: Path, result_name: str) -> Result:
+    """Read a JSON file from `write_result_as_json`; a `ResultError` if it is missing, damaged, or from another version.
 
     Parameters
     ----------

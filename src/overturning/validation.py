@@ -36,13 +36,13 @@ _WORDS: Final[dict[str, str]] = {
 Details = dict[str, Any]
 
 
-def _value_count_text(error_details: Details, min_or_max: str) -> str:
+def _allowed_value_count_text(error_details: Details, min_or_max: str) -> str:
     """Return the allowed number of values in a list as text, such as "3 values", from a validation error."""
     number = error_details[f"{min_or_max}_length"]
     return f"{number} value{'' if number == 1 else 's'}"
 
 
-def _character_count_text(error_details: Details, min_or_max: str) -> str:
+def _allowed_character_count_text(error_details: Details, min_or_max: str) -> str:
     """Return the allowed number of characters of a text, such as "3 characters", from a validation error."""
     number = error_details[f"{min_or_max}_length"]
     return f"{number} character{'' if number == 1 else 's'}"
@@ -55,7 +55,7 @@ def _allowed_values_text(error_details: Details, given_value: Any) -> str:
     return f"it should be {error_details['expected']}{'' if near == ' ' else f'; {near}'}"
 
 
-def _unknown_union_tag_text(error_details: Details) -> str:
+def _unknown_setting_kind_text(error_details: Details) -> str:
     """Return a message for an unknown value of a key that selects one of several kinds of setting."""
     known = re.findall(r"'([^']*)'", error_details["expected_tags"])
     hint = closest_name_hint(error_details["tag"], known)
@@ -64,19 +64,19 @@ def _unknown_union_tag_text(error_details: Details) -> str:
 
 _OF_DETAILS: Final[dict[str, Callable[[Details, Any], str]]] = {
     "too_short": lambda details, _: (
-        f"at least {_value_count_text(details, 'min')} needed, not {details['actual_length']}"
+        f"at least {_allowed_value_count_text(details, 'min')} needed, not {details['actual_length']}"
     ),
     "too_long": lambda details, _: (
-        f"at most {_value_count_text(details, 'max')} allowed, not {details['actual_length']}"
+        f"at most {_allowed_value_count_text(details, 'max')} allowed, not {details['actual_length']}"
     ),
     "string_too_short": lambda details, given: (
         "a text is needed that is not empty"
         if not given
-        else f"at least {_character_count_text(details, 'min')} needed"
+        else f"at least {_allowed_character_count_text(details, 'min')} needed"
     ),
-    "string_too_long": lambda details, _: f"at most {_character_count_text(details, 'max')} allowed",
+    "string_too_long": lambda details, _: f"at most {_allowed_character_count_text(details, 'max')} allowed",
     "literal_error": _allowed_values_text,
-    "union_tag_invalid": lambda details, _: _unknown_union_tag_text(details),
+    "union_tag_invalid": lambda details, _: _unknown_setting_kind_text(details),
     "union_tag_not_found": lambda details, _: (
         f"the key {details['discriminator']} is needed: it decides which other keys there are"
     ),
@@ -88,7 +88,7 @@ LISTS: Final = ("tuple_type", "list_type", "set_type", "frozen_set_type")
 
 
 class BooleanGivenAsNumber(str):
-    """Text "true" or "false" in place of a truth value given for a number, so that pydantic refuses it."""
+    """Text "true" or "false" that replaces a Boolean where a number is expected, so that pydantic refuses it."""
 
 
 class StrictModel(BaseModel):
@@ -102,17 +102,17 @@ class StrictModel(BaseModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _replace_truth_values_of_numbers(cls, content: Any) -> Any:
+    def _replace_booleans_in_number_fields(cls, content: Any) -> Any:
         """Replace true and false by texts if a number is needed, so that pydantic does not read them as 1 and 0."""
         if not isinstance(content, dict):
             return content
-        numbers = _number_keys(cls)
-        return {key: _truth_values_as_texts(one) if key in numbers else one for key, one in content.items()}
+        numbers = _keys_whose_values_are_numbers(cls)
+        return {key: _replace_booleans_by_texts(one) if key in numbers else one for key, one in content.items()}
 
 
 @cache
-def _number_keys(model_class: type[BaseModel]) -> frozenset[str]:
-    """Return the keys of a settings model whose values are numbers, or lists of numbers, and never truth values."""
+def _keys_whose_values_are_numbers(model_class: type[BaseModel]) -> frozenset[str]:
+    """Return the keys of a settings model whose values are numbers, or lists of numbers, and never Booleans."""
     types = {name: _value_types(field.annotation) for name, field in model_class.model_fields.items()}
     return frozenset(name for name, own in types.items() if own & {int, float} and bool not in own)
 
@@ -125,10 +125,10 @@ def _value_types(annotation: Any) -> set[type]:
     return {each for part in parts for each in _value_types(part)}
 
 
-def _truth_values_as_texts(value: Any) -> Any:
+def _replace_booleans_by_texts(value: Any) -> Any:
     """Return a value with true and false replaced by their texts, also in lists."""
     if isinstance(value, list | tuple):
-        return type(value)(map(_truth_values_as_texts, value)) if type(value) in (list, tuple) else value
+        return type(value)(map(_replace_booleans_by_texts, value)) if type(value) in (list, tuple) else value
     return BooleanGivenAsNumber(str(value).lower()) if isinstance(value, bool) else value
 
 
@@ -200,7 +200,7 @@ def describe_invalid_keys(
             known = sorted({name for form in forms for name in form.model_fields})
             message += f"; {closest_name_hint(str(steps[-1]), known)}" if known else ""
         elif kind in ("model_type", "union_tag_not_found", "model_attributes_type") and forms:
-            message = _mapping_form_hint(steps, forms, given)
+            message = _hint_on_keys_of_setting(steps, forms, given)
         elif kind == "literal_error" and forms:
             message += f", or keys with values: {', '.join(forms[0].model_fields)}"
         odd = kind == "extra_forbidden" and not _is_file_key(str(steps[-1]))  # not even similar to a key
@@ -256,7 +256,7 @@ def _key_path_and_models_of_error(error_entry: Any, root_model: Any) -> tuple[St
         elif owner := next((form for form in forms if part in form.model_fields), None):
             steps.append(part)
             forms = _pydantic_models_in_annotation(owner.model_fields[part].annotation)
-        elif tagged := [form for form in forms if part in _union_tag_and_values([form])[1]]:
+        elif tagged := [form for form in forms if part in _model_selecting_key_and_its_values([form])[1]]:
             forms = tagged
         elif _is_file_key(part):
             steps.append(part)
@@ -270,7 +270,7 @@ def _pydantic_models_in_annotation(annotation: Any) -> list[type[BaseModel]]:
     return [model for part in get_args(annotation) for model in _pydantic_models_in_annotation(part)]
 
 
-def _union_tag_and_values(union_models: Sequence[type[BaseModel]]) -> tuple[str, list[str]]:
+def _model_selecting_key_and_its_values(union_models: Sequence[type[BaseModel]]) -> tuple[str, list[str]]:
     """Return the key whose value selects one of several pydantic models, and its possible values; else "" and []."""
     for name in union_models[0].model_fields if union_models else ():
         words = [form.model_fields[name].annotation for form in union_models if name in form.model_fields]
@@ -289,10 +289,10 @@ def _is_file_key(location_part: str) -> bool:
     )
 
 
-def _mapping_form_hint(key_path: Steps, union_models: Sequence[type[BaseModel]], given_value: object) -> str:
+def _hint_on_keys_of_setting(key_path: Steps, union_models: Sequence[type[BaseModel]], given_value: object) -> str:
     """Return a message with the correct form of a setting that has keys of its own but was given as a single value."""
     if len(union_models) > 1:
-        key, known = _union_tag_and_values(union_models)
+        key, known = _model_selecting_key_and_its_values(union_models)
         if isinstance(given_value, str) and given_value in known:
             return f"write {{{key}: {given_value}}}"
         return f"the key {key} is needed, one of {', '.join(known)}"

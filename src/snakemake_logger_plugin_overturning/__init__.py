@@ -20,7 +20,7 @@ from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
 from typing_extensions import override
 
-from snakemake_logger_plugin_overturning.expected import Expected
+from snakemake_logger_plugin_overturning.expected import ExpectedWork
 
 QUERY_OPTIONS: Final = frozenset({
     "--lint", "--report", "--unlock", "--summary", "-D", "--detailed-summary", "--list", "-l", "--list-rules", "--dag",
@@ -58,7 +58,7 @@ class LogHandler(LogHandlerBase):
             self._snakemake.addFilter(
                 DefaultFilter(about.quiet, about.debug_dag, about.verbose, about.dryrun, about.printshellcmds)
             )
-        self._expected = Expected()
+        self._expected = ExpectedWork()
         self._failures: dict[str, None] = {}
         self._stopped = False
         self._ended = threading.Event()
@@ -76,33 +76,33 @@ class LogHandler(LogHandlerBase):
         if self._stopped:  # Snakemake reports stopped jobs as failed
             return
         if event == LogEvent.JOB_ERROR:
-            self._report_failure(_error_of_step(about["rule_name"], about["log"]))
+            self._report_failure(_error_message_of_step(about["rule_name"], about["log"]))
         elif event == LogEvent.GROUP_ERROR:
             for job in about["job_error_info"]:
-                self._report_failure(_error_of_step(job["rule_name"], job["log"]))
+                self._report_failure(_error_message_of_step(job["rule_name"], job["log"]))
         elif text.startswith(_STOPPED):
             self._stopped = True
-            self._print(f"Stopped; {_RESUMES}.")
+            self._print_message(f"Stopped; {_RESUMES}.")
         elif any(words in text for words in _HIDDEN_MESSAGES):
             return
         elif event == LogEvent.ERROR:
-            self._report_failure(f"error: {_strip_positions(text)}")
+            self._report_failure(f"error: {_error_message_without_positions(text)}")
         elif record.levelno >= WARNING:
-            self._print(text)
+            self._print_message(text)
         elif text == NOTHING_TO_BE_DONE_MSG or "result" in about:
-            self._print(text, sys.stdout)
+            self._print_message(text, sys.stdout)
 
     @override
     def close(self) -> None:
         self._ended.set()
         if self._drawing is not None:
             self._drawing.join()
-            self._clear()
+            self._clear_progress_line()
         # Repeat the failures at the end, where a user sees them.
         if self._expected.steps and self._failures and not self._stopped:
-            self._print(f"The run failed; all messages of Snakemake are in .snakemake/log; {_RESUMES}.")
+            self._print_message(f"The run failed; all messages of Snakemake are in .snakemake/log; {_RESUMES}.")
             for text in self._failures:
-                self._print(text)
+                self._print_message(text)
         self._failures.clear()
         super().close()
 
@@ -115,46 +115,46 @@ class LogHandler(LogHandlerBase):
         elif event == LogEvent.RESOURCES_INFO and ("cores" in about or "nodes" in about):
             self._expected.at_once = int(about.get("cores") or about.get("nodes") or 1)
         elif event == LogEvent.RUN_INFO:
-            self._expected.plan({rule: count for rule, count in about["stats"].items() if rule != "total"})
-            self._drawing = threading.Thread(target=self._draw, daemon=True)
+            self._expected.begin_run({rule: count for rule, count in about["stats"].items() if rule != "total"})
+            self._drawing = threading.Thread(target=self._redraw_progress_line_until_end, daemon=True)
             self._drawing.start()
         elif event == LogEvent.JOB_INFO:
             name = " ".join([about["rule_name"], *map(str, about["wildcards"].values())])
-            logs, size = [Path(log) for log in about["log"]], _relative_size(about["input"])
-            self._expected.begin(about["jobid"], about["rule_name"], name, logs, size)
+            logs, size = [Path(log) for log in about["log"]], _relative_size_of_first_input(about["input"])
+            self._expected.begin_job(about["jobid"], about["rule_name"], name, logs, size)
         elif event in (LogEvent.JOB_FINISHED, LogEvent.JOB_ERROR):
             well = event == LogEvent.JOB_FINISHED
-            self._expected.end(about["job_id" if well else "jobid"], well)
+            self._expected.end_job(about["job_id" if well else "jobid"], well)
             if self._first_figure is not None and self._first_figure.is_file():
-                self._print(f"First polar map: {self._first_figure}")
+                self._print_message(f"First polar map: {self._first_figure}")
                 self._first_figure = None
 
     def _report_failure(self, text: str) -> None:
         if text not in self._failures:
             self._failures[text] = None
-            self._print(text)
+            self._print_message(text)
 
-    def _print(self, text: str, where: Any = None) -> None:
-        self._clear()
+    def _print_message(self, text: str, where: Any = None) -> None:
+        self._clear_progress_line()
         print(text, file=where or sys.stderr, flush=True)
 
-    def _draw(self) -> None:
+    def _redraw_progress_line_until_end(self) -> None:
         on_terminal = sys.stderr.isatty()
         while not self._ended.wait(_TERMINAL_INTERVAL if on_terminal else _LOG_INTERVAL):
-            line = self._expected.line()
+            line = self._expected.progress_line()
             if on_terminal:
-                self._clear()
+                self._clear_progress_line()
                 width = shutil.get_terminal_size().columns
                 print(line[: width - 1], end="", file=sys.stderr, flush=True)
             else:
                 print(line, file=sys.stderr, flush=True)
 
-    def _clear(self) -> None:
+    def _clear_progress_line(self) -> None:
         if sys.stderr.isatty():
             print("\r\x1b[K", end="", file=sys.stderr, flush=True)
 
 
-def _relative_size(inputs: list[str]) -> float:
+def _relative_size_of_first_input(inputs: list[str]) -> float:
     """Return the size of a job's first input file relative to the mean size of files of this type in its folder."""
     with suppress(OSError, IndexError, ZeroDivisionError):
         first = Path(str(inputs[0]))
@@ -163,10 +163,10 @@ def _relative_size(inputs: list[str]) -> float:
     return 1.0
 
 
-def _error_of_step(rule: str, logs: list[str]) -> str:
+def _error_message_of_step(rule: str, logs: list[str]) -> str:
     """Return the error message at the end of a step's log; the last line if it is a traceback."""
     for log in logs:
-        lines = [line for line in _lines(Path(log)) if line.strip()]
+        lines = [line for line in _read_log_lines(Path(log)) if line.strip()]
         begins = [index for index, line in enumerate(lines) if line.startswith("error: ")]
         if begins:
             after = lines[begins[-1] + 1 :]
@@ -181,7 +181,7 @@ def _error_of_step(rule: str, logs: list[str]) -> str:
     return f"error: the step {rule} failed without a message" + "".join(f"; see {log}" for log in logs[:1])
 
 
-def _strip_positions(text: str) -> str:
+def _error_message_without_positions(text: str) -> str:
     """Return an error message of Snakemake without the positions in the workflow's files."""
     lines = [line for line in text.splitlines() if line.strip() and not line.startswith("  File ")]
     if text.startswith("Traceback"):
@@ -201,7 +201,7 @@ def _strip_positions(text: str) -> str:
     return "\n".join(([first] if first else []) + lines[1:])
 
 
-def _lines(path: Path) -> list[str]:
+def _read_log_lines(path: Path) -> list[str]:
     with suppress(OSError):
         return path.read_text(encoding="utf-8", errors="replace").splitlines()
     return []

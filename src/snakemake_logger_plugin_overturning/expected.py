@@ -22,7 +22,7 @@ _TAIL: Final = 400
 
 @dataclass
 class RunningJob:
-    """A running job.
+    """Job of the workflow that is running: its name, expected time and log files.
 
     Attributes
     ----------
@@ -38,8 +38,8 @@ class RunningJob:
     work: float
     logs: list[Path]
 
-    def share(self) -> float:
-        """Return the share of the job that is done, from the last percentage in its log; 0 without one."""
+    def completed_share(self) -> float:
+        """Return the completed share of the job, from the last percentage in its log; 0 if there is none."""
         for log in self.logs:
             with suppress(OSError), log.open("rb") as file:
                 file.seek(max(log.stat().st_size - _TAIL, 0))
@@ -49,8 +49,8 @@ class RunningJob:
 
 
 @dataclass
-class Expected:
-    """Work of a run in expected seconds of its jobs.
+class ExpectedWork:
+    """Progress of a workflow run: the expected and the completed work, in expected seconds of its jobs.
 
     Attributes
     ----------
@@ -69,38 +69,39 @@ class Expected:
     _done: float = 0.0  # expected seconds of the jobs that ended
     _running: dict[int, RunningJob] = field(default_factory=dict)
 
-    def plan(self, counts: dict[str, int], now: float | None = None) -> None:
-        """Store the number of jobs of each rule."""
+    def begin_run(self, counts: dict[str, int], now: float | None = None) -> None:
+        """Begin a run: store its start time and the number of jobs of each rule."""
         self.steps = sum(counts.values())
         self._planned = sum(count * self.seconds.get(rule, UNKNOWN) for rule, count in counts.items())
         self._began = time.time() if now is None else now
 
-    def begin(self, job: int, rule: str, name: str, logs: list[Path], size: float = 1.0) -> None:
-        """Store a job that begins; its size is relative to the mean job of its rule."""
+    def begin_job(self, job: int, rule: str, name: str, logs: list[Path], size: float = 1.0) -> None:
+        """Store a job that begins; `size` is that of its input relative to the mean of the jobs of its rule."""
         self._running[job] = RunningJob(name, size * self.seconds.get(rule, UNKNOWN), logs)
 
-    def end(self, job: int, well: bool) -> None:
-        """Store a job that ended, successfully or not."""
+    def end_job(self, job: int, well: bool) -> None:
+        """Store the end of a job; its work counts as completed if the job was successful."""
         ended = self._running.pop(job, None)
         if ended is not None and well:
             self.finished += 1
             self._done += ended.work
 
-    def to_go(self, now: float) -> tuple[float, float]:
-        """Return the share of the work that is done, and the time to go, s."""
-        running = sum(job.share() * job.work for job in list(self._running.values()))
+    def completed_share_and_remaining_time(self, now: float) -> tuple[float, float]:
+        """Return the completed share of the work, and the remaining time, s."""
+        running = sum(job.completed_share() * job.work for job in list(self._running.values()))
         done = min((self._done + running) / max(self._planned, 1e-9), 1.0)
         pace = self._planned / self.at_once if done < _TRUSTED else (now - self._began) / done
         return done, max(pace * (1.0 - done), 0.0)
 
-    def line(self, now: float | None = None) -> str:
-        """Return one line: steps, share of the work, time to go, and the running jobs."""
-        share, seconds = self.to_go(time.time() if now is None else now)
+    def progress_line(self, now: float | None = None) -> str:
+        """Return the progress as one line: steps, share of the work, remaining time, and the running jobs."""
+        share, seconds = self.completed_share_and_remaining_time(time.time() if now is None else now)
         names = ", ".join(job.name for job in list(self._running.values()))
-        return f"{self.finished} of {self.steps} steps, {share:.0%}, {clock(seconds)} to go: {names}".removesuffix(": ")
+        time_left = format_minutes_and_seconds(seconds)
+        return f"{self.finished} of {self.steps} steps, {share:.0%}, {time_left} to go: {names}".removesuffix(": ")
 
 
-def clock(seconds: float) -> str:
-    """Return a time as minutes and seconds."""
+def format_minutes_and_seconds(seconds: float) -> str:
+    """Return a time given in seconds as text of minutes and seconds, such as 3:20."""
     minutes, rest = divmod(round(seconds), 60)
     return f"{minutes}:{rest:02d}"

@@ -16,7 +16,7 @@ import pytest
 
 from overturning.cli import main
 from overturning.commands import fork_client
-from overturning.commands.fork_client import SERVER_VARIABLE, THREADS_VARIABLE, run_step_in_fork_server
+from overturning.commands.fork_client import SERVER_VARIABLE, THREADS_VARIABLE, run_workflow_step_in_fork_server
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the server runs on Linux only")
 
@@ -27,7 +27,7 @@ READ_STEP = ("read", "--study", STUDY, "--record", "rinaldi")
 
 @contextmanager
 def running_server(table: Path) -> Iterator[psutil.Process]:
-    """Run the server that starts steps as copies of itself, and logs time and memory to `table`; yield its process."""
+    """Start the fork server, which logs time and memory of workflow steps to `table`; yield its process."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(THREADS_VARIABLE, "1")
         patch.setenv(SERVER_VARIABLE, "")
@@ -41,40 +41,40 @@ def running_server(table: Path) -> Iterator[psutil.Process]:
 
 
 @pytest.fixture(scope="module")
-def measurements(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Path of the server's table of measurements."""
+def measurement_table(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the path of the table in which the fork server logs time and memory of each step."""
     return tmp_path_factory.mktemp("server") / "steps.tsv"
 
 
 @pytest.fixture(scope="module")
-def server_factory(measurements: Path) -> Iterator[Callable[[], psutil.Process]]:
-    """Return the server process of this file, or a new one after a test that killed it."""
+def get_or_restart_server(measurement_table: Path) -> Iterator[Callable[[], psutil.Process]]:
+    """Return a function that gives the fork server of this file, or a new one after a test that killed it."""
     started: list[psutil.Process] = []
     with ExitStack() as stack:
 
-        def current() -> psutil.Process:
+        def running_server_process() -> psutil.Process:
             if not started or not started[-1].is_running() or started[-1].status() == psutil.STATUS_ZOMBIE:
                 stack.close()
-                started.append(stack.enter_context(running_server(measurements)))
+                started.append(stack.enter_context(running_server(measurement_table)))
             return started[-1]
 
-        yield current
+        yield running_server_process
 
 
 @pytest.fixture
-def fork_server_process(server_factory: Callable[[], psutil.Process]) -> psutil.Process:
+def fork_server_process(get_or_restart_server: Callable[[], psutil.Process]) -> psutil.Process:
     """Process of the server, shared by the tests of this file, as it takes a second to start."""
-    return server_factory()
+    return get_or_restart_server()
 
 
 def run_step(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
-    """Run a step as a workflow does; without a server in the environment it is a separate process."""
+    """Run a workflow step in the fork server if the environment names one, otherwise in a separate process."""
     return subprocess.run([*PROGRAM, *words], env=os.environ | environment, capture_output=True, text=True, check=False)
 
 
-def measurement_rows(measurements: Path) -> list[list[str]]:
-    """Rows of the table of measurements without its heading: one for each step that ran in the server."""
-    lines = measurements.read_text(encoding="utf-8").splitlines() if measurements.exists() else []
+def measurement_rows(measurement_table: Path) -> list[list[str]]:
+    """Return the rows below the heading of the server's table: one for each step that ran in the server."""
+    lines = measurement_table.read_text(encoding="utf-8").splitlines() if measurement_table.exists() else []
     return [line.split("\t") for line in lines[1:]]
 
 
@@ -118,15 +118,15 @@ def endless_step(server: psutil.Process, folder: Path) -> Iterator[tuple[subproc
 
 
 def test_a_step_in_the_fork_server_gives_the_output_of_a_separate_process(
-    fork_server_process: psutil.Process, measurements: Path, tmp_path: Path
+    fork_server_process: psutil.Process, measurement_table: Path, tmp_path: Path
 ) -> None:
     for name, environment in (("own.nc", {SERVER_VARIABLE: ""}), ("server.nc", {})):
         done = run_step(*READ_STEP, "--output", str(tmp_path / name), **environment)
         assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
     assert (tmp_path / "own.nc").read_bytes() == (tmp_path / "server.nc").read_bytes()
-    (row,) = (one for one in measurement_rows(measurements) if str(tmp_path) in one[1])
+    (row,) = (one for one in measurement_rows(measurement_table) if str(tmp_path) in one[1])
     assert row[:2] == ["read", str(tmp_path / "server.nc")]
-    head = measurements.read_text(encoding="utf-8").splitlines()[0].split("\t")
+    head = measurement_table.read_text(encoding="utf-8").splitlines()[0].split("\t")
     used = dict(zip(head, row, strict=True))
     assert 0.0 < float(used["cpu_time"]) < 60.0
     assert 10.0 < float(used["max_rss"]) < 2000.0
@@ -134,11 +134,14 @@ def test_a_step_in_the_fork_server_gives_the_output_of_a_separate_process(
 
 @pytest.mark.parametrize("words", [("read", "--study", STUDY, "--record", "none", "--output", "x.nc"), ("read",)])
 def test_a_failing_step_in_the_fork_server_gives_the_usual_message_and_status(
-    fork_server_process: psutil.Process, measurements: Path, words: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+    fork_server_process: psutil.Process,
+    measurement_table: Path,
+    words: tuple[str, ...],
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    before = len(measurement_rows(measurements))
+    before = len(measurement_rows(measurement_table))
     served = run_step(*words)
-    assert len(measurement_rows(measurements)) == before + 1, "it ran in the server"
+    assert len(measurement_rows(measurement_table)) == before + 1, "it ran in the server"
     with pytest.raises(SystemExit) as end:
         main(list(words))  # as a process of its own does
     own = capsys.readouterr()
@@ -147,9 +150,9 @@ def test_a_failing_step_in_the_fork_server_gives_the_usual_message_and_status(
 
 
 def test_a_fork_server_step_has_the_folder_and_environment_of_its_client(
-    fork_server_process: psutil.Process, measurements: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    fork_server_process: psutil.Process, measurement_table: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    before = len(measurement_rows(measurements))
+    before = len(measurement_rows(measurement_table))
     monkeypatch.chdir(tmp_path)
     (tmp_path / "config").mkdir()
     (tmp_path / "config" / "records.tsv").write_text("id\tformat\tsource\nmine\tauto\tgone.V2A\n", encoding="utf-8")
@@ -159,7 +162,7 @@ def test_a_fork_server_step_has_the_folder_and_environment_of_its_client(
     (tmp_path / "temporary").mkdir(mode=0o500)
     assert run_step(*READ_STEP, "--output", "motion.nc", TMPDIR=str(tmp_path / "temporary")).returncode == 0
     assert (tmp_path / "motion.nc").is_file()
-    assert len(measurement_rows(measurements)) == before + 2
+    assert len(measurement_rows(measurement_table)) == before + 2
 
 
 def test_the_fork_server_runs_steps_concurrently(fork_server_process: psutil.Process, tmp_path: Path) -> None:
@@ -186,13 +189,13 @@ from overturning.commands import fork_server
 for server in (os.getpid(), 1):
     if not (step := os.fork()):
         request = {"environment": dict(os.environ), "folder": os.getcwd(), "arguments": ["init", f"of-{server > 1}"]}
-        fork_server._run_step_and_exit(request, [1, 2], signal.SIG_DFL, server)
+        fork_server._run_workflow_step_and_exit(request, [1, 2], signal.SIG_DFL, server)
     print(os.waitstatus_to_exitcode(os.waitpid(step, 0)[1]), flush=True)
 """
 """Program that runs a step as a forked copy of its parent, and one as that of another process; prints their status."""
 
 
-def test_a_step_does_not_run_if_its_server_ended_before_it_began(tmp_path: Path) -> None:
+def test_a_step_does_not_run_if_its_fork_server_ended_before_the_step_began(tmp_path: Path) -> None:
     environment = os.environ | {SERVER_VARIABLE: "of the server"}
     command = [sys.executable, "-c", LATE_STEPS]
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
@@ -202,7 +205,7 @@ def test_a_step_does_not_run_if_its_server_ended_before_it_began(tmp_path: Path)
 
 
 def test_the_fork_server_of_a_killed_workflow_ends_after_the_running_steps(tmp_path: Path) -> None:
-    """Those steps go on, and a new run waits for them."""
+    """The steps that run when a workflow is killed go on to their end, and a new run of the workflow waits for them."""
     motion = tmp_path / "motion.nc"
     code = (
         "import subprocess, sys\nfrom overturning.commands.fork_client import start_fork_server\n"
@@ -228,13 +231,17 @@ def test_the_fork_server_of_a_killed_workflow_ends_after_the_running_steps(tmp_p
     ("variable", "value"), [(THREADS_VARIABLE, "2"), (SERVER_VARIABLE, ""), (SERVER_VARIABLE, "/no/socket")]
 )
 def test_a_step_that_the_fork_server_cannot_run_is_run_by_the_caller(
-    fork_server_process: psutil.Process, measurements: Path, monkeypatch: pytest.MonkeyPatch, variable: str, value: str
+    fork_server_process: psutil.Process,
+    measurement_table: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    variable: str,
+    value: str,
 ) -> None:
-    """Its numerical libraries were loaded for one thread."""
-    before = measurement_rows(measurements)
+    """A step runs in its caller if there is no server, or if the server was started for another number of threads."""
+    before = measurement_rows(measurement_table)
     monkeypatch.setenv(variable, value)
-    assert run_step_in_fork_server(["--version"]) is None
-    assert measurement_rows(measurements) == before
+    assert run_workflow_step_in_fork_server(["--version"]) is None
+    assert measurement_rows(measurement_table) == before
 
 
 def test_steps_run_in_separate_processes_on_request(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -242,14 +249,14 @@ def test_steps_run_in_separate_processes_on_request(tmp_path: Path, monkeypatch:
     monkeypatch.setenv(THREADS_VARIABLE, "1")
     fork_client.start_fork_server(tmp_path / "steps.tsv")
     assert os.environ[SERVER_VARIABLE] == "off"
-    assert run_step_in_fork_server(["--version"]) is None
+    assert run_workflow_step_in_fork_server(["--version"]) is None
 
 
 @pytest.mark.parametrize("folder", ["gone", "long" * 30])
 def test_a_run_continues_without_a_fork_server_if_no_socket_can_be_made(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, folder: str
 ) -> None:
-    """No folder for temporary files, or a path that is too long for a socket."""
+    """The folder of temporary files does not exist, or its path is too long for a socket."""
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / folder))
     if folder != "gone":
         (tmp_path / folder).mkdir()
@@ -260,20 +267,20 @@ def test_a_run_continues_without_a_fork_server_if_no_socket_can_be_made(
 
 
 def test_a_fork_server_of_another_installation_is_not_used(
-    fork_server_process: psutil.Process, measurements: Path, monkeypatch: pytest.MonkeyPatch
+    fork_server_process: psutil.Process, measurement_table: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    before = measurement_rows(measurements)
+    before = measurement_rows(measurement_table)
     monkeypatch.setattr(fork_client, "installation_paths", lambda: [sys.executable, "/elsewhere"])
-    assert run_step_in_fork_server(["--version"]) is None
-    assert measurement_rows(measurements) == before
+    assert run_workflow_step_in_fork_server(["--version"]) is None
+    assert measurement_rows(measurement_table) == before
 
 
 def test_the_fork_server_loads_kernels_once_for_each_variant(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Before the first sweep after a successful one, which has left the kernels compiled on disk."""
+    """The kernels of a variant are loaded before its second sweep, because the first one compiles and stores them."""
     from overturning.commands import fork_server
 
     loaded: list[str] = []
-    monkeypatch.setattr(fork_server, "_load_kernels_of_sweep", lambda arguments: loaded.append(arguments[-1]))
+    monkeypatch.setattr(fork_server, "_load_compiled_simulation_code", lambda arguments: loaded.append(arguments[-1]))
     with socket.socket(socket.AF_UNIX) as listener:
         server = fork_server.ForkServer(listener, tmp_path / "steps.tsv")
         for variant in ("nominal", "nominal", "soft", "nominal", "soft", "soft"):
@@ -284,15 +291,16 @@ def test_the_fork_server_loads_kernels_once_for_each_variant(tmp_path: Path, mon
             if not process:
                 os._exit(0)
             os.waitid(os.P_PID, process, os.WEXITED | os.WNOWAIT)
-            server._steps[process] = fork_server.RunningStep(arguments, ours)
-            server._report_ended_steps()
+            server._steps[process] = fork_server.RunningWorkflowStep(arguments, ours)
+            server._report_ended_workflow_steps()
             assert theirs.recv(9) == b"0"
             theirs.close()
     assert loaded == ["nominal", "soft"]
 
 
 def test_steps_end_when_their_fork_server_is_killed(fork_server_process: psutil.Process, tmp_path: Path) -> None:
-    """The last test of the file: others would start a server again."""
+    """A running step is stopped if its fork server is killed."""
+    # The last test of the file: a test after it would start a new server.
     with endless_step(fork_server_process, tmp_path) as (client, process):
         fork_server_process.kill()
         assert "error: the fork server of the run has ended; run again" in client.communicate(timeout=60.0)[1]

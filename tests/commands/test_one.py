@@ -20,35 +20,35 @@ from tests.model.solids import rotate_surface, statue, write_mesh
 TABLE = str(Path(__file__).parents[2] / "config/records.tsv")
 
 
-def run_one(*arguments: object, status: int = 0) -> str:
+def run_command_one(*arguments: object, status: int = 0) -> str:
     """Run `overturning one` with the shipped record table, or with a pulse, and return its output."""
     of_table = () if any(str(word).startswith("sine ") for word in arguments) else ("--table", TABLE)
     return command_output("one", *of_table, *arguments, status=status)
 
 
-def test_one_gives_outcomes_film_and_figure_for_two_azimuths(tmp_path: Path) -> None:
+def test_command_one_gives_outcomes_film_and_figure_for_two_azimuths(tmp_path: Path) -> None:
     page, figure = tmp_path / "fall.html", tmp_path / "response.png"
-    text = run_one(
+    text = run_command_one(
         "--record", "rinaldi", "--azimuth", "32", "--azimuth", "122", "--animate", page, "--response", figure
     )
     assert "motion along N32°E: falls towards S32°W" in text
     assert "motion along S58°E: stands" in text
     assert page.stat().st_size < 300_000
     first = page.read_bytes()
-    run_one("--record", "rinaldi", "--azimuth", "32", "--azimuth", "122", "--animate", page)
+    run_command_one("--record", "rinaldi", "--azimuth", "32", "--azimuth", "122", "--animate", page)
     assert page.read_bytes() == first
     assert figure.read_bytes().startswith(b"\x89PNG")
 
 
-def test_one_accepts_a_damping_coefficient_in_absolute_units() -> None:
-    assert "N32°E" in run_one("--record", "rinaldi", "--azimuth", "32", "--damping", "35000")
+def test_command_one_accepts_a_damping_coefficient_in_absolute_units() -> None:
+    assert "N32°E" in run_command_one("--record", "rinaldi", "--azimuth", "32", "--damping", "35000")
 
 
-def test_one_simulates_a_planar_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_command_one_simulates_a_planar_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(Path(TABLE).parents[1])
     page, figure = tmp_path / "fall.html", tmp_path / "response.svg"
     given = ("--record", "rinaldi", "--azimuth", "32", "--azimuth", "122", "--scene", "three-tier")
-    text = run_one(*given, "--animate", page, "--response", figure)
+    text = run_command_one(*given, "--animate", page, "--response", figure)
     assert "A shaft on two bases" in text
     assert "motion along N32°E: 1 of 3 falls: shaft falls towards S32°W" in text
     assert "motion along S58°E: everything stands" in text
@@ -59,7 +59,7 @@ def test_one_simulates_a_planar_scene(tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 def test_a_printed_value_rounded_to_zero_has_no_minus_sign(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A slip of −0.04 mm is 0.0 cm to one decimal: whatever is printed with decimals has the sign of what is left."""
+    """A slip of −0.04 mm is printed as 0.0 cm, and not as −0.0 cm."""
     import overturning.dem.trajectory as module
 
     follow = module.trajectory
@@ -69,7 +69,7 @@ def test_a_printed_value_rounded_to_zero_has_no_minus_sign(monkeypatch: pytest.M
         return path.assign(residual_slip=0.0 * path["residual_slip"] - 4e-5)
 
     monkeypatch.setattr(module, "trajectory", trajectory_with_small_slip)
-    text = run_one("--record", "sine amplitude_gal=100 period_s=0.5", "--azimuth", "0")
+    text = run_command_one("--record", "sine amplitude_gal=100 period_s=0.5", "--azimuth", "0")
     assert text.rstrip().endswith("stands; does not lean; slipped 0.0 cm by the end")
     assert format_three_digits(-0.0) == "0"
     assert number(-0.001) == "0.00"
@@ -85,7 +85,7 @@ def test_the_package_runs_as_a_module() -> None:
 
 
 def test_the_help_lists_workflow_steps_separately() -> None:
-    """Every rule's command is in the second list and no command for users is."""
+    """The commands that only workflow rules call are in a second list; the commands for users are in the first."""
     first, steps = command_output("--help").split("Steps of the workflow (run by Snakemake):")
     listed = [set(re.findall(r"^  ([a-z][a-z-]+)  +\S", part, flags=re.MULTILINE)) for part in (first, steps)]
     rules = "".join(
@@ -135,26 +135,26 @@ BODY_OPTIONS = (*OF_RINALDI, "--body")
         ),
     ],
 )
-def test_errors_of_one_name_the_wrong_value(
+def test_error_messages_of_command_one_name_the_wrong_value(
     given: tuple[str, ...], message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(Path(TABLE).parents[1])
-    assert message in (text := run_one(*given, status=1))
+    assert message in (text := run_command_one(*given, status=1))
     assert "Traceback" not in text
 
 
 def test_a_block_slides_if_its_friction_is_below_b_over_h() -> None:
-    """A block at rest can tip only where µ is at least B/H: below it slides, however strong the motion."""
+    """A block can tip from rest only if µ is at least B/H; with less friction it slides, however strong the motion."""
     given = ("--record", "sine amplitude_gal=400 period_s=1", "--azimuth", "0", "--b-over-h", "0.3", "--friction")
-    assert "motion along N: stands; does not lean; slipped" in run_one(*given, "0.1")
-    assert "motion along N: falls" in run_one(*given, "1")
+    assert "motion along N: stands; does not lean; slipped" in run_command_one(*given, "0.1")
+    assert "motion along N: falls" in run_command_one(*given, "1")
 
 
 @pytest.mark.parametrize("space", [("--azimuth", "0"), ("--body",)])
 def test_printed_times_are_counted_from_the_start_of_the_record_file(
     tmp_path: Path, space: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A pulse at 4 s of a raw file. Regression: the fall was reported at 38 s, after 30 s of zeros of the filter."""
+    """A block falls in a pulse 4 s into a raw file. Regression: the fall was printed 30 s (filter padding) too late."""
     time = np.arange(1000) / 100
     wave = np.where((time > 4) & (time < 6), 600 * np.sin(2 * np.pi * (time - 4) / 2), 0.0)
     np.savetxt(tmp_path / "x.csv", np.column_stack([wave, 0.1 * wave]), fmt="%.3f", delimiter=",")
@@ -199,19 +199,19 @@ def test_the_response_figure_states_the_amplitude_factor(tmp_path: Path) -> None
     """Regression: a fall under twice the record was drawn as a fall under the record itself."""
     figure = tmp_path / "response.svg"
     given = ("--record", "sine amplitude_gal=400 period_s=1", "--azimuth", "0", "--amplitude", "2")
-    assert "pulse, sine pulse, motion × 2: B/H = 0.4" in run_one(*given, "--response", figure)
+    assert "pulse, sine pulse, motion × 2: B/H = 0.4" in run_command_one(*given, "--response", figure)
     assert "motion × 2" in figure.read_text(encoding="utf-8")
-    text = run_one("--record", "wtmc", "--azimuth", "0", "--amplitude", "0.1", "--no-vertical")
+    text = run_command_one("--record", "wtmc", "--azimuth", "0", "--amplitude", "0.1", "--no-vertical")
     assert "Kaikoura 2016, motion × 0.1, vertical motion left out: B/H = 0.4" in text
 
 
 def test_slip_in_a_stack_is_relative_to_the_support() -> None:
     """The lowest base slides on the ground by 9 mm, the shaft on the upper base by a third of a millimetre."""
     given = ("--record", "sine amplitude_gal=600 period_s=1 cycles=3", "--azimuth", "0", "--friction", "0.3")
-    assert "slipped 0.0 cm by the end (shaft)" in run_one(*given, "--scene", "three-tier")
+    assert "slipped 0.0 cm by the end (shaft)" in run_command_one(*given, "--scene", "three-tier")
 
 
-def test_one_reports_the_friction_set_by_the_scene(tmp_path: Path) -> None:
+def test_command_one_reports_the_friction_set_by_the_scene(tmp_path: Path) -> None:
     scene = tmp_path / "icy.yaml"
     scene.write_text(
         """name: icy
@@ -223,11 +223,11 @@ elements:
         encoding="utf-8",
     )
     given = ("--record", "sine amplitude_gal=600 period_s=1", "--azimuth", "0", "--scene", scene)
-    assert "µ = that of the scene\n  motion along N: stands; does not lean" in run_one(*given)
-    assert "--friction: the scene defines its own coefficients" in run_one(*given, "--friction", "1", status=1)
+    assert "µ = that of the scene\n  motion along N: stands; does not lean" in run_command_one(*given)
+    assert "--friction: the scene defines its own coefficients" in run_command_one(*given, "--friction", "1", status=1)
 
 
-def test_one_notes_a_scene_that_does_not_rest_before_the_motion(tmp_path: Path) -> None:
+def test_command_one_prints_a_note_on_a_scene_without_equilibrium_at_rest(tmp_path: Path) -> None:
     scene = tmp_path / "overhang.yaml"
     text = """name: overhang
 elements:
@@ -237,15 +237,17 @@ elements:
 """
     given = ("--record", "sine amplitude_gal=50 period_s=1", "--azimuth", "0", "--scene", scene)
     scene.write_text(text.replace("SHIFT", "0.245"), encoding="utf-8")
-    assert "note:" not in run_one(*given)
+    assert "note:" not in run_command_one(*given)
     scene.write_text(text.replace("SHIFT", "0.255"), encoding="utf-8")
-    assert "  note: the scene has no equilibrium at rest: an element falls or slides without an" in run_one(*given)
+    assert "  note: the scene has no equilibrium at rest: an element falls or slides without an" in run_command_one(
+        *given
+    )
 
 
-def test_one_simulates_a_3d_body(tmp_path: Path) -> None:
+def test_command_one_simulates_a_3d_body(tmp_path: Path) -> None:
     page, figure = tmp_path / "fall.html", tmp_path / "axis.svg"
     given = ("--record", "rinaldi", "--body", "--orientation", "20", "--b-over-h", "0.3", "--friction", "0.6")
-    text = run_one(*given, "--animate", page, "--response", figure)
+    text = run_command_one(*given, "--animate", page, "--response", figure)
     assert "the base moves level" in text
     assert "facing N20°E: falls towards S" in text
     assert '"faces":[[' in page.read_text(encoding="utf-8")
@@ -253,21 +255,21 @@ def test_one_simulates_a_3d_body(tmp_path: Path) -> None:
     assert "tilt of the axis" in figure.read_text(encoding="utf-8")
 
 
-def test_one_simulates_a_3d_stack(tmp_path: Path) -> None:
+def test_command_one_simulates_a_3d_stack(tmp_path: Path) -> None:
     page, figure = tmp_path / "fall.html", tmp_path / "axis.svg"
     given = ("--record", "rinaldi", "--scene", "three-tier", "--orientation", "20", "--friction", "0.6")
-    text = run_one(*given, "--animate", page, "--response", figure)
+    text = run_command_one(*given, "--animate", page, "--response", figure)
     assert "A shaft on two bases in 3-D" in text
     assert "facing N20°E: " in text
     assert page.read_text(encoding="utf-8").count('"faces":[[') == 3
     assert "tilt of the axis" in figure.read_text(encoding="utf-8")
-    refused = run_one(*given, "--azimuth", "0", status=1)
+    refused = run_command_one(*given, "--azimuth", "0", status=1)
     assert "--scene with --orientation simulates a stack in 3-D; leave out azimuth" in refused
-    assert "no stack" in run_one(*given[:3], "against-a-wall", *given[4:6], status=1)
+    assert "no stack" in run_command_one(*given[:3], "against-a-wall", *given[4:6], status=1)
 
 
-def test_one_counts_all_fallen_elements_of_a_gate(tmp_path: Path) -> None:
-    """Both pillars of 0.3 m x 2.2 m lie, the lintel on them."""
+def test_command_one_counts_all_fallen_elements_of_a_gate(tmp_path: Path) -> None:
+    """Both pillars of the gate (0.3 m × 2.2 m) fall, and the lintel comes to lie on them."""
     scene = tmp_path / "gate.yaml"
     scene.write_text(
         """name: gate
@@ -279,14 +281,14 @@ elements:
 """,
         encoding="utf-8",
     )
-    text = run_one("--record", "rinaldi", "--azimuth", "32", "--scene", scene)
+    text = run_command_one("--record", "rinaldi", "--azimuth", "32", "--scene", scene)
     assert "motion along N32°E: 3 of 3 fall: " in text
     assert all(f"{name} falls towards" in text for name in ("left", "right", "lintel"))
 
 
 def test_a_stack_that_slides_as_a_whole_has_the_slip_of_its_lowest_stone() -> None:
     """Without friction, stones stand still; the ground moves by A T²/2π, 95.5 cm for 6 m/s² and a period of 1 s."""
-    text = run_one(
+    text = run_command_one(
         *("--record", "sine amplitude_gal=600 period_s=1", "--scene", "three-tier", "--orientation", "0"),
         *("--friction", "0"),
     )
@@ -304,16 +306,16 @@ def test_a_stack_that_slides_as_a_whole_has_the_slip_of_its_lowest_stone() -> No
         (("--body", "--orientation", "0", "--aspect", "0"), "aspect: 0; it must be above 0"),
     ],
 )
-def test_dimensions_beyond_any_stone_are_refused_by_option_name(options: tuple[str, ...], words: str) -> None:
-    assert words in run_one("--record", "sine amplitude_gal=600 period_s=1", *options, status=1)
+def test_invalid_option_values_are_refused_with_the_name_of_the_option(options: tuple[str, ...], words: str) -> None:
+    assert words in run_command_one("--record", "sine amplitude_gal=600 period_s=1", *options, status=1)
 
 
-def test_one_prints_mass_pose_and_footprint_of_a_scan(tmp_path: Path) -> None:
+def test_command_one_prints_mass_pose_and_footprint_of_a_scan(tmp_path: Path) -> None:
     """A statue scanned in millimetres and tilted by 3°; its volume is 0.046 m³, and its foot is 0.2 m wide."""
     pytest.importorskip("trimesh")
     path = write_mesh(rotate_surface(statue(), 1, 3.0), tmp_path / "statue.ply", 1000.0)
     given = ("--record", "sine amplitude_gal=600 period_s=1", "--mesh", str(path), "--orientation", "20")
-    text = run_one(*given, "--density", "2000", "--mesh-unit", "mm", "--relief", "0.001")
+    text = run_command_one(*given, "--density", "2000", "--mesh-unit", "mm", "--relief", "0.001")
     for words in (
         "volume 0.046 m³, mass 92 kg",
         "placed in its nearest stable pose, tilted by 3.00° from its own vertical",
@@ -321,5 +323,7 @@ def test_one_prints_mass_pose_and_footprint_of_a_scan(tmp_path: Path) -> None:
         "facing N20°E: falls",
     ):
         assert words in text
-    assert "declare the unit" in run_one(*given, status=1)
-    assert "--density: inf kg/m³; it must be above 0 and finite" in run_one(*given, "--density", "inf", status=1)
+    assert "declare the unit" in run_command_one(*given, status=1)
+    assert "--density: inf kg/m³; it must be above 0 and finite" in run_command_one(
+        *given, "--density", "inf", status=1
+    )

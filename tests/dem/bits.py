@@ -20,10 +20,10 @@ from overturning.dem.simulate import simulate_as_arrays
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.records.store import read_record_from_motion_file
-from overturning.study.gather import merge_sweep_parts
+from overturning.study.gather import merge_outcome_files_into_cube
 from overturning.study.load import load_study_from_file_or_json
 from overturning.study.scenes import numerical_options_of_study
-from overturning.study.sweep import sweep_cases_of_record
+from overturning.study.sweep import simulate_and_write_cases_of_record
 from tests.dem.polygon_scenes import load_shipped_scene
 from tests.dem.test_polygon_identity import RESULT_FIELDS, noisy_motion, random_cases_of_scene
 
@@ -90,8 +90,10 @@ def cube_file_hash(stored: Path, folder: Path, threads: int) -> str:
     record = read_record_from_motion_file(stored)
     study = load_study_from_file_or_json(json.dumps(SMALL_STUDY | {"records": {"use": [record.record_id]}}))
     folder.mkdir(parents=True)
-    sweep_cases_of_record(study, record, folder / "part.nc", numerics=numerical_options_of_study(study, threads))
-    merge_sweep_parts(study, [record], [folder / "part.nc"], folder / "cube.nc")
+    simulate_and_write_cases_of_record(
+        study, record, folder / "part.nc", numerics=numerical_options_of_study(study, threads)
+    )
+    merge_outcome_files_into_cube(study, [record], [folder / "part.nc"], folder / "cube.nc")
     return hashlib.sha256((folder / "cube.nc").read_bytes()).hexdigest()
 
 

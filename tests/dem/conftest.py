@@ -8,7 +8,7 @@ from verification.reference import body_cundall
 
 
 @pytest.fixture
-def cundall_scheme_for_bodies() -> Iterator[None]:
-    """Let 3-D bodies use Cundall's scheme, too, from the reference implementation in `verification`."""
+def enable_cundall_scheme_for_bodies() -> Iterator[None]:
+    """Let 3-D bodies use Cundall's scheme during a test, from the reference implementation in `verification`."""
     with body_cundall.enable_cundall():
         yield

@@ -15,14 +15,14 @@ from typing import Any
 import numpy as np
 
 from overturning.dem.block.rigid import simulate_rigid_rocking
-from overturning.dem.faces import simulate_grid_and_body_face_planes
+from overturning.dem.faces import simulate_grid_also_in_planes_of_body_faces
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import simulate_cases
 from overturning.dem.simulate import create_case_grid
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact, VertexContact
-from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.model import Model
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene, gravestone
@@ -33,7 +33,7 @@ from tests.dem.polygon_scenes import block_element, load_shipped_scene, scene_of
 
 
 @cache
-def digest_motion(up: bool = False, samples: int = 480) -> Motion:
+def motion_for_outcome_digests(up: bool = False, samples: int = 480) -> Motion:
     """Return a piecewise linear motion, weak at start and end; exact in binary, since its knots are eighths of m/s²."""
     dice = np.random.default_rng(11)
     rows = dice.integers(-48, 49, (3, samples // 16 + 1)) / 8.0
@@ -69,15 +69,19 @@ MAX_BLOCK_STEPS = 8_000_000
 
 
 def outcomes_of_cases(model: Model | Scene, cases: Cases, up: bool = False, **options: Any) -> dict[str, Any]:
-    """Return the outcomes of cases under `digest_motion`, by name."""
+    """Return the outcomes of cases under `motion_for_outcome_digests`, by name."""
     return vars(
-        simulate_cases(model, digest_motion(up), cases, NumericalOptions(**{"budget": MAX_BLOCK_STEPS} | options))
+        simulate_cases(
+            model, motion_for_outcome_digests(up), cases, NumericalOptions(**{"budget": MAX_BLOCK_STEPS} | options)
+        )
     )
 
 
 def outcomes_of_rigid_blocks(up: bool, order: int) -> dict[str, Any]:
-    """Return the outcomes of 60 random rigid rocking blocks, by name; `order` is that of the integration."""
-    return simulate_rigid_rocking(digest_motion(up), draw_varied_cases(60, 4, tilted=True), order)._asdict()
+    """Return the outcomes of 60 random rigid rocking blocks, by name; `order` is that of the integration scheme."""
+    return simulate_rigid_rocking(
+        motion_for_outcome_digests(up), draw_varied_cases(60, 4, tilted=True), order
+    )._asdict()
 
 
 def outcomes_of_3d_blocks_and_their_2d_models() -> dict[str, Any]:
@@ -86,7 +90,7 @@ def outcomes_of_3d_blocks_and_their_2d_models() -> dict[str, Any]:
     grid = create_case_grid(
         model, [0.6], [0.15, 0.3], orientation_deg=[0.0, 30.0, 90.0], aspect=[1.0, 2.0], friction=[0.6]
     )
-    return simulate_grid_and_body_face_planes(model, digest_motion(), grid, NumericalOptions())
+    return simulate_grid_also_in_planes_of_body_faces(model, motion_for_outcome_digests(), grid, NumericalOptions())
 
 
 SOFT_BLOCK = gravestone(Contact(static_penetration=1e-4, damping_ratio=0.05, stiffness_ratio=0.5), density=2000.0)
@@ -166,7 +170,7 @@ OUTCOME_FUNCTIONS: dict[str, Callable[[], Mapping[str, Any]]] = {
         f"scene: {name}": partial(
             outcomes_of_cases,
             PlanarModel(one),
-            draw_varied_cases(20, 20 + number, size_reference_height_and_b_over_h(one)),
+            draw_varied_cases(20, 20 + number, reference_element_height_and_b_over_h(one)),
             number % 2 == 1,
         )
         for number, (name, one) in enumerate(SCENES.items())
@@ -178,12 +182,12 @@ OUTCOME_FUNCTIONS: dict[str, Callable[[], Mapping[str, Any]]] = {
     "stack in 3-D": partial(
         outcomes_of_cases,
         Stack(load_shipped_scene("three-tier")),
-        draw_varied_cases(16, 33, size_reference_height_and_b_over_h(load_shipped_scene("three-tier"))),
+        draw_varied_cases(16, 33, reference_element_height_and_b_over_h(load_shipped_scene("three-tier"))),
     ),
     "stack, Cundall": partial(
         outcomes_of_cases,
         PlanarModel(TWO_BLOCKS_IN_A_ROW),
-        draw_varied_cases(6, 32, size_reference_height_and_b_over_h(TWO_BLOCKS_IN_A_ROW)),
+        draw_varied_cases(6, 32, reference_element_height_and_b_over_h(TWO_BLOCKS_IN_A_ROW)),
         True,
         scheme="cundall",
     ),

@@ -21,7 +21,7 @@ def simulate_under_each_motion(model: Body | Stack, motions: list[Motion], cases
     """Simulate n cases under several level motions with the same times; return arrays of shape (motions, n, …).
 
     A lane that is not used costs as much as one that is, and a case has the same bits in any lane: see
-    `test_stack.test_cases_do_not_depend_on_their_neighbours`.
+    `test_stack.test_outcomes_of_a_case_do_not_depend_on_cases_simulated_with_it`.
     """
     assert len({(motion.sample_count, motion.sampling_interval) for motion in motions}) == 1
     assert all(motion.up is None for motion in motions)

@@ -10,7 +10,7 @@ from overturning.dem.polygon import rows as k
 from overturning.dem.polygon.plan import PolygonSimulationPlan, plan_scene_simulation
 from overturning.dem.polygon.state import ElementState
 from overturning.model.cases import Cases
-from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.planes import PlanarModel
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene, check_scene, load_scene
@@ -55,7 +55,7 @@ def motion_towards_north(acceleration: Any, interval: float = 0.01) -> Motion:
 
 def plan_single_case(made: Scene, motion: Motion, friction: float = 1.0, **options: Any) -> PolygonSimulationPlan:
     """Plan a case of a scene along azimuth 0 with the sizes of its file; times at rest are simulated, too."""
-    height, ratio = size_reference_height_and_b_over_h(made)
+    height, ratio = reference_element_height_and_b_over_h(made)
     return plan_scene_simulation(
         PlanarModel(made),
         motion,
@@ -81,7 +81,7 @@ def run_planned_case(
 def set_initial_state(how: PolygonSimulationPlan, element: int, **values: float) -> None:
     """Set x, z, angle, vx, vz or vw of an element at the start; it must not touch another element there."""
 
-    def set_state_number(path: str, number: float) -> None:
+    def set_initial_state_field(path: str, number: float) -> None:
         """Set one number of the element's initial state; `path` names the field, such as "pose.x"."""
         row = k.CASE.count + element * k.ELEMENT.count + k.ELEMENT.row_start(ElementState, path) // k.COLUMNS
         how.arrays.initial[0, row] = number
@@ -89,8 +89,8 @@ def set_initial_state(how: PolygonSimulationPlan, element: int, **values: float)
     paths = {"x": "pose.x", "z": "pose.z", "vx": "velocity.x", "vz": "velocity.z", "vw": "velocity.w"}
     for name, value in values.items():
         if name == "angle":
-            set_state_number("pose.angle", value)
-            set_state_number("pose.cos", np.cos(value))
-            set_state_number("pose.sin", np.sin(value))
+            set_initial_state_field("pose.angle", value)
+            set_initial_state_field("pose.cos", np.cos(value))
+            set_initial_state_field("pose.sin", np.sin(value))
         else:
-            set_state_number(paths[name], value)
+            set_initial_state_field(paths[name], value)

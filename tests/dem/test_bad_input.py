@@ -68,7 +68,7 @@ GRID: dict[str, Any] = {"azimuth_deg": [0.0], "height": [0.6], "b_over_h": [0.3]
         ({"model": gravestone(Contact(stiffness=1e18))}, ["stiffness", "penetration", "below"]),
     ],
 )
-def test_bad_arguments_are_refused(change: dict[str, Any], words: list[str]) -> None:
+def test_bad_arguments_of_a_simulation_are_refused(change: dict[str, Any], words: list[str]) -> None:
     with expect_error(ArgumentError, *words):
         simulate_as_arrays(MOTION, **{**GRID, **change})
 
@@ -84,7 +84,7 @@ def test_bad_arguments_are_refused(change: dict[str, Any], words: list[str]) -> 
         ({"stiffness": 1e7, "static_penetration": 1e-6}, "static_penetration 1e-06 and stiffness 1e.07 N/m .*keep one"),
     ],
 )
-def test_bad_contacts_are_refused(arguments: dict[str, Any], word: str) -> None:
+def test_bad_contact_parameters_are_refused(arguments: dict[str, Any], word: str) -> None:
     with pytest.raises(ValueError, match=word):
         Contact(**arguments)
 
@@ -108,7 +108,7 @@ def test_too_many_cases_are_refused_with_the_memory_they_need() -> None:
         )
 
 
-def test_unequal_lengths_and_an_unstable_initial_tilt_are_refused() -> None:
+def test_case_arrays_of_unequal_length_and_unstable_tilts_are_refused() -> None:
     with pytest.raises(ValueError, match="lengths differ"):
         Cases([0.0, 1.0], [0.6, 0.6, 0.6], 0.3, 1.0)
     with pytest.raises(ValueError, match="initial_tilt"):
@@ -153,7 +153,7 @@ def test_friction_argument_is_refused_for_a_scene_that_sets_all_coefficients() -
         (lambda: Scene(name="one"), ["elements: this key is needed"]),  # type: ignore[call-arg]
     ],
 )
-def test_arguments_of_a_wrong_type_are_refused_by_name(make: Callable[[], object], words: list[str]) -> None:
+def test_the_error_names_an_argument_of_wrong_type_or_value(make: Callable[[], object], words: list[str]) -> None:
     with expect_error(ArgumentError, *words):
         make()
 
@@ -171,21 +171,21 @@ def test_arguments_of_a_wrong_type_are_refused_by_name(make: Callable[[], object
         ({"width": 0.3, "height": 0.6, "at": [1e300, 0]}, "at 1e+300 m; a coordinate is at most"),
     ],
 )
-def test_a_length_out_of_bounds_is_refused_by_element_and_key(keys: dict[str, Any], word: str) -> None:
+def test_the_error_names_element_and_key_of_a_length_out_of_bounds(keys: dict[str, Any], word: str) -> None:
     with expect_error(ConfigError, f"element stone: {word}"):
         scene_of_elements({"name": "stone", "stands_on": "ground", **keys})
 
 
 @pytest.mark.parametrize("depth", [1e-6, 1e6])
 @pytest.mark.filterwarnings("error")
-def test_a_stack_of_the_least_or_largest_depth_has_an_outcome_or_a_reason(depth: float) -> None:
+def test_a_stone_of_extreme_depth_gets_a_case_status_without_a_warning(depth: float) -> None:
     stone = scene_of_elements({"name": "stone", "stands_on": "ground", "width": 0.3, "height": 0.6, "depth": depth})
     assert np.isfinite(simulate(MOTION, stone, orientation_deg=0.0).status.item())
 
 
 @pytest.mark.parametrize("direction", ["azimuth_deg", "orientation_deg"])
-def test_a_reference_element_that_is_no_stone_is_named_with_the_remedy(direction: str) -> None:
-    """The reference element is the first free one: a levelling slab of 1 mm."""
+def test_the_error_names_a_reference_element_too_thin_for_a_stone(direction: str) -> None:
+    """The reference element is the first free one, a levelling slab of 1 mm; the error proposes the key `reference`."""
     slab = {"name": "slab", "stands_on": "ground", "width": 0.5, "depth": 0.5, "height": 0.001}
     made = scene_of_elements(slab, {"name": "stone", "stands_on": "slab", "width": 0.3, "depth": 0.3, "height": 0.6})
     with expect_error(ArgumentError, "height: element slab of scene test is 0.001 m high", "reference:"):
@@ -245,7 +245,7 @@ def test_a_case_over_its_budget_of_steps_is_marked() -> None:
     assert found.overturned.tolist() == [-128]
 
 
-def test_the_budget_of_a_case_covers_its_reruns(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_step_budget_of_a_case_includes_its_reruns(monkeypatch: pytest.MonkeyPatch) -> None:
     """A case whose energy never balances is run with 1, 4 and 16 times the steps unless its budget ends it earlier."""
     monkeypatch.setattr(balance, "ENERGY_BOUND", -1.0)
     once = run_cases(MOTION, Cases(0.0, 0.6, 0.3, 1.0)).block_steps.item() / 21
@@ -254,7 +254,7 @@ def test_the_budget_of_a_case_covers_its_reruns(monkeypatch: pytest.MonkeyPatch)
     assert 7 * once < found.block_steps.item() < 9 * once
 
 
-def test_a_case_ends_when_its_budget_is_used_up() -> None:
+def test_a_case_ends_when_its_step_budget_is_used_up() -> None:
     """The budget of a scene counts the steps of all elements; a case may exceed its budget by the steps of a sample."""
     budget, step = 400_000, {"time_step": "0.02 stable", "leave_out": False}
     scene, cases = load_shipped_scene("three-tier"), Cases(0.0, 0.636, 0.38, 1.0)
@@ -276,7 +276,7 @@ def test_a_case_ends_when_its_budget_is_used_up() -> None:
 
 
 def test_a_slab_rattling_under_a_million_times_heavier_stone_exceeds_its_budget() -> None:
-    """The slab's contacts change in nearly every step, so steps are halved to the finest: it would take hours."""
+    """The slab's contacts change in nearly every step, so steps are halved to the finest; it would take hours."""
     slab = {"name": "slab", "width": 0.5, "height": 0.1, "stands_on": "ground", "material": "light"}
     stone = {"name": "stone", "width": 0.3, "height": 0.8, "stands_on": "slab"}
     ground = {"name": "ground", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]}

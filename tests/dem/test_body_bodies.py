@@ -95,7 +95,7 @@ def test_regular_prisms_agree_with_the_square_and_the_cylinder() -> None:
     ]
 
 
-def test_a_wedge_has_fallen_where_it_can_rest_on_another_face() -> None:
+def test_the_fall_tilt_of_a_wedge_is_that_of_rest_on_another_face() -> None:
     body = Polyhedron(WEDGE).unscaled_solid
     # From statics: the body is rotated until a face lies on the ground, with the centre above that face.
     tilts = [np.degrees(np.arccos(-normal[2])) for normal in body.faces]
@@ -104,7 +104,7 @@ def test_a_wedge_has_fallen_where_it_can_rest_on_another_face() -> None:
     assert len(body.points) == 4  # the upper edge touches only when it has fallen
 
 
-def test_vertices_that_cannot_touch_are_dropped() -> None:
+def test_vertices_that_cannot_touch_the_ground_are_removed_from_a_body() -> None:
     body = Polyhedron(BOX).unscaled_solid
     assert len(body.points) == 4
     # At each tilt below the fall tilt, in any direction, the lowest vertex is not among the dropped ones.
@@ -214,9 +214,9 @@ def test_faces_of_a_prism_given_by_vertices_are_numbered_from_the_x_axis(sides: 
         np.testing.assert_allclose(body.faces, own.faces, atol=1e-9)
 
 
-def test_sides_of_a_body_with_more_sides_than_numbers_are_not_numbered() -> None:
-    """A rounded scan has hundreds of facets on which the body could rest; its fall is detected anyway."""
-    stone = ScannedStone(round_stone(), [0.0, 0.0, 0.3], [0.03, 0.03, 0.03, 0.0, 0.0, 0.0], 0.003, "round")
+def test_faces_of_a_body_with_too_many_faces_are_not_numbered() -> None:
+    """A rounded scan has hundreds of facets on which it could rest; its falls are detected all the same."""
+    stone = ScannedStone(points_of_round_stone(), [0.0, 0.0, 0.3], [0.03, 0.03, 0.03, 0.0, 0.0, 0.0], 0.003, "round")
     assert len(stone.unscaled_solid.faces) > MAX_NUMBERED_FACES
     push = Motion(np.repeat([3.0, 0.0], [100, 300]), np.zeros(400), sampling_interval=0.01)
     found = simulate(push, stone, orientation_deg=[0.0, 100.0, 200.0], height=None, friction=[0.7])
@@ -225,7 +225,7 @@ def test_sides_of_a_body_with_more_sides_than_numbers_are_not_numbered() -> None
     np.testing.assert_allclose(np.cos(np.radians(found.fall_azimuth)), -1.0, atol=0.1)
 
 
-def round_stone() -> np.ndarray:
+def points_of_round_stone() -> np.ndarray:
     """Return points of a ball, evenly spread by the golden angle, with a small flat base."""
     height = 1.0 - 2.0 * (np.arange(500) + 0.5) / 500
     level, turn = np.sqrt(1.0 - height**2), np.pi * (1.0 + 5.0**0.5) * np.arange(500)
@@ -277,7 +277,7 @@ def test_a_grid_of_orientations_covers_one_symmetry_period() -> None:
 
 
 def test_statics_of_a_size_are_computed_once_for_all_records() -> None:
-    """A study plans each record by itself, with the same sizes."""
+    """A study plans the simulations of each record separately, with stones of the same sizes."""
     motion = Motion(np.zeros(50), np.zeros(50), sampling_interval=0.02)
     arguments = {"height": [0.7, 0.9], "b_over_h": [0.21, 0.31], "friction": 0.6}
     simulate_as_arrays(motion, "rectangle", orientation_deg=[0.0], **arguments)

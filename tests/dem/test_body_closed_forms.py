@@ -16,10 +16,10 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.body_starts import body_axis_and_lowest_direction, leaning_body_state, motion_at_rest
 from tests.dem.reference.particles import slip_on_a_plane
-from tests.dem.reference.rigid_impact import plastic_landing as compiled_landing
+from tests.dem.reference.rigid_impact import velocities_and_impulses_of_plastic_landing as compiled_landing
 
 BOTH_SCHEMES = pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
-pytestmark = pytest.mark.usefixtures("cundall_scheme_for_bodies")
+pytestmark = pytest.mark.usefixtures("enable_cundall_scheme_for_bodies")
 
 
 def tilt_and_azimuth(path: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
@@ -33,7 +33,7 @@ def tilt_and_azimuth(path: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("aspect", [1.0, 2.0])
-def test_a_rectangle_lifts_when_the_push_leaves_its_base(aspect: float) -> None:
+def test_a_box_overturns_once_the_resultant_force_passes_outside_its_base(aspect: float) -> None:
     ratio, beta = 0.4, np.arange(0.0, 360.0, 24.0)
     b, d, h = 0.5 * ratio, 0.5 * ratio * aspect, 0.5
     across = np.maximum(np.abs(np.sin(np.radians(beta))), 1e-12)
@@ -108,7 +108,7 @@ def test_a_cylinder_rolls_on_its_rim_with_steady_precession(precession: float, a
 @BOTH_SCHEMES
 @pytest.mark.parametrize("slender", [2.5, 3.0, 6.0])
 @pytest.mark.parametrize("rolls", [True, False])
-def test_the_contact_point_of_a_cylinder_turns_by_a_closed_form_when_nearly_flat(
+def test_the_contact_point_of_a_nearly_flat_cylinder_turns_by_the_closed_form(
     slender: float, rolls: bool, scheme: str
 ) -> None:
     # The closed form is the limit of ever closer passes; slender bodies need a smaller tilt.
@@ -160,8 +160,8 @@ def planar_landing_geometry(
     return outer * np.cos(angle - turn), square + half**2 / 3, turn
 
 
-def plastic_landing_ratio(x: np.ndarray, inertia: float, height: float) -> float:
-    """Return the angular velocity after over that before a flat plastic landing, from a complementarity problem.
+def plastic_landing_velocity_ratio(x: np.ndarray, inertia: float, height: float) -> float:
+    """Return the ratio of angular velocities after and before a flat plastic landing, by a complementarity problem.
 
     The base does not slip, so the centre of a body rotating with w about a horizontal axis moves with w · height, and
     (inertia + height²) w balances the moments of the vertical impulses p at the arms x, with 0 ≤ p ⟂ upward velocity
@@ -174,7 +174,7 @@ def plastic_landing_ratio(x: np.ndarray, inertia: float, height: float) -> float
     return float(w)
 
 
-def simulated_landing_ratio(
+def simulated_landing_velocity_ratio(
     body: int | str, over: str, ratio: float, contact: VertexContact, scheme: str, half: float = 0.5
 ) -> float:
     """Return the simulated ratio of the angular velocities after and before a flat landing.
@@ -212,21 +212,26 @@ CRITICALLY_DAMPED, OVERDAMPED = VertexContact(damping_ratio=1.0), VertexContact(
 @pytest.mark.parametrize("over", ["edge", "vertex"])
 def test_a_flat_landing_is_plastic_on_any_number_of_vertices(over: str, ratio: float) -> None:
     bodies = (8, 24, 96) if over == "vertex" else (4, 6, 8, 24, 96, "circle")
-    expected = {body: plastic_landing_ratio(*planar_landing_geometry(body, over, ratio)[:2], 0.5) for body in bodies}
+    expected = {
+        body: plastic_landing_velocity_ratio(*planar_landing_geometry(body, over, ratio)[:2], 0.5) for body in bodies
+    }
     for body, share in expected.items():
         x, inertia, _ = planar_landing_geometry(body, over, ratio)
         far = x.max() ** 2
         assert share == pytest.approx((inertia + 0.25 - far) / (inertia + 0.25 + far), abs=1e-6)
         # The remaining error at a damping ratio of 1 is bouncing of an end; it is of first order in the finest step.
-        assert simulated_landing_ratio(body, over, ratio, OVERDAMPED, "centred") == pytest.approx(share, abs=1e-3)
-        assert simulated_landing_ratio(body, over, ratio, CRITICALLY_DAMPED, "centred") == pytest.approx(
+        assert simulated_landing_velocity_ratio(body, over, ratio, OVERDAMPED, "centred") == pytest.approx(
+            share, abs=1e-3
+        )
+        assert simulated_landing_velocity_ratio(body, over, ratio, CRITICALLY_DAMPED, "centred") == pytest.approx(
             share, abs=3e-3
         )
     if over == "edge":
         assert expected[4] == pytest.approx(1.0 - 1.5 * ratio**2 / (1.0 + ratio**2), abs=1e-6)  # Housner
-        cylinder = simulated_landing_ratio("circle", over, ratio, OVERDAMPED, "centred")
+        cylinder = simulated_landing_velocity_ratio("circle", over, ratio, OVERDAMPED, "centred")
         apart = [
-            abs(simulated_landing_ratio(body, over, ratio, OVERDAMPED, "centred") - cylinder) for body in (4, 8, 96)
+            abs(simulated_landing_velocity_ratio(body, over, ratio, OVERDAMPED, "centred") - cylinder)
+            for body in (4, 8, 96)
         ]
         assert apart[2] < 5e-4
         assert apart[2] < apart[0]
@@ -236,8 +241,8 @@ def test_a_flat_landing_is_plastic_on_any_number_of_vertices(over: str, ratio: f
 @pytest.mark.parametrize("body", [8, "circle"])
 def test_a_flat_landing_is_plastic_with_both_schemes(body: int | str) -> None:
     soft = VertexContact(2e-5, damping_ratio=2.0)
-    share = plastic_landing_ratio(*planar_landing_geometry(body, "edge", 0.35)[:2], 0.5)
-    assert simulated_landing_ratio(body, "edge", 0.35, soft, "cundall") == pytest.approx(share, abs=1e-3)
+    share = plastic_landing_velocity_ratio(*planar_landing_geometry(body, "edge", 0.35)[:2], 0.5)
+    assert simulated_landing_velocity_ratio(body, "edge", 0.35, soft, "cundall") == pytest.approx(share, abs=1e-3)
 
 
 # Sliding and flying
@@ -263,11 +268,11 @@ def angular_momentum(path: xr.Dataset, inertia: np.ndarray) -> np.ndarray:
     w, *v = path.quaternion.values.T
     v = np.stack(v, axis=1)
 
-    def rotate(vectors: np.ndarray, sign: int) -> np.ndarray:
+    def rotate_with_body(vectors: np.ndarray, sign: int) -> np.ndarray:
         """Rotate vectors by the body's rotation (sign 1) or back (sign −1)."""
         return vectors + 2.0 * np.cross(sign * v, np.cross(sign * v, vectors) + w[:, None] * vectors)
 
-    return rotate(rotate(path.angular_velocity.values, -1.0) * np.diag(inertia), 1.0)
+    return rotate_with_body(rotate_with_body(path.angular_velocity.values, -1.0) * np.diag(inertia), 1.0)
 
 
 @BOTH_SCHEMES
@@ -339,7 +344,7 @@ def test_a_body_dropped_flat_while_it_moves_stays_flat(
         ("circle", 0.3, 0.31, 2.0, 1.5, 20.0, True),
     ],
 )
-def test_the_base_in_the_direction_of_sliding_decides_whether_a_body_that_lands_flat_tips(
+def test_whether_a_sliding_body_tips_as_it_lands_flat_depends_on_direction(
     shape: str | int, b_over_h: float, friction: float, along: float, down: float, angle: float, tips: bool
 ) -> None:
     """The body stays flat if the resultant, which leads the centre by µ h, passes through the base (LCP solver)."""
@@ -357,10 +362,10 @@ def test_the_base_in_the_direction_of_sliding_decides_whether_a_body_that_lands_
 @pytest.mark.parametrize(
     ("b_over_h", "friction", "up", "along"), [(0.3, 0.2, -1.5, 0.5), (0.3, 0.25, -1.3, 0.5), (0.4, 0.3, -1.5, 0.6)]
 )
-def test_a_record_that_throws_up_a_sliding_body_leaves_it_flat_with_a_valid_energy_balance(
+def test_a_sliding_body_thrown_up_by_the_base_lands_flat_and_balances_energy(
     b_over_h: float, friction: float, up: float, along: float
 ) -> None:
-    """The slip is that of a rigid body that lands plastically, and the planar model gives the same."""
+    """The slip equals that of the block in the 2-D model."""
     vertical, horizontal = np.zeros(400), np.zeros(400)
     vertical[100:125], horizontal[95:125] = up * STANDARD_GRAVITY, along * STANDARD_GRAVITY
     motion = Motion(horizontal, 0.0 * horizontal, vertical, sampling_interval=0.01, trust_data=True)
@@ -395,7 +400,7 @@ def drop_moving_prism(
 
 @pytest.mark.parametrize("damping_ratio", [1.0, 3.0])
 @pytest.mark.parametrize(("along", "down"), [(2.0, 3.0), (4.0, 5.0)])
-def test_a_body_dropped_flat_with_more_friction_tips_over(along: float, down: float, damping_ratio: float) -> None:
+def test_a_body_dropped_flat_tips_if_friction_exceeds_b_over_h(along: float, down: float, damping_ratio: float) -> None:
     """With µ > B/H the impulse lies outside the base; the outcome is valid, since the energy balances."""
     found = drop_moving_prism(0.3, 0.6, along, down, damping_ratio)
     assert found.overturned.item() == 1

@@ -83,7 +83,7 @@ def rolls_back(points: np.ndarray, turn: float, tilt: float) -> bool:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_the_fall_tilt_is_the_next_rest_tilt_in_the_direction_of_the_lean(seed: int) -> None:
+def test_the_fall_tilt_is_the_next_tilt_at_which_the_leaning_body_can_rest(seed: int) -> None:
     """At the fall tilt the height of the centre has a minimum from which the body does not roll back."""
     rng = np.random.default_rng(seed)
     lump = rng.normal(size=(14, 3))

@@ -36,7 +36,7 @@ RECTANGLE = Body("rectangle", SOFT_CONTACT)
 VARIABLE_NAMES = [item.name for item in BODY_VARIABLES if item.name != "repeated"]
 
 
-def strong_part_with_vertical(number: int) -> Motion:
+def strong_part_of_record_with_vertical(number: int) -> Motion:
     """Return the strong part of a near-field record, with artificial vertical motion."""
     motion = strong_part_of_record(number, 8.0, 12.0)
     up = 0.4 * (motion.north - motion.east)
@@ -44,7 +44,7 @@ def strong_part_with_vertical(number: int) -> Motion:
 
 
 BOTH_SCHEMES = pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
-pytestmark = pytest.mark.usefixtures("cundall_scheme_for_bodies")
+pytestmark = pytest.mark.usefixtures("enable_cundall_scheme_for_bodies")
 
 
 @pytest.mark.long
@@ -63,19 +63,19 @@ def test_motion_along_a_face_normal_equals_the_2d_model(number: int) -> None:
     np.testing.assert_array_equal(sides, plane["overturned"])
     assert (plane["overturned"] != 0).any()
     stood = plane["overturned"] == 0
-    peak = plane["peak_rotation"] * np.degrees(np.arctan(b_over_h_along_grid(grid)))
+    peak = plane["peak_rotation"] * np.degrees(np.arctan(b_over_h_as_grid_array(grid)))
     np.testing.assert_allclose(in_space["peak_tilt"][stood], peak[stood], rtol=1e-6)
     # Both errors are relative to the same work, or to the same energy barrier if that is larger.
     np.testing.assert_allclose(in_space["energy_error"], plane["energy_error"], rtol=0.02, atol=1e-8)
 
 
-def b_over_h_along_grid(grid: dict[str, list[float]]) -> np.ndarray:
-    """Return the B/H of a grid as an array that broadcasts over the cells of the 2-D model."""
+def b_over_h_as_grid_array(grid: dict[str, list[float]]) -> np.ndarray:
+    """Return the B/H of a grid of cases as an array that broadcasts over the outcomes of the 2-D model."""
     return np.array(grid["b_over_h"])[None, None, :, None]
 
 
 def test_orientations_that_symmetry_makes_equal_are_computed_once() -> None:
-    motion = strong_part_with_vertical(10)
+    motion = strong_part_of_record_with_vertical(10)
     grid = {"height": [0.6], "b_over_h": [0.25], "friction": [0.6], "aspect": [1.0, 2.0]}
     found = simulate_as_arrays(motion, RECTANGLE, orientation_deg=[20.0, 110.0, 200.0, 380.0], **grid)
     assert (found["block_steps"][:, 0, 0, 0, 0] > 0).tolist() == [True, False, False, False]
@@ -87,7 +87,7 @@ def test_orientations_that_symmetry_makes_equal_are_computed_once() -> None:
 
 
 def test_results_do_not_depend_on_order_threads_or_other_cases(monkeypatch: pytest.MonkeyPatch) -> None:
-    motion = strong_part_with_vertical(10)
+    motion = strong_part_of_record_with_vertical(10)
     grid = {"height": [0.5, 0.8], "b_over_h": [0.2, 0.35], "friction": [0.5]}
     turned = np.arange(0.0, 90.0, 6.0)
     whole = simulate_as_arrays(motion, RECTANGLE, orientation_deg=turned, **grid)
@@ -142,7 +142,7 @@ def test_steps_above_the_stable_limit_are_unstable(
         assert (not late < 10.0 * early) == grows, (share, early, late)
 
 
-def test_the_highest_contact_mode_on_an_edge_or_a_vertex_is_at_most_that_on_the_base() -> None:
+def test_no_contact_frequency_on_an_edge_or_vertex_exceeds_that_on_the_base() -> None:
     body = RectangularPrism().solid(0.6, 0.4, 1.3)
     whole = largest_unit_spring_eigenvalue(body)
     for kept in ([0, 1], [1, 2], [2]):
@@ -158,26 +158,29 @@ def test_the_highest_contact_mode_on_an_edge_or_a_vertex_is_at_most_that_on_the_
 def test_a_case_whose_energy_does_not_balance_is_rerun_with_shorter_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     grid = {"orientation_deg": np.arange(0.0, 90.0, 15.0), "height": [0.6], "b_over_h": [0.2, 0.35], "friction": [0.4]}
     first, finer = (
-        simulate_as_arrays(strong_part_with_vertical(10), "rectangle", refinement=times, **grid)
+        simulate_as_arrays(strong_part_of_record_with_vertical(10), "rectangle", refinement=times, **grid)
         for times in (1, balance.RERUN_REFINEMENT)
     )
     bound = float(np.median(first["energy_error"]))
     monkeypatch.setattr(balance, "ENERGY_BOUND", bound)
     monkeypatch.setattr(balance, "MAX_RERUNS", 1)
-    found, again = simulate_as_arrays(strong_part_with_vertical(10), "rectangle", **grid), first["energy_error"] > bound
+    found, again = (
+        simulate_as_arrays(strong_part_of_record_with_vertical(10), "rectangle", **grid),
+        first["energy_error"] > bound,
+    )
     never = again & (finer["energy_error"] > bound)
     np.testing.assert_array_equal(found["status"] == CaseStatus.UNSTABLE, never)
     for name in (*VARIABLE_NAMES, "block_steps"):
         expected = np.where(again, finer[name] + (first[name] if name == "block_steps" else 0), first[name])
         np.testing.assert_array_equal(found[name][~never], expected[~never], err_msg=name)
     cell = {"orientation_deg": 15.0, "height": 0.6, "b_over_h": 0.2, "friction": 0.4}
-    path = trajectory(strong_part_with_vertical(10), "rectangle", **cell)
+    path = trajectory(strong_part_of_record_with_vertical(10), "rectangle", **cell)
     assert path.attrs["block_steps"] == found["block_steps"][1, 0, 0, 0, 0]
     assert (np.diff(path.time) > 0).all()
     # A case that never balances is marked.
     monkeypatch.setattr(balance, "ENERGY_BOUND", -1.0)
     marked = simulate_as_arrays(
-        strong_part_with_vertical(10), "rectangle", **{name: [value] for name, value in cell.items()}
+        strong_part_of_record_with_vertical(10), "rectangle", **{name: [value] for name, value in cell.items()}
     )
     assert (marked["status"].item(), marked["overturned"].item()) == (CaseStatus.UNSTABLE, INT8_MISSING)
     assert np.isnan(marked["fall_azimuth"].item())
@@ -187,7 +190,7 @@ def test_a_case_whose_energy_does_not_balance_is_rerun_with_shorter_steps(monkey
 def test_energy_and_angular_momentum_balance_on_real_records(scheme: str) -> None:
     for number in (2, 10):
         found = simulate_as_arrays(
-            strong_part_with_vertical(number),
+            strong_part_of_record_with_vertical(number),
             "rectangle",
             orientation_deg=np.arange(0.0, 90.0, 18.0),
             height=[0.6],
@@ -202,7 +205,7 @@ def test_energy_and_angular_momentum_balance_on_real_records(scheme: str) -> Non
 
 @pytest.mark.long
 def test_both_schemes_find_the_same_falls() -> None:
-    motion, turned = strong_part_with_vertical(10), np.arange(0.0, 90.0, 15.0)
+    motion, turned = strong_part_of_record_with_vertical(10), np.arange(0.0, 90.0, 15.0)
     grid = {"orientation_deg": turned, "height": [0.6], "b_over_h": [0.2, 0.4], "friction": [0.6]}
     found = {
         scheme: simulate_as_arrays(motion, "rectangle", scheme=scheme, **grid) for scheme in ("centred", "cundall")
@@ -215,7 +218,7 @@ def test_both_schemes_find_the_same_falls() -> None:
 
 
 @pytest.mark.parametrize(("peak", "height", "b_over_h"), [(3.0, 1.2, 0.25), (4.5, 1.2, 0.4)])
-def test_a_cylinder_that_wobbles_on_its_rim_stands(peak: float, height: float, b_over_h: float) -> None:
+def test_a_cylinder_that_wobbles_on_its_rim_counts_as_standing(peak: float, height: float, b_over_h: float) -> None:
     """A base that moves in a circle makes the cylinder roll round; its tilt then repeats without loss for minutes."""
     time = np.arange(300) * 0.01
     radius, turn = peak * np.minimum(time, 1.0) * (time < 2.5), 4.0 * np.pi * time
@@ -237,8 +240,8 @@ SLIDING_PULSE = 5.0 * np.sin(0.5 * np.pi * 0.005 * np.arange(401))
 
 
 @cache
-def sliding_bodies(shape: str | int) -> xr.Dataset:
-    """Return the outcomes of a body with each friction under `SLIDING_PULSE`, computed together."""
+def outcomes_of_sliding_bodies(shape: str | int) -> xr.Dataset:
+    """Return the outcomes of a body that slides under `SLIDING_PULSE`, for several coefficients of friction."""
     motion = Motion(0.6 * SLIDING_PULSE, 0.8 * SLIDING_PULSE, sampling_interval=0.005)
     axes = {"height": [0.6], "b_over_h": [0.3], "friction": [0.002, 0.01, 0.02]}
     return simulate(motion, shape, orientation_deg=[20.0], **axes)
@@ -247,8 +250,8 @@ def sliding_bodies(shape: str | int) -> xr.Dataset:
 @pytest.mark.parametrize("shape", ["rectangle", "circle", 6])
 @pytest.mark.parametrize("friction", [0.002, 0.01, 0.02])
 def test_a_body_that_slides_for_long_is_simulated_to_its_stop(friction: float, shape: str | int) -> None:
-    """The body slides for 10 s to 3 min, far beyond 20/p after the record, with up to 300 times a fall's energy."""
-    found = sliding_bodies(shape).sel(friction=friction)
+    """The body slides for 10 s to 3 min, longer than the usual end of a case, 20/p (Housner's p) after the record."""
+    found = outcomes_of_sliding_bodies(shape).sel(friction=friction)
     peak, residual = sliding_displacement(SLIDING_PULSE, 0.005, friction)
     assert found.overturned.item() == 0
     assert found.peak_slip.item() == pytest.approx(peak, rel=5e-3)
@@ -256,7 +259,7 @@ def test_a_body_that_slides_for_long_is_simulated_to_its_stop(friction: float, s
     assert found.residual_slip_east.item() == pytest.approx(0.8 * residual, rel=5e-3)
 
 
-def slide_of_plate_to_rest(corners: np.ndarray, gyration: float, friction: float, start: np.ndarray) -> np.ndarray:
+def slip_and_rotation_to_rest(corners: np.ndarray, gyration: float, friction: float, start: np.ndarray) -> np.ndarray:
     """Return the displacement (m) and rotation (rad) over which friction stops a plate with n equal loads.
 
     `start` has the velocity along x and y (m/s) and the angular velocity (rad/s).
@@ -283,8 +286,8 @@ def slide_of_plate_to_rest(corners: np.ndarray, gyration: float, friction: float
 
 
 @cache
-def sliding_and_spinning_bodies(speed: float, spin: float, aspect: float) -> xr.Dataset:
-    """Return the outcomes of a plate with each friction that starts with a velocity and a rotation."""
+def outcomes_of_sliding_and_spinning_plates(speed: float, spin: float, aspect: float) -> xr.Dataset:
+    """Return the outcomes of a plate that starts with a velocity and a rotation, for two coefficients of friction."""
     start = InitialState((0.0, 0.0, 0.05), (1.0, 0.0, 0.0, 0.0), (speed, 0.0, 0.0), (0.0, 0.0, spin))
     return simulate(
         motion_at_rest(0.1), Body("rectangle", start=start), orientation_deg=[0.0], height=[0.1], b_over_h=[5.0],
@@ -297,11 +300,11 @@ def sliding_and_spinning_bodies(speed: float, spin: float, aspect: float) -> xr.
 def test_a_body_that_slides_and_spins_for_long_is_simulated_to_its_stop(
     friction: float, speed: float, spin: float, aspect: float
 ) -> None:
-    """The body slides and spins for 5 s to 40 s, beyond 20/p after the record; its corners carry equal loads to 2 %."""
-    found = sliding_and_spinning_bodies(speed, spin, aspect).sel(friction=friction)
+    """The body slides and spins for 5 s to 40 s; the loads on its corners are equal to 2 %."""
+    found = outcomes_of_sliding_and_spinning_plates(speed, spin, aspect).sel(friction=friction)
     corners = 0.25 * np.array([[1.0, aspect], [1.0, -aspect], [-1.0, -aspect], [-1.0, aspect]])
     gyration = 0.5 * np.sqrt((1.0 + aspect**2) / 12.0)
-    along, left, turned = slide_of_plate_to_rest(corners, gyration, friction, np.array([speed, 0.0, spin]))
+    along, left, turned = slip_and_rotation_to_rest(corners, gyration, friction, np.array([speed, 0.0, spin]))
     assert found.overturned.item() == 0
     assert found.residual_slip_north.item() == pytest.approx(along, rel=0.01)
     assert found.residual_slip_east.item() == pytest.approx(-left, abs=0.01 * along)
@@ -313,7 +316,7 @@ def test_a_body_that_slides_and_spins_for_long_is_simulated_to_its_stop(
     [("rectangle", {"orientation_deg": [0.0]}), ("circle", {"orientation_deg": [0.0]}),
      (None, {"azimuth_deg": [0.0]}), (None, {"azimuth_deg": [0.0], "scheme": "cundall"})],
 )  # fmt: skip
-def test_a_stone_that_is_still_in_the_air_is_undecided(shape: str | None, options: dict[str, Any]) -> None:
+def test_a_stone_in_the_air_at_the_end_of_the_record_is_undecided(shape: str | None, options: dict[str, Any]) -> None:
     """The base falls twice as fast as the stone for 2 s, so the stone is 20 m above it, upright, as the record ends."""
     up, along = np.full(200, -20.0), 0.5 * np.sin(0.08 * np.arange(200))
     motion = Motion(along, 0.0 * along, up, sampling_interval=0.01, trust_data=True)

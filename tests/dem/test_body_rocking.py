@@ -26,7 +26,7 @@ pytestmark = pytest.mark.long
 def test_a_shaken_box_agrees_with_an_independent_integration(
     b_over_h: float, aspect: float, amplitude: float, rate: float, friction: float, vertical: float
 ) -> None:
-    """Two cycles to the north and another frequency to the east; compared until the box leans by 0.6."""
+    """Two sine cycles to the north, another frequency to the east; compared until the box leans by 0.6 rad."""
     time, height, orientation = np.arange(250) * 0.01, 0.8, 20.0
     north, east = (
         np.where(time < 4 * np.pi / rate, peak * np.sin(factor * rate * time), 0.0)

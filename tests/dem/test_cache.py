@@ -54,7 +54,7 @@ def test_a_damaged_cache_file_is_a_cache_miss(
             assert compile_and_count_cache_use() == (1, 0)
 
 
-def test_an_inner_function_works_for_compiled_callers_and_refuses_python() -> None:
+def test_an_inner_kernel_function_runs_in_compiled_code_and_refuses_python() -> None:
     inner = numba.njit(**INNER)(lambda x: x + x)
     assert numba.njit(lambda x: inner(x) + 2.0)(20.0) == 42.0
     with pytest.raises(TypeError, match=r"called by compiled code only"):

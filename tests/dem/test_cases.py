@@ -27,13 +27,13 @@ def test_amplitude_is_a_factor_on_the_motion() -> None:
     np.testing.assert_array_equal(once.overturned, twice.overturned)
 
 
-def test_damping_factor_changes_the_contact() -> None:
+def test_the_damping_factor_of_a_case_changes_its_peak_rotation() -> None:
     motion = Motion(4.0 * SINE_CYCLES, 0 * TIME, sampling_interval=0.01)
     found = run_cases(motion, Cases(0.0, 0.6, 0.39, 1.0, damping_factor=[1.0, 0.05]))
     assert found.peak_rotation[0] != found.peak_rotation[1]
 
 
-def test_the_sign_of_the_initial_tilt_is_its_side() -> None:
+def test_the_sign_of_the_initial_tilt_is_the_side_of_the_lean() -> None:
     still = Motion(0 * TIME, 0 * TIME, sampling_interval=0.01)
     found = run_cases(still, Cases(0.0, 0.6, 0.3, 1.0, initial_tilt=[0.1, -0.1]))
     np.testing.assert_allclose(found.peak_rotation, 0.1 / np.arctan(0.3), rtol=1e-6)
@@ -48,7 +48,7 @@ def test_a_block_is_in_free_flight_while_the_ground_falls_faster_than_it() -> No
     assert found.energy_error[0] < 1e-2
 
 
-def test_progress_counts_block_steps_up_to_the_whole() -> None:
+def test_reported_progress_never_decreases_and_ends_at_the_total_steps() -> None:
     calls: list[tuple[int, int]] = []
     found = run_cases(
         Motion(4.0 * SINE_CYCLES, 0 * TIME, sampling_interval=0.01), Cases(0.0, 0.6, np.linspace(0.1, 0.5, 50), 0.5),

@@ -20,7 +20,7 @@ from overturning.motion.direction import cosine_and_sine_of_azimuth
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.near_field import read_near_field_record
-from tests.dem.paths import lower_corner_penetrations, stone_of_trajectory
+from tests.dem.paths import lower_corner_penetrations, trajectory_of_element_stone
 from tests.dem.reference.particles import slip_in_hops
 from verification.reference.closed_forms import (
     amplitude_after_impact,
@@ -56,7 +56,10 @@ def test_a_block_at_rest_does_not_creep_within_a_minute() -> None:
     )  # fmt: skip
     assert float(path.time[-1]) >= 59.9
     for name in ("x", "z", "rotation"):
-        assert float(np.abs(stone_of_trajectory(path)[name] - stone_of_trajectory(path)[name][0]).max()) <= 1e-9
+        assert (
+            float(np.abs(trajectory_of_element_stone(path)[name] - trajectory_of_element_stone(path)[name][0]).max())
+            <= 1e-9
+        )
 
 
 @pytest.mark.parametrize("upward", [0.0, -0.3 * STANDARD_GRAVITY, 0.2 * STANDARD_GRAVITY])
@@ -96,7 +99,7 @@ def test_both_corners_slip_at_the_friction_threshold(friction: float, upward: fl
         leave_out=False,
     )
     # The onset follows from the speed, which is the integral of the ramp's excess over the threshold.
-    time, speed = path.time.values, -stone_of_trajectory(path).velocity_x.values
+    time, speed = path.time.values, -trajectory_of_element_stone(path).velocity_x.values
     late = speed > 0.02
     start = time[late] - np.sqrt(2.0 * speed[late] / (1.1 * threshold / 8.0))
     onset = np.interp(np.median(start), time, path.ground_acceleration.values)
@@ -118,7 +121,7 @@ def test_free_rocking_agrees_with_housner(b_over_h: float, amplitude: float) -> 
     path = trajectory(
         fine, azimuth_deg=0, height=height, b_over_h=b_over_h, friction=10.0, initial_tilt=tilt, leave_out=False
     )
-    angle, time = stone_of_trajectory(path).rotation.values, path.time.values
+    angle, time = trajectory_of_element_stone(path).rotation.values, path.time.values
     crossing = int(np.argmax(angle < 0.0))
     share = angle[crossing - 1] / (angle[crossing - 1] - angle[crossing])
     quarter = time[crossing - 1] + share * (time[crossing] - time[crossing - 1])
@@ -140,11 +143,11 @@ def test_energy_in_free_rocking_never_rises(b_over_h: float) -> None:
     energy = (
         0.5
         * (
-            stone_of_trajectory(path).velocity_x ** 2
-            + stone_of_trajectory(path).velocity_z ** 2
-            + inertia * stone_of_trajectory(path).angular_velocity ** 2
+            trajectory_of_element_stone(path).velocity_x ** 2
+            + trajectory_of_element_stone(path).velocity_z ** 2
+            + inertia * trajectory_of_element_stone(path).angular_velocity ** 2
         ).values
-        + STANDARD_GRAVITY * (stone_of_trajectory(path).z.values - 0.5 * height)
+        + STANDARD_GRAVITY * (trajectory_of_element_stone(path).z.values - 0.5 * height)
         + 0.5 * stiffness * (sunk**2).sum(axis=0)
     )
     risen = energy - np.minimum.accumulate(energy)
@@ -169,7 +172,7 @@ LOW_FRICTIONS = (0.002, 0.01, 0.02)
 
 
 @cache
-def sliding_blocks(height: float, b_over_h: float, scheme: str) -> CaseResults:
+def outcomes_of_sliding_blocks(height: float, b_over_h: float, scheme: str) -> CaseResults:
     """Return the outcomes of a block with each of `LOW_FRICTIONS` under `SLIDING_PULSE`, computed together."""
     motion = Motion(SLIDING_PULSE, 0 * SLIDING_PULSE, sampling_interval=0.005)
     return run_cases(motion, Cases(0.0, height, b_over_h, LOW_FRICTIONS), scheme=scheme)
@@ -179,9 +182,9 @@ def sliding_blocks(height: float, b_over_h: float, scheme: str) -> CaseResults:
 @pytest.mark.parametrize(("height", "b_over_h"), [(0.3, 2.0), (0.6, 0.3), (2.0, 0.1)])
 @pytest.mark.parametrize("friction", LOW_FRICTIONS)
 def test_a_block_that_slides_for_long_stands(friction: float, height: float, b_over_h: float, scheme: str) -> None:
-    """The block slides for 10 s to 4 min, far beyond 20/p after the record, with up to 300 times a fall's energy."""
+    """The block slides for 10 s to 4 min, longer than the usual end of a case, 20/p (Housner's p) after the record."""
     assert friction < 0.5 * b_over_h
-    found, case = sliding_blocks(height, b_over_h, scheme), LOW_FRICTIONS.index(friction)
+    found, case = outcomes_of_sliding_blocks(height, b_over_h, scheme), LOW_FRICTIONS.index(friction)
     peak, residual = sliding_displacement(SLIDING_PULSE, 0.005, friction)
     assert found.overturned[case] == 0
     assert found.peak_slip[case] == pytest.approx(peak, rel=5e-3)
@@ -199,10 +202,10 @@ def test_a_drop_follows_the_exact_bounce_of_a_damped_spring() -> None:
         azimuth_deg=0, height=0.6, b_over_h=1.0, friction=0.5, leave_out=False,
         time_step="0.02 stable",
     )  # fmt: skip
-    height, time = stone_of_trajectory(path).z.values, path.time.values
+    height, time = trajectory_of_element_stone(path).z.values, path.time.values
     # Free flight: the speed at touch follows from the energy at the last sample before.
     touch = int(np.argmax((time > 0.3) & (lower_corner_penetrations(path)[0] > 0))) - 1
-    gap, fall = -lower_corner_penetrations(path)[0][touch], -stone_of_trajectory(path).velocity_z.values[touch]
+    gap, fall = -lower_corner_penetrations(path)[0][touch], -trajectory_of_element_stone(path).velocity_z.values[touch]
     speed = float(np.sqrt(fall**2 + 2 * STANDARD_GRAVITY * gap))
     normal, _, dashpot = contact.stiffness_and_damping_per_mass(0.6, 0.6, 2650.0)
     duration, rebound = bounce_on_spring_and_dashpot(speed, 2.0 * float(normal), 2.0 * float(dashpot))
@@ -261,8 +264,8 @@ def test_a_slab_slides_as_far_under_a_record_and_its_interpolation(number: int, 
             assert np.abs(found / expected - 1.0).max() <= 0.01, (kernel, interval, found / expected)
 
 
-def test_a_squat_block_lands_and_stays() -> None:
-    """At B/H 0.428 under Sepulveda the peak rotation equals that of Housner's block; landings must not bounce."""
+def test_a_squat_block_lands_without_bouncing() -> None:
+    """At B/H 0.428 under the Sepulveda record the peak rotation equals that of Housner's block, which never bounces."""
     record, height, b_over_h = read_near_field_record(23, pulse=False)[0], 1.597, 0.428
     north, east = cosine_and_sine_of_azimuth(41.24)
     along = 1.4508 * (record.north * north + record.east * east)
@@ -320,7 +323,7 @@ def throwing_base_acceleration(lift: float, push: float) -> tuple[np.ndarray, np
 def simulate_thrown_up_blocks(
     b_over_h: float, lift: float, push: float, general: bool, scheme: str
 ) -> dict[Any, tuple[int, Any, Any]]:
-    """Return flag, peak rotation and residual slip of all blocks with B/H `b_over_h` that one motion throws up.
+    """Return overturning flag, peak rotation and residual slip of all blocks of one B/H that a motion throws up.
 
     The keys are friction, azimuth (degrees) and amplitude.
     """

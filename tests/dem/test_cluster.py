@@ -38,7 +38,7 @@ def cases_of_sweep() -> overturning.Cases:
     return overturning.Cases(azimuth, 0.6, ratio, 0.7)
 
 
-def test_a_sweep_on_a_cluster_has_the_bits_of_one_process(dask_client: "Client") -> None:
+def test_a_sweep_on_a_cluster_is_bit_equal_to_one_in_a_single_process(dask_client: "Client") -> None:
     grid = {"azimuth_deg": range(0, 360, 2), "height": [0.6, 1.0], "b_over_h": [0.2, 0.3, 0.4], "friction": [0.5, 1.0]}
     alone, spread = (overturning.simulate(MOTION, **grid, client=each) for each in (None, dask_client))
     assert spread.identical(alone)
@@ -51,14 +51,14 @@ def test_a_sweep_on_a_cluster_has_the_bits_of_one_process(dask_client: "Client")
 def test_a_killed_worker_loses_no_result(dask_client: "Client") -> None:
     killed = []
 
-    def kill_one(done: int, total: int) -> None:
+    def kill_worker_once(done: int, total: int) -> None:
         """Kill one worker when the first cases are finished."""
         if not killed:
             assert done < total, "the worker was killed too late: no tasks were left"
             killed.append(next(iter(dask_client.run(os.getpid).values())))
             os.kill(killed[0], signal.SIGKILL)
 
-    spread = overturning.run_cases(MOTION, cases_of_sweep(), client=dask_client, progress=kill_one)
+    spread = overturning.run_cases(MOTION, cases_of_sweep(), client=dask_client, progress=kill_worker_once)
     alone = overturning.run_cases(MOTION, cases_of_sweep())
     assert killed
     for name, values in vars(alone).items():

@@ -62,7 +62,7 @@ def block_cases() -> Cases:
 
 
 @pytest.mark.parametrize("step", ["auto", "0.1 stable", 1e-4])
-def test_whole_steps_do_not_depend_on_the_contact(step: float | str) -> None:
+def test_the_contact_does_not_change_the_number_of_whole_steps_per_sample(step: float | str) -> None:
     made = [
         plan_simulation(PlanarModel(gravestone(Contact(static_penetration=delta, damping_ratio=ratio))), pulse_motion(),
         block_cases(), NumericalOptions(time_step=step)).steps
@@ -74,7 +74,7 @@ def test_whole_steps_do_not_depend_on_the_contact(step: float | str) -> None:
 
 @pytest.mark.parametrize("damping_ratio", [0.1, 1.0, 64.0, 3e5])
 @pytest.mark.parametrize("refinement", [1, 8])
-def test_the_finest_step_resolves_the_contact_however_deep_the_halving(damping_ratio: float, refinement: int) -> None:
+def test_the_finest_time_step_resolves_very_stiff_or_damped_contacts(damping_ratio: float, refinement: int) -> None:
     contact = Contact(static_penetration=1e-9, damping_ratio=damping_ratio)
     cases = block_cases()
     made = plan_simulation(
@@ -103,7 +103,7 @@ def step_control_of_case(pace: KernelStepControl, standing: float | None = None)
 
 @pytest.mark.parametrize("pace", [BLOCK, SCENE, BODY])
 @pytest.mark.parametrize("steps", [1, 3, 4])
-def test_every_step_lies_within_a_sample(pace: KernelStepControl, steps: int) -> None:
+def test_no_time_step_crosses_the_end_of_a_sample(pace: KernelStepControl, steps: int) -> None:
     whole, random = pace.whole, np.random.default_rng(1)
     sample = steps * whole
     case_step_control = step_control_of_case(pace, sample)
@@ -168,7 +168,7 @@ def step_is_rejected(steps: float, left: SolvedCornerContact, right: SolvedCorne
     )
 
 
-def test_a_gentle_touch_needs_no_finest_step() -> None:
+def test_a_gentle_touch_of_corners_is_accepted_in_steps_above_the_finest() -> None:
     near, far = solved_sticking_corner(-0.5e-6, 0.4e-6), solved_sticking_corner(-0.5e-6, 0.6e-6)
     assert not step_is_rejected(GENTLE_STEPS, near, near)
     assert step_is_rejected(GENTLE_STEPS, far, far)
@@ -176,8 +176,8 @@ def test_a_gentle_touch_needs_no_finest_step() -> None:
     assert not step_is_rejected(1.0, solved_sticking_corner(-1.0, 1.0), solved_sticking_corner(-1.0, 1.0))
 
 
-def test_only_a_corner_that_touches_or_leaves_makes_a_touch_less_gentle() -> None:
-    """One corner moves down by 4e-7 m and touches; the other stays closed, or in the air."""
+def test_only_the_travel_of_a_corner_that_touches_or_lifts_off_rejects_a_step() -> None:
+    """One corner touches after 4e-7 m; the other stays closed, stays in the air, or lifts off by 2e-6 m (rejected)."""
     touches = solved_sticking_corner(-1e-7, 3e-7)
     assert touches.far == pytest.approx(4e-7)
     for other in (solved_sticking_corner(5e-7, 6e-7), solved_sticking_corner(-6e-7, -5e-7)):
@@ -186,8 +186,8 @@ def test_only_a_corner_that_touches_or_leaves_makes_a_touch_less_gentle() -> Non
 
 
 @pytest.mark.parametrize("pace", [BLOCK, SCENE, BODY])
-def test_every_long_step_has_the_same_number_of_tries_before_it_is_halved(pace: KernelStepControl) -> None:
-    """Each repetition assumes other sliding points; earlier steps do not matter."""
+def test_every_long_time_step_is_tried_equally_often_before_it_is_halved(pace: KernelStepControl) -> None:
+    """Each try assumes that other contact points slide; tries of earlier steps do not count."""
     case_step_control, length = step_control_of_case(pace), 0.5 * pace.whole
     attempt, tries, lengths = StepAttempt(length, 8.0, 0.0), [], []
     most = int(pace.tries)
@@ -203,7 +203,7 @@ def test_every_long_step_has_the_same_number_of_tries_before_it_is_halved(pace: 
 
 
 @pytest.mark.parametrize("pace", [BLOCK, SCENE, BODY])
-def test_a_step_in_which_a_body_begins_to_slide_is_halved_and_begins_as_before(pace: KernelStepControl) -> None:
+def test_a_step_in_which_sliding_begins_is_halved_with_unchanged_assumptions(pace: KernelStepControl) -> None:
     """The step is halved with the same assumptions until it is short enough, and only then repeated with sliding."""
     case_step_control, begins = step_control_of_case(pace), NO_CONTACT_CHANGES._replace(wrong=True, slides=True)
     attempt, lengths = StepAttempt(pace.whole, 8.0, 0.0), []

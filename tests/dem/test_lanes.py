@@ -41,7 +41,7 @@ class MassTuple(NamedTuple):
     mass: float
 
 
-def compile_for_python(access: StateTupleAccess) -> StateTupleAccess:
+def compile_access_for_python(access: StateTupleAccess) -> StateTupleAccess:
     """Return the access functions of a tuple compiled so that Python can call them."""
     load, store, store_unless = access
     return StateTupleAccess(
@@ -57,17 +57,17 @@ rotate_pair = njit(lambda c, s, turn: mechanics.rotate_cosine_and_sine(c, s, tur
 clamp = njit(lambda force, limit: mechanics.clamp_magnitude(force, limit))
 
 ROWS = TupleRowLayout(4, MassTuple, ContactPairTuple)
-PAIR_ACCESS = compile_for_python(ROWS.tuple_access(ContactPairTuple))
-SECOND_SPRING_ACCESS = compile_for_python(ROWS.tuple_access(ContactPairTuple, "two"))
-ACCESS_WITHOUT_SPRING_FIELD = compile_for_python(ROWS.tuple_access(ContactPairTuple, unused_fields=["spring"]))
+PAIR_ACCESS = compile_access_for_python(ROWS.tuple_access(ContactPairTuple))
+SECOND_SPRING_ACCESS = compile_access_for_python(ROWS.tuple_access(ContactPairTuple, "two"))
+ACCESS_WITHOUT_SPRING_FIELD = compile_access_for_python(ROWS.tuple_access(ContactPairTuple, unused_fields=["spring"]))
 
 
 def state_array_of_own_indices() -> np.ndarray:
-    """Return the array of all lanes in which each number is its own index."""
+    """Return the state array of all lanes (cases in parallel) in which each number is its own index."""
     return np.arange(float(ROWS.size))
 
 
-def test_rows_of_a_lane_follow_the_fields_of_its_tuples() -> None:
+def test_the_rows_of_the_state_array_follow_the_fields_of_named_tuples() -> None:
     assert (ROWS.count, ROWS.size) == (6, 24)
     assert [
         ROWS.row_start(MassTuple, "mass"),
@@ -98,7 +98,7 @@ def test_tuples_are_stored_in_and_loaded_from_the_same_rows() -> None:
     assert np.flatnonzero(many < 0).tolist() == [24 + 16, 24 + 20]
 
 
-def test_store_unless_keeps_a_lane_and_omitted_fields_are_not_stored() -> None:
+def test_store_unless_keeps_values_on_request_and_skips_omitted_fields() -> None:
     array = state_array_of_own_indices()
     value = ContactPairTuple(-1.0, SpringTuple(-2.0, -3.0), SpringTuple(-4.0, -5.0))
     PAIR_ACCESS.store_unless(array, 0, True, value)
@@ -112,12 +112,12 @@ def test_store_unless_keeps_a_lane_and_omitted_fields_are_not_stored() -> None:
 
 def test_compiled_code_allocates_aligned_zeros() -> None:
     @njit(**OPTIONS)
-    def allocate(size: int) -> np.ndarray:
+    def allocate_zeros(size: int) -> np.ndarray:
         """Allocate zeros in compiled code."""
         return cache_line_aligned_zeros(size)
 
     for size in (1, 100, 4032):
-        numbers = allocate(size)  # not a copy: Python gets the array at its address
+        numbers = allocate_zeros(size)  # not a copy: Python gets the array at its address
         assert (numbers.ctypes.data % 64, numbers.size, np.abs(numbers).sum()) == (0, size, 0.0)
 
 

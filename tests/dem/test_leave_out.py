@@ -9,12 +9,7 @@ from hypothesis import strategies as st
 
 from overturning.dem.block import plan as block_plan
 from overturning.dem.body import plan as body_plan
-from overturning.dem.kernel.ground import (
-    LEAD,
-    REST_CHECK_BLOCK,
-    REST_CHECKS_PER_BLOCK,
-    largest_acceleration_ahead_of_samples,
-)
+from overturning.dem.kernel.ground import LEAD, REST_CHECK_BLOCK, REST_CHECKS_PER_BLOCK, largest_upcoming_acceleration
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.polygon import plan as polygon_plan
 from overturning.dem.quiet import dynamic_overshoot_bound
@@ -49,11 +44,11 @@ def near_field_motion(number: int, pulse: bool) -> Motion:
 
 @pytest.mark.long
 @pytest.mark.parametrize(("number", "pulse"), RECORDS)
-def test_skipping_rest_changes_no_flag_if_started_motion_is_simulated(
+def test_skipping_quiet_cases_starts_and_ends_changes_no_overturning_flag(
     number: int, pulse: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Skipping whole cases, and their quiet beginning and end, changes nothing; skipping within a case is off here."""
-    monkeypatch.setattr(block_plan, "rest_acceleration_threshold", lambda lifts, *_: 0.0 * lifts)
+    """Whole cases at rest are skipped, and the quiet beginning and end of others; skipping within a case is off."""
+    monkeypatch.setattr(block_plan, "largest_acceleration_without_motion", lambda lifts, *_: 0.0 * lifts)
     motion = near_field_motion(number, pulse)
     short = simulate_as_arrays(motion, **BLOCKS)
     full = simulate_as_arrays(motion, **BLOCKS, leave_out=False)
@@ -67,7 +62,7 @@ def test_skipping_rest_changes_no_flag_if_started_motion_is_simulated(
 
 
 @pytest.mark.long
-def test_skipping_rest_changes_no_more_flags_than_a_1e_9_change_of_the_motion() -> None:
+def test_skipping_times_at_rest_changes_no_more_falls_than_1e_9_of_amplitude() -> None:
     changed = np.zeros(3, int)
     for motion in (near_field_motion(*one) for one in RECORDS):
         short = simulate_as_arrays(motion, **BLOCKS)
@@ -82,8 +77,8 @@ def test_skipping_rest_changes_no_more_flags_than_a_1e_9_change_of_the_motion() 
 
 
 @pytest.mark.long
-def test_skipping_rest_of_stacks_changes_as_few_flags_as_a_1e_9_change_of_the_motion() -> None:
-    """The few flags that change are those of sensitive cases, so their numbers scatter (by the root of the mean)."""
+def test_skipping_rest_of_stacks_changes_as_few_falls_as_1e_9_of_amplitude() -> None:
+    """Only the outcomes of sensitive cases change, so that their number scatters by the square root of its mean."""
     skipped, disturbed = 0, np.zeros(4, int)
     stacks: dict[str, Any] = {
         "model": Stack(load_shipped_scene("three-tier")), "orientation_deg": np.arange(0.0, 90.0, 15.0),
@@ -149,7 +144,7 @@ KERNELS: dict[str, tuple[Any, Any]] = {
 
 
 def quiet_motion_with_pulse(wave: str, vertical: bool, level: float) -> Motion:
-    """Return 6 s of motion below the rest threshold of B/H 0.3 (steps, zigzag or slow), with a pulse in between."""
+    """Return 6 s of motion below the rocking threshold of B/H 0.3 (steps, zigzag or slow sine), with a strong pulse."""
     t, quiet = np.arange(1200) * 0.005, level * STANDARD_GRAVITY
     along = {
         "steps": quiet * np.sign(np.sin(9.0 * t)),
@@ -165,15 +160,15 @@ def quiet_motion_with_pulse(wave: str, vertical: bool, level: float) -> Motion:
 @pytest.mark.parametrize("vertical", [False, True])
 @pytest.mark.parametrize("wave", ["steps", "zigzag", "slow"])
 @pytest.mark.parametrize("name", KERNELS)
-def test_skipping_rest_does_not_change_the_fall_of_a_body(
+def test_skipping_times_at_rest_does_not_change_the_fall_of_a_body(
     name: str, wave: str, vertical: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Worst case: motion just below the threshold, near the contact's resonance, until the sample before a pulse."""
+    """Worst case: motion just below the rest threshold, near the contact's resonance, until a strong pulse."""
     model, plan = KERNELS[name]
     cases = Cases(np.repeat(np.arange(0.0, 180.0, 20.0), 4), 0.6, np.tile([0.3, 0.34, 0.4, 0.5], 9), 0.9)
     motion = quiet_motion_with_pulse(wave, vertical, 0.07 if name == "scene" else 0.13)
     short = simulate_cases(model, motion, cases)
-    monkeypatch.setattr(plan, "rest_acceleration_threshold", lambda lifts, *_: 0.0 * lifts)
+    monkeypatch.setattr(plan, "largest_acceleration_without_motion", lambda lifts, *_: 0.0 * lifts)
     full = simulate_cases(model, motion, cases)
     assert (full.samples_left_out == 0).all()
     assert short.samples_left_out.mean() > 100
@@ -187,10 +182,10 @@ def test_skipping_rest_does_not_change_the_fall_of_a_body(
 
 @pytest.mark.parametrize("vertical", [False, True])
 @pytest.mark.parametrize("wave", ["steps", "slow"])
-def test_skipping_rest_does_not_change_the_outcome_of_a_stack(
+def test_skipping_times_at_rest_does_not_change_the_outcome_of_a_stack(
     wave: str, vertical: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Worst case, as for a single body; a joint with µ = 0.2 slides in the pulse, and is at rest again after it."""
+    """Worst case: motion just below the rest threshold. A joint with µ = 0.2 slides in a pulse and is then at rest."""
     motion = quiet_motion_with_pulse(wave, vertical, 0.08)
     given: dict[str, Any] = {"orientation_deg": [0.0, 20.0, 40.0, 80.0], "friction": [0.2, 0.6]}
     model = Stack(load_shipped_scene("three-tier"))
@@ -207,7 +202,7 @@ def test_skipping_rest_does_not_change_the_outcome_of_a_stack(
         np.testing.assert_allclose(short[variable][stands], full[variable][stands], rtol=0.02, atol=tolerance)
 
 
-def test_a_fallen_stone_flies_as_far_while_the_stones_below_rest_and_samples_are_skipped() -> None:
+def test_skipping_times_at_rest_does_not_change_the_flight_of_a_fallen_stone() -> None:
     motion = quiet_motion_with_pulse("slow", False, 0.05)
     case = {"orientation_deg": 0.0, "friction": 0.6, "b_over_h": 0.15}
     short, full = (
@@ -229,8 +224,8 @@ def test_a_fallen_stone_flies_as_far_while_the_stones_below_rest_and_samples_are
 
 @pytest.mark.parametrize(("level", "falls"), [(0.9, 0.0), (1.2, 1.0)])
 @pytest.mark.parametrize("towards", [0.0, 180.0])
-def test_the_rest_limit_of_a_stack_is_that_of_its_weakest_direction(towards: float, level: float, falls: float) -> None:
-    """A shaft whose centre is 5 mm from the rim of its base tips at 0.017 g, after seconds that are skipped."""
+def test_the_rest_threshold_is_that_of_the_weakest_direction(towards: float, level: float, falls: float) -> None:
+    """A shaft whose centre is 5 mm from the rim of its base tips at 0.017 g, after seconds at rest that are skipped."""
     time, onset = np.arange(1600) * 0.005, 0.005 / 0.3 * STANDARD_GRAVITY
     # The shaft tips towards the rim when the base moves away from it.
     base = np.where(time < 0.05, 1.5, np.where((time > 4.0) & (time < 7.0), level, 0.0)) * -onset
@@ -309,7 +304,7 @@ def test_the_largest_acceleration_ahead_is_the_maximum_of_its_window(samples: in
     """The result equals the maximum over the samples ahead; it is infinite if these samples go beyond the record."""
     size = np.zeros((2, samples + 3))
     size[:, :samples] = np.random.default_rng(seed).random((2, samples))
-    found = largest_acceleration_ahead_of_samples(size, interval)
+    found = largest_upcoming_acceleration(size, interval)
     assert found.shape == (2, samples // REST_CHECK_BLOCK + 1, REST_CHECKS_PER_BLOCK)
     for (row, leap, look), largest in np.ndenumerate(found):
         at = REST_CHECK_BLOCK * leap + look

@@ -10,10 +10,10 @@ from overturning.dem.polygon import rows
 from overturning.dem.polygon.plan import plan_scene_simulation
 from overturning.dem.polygon.state import ElementState
 from overturning.model.cases import Cases
-from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene
-from tests.dem.compiled.polygon_steps import run_samples_and_count_pairs, solve_linked_elements
+from tests.dem.compiled.polygon_steps import run_case_and_count_tested_pairs, solve_linked_elements
 from tests.dem.polygon_scenes import block_element, motion_towards_north, scene_of_elements
 
 VELOCITY_CHANGE_ROW = rows.ELEMENT.row_start(ElementState, "trial.change.x")
@@ -73,11 +73,11 @@ def count_tested_pairs(made: Scene, peak: float, samples: int, sleep: bool) -> t
     planned: Any = plan_scene_simulation(
         PlanarModel(made),
         motion,
-        Cases([0.0], *size_reference_height_and_b_over_h(made), 0.6),
+        Cases([0.0], *reference_element_height_and_b_over_h(made), 0.6),
         NumericalOptions(leave_out=False),
     )
     chosen = np.zeros(1, np.int64)
-    most, found, _ = run_samples_and_count_pairs(
+    most, found, _ = run_case_and_count_tested_pairs(
         planned.kernel_input(chosen, planned.create_result_tables(1), 1), samples, sleep
     )
     return most, found

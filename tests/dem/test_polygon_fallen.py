@@ -11,7 +11,7 @@ from overturning.dem.run import simulate_cases
 from overturning.dem.trajectory import trajectory
 from overturning.figures.film_of_trajectory import outcome_sentence
 from overturning.model.cases import Cases
-from overturning.model.geometry import place_elements, size_reference_height_and_b_over_h
+from overturning.model.geometry import place_elements, reference_element_height_and_b_over_h
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
 from overturning.model.status import CaseStatus
@@ -57,17 +57,17 @@ def test_fall_angles_of_shipped_scenes_are_rest_angles(name: str) -> None:
                 assert item.fall_threshold_rotations_rad == pytest.approx((0.5 * np.pi,) * 2, abs=1e-11)
 
 
-def standing_polygon(generator: np.random.Generator) -> list[list[float]]:
+def random_standing_polygon(generator: np.random.Generator) -> list[list[float]]:
     """Return a random convex polygon that stands on the side between its first two vertices."""
     while True:
         angles = np.sort(generator.uniform(0, 2 * np.pi, generator.integers(3, 9)))
         points = np.stack([np.cos(angles), generator.uniform(0.5, 1.5) * np.sin(angles)], axis=1)
         points = (points - points[0]) @ rotation_of_side_onto_ground(points[1] - points[0])
-        if is_convex(points) and 0.0 < centre_of_mass(points) < points[1, 0]:
+        if is_convex(points) and 0.0 < distance_of_centre_from_first_vertex(points) < points[1, 0]:
             return points.tolist()
 
 
-def centre_of_mass(points: np.ndarray) -> float:
+def distance_of_centre_from_first_vertex(points: np.ndarray) -> float:
     """Return the distance of a polygon's centre of mass from its first vertex along x, m."""
     (x, z), (right, up) = points.T, np.roll(points, -1, axis=0).T
     areas = x * up - right * z
@@ -90,16 +90,16 @@ def is_convex(points: np.ndarray) -> bool:
 def test_fall_angles_of_random_polygons_are_rest_angles() -> None:
     generator = np.random.default_rng(5)
     for _ in range(60):
-        vertices = standing_polygon(generator)
+        vertices = random_standing_polygon(generator)
         body = place_elements(scene_of_elements({"name": "body", "vertices": vertices, "stands_on": "ground"}))[1]
         assert body.fall_threshold_rotations_rad == pytest.approx(
             nearest_other_rest_rotations(body.shape.vertices), abs=2 * ROTATION_STEP
         ), vertices
 
 
-def simulate_flags_and_peak_rotations(made: Scene, motion: Motion, **keys: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Simulate a scene along azimuth 0; return flags and peak rotations of its elements."""
-    found = simulate_cases(made, motion, Cases([0.0], *size_reference_height_and_b_over_h(made), 0.7, **keys))
+def simulate_fall_flags_and_peak_rotations(made: Scene, motion: Motion, **keys: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Simulate a scene along azimuth 0; return overturning flags and peak rotations of its elements."""
+    found = simulate_cases(made, motion, Cases([0.0], *reference_element_height_and_b_over_h(made), 0.7, **keys))
     return np.atleast_1d(found.overturned[0]), found.peak_rotation[0]
 
 
@@ -114,7 +114,7 @@ def leaning_slab(**keys: Any) -> Scene:
 @pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.parametrize("peak", [52.5, 52.8, 53.0, 53.2, 53.4])
 def test_the_fall_angle_depends_on_the_side(peak: float, mirrored: bool) -> None:
-    """The fall angle of 60° applies to −x only: rotated beyond it to +x the slab comes back, as with 100° given."""
+    """The fall angle of 60° applies to −x only: a slab rotated by more than 60° to +x comes back."""
     push = np.zeros(1500)
     push[50:125] = peak if mirrored else -peak
     motion = Motion(push, 0 * push, sampling_interval=0.004, trust_data=True)
@@ -142,17 +142,17 @@ def mirror_slab(made: Scene) -> Scene:
 def test_a_boulder_that_comes_to_rest_on_another_side_has_fallen(peak: float) -> None:
     time = np.arange(0, 1.005, 0.01)
     for sign in (1.0, -1.0):
-        flags, _ = simulate_flags_and_peak_rotations(
+        flags, _ = simulate_fall_flags_and_peak_rotations(
             load_shipped_scene("boulder"), motion_towards_north(sign * peak * np.sin(2 * np.pi * time))
         )
         assert flags[0] != 0, "it rests at 51° or 46°"
 
 
 def test_a_leaning_stone_falls_after_less_than_a_right_angle() -> None:
-    """0.1 m wide, 0.6 m high, tilted by 10°, beyond its critical angle of 9.5°; it lies after another 80°."""
+    """A stone 0.1 m × 0.6 m tilted by 10°, beyond its critical angle of 9.5°, lies after another 80°."""
     made = scene_of_elements(GROUND, block_element("stone", 0.1, 0.6, rotation_deg=10.0))
     assert np.degrees(place_elements(made)[1].fall_threshold_rotations_rad) == pytest.approx([100.0, 80.0])
-    flags, _ = simulate_flags_and_peak_rotations(made, motion_at_rest(1.0))
+    flags, _ = simulate_fall_flags_and_peak_rotations(made, motion_at_rest(1.0))
     assert flags.tolist() == [1]
 
 
@@ -170,7 +170,10 @@ def simulate_single_case(
 ) -> CaseResults:
     """Simulate a scene with the sizes of its file along one azimuth."""
     return simulate_cases(
-        made, motion, Cases([azimuth], *size_reference_height_and_b_over_h(made), friction), NumericalOptions(**options)
+        made,
+        motion,
+        Cases([azimuth], *reference_element_height_and_b_over_h(made), friction),
+        NumericalOptions(**options),
     )
 
 
@@ -402,8 +405,8 @@ def test_a_stone_that_another_falls_on_has_fallen() -> None:
     np.testing.assert_array_equal(short.overturned, full.overturned)
 
 
-def test_path_of_a_stack_goes_on_until_its_stones_lie() -> None:
-    """The path starts like one without the aftermath, has the same outcome, and ends without motion or overlap."""
+def test_the_trajectory_of_a_stack_goes_on_until_its_stones_lie() -> None:
+    """A trajectory with 5 s of aftermath begins like one without it, has the same outcome, and ends at rest."""
     motion, given = read_near_field_record(9)[0], {"azimuth_deg": 30.0, "friction": 0.7}
     decided, lying = (
         trajectory(motion, load_shipped_scene("three-tier"), **given, aftermath=time) for time in (0.0, 5.0)

@@ -25,13 +25,13 @@ SOFT_CONTACT = Contact(static_penetration=2e-5)
 """The contact of both kernels."""
 
 
-def _strong_motion(number: int) -> Motion:
+def _amplified_strong_part_of_record(number: int) -> Motion:
     """Return ten seconds around the peak of a near-field record, multiplied by 1.5."""
     return strong_part_of_record(number, 4.0, 6.0).scaled_by(1.5)
 
 
-def _block_cases(step: int = 36) -> Cases:
-    """Return cases of blocks with azimuths every `step` degrees."""
+def _cases_of_blocks_in_all_directions(step: int = 36) -> Cases:
+    """Return cases of blocks of two heights, four B/H and three frictions, with azimuths every `step` degrees."""
     grid = np.meshgrid(
         np.arange(0, 360, step) + 1.0, [0.6, 1.1], [0.15, 0.25, 0.35, 0.45], [0.3, 0.7, 2.0], indexing="ij"
     )
@@ -40,7 +40,7 @@ def _block_cases(step: int = 36) -> Cases:
 
 @pytest.mark.parametrize("number", [6, 7])
 def test_scene_and_block_kernels_give_the_same_flags_and_peaks(number: int) -> None:
-    motion, cases = _strong_motion(number), _block_cases()
+    motion, cases = _amplified_strong_part_of_record(number), _cases_of_blocks_in_all_directions()
     general = simulate_cases(
         gravestone(SOFT_CONTACT), motion, cases, NumericalOptions(scheme="cundall", leave_out=False, general=True)
     )
@@ -63,7 +63,7 @@ def test_scene_and_block_kernels_give_the_same_flags_and_peaks(number: int) -> N
 
 def test_scene_and_block_kernels_give_the_same_motion_until_the_second_impact() -> None:
     """250 cases agree to 1e-9 m and rad until the second change of sign, or the critical angle of a fall."""
-    whole, cases = _strong_motion(7), _block_cases(17)
+    whole, cases = _amplified_strong_part_of_record(7), _cases_of_blocks_in_all_directions(17)
     upto = round(6.5 / whole.sampling_interval)  # all second impacts occur before 4.8 s
     motion = Motion(whole.north[:upto], whole.east[:upto], sampling_interval=whole.sampling_interval)
     model = PlanarModel(gravestone(SOFT_CONTACT))
@@ -110,7 +110,7 @@ def test_a_sliding_and_rocking_block_agrees_between_both_kernels(friction: float
 
 
 def test_the_gravestone_scene_is_computed_by_the_block_kernel() -> None:
-    motion = _strong_motion(6)
+    motion = _amplified_strong_part_of_record(6)
     grid = {"azimuth_deg": [0.0, 60.0, 180.0], "height": [0.6], "b_over_h": [0.2, 0.4], "friction": [0.5, 1.0]}
     scene = simulate_as_arrays(motion, load_shipped_scene("gravestone"), **grid)
     block = simulate_as_arrays(motion, **grid)

@@ -22,41 +22,44 @@ def sine_pulse_motion(peak: float) -> Motion:
 
 
 @pytest.fixture(scope="module", params=["gravestone", "three-tier", "against-a-wall", "boulder"])
-def scene_path(request: pytest.FixtureRequest) -> xr.Dataset:
+def scene_trajectory(request: pytest.FixtureRequest) -> xr.Dataset:
     """Provide the trajectory of a shipped scene under a pulse."""
     return trajectory(sine_pulse_motion(6.0), load_shipped_scene(request.param), azimuth_deg=0.0, friction=FRICTION)
 
 
-def force_and_moment_on_element(scene_path: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
+def force_and_moment_on_element(scene_trajectory: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Return the sums of the contact forces on an element and of their moments about its centre, by time."""
-    force = np.zeros((scene_path.sizes["time"], 2))
-    moment = np.zeros(scene_path.sizes["time"])
-    centre = np.stack([scene_path["x"].sel(element=name), scene_path["z"].sel(element=name)], axis=1)
+    force = np.zeros((scene_trajectory.sizes["time"], 2))
+    moment = np.zeros(scene_trajectory.sizes["time"])
+    centre = np.stack([scene_trajectory["x"].sel(element=name), scene_trajectory["z"].sel(element=name)], axis=1)
     centre[:-1] = 0.5 * (centre[1:] + centre[:-1])  # mean over each sample, like the contact places
-    for index in range(scene_path.sizes["contact"]):
-        sign = float(scene_path["contact_on"][index] == name) - float(scene_path["contact_by"][index] == name)
-        each = sign * scene_path["contact_force"].to_numpy()[:, index]
-        arm = np.nan_to_num(scene_path["contact_place"].to_numpy()[:, index] - centre)
+    for index in range(scene_trajectory.sizes["contact"]):
+        on, by = scene_trajectory["contact_on"][index], scene_trajectory["contact_by"][index]
+        sign = float(on == name) - float(by == name)
+        each = sign * scene_trajectory["contact_force"].to_numpy()[:, index]
+        arm = np.nan_to_num(scene_trajectory["contact_place"].to_numpy()[:, index] - centre)
         force, moment = force + each, moment + arm[:, 1] * each[:, 0] - arm[:, 0] * each[:, 1]
     return force, moment
 
 
-def test_forces_change_the_momentum_of_each_element(scene_path: xr.Dataset) -> None:
+def test_forces_change_the_momentum_of_each_element(scene_trajectory: xr.Dataset) -> None:
     """M Δv = ∫ (Σ f − m (g + a)) dt and I Δω = ∫ Σ r × f dt from the start to any sample.
 
     Exceptions: the few samples during an impact, as velocities are known to half a step only. Contact places are means
     over a sample, so the moment is less exact.
     """
-    time, ground = scene_path["time"].to_numpy(), scene_path["ground_acceleration"].to_numpy()
-    known = np.flatnonzero(np.isfinite(scene_path["contact_force"].to_numpy()).all(axis=(1, 2)))
+    time, ground = scene_trajectory["time"].to_numpy(), scene_trajectory["ground_acceleration"].to_numpy()
+    known = np.flatnonzero(np.isfinite(scene_trajectory["contact_force"].to_numpy()).all(axis=(1, 2)))
     assert known.size == len(time) - known[0] > 100
     steps = np.diff(time)[known[:-1]]
-    for item in place_elements(load_shipped_scene(scene_path.attrs["scene"])):
+    for item in place_elements(load_shipped_scene(scene_trajectory.attrs["scene"])):
         if item.is_driven_or_held:
             continue
-        force, moment = (values[known[:-1]] for values in force_and_moment_on_element(scene_path, item.element.name))
+        force, moment = (
+            values[known[:-1]] for values in force_and_moment_on_element(scene_trajectory, item.element.name)
+        )
         base = 0.5 * (ground[1:] + ground[:-1])[known[:-1]]
-        one = scene_path.sel(element=item.element.name)
+        one = scene_trajectory.sel(element=item.element.name)
         for rate, name, allowed in (
             (force[:, 0] / item.mass - base, "velocity_x", 0.01),
             (force[:, 1] / item.mass - G, "velocity_z", 0.01),
@@ -70,33 +73,33 @@ def test_forces_change_the_momentum_of_each_element(scene_path: xr.Dataset) -> N
             assert wrong[-1] < allowed * scale, name
 
 
-def test_forces_press_at_vertices_and_respect_coulomb_friction(scene_path: xr.Dataset) -> None:
-    upright = scene_path["contact_by"].isin(["ground", "pedestal"]).to_numpy()
-    force = scene_path["contact_force"].to_numpy()[:, upright]
+def test_forces_press_at_vertices_and_respect_coulomb_friction(scene_trajectory: xr.Dataset) -> None:
+    upright = scene_trajectory["contact_by"].isin(["ground", "pedestal"]).to_numpy()
+    force = scene_trajectory["contact_force"].to_numpy()[:, upright]
     force = force[np.isfinite(force).all(axis=(1, 2))]
     assert (force[:, :, 1] >= 0).all()
-    weight = scene_path.attrs["weight"]
-    if scene_path.attrs["scene"] == "against-a-wall":  # its ground is level
+    weight = scene_trajectory.attrs["weight"]
+    if scene_trajectory.attrs["scene"] == "against-a-wall":  # its ground is level
         assert (np.abs(force[:, :, 0]) <= FRICTION * force[:, :, 1] + 1e-9 * weight).all()
-        heights = scene_path["contact_place"].to_numpy()[:, upright, 1]
+        heights = scene_trajectory["contact_place"].to_numpy()[:, upright, 1]
         assert np.nanmax(np.abs(heights)) < 1e-3
     assert force[0].sum(axis=0) == pytest.approx([0.0, weight], abs=1e-3 * weight)
 
 
-def test_the_slip_of_a_base_is_that_of_the_middle_of_its_lower_side(scene_path: xr.Dataset) -> None:
+def test_the_slip_of_a_base_is_that_of_the_middle_of_its_lower_side(scene_trajectory: xr.Dataset) -> None:
     """The middle of the two lowest vertices is not necessarily below the centre; the ground does not rotate."""
     item = next(
-        one for one in place_elements(load_shipped_scene(scene_path.attrs["scene"])) if not one.is_driven_or_held
+        one for one in place_elements(load_shipped_scene(scene_trajectory.attrs["scene"])) if not one.is_driven_or_held
     )
-    way, low = scene_path.sel(element=item.element.name), item.shape.vertices
+    way, low = scene_trajectory.sel(element=item.element.name), item.shape.vertices
     low = low[low[:, 1] < low[:, 1].min() + 1e-9].mean(axis=0)
     turn = way["rotation"].to_numpy()
     x = way["x"].to_numpy() + low[0] * np.cos(turn) + low[1] * np.sin(turn)
     np.testing.assert_allclose(way["base_slip"], x - (item.x + low[0]), atol=1e-12)
 
 
-def test_the_film_shows_forces_in_weights_at_their_points_of_action(scene_path: xr.Dataset) -> None:
-    film = film_of_trajectories([scene_path], sine_pulse_motion(6.0), "film")
+def test_the_film_shows_forces_over_weight_at_their_points_of_action(scene_trajectory: xr.Dataset) -> None:
+    film = film_of_trajectories([scene_trajectory], sine_pulse_motion(6.0), "film")
     panel = film.panels[0]
     assert panel.force is not None
     assert panel.force_point is not None
@@ -106,7 +109,7 @@ def test_the_film_shows_forces_in_weights_at_their_points_of_action(scene_path: 
     assert np.isfinite(panel.force_point).all()
     standing = panel.force[0][panel.force_point[0, :, 1] < panel.force_point[0, :, 1].min() + 1e-3]
     assert standing[:, 1].sum() == pytest.approx(1.0, abs=1e-3)
-    unknown = film.frame_times > float(scene_path["time"][-1])
+    unknown = film.frame_times > float(scene_trajectory["time"][-1])
     assert not panel.force[unknown].any(), "forces are unknown after the last sample"
 
 

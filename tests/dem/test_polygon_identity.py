@@ -8,7 +8,7 @@ from overturning.dem.run import simulate_cases
 from overturning.dem.simulate import simulate, simulate_as_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.model.cases import Cases
-from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.scene import Scene
 from overturning.model.variables import VARIABLES
 from overturning.motion.motion import Motion
@@ -30,7 +30,7 @@ def noisy_motion() -> Motion:
 
 def random_cases_of_scene(scene: Scene, count: int = 90) -> Cases:
     """Return random cases of a scene: azimuth, height, B/H and friction."""
-    height, ratio = size_reference_height_and_b_over_h(scene)
+    height, ratio = reference_element_height_and_b_over_h(scene)
     rng = np.random.default_rng(3)
     return Cases(
         rng.integers(0, 360, count).astype(float), height * rng.choice([1.0, 2.0], count),
@@ -56,7 +56,7 @@ def test_results_do_not_depend_on_threads_order_or_other_cases(name: str) -> Non
         np.testing.assert_array_equal(getattr(shuffled, field), getattr(nominal, field)[order])
 
 
-def test_symmetric_scenes_are_mirrored_exactly() -> None:
+def test_mirrored_outcomes_of_symmetric_scenes_equal_simulated_ones() -> None:
     made, motion = load_shipped_scene("three-tier"), noisy_motion()
     azimuths = [20.0, 75.0, 130.0, 200.0, 255.0, 310.0]
     both = simulate_as_arrays(motion, made, azimuth_deg=azimuths, friction=[0.4, 1.0], leave_out=False)
@@ -70,7 +70,7 @@ def test_symmetric_scenes_are_mirrored_exactly() -> None:
     np.testing.assert_array_equal(half["overturned"], both["overturned"])
 
 
-def test_lopsided_scenes_are_not_mirrored() -> None:
+def test_outcomes_of_asymmetric_scenes_are_not_mirrored() -> None:
     arrays = simulate_as_arrays(
         noisy_motion(), load_shipped_scene("boulder"), azimuth_deg=[20.0, 200.0], friction=[1.0]
     )
@@ -78,7 +78,7 @@ def test_lopsided_scenes_are_not_mirrored() -> None:
     assert arrays["overturning_time"][0] != arrays["overturning_time"][1]
 
 
-def test_skipping_rest_changes_no_flag_and_no_side() -> None:
+def test_skipping_times_at_rest_changes_no_overturning_flag_of_a_scene() -> None:
     """Motions with quiet start and end, below and above the thresholds; only times without movement are skipped.
 
     Towards the other quadrants the motion and the scene are mirrored.
@@ -95,10 +95,10 @@ def test_skipping_rest_changes_no_flag_and_no_side() -> None:
 
 
 @pytest.mark.parametrize(("number", "factor"), [(6, 1.0), (7, 1.5), (9, 1.0)])
-def test_ending_a_case_when_nothing_more_can_fall_changes_no_flag(number: int, factor: float) -> None:
+def test_ending_a_case_once_no_more_stones_can_fall_changes_no_flag(number: int, factor: float) -> None:
     """Under real records, once the shaft has fallen, the bases are simulated only while the record could lift them."""
     strong = strong_part_of_record(number, 4.0, 12.0).scaled_by(factor)
-    height, _ = size_reference_height_and_b_over_h(load_shipped_scene("three-tier"))
+    height, _ = reference_element_height_and_b_over_h(load_shipped_scene("three-tier"))
     grid = np.meshgrid(np.arange(0, 180, 15.0), [height], [0.2, 0.3], [0.6, 1.0], indexing="ij")
     cases = Cases(*(axis.ravel() for axis in grid))
     whole = simulate_cases(load_shipped_scene("three-tier"), strong, cases, NumericalOptions(leave_out=False))
@@ -109,7 +109,7 @@ def test_ending_a_case_when_nothing_more_can_fall_changes_no_flag(number: int, f
     assert ended.block_steps.sum() < 0.7 * whole.block_steps.sum()
 
 
-def test_a_trajectory_has_the_outcome_of_its_cell_in_the_sweep() -> None:
+def test_a_trajectory_has_the_outcome_of_the_same_case_in_a_sweep() -> None:
     made, motion = load_shipped_scene("three-tier"), noisy_motion()
     sweep = simulate(motion, made, azimuth_deg=[30.0, 120.0], friction=[0.8])
     path = trajectory(motion, made, azimuth_deg=120.0, friction=0.8)

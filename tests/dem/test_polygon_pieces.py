@@ -10,7 +10,7 @@ from overturning.dem.polygon.prepare import prepare_scene
 from overturning.dem.run import simulate_cases
 from overturning.errors import ConfigError
 from overturning.model.cases import Cases
-from overturning.model.geometry import place_elements, size_reference_height_and_b_over_h
+from overturning.model.geometry import place_elements, reference_element_height_and_b_over_h
 from overturning.model.pieces import (
     convex_piece_vertex_indices,
     doubled_triangle_area,
@@ -45,7 +45,7 @@ def polygon_area(points: np.ndarray) -> float:
 
 def simulate_scene(made: Scene, motion: Motion, azimuths: Any = (0.0,), friction: float = 0.8) -> CaseResults:
     """Simulate a scene with the sizes of its file along some azimuths."""
-    height, ratio = size_reference_height_and_b_over_h(made)
+    height, ratio = reference_element_height_and_b_over_h(made)
     return simulate_cases(made, motion, Cases(np.asarray(azimuths), height, ratio, friction))
 
 
@@ -145,7 +145,7 @@ def test_a_rectangle_of_two_halves_behaves_like_the_undivided_one() -> None:
     np.testing.assert_allclose(divided.peak_rotation, whole.peak_rotation, rtol=1e-6)
 
 
-def test_pieces_that_meet_at_the_corners_touch_there_once() -> None:
+def test_a_corner_shared_by_two_pieces_of_a_stone_touches_the_ground_once() -> None:
     """A notch of 1e-7 m in the top divides a stone into two pieces that share a lower corner."""
     motion, azimuths = read_near_field_record(7)[0], np.arange(0, 360, 45.0)
     corners = [[-0.12, 0], [0.12, 0], [0.13, 0.6], [-0.12, 0.6]]
@@ -162,7 +162,7 @@ def test_pieces_that_meet_at_the_corners_touch_there_once() -> None:
     np.testing.assert_allclose(other.peak_rotation[stands, 0], one.peak_rotation[stands, 0], rtol=1e-4)
 
 
-def test_a_stone_lies_in_the_corner_of_an_l() -> None:
+def test_a_stone_rests_in_the_inner_corner_of_an_l_shaped_stone() -> None:
     """A small stone rests on the foot next to the stem, is pushed against it, and neither penetrates nor leaves."""
     small = {"name": "small", "width": 0.3, "height": 0.2, "at": [0.45 + 1e-6, 0.3], "material": "ice"}
     made = scene_of_elements(
@@ -180,7 +180,7 @@ def test_a_stone_lies_in_the_corner_of_an_l() -> None:
 
 
 @pytest.mark.parametrize("vertices", [L_OUTLINE, CROSS_OUTLINE])
-def test_energy_is_conserved_and_mirror_images_fall_the_other_way(vertices: list[list[float]]) -> None:
+def test_energy_balances_and_mirrored_shapes_fall_to_the_opposite_side(vertices: list[list[float]]) -> None:
     motion, azimuths = read_near_field_record(7)[0], np.array([0.0, 90.0, 180.0, 270.0])
     mirrored = [[-x, z] for x, z in vertices[::-1]]
     one, other = (

@@ -30,7 +30,7 @@ def rotate_clockwise(angle: float, arm: FloatArray) -> FloatArray:
 
 
 def arms_of_stack(side: int) -> tuple[FloatArray, ...]:
-    """Return three arms: lower right corner to lower centre and to upper pivot; upper pivot to upper centre."""
+    """Return three lever arms: lower right corner to lower centre and to upper pivot; upper pivot to upper centre."""
     corner = 0.5 * side * UPPER_SIZE[0]
     foot = -0.5 * LOWER_SIZE[0]
     return (
@@ -58,7 +58,7 @@ def rotations_of_rigid_stack(
         (size.prod() * size @ size / 12 for size in (LOWER_SIZE, UPPER_SIZE)),
     )
 
-    def rates(time: float, state: FloatArray) -> FloatArray:
+    def state_rates(time: float, state: FloatArray) -> FloatArray:
         """Return the time derivative of both rotations and their velocities."""
         (lower, upper), (v, w) = state[:2], state[2:]
         a, b, c = (rotate_clockwise(angle + 0.5 * np.pi, arm) for angle, arm in
@@ -69,14 +69,18 @@ def rotations_of_rigid_stack(
         of_upper = weight + v * v * rotate_clockwise(lower, to_corner) + w * w * rotate_clockwise(upper, to_upper)
         return np.array([v, w, *np.linalg.solve(mass, [m * of_lower @ a + n * of_upper @ b, n * of_upper @ c])])
 
-    def impact(_: float, state: FloatArray) -> float:
+    def impact_event(_: float, state: FloatArray) -> float:
         """Event function: 0 where a block meets its support."""
         return float(min(state[0], side * (state[1] - state[0])))
 
-    impact.terminal = True  # type: ignore[attr-defined]
+    impact_event.terminal = True  # type: ignore[attr-defined]
     samples = np.arange(0.0, duration, 0.005)
     return (
-        solve_ivp(rates, (0, duration), [*angles, 0, 0], t_eval=samples, events=impact, rtol=1e-11, atol=1e-13).y[:2].T
+        solve_ivp(
+            state_rates, (0, duration), [*angles, 0, 0], t_eval=samples, events=impact_event, rtol=1e-11, atol=1e-13
+        )
+        .y[:2]
+        .T
     )
 
 

@@ -36,13 +36,13 @@ LOW_BLOCK = {"name": "low", "width": 1.0, "height": 0.5, "stands_on": "ground"}
 
 
 @pytest.mark.parametrize("name", SHIPPED_SCENES)
-def test_shipped_scenes_rest_and_are_skipped_below_their_threshold(name: str) -> None:
+def test_shipped_scenes_are_at_rest_and_cannot_rock_below_a_quarter_g(name: str) -> None:
     prepared = prepare_scene(load_shipped_scene(name))
     assert prepared.at_rest
     assert prepared.threshold > 0.25
 
 
-def test_only_symmetric_scenes_are_mirrored() -> None:
+def test_only_symmetric_scenes_have_an_azimuth_period_of_180_degrees() -> None:
     assert [azimuth_period_of_outcome_deg(load_shipped_scene(name)) for name in SHIPPED_SCENES] == [180, 180, 360, 360]
 
 
@@ -82,24 +82,24 @@ def test_height_scales_all_lengths_and_slenderness_only_the_reference_element() 
 
 @pytest.mark.parametrize("plan", ["circle", 8])
 def test_the_mass_of_a_prism_follows_the_width_given_by_b_over_h(plan: str | int) -> None:
-    """A scene that is drawn with the width 0.3 m and one that is given it by B/H are the same scene, in 2-D and 3-D."""
+    """A shaft drawn 0.3 m wide equals one drawn 0.12 m wide that gets its width from B/H, in 2-D and in 3-D."""
 
-    def pillar(width: float) -> Scene:
+    def scene_of_shaft_on_foot(width: float) -> Scene:
         """Return a shaft of a width, m, on a foot."""
         foot = {"name": "foot", "plan": plan, "width": 0.3, "height": 0.9, "stands_on": "ground"}
         shaft = {"name": "shaft", "plan": plan, "width": width, "height": 0.6, "stands_on": "foot"}
         return scene_of_elements(foot, shaft, reference="shaft")
 
-    drawn, given = (place_elements(pillar(width), b_over_h=0.5) for width in (0.3, 0.12))
+    drawn, given = (place_elements(scene_of_shaft_on_foot(width), b_over_h=0.5) for width in (0.3, 0.12))
     assert given[2].mass == pytest.approx(drawn[2].mass, rel=1e-12)
     assert given[2].inertia == pytest.approx(drawn[2].inertia, rel=1e-12)
-    in_space = [stack_stones(pillar(width), 0.6, 0.5)[1] for width in (0.3, 0.12)]
+    in_space = [stack_stones(scene_of_shaft_on_foot(width), 0.6, 0.5)[1] for width in (0.3, 0.12)]
     assert in_space[0].mass == pytest.approx(in_space[1].mass, rel=1e-12)
     assert in_space[0].mass == pytest.approx(drawn[2].mass, rel=1e-3 if plan == "circle" else 1e-12)
 
 
 @pytest.mark.parametrize("gap", [1.59, 1.61, 2.0])
-def test_a_held_wall_pushes_a_stone_from_any_distance(gap: float) -> None:
+def test_a_wall_fixed_in_space_pushes_a_stone_from_any_distance(gap: float) -> None:
     """The ground moves 4 m below a wall that is fixed in space: the wall stops the stone, and the ground slides on."""
     t = np.arange(0, 30, 0.01)
     motion = motion_towards_north(0.25 * np.sin(0.4 * np.pi * (t - 1)) * ((t >= 1) & (t < 21)))
@@ -110,7 +110,7 @@ def test_a_held_wall_pushes_a_stone_from_any_distance(gap: float) -> None:
     assert found.residual_slip.item() == pytest.approx(gap - motion.displacement[0].max(), abs=1e-5)
 
 
-def test_a_contact_with_a_trace_of_load_gets_springs_for_more_and_is_not_refused() -> None:
+def test_a_contact_that_carries_hardly_any_weight_still_gets_stiff_springs() -> None:
     """Two stones that stand flush sink in unequally and press on each other with a ten-thousandth of their weight."""
     flush = scene_of_elements(block_element("one", 0.44, 1.01), block_element("other", 0.47, 1.13, x=0.455))
     prepared = prepare_scene(flush)
@@ -140,7 +140,7 @@ def test_a_block_beyond_the_assumptions_of_the_block_kernel_is_simulated_as_a_sc
     ).is_single_block
 
 
-def test_nearest_faces_of_a_rotated_block_are_the_most_opposed_ones() -> None:
+def test_the_nearest_faces_of_two_elements_are_those_that_face_most_directly() -> None:
     """Below 45° of rotation the lower side faces the ground most directly, above 45° the next side."""
     for angle, face in ((0.0, 0), (30.0, 0), (44.9, 0), (45.1, 1), (80.0, 1)):
         made = scene_of_elements(
@@ -169,8 +169,8 @@ def test_elements_separated_by_a_single_side_do_not_overlap() -> None:
 
 
 @pytest.mark.parametrize("height", [0.6, 2.0])
-def test_a_case_is_undecided_20_over_p_after_the_record(height: float) -> None:
-    """With p = √(3g/4R) of the block, R half its diagonal (Housner 1963)."""
+def test_a_case_becomes_undecided_20_over_p_after_the_record(height: float) -> None:
+    """Housner's frequency parameter of a block is p = √(3g/4R), with half the diagonal R (Housner 1963)."""
     motion = motion_at_rest(1.0)
     how = plan_single_case(scene_of_elements(block_element("block", 0.4 * height, height)), motion)
     p = np.sqrt(0.75 * 9.80665 / (0.5 * np.hypot(0.4 * height, height)))
@@ -213,7 +213,7 @@ def test_bad_scenes_are_refused(change: dict[str, object], message: str) -> None
         check_scene({"name": "test", "elements": [GROUND, LOW_BLOCK], **change}, "scene.yaml")
 
 
-def test_unreadable_files_are_named(tmp_path: Path) -> None:
+def test_the_error_names_a_scene_file_that_cannot_be_read(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"no file.*known: .*gravestone"):
         load_scene("gone", tmp_path)
     (tmp_path / "bad.yaml").write_text("elements: [", encoding="utf-8")

@@ -8,7 +8,7 @@ from overturning.dem.numerics import NumericalOptions
 from overturning.dem.polygon import equations
 from overturning.dem.run import simulate_cases
 from overturning.model.cases import Cases
-from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.scene import Scene
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
@@ -16,7 +16,7 @@ from tests.dem.compiled.polygon_steps import multiply_and_divide_submatrices
 from tests.dem.polygon_scenes import block_element, load_shipped_scene, motion_towards_north, scene_of_elements
 
 
-def _with_contact_law(made: Scene, **law: float) -> Scene:
+def _scene_with_contact_law(made: Scene, **law: float) -> Scene:
     """Return the scene with a contact law between stones."""
     return Scene.model_validate(made.model_dump() | {"contacts": [{"between": ("stone", "stone")} | law]})
 
@@ -27,19 +27,19 @@ def _strong_motion() -> Motion:
     return Motion(np.round(9 * np.sin(5 * time), 9), np.round(6 * np.cos(4 * time), 9), sampling_interval=0.01)
 
 
-def _cases_all_around(made: Scene) -> Cases:
+def _cases_in_twelve_azimuths(made: Scene) -> Cases:
     """Return cases of a scene in twelve azimuths, with low and high friction in turn."""
-    height, ratio = size_reference_height_and_b_over_h(made)
+    height, ratio = reference_element_height_and_b_over_h(made)
     return Cases(np.arange(12) * 30.0, height, ratio, np.tile([0.3, 1.0], 6))
 
 
 @pytest.mark.long
 def test_both_schemes_converge_to_one_motion() -> None:
     """For a rocking stack, the centred scheme's error decreases with its step, and Cundall's result agrees to 1e-3."""
-    made = _with_contact_law(
+    made = _scene_with_contact_law(
         load_shipped_scene("three-tier"), static_penetration=2e-5
     )  # soft, since Cundall's step shrinks with the stiffness
-    height, _ = size_reference_height_and_b_over_h(made)
+    height, _ = reference_element_height_and_b_over_h(made)
     time = np.arange(0, 2, 0.01)
     motion = motion_towards_north(np.round(4.0 * np.sin(9 * time) * (time < 0.7), 9))
     cases = Cases(0.0, height, [0.335, 0.34, 0.345, 0.35, 0.36], 1.0)
@@ -61,8 +61,8 @@ def test_both_schemes_converge_to_one_motion() -> None:
 @pytest.mark.parametrize("ratio", [0.05, 1.0, 3.0, 8.0])
 def test_fallen_and_standing_stones_come_to_rest_at_the_default_step(ratio: float) -> None:
     """For any damping, vibrations end before a case becomes undecided, and work and energy balance."""
-    made = _with_contact_law(load_shipped_scene("three-tier"), damping_ratio=ratio)
-    found = simulate_cases(made, _strong_motion(), _cases_all_around(made), NumericalOptions(leave_out=False))
+    made = _scene_with_contact_law(load_shipped_scene("three-tier"), damping_ratio=ratio)
+    found = simulate_cases(made, _strong_motion(), _cases_in_twelve_azimuths(made), NumericalOptions(leave_out=False))
     assert (found.overturned[:, 2] != 0).any()
     assert (found.status == CaseStatus.SIMULATED).all()
     assert found.energy_error.max() < 1e-3
@@ -70,7 +70,7 @@ def test_fallen_and_standing_stones_come_to_rest_at_the_default_step(ratio: floa
 
 def test_a_tower_falls_and_comes_to_rest() -> None:
     made = scene_of_elements(*(block_element(f"b{k}", 0.4, 0.2, f"b{k - 1}" if k else "ground") for k in range(6)))
-    found = simulate_cases(made, _strong_motion(), _cases_all_around(made), NumericalOptions(leave_out=False))
+    found = simulate_cases(made, _strong_motion(), _cases_in_twelve_azimuths(made), NumericalOptions(leave_out=False))
     assert (found.overturned[:, 5] != 0).any()
     assert (found.status == CaseStatus.SIMULATED).all()
 

@@ -70,7 +70,7 @@ def _harmonic_stack(blocks: int, share: float) -> list[dict[str, object]]:
 
 
 def _block_on_slope(tangent: float, width: float, height: float, **keys: object) -> Scene:
-    """Return a scene of a block that stands on a driven slope of a tangent."""
+    """Return a scene of a block on a slope with the given tangent that moves with the base motion."""
     slope = {"name": "slope", "kind": "driven", "vertices": [[-5, 0], [5, 0], [5, 10 * tangent]]}
     stone = {
         "name": "stone", "width": width, "height": height, "at": [0, 5 * tangent],
@@ -125,8 +125,8 @@ def test_a_block_on_a_slope_is_simulated_above_its_sliding_threshold(friction: f
     assert found["residual_slip"].item() == pytest.approx(expected, rel=5e-3, abs=1e-4)
 
 
-def test_a_block_that_slides_down_a_slope_is_simulated_without_motion() -> None:
-    """With µ below the slope it drops by a tenth of its height; µ is given by the scene or by the grid."""
+def test_a_block_that_slides_down_a_slope_without_base_motion_is_simulated() -> None:
+    """With µ below the slope the block slides down and counts as fallen; µ is given by the scene or by the grid."""
     for keys in ({}, {"contacts": [{"between": ["stone", "stone"], "friction": 0.15}]}):
         made = _block_on_slope(0.2, 0.4, 0.3, **keys)
         found = simulate_as_arrays(motion_at_rest(4), made, azimuth_deg=[0], **({} if keys else {"friction": [0.15]}))
@@ -134,7 +134,7 @@ def test_a_block_that_slides_down_a_slope_is_simulated_without_motion() -> None:
 
 
 @pytest.mark.parametrize(("width", "height", "peak", "duration"), [(2.0, 2.0, 18.0, 0.09), (0.8, 0.5, 20.0, 0.03)])
-def test_sliding_at_the_end_of_the_record_continues_to_rest(
+def test_a_block_that_slides_as_the_record_ends_is_simulated_until_it_stops(
     width: float, height: float, peak: float, duration: float
 ) -> None:
     """The record ends with the pulse; a fifth of the slip occurs up to 0.1 s later."""
@@ -154,7 +154,7 @@ def test_sliding_at_the_end_of_the_record_continues_to_rest(
 
 
 @pytest.mark.parametrize("slenderness", [0.297, 0.303])
-def test_a_block_tips_on_a_slope_at_its_slenderness(slenderness: float) -> None:
+def test_a_block_on_a_slope_steeper_than_its_b_over_h_tips(slenderness: float) -> None:
     motion = motion_at_rest(6)
     _, _, poses = run_planned_case(plan_single_case(_block_on_slope(0.3, slenderness, 1.0), motion, 2.0), motion)
     if slenderness > 0.3:
@@ -248,8 +248,8 @@ def test_a_block_stopped_by_a_wall_leans_at_the_geometric_angle() -> None:
     assert alone["overturned"].item() == 1
 
 
-def test_the_highest_contact_mode_is_that_between_two_free_blocks() -> None:
-    """Each block adds K (1/m + r²/I) = 4 K/m for a rectangle; at rest each has at most 6 K/m."""
+def test_the_highest_contact_frequency_is_that_between_two_free_blocks() -> None:
+    """Each of the two blocks adds K (1/m + r²/I) = 4 K/m to ω²; a block at rest on the ground has at most 6 K/m."""
     made = prepare_scene(
         scene_of_elements(block_element("one", 0.3, 0.3, x=-0.2), block_element("other", 0.3, 0.3, x=0.25))
     )
@@ -301,7 +301,7 @@ def test_a_shaft_leaning_less_than_a_tenth_of_a_degree_has_a_critical_angle(lean
         assert float(found["peak_rotation"]) == pytest.approx(float(upright["peak_rotation"]), abs=1e-3)
 
 
-def test_a_shaft_leaning_more_has_no_critical_angle_but_its_base_has() -> None:
+def test_a_shaft_leaning_by_0_2_degrees_has_no_critical_angle_but_its_base_has() -> None:
     alpha = prepare_scene(leaning_shaft(np.radians(0.2))).tipping_angles
     assert np.isnan(alpha[2])
     assert alpha[1] == pytest.approx(np.arctan(0.6 / 0.5))

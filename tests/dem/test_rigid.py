@@ -12,7 +12,7 @@ from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.near_field import strong_part_of_record
-from tests.dem.reference.rigid_impact import restoring_moment, rocking_by_small_steps
+from tests.dem.reference.rigid_impact import restoring_moment, side_and_peak_rotation_by_steps
 from verification.reference.closed_forms import frequency_parameter, velocity_ratio_at_impact
 
 G = STANDARD_GRAVITY
@@ -50,7 +50,7 @@ def test_a_slender_block_under_a_half_sine_follows_the_closed_form(ratio: float)
     np.testing.assert_allclose(found.peak_rotation[stands], expected[stands], rtol=5e-4)
 
 
-def rocking_by_scipy(motion: Motion, height: float, b_over_h: float) -> tuple[int, float]:
+def fall_side_and_peak_rotation_by_scipy(motion: Motion, height: float, b_over_h: float) -> tuple[int, float]:
     """Return the side and the largest |θ|/α of a block rocking along north, by SciPy's DOP853 between events."""
     alpha, square = math.atan(b_over_h), frequency_parameter(height, b_over_h) ** 2
     time = np.arange(motion.sample_count + 3) * motion.sampling_interval
@@ -96,19 +96,19 @@ def rocking_by_scipy(motion: Motion, height: float, b_over_h: float) -> tuple[in
     [(9, 0.6, 0.25, 1.0), (9, 1.2, 0.45, 1.0), (7, 0.6, 0.3, 1.5), (10, 2.0, 0.15, 1.0), (6, 0.02, 0.5, 2.0),
      (6, 0.6, 1.0, 3.0)],
 )  # fmt: skip
-def test_real_records_agree_with_scipys_integrator(number: int, height: float, b_over_h: float, factor: float) -> None:
+def test_rocking_under_records_agrees_with_scipy(number: int, height: float, b_over_h: float, factor: float) -> None:
     """One block is only 2 cm high, so that a sample is divided into several steps."""
     part = strong_part_of_record(number, 2.0, 3.0)
     north, up = factor * part.north, 0.5 * factor * part.east
     motion = Motion(north, 0 * north, up, sampling_interval=part.sampling_interval, trust_data=True)
     found = simulate_rigid_rocking(motion, Cases([0.0, 180.0], height, b_over_h, 1.0))
-    side, peak = rocking_by_scipy(motion, height, b_over_h)
+    side, peak = fall_side_and_peak_rotation_by_scipy(motion, height, b_over_h)
     assert found.overturned.tolist() == [side, -side]
     assert found.peak_rotation[0] == pytest.approx(peak, rel=1e-3 if side == 0 else 1e-9)
     assert peak > 0.05
 
 
-def test_results_are_bit_equal_for_mirrored_cases_and_any_other_cases() -> None:
+def test_mirrored_or_separately_computed_cases_have_bit_equal_results() -> None:
     part = strong_part_of_record(9, 2.0, 6.0)
     motion = Motion(part.north, part.east, 0.4 * part.north, sampling_interval=part.sampling_interval)
     azimuth, ratio = (one.ravel() for one in np.meshgrid(np.arange(0.0, 360.0, 10.0), [0.1, 0.25, 0.4, 1.5]))
@@ -128,13 +128,13 @@ def test_a_block_released_from_a_tilt_never_exceeds_it() -> None:
     np.testing.assert_array_equal(found.peak_rotation, 0.1 / np.round(np.arctan(0.3), 12))
 
 
-def rocking_of_block_by_small_steps(
+def block_fall_side_and_peak_rotation_by_small_steps(
     along: np.ndarray, interval: float, height: float, b_over_h: float
 ) -> tuple[int, float]:
     """Return the side and the largest |θ|/α by Runge–Kutta in short steps, with bisection at each impact."""
     alpha, square = math.atan(b_over_h), frequency_parameter(height, b_over_h) ** 2
     wave = np.append(along, 0.0) / G
-    return rocking_by_small_steps(
+    return side_and_peak_rotation_by_steps(
         wave, interval, b_over_h, alpha, float(square), float(velocity_ratio_at_impact(b_over_h))
     )
 
@@ -147,18 +147,18 @@ def rocking_of_block_by_small_steps(
 def test_a_block_that_changes_motion_twice_within_a_sample_agrees_with_small_steps(
     start: list[float], interval: float, height: float, b_over_h: float
 ) -> None:
-    """Samples over g B/H. The first three blocks lift off and land within a sample, the others turn back twice."""
+    """The first three blocks lift off and land within one sampling interval, the others turn back twice within one."""
     along = np.append(start, np.zeros(round(0.4 / interval))) * b_over_h * G
     motion = Motion(along, 0 * along, sampling_interval=interval, trust_data=True)
     found = simulate_rigid_rocking(motion, Cases([0.0, 180.0], height, b_over_h, 1.0))
-    side, peak = rocking_of_block_by_small_steps(along, interval, height, b_over_h)
+    side, peak = block_fall_side_and_peak_rotation_by_small_steps(along, interval, height, b_over_h)
     assert found.overturned.tolist() == [side, -side]
     assert found.peak_rotation == pytest.approx([peak, peak], rel=5e-3)
 
 
 @cache
 def outcomes_under_noise(parts: int) -> list[np.ndarray]:
-    """Return sides and peaks, shape (2, 3 amplitudes, 40 blocks), under 9 records of noise with `parts` per sample."""
+    """Return sides and peaks, shape (2, 3 amplitudes, 40 blocks), for 9 noise records sampled `parts` times finer."""
     generator, answers = np.random.default_rng(5), []
     for interval in (0.005, 0.01, 0.02):
         for strength in (3.0, 6.0, 12.0):
@@ -176,8 +176,8 @@ def outcomes_under_noise(parts: int) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize("parts", [2, 3, 5, 10])
-def test_a_record_interpolated_linearly_changes_no_flag_and_no_peak(parts: int) -> None:
-    """White noise from the first sample. Chaotic cells, whose peak changes with 0.1 % of amplitude, are left out."""
+def test_linear_interpolation_of_a_record_changes_no_fall_and_no_peak(parts: int) -> None:
+    """The records are white noise; chaotic cases, whose peak changes with 0.1 % of amplitude, are left out."""
     cells, worst = 0, 0.0
     for coarse, split in zip(outcomes_under_noise(1), outcomes_under_noise(parts), strict=True):
         robust = np.ptp(split[1], axis=0) < 0.01

@@ -28,7 +28,7 @@ def sine_cycle(period: float) -> np.ndarray:
 def simulate_under_pulse(
     shape: np.ndarray, axes: tuple[object, ...], friction: float, spread: float
 ) -> tuple[CaseResults, np.ndarray, np.ndarray]:
-    """Return results for heights, B/H and amplitudes over g·B/H, Housner's sides, and a mask of robust cases.
+    """Return results by height, B/H and amplitude over g·B/H, Housner's fall sides, and a mask of robust cases.
 
     A case is robust if Housner's side does not change when the amplitude changes by ± `spread`.
     """
@@ -42,7 +42,7 @@ def simulate_under_pulse(
     return found, expected[1], (expected == expected[1]).all(axis=0)
 
 
-def test_flags_and_sides_of_pulses_agree_with_the_rocking_solution() -> None:
+def test_falls_and_fall_sides_under_pulses_agree_with_the_rocking_solution() -> None:
     axes = [0.5, 1.0, 1.7, 2.5], [0.1, 0.2, 0.3, 0.4, 0.5], np.linspace(0.8, 6.0, 40)
     robust = agree = 0
     for period in (0.3, 0.5, 0.7, 0.9, 1.2, 1.5, 2.0):

@@ -58,7 +58,7 @@ def test_a_block_on_the_ground_uses_the_block_kernel(name: str, general: bool, k
     )
 
 
-def test_the_gravestone_is_the_default_of_every_function() -> None:
+def test_all_simulation_functions_give_the_same_outcomes_of_a_gravestone() -> None:
     contact = Contact(damping_ratio=0.7)
     results = simulate_cases(gravestone(contact, 2000.0), MOTION, CASES)
     assert results.overturned.shape == (2,)
@@ -78,7 +78,7 @@ def test_the_gravestone_is_the_default_of_every_function() -> None:
 @pytest.mark.parametrize(
     "model", [None, load_shipped_scene("three-tier"), "rectangle", 6], ids=["block", "scene", "rectangle", "hexagon"]
 )
-def test_grid_cases_and_paths_have_the_same_outcomes(model: Any) -> None:
+def test_a_grid_a_list_of_cases_and_a_trajectory_have_the_same_outcomes(model: Any) -> None:
     known = model_from_scene_or_shape(model)
     axes = {f"{known.direction}_deg": [10.0, 50.0], "height": [0.6], "b_over_h": [0.25, 0.75], "friction": [0.7]}
     arrays = simulate_as_arrays(MOTION, model, **axes)
@@ -97,7 +97,7 @@ def test_grid_cases_and_paths_have_the_same_outcomes(model: Any) -> None:
 
 
 @pytest.mark.parametrize(("model", "orientation"), [("circle", 30.0), (5, 100.0), ("rectangle", 130.0)])
-def test_a_path_is_bit_equal_to_its_cell_at_equivalent_orientations(model: Any, orientation: float) -> None:
+def test_a_trajectory_is_bit_equal_to_its_case_at_equivalent_orientations(model: Any, orientation: float) -> None:
     size = {"height": 0.6, "b_over_h": 0.25, "friction": 0.7}
     cell = simulate_as_arrays(MOTION, model, orientation_deg=orientation, **size)
     path = trajectory(MOTION, model, orientation_deg=orientation, **size)
@@ -108,7 +108,7 @@ def test_a_path_is_bit_equal_to_its_cell_at_equivalent_orientations(model: Any, 
             np.testing.assert_array_equal(path[variable.name], shown, err_msg=variable.name)
 
 
-def test_a_scene_with_its_own_friction_is_computed_once_per_grid() -> None:
+def test_outcomes_repeat_along_friction_if_the_scene_sets_its_own_friction() -> None:
     law = {"between": ("stone", "stone"), "friction": 0.3}
     scene = check_scene(load_shipped_scene("gravestone").model_dump() | {"contacts": [law]})
     model = PlanarModel(scene)
@@ -122,8 +122,8 @@ def test_a_scene_with_its_own_friction_is_computed_once_per_grid() -> None:
         np.testing.assert_array_equal(values, np.repeat(swept[name], 2, axis=3), err_msg=name)
 
 
-def test_outcomes_of_the_opposite_azimuth_change_sign() -> None:
-    """Sides and slips change sign, except missing flags and zeros; probabilities towards and away are exchanged."""
+def test_mirrored_outcomes_for_the_opposite_azimuth_change_sign() -> None:
+    """Fall sides and slips change sign, except missing flags and zeros; probabilities of both sides are exchanged."""
     arrays = {
         "overturned": np.array([1, -1, 0, INT8_MISSING], np.int8), "residual_slip": np.array([0.5, -0.5, 0.0, np.nan]),
         "peak_slip": np.array([0.5, 0.5, 0.0, 0.1]), "probability_towards": np.zeros(4), "probability_away": np.ones(4),
@@ -142,7 +142,7 @@ def test_outcomes_of_the_opposite_azimuth_change_sign() -> None:
 
 
 @pytest.mark.parametrize("kind", ["block", "space"])
-def test_a_path_is_computed_once_for_any_number_of_rows(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_trajectory_of_any_length_is_computed_in_a_single_run(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     calls = list[int]()
     monkeypatch.setattr(
         SimulationPlan, "queue", staticmethod(lambda *arguments: calls.append(1) or run_case_queue(*arguments))
@@ -161,13 +161,13 @@ def test_a_path_is_computed_once_for_any_number_of_rows(kind: str, monkeypatch: 
     assert path["time"][-1] > time[-1]
 
 
-def test_a_path_above_the_memory_limit_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    def queue_with_too_long_path(*_: Any) -> Any:
-        """Return a path of ten million rows in place of the kernel."""
+def test_a_trajectory_above_the_memory_limit_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    def return_too_many_trajectory_rows(*_: Any) -> Any:
+        """Return a trajectory of ten million rows in place of the kernel."""
         return np.broadcast_to(np.zeros((), ROW), 10_000_000), -1
 
     with monkeypatch.context() as patch, expect_error(ArgumentError, "trajectory", "GB", "at most 0.8 GB", "time_step"):
-        patch.setattr(SimulationPlan, "queue", staticmethod(queue_with_too_long_path))
+        patch.setattr(SimulationPlan, "queue", staticmethod(return_too_many_trajectory_rows))
         trajectory(MOTION, azimuth_deg=0.0, height=0.6, b_over_h=0.1)
     long = Motion(np.zeros(3_000_000), np.zeros(3_000_000), sampling_interval=0.01)
     with expect_error(ArgumentError, "trajectory", "at most 0.8 GB", "cut the motion"):
@@ -175,26 +175,26 @@ def test_a_path_above_the_memory_limit_is_refused(monkeypatch: pytest.MonkeyPatc
 
 
 @pytest.mark.parametrize("model", ["block", "rectangle"])
-def test_a_path_stays_within_the_memory_limit(monkeypatch: pytest.MonkeyPatch, model: str) -> None:
+def test_computing_a_trajectory_stays_within_the_memory_limit(monkeypatch: pytest.MonkeyPatch, model: str) -> None:
     time = np.arange(60) * 0.01
     wave = Motion(5.0 * np.sin(11.0 * time), 0 * time, sampling_interval=0.01)
 
-    def compute_path() -> xr.Dataset:
-        """Compute the path of a block or body."""
+    def compute_trajectory() -> xr.Dataset:
+        """Compute the trajectory of a block or body."""
         where: dict[str, Any] = {"azimuth_deg": 0.0} if model == "block" else {"model": model, "orientation_deg": 0.0}
         return trajectory(wave, height=0.6, b_over_h=0.4, friction=0.1, leave_out=False, **where)
 
-    path = compute_path()
+    path = compute_trajectory()
     numbers = sum(values.size for values in path.variables.values() if "time" in values.dims)
     # The kernel requests rows for a whole sample.
     monkeypatch.setattr(plan, "MAX_PATH_NUMBERS", numbers + 20 * numbers // path.sizes["time"])
-    assert compute_path().sizes == path.sizes
+    assert compute_trajectory().sizes == path.sizes
     monkeypatch.setattr(plan, "MAX_PATH_NUMBERS", numbers - 1)
     with expect_error(ArgumentError, "trajectory", "GB or more", "cut the motion"):
-        compute_path()
+        compute_trajectory()
 
 
-def test_an_extended_path_keeps_its_rows() -> None:
+def test_an_extended_trajectory_array_keeps_its_rows() -> None:
     path = np.arange(4.0).astype([("time", "f8")])
     assert extend_trajectory.py_func(path, 4, 100) is path
     longer = extend_trajectory(path, 5, 100)

@@ -19,7 +19,7 @@ from overturning.records.catalogue import read_record_table
 from overturning.records.read import read_record
 from overturning.records.store import write_record_to_motion_file
 from tests.dem.near_field import read_near_field_record
-from tests.dem.paths import stone_of_trajectory
+from tests.dem.paths import trajectory_of_element_stone
 from tests.expect import skip_or_fail, targets_to_compile
 
 COMPARED_RESULTS = (
@@ -48,7 +48,7 @@ def select_cases(cases: Cases, rows: np.ndarray) -> Cases:
     return Cases(cases.azimuth_deg[rows], cases.height[rows], cases.b_over_h[rows], cases.friction[rows])
 
 
-def test_threads_order_and_subset_change_no_bit(cases: Cases, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_threads_order_and_subset_of_cases_change_no_bit(cases: Cases, monkeypatch: pytest.MonkeyPatch) -> None:
     motion, _, _ = read_near_field_record(10)
     whole = run_cases(motion, cases)
     assert_bit_equal(whole, run_cases(motion, cases, threads=2))
@@ -60,24 +60,24 @@ def test_threads_order_and_subset_change_no_bit(cases: Cases, monkeypatch: pytes
     assert_bit_equal(whole, run_cases(motion, cases))
 
 
-def test_a_trajectory_is_bit_equal_to_its_cell() -> None:
+def test_a_trajectory_is_bit_equal_to_the_same_case_of_a_grid() -> None:
     motion, _, _ = read_near_field_record(10)
     cell = {"azimuth_deg": 32.0, "height": 0.6, "b_over_h": 0.35, "friction": 0.58}
     found = simulate_as_arrays(motion, **{name: [value] for name, value in cell.items()})
     path = trajectory(motion, **cell)
-    assert float(stone_of_trajectory(path)["peak_rotation"]) == found["peak_rotation"].item()
-    assert int(stone_of_trajectory(path)["overturned"]) == found["overturned"].item()
+    assert float(trajectory_of_element_stone(path)["peak_rotation"]) == found["peak_rotation"].item()
+    assert int(trajectory_of_element_stone(path)["overturned"]) == found["overturned"].item()
     assert path.attrs["block_steps"] == found["block_steps"].item()
-    largest = np.abs(stone_of_trajectory(path).rotation.values).max() / np.arctan(0.35)
+    largest = np.abs(trajectory_of_element_stone(path).rotation.values).max() / np.arctan(0.35)
     assert (
-        0.9 * float(stone_of_trajectory(path)["peak_rotation"])
+        0.9 * float(trajectory_of_element_stone(path)["peak_rotation"])
         < largest
-        <= max(float(stone_of_trajectory(path)["peak_rotation"]), 0.5 * np.pi / np.arctan(0.35)) * 1.2
+        <= max(float(trajectory_of_element_stone(path)["peak_rotation"]), 0.5 * np.pi / np.arctan(0.35)) * 1.2
     )
 
 
 @pytest.mark.parametrize("vertical", [False, True])
-def test_the_mirrored_half_of_the_azimuths_is_exact(vertical: bool) -> None:
+def test_azimuths_filled_by_mirroring_are_bit_equal_to_simulated_ones(vertical: bool) -> None:
     motion, _, _ = read_near_field_record(7)
     if vertical:
         motion = type(motion)(motion.north, motion.east, 0.4 * motion.north, sampling_interval=motion.sampling_interval)

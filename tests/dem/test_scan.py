@@ -37,8 +37,8 @@ def test_a_statue_falls_over_the_edge_of_its_footprint_from_the_true_centre(side
             assert abs((found["fall_azimuth"].item() - (0.0 if side > 0 else 180.0) + 180.0) % 360.0 - 180.0) < 1.0
 
 
-def test_relief_decides_whether_a_rough_stone_falls() -> None:
-    """The block bears on a plate; its rim is so steep that it falls before it touches the ground with it."""
+def test_the_height_limit_of_bearing_points_decides_whether_a_scan_falls() -> None:
+    """With a relief of 1 mm the stone bears on its lowest points only, and falls; with 10 mm on a wider base."""
     points = np.array(
         [[x, y, z] for a, z in ((0.05, 0.0), (0.07, 0.008), (0.07, 0.8)) for x in (-a, a) for y in (-a, a)]
     )

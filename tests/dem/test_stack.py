@@ -12,7 +12,7 @@ from overturning.dem.simulate import simulate
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.element import Element
-from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene, load_scene
 from overturning.model.stack import Stack
@@ -75,11 +75,11 @@ def plateau_acceleration(level: float, angle: float) -> np.ndarray[Any, Any]:
 def simulate_stack_orientations(scene: Scene, motion: Motion, angles: ArrayLike, amplitudes: ArrayLike) -> CaseResults:
     """Simulate a stack at some orientations (degrees), each with its own factor on the motion, at a friction of 3."""
     return simulate_cases(
-        Stack(scene), motion, Cases(angles, *size_reference_height_and_b_over_h(scene), 3.0, amplitudes)
+        Stack(scene), motion, Cases(angles, *reference_element_height_and_b_over_h(scene), 3.0, amplitudes)
     )
 
 
-def test_the_joint_below_the_shaft_opens_at_the_statics_of_its_nearest_edge() -> None:
+def test_a_shaft_tips_over_its_nearest_edge_at_the_static_threshold() -> None:
     """The shaft tips at (B/H) g divided by the larger direction cosine; below this, all stones stay in place."""
     angles = np.array([0.0, 20.0, 45.0, 200.0])
     threshold = 0.242 / 0.636 / np.maximum(np.abs(np.cos(np.radians(angles))), np.abs(np.sin(np.radians(angles))))
@@ -182,7 +182,7 @@ def test_a_rotation_of_record_and_stack_rotates_the_outcome() -> None:
     assert (azimuths[1] - azimuths[0]) % 360.0 == pytest.approx(30.0, abs=1.0)
 
 
-def test_cases_do_not_depend_on_their_neighbours() -> None:
+def test_outcomes_of_a_case_do_not_depend_on_cases_simulated_with_it() -> None:
     rows = 7.0 * random_accelerations(5)
     together = simulate_stack(THREE_BOXES, rows, [0.0, 10.0, 20.0, 30.0, 45.0, 60.0, 70.0, 80.0, 85.0], 0.5)
     alone = simulate_stack(THREE_BOXES, rows, [45.0], 0.5)
@@ -192,7 +192,7 @@ def test_cases_do_not_depend_on_their_neighbours() -> None:
 
 
 def test_a_stack_at_rest_stays_at_rest() -> None:
-    """A tower of five stones, one of them a thin slab; without leaving out quiet times."""
+    """The stack is a tower of five stones, one of them a thin slab; quiet times are simulated, too."""
     tower = stack_of_boxes((0.6, 0.5, 0.3), (0.5, 0.5, 0.05), (0.4, 0.3, 0.3), (0.3, 0.3, 0.3), (0.2, 0.2, 0.7))
     quiet = Motion(np.zeros(200), np.zeros(200), sampling_interval=INTERVAL, trust_data=True)
     found = simulate(quiet, tower, orientation_deg=[0.0], friction=[0.5], leave_out=False)

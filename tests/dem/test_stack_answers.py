@@ -12,7 +12,7 @@ from overturning.errors import ArgumentError
 from overturning.figures.film_of_trajectory import film_of_trajectories, outcome_sentence
 from overturning.model.cases import Cases
 from overturning.model.element import Element
-from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.scene import Scene, load_scene
 from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
@@ -74,7 +74,7 @@ def test_two_cubes_on_each_other_tip_like_one_stone_of_their_height() -> None:
 
 
 def shaft_off_centre(offset: float) -> Scene:
-    """Return a shaft on a base, aside of its middle by `offset`, m, towards the orientation."""
+    """Return a shaft on a base, shifted from its middle by `offset`, m, towards the orientation."""
     return Scene(name="offset", reference="shaft", elements=(
         Element(name="ground", kind="driven", width=40.0, height=1.0, at=(0.0, -1.0)),
         Element(name="base", width=0.5, depth=0.5, height=0.2, stands_on="ground"),
@@ -83,8 +83,8 @@ def shaft_off_centre(offset: float) -> Scene:
 
 
 @pytest.mark.parametrize("offset", [0.05, 0.2, 0.24, 0.245])
-def test_a_stone_off_centre_rests(offset: float) -> None:
-    """At 0.245 m the shaft overhangs by 0.145 m, and its centre is 5 mm from the rim; the springs hold energy."""
+def test_an_overhanging_stone_stays_at_rest_while_its_centre_is_supported(offset: float) -> None:
+    """At an offset of 0.245 m the shaft overhangs by 0.145 m, and its centre is 5 mm from the rim of the base."""
     quiet = Motion(np.zeros(200), np.zeros(200), sampling_interval=INTERVAL, trust_data=True)
     found = simulate(quiet, shaft_off_centre(offset), orientation_deg=[0.0], friction=[0.6], leave_out=False)
     assert found.overturned.to_numpy().max() == 0.0
@@ -92,7 +92,7 @@ def test_a_stone_off_centre_rests(offset: float) -> None:
     assert found.peak_tilt.to_numpy().max() < 1e-3
     assert found.energy_error.item() < 1e-6
     assert np.abs(found.residual_slip_north.to_numpy()).max() < 1e-8
-    assert Stack(shaft_off_centre(offset)).rotation_period_deg == 360.0
+    assert Stack(shaft_off_centre(offset)).rotational_symmetry_period_deg == 360.0
 
 
 def test_an_overhanging_stone_tips_over_the_rim_below_it() -> None:
@@ -116,7 +116,7 @@ def test_a_size_at_which_the_stack_cannot_stand_is_refused(ratio: float) -> None
         simulate(quiet, scene, orientation_deg=[0.0], friction=[0.6], b_over_h=[ratio])
 
 
-def test_a_parallelogram_has_its_own_outcome_for_every_direction() -> None:
+def test_a_stack_with_a_parallelogram_has_a_symmetry_period_of_360_degrees() -> None:
     """A parallelogram looks the same after half a turn about its axis across the plane, not about the vertical."""
     leaning = Scene(name="leaning", elements=(
         Element(name="ground", kind="driven", width=40.0, height=1.0, at=(0.0, -1.0)),
@@ -125,8 +125,8 @@ def test_a_parallelogram_has_its_own_outcome_for_every_direction() -> None:
             stands_on="ground",
         ),
     ))  # fmt: skip
-    assert Stack(leaning).rotation_period_deg == 360.0
-    assert Stack(load_scene("three-tier", REPOSITORY)).rotation_period_deg == 90.0
+    assert Stack(leaning).rotational_symmetry_period_deg == 360.0
+    assert Stack(load_scene("three-tier", REPOSITORY)).rotational_symmetry_period_deg == 90.0
 
 
 def test_a_cross_of_pieces_stands_on_its_pedestal() -> None:
@@ -144,7 +144,7 @@ def test_the_mirror_image_of_a_case_has_the_mirrored_outcome() -> None:
     """
     sides = np.array([[[1.0], [1.0]], [[1.0], [-1.0]]])
     motions = [horizontal_motion(7.0 * random_accelerations(seed) * side) for side in sides for seed in range(6)]
-    cases = Cases(0.0, *size_reference_height_and_b_over_h(THREE_BOXES), 0.6)
+    cases = Cases(0.0, *reference_element_height_and_b_over_h(THREE_BOXES), 0.6)
     found = simulate_under_each_motion(Stack(THREE_BOXES), motions, cases, leave_out=False)
     assert found.overturned[:, 0].tolist() == [[0, 0, 1]] * 12
     one, other = found.fall_azimuth[:6, 0, 2], found.fall_azimuth[6:, 0, 2]
@@ -154,7 +154,7 @@ def test_the_mirror_image_of_a_case_has_the_mirrored_outcome() -> None:
 
 
 @pytest.mark.long
-def test_stiff_and_extreme_stacks_have_an_outcome_or_a_reason_why_not() -> None:
+def test_extreme_stacks_never_fail_and_are_rarely_unstable_or_over_budget() -> None:
     """Two to five stones, thin slabs, slender shafts, mass ratios to 1e4, µ 0 to 10, vertical motion beyond −1 g."""
     dice, statuses = np.random.default_rng(45), []
     for _ in range(60):
@@ -187,7 +187,7 @@ def test_stiff_and_extreme_stacks_have_an_outcome_or_a_reason_why_not() -> None:
 
 
 def test_the_slip_of_a_stone_on_a_stone_that_twists_is_towards_north_and_east() -> None:
-    """From the path: where the middle of the cap's base was and is on the shaft's face, as the shaft stands then."""
+    """Expected slip from the path: shift of the middle of the cap's base over the shaft's face at its last pose."""
     scene = Scene.model_validate({
         "name": "cap", "reference": "shaft", "materials": {"stone": {}, "slick": {}},
         "contacts": [
@@ -216,7 +216,7 @@ def test_the_slip_of_a_stone_on_a_stone_that_twists_is_towards_north_and_east() 
     assert found == pytest.approx([north, east], abs=1e-6)
 
 
-def test_the_path_has_the_outcome_of_the_cell_and_a_film_of_all_stones() -> None:
+def test_a_stack_trajectory_has_the_outcome_of_its_case_and_films_all_stones() -> None:
     rows = 9.0 * random_accelerations(0)
     motion = Motion(rows[0], -rows[1], sampling_interval=INTERVAL, trust_data=True)
     scene = load_scene("three-tier", REPOSITORY)

@@ -45,7 +45,7 @@ def half_sine_pulse(time: np.ndarray, begin: float, end: float, peak: float) -> 
     return np.where(inside, peak * np.sin(np.pi * (time - begin) / (end - begin)), 0.0)
 
 
-def test_a_stone_that_slid_off_has_slid_off_also_if_the_stone_below_falls_later() -> None:
+def test_a_stone_that_slid_off_keeps_this_outcome_if_its_support_falls_later() -> None:
     time = np.arange(0.0, 12.0, 0.01)
     scene = stack_of_stones(
         {"width": 0.4, "depth": 0.4, "height": 1.0}, {"width": 0.4, "depth": 0.4, "height": 0.2, "material": "slick"},
@@ -140,7 +140,7 @@ def test_a_stone_is_upright_until_its_centre_passes_the_edge_that_it_tips_over(
     assert found == pytest.approx(float(plane.overturning_time.to_numpy().ravel()[1]), abs=0.01)
 
 
-def test_a_slab_held_down_by_a_stone_balances_with_it() -> None:
+def test_the_critical_angle_of_a_slab_held_down_by_a_stone_is_that_of_both() -> None:
     """The slab's own centre is 0.05 m beyond the rim; that of slab and stone is 0.16 m from it and 0.23 m above it."""
     stones = Stack(stack_of_stones(
         CUBE_SIZE, {"width": 1.0, "depth": 0.5, "height": 0.1, "at": (0.3, 0.0)},
@@ -153,7 +153,7 @@ def test_a_slab_held_down_by_a_stone_balances_with_it() -> None:
 
 
 def rectangle_outline(left: float, right: float, low: float, high: float) -> list[list[float]]:
-    """Return the outline of a rectangle by its sides, m."""
+    """Return the outline of a rectangle from the coordinates of its four sides, m."""
     return [[left, low], [right, low], [right, high], [left, high]]
 
 
@@ -177,7 +177,7 @@ BOX_SIZE: dict[str, Any] = {"width": 0.5, "depth": 0.4, "height": 0.3}
         ((BOX_SIZE, {"pieces": TABLE_PIECES, "depth": 0.4, "at": (0.1, 0.0)}), "stone-1 has a gap in its base"),
     ],
 )
-def test_a_face_with_a_gap_is_refused(stones: tuple[dict[str, Any], ...], reason: str) -> None:
+def test_a_contact_face_with_a_gap_is_refused_in_a_stack(stones: tuple[dict[str, Any], ...], reason: str) -> None:
     """The contact of two stones is one polygon: over a gap it would carry a stone that falls into the gap."""
     motion = motion_towards_north(np.full(100, 0.001))
     with expect_error(ArgumentError, reason, "compute it in 2-D"):
@@ -212,7 +212,7 @@ NOTCHED_PIECES: Rectangles = [rectangle_outline(-0.1, 0.1, 0.0, 0.02), rectangle
         (shouldered_stone(0.15), None, None),
     ],
 )
-def test_a_stone_whose_outline_touches_before_it_tips_is_refused(
+def test_a_stone_whose_outline_touches_its_support_before_it_tips_is_refused(
     stone: dict[str, Any], support: float | None, tilt_deg: float | None
 ) -> None:
     """A point at height z and distance d beyond the edge of the base touches at the tilt atan(z/d)."""
@@ -271,7 +271,7 @@ DIAGONAL_OFFSET = np.hypot(0.1, 0.1)
         ([square_plate(0.4, 0.3), square_plate(0.4, 0.03)], 0.0, None, None),
     ],
 )
-def test_an_overhanging_stone_that_meets_a_face_further_below_before_it_tips_is_named(
+def test_a_warning_names_a_face_that_an_overhanging_stone_meets_before_it_tips(
     plates: list[dict[str, Any]], at: float, met: str | None, tilt_deg: float | None
 ) -> None:
     """A point that overhangs by a meets a face at the depth h below the contact at the tilt asin(h/a)."""
@@ -286,8 +286,8 @@ def test_an_overhanging_stone_that_meets_a_face_further_below_before_it_tips_is_
     assert touching < critical
 
 
-def test_an_outline_that_touches_is_refused_also_if_its_overhang_meets_the_ground_earlier() -> None:
-    """The stone meets the rim of the plate at atan(0.02/0.15) = 7.6°, the ground below a thin one at 6.6°."""
+def test_an_outline_that_touches_is_refused_whatever_the_overhang_meets_first() -> None:
+    """The stone meets the rim of the plate at atan(0.02/0.15) = 7.6°; on a thin plate it meets the ground at 6.6°."""
     for thickness in (0.3, 0.003):
         scene = stack_of_stones(
             {"width": 0.5, "depth": 0.6, "height": thickness}, {"pieces": NOTCHED_PIECES, "depth": 0.6}
@@ -320,7 +320,7 @@ def test_a_stone_refused_in_a_stack_stands_in_2d_and_as_a_single_body() -> None:
         simulate(motion, stack_of_stones(stone), orientation_deg=0.0)
 
 
-def test_a_stack_is_refused_at_a_width_at_which_a_shoulder_touches() -> None:
+def test_a_stack_is_refused_at_a_b_over_h_at_which_a_shoulder_would_touch() -> None:
     """Twice as wide, the stone tips at twice the angle (nearly) and its shoulders touch at half of it."""
     scene = stack_of_stones(shouldered_stone(0.06, depth=0.1))
     quiet = motion_towards_north(np.zeros(20))
@@ -351,7 +351,7 @@ def test_a_scene_key_that_the_3d_model_ignores_is_refused(
             simulate(quiet, scene, orientation_deg=[0.0])
 
 
-def test_a_stack_may_end_with_a_cup_or_a_tee_of_pieces() -> None:
+def test_stones_made_of_pieces_like_a_cup_or_a_tee_are_accepted_in_a_stack() -> None:
     """A gap in a face on which nothing stands does not matter, nor do pieces that join to one level face."""
     tee = [
         rectangle_outline(-0.1, 0.1, 0.0, 0.3),
@@ -363,7 +363,7 @@ def test_a_stack_may_end_with_a_cup_or_a_tee_of_pieces() -> None:
         assert simulate(quiet, stack_of_stones(*stones), orientation_deg=[0.0]).overturned.to_numpy().max() == 0.0
 
 
-def test_the_side_of_an_eccentric_stone_that_is_nearest_to_the_rim_counts() -> None:
+def test_the_required_ground_width_follows_the_longer_foot_of_an_l_stone() -> None:
     """An L with its long foot to one side: its centre of mass is not in the middle of its width."""
     foot = [[-0.1, 0.0], [1.5, 0.0], [1.5, 0.2], [0.2, 0.2], [0.2, 1.2], [-0.1, 1.2]]
     for width, fits in ((12.5, False), (13.1, True)):
@@ -394,7 +394,7 @@ def test_a_stack_on_a_driven_plinth_instead_of_the_ground_is_refused(width: floa
 @pytest.mark.parametrize("friction", [0.008, 0.02])
 @pytest.mark.parametrize("count", [1, 2])
 def test_a_stack_that_slides_for_long_is_simulated_to_its_stop(friction: float, count: int) -> None:
-    """The stack slides on the ground for 8 s or more, beyond 20/p after the record, with the energy of a fall."""
+    """The stack slides for 8 s or more, longer than the usual end of a case, 20/p (Housner's p) after the record."""
     pulse = 1.2 * np.sin(0.5 * np.pi * np.arange(401) * 0.005)
     motion = Motion(0.6 * pulse, 0.8 * pulse, sampling_interval=0.005)
     stones = [{"width": 0.5, "depth": 0.5, "height": 0.2, "material": "slick"},

@@ -11,7 +11,7 @@ import pytest
 from overturning.dem.simulate import simulate
 from overturning.dem.trajectory import trajectory
 from overturning.model.cases import Cases
-from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
 from overturning.model.stack import Stack
@@ -57,7 +57,7 @@ def opening_acceleration_ratio(scene: Scene, joint: int, angle: float) -> float:
 @pytest.mark.parametrize("lift", [-1.1, 0.0, 0.7])
 @pytest.mark.parametrize("joint", [0, 1, 2])
 def test_each_joint_opens_at_its_static_threshold(joint: int, lift: float) -> None:
-    """A joint opens at (g + a_up) d/z: d, distance of the side of the patch; z, height of the stones' centre above.
+    """A joint opens at (g + a_up) d/z: d, distance of the nearest side; z, height of the centre of the stones above.
 
     The base moves north and up, `lift` times as much up; the stack is turned to each angle.
     """
@@ -151,7 +151,7 @@ def outcomes_with_divided_samples(parts: int) -> CaseResults:
         )
         for seed in range(4)
     ]
-    cases = Cases([0.0, 45.0], *size_reference_height_and_b_over_h(THREE_BOXES), 0.6)
+    cases = Cases([0.0, 45.0], *reference_element_height_and_b_over_h(THREE_BOXES), 0.6)
     return simulate_under_each_motion(Stack(THREE_BOXES), motions, cases, leave_out=False)
 
 
@@ -191,7 +191,7 @@ def outcomes_of_statue_and_single_stone() -> list[CaseResults]:
     """Return the outcomes of a statue on a pedestal, and of one stone of the same size, under some motions."""
     motions, outcomes = [horizontal_motion(8.0 * random_accelerations(seed)) for seed in STATUE_SEEDS], []
     for scene in (stack_of_boxes((0.5, 0.5, 0.1), (0.5, 0.5, 0.9)), stack_of_boxes((0.5, 0.5, 1.0))):
-        cases = Cases([0.0, 30.0], *size_reference_height_and_b_over_h(scene), 3.0)
+        cases = Cases([0.0, 30.0], *reference_element_height_and_b_over_h(scene), 3.0)
         outcomes.append(simulate_under_each_motion(Stack(scene), motions, cases))
     return outcomes
 

@@ -16,7 +16,7 @@ from overturning.errors import ArgumentError
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.element import Element, Material, PlanShape
-from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.scene import Scene
 from overturning.model.shapes import Cylinder, RegularPrism
 from overturning.model.stack import Stack
@@ -127,17 +127,17 @@ def test_a_stack_that_still_rocks_long_after_the_record_but_cannot_fall_has_an_o
     np.testing.assert_allclose(short.peak_tilt, long.peak_tilt, rtol=1e-3, atol=1e-3)
 
 
-def test_the_rotation_period_is_that_of_all_stones_together() -> None:
+def test_the_symmetry_period_of_a_stack_is_common_to_all_its_stones() -> None:
     periods = {
         (("rectangle", 0.5, 0.3), (8, 0.3, 0.6)): 90.0, (("rectangle", 0.5, 0.3), (6, 0.3, 0.6)): 180.0,
         (("rectangle", 0.5, 0.3), ("circle", 0.3, 0.6)): 90.0, ((6, 0.5, 0.3), (3, 0.3, 0.6)): 120.0,
         (("circle", 0.5, 0.3), ("circle", 0.3, 0.6)): 22.5, ((5, 0.5, 0.3), (6, 0.3, 0.6)): 360.0,
     }  # fmt: skip
     for stones, period in periods.items():
-        assert Stack(stack_of_prisms(*stones)).rotation_period_deg == period
+        assert Stack(stack_of_prisms(*stones)).rotational_symmetry_period_deg == period
 
 
-def test_a_rotation_by_the_period_gives_the_same_outcome() -> None:
+def test_a_rotation_by_the_symmetry_period_gives_the_same_outcome() -> None:
     rows, scene = 7.0 * random_accelerations(3), stack_of_prisms((6, 0.5, 0.3), (6, 0.25, 0.7))
     motion = Motion(rows[0], -rows[1], sampling_interval=INTERVAL, trust_data=True)
     found = simulate_cases(Stack(scene), motion, Cases([10.0, 70.0, 130.0], 0.7, 0.25 / 0.7, 0.7))
@@ -147,13 +147,13 @@ def test_a_rotation_by_the_period_gives_the_same_outcome() -> None:
 
 
 @pytest.mark.parametrize("plan", PLANS)
-def test_energy_balances_as_for_boxes_and_an_offset_polygon_rests(plan: PlanShape) -> None:
+def test_prisms_balance_energy_as_well_as_boxes_and_rest_off_centre(plan: PlanShape) -> None:
     """A case is rerun with finer steps until its error is below 0.01, so the median says more than the maximum.
 
     Stacks of boxes of these sizes have a median of 0.0008 under these motions, and 0.0055 at most.
     """
     scene = stack_of_prisms((8, 0.6, 0.3), (plan, 0.3, 0.8))
-    cases = Cases([0.0, 20.0], *size_reference_height_and_b_over_h(scene), 0.6)
+    cases = Cases([0.0, 20.0], *reference_element_height_and_b_over_h(scene), 0.6)
     found = simulate_under_each_motion(
         Stack(scene), [horizontal_motion(6.0 * random_accelerations(seed)) for seed in range(8)], cases
     )
@@ -177,7 +177,7 @@ def test_light_stones_below_a_heavy_one_do_not_vibrate_for_the_rest_of_the_case(
     stack = Stack(
         stack_of_prisms(*(("rectangle", 0.4 * ratio**number, height) for number, height in enumerate((0.2, 0.2, 0.6))))
     )
-    cases = Cases(np.arange(7.0, 90.0, 22.5), *size_reference_height_and_b_over_h(stack.scene), friction)
+    cases = Cases(np.arange(7.0, 90.0, 22.5), *reference_element_height_and_b_over_h(stack.scene), friction)
     found = simulate_cases(stack, horizontal_motion(5.0 * random_accelerations(seed)), cases)
     assert (found.status == CaseStatus.SIMULATED).all()
     assert found.energy_error.max() < 5e-3
@@ -197,7 +197,7 @@ def test_stones_of_equal_width_balance_their_energy_at_the_first_attempt(
         Stack(stack_of_prisms(*(("rectangle", 0.4, height) for height in heights))),
         np.arange(7.0, 90.0, 11.25),
     )
-    cases = Cases(orientations, *size_reference_height_and_b_over_h(stack.scene), 0.5)
+    cases = Cases(orientations, *reference_element_height_and_b_over_h(stack.scene), 0.5)
     for seed in range(3):
         found = simulate_cases(stack, horizontal_motion(8.0 * random_accelerations(seed)), cases)
         assert (found.status == CaseStatus.SIMULATED).all(), seed
@@ -248,7 +248,7 @@ def test_a_prism_whose_centre_lies_outside_the_face_below_is_refused() -> None:
     """
 
     def offset_scene(offset: float) -> Scene:
-        """Return a prism on another, aside of its middle by `offset`, m."""
+        """Return a scene of a prism on another one, shifted from its middle by `offset`, m."""
         elements = stack_of_prisms((8, 0.5, 0.3), (6, 0.2, 0.6)).elements
         return Scene(name="offset", reference="stone-1", elements=(
             *elements[:2], elements[2].model_copy(update={"at": (offset, 0.0)})
@@ -272,7 +272,7 @@ def test_a_prism_whose_centre_lies_outside_the_face_below_is_refused() -> None:
         ({"plan": 6, "vertices": [[0, 0], [1, 0], [1, 1]]}, "plan 6 needs a width and a height"),
     ],
 )
-def test_a_wrong_plan_is_refused(content: dict[str, Any], message: str) -> None:
+def test_an_invalid_plan_shape_of_an_element_is_refused(content: dict[str, Any], message: str) -> None:
     with pytest.raises(ValidationError, match=message):
         Element.model_validate({"name": "a", **content})
 

@@ -14,7 +14,7 @@ from numba import typeof
 from overturning.dem.kernel.queue import run_case_queue
 from overturning.dem.plan import SimulationPlan
 from overturning.dem.polygon import cundall, equations, rows
-from overturning.dem.polygon.case_end import record_slip_and_upright_time
+from overturning.dem.polygon.case_end import store_slip_and_last_upright_time
 from overturning.dem.polygon.centred import (
     add_pair_to_equations,
     compute_pair_forces_after_solution,
@@ -35,15 +35,15 @@ AssembleLoop = Callable[[], Iterator[str]]
 """Function that compiles a loop and yields the assembly of each of its variants."""
 
 
-def assembler_of_loop(loop: Any, *arguments: Any) -> AssembleLoop:
+def create_assembler_of_loop(loop: Any, *arguments: Any) -> AssembleLoop:
     """Return a function that compiles a loop for the types of its arguments and yields its assembly code."""
 
-    def assemble() -> Iterator[str]:
+    def compile_and_yield_assembly() -> Iterator[str]:
         """Compile the loop and yield the assembly code of each version."""
         loop.compile(tuple(typeof(value) for value in arguments))
         yield from loop.inspect_asm().values()
 
-    return assemble
+    return compile_and_yield_assembly
 
 
 UPWARD_ACCELERATION = np.zeros(8)
@@ -51,7 +51,7 @@ PAIR, ELEMENT, CASE, BLOCK = (
     np.zeros(table.size) for table in (rows.PAIR, rows.ELEMENT, rows.CASE, equations.SUBMATRIX)
 )
 LOOPS: dict[str, AssembleLoop] = {
-    "couple": assembler_of_loop(
+    "couple": create_assembler_of_loop(
         add_pair_to_equations,
         PAIR,
         ELEMENT,
@@ -60,36 +60,42 @@ LOOPS: dict[str, AssembleLoop] = {
         PairSubmatrices(*(BLOCK.copy() for _ in range(4))),
         (True, True, True),
     ),
-    "correct": assembler_of_loop(compute_pair_forces_after_solution, PAIR, ELEMENT, ELEMENT.copy(), CASE),
-    "keep": assembler_of_loop(store_accepted_pair_history, PAIR, CASE),
-    "invert": assembler_of_loop(equations.invert_submatrix_in_place, BLOCK),
-    "divide": assembler_of_loop(equations.multiply_by_pivot_inverse, BLOCK, BLOCK.copy()),
-    "eliminate": assembler_of_loop(equations.subtract_submatrix_product, BLOCK, BLOCK.copy(), BLOCK.copy(), False),
-    "subtract product": assembler_of_loop(equations.subtract_from_velocity_change, ELEMENT, BLOCK, ELEMENT.copy()),
-    "predict, vertical": assembler_of_loop(predict_element_motion, UPWARD_ACCELERATION, ELEMENT, CASE, 128.0, 9.80665),
-    "predict, level": assembler_of_loop(predict_element_motion, None, ELEMENT, CASE, 128.0, 9.80665),
-    "correct state, vertical": assembler_of_loop(
+    "correct": create_assembler_of_loop(compute_pair_forces_after_solution, PAIR, ELEMENT, ELEMENT.copy(), CASE),
+    "keep": create_assembler_of_loop(store_accepted_pair_history, PAIR, CASE),
+    "invert": create_assembler_of_loop(equations.invert_submatrix_in_place, BLOCK),
+    "divide": create_assembler_of_loop(equations.multiply_by_pivot_inverse, BLOCK, BLOCK.copy()),
+    "eliminate": create_assembler_of_loop(
+        equations.subtract_submatrix_product, BLOCK, BLOCK.copy(), BLOCK.copy(), False
+    ),
+    "subtract product": create_assembler_of_loop(
+        equations.subtract_from_velocity_change, ELEMENT, BLOCK, ELEMENT.copy()
+    ),
+    "predict, vertical": create_assembler_of_loop(
+        predict_element_motion, UPWARD_ACCELERATION, ELEMENT, CASE, 128.0, 9.80665
+    ),
+    "predict, level": create_assembler_of_loop(predict_element_motion, None, ELEMENT, CASE, 128.0, 9.80665),
+    "correct state, vertical": create_assembler_of_loop(
         correct_element_motion, UPWARD_ACCELERATION, ELEMENT, CASE, 128.0, 9.80665
     ),
-    "correct state, level": assembler_of_loop(correct_element_motion, None, ELEMENT, CASE, 128.0, 9.80665),
-    "cundall contact": assembler_of_loop(cundall.compute_pair_forces, PAIR, ELEMENT, ELEMENT.copy(), CASE),
-    "motion, vertical": assembler_of_loop(cundall.advance_element, UPWARD_ACCELERATION, ELEMENT, CASE, 9.80665),
-    "motion, level": assembler_of_loop(cundall.advance_element, None, ELEMENT, CASE, 9.80665),
-    "slip": assembler_of_loop(record_slip_and_upright_time, ELEMENT, ELEMENT.copy(), CASE, 0.1, 0.01),
+    "correct state, level": create_assembler_of_loop(correct_element_motion, None, ELEMENT, CASE, 128.0, 9.80665),
+    "cundall contact": create_assembler_of_loop(cundall.compute_pair_forces, PAIR, ELEMENT, ELEMENT.copy(), CASE),
+    "motion, vertical": create_assembler_of_loop(cundall.advance_element, UPWARD_ACCELERATION, ELEMENT, CASE, 9.80665),
+    "motion, level": create_assembler_of_loop(cundall.advance_element, None, ELEMENT, CASE, 9.80665),
+    "slip": create_assembler_of_loop(store_slip_and_last_upright_time, ELEMENT, ELEMENT.copy(), CASE, 0.1, 0.01),
 }
 """Loops of the scene kernel; they have as many lanes as the widest vector has numbers."""
 
 
 @cache
 def widest_vector_register() -> str:
-    """Return the vector registers of LLVM for this processor: of 512 bits on some, but 256 on others that have both."""
+    """Return the name of the widest vector registers that LLVM uses on this processor, such as zmm (512 bits)."""
 
-    def add(total: np.ndarray, term: np.ndarray) -> None:
+    def add_term_to_total(total: np.ndarray, term: np.ndarray) -> None:
         """Add arrays in a loop that LLVM can vectorise."""
         for i in range(total.size):
             total[i] += term[i]
 
-    loop = numba.njit(add)
+    loop = numba.njit(add_term_to_total)
     loop.compile((typeof(UPWARD_ACCELERATION), typeof(UPWARD_ACCELERATION)))
     (assembly,) = loop.inspect_asm().values()
     return next(name for name in ("zmm", "ymm", "xmm") if re.search(rf"\bv?addpd\b[^\n]*%{name}", assembly))
@@ -143,12 +149,12 @@ def compiled_library_of_kernel(compute: Callable[[], Any], monkeypatch: pytest.M
     """Return Numba's library of the kernel that runs in a call of `compute`."""
     called = []
 
-    def queue(*arguments: Any) -> Any:
-        """Note the types of the arguments and run the kernel."""
+    def record_types_and_run_kernel(*arguments: Any) -> Any:
+        """Record the types of the arguments and run the kernel."""
         called.append(tuple(map(typeof, arguments)))
         return run_case_queue(*arguments)
 
-    monkeypatch.setattr(SimulationPlan, "queue", staticmethod(queue))
+    monkeypatch.setattr(SimulationPlan, "queue", staticmethod(record_types_and_run_kernel))
     compute()
     return run_case_queue.overloads[called[0]].library
 
@@ -205,7 +211,7 @@ def test_the_large_loops_of_a_kernel_are_vectorised(
     assert max(masked for wide, _, masked in found if wide >= 50) <= 1
 
 
-def test_the_check_detects_a_fused_multiply_add() -> None:
+def test_fused_multiply_add_instructions_are_detected_in_assembly_code() -> None:
     for text in (
         "vfmadd213pd %zmm0",
         "vfnmadd231sd",

@@ -11,7 +11,7 @@ from overturning.figures.answer import (
     PlottedEstimate,
     alignment_with_references_figure,
     format_estimate,
-    overturned_share_contrast_figure,
+    overturned_share_difference_figure,
     sorted_fall_alignment_figure,
 )
 from overturning.figures.style import PAGE_WIDTH, package_matplotlib_settings
@@ -62,7 +62,7 @@ def test_alignment_figure_sorts_earthquakes_and_prints_each_value_and_the_mean()
         assert ["along" in ticks[-1], "neither" in ticks[0], "across" in ticks[1]] == [True] * 3
 
 
-def references_figure() -> Figure:
+def figure_of_reference_alignments() -> Figure:
     pulse = {
         "pulse": PlottedEstimate(0.4, 0.2, 0.6, 11),
         "peak velocity": PlottedEstimate(0.56, 0.4, 0.7, 11),
@@ -75,7 +75,7 @@ def references_figure() -> Figure:
 def test_alignments_with_reference_directions_are_dots_with_intervals() -> None:
     """Rows have the order of the first group; an unknown reference of a group has no dot, and a note says so."""
     with package_matplotlib_settings():
-        figure = references_figure()
+        figure = figure_of_reference_alignments()
     (axes,) = figure.axes
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     plt.close("all")
@@ -92,20 +92,20 @@ def test_alignments_with_reference_directions_are_dots_with_intervals() -> None:
     assert (axes.get_xlim()[0] <= -1, axes.get_xlim()[1] >= 1) == (True, True)
 
 
-def contrast_figure() -> Figure:
+def figure_of_two_overturned_shares() -> Figure:
     one, other = (
         [PlottedEstimate(0.663), PlottedEstimate(1.0, 0.9, 1.0)],
         [PlottedEstimate(0.669), PlottedEstimate(0.9, 0.8, 0.95)],
     )
     rows = ["all cases", "B/H 0.1"]
-    return overturned_share_contrast_figure(
+    return overturned_share_difference_figure(
         rows, {"with": one, "without": other}, [PlottedEstimate(-0.006), PlottedEstimate(0.1, 0.02, 0.15)]
     )
 
 
-def test_contrast_figure_shows_both_overturned_shares_and_their_difference() -> None:
+def test_figure_of_two_settings_shows_overturned_shares_and_their_difference() -> None:
     with package_matplotlib_settings():
-        left, right = contrast_figure().axes
+        left, right = figure_of_two_overturned_shares().axes
     plt.close("all")
     assert [x for x, _ in marker_positions(left, COLOURS[0])] == pytest.approx([66.3, 100.0])
     assert [x for x, _ in marker_positions(left, COLOURS[1])] == pytest.approx([66.9, 90.0])
@@ -117,8 +117,8 @@ def test_contrast_figure_shows_both_overturned_shares_and_their_difference() -> 
     assert high >= 15.0
 
 
-@pytest.mark.parametrize("draw", [alignment_figure, references_figure, contrast_figure])
-def test_letters_of_answer_figures_are_7_points_at_the_printed_width(draw: object) -> None:
+@pytest.mark.parametrize("draw", [alignment_figure, figure_of_reference_alignments, figure_of_two_overturned_shares])
+def test_letters_of_answer_figures_have_at_least_7_points_at_printed_width(draw: object) -> None:
     with package_matplotlib_settings():
         figure = draw()  # type: ignore[operator]
     sizes = [text.get_fontsize() for text in figure.findobj(Text) if text.get_text() and text.get_visible()]

@@ -29,12 +29,12 @@ from overturning.figures.style import (
 from overturning.figures.write import has_cut_or_overlapping_text, save_figure_files
 from overturning.statistics.boundary import overturning_boundary_by_azimuth
 from overturning.translation.texts import translate_visible_texts_to
-from tests.figures.test_further_figures import cube_of_falls_around_40
+from tests.figures.test_further_figures import cube_of_falls_around_azimuth_40
 
 
 def cube_of_one_record(heights: int = 2, frictions: int = 2) -> xr.Dataset:
     """Return a cube of one record with a fault normal of 40°."""
-    return cube_of_falls_around_40().isel(record=0, height=slice(heights), friction=slice(frictions))
+    return cube_of_falls_around_azimuth_40().isel(record=0, height=slice(heights), friction=slice(frictions))
 
 
 def peak_motion_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
@@ -71,7 +71,7 @@ def figure_of_peaks_by_azimuth() -> Figure:
     return pga_and_pgv_figure(peak_motion_by_azimuth(cube_of_one_record()), 40.0, "A station")
 
 
-def figure_of_boundary() -> Figure:
+def figure_of_overturning_boundary() -> Figure:
     cube = cube_of_one_record()
     return overturning_boundary_figure(overturning_boundary_by_azimuth(cube), 0.6, 40.0, "A station")
 
@@ -82,7 +82,7 @@ FIGURES_WITH_COMPASSES = (
     figure_of_two_records,
     figure_of_three_long_names,
     figure_of_peaks_by_azimuth,
-    figure_of_boundary,
+    figure_of_overturning_boundary,
 )
 
 
@@ -127,7 +127,7 @@ def test_no_text_of_a_compass_figure_is_cut_off_or_overlaps(make: Callable[[], F
 
 @pytest.mark.parametrize("phone", [False, True], ids=["page", "phone"])
 @pytest.mark.parametrize("make", FIGURES_WITH_COMPASSES)
-def test_compass_titles_stand_between_north_and_the_row_above(make: Callable[[], Figure], phone: bool) -> None:
+def test_compass_titles_stand_between_the_letter_n_and_the_row_above(make: Callable[[], Figure], phone: bool) -> None:
     figure = cached_figure(make, phone)
     all_boxes = text_boxes(figure)
     ceiling = min([all_boxes[text][1] for text in figure.texts if text in all_boxes], default=figure.bbox.y1)
@@ -174,7 +174,7 @@ def test_a_map_drawn_twice_has_the_same_bytes(kind: str, language: str, tmp_path
     assert (tmp_path / f"one.{kind}").read_bytes() == (tmp_path / f"two.{kind}").read_bytes()
 
 
-def test_compass_names_and_ring_labels_are_at_their_places() -> None:
+def test_compass_directions_and_ring_labels_are_at_their_azimuths_and_radii() -> None:
     with package_matplotlib_settings():
         figure, ((axes,),) = create_compass_grid(1, 1, 3.0, 3.0)
         axes.draw_compass(2.0, {0.5: "half", 1.5: "one and a half"}, 67.5, has_spokes=True)

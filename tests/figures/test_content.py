@@ -72,7 +72,7 @@ def test_fall_axes_figure_needs_a_fault_strike_and_roses_do_not(cube_with_falls:
             plot.fall_alignment_by_earthquake(cube)
 
 
-def test_follow_figure_needs_a_reference(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_figure_of_fall_alignment_needs_falls_and_a_reference_direction(monkeypatch: pytest.MonkeyPatch) -> None:
     cube = random_3d_cube().assign_coords(pulse=("record", [1, 1]))
     unknown = xr.Dataset({name: ("record", [np.nan] * 2) for name in ("pgv_azimuth", "pga_azimuth", "pulse_axis")})
     monkeypatch.setattr(plot, "_intensity_measures", lambda _: unknown)

@@ -8,7 +8,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from overturning.figures import illustrative
-from overturning.figures.drawn_case import IllustrativeCaseWithFigures, read_cases_with_figures
+from overturning.figures.drawn_case import IllustrativeCaseWithFigures, read_illustrative_case_list
 from overturning.figures.write import save_figure_files
 from overturning.model.scene import load_scene
 from overturning.study.cube import open_cube
@@ -25,7 +25,7 @@ def save_strip_files(figure: Figure, path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def contrast_cases_with_figures(
+def differing_cases_with_figures(
     tmp_path_factory: pytest.TempPathFactory,
 ) -> tuple[Path, list[IllustrativeCaseWithFigures]]:
     """Draw the cases in which a study and its variant without vertical motion differ, and return folder and cases."""
@@ -44,13 +44,13 @@ def contrast_cases_with_figures(
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(illustrative, "save_figure_files", save_strip_files)
         illustrative.draw_illustrative_cases(cube, folder / "motion", folder / "cases", other)
-    return folder, read_cases_with_figures(folder / "cases")
+    return folder, read_illustrative_case_list(folder / "cases")
 
 
-def test_first_contrast_case_falls_in_one_setting_and_stands_in_the_other(
-    contrast_cases_with_figures: tuple[Path, list[IllustrativeCaseWithFigures]],
+def test_first_differing_case_falls_in_one_setting_and_stands_in_the_other(
+    differing_cases_with_figures: tuple[Path, list[IllustrativeCaseWithFigures]],
 ) -> None:
-    folder, cases = contrast_cases_with_figures
+    folder, cases = differing_cases_with_figures
     first = cases[0]
     assert first.settings == ("nominal", "level")
     ratio = float(first.parameters.split("B/H = ")[1].split(",")[0])
@@ -65,9 +65,9 @@ def test_first_contrast_case_falls_in_one_setting_and_stands_in_the_other(
 
 
 def test_films_of_both_settings_have_the_same_horizontal_motion(
-    contrast_cases_with_figures: tuple[Path, list[IllustrativeCaseWithFigures]],
+    differing_cases_with_figures: tuple[Path, list[IllustrativeCaseWithFigures]],
 ) -> None:
-    _, cases = contrast_cases_with_figures
+    _, cases = differing_cases_with_figures
     along, up = (
         [unpack_film_numbers(panel["traces"][row]["rows"][0]) for panel in cases[0].film["panels"]] for row in (0, 1)
     )
@@ -76,10 +76,10 @@ def test_films_of_both_settings_have_the_same_horizontal_motion(
     assert not up[1].any()
 
 
-def test_strip_of_each_contrast_case_is_written(
-    contrast_cases_with_figures: tuple[Path, list[IllustrativeCaseWithFigures]],
+def test_film_strip_of_each_differing_case_is_written(
+    differing_cases_with_figures: tuple[Path, list[IllustrativeCaseWithFigures]],
 ) -> None:
-    folder, cases = contrast_cases_with_figures
+    folder, cases = differing_cases_with_figures
     for case in cases:
         assert (folder / "cases" / case.strip).stat().st_size > 1000
 
@@ -98,6 +98,6 @@ def test_two_scenes_are_compared_by_the_stone_they_share(tmp_path: Path, monkeyp
         for name in ("nominal", "alone")
     )
     illustrative.draw_illustrative_cases(cube, tmp_path / "motion", tmp_path / "cases", other)
-    first = read_cases_with_figures(tmp_path / "cases")[0]
+    first = read_illustrative_case_list(tmp_path / "cases")[0]
     assert first.settings == ("nominal", "alone")
     assert ["fall" in outcome for outcome in first.outcomes] == [False, True]

@@ -19,7 +19,7 @@ from overturning.figures.film_of_trajectory import (
     first_and_last_movement_times,
     outcome_sentence,
 )
-from overturning.figures.film_strip import strip_frame_times_and_captions
+from overturning.figures.film_strip import film_strip_frame_times_and_captions
 from overturning.figures.page import film_page_html
 from overturning.figures.response import tilt_path_and_hodographs_figure
 from overturning.figures.style import package_matplotlib_settings
@@ -32,7 +32,7 @@ from overturning.records.catalogue import read_record_table
 from overturning.records.processing import process_record
 from overturning.records.read import read_record
 from overturning.records.store import round_to_stored_precision
-from tests.dem.paths import lower_corner_penetrations, stone_of_trajectory
+from tests.dem.paths import lower_corner_penetrations, trajectory_of_element_stone
 from tests.figures.films import falling_body_trajectory
 from tests.figures.test_film import unpack_film_numbers
 
@@ -51,19 +51,19 @@ def sine_motion_after_rest() -> Motion:
 
 def test_film_of_a_fall_ends_with_the_block_on_its_side(sine_motion_after_rest: Motion) -> None:
     path = trajectory(sine_motion_after_rest, azimuth_deg=0, **SLENDER_BLOCK)
-    side = int(stone_of_trajectory(path)["overturned"])
+    side = int(trajectory_of_element_stone(path)["overturned"])
     assert side != 0
     cell = simulate_as_arrays(
         sine_motion_after_rest, azimuth_deg=[0], **{name: [value] for name, value in SLENDER_BLOCK.items()}
     )
-    assert float(stone_of_trajectory(path)["overturning_time"]) == cell["overturning_time"].item()
+    assert float(trajectory_of_element_stone(path)["overturning_time"]) == cell["overturning_time"].item()
     assert outcome_sentence(path).startswith("falls towards N at" if side > 0 else "falls towards S at")
     film = film_of_trajectories([path], sine_motion_after_rest, "pulse")
     assert film.start == pytest.approx(1.6, abs=0.2)  # the quiet time before is not shown
     body = film.panels[0].bodies[1]
     assert body.rotation[-1] == pytest.approx(side * np.pi / 2)
     assert sorted(vertex_positions_by_frame(body)[-1, :, 1]) == pytest.approx([0, 0, 0.18, 0.18]), "it lies on its side"
-    turned = np.abs(stone_of_trajectory(path)["rotation"].to_numpy()[-1])
+    turned = np.abs(trajectory_of_element_stone(path)["rotation"].to_numpy()[-1])
     assert turned < np.pi / 2, "the path itself ends before"
     assert np.abs(np.diff(body.position[:, 0])).max() < 0.06, "and does not jump"
     assert vertex_positions_by_frame(body)[..., 1].min() > -0.01, "nothing sinks into the base"
@@ -71,11 +71,11 @@ def test_film_of_a_fall_ends_with_the_block_on_its_side(sine_motion_after_rest: 
 
 def test_films_of_opposite_azimuths_mirror_each_other(sine_motion_after_rest: Motion) -> None:
     one, other = (trajectory(sine_motion_after_rest, azimuth_deg=angle, **SLENDER_BLOCK) for angle in (0, 180))
-    assert int(stone_of_trajectory(one)["overturned"]) == -int(stone_of_trajectory(other)["overturned"])
+    assert int(trajectory_of_element_stone(one)["overturned"]) == -int(trajectory_of_element_stone(other)["overturned"])
     assert outcome_sentence(one) == outcome_sentence(other)
 
 
-def test_film_without_movement_shows_the_peak_of_the_motion(sine_motion_after_rest: Motion) -> None:
+def test_film_of_a_block_that_does_not_move_still_has_frames(sine_motion_after_rest: Motion) -> None:
     path = trajectory(sine_motion_after_rest, azimuth_deg=90, **SLENDER_BLOCK)
     assert first_and_last_movement_times(path) is None
     assert outcome_sentence(path).startswith("stands")
@@ -95,7 +95,7 @@ def test_frames_show_the_trajectory_and_the_ground_at_their_times(sine_motion_af
     """A frame has the pose of the path at its time, and the ground the displacement of a sine pulse, in closed form."""
     path = trajectory(sine_motion_after_rest, azimuth_deg=0, **SLENDER_BLOCK)
     film = film_of_trajectories([path], sine_motion_after_rest, "pulse")
-    panel, one = film.panels[0], stone_of_trajectory(path)
+    panel, one = film.panels[0], trajectory_of_element_stone(path)
     frame = 40
     assert film.frame_times[frame] == pytest.approx(film.start + 0.8)
     for name, column in (("x", 0), ("z", 1)):
@@ -116,7 +116,7 @@ def test_frames_show_the_trajectory_and_the_ground_at_their_times(sine_motion_af
 
 @pytest.mark.parametrize("height", [0.3, 6.0])
 def test_ground_of_a_film_reaches_beyond_the_picture(height: float) -> None:
-    """Also if the ground rises by 1 m, or the stone is higher than the ground of the scene is thick."""
+    """The ground fills the picture even if it rises by 1 m, or if the stone is higher than the ground is thick."""
     time = np.arange(0, 3, 0.01)
     wave = 0.6 * (2 * np.pi) ** 2 * np.cos(2 * np.pi * time) * (time < 2)
     motion = Motion(0.1 * wave, 0 * wave, wave, sampling_interval=0.01)
@@ -158,7 +158,7 @@ def test_outcome_of_several_falls_appears_after_the_last_fall() -> None:
     assert panel.outcome.startswith("2 of 2 fall: slim falls")
     assert times[0] + 0.1 < times[1]
     assert [panel.fall_time_for_printed_strip, panel.outcome_time] == pytest.approx(times, abs=0.006)
-    assert strip_frame_times_and_captions(film)[0][2] == panel.fall_time_for_printed_strip
+    assert film_strip_frame_times_and_captions(film)[0][2] == panel.fall_time_for_printed_strip
 
 
 def test_films_of_two_settings_share_their_frames() -> None:
@@ -172,7 +172,7 @@ def test_films_of_two_settings_share_their_frames() -> None:
     data = film.player_data()
     assert data["frames"] == len(film.frame_times)
     for panel, path in zip(film.panels, paths, strict=True):
-        there = np.interp(film.frame_times, path["time"], stone_of_trajectory(path)["x"])
+        there = np.interp(film.frame_times, path["time"], trajectory_of_element_stone(path)["x"])
         moving = film.frame_times <= float(path["time"][-1])
         assert panel.bodies[1].position[moving, 0] == pytest.approx(there[moving], abs=1e-12)
     assert [len(panel["traces"]) for panel in data["panels"]] == [2, 2]
@@ -195,7 +195,7 @@ def test_contact_forces_at_rest_add_up_to_the_weight(sine_motion_after_rest: Mot
     assert force[50].sum(axis=0) == pytest.approx([0, 1], abs=1e-3)
     assert force[50, 0] == pytest.approx(force[50, 1], abs=1e-3)
     assert point[50] == pytest.approx(np.array([[-0.09, 0], [0.09, 0]]), abs=1e-4)
-    rotation = stone_of_trajectory(path)["rotation"].to_numpy()
+    rotation = trajectory_of_element_stone(path)["rotation"].to_numpy()
     rocking = int(np.argmax(np.abs(rotation) > 0.1))
     lifted = 0 if rotation[rocking] > 0 else 1
     assert force[rocking, lifted] == pytest.approx([0, 0])
@@ -245,7 +245,7 @@ def test_contact_forces_are_compressive_and_within_the_friction_limit(recorded_b
 def test_contact_forces_and_weight_account_for_the_change_of_momentum(recorded_block_trajectory: xr.Dataset) -> None:
     """M Δv = ∫ (Σ f + weight) dt from the start to any sample, and I Δω = ∫ Σ r × f dt."""
     force = contact_forces_over_weight(recorded_block_trajectory)[:-1]
-    one = stone_of_trajectory(recorded_block_trajectory)
+    one = trajectory_of_element_stone(recorded_block_trajectory)
     time, g = recorded_block_trajectory["time"].to_numpy(), 9.80665
     centre = np.stack([one["x"], one["z"]], axis=1)
     arm = np.nan_to_num(
@@ -350,7 +350,7 @@ def test_corners_of_a_3d_body_start_on_the_base_and_end_at_the_fall(
     assert len(film.player_data()["panels"][0]["traces"][0]["rows"]) == 2
 
 
-def test_film_of_a_3d_body_must_be_a_page(
+def test_film_of_a_3d_body_is_refused_as_a_gif(
     falling_and_standing_body: list, pulse_along_oblique_azimuth: Motion, tmp_path: Path
 ) -> None:
     film = film_of_trajectories(falling_and_standing_body, pulse_along_oblique_azimuth, "title")
@@ -389,8 +389,8 @@ def test_axis_figure_of_a_stack_has_name_and_critical_angle_of_the_stone() -> No
     assert np.hypot(*circle.get_xydata().T) == pytest.approx(np.degrees(np.arctan(1 / 6)))
 
 
-def test_axis_figure_of_a_stack_is_of_the_reference_element_and_its_contact() -> None:
-    """A foot below a shaft 0.2 m off its middle, below a roof twice as wide: the foot is the reference.
+def test_axis_figure_of_a_stack_shows_the_tilt_of_the_reference_element() -> None:
+    """The reference element is the foot below a shaft 0.2 m off its middle, which carries a roof twice as wide.
 
     The shaft balances over the near side of its base, 0.1 m from the rim of the foot: arctan(0.1/0.45). The roof, 0.2 m
     high, balances over the rim of the shaft: arctan(0.15/0.1). Those are the angles of the same scene in 2-D.

@@ -11,7 +11,7 @@ from overturning.figures.film_strip import (
     body_at_frame,
     draw_scale_bar,
     film_strip_figure,
-    strip_frame_times_and_captions,
+    film_strip_frame_times_and_captions,
 )
 from overturning.figures.film_words import STRIP, STRIP_MIXED, STRIP_STANDING, film_title_text, length_with_unit
 from overturning.figures.style import create_figure, package_matplotlib_settings
@@ -28,18 +28,18 @@ def test_film_strip_shows_the_times_of_uplift_and_fall() -> None:
     The second one rotates by 0.1 e⁻ᵗ sin 2πt, that is by 0.05 at 0.1 s.
     """
     film = film_of_two_blocks()
-    times, names = strip_frame_times_and_captions(film)
+    times, names = film_strip_frame_times_and_captions(film)
     assert names == STRIP_MIXED, "the other block does not lie at the end"
     assert times == pytest.approx([0.0, 0.1, 2.1, film.last_frame_time], abs=0.021)
     alone = Film("falls", 0.0, 0.02, film.panels[:1])
-    assert strip_frame_times_and_captions(alone)[1] == STRIP
-    assert strip_frame_times_and_captions(alone)[0][1] == pytest.approx(
+    assert film_strip_frame_times_and_captions(alone)[1] == STRIP
+    assert film_strip_frame_times_and_captions(alone)[0][1] == pytest.approx(
         1.0 + 1.5 * (0.05 / (math.pi / 2)) ** (1 / 3), abs=0.021
     )
 
 
 def test_film_strip_of_a_standing_stone_shows_its_largest_rotation() -> None:
-    times, names = strip_frame_times_and_captions(Film("stands", 0.0, 0.02, film_of_two_blocks().panels[1:]))
+    times, names = film_strip_frame_times_and_captions(Film("stands", 0.0, 0.02, film_of_two_blocks().panels[1:]))
     assert names == STRIP_STANDING
     # The largest of e⁻ᵗ sin 2πt is where tan 2πt = 2π.
     assert times[2] == pytest.approx(math.atan(2 * math.pi) / (2 * math.pi), abs=0.011)
@@ -50,7 +50,7 @@ def test_film_strip_draws_each_panel_at_its_own_times() -> None:
     with package_matplotlib_settings():
         figure = film_strip_figure(film)
     assert len(figure.axes) == 8
-    times, _ = strip_frame_times_and_captions(film)
+    times, _ = film_strip_frame_times_and_captions(film)
     for column, time in enumerate(times):
         drawn = figure.axes[column].patches[1].get_xy()[:-1]
         body = body_at_frame(film.panels[0].bodies[1], time / 0.02)

@@ -23,8 +23,8 @@ from overturning.figures.film_of_trajectory import outcome_sentence
 from overturning.figures.ground import fourier_and_response_spectra_figure, hodograph_figure, pga_and_pgv_figure
 from overturning.figures.intensity_plane import (
     LOOKS,
-    outcomes_by_pga_and_pgv_ratio_figure,
-    pga_pgv_ratio_and_fall_probability,
+    outcomes_by_pga_and_pgv_over_pga_figure,
+    pga_pgv_over_pga_and_fall_probability,
 )
 from overturning.figures.observed_rose import ObservedRose, observed_roses_figure
 from overturning.figures.polar_map import azimuth_map_figure
@@ -47,7 +47,7 @@ from overturning.statistics.logistic import PREDICTORS, LogisticFit, fit_logisti
 AZIMUTHS_DEG = np.arange(0, 360, 15)
 
 
-def cube_of_falls_around_40() -> xr.Dataset:
+def cube_of_falls_around_azimuth_40() -> xr.Dataset:
     """Return a cube of five records: blocks fall within 50° of 40°, or more if slender; one B/H has no ensemble."""
     slender = np.array([0.2, 0.3, 0.4])
     offset = (AZIMUTHS_DEG - 40 + 180) % 360 - 180
@@ -99,7 +99,7 @@ def draw_hodograph() -> Figure:
 
 
 def draw_fall_axes() -> Figure:
-    found = fall_axes_by_earthquake(cube_of_falls_around_40())
+    found = fall_axes_by_earthquake(cube_of_falls_around_azimuth_40())
     return fall_alignment_by_earthquake_figure({"all records": found}, {"all records": summarise_fall_axes(found)})
 
 
@@ -115,8 +115,8 @@ def draw_block_responses() -> Figure:
     return rotation_slip_and_uplift_figure(trajectories_along_two_azimuths(), "A block")
 
 
-def test_a_block_at_rest_has_no_scale_of_rounding_errors() -> None:
-    """Regression: the scale of a rotation of 1e-17° was drawn."""
+def test_response_figure_of_a_block_at_rest_is_not_scaled_to_rounding_errors() -> None:
+    """Regression: the axis of a rotation of 1e-17° was scaled to this rounding error."""
     weak = Motion(0.1 * motion_with_one_pulse().north, 0 * motion_with_one_pulse().north, sampling_interval=0.01)
     figure = rotation_slip_and_uplift_figure([trajectory(weak, azimuth_deg=0, height=0.6, b_over_h=0.5)], "A block")
     assert [axes.get_ylim() for axes in figure.axes[1:]] == 3 * [(-1.0, 1.0)]
@@ -163,21 +163,24 @@ def draw_surveys(count: int = 1) -> Figure:
 
 
 @cache
-def overturning_fit():  # type: ignore[no-untyped-def]
+def fitted_overturning_model():  # type: ignore[no-untyped-def]
     """Fit the logistic model of overturning to the cube once for all tests."""
-    return fit_logistic_overturning_model(cube_of_falls_around_40(), intensity_of_five_records())
+    return fit_logistic_overturning_model(cube_of_falls_around_azimuth_40(), intensity_of_five_records())
 
 
 FURTHER_FIGURES: dict[str, Callable[[], Figure]] = {
-    "falls": lambda: azimuth_map_figure(cube_of_falls_around_40()[["overturned"]].isel(record=0), "A <script>"),
-    "rose": lambda: fall_roses_by_group_figure(cube_of_falls_around_40()),
+    "falls": lambda: azimuth_map_figure(cube_of_falls_around_azimuth_40()[["overturned"]].isel(record=0), "A <script>"),
+    "rose": lambda: fall_roses_by_group_figure(cube_of_falls_around_azimuth_40()),
     "intensity": lambda: pga_and_pgv_figure(intensity_of_five_records().isel(record=0), 30.0, "A"),
-    "probability": lambda: azimuth_map_figure(cube_of_falls_around_40().isel(record=0), "Station, earthquake"),
+    "probability": lambda: azimuth_map_figure(cube_of_falls_around_azimuth_40().isel(record=0), "Station, earthquake"),
     "boundary": lambda: overturning_boundary_figure(
-        overturning_boundary_by_azimuth(cube_of_falls_around_40().isel(record=0)), 0.4, 30.0, "Station, earthquake"
+        overturning_boundary_by_azimuth(cube_of_falls_around_azimuth_40().isel(record=0)),
+        0.4,
+        30.0,
+        "Station, earthquake",
     ),
-    "plane": lambda: outcomes_by_pga_and_pgv_ratio_figure(
-        cube_of_falls_around_40(), intensity_of_five_records(), overturning_fit(), 1.0
+    "plane": lambda: outcomes_by_pga_and_pgv_over_pga_figure(
+        cube_of_falls_around_azimuth_40(), intensity_of_five_records(), fitted_overturning_model(), 1.0
     ),
     "hodograph": draw_hodograph,
     "axes": draw_fall_axes,
@@ -233,7 +236,7 @@ def test_no_text_of_further_figures_is_cut_off(name: str, factor: float) -> None
     assert box.y1 <= height + margin
 
 
-def test_boundary_of_an_asymmetric_scene_with_half_the_azimuths() -> None:
+def test_boundary_of_an_asymmetric_scene_uses_only_simulated_azimuths() -> None:
     """At 30° the block falls at the smallest and the largest of three B/H; azimuths beyond 90° are not simulated."""
     flags = np.zeros((4, 1, 3, 1))
     flags[:, :, 0], flags[1, 0, 2, 0] = 1, -1
@@ -251,7 +254,7 @@ def test_boundary_of_an_asymmetric_scene_with_half_the_azimuths() -> None:
 
 
 def test_legend_names_the_interval_band_of_a_boundary() -> None:
-    found = overturning_boundary_by_azimuth(cube_of_falls_around_40().isel(record=0))
+    found = overturning_boundary_by_azimuth(cube_of_falls_around_azimuth_40().isel(record=0))
     wide = found.assign(boundary_high=found["boundary"] + 0.05, boundary_low=found["boundary"] - 0.05)
     alone = found.assign(boundary_high=found["boundary"], boundary_low=found["boundary"])
     with package_matplotlib_settings():
@@ -264,7 +267,7 @@ def test_legend_names_the_interval_band_of_a_boundary() -> None:
 def test_overturning_boundary_curves_close_around_the_circle() -> None:
     with package_matplotlib_settings():
         figure = overturning_boundary_figure(
-            overturning_boundary_by_azimuth(cube_of_falls_around_40().isel(record=0)), 0.4, 30.0, "A"
+            overturning_boundary_by_azimuth(cube_of_falls_around_azimuth_40().isel(record=0)), 0.4, 30.0, "A"
         )
         lines = [line for line in figure.axes[0].get_lines() if line.get_label().startswith("µ")]
         assert len(lines) == 2
@@ -288,15 +291,17 @@ def test_overturning_fit_without_intervals_is_drawn() -> None:
         "no interval",
     )
     with package_matplotlib_settings():
-        figure = outcomes_by_pga_and_pgv_ratio_figure(cube_of_falls_around_40(), intensity_of_five_records(), fit, 1.0)
+        figure = outcomes_by_pga_and_pgv_over_pga_figure(
+            cube_of_falls_around_azimuth_40(), intensity_of_five_records(), fit, 1.0
+        )
         (line,) = [line for line in figure.axes[0].lines if str(line.get_label()).startswith("fit")]
         assert line.get_label() == "fit of all µ together: probability ½", "its points are of one"
         plt.close(figure)
-        alone = outcomes_by_pga_and_pgv_ratio_figure(
-            cube_of_falls_around_40().isel(friction=[0]),
+        alone = outcomes_by_pga_and_pgv_over_pga_figure(
+            cube_of_falls_around_azimuth_40().isel(friction=[0]),
             intensity_of_five_records(),
             fit,
-            float(cube_of_falls_around_40()["friction"][0]),
+            float(cube_of_falls_around_azimuth_40()["friction"][0]),
         )
         assert "fit: probability ½" in [line.get_label() for line in alone.axes[0].lines]
         plt.close(alone)
@@ -307,8 +312,8 @@ def test_overturning_fit_without_intervals_is_drawn() -> None:
 
 
 def test_points_of_pga_and_fall_probability_match_cube_and_intensity() -> None:
-    pga, ratio, falls = pga_pgv_ratio_and_fall_probability(
-        cube_of_falls_around_40(), intensity_of_five_records(), 0.6, 0.3, 1.0
+    pga, ratio, falls = pga_pgv_over_pga_and_fall_probability(
+        cube_of_falls_around_azimuth_40(), intensity_of_five_records(), 0.6, 0.3, 1.0
     )
     assert pga.size == 5 * 12
     assert ratio == pytest.approx(0.1 * pga**0.2)
@@ -454,7 +459,7 @@ LONG_JAPANESE_NAME = (
 
 
 def draw_boundary_with_name(name: str) -> Figure:
-    found = overturning_boundary_by_azimuth(cube_of_falls_around_40().isel(record=0, height=[0], friction=[0]))
+    found = overturning_boundary_by_azimuth(cube_of_falls_around_azimuth_40().isel(record=0, height=[0], friction=[0]))
     return overturning_boundary_figure(found.assign(falls_beyond=found["falls_beyond"] * 0 + 1), 0.4, 30.0, name)
 
 
@@ -472,7 +477,7 @@ def draw_alignments_with_name(name: str) -> Figure:
         pytest.param(draw_alignments_with_name, id="alignments by earthquake"),
         pytest.param(
             lambda name: fall_roses_by_earthquake_figure(
-                cube_of_falls_around_40().assign_coords(
+                cube_of_falls_around_azimuth_40().assign_coords(
                     event=("record", [f"{name} {number}" for number in (0, 0, 1, 1, 2)])
                 )
             ),
@@ -500,5 +505,5 @@ def test_legend_of_alignment_by_b_over_h_has_only_known_references() -> None:
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["peak velocity"]
 
 
-def test_lines_of_criteria_differ_in_their_dashes() -> None:
+def test_lines_of_overturning_criteria_differ_in_their_dashes() -> None:
     assert len({str(dashes) for _, dashes in LOOKS}) == len(LOOKS)

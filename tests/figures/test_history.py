@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from overturning.figures.history import (
     BINS,
     min_max_envelope,
-    record_history_figure,
+    record_before_and_after_processing_figure,
     start_shift_from_unprocessed,
 )
 from overturning.figures.style import create_panel_grid, label_logarithmic_ticks, package_matplotlib_settings
@@ -44,7 +44,7 @@ def record_with_offset(up: bool = True) -> tuple[Record, Record]:
 def write_history_page(folder: Path) -> None:
     """Write the page of a record with an offset, for `make_folder_once`."""
     with package_matplotlib_settings():
-        save_figure_files(record_history_figure(*record_with_offset()), folder / "page.svg")
+        save_figure_files(record_before_and_after_processing_figure(*record_with_offset()), folder / "page.svg")
 
 
 @pytest.fixture(scope="module", params=[True, False])
@@ -54,7 +54,7 @@ def history_page_with_offset(
     """Draw the history page of a record with an offset; return if it has vertical motion, the SVG and the figure."""
     path = tmp_path_factory.mktemp("history") / "page.svg"
     with package_matplotlib_settings():
-        figure = record_history_figure(*record_with_offset(request.param))
+        figure = record_before_and_after_processing_figure(*record_with_offset(request.param))
         save_figure_files(figure, path)
         figure.draw_without_rendering()
     return request.param, path.read_text(encoding="utf-8"), figure
@@ -105,7 +105,7 @@ def history_of_unprocessed_record() -> Figure:
     """Return the history figure of a record that is not processed."""
     record = random_record()
     with package_matplotlib_settings():
-        return record_history_figure(record, record)
+        return record_before_and_after_processing_figure(record, record)
 
 
 @pytest.mark.parametrize("kind", ["svg", "png"])
@@ -127,7 +127,7 @@ def test_rotd_spectra_of_a_linear_motion_match_closed_forms(up):
     along = [pulse * np.cos(np.radians(30)), pulse * np.sin(np.radians(30)), pulse if up else None]
     one = Record("r", *along, 0.01)
     with package_matplotlib_settings():
-        figure = record_history_figure(one, one)
+        figure = record_before_and_after_processing_figure(one, one)
     (panel,) = [axes for axes in figure.axes if axes.get_xlabel() == "period, s"]
     lines = {line.get_label(): line.get_ydata() for line in panel.lines}
     assert list(lines) == ["RotD00", "RotD50", "RotD100"]
@@ -140,7 +140,7 @@ def test_rotd_spectra_of_a_linear_motion_match_closed_forms(up):
 def notes_in_empty_panels(before: Record, after: Record) -> dict[str, list[str]]:
     """Return the notes on empty panels of the page of a record (before and after processing), by axis label."""
     with package_matplotlib_settings(), warnings.catch_warnings(action="error"):
-        figure = record_history_figure(before, after)
+        figure = record_before_and_after_processing_figure(before, after)
         figure.draw_without_rendering()
     notes: dict[str, list[str]] = {}
     for axes in figure.axes:
@@ -151,7 +151,7 @@ def notes_in_empty_panels(before: Record, after: Record) -> dict[str, list[str]]
 
 @pytest.mark.parametrize("moving", ["", "up", "north"])
 def test_components_without_motion_have_notes_instead_of_spectra(moving: str) -> None:
-    """No line at an invented amplitude, and no warning of an empty logarithmic axis."""
+    """No curve is drawn at an invented amplitude, and no warning of an empty logarithmic axis is given."""
     wave = (
         np.sin(2 * np.pi * QUARTER_MINUTE_OF_TIME)
         * np.sin(np.pi * QUARTER_MINUTE_OF_TIME / QUARTER_MINUTE_OF_TIME[-1]) ** 2
@@ -170,10 +170,10 @@ def test_record_of_few_samples_has_no_fourier_spectrum(count: int) -> None:
     assert notes_in_empty_panels(few, few)["Fourier amplitude, Gal·s"] == ["too short for a spectrum"] * 2
 
 
-def test_panel_of_removed_motion_is_zero_within_a_cut() -> None:
+def test_no_removed_motion_is_drawn_for_a_record_that_was_only_cut() -> None:
     """The times of the samples before and after the cut differ by rounding; their difference is no motion."""
     before = random_record()
-    figure = record_history_figure(before, process_record(before, [Cut(start_s=5, end_s=6)]))
+    figure = record_before_and_after_processing_figure(before, process_record(before, [Cut(start_s=5, end_s=6)]))
     (panel,) = (axes for axes in figure.axes if axes.get_ylabel() == "removed, Gal")
     assert all(not np.any(line.get_ydata()) for line in panel.lines)
 
@@ -187,7 +187,7 @@ def test_envelope_of_a_long_curve_keeps_peaks_and_order_of_time():
     assert time.size <= 2 * BINS
 
 
-def test_start_shift_of_a_processed_record_keeps_sample_times():
+def test_the_start_shift_of_a_processed_record_includes_padding_and_cut():
     done = process_record(random_record(), [Highpass(corner_hz=0.2), Cut(start_s=20, end_s=60)])
     assert start_shift_from_unprocessed(done) == pytest.approx(-15 + 20)
     whole = process_record(random_record(), [Highpass(corner_hz=0.2)])

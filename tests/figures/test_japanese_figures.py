@@ -17,7 +17,7 @@ from overturning.figures.backwards import motion_posterior_figure
 from overturning.figures.fall_rate import fragility_curves_figure, overturned_fraction_figure
 from overturning.figures.film_movie import write_film_as_gif_or_mp4
 from overturning.figures.film_strip import film_strip_figure
-from overturning.figures.history import record_history_figure
+from overturning.figures.history import record_before_and_after_processing_figure
 from overturning.figures.maps import fall_map_figure
 from overturning.figures.observed_rose import observed_roses_figure
 from overturning.figures.page import film_page_html
@@ -39,7 +39,7 @@ from tests.figures.test_explore import random_3d_cube
 from tests.figures.test_further_figures import (
     FURTHER_FIGURES,
     OBSERVED_ROSE,
-    cube_of_falls_around_40,
+    cube_of_falls_around_azimuth_40,
     draw_surveys,
     motion_with_one_pulse,
 )
@@ -85,12 +85,16 @@ def draw_fragility_curves() -> Figure:
 
 FIGURES_TO_TRANSLATE: dict[str, Callable[[], Figure]] = FURTHER_FIGURES | {
     "alignments": answers.alignment_figure,
-    "references": answers.references_figure,
-    "contrast": answers.contrast_figure,
-    "history of noise": lambda: record_history_figure(noise_record(), process_record(noise_record(), None)),
-    "history as read": lambda: record_history_figure(random_record(up=False), random_record(up=False)),
+    "references": answers.figure_of_reference_alignments,
+    "contrast": answers.figure_of_two_overturned_shares,
+    "history of noise": lambda: record_before_and_after_processing_figure(
+        noise_record(), process_record(noise_record(), None)
+    ),
+    "history as read": lambda: record_before_and_after_processing_figure(
+        random_record(up=False), random_record(up=False)
+    ),
     "mean axis": lambda: fall_roses_by_group_figure(
-        cube_of_falls_around_40(), {"all records": fall_axis_summary(20.0, 10.0)}
+        cube_of_falls_around_azimuth_40(), {"all records": fall_axis_summary(20.0, 10.0)}
     ),
     "map in space": draw_3d_fall_map,
     "axis": lambda: tilt_path_and_hodographs_figure(
@@ -130,24 +134,24 @@ def test_japanese_figures_have_no_english_word(name: str, tmp_path: Path, make_f
     assert drawing.findall(english) == drawing.findall(japanese)
 
 
-def test_a_figure_is_drawn_in_the_language_of_the_block(tmp_path: Path) -> None:
+def test_a_figure_is_drawn_in_the_language_of_the_with_statement(tmp_path: Path) -> None:
     with package_matplotlib_settings():
-        save_figure_files(answers.contrast_figure(), tmp_path / "en.svg")
+        save_figure_files(answers.figure_of_two_overturned_shares(), tmp_path / "en.svg")
         with translate_visible_texts_to("ja"):
-            save_figure_files(answers.contrast_figure(), tmp_path / "ja.svg")
+            save_figure_files(answers.figure_of_two_overturned_shares(), tmp_path / "ja.svg")
     english, japanese = ((tmp_path / f"{one}.svg").read_text(encoding="utf-8") for one in ("en", "ja"))
     assert japanese == translate_svg(english, "ja") != english
 
 
 @pytest.mark.parametrize("kind", ["png", "pdf"])
-def test_a_file_with_japanese_letters_needs_a_font(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_japanese_letters_need_a_japanese_font(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(texts, "installed_fonts_of_language", lambda _: [])
     path = tmp_path / f"a.{kind}"
     with package_matplotlib_settings(), translate_visible_texts_to("ja"):
         with pytest.raises(MissingDataError, match=rf"^a\.{kind}: .* install the Debian package fonts-noto-cjk"):
-            save_figure_files(answers.contrast_figure(), path)
+            save_figure_files(answers.figure_of_two_overturned_shares(), path)
         assert not path.exists()
-        save_figure_files(answers.contrast_figure(), tmp_path / "a.svg")  # the page needs none
+        save_figure_files(answers.figure_of_two_overturned_shares(), tmp_path / "a.svg")  # the page needs none
 
 
 def figure_with_name(name: str) -> Figure:
@@ -199,9 +203,9 @@ def test_a_png_with_japanese_letters_has_the_size_of_the_english_one(tmp_path: P
     if not texts.installed_fonts_of_language("ja"):
         pytest.skip("no Japanese font")
     with package_matplotlib_settings():
-        save_figure_files(answers.contrast_figure(), tmp_path / "en.png")
+        save_figure_files(answers.figure_of_two_overturned_shares(), tmp_path / "en.png")
         with translate_visible_texts_to("ja"):
-            save_figure_files(answers.contrast_figure(), tmp_path / "ja.png", tmp_path / "ja.pdf")
+            save_figure_files(answers.figure_of_two_overturned_shares(), tmp_path / "ja.png", tmp_path / "ja.pdf")
     with Image.open(tmp_path / "en.png") as english, Image.open(tmp_path / "ja.png") as japanese:
         assert np.abs(np.subtract(english.size, japanese.size)).max() <= 1
     assert (tmp_path / "ja.pdf").read_bytes().startswith(b"%PDF")

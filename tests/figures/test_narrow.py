@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from overturning.figures.answer import PlottedEstimate, overturned_share_contrast_figure
+from overturning.figures.answer import PlottedEstimate, overturned_share_difference_figure
 from overturning.figures.polar_map import azimuth_map_figure
 from overturning.figures.site_map import EarthquakeOnMap, StationOnMap, earthquake_map_figure
 from overturning.figures.style import NARROW_WIDTH, figures_for_phone, package_matplotlib_settings
@@ -18,9 +18,9 @@ def test_panels_are_in_one_column_only_in_figures_for_a_phone(narrow: bool) -> N
     with package_matplotlib_settings():
         if narrow:
             with figures_for_phone():
-                figure = overturned_share_contrast_figure(*arguments)
+                figure = overturned_share_difference_figure(*arguments)
         else:
-            figure = overturned_share_contrast_figure(*arguments)
+            figure = overturned_share_difference_figure(*arguments)
         figure.draw_without_rendering()
     left, right = (axes.get_position() for axes in figure.axes)
     assert bool(right.y1 < left.y0) is narrow
@@ -50,7 +50,7 @@ def test_figures_for_a_phone_have_two_station_maps_in_a_row() -> None:
 
 
 def test_polar_maps_on_a_phone_follow_each_other_without_gaps() -> None:
-    """Each has the width of the phone; the room for colour bar and legend is there once, not below each map."""
+    """Each polar map has the width of the phone; space for colour bar and legend is left once, not below each map."""
     cube = random_planar_cube(records=3, step=90, heights=1, frictions=1, ratios=2).drop_vars("station")
     with package_matplotlib_settings(), figures_for_phone():
         figure = azimuth_map_figure([cube.isel(record=number) for number in range(3)], "Three maps")
@@ -62,8 +62,8 @@ def test_polar_maps_on_a_phone_follow_each_other_without_gaps() -> None:
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 5])
-def test_titles_of_station_maps_for_a_phone_are_whole_and_free(count: int) -> None:
-    """Each kind of mark has a line of the legend, for which the maps must not be pushed together."""
+def test_titles_of_station_maps_on_a_phone_are_not_cut_off_or_overlapped(count: int) -> None:
+    """The legend has one line for each kind of mark; its height must not push the maps into each other."""
     trace = (((34.2, -118.5), (34.3, -118.3)),)
     stations = [StationOnMap("vale", 34.2, -118.4, 30.0, 10.0)]
     earthquakes = [EarthquakeOnMap(f"Event {number}", stations, (34.3, -118.5), trace) for number in range(count)]

@@ -19,12 +19,12 @@ from overturning.figures.polar_map import (
     azimuth_for_radius_labels,
     azimuth_map_figure,
     half_probability_line,
-    round_up_rim_velocity,
+    round_up_velocity_at_map_rim,
 )
 from overturning.figures.style import MISSING, PAGE_WIDTH, package_matplotlib_settings
 from overturning.statistics.boundary import overturning_boundary_by_azimuth
 from tests.figures.test_explore import random_planar_cube
-from tests.figures.test_further_figures import cube_of_falls_around_40
+from tests.figures.test_further_figures import cube_of_falls_around_azimuth_40
 
 AZIMUTH_STEP_DEG = 30
 AZIMUTHS_DEG = np.arange(0, 360, AZIMUTH_STEP_DEG)
@@ -34,7 +34,7 @@ CUBE_DIMS = ("azimuth", "height", "b_over_h", "friction")
 def cube_of_one_block(
     towards: np.ndarray, away: np.ndarray, flags: np.ndarray | None = None, ratios: tuple[float, ...] = (0.2, 0.4, 0.6)
 ) -> xr.Dataset:
-    """Return a cube of one block and record from the shares of runs that fall towards and away, and fall flags."""
+    """Return a cube of one block and record from shares of runs that fall towards and away, and overturning flags."""
     shape = (AZIMUTHS_DEG.size, 1, len(ratios), 1)
     flags = np.sign(np.where(np.maximum(towards, away) >= 0.5, towards - away, 0.0)) if flags is None else flags
     values = {"overturned": flags, "probability_towards": towards, "probability_away": away}
@@ -66,8 +66,8 @@ def cell_pixels(figure: Figure, azimuth: float, ratio: float) -> np.ndarray:
     return picture[(picture.shape[0] - y).astype(int), x.astype(int)]
 
 
-def draw_pixels(made: Callable[[], Figure]) -> Figure:
-    """Draw a figure to pixels."""
+def draw_figure_to_pixels(made: Callable[[], Figure]) -> Figure:
+    """Make a figure and draw it to pixels at 200 dpi."""
     with package_matplotlib_settings():
         figure = made()
         figure.set_dpi(200)
@@ -75,16 +75,16 @@ def draw_pixels(made: Callable[[], Figure]) -> Figure:
     return figure
 
 
-def draw_layout(made: Callable[[], Figure]) -> Figure:
-    """Draw a figure for the places of its texts and panels, without pixels."""
+def lay_out_figure(made: Callable[[], Figure]) -> Figure:
+    """Make a figure and compute the positions of its texts and panels, without drawing pixels."""
     with package_matplotlib_settings():
         figure = made()
         figure.draw_without_rendering()
     return figure
 
 
-def draw_in_project_style(made: Callable[[], Figure]) -> Figure:
-    """Make a figure whose lines and words are examined, not their places: it is not drawn."""
+def make_figure_in_project_style(made: Callable[[], Figure]) -> Figure:
+    """Make a figure without drawing it, for tests of its lines and texts but not of their positions."""
     with package_matplotlib_settings():
         return made()
 
@@ -95,10 +95,10 @@ def grey_level(pixels: np.ndarray) -> np.ndarray:
 
 
 def test_cell_that_falls_to_the_other_side_differs_from_a_standing_cell() -> None:
-    """20 to 50 % of the runs at 60° to 150° fall to the other side: white, where a standing cell is hatched."""
+    """Cells of which 20 to 50 % of the runs fall to the other side are white; cells that stand are hatched."""
     shares = {60: 0.2, 90: 0.35, 120: 0.4, 150: 0.5}
     cells = mirrored_fall_shares(*((azimuth, 1, 0.0, share) for azimuth, share in shares.items()))
-    figure = draw_pixels(lambda: azimuth_map_figure(cube_of_one_block(*cells), "A"))
+    figure = draw_figure_to_pixels(lambda: azimuth_map_figure(cube_of_one_block(*cells), "A"))
     for azimuth, share in shares.items():
         assert grey_level(cell_pixels(figure, azimuth, 0.4)).min() > 0.99, "probability 0 is white"
         opposite = cell_pixels(figure, azimuth + 180, 0.4)
@@ -112,7 +112,7 @@ def test_cell_that_falls_to_the_other_side_differs_from_a_standing_cell() -> Non
 
 def test_cells_with_different_outcomes_differ_in_greyscale_print() -> None:
     cells = mirrored_fall_shares((60, 1, 0.0, 1.0), (120, 1, 1 / 8, 0.0), (0, 1, 1.0, 0.0))
-    figure = draw_pixels(lambda: azimuth_map_figure(cube_of_one_block(*cells), "A"))
+    figure = draw_figure_to_pixels(lambda: azimuth_map_figure(cube_of_one_block(*cells), "A"))
     grey = {at: grey_level(cell_pixels(figure, at, 0.4)) for at in (60, 120, 0, 90)}
     plt.close(figure)
     white, pale, dark, stands = (grey[at].mean() for at in (60, 120, 0, 90))
@@ -126,10 +126,10 @@ def test_cells_with_different_outcomes_differ_in_greyscale_print() -> None:
     assert ramp[0] == pytest.approx(1.0)
 
 
-def test_case_that_falls_while_its_runs_stand_differs_from_a_standing_cell() -> None:
+def test_map_cell_with_a_fall_in_a_standing_ensemble_is_white_not_hatched() -> None:
     flags = np.zeros((AZIMUTHS_DEG.size, 3))
     flags[2, 1], flags[8, 1] = 1, -1
-    figure = draw_pixels(lambda: azimuth_map_figure(cube_of_one_block(*mirrored_fall_shares(), flags), "A"))
+    figure = draw_figure_to_pixels(lambda: azimuth_map_figure(cube_of_one_block(*mirrored_fall_shares(), flags), "A"))
     fell, stands = cell_pixels(figure, 60, 0.4), cell_pixels(figure, 90, 0.4)
     plt.close(figure)
     assert grey_level(fell).min() > 0.99
@@ -140,7 +140,7 @@ def test_a_cell_without_an_outcome_differs_from_every_probability_in_greyscale()
     towards, away = mirrored_fall_shares()
     towards[[2, 8], 1] = away[[2, 8], 1] = np.nan
     flags = np.where(np.isnan(towards), np.nan, 0.0)
-    figure = draw_pixels(lambda: azimuth_map_figure(cube_of_one_block(towards, away, flags), "A"))
+    figure = draw_figure_to_pixels(lambda: azimuth_map_figure(cube_of_one_block(towards, away, flags), "A"))
     unknown = cell_pixels(figure, 60, 0.4)
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     plt.close(figure)
@@ -152,7 +152,7 @@ def test_a_cell_without_an_outcome_differs_from_every_probability_in_greyscale()
 def test_map_is_blank_where_nothing_was_computed() -> None:
     """The hole within B/H 0.1 is blank, and so are azimuths other than 0° to 90° and 180° to 270°."""
     part = cube_of_one_block(*mirrored_fall_shares()).isel(azimuth=slice(0, 4))
-    figure = draw_pixels(lambda: azimuth_map_figure(part, "A"))
+    figure = draw_figure_to_pixels(lambda: azimuth_map_figure(part, "A"))
     assert grey_level(cell_pixels(figure, 140, 0.4)).min() > 0.99
     assert grey_level(cell_pixels(figure, 30, 0.4)).max() < 0.95
     assert grey_level(cell_pixels(figure, 210, 0.4)).max() < 0.95, "the mirror image"
@@ -162,7 +162,7 @@ def test_map_is_blank_where_nothing_was_computed() -> None:
     assert "not computed (B/H below 0.1)" in legend
     assert "not computed (azimuths outside the outline)" in legend
     assert "no outcome" not in legend
-    whole = draw_pixels(lambda: azimuth_map_figure(cube_of_one_block(*mirrored_fall_shares()), "A"))
+    whole = draw_figure_to_pixels(lambda: azimuth_map_figure(cube_of_one_block(*mirrored_fall_shares()), "A"))
     assert not any("azimuths" in text.get_text() for text in whole.legends[0].get_texts())
     plt.close(whole)
 
@@ -171,7 +171,7 @@ def test_map_is_blank_where_nothing_was_computed() -> None:
     ("azimuths", "alone"),
     [([37.0], [37, 217]), ([0.0], [0, 180]), ([0.0, 5.0], []), ([170.0, 175.0, 0.0], [])],
 )
-def test_the_peak_along_a_single_azimuth_is_a_point(azimuths: list[float], alone: list[int]) -> None:
+def test_a_single_azimuth_gives_isolated_points_of_a_polar_curve(azimuths: list[float], alone: list[int]) -> None:
     theta, radii = closed_polar_curve(np.array(azimuths), np.ones(len(azimuths)))
     assert np.degrees(theta[isolated_point_indices(radii)]).round(9).tolist() == alone
 
@@ -186,7 +186,7 @@ def ends_of_line_pieces(line: tuple[np.ndarray, np.ndarray]) -> set[tuple[float,
 
 
 def test_half_probability_line_encloses_cells_where_half_of_the_runs_fall() -> None:
-    """Of four azimuths and two rings one inner cell reaches half of the runs; next to an unknown cell is no line."""
+    """One inner cell of four azimuths and two B/H rings reaches half of the runs; no line borders an unknown cell."""
     theta, radius = np.radians(np.arange(-45.0, 360.0, 90.0)), np.array([0.1, 0.3, 0.5])
     falls = np.array([[0.2, 0.5, 0.49, 0.0], [0.0, 0.0, 0.0, 0.0]])
     around = {(45.0, 0.1, 45.0, 0.3), (135.0, 0.1, 135.0, 0.3), (45.0, 0.3, 135.0, 0.3)}
@@ -207,7 +207,7 @@ def test_half_probability_line_encloses_cells_where_half_of_the_runs_fall() -> N
 def test_half_probability_line_counts_falls_to_both_sides() -> None:
     """30 % one way and 30 % the other way are more than half; 30 and 10 % are not."""
     for away, inside in ((0.3, True), (0.1, False)):
-        figure = draw_in_project_style(
+        figure = make_figure_in_project_style(
             lambda away=away: azimuth_map_figure(cube_of_one_block(*mirrored_fall_shares((60, 1, 0.3, away))), "A")
         )
         black = [line for line in figure.axes[0].lines if line.get_color() == "black"]
@@ -216,11 +216,11 @@ def test_half_probability_line_counts_falls_to_both_sides() -> None:
 
 
 def test_polar_map_shows_a_fall_at_its_azimuth() -> None:
-    """A block that falls towards N30°E is dark there and white on the other side; without runs, as with them."""
+    """A block that falls towards N30°E is dark there and white opposite, with or without an ensemble in the cube."""
     flags = np.sign(np.round(np.cos(np.radians(AZIMUTHS_DEG - 30.0)), 3))[:, None] * np.ones(3)
     cube = cube_of_one_block(np.maximum(flags, 0), np.maximum(-flags, 0), flags)
     for one in (cube, cube[["overturned"]]):
-        figure = draw_pixels(lambda one=one: azimuth_map_figure(one, "A"))
+        figure = draw_figure_to_pixels(lambda one=one: azimuth_map_figure(one, "A"))
         axes = figure.axes[0]
         np.testing.assert_allclose(cell_pixels(figure, 30, 0.4).mean(axis=0), PROBABILITY(1.0)[:3], atol=0.01)
         assert grey_level(cell_pixels(figure, 210, 0.4)).min() > 0.99
@@ -236,7 +236,7 @@ def test_peak_velocity_is_drawn_at_its_azimuth_on_a_stated_scale() -> None:
     azimuth = np.arange(0.0, 180.0, 30.0)
     peaks = xr.DataArray(0.6 + 0.2 * np.cos(np.radians(2 * (azimuth - 60))), {"azimuth": azimuth}, ["azimuth"])
     cube = cube_of_one_block(*mirrored_fall_shares())
-    figure = draw_in_project_style(lambda: azimuth_map_figure([cube, cube], "A", [peaks, 0.5 * peaks]))
+    figure = make_figure_in_project_style(lambda: azimuth_map_figure([cube, cube], "A", [peaks, 0.5 * peaks]))
     for axes, factor in zip(figure.axes[:2], (1.0, 0.5), strict=True):
         (line,) = [one for one in axes.lines if one.get_path_effects()]
         angle, radius = line.get_data()
@@ -246,7 +246,7 @@ def test_peak_velocity_is_drawn_at_its_azimuth_on_a_stated_scale() -> None:
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     plt.close(figure)
     assert "peak velocity by azimuth (rim: 100 cm/s)" in legend
-    assert [round_up_rim_velocity(peak) for peak in (0.0, 0.019, 0.5, 0.96, 1.7)] == pytest.approx(
+    assert [round_up_velocity_at_map_rim(peak) for peak in (0.0, 0.019, 0.5, 0.96, 1.7)] == pytest.approx(
         [0, 0.02, 0.6, 1.5, 2.0]
     )
 
@@ -255,7 +255,7 @@ def test_compared_records_share_radius_colour_bar_and_heading() -> None:
     """One record overturns blocks up to B/H 0.2, the other up to 0.6; both maps end at the same B/H."""
     small, large = (cube_of_one_block(*mirrored_fall_shares((0, ring, 0.9, 0.0))) for ring in (0, 2))
     named = [one.assign_coords(station=name, event="E") for one, name in ((small, "near"), (large, "far"))]
-    figure = draw_in_project_style(lambda: azimuth_map_figure(named, "Two records"))
+    figure = make_figure_in_project_style(lambda: azimuth_map_figure(named, "Two records"))
     maps = [axes for axes in figure.axes if axes.name == "polar"]
     assert [axes.get_title() for axes in maps] == ["near, E", "far, E"]
     assert len({axes.get_ylim() for axes in maps}) == 1
@@ -271,7 +271,7 @@ def test_records_without_a_station_are_named_by_their_ids() -> None:
     one = cube_of_one_block(*mirrored_fall_shares((0, 2, 0.9, 0.0)))
     text = {"station": "", "event": "sine pulse"}
     pulses = [one.assign_coords(text | {"record_id": name}) for name in ("short", "long")]
-    figure = draw_in_project_style(lambda: azimuth_map_figure(pulses, "Two pulses"))
+    figure = make_figure_in_project_style(lambda: azimuth_map_figure(pulses, "Two pulses"))
     titles = [axes.get_title() for axes in figure.axes if axes.name == "polar"]
     plt.close(figure)
     names = ["short, sine pulse", "long, sine pulse"]
@@ -282,13 +282,13 @@ def test_records_without_a_station_are_named_by_their_ids() -> None:
 
 
 def test_titles_of_maps_state_how_their_blocks_differ() -> None:
-    one = cube_of_falls_around_40().isel(record=0)
-    figure = draw_in_project_style(lambda: azimuth_map_figure(one, "A"))
+    one = cube_of_falls_around_azimuth_40().isel(record=0)
+    figure = make_figure_in_project_style(lambda: azimuth_map_figure(one, "A"))
     titles, heading = [axes.get_title() for axes in figure.axes[:4]], figure.get_suptitle()
     plt.close(figure)
     assert titles == ["µ = 0.5, H = 0.6 m", "µ = 1, H = 0.6 m", "µ = 0.5, H = 1.2 m", "µ = 1, H = 1.2 m"]
     assert "µ" not in heading
-    figure = draw_in_project_style(lambda: azimuth_map_figure(one.isel(friction=[1]), "A"))
+    figure = make_figure_in_project_style(lambda: azimuth_map_figure(one.isel(friction=[1]), "A"))
     titles, heading = [axes.get_title() for axes in figure.axes[:2]], figure.get_suptitle()
     plt.close(figure)
     assert titles == ["H = 0.6 m", "H = 1.2 m"]
@@ -298,8 +298,8 @@ def test_titles_of_maps_state_how_their_blocks_differ() -> None:
 @pytest.mark.parametrize("blocks", [(1, 1), (1, 2), (2, 2)])
 def test_letters_of_a_map_are_7_points_at_the_printed_width(blocks: tuple[int, int]) -> None:
     """A figure wider than the page is reduced in print, so that its letters must be larger."""
-    one = cube_of_falls_around_40().isel(record=0, height=slice(blocks[0]), friction=slice(blocks[1]))
-    figure = draw_layout(lambda: azimuth_map_figure(one, "Station, earthquake"))
+    one = cube_of_falls_around_azimuth_40().isel(record=0, height=slice(blocks[0]), friction=slice(blocks[1]))
+    figure = lay_out_figure(lambda: azimuth_map_figure(one, "Station, earthquake"))
     sizes = [text.get_fontsize() for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
     shrunk = min(1.0, PAGE_WIDTH / figure.get_figwidth())
     plt.close(figure)
@@ -310,7 +310,7 @@ def test_letters_of_a_map_are_7_points_at_the_printed_width(blocks: tuple[int, i
 def test_arrow_at_the_radius_labels_points_outward(free: float) -> None:
     """The arrow stands outside the rim next to the labels of the radius; text on the left ends at the rim."""
     towards = (np.abs((AZIMUTHS_DEG - free + 180) % 360 - 180) > 20).astype(float)[:, None] * np.ones(3)
-    figure = draw_layout(lambda: azimuth_map_figure(cube_of_one_block(towards, 0 * towards), "A"))
+    figure = lay_out_figure(lambda: azimuth_map_figure(cube_of_one_block(towards, 0 * towards), "A"))
     axes = figure.axes[0]
     (arrow,) = [text for text in axes.texts if "stouter" in text.get_text()]
     assert axes.get_rlabel_position() == pytest.approx(free)
@@ -327,7 +327,7 @@ def test_map_marks_the_radial_direction_if_known() -> None:
     placed = {"epicentre_latitude": 35.0, "epicentre_longitude": 135.0, "station_latitude": 34.0}
     for known in (False, True):
         cube = one.assign_coords(placed | {"station_longitude": 135.0} if known else {})
-        figure = draw_in_project_style(lambda cube=cube: azimuth_map_figure(cube, "A"))
+        figure = make_figure_in_project_style(lambda cube=cube: azimuth_map_figure(cube, "A"))
         legend = [text.get_text() for text in figure.legends[0].get_texts()]
         marks = [line for line in figure.axes[0].lines if line.get_label() == "away from the epicentre"]
         assert ("away from the epicentre" in legend, len(marks)) == (known, int(known))
@@ -341,7 +341,7 @@ def test_map_marks_the_radial_direction_if_known() -> None:
 @pytest.mark.parametrize("step", [1, 3])
 def test_cells_of_a_polar_map_are_arcs_and_fill_the_panel(step: int) -> None:
     one = cube_of_one_block(*mirrored_fall_shares((0, 1, 0.9, 0.0))).isel(azimuth=slice(None, None, step))
-    figure = draw_layout(lambda: azimuth_map_figure(one, "A"))
+    figure = lay_out_figure(lambda: azimuth_map_figure(one, "A"))
     axes = figure.axes[0]
     corners = axes.collections[0].get_coordinates()[0, :, 0]
     panel, width = axes.get_window_extent(), figure.get_figwidth()
@@ -353,7 +353,7 @@ def test_cells_of_a_polar_map_are_arcs_and_fill_the_panel(step: int) -> None:
     assert width <= PAGE_WIDTH
 
 
-def test_map_ends_at_the_first_empty_ring_and_labels_avoid_falls() -> None:
+def test_map_ends_at_the_first_b_over_h_without_falls_and_labels_avoid_falls() -> None:
     with package_matplotlib_settings():
         figure = azimuth_map_figure(cube_of_one_block(*mirrored_fall_shares((0, 0, 0.9, 0.0))), "A")
         assert figure.axes[0].get_ylim()[1] == pytest.approx(0.5)
@@ -378,7 +378,7 @@ def test_map_and_boundary_of_a_partial_circle_end_where_it_was_simulated() -> No
         {"azimuth": azimuth, "height": [0.6], "b_over_h": [0.2, 0.4, 0.6], "friction": [1.0]},
     )
     peaks = xr.Dataset({name: ("azimuth", 3.0 + np.cos(np.radians(azimuth))) for name in ("pga", "pgv")}, part.coords)
-    figure = draw_pixels(lambda: azimuth_map_figure(part, "A"))
+    figure = draw_figure_to_pixels(lambda: azimuth_map_figure(part, "A"))
     seen = {at: grey_level(cell_pixels(figure, at, 0.2)).mean() for at in (8, 72, 98, 135, 172, 195, 225)}
     assert figure.axes[0].get_ylim()[1] == pytest.approx(0.5), "nothing falls from 0.4 on"
     plt.close(figure)
@@ -405,10 +405,10 @@ def test_map_and_boundary_of_a_partial_circle_end_where_it_was_simulated() -> No
         plt.close("all")
 
 
-def test_innermost_ring_is_drawn_for_a_wide_spacing() -> None:
+def test_innermost_ring_of_a_map_is_drawn_if_b_over_h_values_are_far_apart() -> None:
     """Regression: for B/H 0.1 and 0.4 the inner edge of the first ring was negative, and the ring was not drawn."""
     ones = np.ones((AZIMUTHS_DEG.size, 2))
-    figure = draw_pixels(lambda: azimuth_map_figure(cube_of_one_block(ones, 0 * ones, ones, (0.1, 0.4)), "A"))
+    figure = draw_figure_to_pixels(lambda: azimuth_map_figure(cube_of_one_block(ones, 0 * ones, ones, (0.1, 0.4)), "A"))
     pixels = cell_pixels(figure, 60, 0.03)
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     plt.close(figure)

@@ -16,14 +16,16 @@ from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import FallAxisSummary
 from overturning.statistics.roses import FallRose, fall_rose, fall_rose_of_all_records
 from tests.figures.test_explore import random_3d_cube
-from tests.figures.test_further_figures import cube_of_falls_around_40
+from tests.figures.test_further_figures import cube_of_falls_around_azimuth_40
 
 NAN = float("nan")
 
 
 def cube_of_earthquakes(count: int) -> xr.Dataset:
     """Return a cube of ten earthquakes of one record each."""
-    several = xr.concat([cube_of_falls_around_40(), cube_of_falls_around_40()], "record", data_vars="all")
+    several = xr.concat(
+        [cube_of_falls_around_azimuth_40(), cube_of_falls_around_azimuth_40()], "record", data_vars="all"
+    )
     return several.assign_coords(event=("record", [f"E {place}" for place in range(10)])).isel(record=slice(count))
 
 
@@ -42,7 +44,7 @@ def draw_rose(one: xr.Dataset, axis: float = NAN, half_width: float = NAN) -> Fi
 
 
 def rose_sector_areas(figure: Figure) -> dict[float, float]:
-    """Return the area of each dark sector, in sectors of radius 1, by the azimuth of its middle, degrees."""
+    """Return the area of each dark sector (1 for a sector of radius 1) by the azimuth of its middle, degrees."""
     dark = [
         bar
         for bar in figure.axes[0].patches
@@ -51,9 +53,9 @@ def rose_sector_areas(figure: Figure) -> dict[float, float]:
     return {round(float(np.degrees(bar.get_x() + bar.get_width() / 2)), 3): bar.get_height() ** 2 for bar in dark}
 
 
-def test_a_rose_of_planes_counts_opposite_falls_as_one_axis() -> None:
+def test_a_rose_of_2d_falls_counts_opposite_directions_as_one_axis() -> None:
     """A sector of axes holds the sector of directions and the opposite one; all areas add to 1."""
-    one = cube_of_falls_around_40().isel(record=[0])
+    one = cube_of_falls_around_azimuth_40().isel(record=[0])
     found = rose_sector_areas(draw_rose(one))
     directions = fall_rose(one, from_normal=True)
     for middle in range(0, 90, 15):
@@ -63,10 +65,10 @@ def test_a_rose_of_planes_counts_opposite_falls_as_one_axis() -> None:
     assert sum(area for middle, area in found.items() if -90 < middle <= 90) == pytest.approx(1.0)
 
 
-def test_a_rose_counts_from_the_fault_normal_where_it_is_known() -> None:
-    """Blocks fall towards 0° to 75°, with normals of 40° at −40° to 35° from them: sectors −45° to 30°."""
+def test_rose_angles_are_measured_from_the_fault_normal_where_it_is_known() -> None:
+    """Falls towards 0° to 75° are at −40° to 35° from a fault normal of 40°, in the sectors −45° to 30°."""
     with_normal, without = (
-        cube_of_falls_around_40().assign_coords(fault_normal=("record", [angle] * 5)) for angle in (40.0, NAN)
+        cube_of_falls_around_azimuth_40().assign_coords(fault_normal=("record", [angle] * 5)) for angle in (40.0, NAN)
     )
     found, north = fall_rose_of_all_records(with_normal), fall_rose_of_all_records(without)
     assert (found.from_normal, north.from_normal) == (True, False)
@@ -79,14 +81,14 @@ def test_a_rose_counts_from_the_fault_normal_where_it_is_known() -> None:
     assert "from north" in figure.axes[0].get_title()
 
 
-def test_rose_of_3d_falls_without_a_fault_normal_shows_directions() -> None:
+def test_rose_of_3d_falls_shows_axes_only_if_a_fault_normal_is_known() -> None:
     one = random_3d_cube().assign_coords(pulse=("record", [1, 1]), fault_normal=("record", [NAN, NAN]))
     assert fall_rose_of_all_records(one).shares.size == SECTORS
     assert fall_rose_of_all_records(one.assign_coords(fault_normal=("record", [30.0, NAN]))).is_axial
 
 
-def test_interval_of_an_axial_sector_is_that_of_opposite_shares_together() -> None:
-    """Earthquakes fall to 0° and 180° in turn: shares of directions vary over earthquakes, those of axes do not."""
+def test_interval_of_the_share_along_an_axis_adds_both_directions_first() -> None:
+    """Earthquakes fall towards 0° and 180° in turn: the share along this axis is 1 in each, that to one side is not."""
     one = cube_of_earthquakes(10)
     flags = np.zeros(one["overturned"].shape)
     flags[::2, 0], flags[1::2, 12] = 1, 1  # towards 0° under records 0, 2, 4, towards 180° under the others
@@ -107,7 +109,7 @@ def test_interval_of_a_mean_axis_wraps_at_90_degrees(
 ) -> None:
     """70° ± 40° reaches from 30° to 110°, which is −70° as an axis."""
     assert sorted(axis_interval_arcs_deg(axis, half_width)) == expected
-    (panel, *_) = draw_rose(cube_of_falls_around_40(), axis, half_width).axes
+    (panel, *_) = draw_rose(cube_of_falls_around_azimuth_40(), axis, half_width).axes
     lines = [line for line in panel.lines if line.get_color() == INK]
     spans = sorted(tuple(np.round(np.degrees(line.get_xdata())[[0, -1]], 6)) for line in lines)
     assert spans == sorted([(axis, axis), *expected])

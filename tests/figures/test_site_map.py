@@ -50,8 +50,8 @@ def arrow_ends(figure: Figure) -> list[tuple[np.ndarray, np.ndarray]]:
 
 @pytest.mark.parametrize("place", [(36, 136), (61.2, -149.9), (-41.3, 174.8), (40, 33), (0, -179.9), (63.5, -147.4)])
 @pytest.mark.parametrize("origin", [(35, 135), (63.5, -147.4), (-42.7, 173), (37.2, 37), (0, 179.9)])
-def test_distance_and_direction_from_the_epicentre(place: tuple[float, float], origin: tuple[float, float]) -> None:
-    """Compared with obspy's geodesic on a sphere."""
+def test_epicentral_distance_and_azimuth_match_obspy(place: tuple[float, float], origin: tuple[float, float]) -> None:
+    """Local east and north coordinates agree with obspy's geodesic on a sphere of 6371 km."""
     length, azimuth, _ = gps2dist_azimuth(*origin, *place, a=6_371_000, f=0)
     east, north = local_east_north_km(*place, *origin)
     assert np.hypot(east, north) == pytest.approx(length / 1000, rel=1e-6, abs=1e-6)
@@ -80,8 +80,8 @@ def test_stations_are_drawn_at_their_coordinates_on_one_scale() -> None:
 
 
 @pytest.mark.parametrize("axis", [0.0, 30.0, 90.0, 150.0, 179.0])
-def test_arrows_point_along_the_axis_to_both_sides(axis: float) -> None:
-    """An axis of 30° is an arrow towards N30°E and S30°W about the station, and the strike a line likewise."""
+def test_fall_axis_of_a_station_is_drawn_as_arrows_to_both_sides(axis: float) -> None:
+    """A fall axis of 30° is drawn as arrows towards N30°E and S30°W of the station, the fault strike as a line."""
     figure = draw_earthquake_map(
         EarthquakeOnMap("A", [StationOnMap("s", 35.1, 133.0, strike=axis + 20.0, axis=axis)], EPICENTRE)
     )
@@ -112,8 +112,8 @@ def test_nearest_part_of_the_fault_trace_is_in_the_frame() -> None:
     )
 
 
-def test_each_name_is_nearest_to_its_station() -> None:
-    """Stations as close as those of Northridge 1994."""
+def test_each_station_name_on_a_map_is_nearest_to_its_own_station() -> None:
+    """Names are nearest to their own stations even where stations are as close as those of Northridge 1994."""
     places = {"north": (34.326, -118.444), "middle": (34.281, -118.478), "south": (34.249, -118.479)}
     figure = draw_earthquake_map(
         EarthquakeOnMap(
@@ -164,7 +164,7 @@ def test_maps_of_many_earthquakes_are_split_over_several_figures() -> None:
 
 @pytest.fixture(scope="module")
 def cube_of_four_stations(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
-    """Return a cube of three stations of one earthquake, where stones fall along 30°, and of one of another."""
+    """Return a cube of three stations of earthquake A, where blocks fall along 30°, and one station of earthquake B."""
     # Two records of the same samples would be one.
     records = [
         sine_cycle_record(name, across=math.tan(math.radians(30.0)), cycles=1 + number)
@@ -184,13 +184,13 @@ def cube_of_four_stations(tmp_path_factory: pytest.TempPathFactory) -> xr.Datase
 
 
 def cube_with_record_sources(cube: xr.Dataset, **said: dict[str, str]) -> xr.Dataset:
-    """Return the cube with further source entries of records, by record id."""
+    """Return the cube with entries, given by record id, added to its stored table of the sources of records."""
     rows = [row | said.get(row["id"], {}) for row in json.loads(cube.attrs["record_sources"])]
     return cube.assign_attrs(record_sources=json.dumps(rows))
 
 
 def test_map_data_of_a_cube_have_sites_strikes_and_fall_axes(cube_of_four_stations: xr.Dataset) -> None:
-    """An earthquake with one station and no epicentre has no map; a station without coordinates is not on one."""
+    """An earthquake with one station and no epicentre has no map, and a station without coordinates is on no map."""
     trace = {"fault_trace": "35 133, 36 133", "fault_trace_source": "map"}
     (site,) = earthquakes_on_map(cube_with_record_sources(cube_of_four_stations, two=trace))
     assert (site.name, site.epicentre, site.trace) == ("A", (35.0, 133.0), (((35.0, 133.0), (36.0, 133.0)),))
@@ -200,7 +200,7 @@ def test_map_data_of_a_cube_have_sites_strikes_and_fall_axes(cube_of_four_statio
 
 
 def test_station_without_a_source_of_its_coordinates_is_not_on_the_map(cube_of_four_stations: xr.Dataset) -> None:
-    """The record table states its coordinates, but no source; those of the others are of their files or have one."""
+    """Coordinates from the record table are drawn only if the table states their source."""
     (site,) = earthquakes_on_map(
         cube_with_record_sources(
             cube_of_four_stations, one={"coordinates_source": ""}, two={"coordinates_source": "survey"}
@@ -212,7 +212,7 @@ def test_station_without_a_source_of_its_coordinates_is_not_on_the_map(cube_of_f
 
 
 def test_station_without_a_clear_fall_axis_has_no_arrow(cube_of_four_stations: xr.Dataset) -> None:
-    """All blocks stand."""
+    """Where all blocks stand there is no fall axis, so the station has no arrow."""
     names = ("overturned", "probability_towards", "probability_away")
     (site,) = earthquakes_on_map(
         cube_of_four_stations.assign({name: xr.zeros_like(cube_of_four_stations[name]) for name in names})

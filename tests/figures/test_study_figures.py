@@ -24,7 +24,7 @@ from overturning.figures.polar_map import azimuth_map_figure
 from overturning.figures.rose import fall_roses_by_group_figure
 from overturning.figures.style import azimuths_inside_unsimulated_gaps, compass_bearing, package_matplotlib_settings
 from overturning.figures.write import save_figure_files
-from overturning.model.planes import case_weight_of_azimuths
+from overturning.model.planes import case_weight_at_each_azimuth
 from overturning.motion.motion import Motion
 from overturning.statistics.circular import fall_shares_by_sector
 from overturning.study.intensity import write_intensity_measures
@@ -56,7 +56,7 @@ def cube_of_two_records() -> xr.Dataset:
     )
 
 
-def test_map_cells_meet_half_way_and_cover_the_circle() -> None:
+def test_map_cells_meet_half_way_between_grid_values_and_cover_the_circle() -> None:
     np.testing.assert_allclose(cell_edges(np.array([0.1, 0.2, 0.4])), [0.05, 0.15, 0.3, 0.5])
     edges = np.degrees(azimuth_cell_edges_rad(np.array([0.0, 90.0, 100.0, 270.0])))
     np.testing.assert_allclose(edges, [-45, 45, 95, 185, 315])
@@ -72,9 +72,9 @@ def test_rose_sectors_are_centred_on_north_and_shares_sum_to_one() -> None:
 
 def test_azimuth_added_to_the_grid_shares_the_weight_of_its_neighbours() -> None:
     regular = np.arange(0.0, 360.0, 30.0)
-    np.testing.assert_allclose(case_weight_of_azimuths(regular), 1.0)
+    np.testing.assert_allclose(case_weight_at_each_azimuth(regular), 1.0)
     added = np.sort(np.append(regular, [32.0, 212.0]))
-    weight = case_weight_of_azimuths(added)
+    weight = case_weight_at_each_azimuth(added)
     assert weight[added == 32.0] == weight[added == 212.0]
     # Of seven planes: 30° and 32° have half of the 32° and of the 30° between their neighbours, 30° is regular.
     assert weight[added == 30.0] == pytest.approx(7 * 16 / 180)
@@ -82,7 +82,7 @@ def test_azimuth_added_to_the_grid_shares_the_weight_of_its_neighbours() -> None
     assert weight[added == 120.0] == pytest.approx(7 * 30 / 180)
 
 
-def test_studies_without_falls_or_outcomes_or_with_one_azimuth_are_drawn(
+def test_maps_and_roses_without_falls_outcomes_or_a_second_azimuth_are_drawn(
     cube_of_two_records: xr.Dataset, tmp_path: Path
 ) -> None:
     with package_matplotlib_settings():
@@ -143,7 +143,7 @@ def test_azimuth_colours_differ_with_red_green_blindness(seen: np.ndarray) -> No
 
 
 def test_only_gaps_wider_than_the_azimuth_step_are_blank() -> None:
-    """Named by hand are the ends of the gaps: half of 60° and 70°, and the same seen from behind, are a step wide."""
+    """For planes of 60° and 70° and their mirror images 240° and 250°, blank gaps begin and end one step (10°) away."""
     unknown = {(60, 70, 240, 250): [50, 80, 230, 260], (60, 150, 240, 330): [], (0, 30, 90, 180, 210, 270): []}
     for azimuth, ends in unknown.items():
         np.testing.assert_allclose(np.sort(azimuths_inside_unsimulated_gaps(np.array(azimuth))), ends)
@@ -153,7 +153,7 @@ def test_only_gaps_wider_than_the_azimuth_step_are_blank() -> None:
 
 @pytest.mark.parametrize("azimuth", [[40], [220], [40, 220]])
 def test_map_of_a_single_plane_has_a_sector_on_either_side(azimuth: list[int]) -> None:
-    """The step of such a grid is unknown; the sectors were one of 5°, or two half circles."""
+    """Regression: for one plane, whose azimuth step is unknown, the map had one sector of 5°, or two half circles."""
     flags = np.where(np.array(azimuth) < 180, 1.0, -1.0)  # towards 40°
     whole = extend_azimuths_to_full_circle(xr.Dataset({"overturned": ("azimuth", flags)}, {"azimuth": azimuth}))
     angles = whole["azimuth"].to_numpy().astype(float)
@@ -166,7 +166,7 @@ def test_map_of_a_single_plane_has_a_sector_on_either_side(azimuth: list[int]) -
 
 @pytest.mark.parametrize(("step", "ratios"), [(45, 2), (15, 3), (5, 8)])
 def test_arrows_of_a_map_by_orientation_fill_their_cells(step: int, ratios: int) -> None:
-    """They are as long as a fifth to one smaller side of a cell, also where the map has few cells."""
+    """Each arrow is as long as 20 to 100 % of the smaller side of a cell, also if the map has few cells."""
     orientation, ratio = np.arange(0, 90, step), np.linspace(0.1, 0.4, ratios)
     shape = (orientation.size, 1, ratios, 1)
     names = ("orientation", "height", "b_over_h", "friction")
@@ -182,7 +182,7 @@ def test_arrows_of_a_map_by_orientation_fill_their_cells(step: int, ratios: int)
     assert 0.2 <= axes.bbox.width / arrows.scale / cell <= 1.0
 
 
-def test_rose_next_to_3d_maps_is_labelled_with_their_falls() -> None:
+def test_rose_next_to_3d_maps_shows_only_the_falls_of_these_maps() -> None:
     """The rose shows the falls of the heights and frictions in the maps, not of all."""
     whole = random_3d_cube().assign_coords(pulse=("record", [1, 1])).isel(record=0)
     one = whole.sel(friction=[0.5])

@@ -64,7 +64,7 @@ def test_compact_svg_looks_the_same(tmp_path: Path) -> None:
     assert small == draw_svg(tmp_path / "again.svg", small=True)
 
 
-def test_compact_svg_rounds_coordinates_but_keeps_factors_exact() -> None:
+def test_compact_svg_rounds_coordinates_but_not_scale_factors() -> None:
     made = compact_svg(
         '<svg><metadata>\n<x>1</x></metadata><g id="axes_1"><path id="m" d="M 0.123456 -1.996 \nL 3 4.5001 \n"/>'
         '<use xlink:href="#m" x="10.1234567" y="2" transform="scale(0.1234567 1)" style="width: 0.1234567"/></g></svg>'
@@ -92,15 +92,15 @@ def draw_compasses(*paths: Path) -> list[bytes]:
     return [path.read_bytes() for path in paths]
 
 
-def test_skipping_empty_axis_labels_changes_no_byte(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The layout is that of the first file, here with the letters of a PNG."""
+def test_skipping_empty_axis_labels_changes_no_byte_of_figures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """PNG and SVG of a figure share the layout of the file written first, here the PNG; no byte of either changes."""
     spared = draw_compasses(tmp_path / "spared.png", tmp_path / "spared.svg")
     monkeypatch.setattr("matplotlib.axis.Axis.set_label_coords", lambda *_: None)
     assert draw_compasses(tmp_path / "whole.png", tmp_path / "whole.svg") == spared
 
 
 @pytest.mark.parametrize("kind", ["svg", "png", "pdf"])
-def test_figure_is_saved_outside_the_style_context(kind: str, tmp_path: Path) -> None:
+def test_a_figure_can_be_saved_after_its_style_context_has_ended(kind: str, tmp_path: Path) -> None:
     with package_matplotlib_settings():
         figure, panels = create_panel_grid(1, 1, 3.0, 3.0, polar=False)
         panels[0, 0].set_title("µ · φ")
@@ -130,8 +130,8 @@ def draw_panels_with_many_ticks(*paths: Path) -> tuple[list[bytes], int]:
     return [path.read_bytes() for path in paths], ticks
 
 
-def test_skipping_ticks_outside_an_axis_changes_no_byte(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The layout is that of the first file, here with the letters of an SVG."""
+def test_skipping_outer_ticks_changes_no_byte_of_saved_figures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """SVG and PNG of a figure share the layout of the file written first, here the SVG; no byte of either changes."""
     spared, few = draw_panels_with_many_ticks(tmp_path / "spared.svg", tmp_path / "spared.png")
     monkeypatch.setattr("overturning.figures.ticks.create_only_inner_ticks", lambda _: None)
     whole, many = draw_panels_with_many_ticks(tmp_path / "whole.svg", tmp_path / "whole.png")

@@ -6,7 +6,7 @@ import xarray as xr
 
 from overturning.findings.comparison import comparisons_with_second_computations, share_of_changed_cases
 from overturning.findings.contrast import angles_between_fall_axes_deg
-from overturning.findings.exactness import _records_with_most_changes
+from overturning.findings.exactness import _records_with_unusually_many_outcome_changes
 from overturning.study.convergence import (
     ChangesWithFinerSteps,
     ConvergenceCheckResult,
@@ -33,7 +33,7 @@ def test_interval_of_a_share_is_that_of_wilson() -> None:
     assert share_of_changed_cases(0, 0, is_random_sample=True).value is None
 
 
-def test_each_repeated_computation_has_shares_of_changed_cases() -> None:
+def test_comparison_with_a_second_computation_has_shares_of_changed_cases() -> None:
     one = OutcomeChangesOfElement(element="", **COUNTS_OF_CHANGED_CASES)
     rigid = RigidComparison(element="", cells=102, **COUNTS_OF_CHANGED_CASES)
     found = ConvergenceCheckResult(
@@ -53,23 +53,25 @@ def test_each_repeated_computation_has_shares_of_changed_cases() -> None:
 
 
 def test_fall_axes_on_rock_and_soil_are_compared_where_both_are_clear() -> None:
-    def records_on_ground(axes: list[float], rates: list[float], resultants: list[float]) -> xr.Dataset:
+    def dataset_of_fall_axes(axes: list[float], rates: list[float], resultants: list[float]) -> xr.Dataset:
         parts = {"fall_axis": axes, "fall_rate": rates, "fall_resultant": resultants}
         return xr.Dataset({name: ("record", values) for name, values in parts.items()})
 
-    rock = records_on_ground([10.0, 170.0, 50.0, 50.0, 20.0], [0.5, 0.5, 0.01, 0.5, 0.5], [0.5] * 5)
-    soil = records_on_ground([30.0, 5.0, 80.0, 80.0, 110.0], [0.5] * 5, [0.5, 0.5, 0.5, 0.01, 0.5])
+    rock = dataset_of_fall_axes([10.0, 170.0, 50.0, 50.0, 20.0], [0.5, 0.5, 0.01, 0.5, 0.5], [0.5] * 5)
+    soil = dataset_of_fall_axes([30.0, 5.0, 80.0, 80.0, 110.0], [0.5] * 5, [0.5, 0.5, 0.5, 0.01, 0.5])
     # 170° and 5° are 15° apart as axes; the third falls too rarely on rock, the fourth has no axis on soil.
     assert angles_between_fall_axes_deg(soil, rock) == pytest.approx([20.0, 15.0, 90.0])
 
 
-def test_records_under_which_clearly_more_outcomes_change_are_listed() -> None:
-    """Wilson: the lower end of 6/90 is 3.1 %, above the 1.9 % of all 1,080 cases; that of 4/90 is not."""
+def test_records_with_clearly_more_changed_outcomes_than_average_are_listed() -> None:
+    """By Wilson's interval, 6 changed outcomes of 90 are above the 1.9 % of all 1,080 cases; 4 of 90 may not be."""
     rows = [RecordChanges(record=f"calm-{number}", cases=90, changed=1) for number in range(10)]
     loud, doubtful = (
         RecordChanges(record=name, cases=90, changed=changed) for name, changed in (("loud", 6), ("doubtful", 4))
     )
-    found = _records_with_most_changes([*rows, loud, doubtful, RecordChanges(record="few", cases=8, changed=3)])
+    found = _records_with_unusually_many_outcome_changes(
+        [*rows, loud, doubtful, RecordChanges(record="few", cases=8, changed=3)]
+    )
     assert [(one.record, one.changes.count, one.changes.compared) for one in found] == [("loud", 6, 90)]
     assert found[0].changes.low == pytest.approx(0.0309, abs=2e-4)
-    assert _records_with_most_changes([]) == []
+    assert _records_with_unusually_many_outcome_changes([]) == []

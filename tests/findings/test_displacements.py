@@ -18,7 +18,7 @@ STACK_STUDY_FILE = Path(__file__).parents[2] / "config" / "stack-3d.yaml"
 
 
 def cube_of_one_record(elements: list[str], **values: Any) -> xr.Dataset:
-    """Return a cube of one record: values of each element, then of each of its five orientations."""
+    """Return a cube of one record with values of shape (elements, 5 orientations) for each variable; 0 if not given."""
     shape = (len(elements), 5)
     names = ("overturned", "residual_slip_north", "residual_slip_east", "residual_twist", "slid_off")
     return xr.Dataset(
@@ -32,7 +32,7 @@ def cube_of_one_record(elements: list[str], **values: Any) -> xr.Dataset:
 
 @pytest.fixture
 def stack_and_single_shaft_results() -> StudyResults:
-    """A base and a shaft, which falls in two of five cases, once over the rim; and the shaft alone, which stands."""
+    """Results of a stack, whose shaft falls in two of five cases (once over the rim), and of a shaft that stands."""
     stack = cube_of_one_record(
         ["base", "shaft"],
         overturned=[[0] * 5, [0, 0, 0, 1, 1]],
@@ -61,10 +61,10 @@ def test_displacement_findings_count_only_cases_that_stand(stack_and_single_shaf
     assert alone.median_twist_deg == 7.0
 
 
-def test_lowest_stone_cannot_slide_off_and_a_stack_has_no_body_twist(
+def test_findings_have_no_sliding_off_of_the_lowest_stone_nor_twist_of_a_stack(
     stack_and_single_shaft_results: StudyResults,
 ) -> None:
-    """The ground has no rim; the twist of each stone of a stack is among the displacements of the elements."""
+    """The ground has no rim to slide over; the twist of stacked stones is among the displacements of the elements."""
     fallen = cube_of_one_record(["base", "shaft"], overturned=[[1] * 5, [1] * 5], slid_off=[[0] * 5, [1, 0, 0, 0, 0]])
     both = cast(StudyResults, SimpleNamespace(study=stack_and_single_shaft_results.study, cubes={NOMINAL: fallen}))
     base, shaft = element_displacement_findings(both)

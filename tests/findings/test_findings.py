@@ -25,9 +25,9 @@ from overturning.errors import ArgumentError
 from overturning.figures.fall_rate import fragility_curves_figure
 from overturning.findings.causes import logistic_fit_findings
 from overturning.findings.collect import Findings, findings_schema
-from overturning.findings.contrast import contrast_study_with_variants, population_fall_rates_by_soil
+from overturning.findings.contrast import compare_study_with_variants, population_fall_rates_by_soil
 from overturning.findings.direction import fall_direction_findings
-from overturning.findings.extent import choose_report_maps, study_extent
+from overturning.findings.extent import choose_report_maps, count_records_blocks_and_directions
 from overturning.findings.lines import finding_text_lines
 from overturning.findings.processing import DRIFT, TRUSTED
 from overturning.findings.results import StudyResults, open_study_results
@@ -40,10 +40,10 @@ from overturning.report.drawings import STUDY_FIGURES, draw_study_figure
 from overturning.statistics.fragility import FittedFragilityCurve
 from overturning.statistics.logistic import PREDICTORS, LogisticFit
 from overturning.study.cube import CONFIGURATION, study_of_cube
-from overturning.study.load import load_study_from_file_or_json, study_without_absolute_paths
+from overturning.study.load import load_study_from_file_or_json, study_settings_without_absolute_paths
 from overturning.study.sections import Variant
 from overturning.study.sweep import cube_variables_of_study
-from overturning.surveys.population import population_rates_by_record
+from overturning.surveys.population import population_outcome_rates_by_record
 from tests.report.tiny_studies import make_study_results, pulse_record
 
 DOCS_FOLDER = Path(__file__).parents[2] / "docs"
@@ -79,7 +79,7 @@ def study_cube(study_folder: Path) -> xr.Dataset:
         return opened.load()
 
 
-def test_overturned_shares_equal_counts_of_flags_in_the_cube(study_findings: Findings, study_cube: xr.Dataset) -> None:
+def test_overturned_shares_equal_counts_of_overturning_flags(study_findings: Findings, study_cube: xr.Dataset) -> None:
     flags = study_cube["overturned"].transpose("record", ...).to_numpy().reshape(3, -1)
     for record, own in zip(study_findings.records, flags, strict=True):
         assert record.share_overturned == pytest.approx(np.mean(own[np.isfinite(own)] != 0))
@@ -109,13 +109,13 @@ def test_fall_axes_of_records_are_those_of_their_pulses(study_findings: Findings
     assert difference.value == pytest.approx((pulse.alignment.value or 0.0) - control.alignment.value)
 
 
-def test_earthquakes_with_records_of_both_groups_are_counted(study_folder: Path) -> None:
-    """Events A with and without a pulse, B with one only, C without one only, and D of neither group."""
+def test_earthquakes_with_records_with_and_without_a_pulse_are_counted(study_folder: Path) -> None:
+    """Only earthquake A has records both with and without a velocity pulse; B and C have one kind, D neither."""
     with open_study_results(study_folder) as opened:
         first = opened.cube.isel(record=[0] * 6)
         events, pulses = list("AABCDA"), [1.0, 0.0, 1.0, 0.0, np.nan, 0.0]
         cube = first.assign_coords(event=("record", events), pulse=("record", pulses))
-        extent = study_extent(replace(opened, cube=cube))
+        extent = count_records_blocks_and_directions(replace(opened, cube=cube))
     assert (extent.earthquakes_in_several_groups, extent.records) == (1, 6)
 
 
@@ -158,7 +158,7 @@ def test_json_follows_the_schema_and_holds_no_nan(study_findings: Findings) -> N
     )
 
 
-def test_a_changed_number_changes_the_printed_lines(study_findings: Findings) -> None:
+def test_printed_findings_change_only_in_the_line_of_a_changed_number(study_findings: Findings) -> None:
     lines = list(finding_text_lines(study_findings))
     assert any(line.startswith("direction, groups, with a velocity pulse, alignment: ") for line in lines)
     shares = {f"records, {one.id}, share overturned: {one.share_overturned:.4g}" for one in study_findings.records}
@@ -203,7 +203,7 @@ def test_findings_command_reads_the_study_file_next_to_the_cube(
     with overturning.open_cube(tmp_path / "cube.nc") as opened:
         stored = study_of_cube(opened)
     changed = {"question": "Where to?", "primary": {"statistic": "fall_rate"}, "population": {"stones": 128}}
-    settings = study_without_absolute_paths(stored) | changed
+    settings = study_settings_without_absolute_paths(stored) | changed
     (tmp_path / CONFIGURATION).write_text(yaml.safe_dump(settings), encoding="utf-8")
     output = tmp_path / "findings.json"
     assert run_command_line("findings", str(tmp_path / "cube.nc"), "--output", str(output)) == 0
@@ -246,7 +246,7 @@ def test_error_names_a_file_that_is_no_cube_of_a_study(study_folder: Path, tmp_p
 def test_findings_are_those_of_the_cube_file_that_is_named(
     study_folder: Path, study_findings: Findings, tmp_path: Path
 ) -> None:
-    """A cube with falls only, under another name; cubes of a variant and of a part of the study are refused."""
+    """Findings are read from the named cube, in which all blocks fall; cubes of a variant or a part are refused."""
     for name in ("cube.nc", "intensity.nc", CONFIGURATION):
         shutil.copy(study_folder / name, tmp_path)
     with xr.open_dataset(study_folder / "cube.nc", decode_timedelta=False) as cube:
@@ -267,7 +267,7 @@ def test_findings_are_those_of_the_cube_file_that_is_named(
 
 
 def test_missing_outcomes_at_other_amplitudes_are_counted(tmp_path: Path) -> None:
-    """Cases at the factor 2 are counted apart; without those of one B/H in three, a third has no outcome."""
+    """Cases under records scaled by 2 are counted apart; a third has no outcome if one B/H of three has none."""
     record = pulse_record("one", 60, 6.0)
     made = make_study_results(tmp_path, [record], drawn=False, amplitude=[1, 2], population={"stones": 64})
     with overturning.open_cube(made / "cube.nc", amplitude=None) as opened:
@@ -285,10 +285,10 @@ def test_missing_outcomes_at_other_amplitudes_are_counted(tmp_path: Path) -> Non
     assert found.population.largest_share_without_outcome == 0.0
 
 
-def test_hash_in_findings_follows_changed_outcomes(
+def test_hash_in_findings_changes_only_if_the_outcomes_change(
     study_folder: Path, study_findings: Findings, tmp_path: Path
 ) -> None:
-    """A cube saved by another program keeps its attributes, whether or not its outcomes were changed."""
+    """A cube saved again by another program has the hash of its run; a cube with changed outcomes has another hash."""
     shutil.copytree(study_folder, tmp_path / "results")
     path = tmp_path / "results" / "cube.nc"
     stated = study_findings.numerical_quality.content_sha256
@@ -316,7 +316,7 @@ def test_error_names_the_missing_results_file(tmp_path: Path) -> None:
 
 
 def test_blocks_that_fall_in_every_direction_or_in_none_have_no_axis(study_folder: Path) -> None:
-    """The slender half falls in all planes, the rest in none: there is no axis, and rounding errors make none."""
+    """If slender blocks fall in all planes and the others in none, no fall axis arises, not even by rounding errors."""
     with open_study_results(study_folder) as results:
         cube = results.cube.load()
         slender = (cube["b_over_h"] < float(cube["b_over_h"].mean())).broadcast_like(cube["overturned"])
@@ -326,7 +326,7 @@ def test_blocks_that_fall_in_every_direction_or_in_none_have_no_axis(study_folde
         direction = fall_direction_findings(StudyResults(**values | {"cube": changed.assign(overturned=towards)}))
         half = changed.assign(overturned=towards.where((cube["azimuth"] % 180) < 90, INT8_MISSING))
         found = StudyResults(**values | {"cube": half})
-        missing, extent = fall_direction_findings(found), study_extent(found)
+        missing, extent = fall_direction_findings(found), count_records_blocks_and_directions(found)
     assert direction.no_axis_because == "every direction or none"
     assert not direction.has_comparable_axis
     assert missing.no_axis_because == "unknown outcomes"  # the axis would be that of the planes with outcomes, 45°
@@ -356,10 +356,10 @@ def test_records_that_no_block_falls_under_have_no_direction(study_folder: Path)
         ([60, 240], "one plane"),
     ],
 )
-def test_planes_in_one_sector_only_give_shares_but_no_axis(
+def test_simulated_planes_in_one_sector_give_fall_shares_but_no_fall_axis(
     study_folder: Path, study_cube: xr.Dataset, planes: list[int], reason: str
 ) -> None:
-    """Falls lie in the sector whatever the motion, so they would be aligned with any normal within it."""
+    """Falls in planes of one sector lie in it whatever the motion, and so near any fault normal within the sector."""
     with open_study_results(study_folder) as results:
         values = {name: getattr(results, name) for name in results.__dataclass_fields__}
         sector = StudyResults(**values | {"cube": results.cube.sel(azimuth=planes)})
@@ -423,14 +423,14 @@ def test_effect_of_a_predictor_is_stated_if_its_interval_excludes_no_effect(
 
 
 @pytest.mark.parametrize(("planes", "angle"), [(slice(None), 0.0), ([60, 75, 90], None)])
-def test_soil_rotates_no_axis_imposed_by_the_simulated_planes(
+def test_fall_axes_on_soil_and_rock_are_compared_only_if_all_planes_were_run(
     study_folder: Path, planes: "slice | list[int]", angle: float | None
 ) -> None:
-    """The outcomes on soil are those on rock, so the axes of all planes agree."""
+    """With the outcomes of rock on soil too, axes of all planes differ by 0°; planes of one sector give no angle."""
     soil = SoilSite(layers=(SoilLayer(thickness_m=20, velocity_m_s=180),), rock=RockHalfSpace(velocity_m_s=760))
     with open_study_results(study_folder) as opened:
         cube = opened.cube.sel(azimuth=planes)
-        rates = population_rates_by_record(cube, opened.study.population)
+        rates = population_outcome_rates_by_record(cube, opened.study.population)
         study = opened.study.model_copy(update={"variants": {"soft": Variant(site=soil)}})
         both = dict.fromkeys(("nominal", "soft"), (cube, rates))
         cubes, populations = ({name: pair[part] for name, pair in both.items()} for part in (0, 1))
@@ -455,7 +455,7 @@ def test_study_and_variant_are_compared_where_both_have_an_outcome(study_folder:
         study = opened.study.model_copy(update={"variants": {"flat": Variant(vertical=False)}})
         # Without vertical motion in the records, a variant in the vertical motion has no record to compare.
         cubes["nominal"] = cubes["nominal"].assign_coords(vertical=("record", [1, 1]))
-        (found,) = contrast_study_with_variants(replace(opened, study=study, cube=cubes["nominal"], cubes=cubes))
+        (found,) = compare_study_with_variants(replace(opened, study=study, cube=cubes["nominal"], cubes=cubes))
     assert all(one.any() for one in lost)
     assert found.cases_not_compared == int((lost[0] | lost[1]).sum())
     fell = (flags != 0).where(~(lost[0] | lost[1]))
@@ -468,7 +468,7 @@ def test_study_and_variant_are_compared_where_both_have_an_outcome(study_folder:
     assert found.rate_here == found.rate_there
 
 
-def test_study_figures_exist_only_for_studies_with_their_findings(
+def test_a_study_figure_is_refused_if_the_study_has_no_findings_for_it(
     study_findings: Findings, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert tuple(STUDY_FIGURES) == STUDY_KINDS

@@ -8,7 +8,11 @@ import xarray as xr
 
 from overturning.findings.collect import Findings
 from overturning.findings.exactness import EnsembleFindings, ensemble_findings
-from overturning.findings.relief import ReliefFindings, relief_findings, variance_between_halves_and_total
+from overturning.findings.relief import (
+    ReliefFindings,
+    estimate_variance_between_run_halves_and_total,
+    fall_variance_due_to_base_relief,
+)
 from overturning.model.planes import PlanarModel
 from overturning.report.render import LANGUAGES, render_markdown
 from overturning.settings import EnsembleSettings
@@ -16,18 +20,18 @@ from tests.report.by_hand import STUDY_FINDINGS
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.9, 0.1), (0.5, 0.5), (0.7, 0.4)])
-def test_estimated_variance_components_of_the_relief_are_unbiased(low: float, high: float) -> None:
-    """24 runs of many cells: between (p₁ − p₀)²/4, in total p (1 − p)."""
+def test_estimated_variances_between_run_halves_and_in_total_are_unbiased(low: float, high: float) -> None:
+    """For fall probabilities p₁, p₀ in two run halves, mean p: (p₁ − p₀)²/4 between them, p (1 − p) in total."""
     generator = np.random.default_rng(5)
     shares = [generator.binomial(12, share, 40_000) / 12 for share in (low, high)]
-    between, total = variance_between_halves_and_total(*shares, np.full(40_000, 24.0))
+    between, total = estimate_variance_between_run_halves_and_total(*shares, np.full(40_000, 24.0))
     mean = 0.5 * (low + high)
     assert between.mean() == pytest.approx(0.25 * (low - high) ** 2, abs=1e-3)
     assert total.mean() == pytest.approx(mean * (1.0 - mean), abs=2e-3)
 
 
 class StubStudyResults:
-    """Stand-in for study results with only the variables that the findings on the relief read."""
+    """Stand-in for study results with only the variables used by the findings on the relief under the base."""
 
     def __init__(self, low: np.ndarray, high: np.ndarray, settings: dict) -> None:
         dims = ("record", "orientation")
@@ -43,10 +47,10 @@ class StubStudyResults:
 RELIEF_SETTINGS = {"relief": {"low": 0.001, "high": 0.005}}
 
 
-def test_relief_findings_have_the_known_share_of_variance() -> None:
-    """The relief decides everything in the first record and nothing in the second; one case was not run."""
+def test_share_of_variance_explained_by_base_relief_matches_known_outcomes() -> None:
+    """The relief under the base decides all falls in the first record and none in the second; one case was not run."""
     low, high = np.array([[1.0, 1.0], [0.5, np.nan]]), np.array([[0.0, 0.0], [0.5, np.nan]])
-    found = relief_findings(StubStudyResults(low, high, RELIEF_SETTINGS))  # type: ignore[arg-type]
+    found = fall_variance_due_to_base_relief(StubStudyResults(low, high, RELIEF_SETTINGS))  # type: ignore[arg-type]
     assert found is not None
     assert found.middle_mm == pytest.approx(3.0)
     assert (found.share_falling_low, found.share_falling_high) == pytest.approx((2.5 / 3, 0.5 / 3))
@@ -54,11 +58,11 @@ def test_relief_findings_have_the_known_share_of_variance() -> None:
     noise = 0.25 * 0.5 / 11
     total = 0.5 + 0.5 * 12 / 11 * 0.5 - noise
     assert found.share_of_spread == pytest.approx((0.5 - noise) / total, abs=1e-6)
-    assert relief_findings(StubStudyResults(low, high, {})) is None  # type: ignore[arg-type]
+    assert fall_variance_due_to_base_relief(StubStudyResults(low, high, {})) is None  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_report_states_the_share_of_variance_explained_by_the_relief(language: str) -> None:
+def test_report_states_the_share_of_variance_explained_by_base_relief(language: str) -> None:
     relief = ReliefFindings(middle_mm=3.0, share_falling_low=0.61, share_falling_high=0.17, share_of_spread=0.43)
     ensemble = EnsembleFindings(
         share_of_cells_repeated=0.5, repeats_every_cell=False, fewest_runs_per_cell=8, most_runs_per_cell=24,
@@ -93,8 +97,8 @@ def test_report_states_volume_tilt_and_relief_of_a_scanned_body(language: str) -
     assert all(number in method and number not in plain for number in ("0.532", "7.4°", "8.35"))
 
 
-def test_cells_with_fewer_runs_than_the_first_batch_have_no_disagreement() -> None:
-    """All 4 runs fall, half of them fall to either side, half of them fall to one side; of the last, one is unknown."""
+def test_shares_of_disagreement_exclude_cells_with_fewer_runs_than_a_batch() -> None:
+    """Of three cells of 4 runs, all, half to either side, or half of the runs fall; a cell of 3 runs is excluded."""
     towards, away = np.array([[1.0, 0.5, 0.5, 1 / 3], [0.0, 0.5, 0.0, 1 / 3]])
     dims = ("record", "azimuth", "height", "b_over_h", "friction")
     values = {"probability_towards": towards, "probability_away": away, "members": np.array([4, 4, 4, 3])}

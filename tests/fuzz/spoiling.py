@@ -92,7 +92,7 @@ def corrupted_mapping(data: dict[str, Any]) -> st.SearchStrategy[bytes]:
     """Strategy for a file of keys and values, some of which are replaced, deleted or repeated under another name."""
     change = st.tuples(st.sampled_from(list(paths_of_nested_values(data))), st.sampled_from("vvvdk"), ANY_VALUE)
 
-    def changed(changes: list[tuple[tuple[Any, ...], str, Any]]) -> bytes:
+    def file_with_changed_values(changes: list[tuple[tuple[Any, ...], str, Any]]) -> bytes:
         tree = json.loads(json.dumps(data))
         for path, what, value in changes:
             inner = tree
@@ -107,11 +107,11 @@ def corrupted_mapping(data: dict[str, Any]) -> st.SearchStrategy[bytes]:
                 continue  # an earlier change has taken it away
         return yaml.safe_dump(tree, allow_unicode=True).encode("utf-8", "surrogatepass")
 
-    return st.lists(change, min_size=1, max_size=3).map(changed)
+    return st.lists(change, min_size=1, max_size=3).map(file_with_changed_values)
 
 
-def read_or_plain_error(read: Callable[[], Any]) -> None:
-    """Read a file within the limits of time and memory; an error of this package must be short and plain."""
+def assert_read_or_plain_error(read: Callable[[], Any]) -> None:
+    """Call a reader within limits of time and memory; an error of this package must have a short, plain message."""
     try:
         with limited_time_and_memory():
             read()
@@ -124,7 +124,7 @@ def read_or_plain_error(read: Callable[[], Any]) -> None:
 
 
 def run_on_random_examples(strategy: st.SearchStrategy[Any], test: Callable[[Any], None], examples: int = 25) -> None:
-    """Run a test on random examples, in rounds with different seeds, for one share of the total time."""
+    """Run a test on random examples, with a new seed each round, until its share of the fuzzing time is used up."""
     end = sum(os.times()[:4]) + TOTAL_SECONDS / READER_COUNT  # of processor time, that of children too
     for turn in itertools.count():
         run = given(strategy)(lambda example: test(example))

@@ -22,14 +22,14 @@ from overturning.records.record import Record
 from overturning.report.page import render_report_html_page
 from overturning.report.render import parse_markdown, render_markdown
 from overturning.study.cube import open_cube, record_provenance, record_sources, study_of_cube
-from overturning.study.gather import merge_sweep_parts
+from overturning.study.gather import merge_outcome_files_into_cube
 from overturning.study.load import study_from_content
-from overturning.study.sweep import sweep_cases_of_record
+from overturning.study.sweep import simulate_and_write_cases_of_record
 from tests.fuzz.spoiling import (
     EVIL_WORDS,
+    assert_read_or_plain_error,
     corrupted_bytes,
     corrupted_mapping,
-    read_or_plain_error,
     run_on_random_examples,
     scripts_in_page,
 )
@@ -51,8 +51,8 @@ def cube_bytes(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     )  # fmt: skip
     wave = 6.0 * np.sin(np.arange(300) / 12.0)
     record = Record("a", wave, 0.1 * wave, None, 0.01, station="S", event="E", sha256="0" * 64)
-    sweep_cases_of_record(study, record, folder / "a.nc")
-    merge_sweep_parts(study, [record], [folder / "a.nc"], folder / "cube.nc")
+    simulate_and_write_cases_of_record(study, record, folder / "a.nc")
+    merge_outcome_files_into_cube(study, [record], [folder / "a.nc"], folder / "cube.nc")
     return (folder / "cube.nc").read_bytes()
 
 
@@ -77,12 +77,12 @@ def make_explorer_page(path: Path) -> None:
 
 
 def read_in_child_process(read: Callable[[], Any]) -> str:
-    """Read in a child process, which a damaged file may crash; return the unexpected error."""
+    """Call a reader in a child process, which a damaged file may crash; return its unexpected error, if any."""
     receiver, sender = os.pipe()
     child = os.fork()
     if not child:
         try:
-            read_or_plain_error(read)
+            assert_read_or_plain_error(read)
         except BaseException as other:
             os.write(sender, f"{type(other).__name__}: {other}"[:2000].encode("utf-8", "replace"))
         os._exit(0)
@@ -97,7 +97,7 @@ def test_a_corrupted_cube_is_read_or_refused_plainly(isolated_folder: Path, cube
     path = isolated_folder / "cube.nc"
     bare = cube_bytes[:-75]
 
-    def read(case: tuple[bool, bytes]) -> None:
+    def make_page_of_corrupted_cube(case: tuple[bool, bytes]) -> None:
         path.write_bytes(case[1])
         if case[0]:
             append_checksum(path)
@@ -105,9 +105,9 @@ def test_a_corrupted_cube_is_read_or_refused_plainly(isolated_folder: Path, cube
         # The library of HDF5 itself may fall over a file that was made to; a process of ours falls with it.
         assert said in ("", "signal 11", "signal 6"), said
 
-    read((False, cube_bytes))
-    read((False, bare))
-    run_on_random_examples(st.tuples(st.booleans(), corrupted_bytes(bare)), read, examples=6)
+    make_page_of_corrupted_cube((False, cube_bytes))
+    make_page_of_corrupted_cube((False, bare))
+    run_on_random_examples(st.tuples(st.booleans(), corrupted_bytes(bare)), make_page_of_corrupted_cube, examples=6)
 
 
 def test_a_cube_with_unexpected_content_is_read_or_refused_plainly(isolated_folder: Path, cube_bytes: bytes) -> None:
@@ -117,7 +117,7 @@ def test_a_cube_with_unexpected_content_is_read_or_refused_plainly(isolated_fold
         whole = opened.load()
     study = json.loads(whole.attrs["study"])
 
-    def read(case: tuple[str, str, Any]) -> None:
+    def make_page_of_changed_cube(case: tuple[str, str, Any]) -> None:
         what, name, value = case
         changed = whole.copy()
         if what == "variable":
@@ -132,7 +132,7 @@ def test_a_cube_with_unexpected_content_is_read_or_refused_plainly(isolated_fold
         said = read_in_child_process(lambda: make_explorer_page(path))
         assert said == "", f"{case[:2]}: {said}"
 
-    def json_of_yaml(value: bytes) -> str:
+    def convert_yaml_to_json(value: bytes) -> str:
         return json.dumps(yaml.safe_load(value), default=str)
 
     words = st.sampled_from(["", "{", "[]", "null", '"x"', "3", "[1]", '{"a": []}', "</script><script>hurt()</script>"])
@@ -141,9 +141,9 @@ def test_a_cube_with_unexpected_content_is_read_or_refused_plainly(isolated_fold
         st.tuples(st.just("dimension"), st.sampled_from(sorted(map(str, whole.dims))), st.none()),
         st.tuples(st.just("attribute"), st.sampled_from(sorted(whole.attrs)), st.none()),
         st.tuples(st.just("value"), st.sampled_from(sorted(whole.attrs)), words),
-        st.tuples(st.just("value"), st.just("study"), corrupted_mapping(study).map(json_of_yaml)),
+        st.tuples(st.just("value"), st.just("study"), corrupted_mapping(study).map(convert_yaml_to_json)),
     )
-    run_on_random_examples(cases, read, examples=6)
+    run_on_random_examples(cases, make_page_of_changed_cube, examples=6)
 
 
 def test_hostile_names_cannot_add_scripts_to_the_report(isolated_folder: Path) -> None:
@@ -163,7 +163,7 @@ def test_hostile_names_cannot_add_scripts_to_the_report(isolated_folder: Path) -
 
     usual = scripts_in_page(report_page_with_names(["a", "b", "c"]))
 
-    def read(names: list[str]) -> None:
+    def assert_page_has_no_added_script(names: list[str]) -> None:
         assert scripts_in_page(report_page_with_names(names)) == usual
 
-    run_on_random_examples(st.lists(name, min_size=3, max_size=3), read)
+    run_on_random_examples(st.lists(name, min_size=3, max_size=3), assert_page_has_no_added_script)

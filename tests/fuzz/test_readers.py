@@ -20,9 +20,9 @@ from overturning.study.preflight import check_record_files, check_study_size
 from overturning.surveys.stones import read_stones
 from tests.fuzz.spoiling import (
     apply_edits,
+    assert_read_or_plain_error,
     corrupted_bytes,
     corrupted_mapping,
-    read_or_plain_error,
     run_on_random_examples,
 )
 from tests.model.solids import box
@@ -39,18 +39,18 @@ DEEP_NESTING = "[" * 5000 + "]" * 5000
 
 
 def test_a_corrupted_text_record_is_read_or_refused_plainly(isolated_folder: Path) -> None:
-    def read(case: tuple[str, bytes]) -> None:
+    def read_corrupted_text_record(case: tuple[str, bytes]) -> None:
         form, content = case
         paths = [isolated_folder / name for name in VALID_FILES[form][0]]
         for path, text in zip(paths, VALID_FILES[form][0].values(), strict=True):
             path.write_bytes(content if path == paths[0] else text.encode())
-        read_or_plain_error(lambda: read_record_without_processing(paths, DeclaredFileProperties(unit="gal")))
+        assert_read_or_plain_error(lambda: read_record_without_processing(paths, DeclaredFileProperties(unit="gal")))
 
     forms = [
         st.tuples(st.just(form), corrupted_bytes(next(iter(texts.values())).encode()))
         for form, (texts, _) in VALID_FILES.items()
     ]
-    run_on_random_examples(st.one_of(forms), read)
+    run_on_random_examples(st.one_of(forms), read_corrupted_text_record)
 
 
 @pytest.mark.filterwarnings("ignore")
@@ -69,25 +69,25 @@ def test_a_corrupted_binary_record_is_read_or_refused_plainly(isolated_folder: P
         first, other = (first, other) if form == "mseed" else (other, first)
     path, whole = isolated_folder / f"spoilt{first.suffix}", first.read_bytes()
 
-    def read(content: bytes) -> None:
+    def read_corrupted_binary_record(content: bytes) -> None:
         path.write_bytes(content)
-        read_or_plain_error(
+        assert_read_or_plain_error(
             lambda: read_record_without_processing(
                 [path] if form == "zip" else [path, other], DeclaredFileProperties(unit="gal")
             )
         )
 
-    run_on_random_examples(corrupted_bytes(whole), read)
+    run_on_random_examples(corrupted_bytes(whole), read_corrupted_binary_record)
 
 
-def read_table_safely(path: Path) -> None:
-    """Read a record table and check that no record id leads out of a folder."""
+def read_table_and_check_record_ids(path: Path) -> None:
+    """Read a record table and check that no record id, used as a file name, leads out of the results folder."""
     for name in read_record_table(path):
         assert Path("results", name).resolve().parent == Path("results").resolve(), "a name that leads out"
 
 
-def read_study_safely(path: Path) -> None:
-    """Read and check a study, and check that no name in it leads out of a folder."""
+def read_study_and_check_names(path: Path) -> None:
+    """Read and check a study, and check that no name in it, used as a file name, leads out of the results folder."""
     study = load_study(path)
     for name in (study.name, *(f"cube.{variant}.nc" for variant in study.variants)):
         assert Path("results", name).resolve().parent == Path("results").resolve(), "a name that leads out"
@@ -102,10 +102,10 @@ BOMBS_OF_SCENES = ("elements: {DEEP}", "{BOMB}name: *j\nelements: [*j, *j]\n")
 @pytest.mark.parametrize(
     ("name", "read", "bombs"),
     [
-        ("config/records.tsv", read_table_safely, ()),
+        ("config/records.tsv", read_table_and_check_record_ids, ()),
         ("surveys/example-ruin.csv", read_stones, ()),
-        ("config/near-fault.yaml", read_study_safely, BOMBS_OF_STUDIES),
-        ("config/in-space.yaml", read_study_safely, BOMBS_OF_STUDIES),
+        ("config/near-fault.yaml", read_study_and_check_names, BOMBS_OF_STUDIES),
+        ("config/in-space.yaml", read_study_and_check_names, BOMBS_OF_STUDIES),
         ("config/scenes/three-tier.yaml", load_scene, BOMBS_OF_SCENES),
     ],
 )
@@ -115,9 +115,9 @@ def test_corrupted_files_of_the_user_are_read_or_refused_plainly(
     whole = (ROOT / name).read_bytes()
     path = isolated_folder / f"mine{Path(name).suffix}"
 
-    def put(content: bytes) -> None:
+    def write_and_read_corrupted_file(content: bytes) -> None:
         path.write_bytes(content)
-        read_or_plain_error(lambda: read(path))
+        assert_read_or_plain_error(lambda: read(path))
 
     if bombs:
         text = whole.decode()
@@ -128,9 +128,10 @@ def test_corrupted_files_of_the_user_are_read_or_refused_plainly(
             "whole_j": text.replace("name:", "name: *j #"),
         }
         for bomb in (ALIAS_BOMB, *(bomb.format(**words) for bomb in bombs)):
-            put(bomb.encode())
+            write_and_read_corrupted_file(bomb.encode())
     run_on_random_examples(
-        corrupted_mapping(yaml.safe_load(whole)) | corrupted_bytes(whole) if bombs else corrupted_bytes(whole), put
+        corrupted_mapping(yaml.safe_load(whole)) | corrupted_bytes(whole) if bombs else corrupted_bytes(whole),
+        write_and_read_corrupted_file,
     )
 
 
@@ -160,21 +161,22 @@ MESHES = {
 def test_a_corrupted_mesh_is_read_or_refused_plainly(isolated_folder: Path) -> None:
     pytest.importorskip("trimesh")
 
-    def read(case: tuple[str, bytes]) -> None:
+    def read_corrupted_mesh(case: tuple[str, bytes]) -> None:
         path = isolated_folder / f"body.{case[0]}"
         path.write_bytes(case[1])
-        read_or_plain_error(lambda: read_scan(path))
+        assert_read_or_plain_error(lambda: read_scan(path))
 
     huge = _PLY.replace("vertex 8", "vertex 99999999999").format("binary_little_endian 1.0")
-    read(("ply", huge.encode()))
-    read(("stl", bytes(80) + b"\xff\xff\xff\xff"))
+    read_corrupted_mesh(("ply", huge.encode()))
+    read_corrupted_mesh(("stl", bytes(80) + b"\xff\xff\xff\xff"))
     run_on_random_examples(
-        st.one_of([st.tuples(st.just(form), corrupted_bytes(whole)) for form, whole in MESHES.items()]), read
+        st.one_of([st.tuples(st.just(form), corrupted_bytes(whole)) for form, whole in MESHES.items()]),
+        read_corrupted_mesh,
     )
 
 
 def test_random_corruption_nearly_always_changes_a_file() -> None:
-    """Random corruption changes a file nearly always, and leaves the rest of it intact."""
+    """More than 190 of 200 random edits change the content of a file."""
     content, throw = bytes(range(256)) * 8, random.Random(3)
     edits = [(throw.choice("rdipxnt"), throw.random(), throw.randrange(400), b"12345678") for _ in range(200)]
     assert sum(apply_edits(content, [edit]) != content for edit in edits) > 190

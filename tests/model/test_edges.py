@@ -7,7 +7,7 @@ from overturning.model.edges import fall_flag_and_azimuth_from_planes, fall_prob
 NAN = np.nan
 
 
-def test_the_edge_passed_first_decides_the_fall_azimuth() -> None:
+def test_the_base_edge_passed_first_decides_the_fall_azimuth() -> None:
     #        both, second first | both, first first | one | the other | neither | no time needed where one falls
     falls = [[1, 1, 1, 0, 0, 1], [1, 1, 0, 1, 0, 0]]
     time = [[3.0, 2.0, 9.0, NAN, NAN, NAN], [2.5, 2.5, NAN, 1.0, NAN, NAN]]
@@ -31,14 +31,14 @@ def test_falls_in_two_planes_with_a_missing_time_have_no_direction() -> None:
     assert np.isnan(azimuth).all()
 
 
-def test_a_fall_in_any_number_of_planes_follows_the_first_one() -> None:
-    """A round column falls in that of eighteen planes which it leaves first."""
+def test_the_plane_with_the_earliest_fall_decides_the_fall_azimuth() -> None:
+    """A round column falls in each of eighteen planes at another time; the earliest fall gives its azimuth."""
     time = np.random.default_rng(1).permutation(18).astype(float)
     fell, azimuth = fall_flag_and_azimuth_from_planes(np.ones(18), time, 10.0 * np.arange(18))
     assert (fell, azimuth) == (1, 10 * np.flatnonzero(time == 0)[0])
 
 
-def test_fall_probabilities_of_0_and_1_reproduce_the_first_edge_rule() -> None:
+def test_fall_probabilities_of_0_and_1_select_the_edge_passed_first() -> None:
     generator = np.random.default_rng(2)
     falls, time = generator.integers(0, 2, (2, 500)).astype(float), generator.permutation(1000).reshape(2, 500) * 0.01
     fell, azimuth = fall_flag_and_azimuth_from_planes(falls, time, np.array([[0.0], [90.0]]) * np.ones((2, 500)))
@@ -48,7 +48,7 @@ def test_fall_probabilities_of_0_and_1_reproduce_the_first_edge_rule() -> None:
 
 
 def test_probabilities_of_falls_over_two_edges_match_a_hand_calculation() -> None:
-    """Probabilities ½ in the first plane and 1/5 in the second: 1/10 in both, over the first edge, or 5 to 2."""
+    """Of fall probabilities ½ and 1/5, the joint 1/10 goes to the edge passed first, or 5 to 2 if a time is missing."""
     for first, second, shared in ((1.0, 2.0, 1.0), (2.0, 1.0, 0.0), (NAN, 1.0, 5 / 7)):
         over = fall_probability_over_each_edge(np.array([[0.5], [0.2]]), np.array([[first], [second]]))
         np.testing.assert_allclose(over[:, 0], [0.4 + 0.1 * shared, 0.1 + 0.1 * (1 - shared)])

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from overturning.model.body import Body
-from overturning.model.falls import model_of_cube
+from overturning.model.falls import model_of_results_cube
 from overturning.model.planes import PlanarModel
 
 NAMES = ("falls", "direction_cosine", "direction_sine", "axis_cosine", "axis_sine")
@@ -21,9 +21,10 @@ def test_a_planar_fall_is_counted_towards_or_away_from_its_azimuth() -> None:
         },
         {"azimuth": [0, 90, 180, 270]},
     )
-    assert isinstance(model_of_cube(cube), PlanarModel)
+    assert isinstance(model_of_results_cube(cube), PlanarModel)
     members, nominal = (
-        model_of_cube(cube).fall_probability_and_direction_by_case(cube, use_ensemble=one) for one in (True, False)
+        model_of_results_cube(cube).fall_probability_and_direction_by_case(cube, use_ensemble=one)
+        for one in (True, False)
     )
     assert members["azimuth"].values.tolist() == [0, 90]
     assert members["weight"].values.tolist() == [0.5, 0.5]
@@ -33,13 +34,13 @@ def test_a_planar_fall_is_counted_towards_or_away_from_its_azimuth() -> None:
 
 
 def test_the_fall_direction_of_a_3d_body_is_its_fall_azimuth() -> None:
-    """Facing north it falls to the south-east, facing 45° it stands; at 60° the outcome is missing."""
+    """A body that faces north falls to the south-east; facing 45° it stands; at 60° its outcome is missing."""
     cube = xr.Dataset(
         {"overturned": ("orientation", [1.0, 0.0, np.nan]), "fall_azimuth": ("orientation", [135.0, np.nan, np.nan])},
         {"orientation": [0, 45, 60]},
     )
-    assert isinstance(model_of_cube(cube), Body)
-    found = model_of_cube(cube).fall_probability_and_direction_by_case(cube)
+    assert isinstance(model_of_results_cube(cube), Body)
+    found = model_of_results_cube(cube).fall_probability_and_direction_by_case(cube)
     np.testing.assert_allclose(found["weight"], 1 / 3)
     half = np.sqrt(0.5)
     values = np.array([found[name].values for name in NAMES])

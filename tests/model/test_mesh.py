@@ -17,7 +17,7 @@ FILES = ("a.obj", "a.ply", "a.text.ply", "a.stl", "a.text.stl")
 
 
 @pytest.fixture(autouse=True)
-def _needs_trimesh() -> None:
+def _skip_test_without_trimesh() -> None:
     """Skip the test if trimesh is not installed."""
     pytest.importorskip("trimesh")
 
@@ -84,7 +84,7 @@ def test_volume_and_inertia_of_a_mesh_equal_those_of_trimesh(tmp_path: Path) -> 
 
 @pytest.mark.parametrize("start", range(5))
 def test_a_mesh_vertex_in_the_middle_of_an_edge_leaves_the_surface_closed(tmp_path: Path, start: int) -> None:
-    """The face with this corner is divided into triangles, one of which may have its corners on one line."""
+    """A face with such a vertex is divided into triangles, one of which may have its corners on one line."""
     points = [*((x, y, z) for z in (0.0, 0.8) for x, y in ((0, 0), (0.2, 0), (0.2, 0.3), (0, 0.3))), (0.1, 0.0, 0.8)]
     upper = np.roll([4, 8, 5, 6, 7], start).tolist()
     faces = [[3, 2, 1, 0], upper, [0, 1, 5, 8, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
@@ -133,7 +133,7 @@ def test_a_mesh_whose_vertices_lie_in_a_plane_is_refused(tmp_path: Path) -> None
 
 @pytest.mark.parametrize("file", ["far.stl", "far.ply", "far.obj"])
 def test_mesh_map_coordinates_in_single_precision_are_refused(tmp_path: Path, file: str) -> None:
-    """In double precision (this PLY file) and as text of 12 digits, the same coordinates are exact enough."""
+    """The same coordinates in double precision (PLY), or as text of 12 digits, are exact enough."""
     whole, place = l_shaped_prism(), np.array([400_000.0, 3_900_000.0, 120.0])
     path = write_mesh(whole._replace(vertices=whole.vertices + place), tmp_path / file)
     if file != "far.stl":

@@ -128,4 +128,4 @@ def test_area_and_centre_of_a_trapezium_match_the_closed_form() -> None:
     shape = make_polygon("stone", [[-0.4, 0], [0.4, 0], [0.2, 1], [-0.2, 1]])
     assert shape.area == pytest.approx(0.6)
     assert shape.centre == pytest.approx((0.0, 4 / 9))
-    assert shape.smallest_rotations_to_another_rest_rad == pytest.approx([np.pi / 2 + np.arctan(0.2)] * 2)
+    assert shape.smallest_rotations_to_other_resting_face_rad == pytest.approx([np.pi / 2 + np.arctan(0.2)] * 2)

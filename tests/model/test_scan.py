@@ -73,7 +73,7 @@ def test_a_mesh_of_several_bodies_is_refused(away: float) -> None:
 
 
 def test_a_mesh_with_a_second_body_inside_out_is_refused() -> None:
-    """Its volume is negative like that of a cavity, but it lies outside, and would be subtracted."""
+    """A second body with inward faces has a negative volume, like a cavity, and would be subtracted."""
     small = translate(box((0.1, 0.1, 0.3)), 0.8, 0.0, 0.0)
     inside_out = small._replace(triangles=small.triangles[:, ::-1])
     for several in (
@@ -243,7 +243,7 @@ def test_a_base_of_two_inclined_facets_rests_on_the_facet_below_the_centre(slope
 
 
 def rough_block(generator: np.random.Generator) -> TriangleSurface:
-    """Return a block with a rough base: a grid of points with heights up to `ROUGH`, and a flat top."""
+    """Return a block with a flat top and a rough base, a grid of points with random heights up to `ROUGHNESS_M`."""
     n = 9
     x, y = np.meshgrid(np.linspace(-0.2, 0.2, n), np.linspace(-0.15, 0.15, n), indexing="ij")
     low = np.column_stack([x.ravel(), y.ravel(), generator.uniform(0.0, ROUGHNESS_M, n * n)])
@@ -258,7 +258,7 @@ def rough_block(generator: np.random.Generator) -> TriangleSurface:
     return TriangleSurface(np.concatenate([low, high]), np.concatenate([top[:, ::-1], top + m, sides]))
 
 
-def test_the_footprint_of_a_scan_is_the_hull_of_the_points_within_the_relief() -> None:
+def test_a_scan_footprint_is_the_hull_of_points_up_to_the_relief_height() -> None:
     surface, _ = close_base_of_surface(rough_block(np.random.default_rng(4)))
     stone = stone_from_surface(surface, [], "rough", 0.0).shape
     assert isinstance(stone, ScannedStone)
@@ -281,7 +281,7 @@ def test_the_footprint_of_a_scan_is_the_hull_of_the_points_within_the_relief() -
 
 
 def test_a_convex_mesh_equals_the_polyhedron_of_its_vertices_bit_for_bit() -> None:
-    """The same bits, so that studies with such a mesh keep their results."""
+    """A convex mesh and the polyhedron of its vertices have the same bits, so that studies keep their results."""
     frustum = box((0.5, 0.4, 0.7))
     points = frustum.vertices * np.where(frustum.vertices[:, 2:] > 0, [[0.6, 0.7, 1.0]], 1.0)
     scan = stone_from_surface(frustum._replace(vertices=points), [], "frustum")
@@ -296,7 +296,7 @@ def test_a_convex_mesh_equals_the_polyhedron_of_its_vertices_bit_for_bit() -> No
     np.testing.assert_allclose(scanned.unscaled_solid.inertia, own.inertia, atol=1e-8)
 
 
-def test_a_simplified_outline_lies_inside_by_at_most_the_tolerance() -> None:
+def test_a_simplified_outline_leaves_out_points_by_at_most_the_tolerance() -> None:
     points = np.random.default_rng(2).normal(size=(4000, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]
     counts = []

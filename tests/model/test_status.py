@@ -3,5 +3,5 @@
 from overturning.model.status import CaseStatus
 
 
-def test_a_case_has_an_outcome_if_it_ended_or_nothing_moves() -> None:
+def test_only_cases_simulated_to_the_end_or_at_rest_have_an_outcome() -> None:
     assert [one.name for one in CaseStatus if one.has_outcome] == ["SIMULATED", "AT_REST"]

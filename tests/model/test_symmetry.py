@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from overturning.model.planes import half_circle_share_of_planes
+from overturning.model.planes import plane_weights_by_azimuth_spacing
 from overturning.model.symmetry import (
-    first_equivalent_direction_of_each,
+    first_equivalent_of_each_direction,
     mark_mirrored_planes,
     nearest_simulated_directions,
     nearest_simulated_planes,
@@ -35,7 +35,7 @@ def test_the_nearest_simulated_plane_is_selected_and_mirrored_if_needed(
 
 
 def test_the_nearest_simulated_orientation_is_selected_by_rotational_symmetry() -> None:
-    """A square with three orientations covers all by quarter turns; a body without symmetry does not; a column does."""
+    """Quarter turns of a square give all azimuths from three orientations; a body without symmetry has none."""
     found = nearest_simulated_directions([0, 30, 60], [1, 121, 260, -29], 90.0)
     assert (found.cell.tolist(), found.turn_deg.tolist()) == ([0, 1, 0, 2], [0, 90, 270, 270])
     assert nearest_simulated_directions([0, 30, 60], [200, 220, 359], 360.0).cell.tolist() == [2, 0, 0]
@@ -44,20 +44,20 @@ def test_the_nearest_simulated_orientation_is_selected_by_rotational_symmetry() 
     assert not found.mirrored.any()
 
 
-def test_equivalent_directions_of_a_grid_share_their_first_cell() -> None:
-    planes = mark_mirrored_planes(first_equivalent_direction_of_each(np.array([0, 30, 180, 210, 359, 0]), 180.0), 180.0)
+def test_directions_equal_by_symmetry_refer_to_the_first_of_them() -> None:
+    planes = mark_mirrored_planes(first_equivalent_of_each_direction(np.array([0, 30, 180, 210, 359, 0]), 180.0), 180.0)
     assert planes.cell.ravel().tolist() == [0, 1, 0, 1, 4, 0]
     assert planes.mirrored.ravel().tolist() == [False, False, True, True, False, False]
-    assert first_equivalent_direction_of_each([5], 0.0).cell.tolist() == [[0]]
-    bodies = first_equivalent_direction_of_each(np.arange(0, 180, 30), [90.0, 180.0, 0.0])
+    assert first_equivalent_of_each_direction([5], 0.0).cell.tolist() == [[0]]
+    bodies = first_equivalent_of_each_direction(np.arange(0, 180, 30), [90.0, 180.0, 0.0])
     assert bodies.cell.T.tolist() == [[0, 1, 2, 0, 1, 2], [0, 1, 2, 3, 4, 5], [0] * 6]
     assert bodies.turn_deg[:, 0].tolist() == [0, 0, 0, 90, 90, 90]
 
 
 def test_rotational_symmetry_of_360_over_7_degrees_is_recognised() -> None:
-    """The turns of a prism of seven sides, each 360/7 degrees, are one orientation."""
+    """Orientations of a seven-sided prism that differ by multiples of 360/7 degrees count as one."""
     turns = 10 + np.arange(7) * 360 / 7
-    assert first_equivalent_direction_of_each(turns, 360 / 7).cell.ravel().tolist() == [0] * 7
+    assert first_equivalent_of_each_direction(turns, 360 / 7).cell.ravel().tolist() == [0] * 7
     assert nearest_simulated_directions([10, 30], turns, 360 / 7).cell.tolist() == [0] * 7
 
 
@@ -72,5 +72,5 @@ def test_rotational_symmetry_of_360_over_7_degrees_is_recognised() -> None:
     ],
 )
 def test_the_weight_of_a_plane_is_half_the_gap_to_its_neighbours(planes: list[float], weights: list[float]) -> None:
-    """By hand, of the half circle of 180°, that goes on from its last plane to its first."""
-    np.testing.assert_allclose(half_circle_share_of_planes(planes, divide_gaps=True), weights, rtol=1e-12)
+    """Weights, by hand, are shares of the 180° of all planes; the last plane and the first are neighbours."""
+    np.testing.assert_allclose(plane_weights_by_azimuth_spacing(planes, divide_gaps=True), weights, rtol=1e-12)

@@ -202,7 +202,7 @@ def test_an_integrated_obspy_trace_is_refused() -> None:
     assert Motion.from_obspy(found.differentiate()).sample_count == 100
 
 
-def test_sac_direction_contradicting_the_code_gives_a_warning() -> None:
+def test_a_sac_direction_that_contradicts_the_channel_code_gives_a_warning() -> None:
     found = stream_of_channels("HNN", "HNE", "HNZ")
     axes = {"HNN": (0.0, 90.0), "HNE": (93.0, 90.0), "HNZ": (0.0, 0.0)}
     for trace in found:
@@ -299,7 +299,7 @@ def test_the_integral_of_a_motion_follows_the_trapezoidal_rule() -> None:
     ],
 )
 def test_flat_copied_and_clipped_traces_give_warnings(east: Callable[[np.ndarray], np.ndarray], word: str) -> None:
-    """A motion made from arrays may be along one axis without a warning."""
+    """Traces of a stream that are flat, equal or clipped give warnings; two different components give none."""
     time = np.arange(1000) / 100
     wave = np.sin(2 * np.pi * time) * np.sin(np.pi * time / 10) ** 2
     wave /= np.abs(wave).max()

@@ -48,7 +48,7 @@ def test_signal_to_noise_ratio_of_white_signals_matches_their_amplitudes():
 
 @pytest.mark.parametrize("lasting", [12, 3000])
 def test_spectral_windows_are_tapered_over_five_per_cent_at_each_end(lasting):
-    """Against scipy's Tukey window, whose taper is the share α/2 of the steps from its first sample to its last."""
+    """The spectra equal those with scipy's Tukey window of the same length, tapered over 5 % of the samples per end."""
     random = np.random.default_rng(8)
     samples = 0.01 * random.normal(size=5200)
     samples[2000 : 2000 + lasting] += random.normal(size=lasting)
@@ -91,7 +91,7 @@ def record_of_components(north, east) -> Record:
 @pytest.mark.parametrize("interval", [0.1, 0.15, 0.3, 0.5, 1.0])
 @pytest.mark.parametrize("ahead", [2.1, 3.0, 5.0, 20.0])
 def test_signal_to_noise_ratio_at_long_sampling_intervals_is_finite_or_missing(interval, ahead):
-    """With 7 samples of 0.3 s as noise, the lowest frequency, of three cycles, is above the highest, 0.4 per sample."""
+    """The ratio is finite over at least an octave, or missing if the noise is too short, such as 7 samples of 0.3 s."""
     count = round(ahead / interval)
     noise = 1e-3 * np.random.default_rng(1).normal(size=count)
     signal = np.random.default_rng(2).normal(size=400) * np.exp(-np.arange(400) / 60)
@@ -104,7 +104,7 @@ def test_signal_to_noise_ratio_at_long_sampling_intervals_is_finite_or_missing(i
     assert found is not None or motion_onset_index(np.append(noise, 10.0 * signal)) * interval < max(2.0, 15 * interval)
 
 
-def test_the_reason_for_a_default_corner_names_the_missing_data():
+def test_the_reason_for_the_default_corner_frequency_names_the_missing_data():
     wave = np.random.default_rng(2).normal(size=400)
     still = Record("r", np.zeros(400), np.zeros(400), noise_with_signal(20.0, 0.01)[:400], DT)
     assert choose_highpass_corner_and_reason(still) == (DEFAULT_HZ, "no horizontal motion")
@@ -115,7 +115,7 @@ def test_the_reason_for_a_default_corner_names_the_missing_data():
     )
 
 
-def test_the_auto_corner_is_where_the_signal_exceeds_the_noise():
+def test_the_automatic_corner_frequency_is_where_signal_exceeds_noise():
     """The noise exceeds the signal below 0.4 Hz, so the corner is at 0.4 Hz."""
     rumble = 0.05 * np.sin(2 * np.pi * 0.2 * TIME) + 0.05 * np.sin(2 * np.pi * 0.33 * TIME + 1)
     corner, reason = choose_highpass_corner_and_reason(
@@ -125,7 +125,7 @@ def test_the_auto_corner_is_where_the_signal_exceeds_the_noise():
     assert "less than 3 times the noise of the first 30" in reason
 
 
-def test_the_auto_corner_without_noise_is_the_default_with_a_note():
+def test_the_automatic_corner_frequency_is_the_default_if_noise_is_too_short():
     corner, reason = choose_highpass_corner_and_reason(
         record_of_components(noise_with_signal(0.5, 0.01), noise_with_signal(0.5, 0.01))
     )
@@ -150,7 +150,7 @@ def test_the_auto_corner_without_noise_is_the_default_with_a_note():
 
 
 @pytest.mark.parametrize("tilt", [0.03, 0.3])
-def test_sensor_tilt_raises_the_corner_and_recovers_the_displacement(tilt):
+def test_sensor_tilt_raises_the_corner_frequency_to_recover_displacement(tilt):
     """Known truth: a velocity pulse of 4 s in weak noise, and a sensor that tilts during the pulse."""
     time = np.arange(0, 120, DT)
     random, away = np.random.default_rng(9), time - 48
@@ -169,7 +169,7 @@ def test_sensor_tilt_raises_the_corner_and_recovers_the_displacement(tilt):
     assert found == pytest.approx(true, rel=0.1)
 
 
-def test_auto_corner_is_stored_as_a_number_with_its_reason():
+def test_the_automatic_corner_frequency_is_stored_in_hz_with_its_reason():
     raw = record_of_components(noise_with_signal(30.0, 0.01), noise_with_signal(30.0, 0.01, seed=5))
     done = process_record(raw, None)
     step = done.processing[-1]

@@ -159,7 +159,7 @@ def test_an_invalid_soil_profile_is_refused(noise_samples: np.ndarray) -> None:
     [("Iwasaki, 0.25 atm", "damping"), ("Seed & Idriss, Sand Lower", "modulus reduction")],
 )
 def test_a_soil_curve_without_modulus_or_damping_is_refused(curve: str, part: str) -> None:
-    """Both publications give one of the two; pystrata keeps what there is."""
+    """In pystrata one of the curves has no damping and the other no modulus reduction; a soil layer needs both."""
     layer = LAYER.model_copy(update={"curve": curve})
     for refusal in (check_soil_layer_curves, lambda layers: propagate_through_soil(PULSE.north, 0.01, layers, ROCK)):
         with expect_error(

@@ -266,7 +266,7 @@ if sys.version_info >= (3, 12):
 
 
 def test_jma_intensity_of_a_steady_sine_matches_the_closed_form():
-    """1 Gal at f on one axis for a minute: a₀ is the amplitude that |sin| exceeds for 0.3 s, nearly the peak."""
+    """For a sine of 1 Gal on one axis for a minute, the level exceeded for 0.3 s is nearly the filtered amplitude."""
     time = np.arange(0, 60, 0.01)
     for frequency in (0.5, 1.0, 5.0):
         wave = 0.01 * np.sin(2 * np.pi * frequency * time)
@@ -279,8 +279,8 @@ def test_jma_intensity_of_a_steady_sine_matches_the_closed_form():
         assert found == pytest.approx(2 * math.log10(gain) + 0.94, abs=0.005)
 
 
-def test_the_survey_rule_for_jma_intensity_matches_the_degrees_of_the_scale():
-    """JMA's degrees are 6 upper from 6.0 to below 6.5, 7 from 6.5 on; a share of stones is at most 1."""
+def test_shares_of_fallen_stones_are_assigned_to_degrees_of_the_jma_scale():
+    """By a rule of surveys, 40 to below 90 % overturned mean 6 upper (6.0 to below 6.5), more mean 7 (from 6.5 on)."""
     (low, high, *upper), (then, whole, *seven) = SURVEY_RULE
     assert low < high == then < whole == 1
     assert upper == [6.0, 6.5, "6 upper"]
@@ -421,7 +421,7 @@ def test_there_is_no_predominant_period_perpendicular_to_a_linear_motion(azimuth
     assert {name for name, value in at_rest.items() if np.isnan(value[0])} == {"predominant_period"}
 
 
-def test_record_measures_contain_peaks_before_and_after_processing(rinaldi_record):
+def test_measures_of_a_record_have_peaks_before_and_after_processing(rinaldi_record):
     done = process_record(rinaldi_record, [Scale(factor=2), Highpass(corner_hz=0.2)])
     found = jma_intensity_and_peaks_of_record(Motion.of(done), done.processing)
     assert found["pga_unprocessed"] == pytest.approx(

@@ -62,14 +62,14 @@ class FaultSimulatingServer(ThreadingHTTPServer):
     def address(self) -> str:
         return f"http://127.0.0.1:{self.server_address[1]}"
 
-    def next_mode(self, what: str) -> str:
+    def next_planned_behaviour(self, what: str) -> str:
         """Return the next planned behaviour of a service, such as "503" or "cut"; "good" if none is planned."""
         modes = self.mode.get(what, [])
         return modes.pop(0) if modes else "good"
 
 
 class FaultSimulatingHandler(BaseHTTPRequestHandler):
-    """Answers a request for the file or for FDSN data as the mode of the server demands."""
+    """Request handler that sends the file or FDSN data with the faults that were planned for the server."""
 
     server: FaultSimulatingServer
     protocol_version = "HTTP/1.1"
@@ -81,7 +81,7 @@ class FaultSimulatingHandler(BaseHTTPRequestHandler):
         parts = urlsplit(self.path)
         self.server.seen.append((parts.path, self.headers.get("Range", "")))
         if not parts.path.startswith("/fdsnws/"):
-            self.send_body_in_mode(self.server.next_mode("file"), BODY)
+            self.send_body_in_mode(self.server.next_planned_behaviour("file"), BODY)
             return
         _, _, service, _, method = parts.path.split("/")
         if method == "application.wadl":
@@ -94,14 +94,14 @@ class FaultSimulatingHandler(BaseHTTPRequestHandler):
             )
         elif method == "query":
             assert parse_qs(parts.query)
-            self.send_body_in_mode(self.server.next_mode(service), self.server.files[service])
+            self.send_body_in_mode(self.server.next_planned_behaviour(service), self.server.files[service])
         else:
             self.send_whole_body(
                 200, b"<Catalogs></Catalogs>" if method == "catalogs" else b"<Contributors></Contributors>"
             )
 
     def send_body_in_mode(self, mode: str, body: bytes) -> None:
-        """Send a body as the mode demands: whole, cut, delayed, wrong, or with an error status."""
+        """Send a body with the behaviour named by `mode`: whole, cut, delayed, wrong, or with an error status."""
         first = 0
         if mode != "no ranges" and (wanted := self.headers.get("Range")):
             first = int(wanted.removeprefix("bytes=").removesuffix("-"))

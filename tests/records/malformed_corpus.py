@@ -28,14 +28,14 @@ def mutation_of_lines(change: Callable[[list[str]], list[str]]) -> Callable[[str
 def replacement_of_first_number(index: int, word: str) -> Callable[[list[str]], list[str]]:
     """Return a change that replaces the first number of a line by a word of the same width."""
 
-    def change(lines: list[str]) -> list[str]:
+    def replace_first_number(lines: list[str]) -> list[str]:
         found = re.search(r"[+-]?\d*\.?\d+(E[+-]?\d+)?", lines[index])
         assert found
         width = max(found.end() - found.start(), 1)
         spoilt = lines[index][: found.start()] + word[:width].rjust(width) + lines[index][found.end() :]
         return [*lines[:index], spoilt, *lines[index + 1 :]]
 
-    return change
+    return replace_first_number
 
 
 def generic_mutations(header: int) -> Iterator[tuple[str, Callable[[str], bytes]]]:

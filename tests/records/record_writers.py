@@ -16,7 +16,7 @@ def fill_in_header(form: str, samples, interval: float, **more) -> str:
 
 
 def header_numbers(size: int, unknown: float, known: dict[int, tuple]) -> list:
-    """Return the numbers of a header: the known ones at their places, and the value for unknown ones elsewhere."""
+    """Return a list of header numbers: the known ones from their places on, and `unknown` in all other places."""
     found = [unknown] * size
     for place, values in known.items():
         found[place : place + len(values)] = values
@@ -109,7 +109,7 @@ def csmip_text(channels: dict, rate: int, *, volume: int = 1, old_agency: str = 
 
 
 def time_acceleration_pairs_text(channels: dict, interval: float, form: str, **more) -> str:
-    """Return a volume 1 of channels with pairs of time and acceleration (g/10), ten columns of seven characters."""
+    """Return an accelerogram file (volume 1) of times, s, with accelerations, g/10, in ten columns of 7 characters."""
     text = ""
     for number, (axis, (azimuth, samples)) in enumerate(channels.items(), 1):
         samples = np.asarray(samples, dtype=float)

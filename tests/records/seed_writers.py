@@ -19,7 +19,7 @@ def broadband_velocity_response(frequency):
 
 
 def sensor_response(gain: float, unit: str, *, broadband: bool = False) -> Response:
-    """Return the metadata of a response: a gain alone, or that of a broadband seismometer."""
+    """Return obspy's response metadata of a sensor with a gain only, or of a broadband seismometer."""
     zeros, poles = ([0j, 0j], list(POLES)) if broadband else ([], [])
     norm = float(np.prod([abs(2j * np.pi - pole) for pole in poles])) / (4 * PI2) if broadband else 1.0
     stage = PolesZerosResponseStage(

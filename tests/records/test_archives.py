@@ -46,7 +46,7 @@ def zip_archive(members: dict[str, bytes]) -> bytes:
     return buffer.getvalue()
 
 
-def test_an_archive_of_all_volumes_gives_processed_accelerations_and_notes(tmp_path):
+def test_raw_volumes_and_spectra_in_an_archive_are_skipped_with_notes(tmp_path):
     """Regression: archives with several volumes (CESMD) or velocities (PEER, ESM) were refused."""
     steps = np.random.default_rng(3).integers(-999, 999, (3, 210))
     (second,) = FORMS["csmip2"].files(*steps).values()

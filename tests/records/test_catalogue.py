@@ -6,9 +6,9 @@ from overturning.records.catalogue import LABELS, PLACES, RecordTableRow, paths_
 from overturning.records.fault_trace import parse_fault_trace
 from overturning.records.read import (
     NO_SOURCE,
-    add_labels_from_record_table,
+    add_descriptive_metadata_from_table_row,
     read_record,
-    read_record_without_table_labels,
+    read_record_without_descriptive_columns,
 )
 from overturning.records.store import write_record_to_motion_file
 from tests.expect import expect_error
@@ -109,13 +109,13 @@ def test_label_columns_of_the_record_table_change_no_sample(tmp_path):
     text = geonet_text({"N28W": (332, wave), "S62W": (242, 2 * wave)}, 0.02)
     (tmp_path / "mine.V2A").write_text(text, encoding="utf-8")
     bare, labelled = (
-        read_record_without_table_labels(one, tmp_path)
+        read_record_without_descriptive_columns(one, tmp_path)
         for one in (RecordTableRow(id="mine", source="mine.V2A"), FULL_ROW)
     )
     write_record_to_motion_file(bare, tmp_path / "bare.nc")
     write_record_to_motion_file(labelled, tmp_path / "labelled.nc")
     assert (tmp_path / "bare.nc").read_bytes() == (tmp_path / "labelled.nc").read_bytes()
-    described = add_labels_from_record_table(bare, FULL_ROW)
+    described = add_descriptive_metadata_from_table_row(bare, FULL_ROW)
     assert (described.station, described.event, described.latitude) == ("Church", "Darfield 2010", -43.5)
     assert described.extra["magnitude"] == 7.1
     assert {name: described.extra[name] for name in PLACES} == {
@@ -141,10 +141,10 @@ def test_record_table_coordinates_without_a_source_are_noted(tmp_path):
     wave = 100 * np.sin(np.arange(400) / 5)
     text = geonet_text({"N28W": (332, wave), "S62W": (242, 2 * wave)}, 0.02)
     (tmp_path / "mine.V2A").write_text(text, encoding="utf-8")
-    samples = read_record_without_table_labels(RecordTableRow(id="mine", source="mine.V2A"), tmp_path)
+    samples = read_record_without_descriptive_columns(RecordTableRow(id="mine", source="mine.V2A"), tmp_path)
     stated = {"station_latitude_deg": -43.5, "station_longitude_deg": 172.5}
     of_file, bare, sourced = (
-        add_labels_from_record_table(samples, RecordTableRow(id="mine", source="mine.V2A", **cells))
+        add_descriptive_metadata_from_table_row(samples, RecordTableRow(id="mine", source="mine.V2A", **cells))
         for cells in ({}, stated, stated | {"coordinates_source": "survey of 2011"})
     )
     assert of_file.latitude is not None

@@ -65,7 +65,7 @@ def test_records_check_accepts_declared_properties(tmp_path, capsys):
     assert "--unit: \"feet\" – it should be 'm/s2'" in capsys.readouterr().err
 
 
-def test_check_accepts_a_wrong_header_peak_only_with_trust_data(tmp_path, capsys):
+def test_records_check_accepts_a_wrong_header_peak_only_with_trust_data(tmp_path, capsys):
     path = tmp_path / "x.V2A"
     text = geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02)
     first = text.splitlines()[13]
@@ -143,7 +143,7 @@ def test_omitted_parts_of_a_file_are_noted_by_every_command(tmp_path, capsys):
     assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_check_and_add_include_the_other_files_of_the_record(tmp_path, capsys):
+def test_records_check_and_add_include_files_of_the_other_components(tmp_path, capsys):
     there = tmp_path / "there"
     there.mkdir()
     files = {f"x_{axis}.AT2": peer_text(samples / 1000, 0.01, axis) for axis, samples in (("000", A), ("090", B))}
@@ -229,7 +229,7 @@ def test_records_add_preserves_the_records_shipped_with_the_package(tmp_path, ca
     assert "id 'rinaldi' is there already" in capsys.readouterr().err
 
 
-def test_an_implausible_unit_is_refused_with_a_plausible_one(tmp_path, capsys):
+def test_the_refusal_of_an_implausible_unit_names_a_plausible_one(tmp_path, capsys):
     path = write_columns_file(tmp_path / "x.csv")
     given = ("records", "check", "--raw", path)
     assert exit_status_of_command(*given, "--columns", "time:s north:g east:g") == 1
@@ -281,7 +281,7 @@ def test_records_check_is_recursive_and_skips_other_files(tmp_path, capsys):
     assert "1 files, none of them a record" in capsys.readouterr().out
 
 
-def test_records_plot_draws_a_page_and_prints_the_corner_and_its_reason(tmp_path, capsys):
+def test_records_plot_draws_a_page_and_prints_corner_frequency_and_reason(tmp_path, capsys):
     path = tmp_path / "good.V1A"
     path.write_text(geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02, corrected=False))
     assert exit_status_of_command("records", "plot", path, "--corner", "auto", "--output", tmp_path / "x.pdf") == 0
@@ -310,7 +310,7 @@ def test_records_plot_draws_a_page_and_prints_the_corner_and_its_reason(tmp_path
         assert f"--corner: '{corner}'" in capsys.readouterr().err
 
 
-def test_channels_of_one_file_may_have_different_lengths_with_a_processing_entry(tmp_path, capsys):
+def test_channels_of_different_lengths_in_one_file_are_cut_to_the_shortest(tmp_path, capsys):
     path = tmp_path / "x.v1"
     path.write_text(csmip_text({"90 Deg": (90, A / 1000), "360 Deg": (360, B[:90] / 1000)}, 20))
     assert exit_status_of_command("records", "check", path) == 0
@@ -319,7 +319,7 @@ def test_channels_of_one_file_may_have_different_lengths_with_a_processing_entry
     )
 
 
-def test_command_one_accepts_the_declarations_of_check_and_a_pulse(tmp_path, capsys):
+def test_command_one_accepts_a_declared_file_or_a_pulse_as_its_record(tmp_path, capsys):
     path = write_columns_file(tmp_path / "x.csv")
     given = ("one", "--azimuth", 0, "--b-over-h", 0.2)
     assert (

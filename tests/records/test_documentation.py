@@ -13,8 +13,8 @@ from overturning.units import UNITS
 FORMATS_PAGE = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
 
 
-def models_of_union(union: object) -> tuple[type, ...]:
-    """Return the models of an annotated union."""
+def member_types_of_union(union: object) -> tuple[type, ...]:
+    """Return the member types (pydantic models) of an annotated union type."""
     return get_args(get_args(union)[0])
 
 
@@ -24,10 +24,10 @@ NAMES = {
     "synthetic",
     *RecordTableRow.model_fields,
     *SHAPES,
-    *(model.model_fields["step"].default for model in models_of_union(Step)),
+    *(model.model_fields["step"].default for model in member_types_of_union(Step)),
     *(
         name
-        for model in (*models_of_union(Step), *models_of_union(Pulse))
+        for model in (*member_types_of_union(Step), *member_types_of_union(Pulse))
         for name in model.model_fields
         if name not in ("step", "shape")
     ),

@@ -58,7 +58,7 @@ def test_a_horizontal_component_without_motion_is_refused_unless_declared(tmp_pa
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_horizontal_components_with_the_same_samples_are_reported(tmp_path, sign):
-    """The file of one axis given, or written, twice: every block falls along one line."""
+    """Equal or opposite columns, such as of one file given twice, are reported; blocks would fall along one line."""
     path = write_columns(tmp_path / "x.csv", NORTH, 0.01 + sign * NORTH)
     (note,) = read_columns(path, processed=False).notes
     assert "x.csv: axes 'north' and 'east' have the same samples" in note
@@ -66,7 +66,7 @@ def test_horizontal_components_with_the_same_samples_are_reported(tmp_path, sign
 
 
 def test_two_horizontal_components_without_motion_are_refused(tmp_path):
-    """Else every block stands, whatever the ground did."""
+    """A record with vertical motion only is refused, because every block would stand under it."""
     declared = "time:s north:m/s2 east:m/s2 up:m/s2"
     path = write_columns(tmp_path / "x.csv", 1e-9 * NORTH, 1e-9 * EAST, UP)
     with expect_error(

@@ -118,8 +118,8 @@ def test_a_file_with_a_sample_split_in_two_is_refused(tmp_path, form):
 
 
 @pytest.mark.parametrize("form", [form for form in FORMS if form not in UNDETECTABLE_MUTATIONS])
-def test_a_file_longer_than_its_header_is_read_to_the_stated_count(tmp_path, form):
-    """Ten samples more than the 200 of the header, after those of the first component."""
+def test_samples_beyond_the_count_in_the_header_are_left_out_with_a_note(tmp_path, form):
+    """Ten samples that follow the 200 of the first component, as stated in its header, are left out."""
     written = FORMS[form]
     files, longer = (written.files(*samples) for samples in (STEPS[:, :200], STEPS))
     first = next(iter(files))
@@ -189,7 +189,7 @@ def test_smc_of_an_inclined_axis_is_refused(tmp_path, from_up, refusal):
 
 
 def test_smc_samples_with_the_opposite_sign_of_the_header_extremes_are_refused(tmp_path):
-    """Its header states the largest and the smallest sample."""
+    """The header of an SMC file states the largest and the smallest sample with their signs."""
     peak = np.where(np.arange(A.size) == 50, 150.0, A)
     texts = [smc_text(sense * peak, 100, "360").splitlines(keepends=True) for sense in (1, -1)]
     reversed_samples = "".join([*texts[0][: FORMS["smc"].header], *texts[1][FORMS["smc"].header :]])
@@ -329,7 +329,7 @@ def test_channels_of_several_places_in_a_structure_are_refused_as_one_record(tmp
     """Regression: north of the roof and east of the third floor made a record without a note."""
     (written,) = FORMS[form].files(*STEPS).values()
 
-    def text(*places: str) -> str:
+    def file_text_with_places(*places: str) -> str:
         channels = zip(re.split(r"(?m)(?<=----------\n)", written), places, strict=False)
         located = ((re.sub("Location: free field", "", channel), place) for channel, place in channels)
         chan = re.compile(r"(?m)^(Chan .*?(?:Deg|Up)|Sta Cha: .*?\))\s*$")
@@ -338,15 +338,15 @@ def test_channels_of_several_places_in_a_structure_are_refused_as_one_record(tmp
     with expect_error(
         RecordError, "components of 'Roof - North' and '3rd Floor' and 'Ground'; they are not of one record"
     ):
-        write_and_read(tmp_path, text("Roof - North", "3rd Floor", "Ground"))
-    (told,) = write_and_read(tmp_path, text(*["3rd Floor"] * 3)).notes
+        write_and_read(tmp_path, file_text_with_places("Roof - North", "3rd Floor", "Ground"))
+    (told,) = write_and_read(tmp_path, file_text_with_places(*["3rd Floor"] * 3)).notes
     assert told == "a sensor at '3rd Floor' has the motion of a structure, not of the ground"
     for place in ("Pier 3 top", "Top of tower", "Bent 2: cap", "Level 5", "Upper gallery", "Column, 20 ft below deck"):
-        (told,) = write_and_read(tmp_path, text(*[place] * 3)).notes
+        (told,) = write_and_read(tmp_path, file_text_with_places(*[place] * 3)).notes
         assert told == f"a sensor at {place!r} has the motion of a structure, not of the ground"
     for place in ("Ground Floor", "Level 1", "Base of tower", "Pier 3: footing", "Top of hill", "Basement"):
-        assert write_and_read(tmp_path, text(*[place] * 3)).notes == []
-    both = text(*["Ground Floor"] * 3) + text(*["Roof"] * 3)
+        assert write_and_read(tmp_path, file_text_with_places(*[place] * 3)).notes == []
+    both = file_text_with_places(*["Ground Floor"] * 3) + file_text_with_places(*["Roof"] * 3)
     (tmp_path / "both.v2").write_text(both)
     assert [{c.location for c in f.components} for f in check_records_in_files([tmp_path / "both.v2"])] == [
         {"Ground Floor"},
@@ -355,16 +355,16 @@ def test_channels_of_several_places_in_a_structure_are_refused_as_one_record(tmp
 
 
 def test_files_of_two_places_at_one_station_are_separate_records(tmp_path):
-    """Regression (CESMD CHAN001.V2…): footing and deck made one record; a free-field channel made all unreadable."""
+    """Regression: CESMD channel files of footing and deck made one record; a free-field one made all unreadable."""
     channels = {"90 Deg": (90, A), "360 Deg": (360, B), "Up": (0, C)}
 
-    def write(first: int, place: str, axes: dict[str, tuple[int, np.ndarray]]) -> None:
+    def write_channel_files(first: int, place: str, axes: dict[str, tuple[int, np.ndarray]]) -> None:
         for number, (axis, one) in enumerate(axes.items(), first):
             text = re.sub(r"(?m)^(Chan .*?)$", rf"\1      Location: {place}", csmip_text({axis: one}, 100, volume=2))
             (tmp_path / f"CHAN00{number}.V2").write_text(text)
 
-    write(1, "Freefield", channels)
-    write(4, "Bent 2: deck", {"Tran": (0, A), "Long": (0, B)})
+    write_channel_files(1, "Freefield", channels)
+    write_channel_files(4, "Bent 2: deck", {"Tran": (0, A), "Long": (0, B)})
     for paths in ([tmp_path], [tmp_path / "CHAN001.V2"]):
         found = check_records_in_files(paths)
         record = found[0].record
@@ -414,7 +414,7 @@ def test_an_old_csmip_header_gives_its_agency_and_minute_of_origin(tmp_path, age
 
 @pytest.mark.parametrize("month", ["SEPT", "Sep.", "SEPTEMBER"])
 def test_the_month_of_a_csmip_origin_time_may_be_abbreviated_to_any_length(tmp_path, month):
-    """Regression: the origin was None for "SEPT", without a word."""
+    """Regression: with the month "SEPT" a record had no origin time, and no note said so."""
     text = csmip_text({"UP": (500, C), "360 DEG": (360, A), "270 DEG": (270, B)}, 100, volume=2, old_agency="USGS")
     assert re.search(r"\bMAY\b", text, re.IGNORECASE)
     record = write_and_read(tmp_path, re.sub(r"\bMAY\b", month, text, flags=re.IGNORECASE))
@@ -557,16 +557,18 @@ def test_csmip_vertical_axis_text_is_compared_with_its_code(tmp_path, axis, code
 def test_cosmos_axis_text_is_compared_with_its_code(tmp_path, begins):
     """Regression: the axis in the text after `Sta Cha:` was not read, only the code."""
 
-    def text(**codes: int) -> str:
+    def cosmos_text_with_axis_codes(**codes: int) -> str:
         axes = {name: (codes.get(name.split()[0], code), x) for (name, code), x in zip(TURNED, (A, B, C), strict=True)}
         return re.sub(r"Sta Cha:  (\d)", lambda number: begins.format(number[1]), cosmos_text(axes, 0.01))
 
-    record = write_and_read(tmp_path, text())
+    record = write_and_read(tmp_path, cosmos_text_with_axis_codes())
     assert_components(record, *project_to_north_and_east(A / 100, 340, B / 100, 70), C / 100)
-    assert_components(write_and_read(tmp_path, text(**{"340": -999})), record.north, record.east, record.up)
+    assert_components(
+        write_and_read(tmp_path, cosmos_text_with_axis_codes(**{"340": -999})), record.north, record.east, record.up
+    )
     for wrong, says in (({"340": 70}, "70 degrees"), ({"Up": 401}, "down")):
         with expect_error(RecordError, f"the numbers below it say {says}; components may be swapped"):
-            write_and_read(tmp_path, text(**wrong))
+            write_and_read(tmp_path, cosmos_text_with_axis_codes(**wrong))
 
 
 def test_cosmos_unit_text_is_compared_with_its_code(tmp_path):
@@ -603,7 +605,7 @@ def test_station_names_are_decoded_with_their_accented_letters(name, encoding):
     assert source.text == f"STATION {name} 1"
 
 
-def test_bhrc_components_end_with_an_end_mark(tmp_path):
+def test_bhrc_components_without_an_end_mark_are_refused(tmp_path):
     lines = bhrc_text({"L": A / 100, "V": C / 100, "T": B / 100}).splitlines()
     mark = lines.index("/&")
     for cut, last in ((lines[:mark] + lines[mark + 1 :], mark + 1), (lines[:-1], len(lines) - 1)):
@@ -682,7 +684,7 @@ def test_unam_start_time_is_counted_from_the_day_of_the_earthquake(tmp_path):
 
 
 def uneven_times(step: float, size: int) -> np.ndarray:
-    """Times of digitised film: up to a third of the step off even ones, three decimals, and a gap of three steps."""
+    """Return times of digitised film, three decimals: steps vary by up to a third, and one gap is three steps long."""
     time = np.cumsum(step * (1 + np.random.default_rng(3).uniform(-1 / 3, 1 / 3, size)))
     time[size // 2 :] += 2 * step
     return np.round(time - time[0], 3)
@@ -892,7 +894,7 @@ def test_declarations_that_a_file_contradicts_are_ignored_with_a_note(tmp_path):
     ],
 )
 def test_location_and_flags_in_an_smc_header_are_noted(tmp_path, stated, words):
-    """Integers 18, 25, 27 and 28 of the header, which were ignored; some files count longitude to the west."""
+    """Regression: header integers 18 (problem flag) and 25, 27, 28 (place in a structure) were read without a note."""
     files = {f"x{n}.smc": smc_text(x, 100, axis, **stated) for n, (x, axis) in enumerate([(A, "0"), (B, "90")])}
     notes = write_and_read(tmp_path, files).notes
     assert any(words in note for note in notes) if words else notes == []

@@ -66,7 +66,7 @@ def test_a_kik_net_borehole_alone_is_refused_unless_declared(tmp_path):
     assert source_and_processing_of_record(process_record(record, None))["declared"] == ["borehole sensor"]
 
 
-def test_commands_refuse_or_name_a_borehole_record(tmp_path):
+def test_commands_refuse_a_borehole_record_unless_declared_and_name_it(tmp_path):
     files = write_knet_set(tmp_path, "ISKH010705060000", NORTH, EAST, UP, kik=1, station="ISKH01")
     table, folder = tmp_path / "records.tsv", tmp_path / "files"
     add = ["records", "add", *map(str, files), "--table", str(table), "--folder", str(folder)]
@@ -249,8 +249,8 @@ def test_the_hash_of_several_files_is_compared_with_the_record_table(tmp_path):
 
 @pytest.mark.parametrize("end", ["", "\n"])
 @pytest.mark.parametrize("count", [8, 24])
-def test_a_truncated_last_line_of_a_k_net_file_is_detected(count, end):
-    """The width of a line is compared with the one before; a single line, or one with a line end, is not."""
+def test_a_complete_last_line_of_a_k_net_file_is_not_called_truncated(count, end):
+    """A last line is complete if it ends in a line break, is as wide as the line before, or is the only one."""
     text = knet_text(NORTH[:count]).rstrip("\n")
     if end and count > 8:
         text = text[: text.rindex("\n") + 1] + " ".join(text[text.rindex("\n") :].split())

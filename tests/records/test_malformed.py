@@ -101,7 +101,7 @@ def test_a_mutated_text_file_is_refused_by_name_or_read_correctly(tmp_path, form
 
 
 @pytest.mark.parametrize("form", VALID_FILES)
-def test_line_ends_and_marks_of_other_systems_do_not_change_a_record(tmp_path, form):
+def test_other_encodings_and_line_ends_do_not_change_a_record(tmp_path, form):
     paths = write_valid_files(tmp_path, form)
     good, whole = read_record_without_processing(paths, OPTIONS), VALID_FILES[form][0][paths[0].name]
     for name in HARMLESS_MUTATIONS:
@@ -195,10 +195,10 @@ def test_the_error_names_an_unreadable_file(tmp_path, monkeypatch):
     path = tmp_path / "x.V2A"
     path.write_text("x")
 
-    def refuse(_self: Path) -> bytes:
+    def raise_permission_denied(_self: Path) -> bytes:
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(Path, "read_bytes", refuse)
+    monkeypatch.setattr(Path, "read_bytes", raise_permission_denied)
     with pytest.raises(RecordError, match="Permission denied"):
         read_record_without_processing(path)
 

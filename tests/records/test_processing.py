@@ -30,7 +30,7 @@ TIME = np.arange(6000) * DT
 
 
 def record_of_components(north, east=None, interval=DT) -> Record:
-    """Return a trusted record of one or two horizontal components."""
+    """Return a record of one or two horizontal components; it is marked as trusted, so it may be implausible."""
     east = np.zeros_like(north) if east is None else east
     known = {"trusted_data": True}  # ramps and steps are no ground motions
     return Record("r", north, east, None, interval, start="2001-02-03T04:05:06Z", extra=known)
@@ -42,7 +42,7 @@ def tapered_sine(frequency: float) -> np.ndarray:
 
 
 def test_drift_is_detected_at_the_end_of_velocity_and_displacement() -> None:
-    """One cycle of 1 m/s² and 1 s: v = (1 − cos 2πt)/2π ends at 0, its peak is 1/π m/s; then the same back."""
+    """Two opposite velocity pulses of 1/π m/s have no drift; with an offset in acceleration, drift is reported."""
     cycle = np.where(TIME < 1, np.sin(2 * np.pi * TIME), 0.0)
     swing = np.where(TIME < 2, cycle - np.roll(cycle, 100), 0.0)  # forward and backward pulse: no residual displacement
     assert displacement_drift_evidence(record_of_components(swing, swing)) == ""

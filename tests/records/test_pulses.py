@@ -13,7 +13,7 @@ from overturning.records.earthquakes import assign_records_to_earthquakes
 from overturning.records.pulses import parse_pulse, record_of_pulse
 from overturning.records.read import read_record
 from overturning.records.record import processing_label
-from overturning.study.load import record_table_rows, study_from_content
+from overturning.study.load import read_record_table_rows_of_study, study_from_content
 from tests.expect import expect_error
 
 
@@ -63,13 +63,13 @@ def test_a_pulse_in_a_study_is_written_on_one_line():
         {"name": "x", "records": {"pulses": {"paper-sine": "sine amplitude_gal=300 period_s=1"}}}, "x.yaml"
     )
     assert study.records.use == ("paper-sine",)
-    assert record_table_rows(study, "x.yaml")["paper-sine"].format == "synthetic"
+    assert read_record_table_rows_of_study(study, "x.yaml")["paper-sine"].format == "synthetic"
     both = study_from_content(
         {"name": "x", "records": {"use": ["rinaldi"], "pulses": {"r": "ricker amplitude_gal=1 period_s=1"}}}, "x"
     )
-    assert list(record_table_rows(both, "x")) == ["rinaldi", "r"]
+    assert list(read_record_table_rows_of_study(both, "x")) == ["rinaldi", "r"]
     with pytest.raises(ConfigError, match=r"x\.yaml: records\.pulses: 'rinaldi' is also in"):
-        record_table_rows(
+        read_record_table_rows_of_study(
             study_from_content(
                 {"name": "x", "records": {"pulses": {"rinaldi": "sine amplitude_gal=1 period_s=1"}}}, ""
             ),
@@ -80,7 +80,7 @@ def test_a_pulse_in_a_study_is_written_on_one_line():
 def test_all_wrong_pulses_of_a_study_are_named_with_file_key_and_value():
     pulses = {"a": "sine amplitud=300 period_s=0", "b": "sinus azimuth_deg=60", "c": "sine amplitude_gal=1 period_s=1"}
     with pytest.raises(ConfigError) as found:
-        record_table_rows(study_from_content({"name": "x", "records": {"pulses": pulses}}, ""), "x.yaml")
+        read_record_table_rows_of_study(study_from_content({"name": "x", "records": {"pulses": pulses}}, ""), "x.yaml")
     first, second = str(found.value).splitlines()
     assert first.startswith("x.yaml: records.pulses.a: pulse 'sine amplitud=300 period_s=0': ")
     for words in ("amplitude_gal: this key is needed", "amplitud '300': unknown key", "period_s '0': "):
@@ -143,10 +143,10 @@ def test_a_constant_pulse_has_constant_acceleration():
 
 @pytest.mark.parametrize("interval", [0.002, 0.01, 0.05])
 @pytest.mark.parametrize(("line", "long"), [("constant duration_s=2", 2.0), ("cosine period_s=0.5 cycles=3", 0.0)])
-def test_a_jump_at_the_end_of_a_pulse_adds_half_a_sample_to_the_velocity(
+def test_a_jump_at_a_pulse_end_lengthens_it_by_half_a_sampling_interval(
     line: str, long: float, interval: float
 ) -> None:
-    """By straight lines between samples, the ramp of one interval at each end has the area A Δt/2."""
+    """With straight lines between samples, the ramp at each end adds A Δt/2 to the velocity (A: acceleration)."""
     record = record_of_pulse(parse_pulse(f"{line} amplitude_gal=50 sampling_interval_s={interval}"))
     assert record.velocity[0, -1] == pytest.approx(0.5 * (long + interval), rel=1e-9)
 
@@ -217,6 +217,6 @@ def test_a_noise_pulse_contains_both_ends_of_its_band(duration: float, low: floa
     ["sine amplitude_gal=300 period_s=0.006 cycles=200", "noise amplitude_gal=300 duration_s=5 low_hz=150 high_hz=190"],
 )
 def test_a_pulse_aliased_to_a_longer_period_is_refused(line):
-    """6 ms in samples of 5 ms are the samples of 30 ms, backwards."""
+    """A sine of 6 ms sampled at 5 ms has the samples of a sine of 30 ms with reversed sign."""
     with expect_error(ConfigError, "record pulse", "four samples", "sampling_interval_s ≤ 0.001"):
         record_of_pulse(parse_pulse(line))

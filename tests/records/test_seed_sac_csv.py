@@ -84,7 +84,7 @@ def test_an_accelerometer_and_a_velocity_sensor_are_refused_as_one_record(tmp_pa
 
 
 def test_an_axis_direction_that_contradicts_the_channel_code_is_noted(tmp_path):
-    """N and E within 5° of north and east, Z up, are what codes of SEED say; the metadata count."""
+    """SEED codes N and E mean within 5° of north and east, Z up; if metadata differ, they are used, with a note."""
     metadata = tmp_path / "s.xml"
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z})
     write_inventory(metadata, {"HNN": (356.0, 0.0), "HNE": (86.0, 0.0), "HNZ": (0.0, -90.0)})
@@ -104,7 +104,7 @@ def test_an_axis_direction_that_contradicts_the_channel_code_is_noted(tmp_path):
 
 @pytest.mark.parametrize("later", [0.0, 0.3, 40.0])
 def test_stations_in_one_miniseed_file_become_separate_records(tmp_path, later):
-    """Regression: with unlike starts their channels were one record; so were those of two incomplete stations."""
+    """Regression: stations with different start times made one record, and so did two incomplete stations."""
     motions = {"TST1": {"HNE": E, "HNZ": Z}, "TST2": {"HNE": Z, "HNN": N, "HNZ": E}, "TST3": {"HNE": N, "HNN": E}}
     stream = obspy.Stream(
         [
@@ -445,7 +445,7 @@ def test_sac_whose_peak_contradicts_its_header_is_refused(tmp_path):
 
 
 def test_sac_samples_with_the_opposite_sign_of_the_header_extremes_are_refused(tmp_path):
-    """Its header states the largest and the smallest sample (DEPMAX, DEPMIN)."""
+    """A SAC header states the largest and the smallest sample (DEPMAX, DEPMIN) with their signs."""
     peak = np.where(np.arange(N.size) == 50, 600.0, N / 1e3)
     paths = [
         write_sac(tmp_path / f"{c}.sac", x, c, a, 90.0) for c, x, a in (("HNN", peak, 0.0), ("HNE", E / 1e3, 90.0))

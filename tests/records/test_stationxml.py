@@ -74,7 +74,7 @@ def test_a_stationxml_filter_whose_coefficients_do_not_sum_to_1_is_noted(tmp_pat
         channel.response.response_stages[0].output_units = "V"
         channel.response.response_stages.append(None)
 
-    def read(coefficients):
+    def read_with_filter_coefficients(coefficients):
         for channel in inventory[0][0]:
             channel.response.response_stages[1] = CoefficientsTypeResponseStage(
                 *(2, 1.0, 1.0, "V", "COUNTS", "DIGITAL"), numerator=coefficients, denominator=[],
@@ -84,7 +84,10 @@ def test_a_stationxml_filter_whose_coefficients_do_not_sum_to_1_is_noted(tmp_pat
         return read_record_without_processing(waves)
 
     coefficients = [0.3, 0.6, 0.2]
-    changed, right = read(coefficients), read([one / sum(coefficients) for one in coefficients])
+    changed, right = (
+        read_with_filter_coefficients(coefficients),
+        read_with_filter_coefficients([one / sum(coefficients) for one in coefficients]),
+    )
     assert capfd.readouterr() == ("", "")
     np.testing.assert_allclose(changed.north, right.north, rtol=1e-9)
     notes = [f"channel XX.TST1..{code}: the coefficients of its filter in stage 2" for code in ("HHE", "HHN")]
@@ -106,7 +109,7 @@ def test_stage_gains_stated_at_another_frequency_agree_with_the_channel(tmp_path
 
 
 def test_gains_are_not_compared_where_the_response_is_zero():
-    """Regression: the gain of the stage is 0 there, and numpy warned of a division by it."""
+    """Regression: for a stage gain at a frequency of zero response, numpy warned of a division by zero."""
     stage = PolesZerosResponseStage(
         1, 1.0, 1.0, "M/S", "V", "LAPLACE (HERTZ)", 1.0, [1j, -1j], [-0.1 + 0.1j, -0.1 - 0.1j]
     )
@@ -350,12 +353,12 @@ def test_an_obspy_warning_becomes_a_note_on_the_file(tmp_path, monkeypatch):
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})
     merge = obspy.Stream.merge
 
-    def warning_merge(stream, *given, **more):
+    def merge_with_warnings(stream, *given, **more):
         warnings.warn_explicit("two\nlines", UserWarning, "/somewhere/obspy/core/stream.py", 1)
         warnings.warn_explicit("old name", DeprecationWarning, "/somewhere/obspy/core/stream.py", 2)
         return merge(stream, *given, **more)
 
-    monkeypatch.setattr(obspy.Stream, "merge", warning_merge)
+    monkeypatch.setattr(obspy.Stream, "merge", merge_with_warnings)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert read_record_without_processing(waves).notes == ["x.mseed: obspy warns: two lines"]

@@ -72,7 +72,7 @@ def renadic_text(
 
 
 def cosmos_counts_text(a, b, *, microvolts=2000.0, volts_per_g=1.25, gain=2.0):
-    """Return a COSMOS volume 0 of counts; its header holds the step of the recorder, the sensitivity and gain."""
+    """Return a COSMOS volume 0 file of counts; its header states µV per count, sensitivity (V/g) and gain."""
     text = cosmos_text({"340 deg": (340, a), "70 deg": (70, b)}, 0.01, unit=50, kind="Raw")
     lines = text.splitlines(keepends=True)
     for at in [i for i, line in enumerate(lines) if "Real-header" in line]:

@@ -49,7 +49,7 @@ class TextFormat:
     declared: DeclaredFileProperties | None = None
 
     def files(self, *samples: np.ndarray) -> dict[str, str]:
-        """Names and contents of the files of a record, of whole numbers of steps."""
+        """Return names and contents of the files of a record; samples are multiples of the format's smallest step."""
         return self.write(*(np.round(x * self.step, 6) for x in samples))
 
     def expected_north_east(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
@@ -68,16 +68,16 @@ def one_file_writer(name: str, text: Callable[..., str], *axes: Any, **more: Any
 def coded_file_writer(
     name: str, text: Callable[..., str], *axes: tuple[str, int], **more: Any
 ) -> Callable[..., dict[str, str]]:
-    """Return a function that writes all components into one file, by axis names that each have a code."""
+    """Return a function that writes all components into one file, whose axes have a name and a code each."""
 
-    def files(*samples: np.ndarray) -> dict[str, str]:
+    def write_coded_file(*samples: np.ndarray) -> dict[str, str]:
         return {name: text({a: (code, x) for (a, code), x in zip(axes, samples, strict=False)}, **more)}
 
-    return files
+    return write_coded_file
 
 
 def component_files_writer(text: Callable[..., str], **axes: Any) -> Callable[..., dict[str, str]]:
-    """Return a function that writes a file per component; a keyword is its name, with two underscores for the dot."""
+    """Return a function that writes a file per component; keywords are file names, with two underscores for the dot."""
     names = {name.replace("__", "."): more for name, more in axes.items()}
     return lambda *samples: {n: text(x, **more) for (n, more), x in zip(names.items(), samples, strict=False)}
 

@@ -9,7 +9,7 @@ SHARE_OF_CHANGED_CASES = {"count": 3, "compared": 400, "value": 0.0075, "low": 0
 
 
 def estimate(value: float | None, low: float | None = None, high: float | None = None, n: int = 12) -> dict[str, Any]:
-    """Return an estimate over earthquakes with its interval, as findings store it."""
+    """Return an estimate (value, interval, number of earthquakes) in the form in which findings store it."""
     return {"statistic": "by hand", "value": value, "low": low, "high": high, "earthquakes": n}
 
 
@@ -40,7 +40,7 @@ def fall_axis_findings_of_group(name: str, alignment: dict[str, Any]) -> dict[st
     }  # fmt: skip
 
 
-def contrast_with_variant(**changes: Any) -> dict[str, Any]:
+def comparison_with_variant(**changes: Any) -> dict[str, Any]:
     """Return the findings of the comparison of a study with its variant, with changes."""
     parts = {
         "variant": "other", "primary": True, "scene_here": "stack", "scene_there": "monolith", "differs_in": ["scene"],
@@ -318,7 +318,7 @@ def findings_without_axis(reason: str, **parts: Any) -> dict[str, Any]:
 
 
 def study_section(name: str, **study: Any) -> dict[str, Any]:
-    """Return the study section of findings for a question of one kind."""
+    """Return the section `study` of findings for a kind of question, such as "scene", with further entries."""
     return {"question_kind": name, "primary_compared_with": "other", "primary_statistic": "share", **study}
 
 
@@ -351,23 +351,23 @@ STUDY_FINDINGS: dict[str, dict[str, Any]] = {
     "vertical": findings_without_axis(
         "no fault normal", study=study_section("vertical", vertical_motion=True), population=None,
         extent=ONE_RECORD_COUNTS | {"records_with_vertical": 1},
-        contrasts=[contrast_with_variant(differs_in=["vertical"], share_difference=estimate(-0.006, n=1),
+        contrasts=[comparison_with_variant(differs_in=["vertical"], share_difference=estimate(-0.006, n=1),
                                          primary_difference=estimate(-0.006, n=1))]),
     "scene": change_findings(
         DIRECTION_STUDY, study=study_section("scene"), extent={"elements": 3, "element": "shaft", "mirrored": False},
-        contrasts=[contrast_with_variant(element_here="shaft", element_there="monolith")],
+        contrasts=[comparison_with_variant(element_here="shaft", element_there="monolith")],
         element_outcomes=[ELEMENT_OUTCOME], logistic_fit=None, criteria_scores=None),
     "stack in 3-D": change_findings(
         DIRECTION_STUDY, study=study_section("scene", model="space"),
         extent={"elements": 3, "element": "shaft", "mirrored": False},
-        contrasts=[contrast_with_variant(opposite_share=0.21, element_here="shaft", element_there="shaft")],
+        contrasts=[comparison_with_variant(opposite_share=0.21, element_here="shaft", element_there="shaft")],
         element_outcomes=[ELEMENT_OUTCOME], final_twist=TWIST_OF_STANDING_STONES,
         element_displacements=[ELEMENT_DISPLACEMENT,
                                ELEMENT_DISPLACEMENT | {"variant": "other", "share_slid_off": 0.0}],
         logistic_fit=None, criteria_scores=None),
     "site": change_findings(
         DIRECTION_STUDY, study=study_section("site", primary_statistic="fall_rate"), site_fall_rates=[SITE_EFFECT],
-        contrasts=[contrast_with_variant(differs_in=["site"], soil_thickness_m=20.0, **FALL_RATES)],
+        contrasts=[comparison_with_variant(differs_in=["site"], soil_thickness_m=20.0, **FALL_RATES)],
         not_converged=["other, vale: north not converged"], beyond_curves=["other, ford: east converged"]),
     "survey": change_findings(
         DIRECTION_STUDY, study=study_section("survey"), surveys=[SURVEY_COMPARISON], inferred_motions=[INFERRED_MOTION],

@@ -29,11 +29,11 @@ def results_with_hostile_names(make_folder_once: FolderMadeOnce) -> Path:
     without = {"event": SCRIPT_AS_NAME, "fault_strike_deg": 300.0, "extra": {"pulse": False}}
     records = [pulse_record("one", 60, 6.0, **pulse), pulse_record("two", 10, 5.0, **without)]
 
-    def make(folder: Path) -> None:
+    def write_results_and_findings(folder: Path) -> None:
         make_study_results(folder, records, title=SCRIPT_AS_NAME, azimuth={"step": 15})
         write_findings(findings(folder), folder / "findings.json")
 
-    return make_folder_once("hostile", make)
+    return make_folder_once("hostile", write_results_and_findings)
 
 
 @pytest.fixture(scope="session")
@@ -62,10 +62,10 @@ def japanese_page_and_pdf(
 ) -> tuple[str, bytes]:
     """Return page and PDF of the report in Japanese; the PDF is empty where there is no Japanese font."""
 
-    def make(folder: Path) -> None:
+    def write_japanese_report(folder: Path) -> None:
         pdf = folder / PDF_NAME if installed_fonts_of_language("ja") else None
         write_report(results_with_hostile_names, folder / PAGE_NAME, pdf, study_in_japanese)
 
-    folder = make_folder_once("japanese", make)
+    folder = make_folder_once("japanese", write_japanese_report)
     pdf = folder / PDF_NAME
     return (folder / PAGE_NAME).read_text(encoding="utf-8"), pdf.read_bytes() if pdf.is_file() else b""

@@ -23,7 +23,7 @@ def run_command(*arguments: str) -> int:
     return int(stop.value.code or 0)
 
 
-def test_recheck_command_finds_all_cells_identical(
+def test_recheck_command_finds_recomputed_outcomes_identical(
     results_with_hostile_names: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run_command("recheck", str(results_with_hostile_names / "cube.nc"), "--cells", "10") == 0

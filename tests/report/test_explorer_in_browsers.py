@@ -207,7 +207,7 @@ JAPANESE_PAGES = ("2-D in Japanese", "part in Japanese", "3-D in Japanese")
 
 
 def cube_with_late_falls() -> xr.Dataset:
-    """Return a cube that falls early, late at 90° and not at 180°; opposite azimuths are not mirror images.
+    """Return a cube of blocks that fall early, late at 90°, not at 180°; opposite azimuths are not mirror images.
 
     Few runs of the second azimuth fall and few of the third stand; the ensemble of the fourth was not run.
     """
@@ -284,7 +284,7 @@ def explorer_script_results(
 
 
 def expected_outcome_words(azimuth: int, ratio: int, record: int = 1) -> str:
-    """Return the words for the outcome of a case of `cube()`, at the first height and the last friction."""
+    """Return the words for the outcome of a case of `random_planar_cube()`, at its first height and last friction."""
     flag = float(random_planar_cube()["overturned"][record, azimuth, 0, ratio, 1])
     return {1.0: "falls towards", -1.0: "falls towards", 0.0: "stands"}.get(flag, "no outcome was found")
 
@@ -399,7 +399,7 @@ def test_explorer_colours_show_the_fall_probability_towards_the_azimuth(
 
 
 @pytest.mark.browser
-def test_explorer_scales_fall_times_by_record(explorer_script_results: dict[str, Any]) -> None:
+def test_explorer_scales_colours_of_fall_times_to_those_of_the_record(explorer_script_results: dict[str, Any]) -> None:
     """The latest fall differs from a block that stands; a probability near 0 or 100 % is not printed as certain."""
     page = explorer_script_results["late"]
     early, last, stands = (np.median(page[name], axis=0)[:3] for name in ("early", "late", "stands"))

@@ -9,7 +9,7 @@ from overturning.findings.causes import LogisticCoefficient
 from overturning.findings.collect import Findings
 from overturning.report.render import LANGUAGES, render_markdown
 from tests.report.by_hand import FALL_RATES, estimate, findings_by_hand
-from tests.report.test_templates import report_text, text_by_hand
+from tests.report.test_templates import report_text, text_of_handwritten_findings
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -18,7 +18,7 @@ def test_a_survey_without_predicted_falls_is_not_called_worse_than_random(langua
     fits = {"en": ("random directions do", "Does the prediction fit?"), "ja": ("無作為な方向よりも", "予測は合うか")}[
         language
     ]
-    text = text_by_hand("survey", language)
+    text = text_of_handwritten_findings("survey", language)
     assert all(words in text for words in fits)
     data["surveys"][0]["falls_with_predicted_direction"] = 0
     text = report_text(Findings.model_validate(data), language)
@@ -32,7 +32,7 @@ def test_report_states_a_common_fall_axis_only_as_far_as_falls_agree(language: s
     group = data["direction"]["groups"][0]
     differs = {"en": "differs from earthquake to earthquake", "ja": "地震ごとに異なる"}[language]
     partly = {"en": "fall only partly along one line", "ja": "一部のみが一つの軸に沿って"}[language]
-    assert differs in text_by_hand("direction", language)
+    assert differs in text_of_handwritten_findings("direction", language)
     group["axis_resultant_within_record"]["value"] = 0.14
     for with_axis, near_normal in ((1, 1), (3, 3), (3, 0)):
         group |= {"earthquakes_with_axis": with_axis, "axes_within_45_of_normal": near_normal}
@@ -44,12 +44,12 @@ def test_report_states_a_common_fall_axis_only_as_far_as_falls_agree(language: s
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_reference_directions_without_an_interval_have_too_few_earthquakes(language: str) -> None:
+def test_report_calls_earthquakes_too_few_if_alignments_have_no_interval(language: str) -> None:
     data = json.loads(findings_by_hand("reference").model_dump_json())
     few = {"en": "Too few earthquakes to say whether free stones", "ja": "地震の数が少なく、墓石がどの基準方向"}[
         language
     ]
-    assert few not in text_by_hand("reference", language)
+    assert few not in text_of_handwritten_findings("reference", language)
     data["reference_alignments"][0]["closest_alignment"] |= {"low": None, "high": None}
     assert few in report_text(Findings.model_validate(data), language)
 
@@ -68,7 +68,7 @@ def test_headline_states_the_primary_statistic_of_the_study(study: str, language
         assert words in headline.replace("\N{NO-BREAK SPACE}", " ")
 
 
-def headline_of_contrast(study: str, language: str, **contrast: Any) -> tuple[str, str]:
+def headline_and_text(study: str, language: str, **contrast: Any) -> tuple[str, str]:
     """Return headline and text of the report on a study whose comparison with its variant has these values."""
     data = json.loads(findings_by_hand(study).model_dump_json())
     data["study"]["primary_statistic"] = contrast.pop("primary_statistic", "share")
@@ -97,7 +97,7 @@ SMALL_OVERTURNED_SHARES = {
 def test_headline_of_a_comparison_follows_from_its_interval(
     difference: dict[str, Any], words: dict[str, str], said: list[str], language: str
 ) -> None:
-    headline, _ = headline_of_contrast("vertical", language, primary_difference=difference, **SMALL_OVERTURNED_SHARES)
+    headline, _ = headline_and_text("vertical", language, primary_difference=difference, **SMALL_OVERTURNED_SHARES)
     for one in (words[language], *said):
         assert one in headline
 
@@ -124,7 +124,7 @@ def test_two_settings_without_falls_are_not_compared(language: str) -> None:
     none = estimate(0.0, 0.0, 0.26)
     shares = dict.fromkeys(("share_overturned_study", "share_overturned_variant", "both_overturn"), none)
     same = {"only_study_overturns": none, "only_variant_overturns": none, "primary_difference": estimate(0.0, 0.0, 0.0)}
-    headline, text = headline_of_contrast("vertical", language, **shares, **same)
+    headline, text = headline_and_text("vertical", language, **shares, **same)
     assert {"en": "No stone falls, neither with vertical", "ja": "墓石は一つも転倒しない"}[language] in headline
     assert {"en": "No case falls in either setting", "ja": "どちらの条件でも転倒するケースがない"}[language] in text
     assert {"en": "the difference (", "ja": "上下動なしを引いた値"}[language] not in text
@@ -180,7 +180,7 @@ def test_report_names_every_setting_that_differs_between_the_variants(
 ) -> None:
     """The study asks about vertical motion, and its primary statistic is a fall rate."""
     rates = FALL_RATES | {"differs_in": settings, "primary_statistic": "fall_rate"}
-    headline, text = headline_of_contrast("vertical", language, **rates)
+    headline, text = headline_and_text("vertical", language, **rates)
     for one in named[language]:
         assert one in headline
     assert {"en": "Fewer stones fall", "ja": "墓石が少ない"}[language] in headline
@@ -211,7 +211,7 @@ def test_report_names_every_setting_that_differs_between_the_variants(
         (False, 1.0, {"en": "Each case near a change of outcome was", "ja": "境界付近のケースは、"}),
     ],
 )
-def test_report_calls_cases_near_a_change_only_if_chosen_so(
+def test_report_states_whether_all_cases_or_only_borderline_ones_were_rerun(
     every: bool, share: float, said: dict[str, str], language: str
 ) -> None:
     data = json.loads(findings_by_hand("direction").model_dump_json())
@@ -222,9 +222,11 @@ def test_report_calls_cases_near_a_change_only_if_chosen_so(
 
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("study", ["direction", "reference"])
-def test_share_of_disagreeing_runs_is_that_of_the_first_batch(study: str, language: str) -> None:
-    """The share is an estimate for the first 8 of up to 24 runs; in 3-D the second share is of other cases."""
-    (line,) = (one for one in text_by_hand(study, language).splitlines() if "47\N{NO-BREAK SPACE}%" in one)
+def test_report_states_disagreement_of_runs_for_the_first_batch_of_runs(study: str, language: str) -> None:
+    """Shares of disagreement hold for the first 8 of up to 24 runs; the second share is of other cases in 3-D."""
+    (line,) = (
+        one for one in text_of_handwritten_findings(study, language).splitlines() if "47\N{NO-BREAK SPACE}%" in one
+    )
     spaces = line.replace("\N{NO-BREAK SPACE}", " ")
     first = {"en": "Of 8 such runs some fall and others stand in 16 %", "ja": "16 % のケースでは、8 回の計算で"}
     planes = {"en": "In 26 % most of 8 runs fall", "ja": "26 % のケースでは、8 回の大部分で"}
@@ -251,7 +253,7 @@ def test_report_states_no_effect_of_predictors_that_may_be_chance(
 ) -> None:
     data = json.loads(findings_by_hand("direction").model_dump_json())
     even = {"en": "even chance of falling", "ja": "転倒確率 50 % の墓石"}[language]
-    assert even in text_by_hand("direction", language)
+    assert even in text_of_handwritten_findings("direction", language)
     row = {"predictor": "ln B/H", "value": 1.2, "low": None, "high": None, "data_minimum": 0.1, "data_maximum": 0.6,
            "odds_factor_per_doubling": 2.3, "odds_factor_low": None, "odds_factor_high": None}  # fmt: skip
     data["logistic_fit"] |= {"even_chance": [], "coefficients": [row] if fitted else [], "note": note, "earthquakes": 1}
@@ -433,7 +435,7 @@ CURVE_PATH = ("population", "fragility_curves", 0)
         ),
     ],
 )
-def test_sentences_of_small_studies_promise_no_number_that_they_lack(
+def test_sentences_of_small_studies_mention_only_numbers_that_exist(
     study: str,
     changes: dict[tuple[str | int, ...], dict[str, Any]],
     gone: dict[str, str],

@@ -8,7 +8,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from overturning.dem.trajectory import trajectory
-from overturning.figures.drawn_case import read_cases_with_figures
+from overturning.figures.drawn_case import read_illustrative_case_list
 from overturning.figures.film import Film
 from overturning.figures.film_of_trajectory import film_of_trajectories
 from overturning.figures.page import film_page_html
@@ -228,7 +228,7 @@ def test_dragging_and_keys_rotate_the_view_of_a_3d_body(page_script_results: dic
 def test_3d_film_shows_the_whole_stone_in_every_frame(
     page_script_results: dict[str, Any], name: str, bars: list[float]
 ) -> None:
-    """In every frame, seen from the ground and from the earth; the scale bar takes at most a quarter of the width.
+    """Seen from the moving ground or the fixed earth, the whole stone is in the picture at all times.
 
     The slender stone and its floor, which is as wide as the stone is high, fill a picture 1.7 stones wide.
     """
@@ -245,7 +245,9 @@ def test_report_page_sorts_tables_opens_chapters_and_fits_a_phone(
     assert page["orders"] == [["one", "two"], ["two", "one"], ["two", "one"]]
     assert page["sorted"] == ["30", "2,000", "12,345"]
     assert page["opened"]
-    assert page["films"] == len(read_cases_with_figures(results_with_hostile_names / "figures" / "illustrative")) >= 1
+    assert (
+        page["films"] == len(read_illustrative_case_list(results_with_hostile_names / "figures" / "illustrative")) >= 1
+    )
     assert page["title"] == SCRIPT_AS_NAME
     assert "hurt" not in page
     # On a phone only scrollable elements are wider than the screen.

@@ -27,7 +27,7 @@ NORTH_WAVE = np.sin(2 * np.pi * 0.7 * RECORD_TIME + 0.3) * np.exp(-(((RECORD_TIM
 EAST_WAVE = np.sin(2 * np.pi * 1.3 * RECORD_TIME) * np.exp(-(((RECORD_TIME - 8.0) / 3.0) ** 2))
 
 
-def read_record_with_north(path: Path, north: np.ndarray, trust_data: bool = False) -> Record:
+def write_and_read_record_with_north(path: Path, north: np.ndarray, trust_data: bool = False) -> Record:
     """Write a file with two columns, read it with declared columns, and return the record."""
     np.savetxt(path, np.column_stack([RECORD_TIME, north, EAST_WAVE]), fmt="%.9g", delimiter=",")
     given = DeclaredFileProperties(columns="time:s north:m/s2 east:m/s2", processed=True, trust_data=trust_data)
@@ -49,7 +49,7 @@ def test_report_names_a_clipped_component_and_its_clipped_samples(tmp_path: Path
     runs = np.split(clipped, np.flatnonzero(np.diff(clipped)) + 1)
     count = sum(run.size for run in runs if abs(run[0]) == 1.0 and run.size >= 3)
     assert count > 10
-    text = markdown_report_on_record(read_record_with_north(tmp_path / "x.csv", clipped), language)
+    text = markdown_report_on_record(write_and_read_record_with_north(tmp_path / "x.csv", clipped), language)
     page = render_report_html_page(parse_markdown(text), "title", language, None, {})
     parse_elements(page)
     (item,) = (one for one in page.split("<li>") if "clipped:" in one)
@@ -61,12 +61,12 @@ def test_report_names_a_clipped_component_and_its_clipped_samples(tmp_path: Path
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_report_names_drift_and_trusted_contradictions_of_a_record(tmp_path: Path, language: str) -> None:
-    drifting = read_record_with_north(tmp_path / "x.csv", NORTH_WAVE + 0.003)
+    drifting = write_and_read_record_with_north(tmp_path / "x.csv", NORTH_WAVE + 0.003)
     assert DRIFT in processing_finding_of_record(source_and_processing_of_record(drifting)).doubts
     text = markdown_report_on_record(drifting, language)
     assert {"en": "velocity of north ends at", "ja": "北方向の速度が最後に最大値の"}[language] in text
     assert translate_label(DRIFT, read_label_translations(language)) in text
-    dead = read_record_with_north(tmp_path / "y.csv", 1e-9 * NORTH_WAVE, trust_data=True)
+    dead = write_and_read_record_with_north(tmp_path / "y.csv", 1e-9 * NORTH_WAVE, trust_data=True)
     assert processing_finding_of_record(source_and_processing_of_record(dead)).doubts == [TRUSTED]
     text = markdown_report_on_record(dead, language)
     assert "north\\' is dead" in text

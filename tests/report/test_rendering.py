@@ -173,8 +173,8 @@ def pdf_streams(pdf: bytes) -> list[bytes]:
     return [zlib.decompress(one) for one in found]
 
 
-def test_caption_of_a_table_is_on_the_same_pdf_page() -> None:
-    """Caption in letters of 8.5 pt, table in letters of 8 pt; the text above leaves less and less of the first page."""
+def test_caption_of_a_table_is_on_the_pdf_page_of_the_table() -> None:
+    """As longer text moves a table (8 pt letters) to the next page, its caption (8.5 pt letters) moves with it."""
     pages = []
     for lines in range(33, 49):
         text = "\n\n".join(["# T", *["Line."] * lines])
@@ -188,7 +188,7 @@ def test_caption_of_a_table_is_on_the_same_pdf_page() -> None:
 
 
 def test_no_figure_is_above_the_title_of_the_pdf(tmp_path: Path) -> None:
-    """Heights on the page, pt, of the title (17 pt letters) and of the upper edge of the figure."""
+    """The title of the PDF, in letters of 17 pt, is higher on the page than the upper edge of the first figure."""
     (tmp_path / "a.svg").write_text(SMALL_SVG, encoding="utf-8")
     tree = parse_markdown('# Title\n\nShort.\n\n![alt](a "A")\n\n## Next\n\nMore.\n')
     pdf = compile_report_pdf(tree, "T", "en", {"a": tmp_path / "a.svg"})
@@ -203,7 +203,7 @@ def test_no_figure_is_above_the_title_of_the_pdf(tmp_path: Path) -> None:
 @pytest.mark.skipif(not installed_fonts_of_language("ja"), reason="no Japanese font is installed")
 @pytest.mark.parametrize("place", ["text", "figure"])
 def test_japanese_names_in_an_english_pdf_have_their_letters(tmp_path: Path, place: str) -> None:
-    """Without the font they are boxes; other reports do not depend on installed fonts."""
+    """A Japanese font is embedded only if a text or a figure has Japanese letters, which would be boxes without it."""
     texts, font = {"text": "Hino", "figure": "Hino"}, b"CJK"
 
     def pdf_with_name() -> bytes:
@@ -225,13 +225,13 @@ def test_error_names_a_damaged_figure_and_the_remedy(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["answer", "caution", "kicker", "limits", "note", "pair"])
-def test_style_sheet_has_a_rule_for_each_kind_of_block(name: str) -> None:
+def test_style_sheet_has_a_rule_for_each_class_of_report_passage(name: str) -> None:
     style = (Path(report.__file__).parent / "templates" / "report.css").read_text(encoding="utf-8")
     assert f'class="{name}"' in render_page(f"::: {name}\ntext\n:::\n")
     assert re.search(rf"\.{name}\b", style)
 
 
-def test_page_omits_blocks_for_paper_and_the_pdf_is_reproducible(tmp_path: Path) -> None:
+def test_page_omits_passages_for_print_only_and_the_pdf_is_reproducible(tmp_path: Path) -> None:
     (tmp_path / "a.svg").write_text(SMALL_SVG)
     text = '# T\n\n:::: fold F\nfolded\n\n::::\n\n::: paper\npaper\n\n:::\n\n![alt](a "A")\n\n```\ncode\n```\n'
     figures = {"a": tmp_path / "a.svg"}

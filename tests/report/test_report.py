@@ -5,12 +5,12 @@ import re
 from pathlib import Path
 
 from overturning.report.write import write_report
-from overturning.study.recheck import recompute_random_cells
+from overturning.study.recheck import recompute_random_cases
 from overturning.study.schema import Study
 from tests.expect import skip_or_fail
 
 
-def test_report_in_a_chosen_language_has_the_same_bytes_again(
+def test_rewriting_a_report_in_a_chosen_language_gives_identical_bytes(
     results_with_hostile_names: Path, page_and_pdf: tuple[str, bytes], study_in_japanese: Study, tmp_path: Path
 ) -> None:
     page, pdf = tmp_path / "again.html", tmp_path / "again.pdf"
@@ -19,7 +19,7 @@ def test_report_in_a_chosen_language_has_the_same_bytes_again(
     assert page_and_pdf[1].startswith(b"%PDF")
 
 
-def test_report_page_loads_nothing_external_and_runs_no_hostile_name(page_and_pdf: tuple[str, bytes]) -> None:
+def test_report_page_loads_no_external_file_and_escapes_scripts_in_names(page_and_pdf: tuple[str, bytes]) -> None:
     page, _ = page_and_pdf
     assert "<script>window.hurt" not in page
     assert "&lt;script&gt;window.hurt" in page
@@ -41,10 +41,10 @@ def test_report_is_written_in_the_language_of_the_study(
     assert pdf.startswith(b"%PDF")
 
 
-def test_recheck_finds_identical_cells_and_detects_changed_outcomes(
+def test_recheck_reproduces_unchanged_results_and_detects_changed_outcomes(
     results_with_hostile_names: Path, tmp_path: Path
 ) -> None:
-    found = recompute_random_cells(results_with_hostile_names / "cube.nc", cell_count=40)
+    found = recompute_random_cases(results_with_hostile_names / "cube.nc", cell_count=40)
     assert found.is_identical
     assert found.cells == 40
     assert found.ensemble_cells > 0
@@ -55,7 +55,7 @@ def test_recheck_finds_identical_cells_and_detects_changed_outcomes(
     with Dataset(changed, "a") as file:
         file.set_auto_maskandscale(False)
         file["overturned"][:] = 1 - file["overturned"][:]
-    spoilt = recompute_random_cells(changed, results_with_hostile_names / "motion", cell_count=10)
+    spoilt = recompute_random_cases(changed, results_with_hostile_names / "motion", cell_count=10)
     assert not spoilt.content_as_stated
     assert len(spoilt.differences) >= 5
     assert "overturned is" in spoilt.differences[0]

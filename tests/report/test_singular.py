@@ -58,7 +58,7 @@ SURVIVAL_OF_ONE_OF_TWO = SURVIVAL_OF_ONE_STONE | {
 }
 
 
-def findings_about_one() -> list[tuple[str, str, BaseModel]]:
+def findings_with_counts_of_one() -> list[tuple[str, str, BaseModel]]:
     """Return (name, template, findings) for each kind of study and for each command, with all counts set to 1."""
     studies = [
         (
@@ -87,7 +87,9 @@ def findings_about_one() -> list[tuple[str, str, BaseModel]]:
     ]
 
 
-@pytest.mark.parametrize(("template", "found"), [pytest.param(*one[1:], id=one[0]) for one in findings_about_one()])
+@pytest.mark.parametrize(
+    ("template", "found"), [pytest.param(*one[1:], id=one[0]) for one in findings_with_counts_of_one()]
+)
 def test_count_of_one_is_printed_in_the_singular(template: str, found: BaseModel) -> None:
     text = report_text(found, "en", template)
     assert re.search(r"\b1 ", text)
@@ -113,7 +115,7 @@ def test_count_of_one_is_printed_in_the_singular(template: str, found: BaseModel
           "ja": ["シーンの正面", "積石の正面"]}),
     ],
 )  # fmt: skip
-def test_report_words_for_few_things_differ_from_those_for_many(
+def test_report_uses_different_sentences_for_few_and_for_many_items(
     study: str, part: str, few: dict[str, int], many: dict[str, int], words: dict[str, list[str]], language: str
 ) -> None:
     for place, values in enumerate((few, many)):
@@ -125,7 +127,10 @@ def test_report_words_for_few_things_differ_from_those_for_many(
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_report_states_a_twist_of_zero_in_nine_tenths_of_cases(language: str) -> None:
-    """Also, where all stones slide off their base, the report mentions none that tips."""
+    """If nine tenths of the stones twist by 0.0°, the report states this number.
+
+    If all fallen stones slid off their base, it mentions none that tips.
+    """
     data = json.loads(findings_by_hand("stack in 3-D").model_dump_json())
     for one in data["element_displacements"]:
         one |= {"percentile_90_twist_deg": 0.0, "share_slid_off": 1.0}
@@ -136,8 +141,11 @@ def test_report_states_a_twist_of_zero_in_nine_tenths_of_cases(language: str) ->
 
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("slope", [1.2, None])
-def test_caption_mentions_the_fit_only_if_the_figure_shows_it(slope: float | None, language: str) -> None:
-    """If all motions have one ratio PGV/PGA, the fit has no coefficient for it and no line in the figure."""
+def test_figure_caption_mentions_the_regression_only_if_it_is_drawn(slope: float | None, language: str) -> None:
+    """The figure caption mentions the logistic regression only if it has a coefficient for PGV/PGA.
+
+    If PGV/PGA is the same for all motions, it has none and the figure shows no line.
+    """
     data = json.loads(findings_by_hand("direction").model_dump_json())
     row = dict.fromkeys(LogisticCoefficient.model_fields) | {"predictor": "ln PGV/PGA", "value": slope}
     data["logistic_fit"]["coefficients"] = [row, row | {"predictor": "ln B/H", "value": 1.0}]
@@ -147,8 +155,11 @@ def test_caption_mentions_the_fit_only_if_the_figure_shows_it(slope: float | Non
 
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("several", [True, False])
-def test_with_one_b_over_h_no_criterion_is_named_slenderness_alone(several: bool, language: str) -> None:
-    """A single B/H cannot separate falls from stands; the last criterion of the list is then another one."""
+def test_report_omits_the_slenderness_only_criterion_for_a_single_b_over_h(several: bool, language: str) -> None:
+    """The report omits the criterion of slenderness alone if the list of scores does not end with it.
+
+    With a single B/H, slenderness alone cannot separate falls from stands.
+    """
     data = json.loads(findings_by_hand("direction").model_dump_json())
     scores = data["criteria_scores"]["scores"]
     names = [one["criterion"] for one in scores]

@@ -18,7 +18,7 @@ ALLOWED_NODES = (
 """Nodes of a template: text, values, filters, `if` and `for`; neither arithmetic nor assignments nor macros."""
 
 
-def templates() -> list[tuple[str, Path]]:
+def languages_and_paths_of_templates() -> list[tuple[str, Path]]:
     """Return language and path of each report template."""
     folder = Path(str(resources.files("overturning"))) / "report" / "templates"
     return [(language, path) for language in LANGUAGES for path in sorted((folder / language).glob("*.j2"))]
@@ -29,7 +29,9 @@ def parse_template(language: str, path: Path) -> jinja2.nodes.Template:
     return create_template_environment(language).parse(path.read_text(encoding="utf-8"))
 
 
-@pytest.mark.parametrize(("language", "path"), templates(), ids=lambda one: getattr(one, "stem", one))
+@pytest.mark.parametrize(
+    ("language", "path"), languages_and_paths_of_templates(), ids=lambda one: getattr(one, "stem", one)
+)
 def test_templates_have_no_arithmetic_and_no_logic_beyond_if_and_for(language: str, path: Path) -> None:
     tree = parse_template(language, path)
     assert {type(node).__name__ for node in tree.find_all(jinja2.nodes.Node)} <= set(ALLOWED_NODES)
@@ -44,7 +46,7 @@ def included_templates(language: str, name: str) -> set[str]:
 
 def template_paths(language: str) -> list[tuple[str, Path]]:
     """Return name and path of each template of a language."""
-    return [(path.name, path) for one, path in templates() if one == language]
+    return [(path.name, path) for one, path in languages_and_paths_of_templates() if one == language]
 
 
 def test_templates_of_all_languages_include_the_same_parts() -> None:

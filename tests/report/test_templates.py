@@ -91,31 +91,31 @@ def plain_text_of_markdown(markdown: str) -> str:
 
 
 @cache
-def markdown_by_hand(study: str, language: str) -> str:
-    """Render the findings by hand of one study as Markdown."""
+def markdown_of_handwritten_findings(study: str, language: str) -> str:
+    """Render the hand-written findings of one kind of study as a Markdown report."""
     return render_markdown(findings_by_hand(study), language)
 
 
 @cache
-def text_by_hand(study: str, language: str) -> str:
-    """Render the findings by hand of one study as the text that a reader sees."""
-    return plain_text_of_markdown(markdown_by_hand(study, language))
+def text_of_handwritten_findings(study: str, language: str) -> str:
+    """Render the hand-written findings of one kind of study as the text that a reader sees."""
+    return plain_text_of_markdown(markdown_of_handwritten_findings(study, language))
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("study", STUDY_FINDINGS)
 def test_every_printed_number_is_a_numeric_value_of_the_findings(study: str, language: str) -> None:
     found = findings_by_hand(study)
-    printed = NUMBER_IN_TEXT.findall(text_by_hand(study, language))
+    printed = NUMBER_IN_TEXT.findall(text_of_handwritten_findings(study, language))
     assert len(printed) >= 20
     assert numbers_not_in_findings(printed, found) == []
 
 
-def finding_texts(part: Any) -> Iterator[str]:
-    """Yield every text value of findings."""
+def text_values(part: Any) -> Iterator[str]:
+    """Yield every non-empty string among the values of findings."""
     if isinstance(part, dict | list):
         for one in part.values() if isinstance(part, dict) else part:
-            yield from finding_texts(one)
+            yield from text_values(one)
     elif isinstance(part, str) and part:
         yield part
 
@@ -123,16 +123,19 @@ def finding_texts(part: Any) -> Iterator[str]:
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("study", STUDY_FINDINGS)
 def test_notes_on_records_print_all_texts_of_the_findings_unchanged(study: str, language: str) -> None:
-    """Without the texts of the findings, a note on a record has neither a number nor an English word left."""
+    """Notes on records contain numbers, and in Japanese English words, only in texts from the findings.
+
+    These texts are printed unchanged.
+    """
     found = findings_by_hand(study)
-    parts = NOTE_BLOCKS.findall(markdown_by_hand(study, language))
+    parts = NOTE_BLOCKS.findall(markdown_of_handwritten_findings(study, language))
     items = [one for part in parts for one in re.findall("^- .*$", part, re.M)]
     shown = [line for item in items for line in plain_text_lines(parse_markdown(item))]
     for record in found.records:
         assert record.processing is not None
         given = record.processing
         drift, steps = translate(given.drift, language), [translate(step, language) for step in given.steps]
-        own = [*finding_texts(record.model_dump()), drift, *steps, "; ".join(given.declared)]
+        own = [*text_values(record.model_dump()), drift, *steps, "; ".join(given.declared)]
         for text in (given.first_sample, given.agency_processing, *steps, own[-1], *given.trusted, *given.notes,
                      drift):  # fmt: skip
             assert [line for line in shown if line.startswith(record.id) and line.endswith(text)], text
@@ -146,33 +149,36 @@ def test_notes_on_records_print_all_texts_of_the_findings_unchanged(study: str, 
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_a_doubt_about_a_record_is_shown_without_unfolding(language: str) -> None:
+def test_doubts_about_records_are_shown_outside_collapsed_sections(language: str) -> None:
     data = json.loads(findings_by_hand("direction").model_dump_json())
     kinds = [one["doubt"] for one in data["record_notes"]["doubts"]]
     assert len(kinds) == 3
     data["records"] += [data["records"][0] | {"id": "weak", "too_weak_to_move_blocks": True}]
 
-    def text_outside_folds(data: Any) -> str:
+    def text_outside_collapsed_sections(data: Any) -> str:
         return "\n".join(plain_paragraphs(parse_markdown(render_markdown(Findings.model_validate(data), language))))
 
-    labels, text = read_label_translations(language), text_outside_folds(data)
+    labels, text = read_label_translations(language), text_outside_collapsed_sections(data)
     (line,) = (one for one in text.splitlines() if translate_label(kinds[0], labels) in one)
     assert all(translate_label(kind, labels) in line for kind in kinds)
     assert line.count("vale") == 3
     assert "weak" in text
     data["record_notes"]["doubts"][0] |= {"count": 40, "records": [f"station{number}" for number in range(40)]}
-    assert "station5" in text_outside_folds(data)
-    assert "station6" not in text_outside_folds(data)
+    assert "station5" in text_outside_collapsed_sections(data)
+    assert "station6" not in text_outside_collapsed_sections(data)
     data["record_notes"] = {"records_with_notes": 0, "doubts": []}
-    assert translate_label(kinds[0], labels) not in text_outside_folds(data)
+    assert translate_label(kinds[0], labels) not in text_outside_collapsed_sections(data)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_criterion_is_called_best_only_if_every_interval_excludes_0(language: str) -> None:
-    """Rules whose difference has an interval around 0 are named in the order of the table."""
+def test_criterion_is_called_best_only_if_its_lead_is_significant(language: str) -> None:
+    """Overturning criteria whose skill does not differ significantly are named in the order of the table.
+
+    Their difference has a confidence interval that includes 0; none of them is then said to score highest.
+    """
     data = json.loads(findings_by_hand("direction").model_dump_json())
     highest = {"en": "scores highest", "ja": "スキルが最も高い。"}[language]
-    paragraphs = [one for one in text_by_hand("direction", language).splitlines() if "−0.03" in one]
+    paragraphs = [one for one in text_of_handwritten_findings("direction", language).splitlines() if "−0.03" in one]
     assert len(paragraphs) == 1
     assert highest not in paragraphs[0]
     names = [translate_label(name, read_label_translations(language)) for name in ("West", "Ishiyama")]
@@ -182,10 +188,10 @@ def test_criterion_is_called_best_only_if_every_interval_excludes_0(language: st
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_reference_is_called_closest_only_if_its_lead_excludes_0(language: str) -> None:
+def test_reference_axis_is_called_closest_only_if_its_lead_is_significant(language: str) -> None:
     data = json.loads(findings_by_hand("reference").model_dump_json())
     closest = {"en": "closest to the axis", "ja": "の軸に最も近く"}[language]
-    assert text_by_hand("reference", language).count(closest) == 2
+    assert text_of_handwritten_findings("reference", language).count(closest) == 2
     data["reference_alignments"][0]["closest_minus_second"] |= {"value": 0.083, "low": -0.06, "high": 0.22}
     text = report_text(Findings.model_validate(data), language)
     assert text.count(closest) == 1
@@ -193,8 +199,8 @@ def test_reference_is_called_closest_only_if_its_lead_excludes_0(language: str) 
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_a_reference_that_few_earthquakes_have_is_not_compared(language: str) -> None:
-    """The reference with the largest alignment is one of those that most records have."""
+def test_a_reference_direction_known_for_few_earthquakes_is_not_compared(language: str) -> None:
+    """Alignment with a reference direction known for few earthquakes is stated separately, with their number."""
     said = {
         "en": "which is known for 1 earthquake only, it is 0.82",
         "ja": "断層直交方向(既知は 1 地震のみ)との一致度は 0.82",
@@ -203,11 +209,13 @@ def test_a_reference_that_few_earthquakes_have_is_not_compared(language: str) ->
     data["reference_alignments"][0]["fault_normal"] |= {"value": 0.82, "low": None, "high": None, "earthquakes": 1}
     text = report_text(Findings.model_validate(data), language)
     assert said[language] in re.sub(r"\s+", " ", text)
-    assert said[language].split(" 1 ")[0] not in re.sub(r"\s+", " ", text_by_hand("reference", language))
+    assert said[language].split(" 1 ")[0] not in re.sub(
+        r"\s+", " ", text_of_handwritten_findings("reference", language)
+    )
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_a_twist_without_standing_stones_is_not_mentioned(language: str) -> None:
+def test_report_omits_the_twist_of_stones_that_never_stand(language: str) -> None:
     twisted = {"en": "it has twisted by", "ja": "の回転は、九割の"}[language]
     name = next(name for name in STUDY_FINDINGS if findings_by_hand(name).element_displacements)
     data = findings_by_hand(name).model_dump()
@@ -216,11 +224,11 @@ def test_a_twist_without_standing_stones_is_not_mentioned(language: str) -> None
         text = report_text(Findings.model_validate(data), language)
         assert "–°" not in text
         assert text.count(twisted) == left, text
-    assert text_by_hand(name, language).count(twisted) == 1
+    assert text_of_handwritten_findings(name, language).count(twisted) == 1
 
 
 @pytest.mark.parametrize(("model", "said"), [("planes", "to the other side"), ("space", "more than 45° apart")])
-def test_headline_calls_different_3d_falls_apart_and_2d_falls_opposite(model: str, said: str) -> None:
+def test_headline_says_to_the_other_side_in_2d_and_45_degrees_apart_in_3d(model: str, said: str) -> None:
     name = next(name for name in STUDY_FINDINGS if findings_by_hand(name).study.question_kind == "vertical")
     data = findings_by_hand(name).model_dump()
     data["study"]["model"] = model
@@ -265,22 +273,26 @@ def test_report_names_the_soil_below_cemeteries_and_its_effect(language: str) ->
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_earthquakes_of_both_groups_are_mentioned_once(language: str) -> None:
+def test_report_mentions_once_the_earthquakes_with_records_in_both_groups(language: str) -> None:
     data = json.loads(findings_by_hand("direction").model_dump_json())
     both = {"en": "6 have records with and without", "ja": "うち 6 地震は"}[language]
-    assert text_by_hand("direction", language).count(both) == 1
+    assert text_of_handwritten_findings("direction", language).count(both) == 1
     data["extent"]["earthquakes_in_several_groups"] = 0
     assert both not in report_text(Findings.model_validate(data), language)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_report_names_stones_fixed_to_their_base_where_not_counted(language: str) -> None:
-    """In the figure, the peak velocity at which half fall, the fragility curves and the rules of surveys."""
+def test_report_states_where_stones_fixed_to_their_base_are_not_counted(language: str) -> None:
+    """The report mentions in four places the stones that are fixed to their base.
+
+    The places are the figure, the peak velocity at which half of the stones fall, the fragility curves and the rules
+    for surveys.
+    """
     found = findings_by_hand("direction")
     assert found.population is not None
     some = found.model_copy(update={"population": found.population.model_copy(update={"share_fixed": 0.3})})
     word = {"en": "fixed", "ja": "固定され"}[language]
-    before = markdown_by_hand("direction", language).splitlines()
+    before = markdown_of_handwritten_findings("direction", language).splitlines()
     lines = [line for line in render_markdown(some, language).splitlines() if line not in before]
     assert [word in line for line in lines] == [True] * 4, lines
     assert any("30\u00a0%" in line for line in lines), lines
@@ -297,7 +309,7 @@ def test_report_states_missing_outcomes_and_records_without_vertical_motion(lang
         "ja": ("720 ケースのうち 10 件", "最大 19 %", "(28 記録中 5 記録は水平動による)"),
     }[language]:
         assert words in text
-        assert words not in markdown_by_hand("direction", language).replace("\u00a0", " ")
+        assert words not in markdown_of_handwritten_findings("direction", language).replace("\u00a0", " ")
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -352,7 +364,7 @@ def test_changed_value_in_the_findings_changes_the_report(
         part = part[key]
     part[path[-1]] = value
     after = report_text(Findings.model_validate(data), language)
-    assert shown not in NUMBER_IN_TEXT.findall(text_by_hand(study, language))
+    assert shown not in NUMBER_IN_TEXT.findall(text_of_handwritten_findings(study, language))
     assert shown in NUMBER_IN_TEXT.findall(after)
 
 
@@ -364,31 +376,31 @@ ENGLISH_SENTENCE = re.compile(r"[A-Za-z]{2,}[,;]? [a-z]{2,}[,;]? [A-Za-z]{2,}")
 def test_a_japanese_report_has_no_english_sentence(study: str) -> None:
     assert ENGLISH_SENTENCE.search("the mean axis of falls")
     assert not ENGLISH_SENTENCE.search("計算には overturning を用いた Upper Vale")
-    text = text_by_hand(study, "ja").replace(REMARK, "")  # text of a file is quoted as it is
+    text = text_of_handwritten_findings(study, "ja").replace(REMARK, "")  # text of a file is quoted as it is
     assert ENGLISH_SENTENCE.findall(text) == []
 
 
 @pytest.mark.parametrize("study", STUDY_FINDINGS)
-def test_no_line_of_a_japanese_paragraph_ends_in_a_break(study: str) -> None:
-    """A break would be shown as a space, which Japanese has not."""
-    for node in parse_markdown(markdown_by_hand(study, "ja")).walk():
+def test_paragraphs_of_a_japanese_report_contain_no_line_breaks(study: str) -> None:
+    """A line break would be shown as a space, which Japanese text does not use."""
+    for node in parse_markdown(markdown_of_handwritten_findings(study, "ja")).walk():
         if node.type == "inline":
             assert not any(one.type == "softbreak" for one in node.children), node.content
             # "**" next to a closing bracket and a letter does not end the bold text.
             assert not any("**" in one.content for one in node.children if one.type == "text"), node.content
 
 
-def labelled_names() -> set[str]:
-    """Return the names in findings by hand that English templates print through their table of labels."""
+def names_passed_to_the_label_filter() -> set[str]:
+    """Return the names in the hand-written findings that the English templates pass to their label filter."""
     names: set[str] = set()
     usual = create_template_environment("en").filters["label"]
 
-    def record_label(text: str) -> str:
+    def record_and_translate_label(text: str) -> str:
         names.add(text)
         return str(usual(text))
 
     try:
-        create_template_environment("en").filters["label"] = record_label
+        create_template_environment("en").filters["label"] = record_and_translate_label
         for study in STUDY_FINDINGS:
             render_markdown(findings_by_hand(study))
     finally:
@@ -401,7 +413,7 @@ UNLABELLED_NAMES = {"other", "By hand", "Which way?", "vale"}
 
 
 def test_every_name_in_the_findings_has_a_japanese_label() -> None:
-    names = labelled_names() - UNLABELLED_NAMES
+    names = names_passed_to_the_label_filter() - UNLABELLED_NAMES
     assert len(names) >= 15
     labels = read_label_translations("ja")
     assert [name for name in names if translate_label(name, labels) == name and re.search("[A-Za-z]{4}", name)] == []
@@ -417,13 +429,17 @@ def test_japanese_label_keeps_the_numbers_of_a_name() -> None:
 def test_all_languages_print_the_same_numbers() -> None:
     for study in STUDY_FINDINGS:
         printed = [
-            set(NUMBER_IN_TEXT.findall(text_by_hand(study, language))) - TEMPLATE_NUMBERS for language in LANGUAGES
+            set(NUMBER_IN_TEXT.findall(text_of_handwritten_findings(study, language))) - TEMPLATE_NUMBERS
+            for language in LANGUAGES
         ]
         assert all(one == printed[0] for one in printed), study
 
 
 def test_headline_follows_from_the_interval_of_the_alignment() -> None:
-    """Three intervals, above 0, below 0 and around 0, give three headlines; a number alone changes none."""
+    """Intervals above 0, below 0 and around 0 give three different headlines.
+
+    Another mean whose interval is also above 0 gives the same headline.
+    """
     headlines = []
     for value, low, high in ((0.5, 0.2, 0.7), (0.3, 0.1, 0.6), (-0.5, -0.7, -0.2), (0.1, -0.2, 0.4)):
         data = json.loads(findings_by_hand("direction").model_dump_json())
@@ -448,9 +464,12 @@ def test_an_alignment_of_few_earthquakes_has_no_interval(language: str) -> None:
 
 
 @pytest.mark.parametrize("study", STUDY_FINDINGS)
-def test_prose_of_the_report_on_each_kind_of_study(study: str, snapshot: SnapshotAssertion) -> None:
-    """A reading aid: prose of findings written by hand, to be read in a diff. The other tests are the proof."""
-    assert markdown_by_hand(study, "en") == snapshot
+def test_english_report_on_handwritten_findings_equals_its_snapshot(study: str, snapshot: SnapshotAssertion) -> None:
+    """The snapshot lets a reviewer read in a diff how the prose of the report changes.
+
+    Other tests check its correctness.
+    """
+    assert markdown_of_handwritten_findings(study, "en") == snapshot
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -473,7 +492,7 @@ def test_survey_commands_print_only_numbers_of_their_findings(
 
 
 @pytest.mark.parametrize(("language", "doubt"), [("en", "lists no stone that stood"), ("ja", "記載が省かれている場合")])
-def test_report_doubts_a_motion_inferred_from_fallen_stones_alone(language: str, doubt: str) -> None:
+def test_report_warns_of_a_motion_inferred_from_fallen_stones_alone(language: str, doubt: str) -> None:
     for every in (True, False):
         found = SurveyCommandResults.model_validate(
             {"inferred_motions": [INFERRED_MOTION | {"everything_fell": every}]}

@@ -9,7 +9,7 @@ import pytest
 import yaml
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from overturning.figures.drawn_case import write_cases_with_figures
+from overturning.figures.drawn_case import write_illustrative_case_list
 from overturning.figures.illustrative import draw_illustrative_cases
 from overturning.figures.record import draw_record_figures
 from overturning.figures.study import draw_study_figures
@@ -18,7 +18,7 @@ from overturning.records.record import Record
 from overturning.records.store import read_record_from_motion_file
 from overturning.study.cube import CONFIGURATION
 from overturning.study.intensity import write_intensity_measures
-from overturning.study.load import study_from_content, study_without_absolute_paths
+from overturning.study.load import study_from_content, study_settings_without_absolute_paths
 from tests.study.small_study import simulate_study_cube
 
 
@@ -53,10 +53,12 @@ def make_study_results(folder: Path, records: list[Record], *, drawn: bool = Tru
     simulate_study_cube(settings, records, folder)
     kept = [read_record_from_motion_file(folder / "motion" / f"{record.record_id}.nc") for record in records]
     write_intensity_measures(settings, kept, folder / "intensity.nc")
-    (folder / CONFIGURATION).write_text(yaml.safe_dump(study_without_absolute_paths(settings)), encoding="utf-8")
+    (folder / CONFIGURATION).write_text(
+        yaml.safe_dump(study_settings_without_absolute_paths(settings)), encoding="utf-8"
+    )
     cube, intensity, motions, figures = (folder / name for name in ("cube.nc", "intensity.nc", "motion", "figures"))
     if not drawn:
-        write_cases_with_figures([], figures / "illustrative")
+        write_illustrative_case_list([], figures / "illustrative")
         return folder
     with pytest.MonkeyPatch.context() as patch:  # the places of panels, a third of the work, are not looked at
         patch.setattr(ConstrainedLayoutEngine, "execute", lambda *_: None)

@@ -9,13 +9,13 @@ from scipy import stats
 from overturning.statistics.bootstrap import (
     FEWEST_EARTHQUAKES,
     bootstrap_interval,
+    exact_interval_if_all_0_or_all_1,
     mean_of_each_bootstrap_sample,
     mean_over_earthquakes,
     mean_share_interval,
     mean_share_over_earthquakes,
     means_by_earthquake,
-    tail_share_of_expanded_interval,
-    unanimous_share_interval,
+    tail_share_of_small_sample_interval,
 )
 
 RECORD_VALUES = np.array([0.1, 0.5, 0.9, -0.2, 0.4, np.nan, 0.7, 1.1, -0.6, 0.0])
@@ -23,12 +23,12 @@ RECORD_EARTHQUAKES = list("AABCDEFGHI")
 EARTHQUAKE_MEANS = np.array([0.3, 0.9, -0.2, 0.4, 0.7, 1.1, -0.6, 0.0])
 
 
-def test_records_of_an_earthquake_are_averaged_first() -> None:
+def test_records_are_averaged_within_their_earthquake() -> None:
     found = means_by_earthquake(np.array([[1.0, 2.0], [5.0, 6.0], [3.0, np.nan], [np.nan] * 2]), ["B", "A", "B", "C"])
     np.testing.assert_array_equal(found, [[2.0, 2.0], [5.0, 6.0], [np.nan, np.nan]])
 
 
-def test_a_mean_over_earthquakes_has_scipys_interval() -> None:
+def test_interval_of_a_mean_over_earthquakes_matches_scipy() -> None:
     found = mean_over_earthquakes(RECORD_VALUES, RECORD_EARTHQUAKES, draws=20_000)
     assert (found.n, found.value) == (8, pytest.approx(EARTHQUAKE_MEANS.mean()))
     # The expanded percentile by SciPy: its percentile interval of the wider level that Hesterberg (2015) gives.
@@ -44,7 +44,7 @@ def test_a_mean_over_earthquakes_has_scipys_interval() -> None:
     assert (found.low, found.high) == pytest.approx(tuple(other.confidence_interval), abs=0.03)
 
 
-def test_few_earthquakes_have_no_interval_and_none_no_mean() -> None:
+def test_mean_over_few_earthquakes_lacks_an_interval_and_over_none_is_nan() -> None:
     few = mean_over_earthquakes(RECORD_VALUES[:-1], RECORD_EARTHQUAKES[:-1])
     assert (few.n, few.value) == (FEWEST_EARTHQUAKES - 1, pytest.approx(EARTHQUAKE_MEANS[:-1].mean()))
     assert math.isnan(few.low)
@@ -55,14 +55,17 @@ def test_few_earthquakes_have_no_interval_and_none_no_mean() -> None:
 
 def test_tail_of_the_expanded_percentile_interval_matches_hesterbergs_table() -> None:
     """Table of α/2 for 95 % intervals (Hesterberg 2015, section 5.3)."""
-    assert [tail_share_of_expanded_interval(n) for n in (5, 10, 20)] == pytest.approx(
+    assert [tail_share_of_small_sample_interval(n) for n in (5, 10, 20)] == pytest.approx(
         [0.0010, 0.0086, 0.0159], abs=6e-5
     )
-    assert tail_share_of_expanded_interval(10**6) == pytest.approx(0.025, abs=1e-5)
+    assert tail_share_of_small_sample_interval(10**6) == pytest.approx(0.025, abs=1e-5)
 
 
 def test_interval_of_a_share_of_0_in_most_earthquakes_covers_the_true_share() -> None:
-    """One earthquake in five has the share 1; of nine, none in 13 % of samples, whose interval had no width."""
+    """The interval of a mean share covers it even if one earthquake in five has the share 1 and the others 0.
+
+    In 13 % of samples of nine all shares are 0, and a plain bootstrap interval would have zero width.
+    """
     generator = np.random.default_rng(7)
     samples = (generator.random((400, 9)) < 0.2).astype(float)
     ends = np.array([mean_share_interval(shares, draws=2000) for shares in samples])
@@ -75,7 +78,10 @@ def test_interval_of_a_share_of_0_in_most_earthquakes_covers_the_true_share() ->
 @pytest.mark.parametrize("usual", [0.0, -0.25, 1.0])
 @pytest.mark.parametrize("other", [-1.0, 0.5])
 def test_interval_of_a_difference_equal_in_most_earthquakes_covers_its_mean(usual: float, other: float) -> None:
-    """One earthquake in five has another difference; of nine, none in 13 % of samples, whose interval had no width."""
+    """The interval of a mean difference covers it even if only one earthquake in five differs from the rest.
+
+    In 13 % of samples of nine all are equal, and a plain bootstrap interval would have zero width.
+    """
     generator = np.random.default_rng(7)
     samples = np.where(generator.random((400, 9)) < 0.2, other, usual)
     found = [mean_over_earthquakes(sample, [*"ABCDEFGHI"], draws=2000) for sample in samples]
@@ -91,7 +97,11 @@ def test_interval_of_a_difference_equal_in_most_earthquakes_covers_its_mean(usua
 
 
 def test_a_share_that_is_the_same_in_all_earthquakes_has_an_interval() -> None:
-    """At least 0.05^(1/8) of all earthquakes have the share 0.3; the others have between 0 and 1."""
+    """The interval of a share has a width even if the share is 0.3 in all of eight earthquakes.
+
+    The bounds assume that at least a fraction 0.05^(1/8) of all earthquakes has the share 0.3, and the others any
+    share from 0 to 1.
+    """
     assert mean_share_interval(np.full(8, 0.3)) == pytest.approx((0.3 * 0.05 ** (1 / 8), 1 - 0.7 * 0.05 ** (1 / 8)))
     assert math.isnan(mean_over_earthquakes(np.zeros(7), [*"ABCDEFG"]).low), "too few earthquakes"
 
@@ -120,14 +130,14 @@ def test_each_bound_of_an_interval_rests_on_several_resamples() -> None:
 
 
 def test_share_of_0_or_1_in_all_earthquakes_has_the_exact_bound() -> None:
-    """Compared with SciPy's Clopper–Pearson bound for n of n; a bootstrap would give an interval of zero width."""
+    """The bound equals SciPy's Clopper–Pearson bound for n of n; a bootstrap would give an interval of zero width."""
     for n in (1, 4, 11):
         exact = stats.binomtest(n, n, alternative="greater").proportion_ci(0.95, method="exact")
-        assert unanimous_share_interval(np.ones(n)) == pytest.approx((exact.low, 1.0))
+        assert exact_interval_if_all_0_or_all_1(np.ones(n)) == pytest.approx((exact.low, 1.0))
         none = stats.binomtest(0, n, alternative="less").proportion_ci(0.95, method="exact")
-        assert unanimous_share_interval(np.zeros(n)) == pytest.approx((0.0, none.high))
-    assert unanimous_share_interval(np.array([1.0, 0.9])) is None
-    assert unanimous_share_interval(np.zeros(0)) is None
+        assert exact_interval_if_all_0_or_all_1(np.zeros(n)) == pytest.approx((0.0, none.high))
+    assert exact_interval_if_all_0_or_all_1(np.array([1.0, 0.9])) is None
+    assert exact_interval_if_all_0_or_all_1(np.zeros(0)) is None
     # Two records of an earthquake are one earthquake.
     found = mean_share_over_earthquakes(np.ones(16), [*"AABBCCDDEEFFGGHH"])
     assert (found.n, found.value, found.low, found.high) == pytest.approx((8, 1.0, 0.05 ** (1 / 8), 1.0))

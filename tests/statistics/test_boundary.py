@@ -5,8 +5,8 @@ import pytest
 import xarray as xr
 
 from overturning.statistics.boundary import (
+    boundary_b_over_h_and_if_stoutest_falls,
     easiest_overturning_axis,
-    largest_b_over_h_at_half_probability,
     overturning_boundary_by_azimuth,
 )
 
@@ -28,11 +28,11 @@ from overturning.statistics.boundary import (
 def test_boundary_is_the_last_b_over_h_where_probability_crosses_one_half(
     probability: list[float], crossing: float, falls: bool
 ) -> None:
-    found = largest_b_over_h_at_half_probability(probability, [0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
+    found = boundary_b_over_h_and_if_stoutest_falls(probability, [0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
     assert found == (pytest.approx(crossing, nan_ok=True), falls)
 
 
-def test_boundary_of_a_cube_is_half_a_step_above_the_last_fall(make_cube, falls_in_sector) -> None:
+def test_overturning_boundary_is_half_a_step_of_b_over_h_above_the_last_fall(make_cube, falls_in_sector) -> None:
     cube = make_cube(falls_in_sector(60, 20, largest=0.3))
     bounds = overturning_boundary_by_azimuth(cube)
     inside = bounds["boundary"].sel(azimuth=[60, 75, 240])
@@ -53,7 +53,7 @@ def test_falls_at_the_largest_b_over_h_leave_the_boundary_unknown(make_cube, fal
     assert easiest["ratio"].values == pytest.approx(0.5 / 0.1)
 
 
-def test_no_boundary_above_the_largest_known_outcome(make_cube, falls_in_sector) -> None:
+def test_boundary_is_only_known_to_exceed_the_last_b_over_h_with_an_outcome(make_cube, falls_in_sector) -> None:
     """Towards 60° outcomes above B/H 0.3 are missing: the boundary lies above 0.3, not above 0.5."""
     cube = make_cube(falls_in_sector(60, 20))
     untold = (cube["azimuth"] % 180 == 60) & (cube["b_over_h"] > 0.3)
@@ -66,19 +66,19 @@ def test_no_boundary_above_the_largest_known_outcome(make_cube, falls_in_sector)
     assert not easiest["bounded"].any()
 
 
-def test_ratio_of_the_boundaries_of_easiest_and_hardest_plane(make_cube) -> None:
-    def rule(azimuth, height, slender, friction):
+def test_boundary_ratio_of_easiest_to_hardest_plane_matches_the_fall_rule(make_cube) -> None:
+    def signed_falls_below_limit(azimuth, height, slender, friction):
         limit = 0.25 + 0.2 * np.cos(np.radians(azimuth - 30)) ** 2
         return np.where(slender <= limit, np.where(np.cos(np.radians(azimuth - 30)) >= 0, 1, -1), 0)
 
-    cube = make_cube(rule, b_over_h=np.round(np.arange(0.1, 0.6, 0.01), 2))
+    cube = make_cube(signed_falls_below_limit, b_over_h=np.round(np.arange(0.1, 0.6, 0.01), 2))
     easiest = easiest_overturning_axis(overturning_boundary_by_azimuth(cube), cube["b_over_h"])
     assert easiest["easiest_axis"].values == pytest.approx(30, abs=0.1)
     assert easiest["ratio"].values == pytest.approx(0.455 / 0.255, abs=0.02)
     assert easiest["bounded"].all()
 
 
-def test_interval_of_the_boundary_spans_the_two_scrambled_samples(make_cube, falls_in_sector) -> None:
+def test_boundary_interval_spans_the_boundaries_of_both_sobol_scrambles(make_cube, falls_in_sector) -> None:
     cube = make_cube(falls_in_sector(60, 20, largest=0.3))
     towards = xr.full_like(cube["overturned"], np.nan)
     towards[{"b_over_h": 2}] = 0.75
@@ -110,19 +110,19 @@ def test_interval_of_the_boundary_spans_the_two_scrambled_samples(make_cube, fal
         ([0.7, 0.4, 0.4, 0], [0, 0.4, -0.4, 0], 0.1 + 0.1 * 0.2 / 0.3, 0.1 + 0.1 * 0.2 / 0.3, 0.3 + 0.1 * 0.1 / 0.6),
     ],
 )
-def test_interval_from_the_ensemble_includes_the_boundary(
+def test_boundary_interval_from_the_ensemble_includes_the_boundary(
     probability: list[float], difference: list[float], boundary: float, low: float, high: float
 ) -> None:
-    def planar_variable(values: list[float]) -> tuple[tuple[str, str], np.ndarray]:
+    def variable_on_azimuth_and_b_over_h(values: list[float]) -> tuple[tuple[str, str], np.ndarray]:
         return ("azimuth", "b_over_h"), np.array([values], np.float64)
 
     cube = xr.Dataset(
         {
-            "overturned": planar_variable([float(p >= 0.5) for p in probability]),
-            "probability_towards": planar_variable(probability),
-            "probability_away": planar_variable([0.0] * 4),
-            "scramble_difference_towards": planar_variable(difference),
-            "scramble_difference_away": planar_variable([0.0] * 4),
+            "overturned": variable_on_azimuth_and_b_over_h([float(p >= 0.5) for p in probability]),
+            "probability_towards": variable_on_azimuth_and_b_over_h(probability),
+            "probability_away": variable_on_azimuth_and_b_over_h([0.0] * 4),
+            "scramble_difference_towards": variable_on_azimuth_and_b_over_h(difference),
+            "scramble_difference_away": variable_on_azimuth_and_b_over_h([0.0] * 4),
         },
         {"azimuth": ("azimuth", [0.0], {"period": 180.0}), "b_over_h": [0.1, 0.2, 0.3, 0.4]},
     )
@@ -147,8 +147,11 @@ def test_missing_outcomes_do_not_count_as_falls_in_the_boundary(make_cube) -> No
     assert easiest["ratio"].isnull().all()
 
 
-def test_a_plane_without_known_outcomes_is_not_the_hardest(make_cube) -> None:
-    """Blocks fall up to B/H = 0.3 ± 0.1, along 60° more easily than across; a missing plane does not matter."""
+def test_a_plane_without_outcomes_is_not_taken_as_the_hardest_to_overturn(make_cube) -> None:
+    """Blocks fall up to B/H = 0.3 ± 0.1, along 60° more easily than across.
+
+    The plane of 30°, which has no outcomes, does not change the ratio of the boundaries.
+    """
     cube = make_cube(lambda a, _, s, __: np.where(s <= 0.3 + 0.1 * np.cos(np.radians(2 * (a - 60))), 1, 0))
     cube["overturned"][{"azimuth": cube["azimuth"] % 180 == 30}] = np.nan
     easiest = easiest_overturning_axis(overturning_boundary_by_azimuth(cube), cube["b_over_h"])

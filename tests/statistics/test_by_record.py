@@ -12,7 +12,7 @@ from overturning.statistics.earthquakes import fall_axes_by_group, fall_vector_s
 
 @pytest.fixture
 def four_record_cube(make_cube, falls_in_sector):
-    """Cube of four records with a wall (word), a vs30 (number) and a pulse (1 or 0), by which records are grouped."""
+    """Cube of four records, with wall (text), vs30 (number) and pulse (1 or 0) to group the records by."""
     rules = [falls_in_sector(60.0 + offset, 10) for offset in (0, 0, 80, 80)]
     described = {"wall": ["hanging", "", "foot", "hanging"], "vs30": [200.0, 360.0, 800.0, np.nan]}
     made = make_cube(
@@ -33,7 +33,7 @@ def record_indices_by_group(groups):
     return {name: np.flatnonzero(mask).tolist() for name, mask in groups.items()}
 
 
-def test_records_are_grouped_by_pulse_by_word_and_by_number(four_record_cube):
+def test_records_are_grouped_by_pulse_by_text_and_by_numeric_range(four_record_cube):
     assert record_indices_by_group(record_masks_by_group(four_record_cube)) == {
         "with a velocity pulse": [0, 1],
         "without (control)": [2, 3],
@@ -53,7 +53,7 @@ def test_fall_axes_are_computed_for_each_group_of_records(four_record_cube):
     assert axes["vs30 from 500"]["axis"].values == pytest.approx([80])
 
 
-def test_error_names_an_unknown_coordinate_for_groups(four_record_cube):
+def test_error_names_an_unknown_coordinate_by_which_to_group_records(four_record_cube):
     with pytest.raises(ArgumentError, match=r"coordinate: 'geology'; records are described by .*vs30, wall"):
         record_masks_by_group(four_record_cube, "geology")
     with pytest.raises(ArgumentError, match="edges"):

@@ -26,7 +26,7 @@ ROULETTE_STOPS_DEG = [43, 45, 52, 61, 75, 88, 88, 279, 357]
 TREE_LEANS_DEG = [45, 55, 81, 96, 110, 117, 132, 154]
 
 
-def test_sectors_are_centred_on_north_and_none_lies_beyond_the_last() -> None:
+def test_first_sector_is_centred_on_north_and_indices_stay_in_range() -> None:
     assert sector_index([0, 22.4, 22.5, 337.4, 337.5, 720, -40], 8).tolist() == [0, 0, 1, 7, 0, 0, 7]
     # Rounding brings −22.5° − 4e-15 to 360° and not below it.
     assert int(sector_index(math.nextafter(-22.5, -90.0), 8)) in (0, 7)
@@ -141,8 +141,11 @@ def test_one_angle_alone_does_not_reject_random_directions(place: float) -> None
 
 
 @pytest.mark.parametrize("angles", [TREE_LEANS_DEG, ROULETTE_STOPS_DEG, [10, 130, 250, 20, 140], [0, 100, 170, 300]])
-def test_the_common_axis_of_unit_vectors_is_tested_as_by_rayleigh(angles: list[float]) -> None:
-    """Against Zar's approximation (2010, eq. 27.4) of the p-value of Rayleigh's test, good to a few parts in 1,000."""
+def test_common_axis_test_of_unit_vectors_agrees_with_rayleighs_test(angles: list[float]) -> None:
+    """The p-value agrees with Zar's approximation (2010, eq.
+
+    27.4) for Rayleigh's test, which is good to a few parts in 1,000.
+    """
     radians = np.radians(angles)
     found, n = common_axis_test(np.cos(radians), np.sin(radians)), len(angles)
     length = n * abs(np.exp(1j * radians).mean())
@@ -162,22 +165,27 @@ def test_common_axis_p_value_of_two_vectors_follows_from_their_angle() -> None:
 
 @pytest.mark.parametrize("winds", [(0, 0), (0, 4), (0, 4, 0), (0, 1, 0, 0), (1, 2, 4, 6)])
 @pytest.mark.parametrize("fold", [1, 2])
-def test_p_value_of_winds_matches_enumeration_of_all_lists_of_winds(winds: tuple[int, ...], fold: int) -> None:
-    """All 8ⁿ lists of n of the eight winds are equally probable if directions are random."""
+def test_p_value_of_compass_directions_matches_full_enumeration(winds: tuple[int, ...], fold: int) -> None:
+    """If directions are random, all 8ⁿ sequences of n of the eight compass points are equally probable."""
 
-    def resultant_length_of_winds(wind: np.ndarray) -> np.ndarray:
+    def resultant_length_of_compass_points(wind: np.ndarray) -> np.ndarray:
         return np.abs(np.exp(0.25j * math.pi * fold * wind).mean(axis=-1))
 
     every = np.stack(np.meshgrid(*len(winds) * [np.arange(8)]), axis=-1)
-    expected = (resultant_length_of_winds(every) >= resultant_length_of_winds(np.array(winds)) - 1e-9).mean()
+    expected = (
+        resultant_length_of_compass_points(every) >= resultant_length_of_compass_points(np.array(winds)) - 1e-9
+    ).mean()
     angle = np.radians(45.0 * fold * np.array(winds))
     found = common_axis_test(np.cos(angle), np.sin(angle), 45.0 * fold)
     assert found.p_value == pytest.approx(expected, abs=0.02)
 
 
 @pytest.mark.parametrize("count", [8, 14])
-def test_power_and_size_of_the_common_axis_test(count: int) -> None:
-    """Doubled axes of von Mises' κ = 3, and isotropic ones, with resultants of 0.3 to 0.9."""
+def test_common_axis_test_has_its_nominal_size_and_high_power(count: int) -> None:
+    """The test for a common axis rejects isotropic vectors in 5 % of samples, and aligned ones in at least 93 %.
+
+    The vectors are random, of length 0.3 to 0.9; the aligned ones have von Mises' κ = 3.
+    """
     generator, found = np.random.default_rng(42), {}
     for kappa, samples in ((0.0, 1000), (3.0, 300)):
         vectors = np.exp(1j * generator.vonmises(1.0, kappa, (samples, count)))
@@ -204,7 +212,10 @@ def test_power_and_size_of_the_common_axis_test(count: int) -> None:
 def test_shares_of_sectors_match_hand_computation(
     angles: list[float], weight: list[float] | None, wide: float, shares: dict[int, float]
 ) -> None:
-    """24 sectors of 15°, the first from −7.5° to 7.5°; a step of several degrees is distributed by overlap."""
+    """There are 24 sectors of 15°, the first from −7.5° to 7.5°.
+
+    An azimuth noted in steps of several degrees is shared among the sectors that its step overlaps.
+    """
     found = fall_shares_by_sector(angles, None if weight is None else np.array(weight), wide)
     expected = np.zeros(24)
     expected[list(shares)] = list(shares.values())

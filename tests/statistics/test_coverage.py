@@ -33,7 +33,10 @@ DATA_SETS_PER_CUBE = 50
 
 
 class DataSetSummary(NamedTuple):
-    """Fall axes of both groups of one random data set, by name, and for some data sets their difference."""
+    """Fall-axis summaries of both groups of records of one random data set, and for some also the difference.
+
+    The difference is that of the mean alignments of both groups.
+    """
 
     groups: dict[str, FallAxisSummary]
     difference: MeanOverEarthquakes | None
@@ -42,11 +45,11 @@ class DataSetSummary(NamedTuple):
 def fall_rule_about_axes(axes_deg: np.ndarray, half_width: int) -> FallRule:
     """Return a rule: blocks of each B/H fall in planes within ``half_width`` of their own axis, degrees."""
 
-    def rule(azimuth: np.ndarray, _: np.ndarray, slender: np.ndarray, __: np.ndarray) -> np.ndarray:
+    def falls_near_block_axis(azimuth: np.ndarray, _: np.ndarray, slender: np.ndarray, __: np.ndarray) -> np.ndarray:
         axis = axes_deg[np.searchsorted(BLOCK_B_OVER_H, slender - 1e-9)]
         return (np.abs((azimuth - axis + 90) % 180 - 90) <= half_width).astype(float)
 
-    return rule
+    return falls_near_block_axis
 
 
 def expected_alignment(kappa: float) -> float:
@@ -96,7 +99,10 @@ def data_set_summaries(kappa: float) -> list[DataSetSummary]:
 @pytest.mark.parametrize("pulse", [1, 0])
 @pytest.mark.parametrize("kappa", [0.0, 1.0, 3.0])
 def test_intervals_of_the_alignment_cover_the_true_value(kappa: float, pulse: int) -> None:
-    """The plain percentile interval covered 88 to 92 %, and showed a false preference in 9 %."""
+    """Intervals of the alignment cover the true value in 92 to 97.5 % of random data sets.
+
+    The plain percentile interval, which is not used, covered it in 88 to 92 % and showed a false preference in 9 %.
+    """
     found = [one.groups[GROUP_NAMES_BY_PULSE[pulse]].alignment for one in data_set_summaries(kappa)]
     truth = expected_alignment(kappa)
     assert {one.n for one in found} == {len(RECORDS_PER_EARTHQUAKE[pulse])}
@@ -116,7 +122,10 @@ def test_intervals_of_group_differences_cover_the_true_value(kappa: float) -> No
 @pytest.mark.long
 @pytest.mark.parametrize("group", GROUP_NAMES_BY_PULSE.values())
 def test_mean_axis_is_reported_for_aligned_and_rarely_for_isotropic_falls(group: str) -> None:
-    """Without a test 93 % of isotropic data sets had an axis; κ = 3 of directions gives a mean cos 2Δ of 0.31."""
+    """Without a significance test 93 % of isotropic data sets would report an axis.
+
+    Directions with κ = 3 have a mean cos 2Δ of 0.31 (Δ: fall axis to fault normal).
+    """
     given = {
         kappa: np.mean([np.isfinite(one.groups[group].axis_deg) for one in data_set_summaries(kappa)])
         for kappa in (0, 3)

@@ -21,7 +21,7 @@ from overturning.statistics.criteria import (
     block_frequency_parameter,
     ishiyama_velocity_limit,
     kaneko_hayashi_acceleration_limit,
-    kaneko_hayashi_branch_frequency,
+    kaneko_hayashi_transition_frequency,
     pulse_acceleration_to_overturn_after_impact,
     pulse_acceleration_to_overturn_without_impact,
     score_overturning_criteria,
@@ -43,7 +43,7 @@ def test_west_and_ishiyama_limits_match_closed_forms() -> None:
 
 
 @pytest.mark.parametrize("value", [0.0, -0.1, math.nan, math.inf])
-def test_limits_refuse_sizes_that_are_not_positive(value: float) -> None:
+def test_overturning_limits_refuse_sizes_that_are_not_positive(value: float) -> None:
     with pytest.raises(ArgumentError, match="positive"):
         west_acceleration_limit(value)
     with pytest.raises(ArgumentError, match="positive"):
@@ -53,7 +53,7 @@ def test_limits_refuse_sizes_that_are_not_positive(value: float) -> None:
 @pytest.mark.parametrize("height", [0.3, 1.0, 2.0])
 @pytest.mark.parametrize("slender", [0.1, 0.3, 0.6])
 def test_two_branches_of_the_kaneko_hayashi_limit_meet(height: float, slender: float) -> None:
-    border = 1 / (2 * math.pi * kaneko_hayashi_branch_frequency(height, slender))
+    border = 1 / (2 * math.pi * kaneko_hayashi_transition_frequency(height, slender))
     below, above = kaneko_hayashi_acceleration_limit(height, slender, border * np.array([1 + 1e-9, 1 - 1e-9]))
     assert below == pytest.approx(9.80665 * slender * (1 + slender))
     assert above == pytest.approx(below, rel=6e-4)  # 10 · 15.6 · 2π is 980.2, not 980.665
@@ -64,7 +64,10 @@ def test_two_branches_of_the_kaneko_hayashi_limit_meet(height: float, slender: f
 
 
 def rocking_outcomes_under_one_sine(factors: Any, ratio: float, height: float, slender: float) -> np.ndarray:
-    """Return the sides of the rocking block under sines of given multiples of West's acceleration, ω = ratio p."""
+    """Return the fall sides (−1, 0 or 1) of a rocking block under one sine cycle of ω = ratio · p.
+
+    The amplitudes are given multiples of West's acceleration.
+    """
     period = 2 * math.pi / (ratio * float(block_frequency_parameter(height, slender)))
     motion = Motion(np.sin(2 * math.pi * np.arange(801) / 800), np.zeros(801), sampling_interval=period / 800)
     return simulate_rigid_rocking(
@@ -72,7 +75,7 @@ def rocking_outcomes_under_one_sine(factors: Any, ratio: float, height: float, s
     ).overturned
 
 
-def predicted_pulse_factor(criterion: Any, ratio: float, height: float, slender: float) -> float:
+def predicted_multiple_of_wests_acceleration(criterion: Any, ratio: float, height: float, slender: float) -> float:
     """Return the multiple of West's acceleration from which a criterion predicts a fall for a sine with ω = ratio p."""
     pgv_over_pga = 2 / (ratio * float(block_frequency_parameter(height, slender)))
     return float(criterion(height, slender, pgv_over_pga)) / (9.80665 * slender)
@@ -81,7 +84,7 @@ def predicted_pulse_factor(criterion: Any, ratio: float, height: float, slender:
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 3.0, 5.0])
 def test_pulse_limit_without_impact_matches_the_simulated_rocking_block(ratio: float) -> None:
     # A base that accelerates towards +s first throws the block towards −s: the fall without impact.
-    factor = predicted_pulse_factor(pulse_acceleration_to_overturn_without_impact, ratio, 1.0, 0.1)
+    factor = predicted_multiple_of_wests_acceleration(pulse_acceleration_to_overturn_without_impact, ratio, 1.0, 0.1)
     assert (rocking_outcomes_under_one_sine([0.995 * factor, 1.015 * factor], ratio, 1.0, 0.1) == -1).tolist() == [
         False,
         True,
@@ -90,13 +93,13 @@ def test_pulse_limit_without_impact_matches_the_simulated_rocking_block(ratio: f
 
 @pytest.mark.parametrize("ratio", [1.0, 2.0, 3.0, 4.0])
 def test_pulse_limit_after_one_impact_is_near_the_simulated_block(ratio: float) -> None:
-    factor = predicted_pulse_factor(pulse_acceleration_to_overturn_after_impact, ratio, 1.0, 0.1)
+    factor = predicted_multiple_of_wests_acceleration(pulse_acceleration_to_overturn_after_impact, ratio, 1.0, 0.1)
     factors = np.arange(1.01, 2.0, 0.01)
     first = factors[rocking_outcomes_under_one_sine(factors, ratio, 1.0, 0.1) == 1].min()
     assert 0.98 <= factor / first <= 1.11
 
 
-def test_every_criterion_needs_the_acceleration_of_rocking() -> None:
+def test_no_criterion_predicts_a_fall_below_the_rocking_acceleration() -> None:
     ratio = np.geomspace(0.02, 0.5, 30)
     for criterion in CRITERIA:
         assert (criterion.acceleration(0.6, 0.3, ratio) >= west_acceleration_limit(0.3) * (1 - 1e-12)).all()
@@ -108,7 +111,7 @@ def test_hit_rate_and_skill_match_hand_computation() -> None:
     assert found.skill == pytest.approx(2 / 3 - 1 / 2)
 
 
-def test_falls_by_wests_formula_are_predicted_by_it(make_cube) -> None:
+def test_wests_criterion_has_full_skill_for_falls_by_its_own_formula(make_cube) -> None:
     azimuth, slender = np.arange(0, 180, 20), np.array([0.1, 0.2, 0.3, 0.4])
     pga = STANDARD_GRAVITY * np.linspace(0.05, 0.45, azimuth.size)
     cube = make_cube(
@@ -195,10 +198,13 @@ fall, the pulse without impact never."""
 FIRST_CRITERION, SECOND_CRITERION = "Kaneko–Hayashi", "pulse, one impact"
 
 
-def scores_where_the_first_is_right(
+def scores_with_first_criterion_right_by_odds(
     make_cube: Callable[..., xr.Dataset], generator: np.random.Generator, odds: tuple[float, float]
 ) -> OverturningCriteriaScores:
-    """Scores of 14 earthquakes; if the two criteria differ, the first is right with a beta-distributed probability."""
+    """Return scores from 14 synthetic earthquakes in which the first of two criteria is right by given odds.
+
+    Where the two criteria differ, the first one is right with a beta-distributed probability.
+    """
     azimuth = np.arange(0, 180, 15)
     kind = generator.integers(4, size=(14, azimuth.size))
     right = generator.random(kind.shape) < generator.beta(*odds, size=(14, 1))
@@ -218,12 +224,12 @@ def scores_where_the_first_is_right(
 def test_best_criterion_is_named_only_if_criteria_differ(make_cube: Callable[..., xr.Dataset]) -> None:
     """Regression: the criterion with the higher skill was called the best even if two were equal."""
     generator = np.random.default_rng(42)
-    alike = [scores_where_the_first_is_right(make_cube, generator, (2, 2)) for _ in range(400)]
+    alike = [scores_with_first_criterion_right_by_odds(make_cube, generator, (2, 2)) for _ in range(400)]
     assert {one.best_criterion.name for one in alike} == {FIRST_CRITERION, SECOND_CRITERION}
     assert np.mean([all(lead.low > 0 for lead in one.leads.values()) for one in alike]) <= 0.07
     # Both lead the three that always say the same.
     assert np.mean([sum(lead.low > 0 for lead in one.leads.values()) >= 3 for one in alike]) >= 0.95
-    better = [scores_where_the_first_is_right(make_cube, generator, (6, 2)) for _ in range(60)]
+    better = [scores_with_first_criterion_right_by_odds(make_cube, generator, (6, 2)) for _ in range(60)]
     ranked = [one.best_criterion.name for one in better if all(lead.low > 0 for lead in one.leads.values())]
     assert set(ranked) == {FIRST_CRITERION}
     assert len(ranked) >= 48
@@ -239,11 +245,13 @@ def test_blocks_that_nearly_always_stand_have_little_weight_in_scores(make_cube:
         0.8: np.arange(50) == 30,
     }  # West: correct for the first earthquake, wrong for the only fall of the other
 
-    def rule(at: np.ndarray, _: np.ndarray, slender: np.ndarray, __: np.ndarray) -> np.ndarray:
+    def falls_by_block_shape(at: np.ndarray, _: np.ndarray, slender: np.ndarray, __: np.ndarray) -> np.ndarray:
         place = np.rint(at / 3.6).astype(int)
         return np.where(slender < 0.5, falls[0.3][place], falls[0.8][place]).astype(float)
 
-    cube = make_cube(rule, azimuth=azimuth, height=[0.6], b_over_h=[0.3, 0.8], friction=[1.0], events="abcdefgh")
+    cube = make_cube(
+        falls_by_block_shape, azimuth=azimuth, height=[0.6], b_over_h=[0.3, 0.8], friction=[1.0], events="abcdefgh"
+    )
     peaks = {name: (("record", "azimuth"), np.tile(one, (8, 1))) for name, one in (("pga", pga), ("pgv", pga / 10))}
     found = score_overturning_criteria(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
     assert found is not None

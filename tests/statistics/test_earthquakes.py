@@ -20,7 +20,10 @@ from overturning.statistics.roses import fall_rose
 
 @pytest.fixture
 def fall_axes_at_offsets(make_cube, falls_in_sector):
-    """Return a function: fall axes of records that fall at these offsets, degrees, from their fault normals."""
+    """Return a function for the fall axes of records whose blocks fall at given offsets from the fault normals.
+
+    Offsets are in degrees; the function computes the axes by earthquake.
+    """
 
     def fall_axes(offsets, *, normals=None, events=None):
         normals = [20.0 + 37 * i for i in range(len(offsets))] if normals is None else normals
@@ -62,7 +65,7 @@ def test_sample_size_excludes_records_without_falls_or_fault_normal(make_cube, f
     assert np.isnan([nothing.axis_deg, nothing.alignment.value]).all()
 
 
-def test_only_marginal_blocks_count_and_axes_are_weighted_by_resultant(make_cube) -> None:
+def test_fall_axes_use_only_marginal_blocks_and_are_weighted_by_resultant(make_cube) -> None:
     """B/H 0.1 falls in every plane; B/H 0.3 near one axis or, in the last earthquake, near two perpendicular axes.
 
     The expected values are computed by numpy from the azimuths in which B/H 0.3 falls.
@@ -70,15 +73,15 @@ def test_only_marginal_blocks_count_and_axes_are_weighted_by_resultant(make_cube
     offsets, normals = [[0], [20, 20], [60], [3, 91]], [10.0, 70.0, 130.0, 40.0]
     planes = np.arange(0, 180, 2)
 
-    def fall_rule(normal: float, offset: list[int]):
-        def falls(azimuth, height, slender, friction):
+    def fall_rule_about_normal(normal: float, offset: list[int]):
+        def signed_falls_near_axes(azimuth, height, slender, friction):
             near = [np.abs((azimuth - normal - one + 90) % 180 - 90) <= 14 for one in offset]
             side = np.where(azimuth < 180, 1, -1)
             return np.where((slender < 0.2) | ((slender == 0.3) & np.any(near, axis=0)), side, 0)
 
-        return falls
+        return signed_falls_near_axes
 
-    rules = [fall_rule(*one) for one in zip(normals, offsets, strict=True)]
+    rules = [fall_rule_about_normal(*one) for one in zip(normals, offsets, strict=True)]
     more = {"azimuth": range(0, 360, 2), "b_over_h": (0.1, 0.3, 0.5), "fault_normal": normals}
     cube = make_cube(rules, events="ABCD", **more)
     doubled = []
@@ -107,7 +110,11 @@ def test_only_marginal_blocks_count_and_axes_are_weighted_by_resultant(make_cube
 
 
 def test_alignment_cannot_exceed_the_resultant_of_its_records(make_cube, falls_in_sector) -> None:
-    """Blocks fall in planes within w of an axis: the resultant of doubled axes is sin(2w + s)/((2w/s + 1) sin s)."""
+    """The alignment is at most the mean resultant of the records, reached if all fall along the fault normal.
+
+    If blocks fall in planes within w of an axis, spaced by s, the resultant of the doubled axes is sin(2w + s)/((2w/s
+    + 1) sin s).
+    """
 
     def resultant_of_planes(half_width: int) -> float:
         return np.sin(np.radians(2 * half_width + 1)) / ((2 * half_width + 1) * np.sin(np.radians(1)))
@@ -137,7 +144,9 @@ def test_alignment_cannot_exceed_the_resultant_of_its_records(make_cube, falls_i
 
 
 def test_alignment_is_computed_for_each_rule_that_selects_blocks(make_cube) -> None:
-    """B/H 0.1 falls in all planes, 0.2 in 5/6, 0.3 in 2/5, 0.4 in 1/10, each about an axis of its own; by numpy.
+    """B/H 0.1 falls in all planes, 0.2 in 5/6, 0.3 in 2/5 and 0.4 in 1/10 of them, each about an axis of its own.
+
+    Numpy computes the expected values.
 
     Under the second record, of an earthquake of its own, only B/H 0.1 and 0.2 fall.
     """
@@ -149,18 +158,18 @@ def test_alignment_is_computed_for_each_rule_that_selects_blocks(make_cube) -> N
         apart = np.abs((azimuth - normal - axis[slender] + 89.5) % 180 - 90)
         return apart < 90 * share[slender]
 
-    def fall_rule(normal: float, most: float):
-        def falls(azimuth, height, slender, friction):
+    def fall_rule_up_to_b_over_h(normal: float, most: float):
+        def signed_falls(azimuth, height, slender, friction):
             fell = np.zeros(azimuth.shape, bool)
             for one in share:
                 fell |= (slender == one) & is_near_axis(azimuth, normal, one) & (one <= most)
             return np.where(fell, np.where(azimuth < 180, 1, -1), 0)
 
-        return falls
+        return signed_falls
 
     cube = make_cube(
-        [fall_rule(10.0, 0.4), fall_rule(130.0, 0.2)], azimuth=range(360), b_over_h=tuple(share), events="AB",
-        fault_normal=normals,
+        [fall_rule_up_to_b_over_h(10.0, 0.4), fall_rule_up_to_b_over_h(130.0, 0.2)],
+        azimuth=range(360), b_over_h=tuple(share), events="AB", fault_normal=normals
     )  # fmt: skip
 
     def mean_doubled_axis(record: int, shapes: list[float]) -> complex:
@@ -190,7 +199,7 @@ def test_alignment_is_computed_for_each_rule_that_selects_blocks(make_cube) -> N
     assert fault_normal_alignment_by_block_selection(many, [EVERY_BLOCK])["all records"][0].largest < own.largest
 
 
-def test_rose_of_planes_weights_earthquakes_equally_and_shows_marginal_blocks(make_cube, falls_in_sector) -> None:
+def test_fall_rose_weights_earthquakes_equally_and_shows_marginal_blocks(make_cube, falls_in_sector) -> None:
     """Blocks of seven earthquakes fall in eleven planes about 0°; an eighth has two records with one plane at 90°."""
     rules = [falls_in_sector(0, 5)] * 7 + [falls_in_sector(90, 0)] * 2
     cube = make_cube(rules, azimuth=range(360), events="ABCDEFGHH")
@@ -209,8 +218,11 @@ def test_rose_of_planes_weights_earthquakes_equally_and_shows_marginal_blocks(ma
     assert fall_rose(together).shares == pytest.approx(shares)
 
 
-def test_a_sector_on_which_all_earthquakes_agree_has_an_exact_bound(make_cube, falls_in_sector) -> None:
-    """Regression: its interval had no width. All falls lie along the normal: share 1 in that sector, else 0."""
+def test_rose_sector_with_the_same_share_in_all_earthquakes_has_exact_bounds(make_cube, falls_in_sector) -> None:
+    """A rose sector with the share 1 or 0 in all earthquakes has an interval with exact, unequal bounds.
+
+    All falls lie along the fault normal (regression: the intervals had zero width).
+    """
     cube = make_cube([falls_in_sector(60, 5)] * 9, events="ABCDEFGHI", fault_normal=60.0)
     rose = fall_rose(cube, from_normal=True, axial=True)
     bound = 0.05 ** (1 / 9)  # nine of nine earthquakes have it with a probability of 5 %
@@ -268,7 +280,7 @@ def test_bootstrap_interval_covers_the_mean_axis_at_its_level() -> None:
     assert 0.80 <= held / 200 <= 0.97
 
 
-def test_alignment_of_pulse_and_control_groups_is_compared_with_an_interval(fall_axes_at_offsets) -> None:
+def test_difference_of_alignment_of_pulse_and_control_groups_has_an_interval(fall_axes_at_offsets) -> None:
     pulse = fall_axes_at_offsets([0, 5, -5, 8, -8, 3, 6, -2])
     names = ["E0", "E1", "C2", "C3", "C4", "C5", "C6", "C7"]
     difference = difference_of_mean_alignments(
@@ -296,10 +308,14 @@ def test_alignment_of_pulse_and_control_groups_is_compared_with_an_interval(fall
         ([], 30, False),
     ],
 )
-def test_unknown_outcomes_on_one_side_of_the_circle_impose_the_axis(
+def test_axis_is_omitted_if_unknown_outcomes_on_one_side_could_impose_it(
     make_cube, falls_in_sector, unknown_planes, half_width: float, imposed: bool
 ) -> None:
-    """Planes of 5°; under the first record the outcomes of both blocks are unknown in some planes."""
+    """The fall axis of a record is missing if unknown outcomes in some planes could impose it.
+
+    Planes are 5° apart; under the first record the outcomes of both blocks are unknown in the given planes, under the
+    second record all are known.
+    """
     whole = make_cube(
         [falls_in_sector(120, half_width), falls_in_sector(120, 30)],
         azimuth=range(0, 360, 5), b_over_h=(0.1, 0.2), events="AB", fault_normal=[120.0, 120.0],

@@ -7,15 +7,15 @@ import xarray as xr
 from overturning.errors import ResultError
 from overturning.labels import unsimulated_azimuth_label
 from overturning.model.body import Body
-from overturning.model.falls import model_of_cube
+from overturning.model.falls import model_of_results_cube
 from overturning.model.planes import (
     LARGEST_RESULTANT_OF_PLANES,
     PlanarModel,
     azimuth_gaps_and_step,
     distinct_plane_indices,
     fall_probability_to_either_side,
-    half_circle_share_of_planes,
-    plane_choice_imposes_fall_axis,
+    plane_weights_by_azimuth_spacing,
+    simulated_planes_impose_fall_axis,
 )
 from overturning.model.stack import Stack
 from overturning.statistics.circular import LEAST_RESULTANT
@@ -25,11 +25,11 @@ from overturning.statistics.falls import (
     add_opposite_azimuths,
     count_outcome_changes,
     fall_counts_towards_azimuths,
-    informative_block_mask,
+    mask_of_blocks_for_direction_statistics,
     mean_fall_directions,
     overturned_share,
     overturned_shares_by_record,
-    overturned_shares_near_and_far_from_normal,
+    overturned_shares_near_and_off_fault_normal,
     overturning_indicator,
     share_of_directions_with_overturning,
     shares_of_directions_with_fall,
@@ -43,7 +43,7 @@ def flags_by_azimuth(azimuth: list[int], overturned: list[float]) -> xr.Dataset:
     )
 
 
-def test_additional_azimuths_share_the_weight_of_their_neighbourhood_in_shares() -> None:
+def test_shares_weight_unevenly_spaced_azimuths_by_the_arc_they_represent() -> None:
     """Planes at 0, 20, 40 and 90° stand for the azimuths nearest to them: 55, 20, 35 and 70 of 180°."""
     azimuth = [0, 20, 40, 90, 180, 270]
     flags = np.array([[1, 1, 0, 0, -1, 0], [0, np.nan, 1, 1, 0, -1]], np.float32)
@@ -55,7 +55,7 @@ def test_additional_azimuths_share_the_weight_of_their_neighbourhood_in_shares()
     assert shares.to_numpy() == pytest.approx([75 / 180, 105 / 160])
     assert float(overturned_share(cube)) == pytest.approx((75 + 105) / (180 + 160))
     # Planes within 45° of the normal 10° are those at 0, 20 and 40°.
-    assert overturned_shares_near_and_far_from_normal(cube) == pytest.approx((75 / 110, 0.0))
+    assert overturned_shares_near_and_off_fault_normal(cube) == pytest.approx((75 / 110, 0.0))
     regular = cube.isel(azimuth=[0, 3, 4, 5])
     np.testing.assert_array_equal(overturned_shares_by_record(regular), [0.5, 0.5])
 
@@ -71,14 +71,17 @@ def test_additional_azimuths_share_the_weight_of_their_neighbourhood_in_shares()
 def test_each_plane_counts_once_in_shares_and_in_the_choice_of_blocks(
     azimuth: list[int], flags: list[float], share: float
 ) -> None:
-    """A second block falls in all planes: the first one falls in at most half of them, and is marginal."""
+    """A plane counts once in shares and in the choice of blocks, however many azimuths belong to it.
+
+    One block falls in all planes, the other in at most half of them: only the latter is marginal.
+    """
     second = np.where(np.array(azimuth) < 180, 1.0, -1.0)
     cube = xr.Dataset(
         {"overturned": (("azimuth", "b_over_h"), np.stack([flags, second], axis=1))}, coords={"azimuth": azimuth}
     )
     assert float(overturned_share(cube)) == pytest.approx((share + 1) / 2)
     assert overturned_share(cube, "b_over_h").values == pytest.approx([share, 1.0])
-    assert informative_block_mask(cube).values.tolist() == [True, False]
+    assert mask_of_blocks_for_direction_statistics(cube).values.tolist() == [True, False]
     of_some = BLOCK_RULES[3].selected_block_mask(share_of_directions_with_overturning(cube))
     assert of_some.values.tolist() == [True, False], "in some planes, but not in all"
 
@@ -104,12 +107,12 @@ def test_missing_outcomes_are_counted_neither_as_fall_nor_as_stand() -> None:
     np.testing.assert_array_equal(overturning_indicator(flags_by_azimuth([0, 90], [np.nan, -1])), [np.nan, 1])
 
 
-def test_integer_and_float_flags_are_equivalent() -> None:
+def test_integer_and_float_fall_flags_give_equal_statistics() -> None:
     read = flags_by_azimuth([0, 30, 60, 90, 120, 150], [1, np.nan, np.nan, 0, -1, 0])
     whole = read.fillna(-128).astype("int8").assign_coords(azimuth=read["azimuth"])  # as in the file
     for found in (
         overturning_indicator,
-        informative_block_mask,
+        mask_of_blocks_for_direction_statistics,
         shares_of_directions_with_fall,
         lambda one: mean_fall_directions(one, informative_only=True),
     ):
@@ -126,13 +129,18 @@ def test_outcome_changes_are_counted_between_known_neighbours_only() -> None:
     assert count_outcome_changes(ratios, "b_over_h") == (5, 6)
 
 
-def test_blocks_near_the_boundary_fall_in_some_planes_and_in_at_most_half() -> None:
+def test_blocks_are_informative_if_they_fall_in_some_planes_but_at_most_half() -> None:
     flags = np.array([[0, 1, 1, 1], [0, 0, -1, -1], [0, 0, 1, np.nan], [0, 0, 0, 1]], dtype=float)
     data = xr.Dataset({"overturned": (("azimuth", "b_over_h"), flags)}, coords={"azimuth": [0, 45, 90, 135]})
-    assert informative_block_mask(data).values.tolist() == [False, True, False, False]
-    assert informative_block_mask(data.isel(azimuth=[0, 1, 3])).values.tolist() == [False, True, False, False]
+    assert mask_of_blocks_for_direction_statistics(data).values.tolist() == [False, True, False, False]
+    assert mask_of_blocks_for_direction_statistics(data.isel(azimuth=[0, 1, 3])).values.tolist() == [
+        False,
+        True,
+        False,
+        False,
+    ]
     # Without marginal blocks all falls count.
-    assert informative_block_mask(data.isel(azimuth=[0, 1, 3], b_over_h=[2])).values.tolist() == [True]
+    assert mask_of_blocks_for_direction_statistics(data.isel(azimuth=[0, 1, 3], b_over_h=[2])).values.tolist() == [True]
 
 
 def test_opposite_azimuths_of_one_plane_are_counted_once(make_cube, falls_in_sector) -> None:
@@ -141,7 +149,7 @@ def test_opposite_azimuths_of_one_plane_are_counted_once(make_cube, falls_in_sec
     half = shares_of_directions_with_fall(cube.isel(azimuth=cube["azimuth"] < 180))
     assert whole.values == pytest.approx(9 / 36)  # 40° to 80° by 5° of 36 planes
     xr.testing.assert_allclose(whole, half)
-    assert model_of_cube(cube).fall_probability_and_direction_by_case(cube).sizes["azimuth"] == 36
+    assert model_of_results_cube(cube).fall_probability_and_direction_by_case(cube).sizes["azimuth"] == 36
 
 
 def falls_both_ways_along_30(azimuth, *_):
@@ -160,7 +168,7 @@ def falls_both_ways_along_30(azimuth, *_):
         (lambda azimuth, *_: np.where(azimuth < 180, 1, -1), 1, (None, (0.6, 0.7)), (np.nan, (0, 1e-9))),
     ],
 )
-def test_fall_shares_mean_directions_and_axes_of_known_cubes(
+def test_fall_shares_mean_directions_and_axes_match_known_fall_rules(
     make_cube, falls_in_sector, rule, share, direction, axis
 ) -> None:
     if isinstance(rule, str):
@@ -187,7 +195,7 @@ def test_missing_outcomes_do_not_count_as_standing_in_shares(make_cube, falls_in
     assert shares_of_directions_with_fall(cube.where(False)).isnull().all()
 
 
-def test_shares_are_averaged_over_all_case_dimensions(make_cube, falls_in_sector) -> None:
+def test_fall_shares_are_averaged_over_all_block_parameters(make_cube, falls_in_sector) -> None:
     shares = shares_of_directions_with_fall(
         make_cube(falls_in_sector(60, 20, largest=0.3)), summed_dims=PlanarModel.case_dims
     )
@@ -206,7 +214,7 @@ def test_statistics_of_a_lazy_cube_are_those_of_a_loaded_one(make_cube, falls_in
 def test_azimuths_added_to_a_grid_do_not_change_shares_and_axes(make_cube, falls_in_sector) -> None:
     regular = make_cube(falls_in_sector(60, 20))
     extra = make_cube(falls_in_sector(60, 20), azimuth=sorted([*range(0, 360, 5), 61, 62, 63, 64, 241, 242, 243, 244]))
-    assert half_circle_share_of_planes(
+    assert plane_weights_by_azimuth_spacing(
         extra["azimuth"].values[distinct_plane_indices(extra["azimuth"].values)]
     ).sum() == pytest.approx(1)
     assert float(
@@ -220,22 +228,22 @@ def test_azimuths_added_to_a_grid_do_not_change_shares_and_axes(make_cube, falls
 def test_end_planes_of_a_partial_circle_have_no_extra_weight(make_cube, falls_in_sector) -> None:
     """Of twelve planes from 30° to 85°, those from 40° on fall, each counted once."""
     part = np.arange(30, 90, 5)
-    assert half_circle_share_of_planes(part) == pytest.approx(np.full(12, 1 / 12))
-    assert half_circle_share_of_planes(part, divide_gaps=True)[[0, 1, -1]] == pytest.approx(
+    assert plane_weights_by_azimuth_spacing(part) == pytest.approx(np.full(12, 1 / 12))
+    assert plane_weights_by_azimuth_spacing(part, divide_gaps=True)[[0, 1, -1]] == pytest.approx(
         [65 / 180, 5 / 180, 65 / 180]
     )
     cube = make_cube(falls_in_sector(62.5, 24), azimuth=part.tolist())
     assert shares_of_directions_with_fall(cube).values == pytest.approx(10 / 12)
     assert mean_fall_directions(cube)["mean_axis"].values == pytest.approx(62.5, abs=1e-4)
-    assert half_circle_share_of_planes([0, 60, 90]) == pytest.approx([75 / 180, 45 / 180, 60 / 180]), (
+    assert plane_weights_by_azimuth_spacing([0, 60, 90]) == pytest.approx([75 / 180, 45 / 180, 60 / 180]), (
         "no part of a finer grid"
     )
 
 
-def test_two_partial_circles_have_no_extra_weight() -> None:
-    """A study of azimuths near both faces of a stone: the end planes of both parts have full weight."""
+def test_end_planes_of_two_partial_circles_have_no_extra_weight() -> None:
+    """End planes of azimuth ranges near both faces of a stone have the same weight as all other planes."""
     both = [*range(0, 25, 5), *range(90, 115, 5)]
-    assert half_circle_share_of_planes(both) == pytest.approx(np.full(10, 1 / 10))
+    assert plane_weights_by_azimuth_spacing(both) == pytest.approx(np.full(10, 1 / 10))
     not_computed, step = azimuth_gaps_and_step(both)
     assert (np.flatnonzero(not_computed).tolist(), step) == ([4, 9], 5.0)
     assert np.flatnonzero(azimuth_gaps_and_step(both, 360.0)[0]).tolist() == [4, 9]
@@ -245,11 +253,11 @@ def test_two_partial_circles_have_no_extra_weight() -> None:
     ("part", "last"), [(range(0, 175, 5), 170), (range(0, 165, 15), 150), ([0, 45, 90], 90), ([30, 90], 90)]
 )
 def test_grid_with_a_missing_plane_is_a_partial_circle(part, last: float) -> None:
-    """A range that ends a step too soon, since its end is excluded."""
+    """An azimuth range that stops one step short, as its end is excluded, counts as a partial circle with a gap."""
     not_computed, step = azimuth_gaps_and_step(list(part))
     assert np.flatnonzero(not_computed).tolist() == [len(part) - 1]
     assert step == part[1] - part[0]
-    assert half_circle_share_of_planes(list(part)) == pytest.approx(1 / len(part))
+    assert plane_weights_by_azimuth_spacing(list(part)) == pytest.approx(1 / len(part))
     said = unsimulated_azimuth_label(xr.Dataset(coords={"azimuth": ("azimuth", list(part))}))
     assert said == f"between {last}° and {180 + part[0]}°"
 
@@ -265,12 +273,14 @@ def test_grid_with_a_missing_plane_is_a_partial_circle(part, last: float) -> Non
         [0, 90],
     ],
 )
-def test_azimuths_added_to_a_grid_leave_no_gap_elsewhere(whole) -> None:
+def test_azimuths_added_to_a_full_circle_do_not_make_it_partial(whole) -> None:
     assert not azimuth_gaps_and_step(whole)[0].any()
-    assert half_circle_share_of_planes(whole) == pytest.approx(half_circle_share_of_planes(whole, divide_gaps=True))
+    assert plane_weights_by_azimuth_spacing(whole) == pytest.approx(
+        plane_weights_by_azimuth_spacing(whole, divide_gaps=True)
+    )
 
 
-def test_a_scene_without_mirror_image_is_two_cases_at_opposite_azimuths(make_cube) -> None:
+def test_opposite_azimuths_of_an_asymmetric_scene_are_two_different_cases(make_cube) -> None:
     """The stone falls away from its wall: towards azimuths from 0° to 175°; for azimuths from 180° on it stands."""
     cube = make_cube(lambda azimuth, *_: np.where(azimuth < 180, 1, 0))
     falling = make_cube(lambda azimuth, *_: np.ones_like(azimuth))
@@ -310,7 +320,10 @@ def test_dataset_without_fall_flags_is_refused() -> None:
 
 
 def test_a_scene_falls_where_any_of_its_elements_falls() -> None:
-    """Of five cases one has no outcome; in the others fall nothing, the lintel, a pillar before it, or a pillar."""
+    """Of five cases one has no outcome.
+
+    In the others fall nothing, only the lintel, the pillar and later the lintel, or only the pillar.
+    """
     flags = np.array([[[0, 0], [0, 1], [-1, 1], [1, 0], [np.nan, np.nan]]])
     times = np.array([[[np.nan, np.nan], [np.nan, 3.0], [1.0, 2.0], [5.0, np.nan], [np.nan, np.nan]]])
     dims = ("record", "azimuth", "element")
@@ -323,8 +336,11 @@ def test_a_scene_falls_where_any_of_its_elements_falls() -> None:
     assert (anything.cases, anything.falls, anything.share, anything.median_time) == (4, 3, 0.75, 3.0)
 
 
-def test_displacements_of_each_stone_of_a_stack() -> None:
-    """A base that slips 3-4-5 cm, and a shaft that stands in five of eight cases and slides off in one of three."""
+def test_displacements_of_each_stone_of_a_stack_match_hand_computation() -> None:
+    """The base slips by 3 cm to the north and 4 cm to the west, 5 cm in all.
+
+    The shaft stands in five of eight cases and slides off in one of the other three.
+    """
     dims = ("record", "orientation", "element")
     shape = (1, 8, 2)
     fell, north, east, twist, slid = (np.zeros(shape) for _ in range(5))
@@ -346,13 +362,16 @@ def test_displacements_of_each_stone_of_a_stack() -> None:
     assert element_displacements(made.drop_vars("slid_off"))[1].slid_off is None
 
 
-def test_a_part_of_a_cube_keeps_its_model() -> None:
-    """Statistics load few variables of a cube: its model must follow from the coordinates that remain."""
+def test_model_is_recognised_from_a_cube_with_few_of_its_variables() -> None:
+    """Statistics tell from a cube's coordinates whether its model is planar, a 3-D body or a stack.
+
+    They load few variables of a cube, so that the model must follow from the coordinates that remain.
+    """
     stack = xr.Dataset({"overturned": (("orientation", "height"), np.zeros((2, 1)))}, {"height": [0.6]})
-    assert isinstance(model_of_cube(stack), Stack)
-    assert isinstance(model_of_cube(stack.expand_dims(aspect=[1.0])), Body)
-    assert isinstance(model_of_cube(stack.expand_dims(aspect=[1.0]).isel(aspect=0)), Body)
-    assert isinstance(model_of_cube(stack.rename(orientation="azimuth")), PlanarModel)
+    assert isinstance(model_of_results_cube(stack), Stack)
+    assert isinstance(model_of_results_cube(stack.expand_dims(aspect=[1.0])), Body)
+    assert isinstance(model_of_results_cube(stack.expand_dims(aspect=[1.0]).isel(aspect=0)), Body)
+    assert isinstance(model_of_results_cube(stack.rename(orientation="azimuth")), PlanarModel)
 
 
 @pytest.mark.parametrize(
@@ -376,6 +395,6 @@ def test_a_part_of_a_cube_keeps_its_model() -> None:
         (sorted({*range(0, 180, 5), *range(60, 121)}), False),
     ],
 )
-def test_unevenly_spaced_planes_impose_the_fall_axis(azimuth, imposed: bool) -> None:
-    assert plane_choice_imposes_fall_axis(list(azimuth)) is imposed
+def test_unevenly_spaced_planes_are_detected_as_imposing_the_fall_axis(azimuth, imposed: bool) -> None:
+    assert simulated_planes_impose_fall_axis(list(azimuth)) is imposed
     assert LARGEST_RESULTANT_OF_PLANES == LEAST_RESULTANT  # up to which falls have no axis

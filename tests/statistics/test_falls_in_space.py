@@ -9,11 +9,11 @@ from obspy.geodetics import gps2dist_azimuth
 from scipy.stats import bootstrap, circmean, norm, t
 
 from overturning.model.body import Body
-from overturning.model.falls import model_of_cube
+from overturning.model.falls import model_of_results_cube
 from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import (
     azimuth_away_from_epicentre,
-    fall_alignment_with_references,
+    fall_alignment_with_reference_directions,
     fall_axes_by_earthquake,
     fall_vector_sums_by_record,
     summarise_fall_axes,
@@ -26,8 +26,8 @@ from overturning.statistics.falls import (
 from overturning.statistics.illustrative import find_illustrative_cases
 from overturning.statistics.roses import fall_rose
 from overturning.statistics.space import (
-    planar_model_agreement_counts,
-    planar_model_agreement_shares,
+    count_agreements_of_2d_and_3d_outcomes,
+    shares_of_agreeing_2d_and_3d_outcomes,
     standing_stone_twists_deg,
     summarise_twists,
 )
@@ -43,7 +43,10 @@ def random_3d_cube(
     spread: float = 30.0,
     normals: np.ndarray = FAULT_NORMALS_DEG,
 ) -> xr.Dataset:
-    """Return a random 3-D cube: two of three blocks fall, about 20° clockwise of the fault normal or opposite."""
+    """Return a random 3-D cube in which blocks fall about 20° clockwise of the fault normal, or opposite.
+
+    Two of three blocks fall, 30 % of them in the opposite direction.
+    """
     generator = np.random.default_rng(seed)
     shape = (len(events), 6, 2, 3, 1, 2)
     normals = normals[: len(events)]
@@ -67,9 +70,9 @@ def fall_azimuths_of_record(cube: xr.Dataset, record: int) -> np.ndarray:
     return values[np.isfinite(values)]
 
 
-def test_directions_and_axes_are_those_of_the_falls() -> None:
+def test_mean_directions_axes_and_shares_of_3d_falls_match_scipy_and_numpy() -> None:
     cube = random_3d_cube()
-    assert isinstance(model_of_cube(cube), Body)
+    assert isinstance(model_of_results_cube(cube), Body)
     means, shares = (
         of(cube, summed_dims=Body.case_dims) for of in (mean_fall_directions, shares_of_directions_with_fall)
     )
@@ -105,7 +108,7 @@ def test_an_ensemble_takes_the_place_of_the_nominal_falls_where_it_was_run() -> 
     assert float(mixed) == pytest.approx(np.nanmean(flags), abs=1e-6)
 
 
-def test_axes_from_fault_normals_average_the_records_of_an_earthquake_first() -> None:
+def test_fall_axes_relative_to_fault_normals_are_averaged_by_earthquake() -> None:
     cube = random_3d_cube(spread=10.0)
     axes = fall_axes_by_earthquake(cube)
     vectors = [
@@ -124,7 +127,7 @@ def sector_shares_of_record(cube: xr.Dataset, record: int, zero: float = 0.0) ->
 
 
 @pytest.mark.parametrize("from_normal", [False, True])
-def test_a_rose_is_the_mean_of_its_earthquakes(from_normal: bool) -> None:
+def test_fall_rose_is_the_mean_over_earthquakes_of_their_sector_shares(from_normal: bool) -> None:
     cube = random_3d_cube()
     rose = fall_rose(cube, from_normal=from_normal)
     shares = [
@@ -138,7 +141,9 @@ def test_a_rose_is_the_mean_of_its_earthquakes(from_normal: bool) -> None:
 
 
 def test_falls_in_random_directions_do_not_affect_mean_or_rose() -> None:
-    """Half of the cases and their runs fall towards 30°; the others fall to 120°, their runs in any direction.
+    """Half of the cases and their ensemble members fall towards 30°.
+
+    The others fall towards 120°, but their members in random directions.
 
     The truth is one direction, 30°, in which all of the rose lies but for what chance leaves. Counted in full, the
     nominal falls gave a mean of 75° and half of the rose at 120°.
@@ -182,7 +187,7 @@ def test_rose_without_falls_has_empty_sectors() -> None:
     assert (rose.falls, rose.shares.tolist()) == (0, [0.0] * SECTORS)
 
 
-def test_alignment_is_the_mean_cosine_of_the_falls() -> None:
+def test_alignment_is_the_mean_cosine_of_angles_from_falls_to_reference() -> None:
     cube, reference = random_3d_cube(), xr.DataArray([0.0, 90.0, np.nan, 45.0, 300.0], dims="record")
     sums = fall_vector_sums_by_record(cube, "b_over_h")
     for axial, factor in ((True, 2), (False, 1)):
@@ -204,20 +209,23 @@ def test_falls_along_a_reference_direction_have_alignment_1_with_it() -> None:
     cube["fall_azimuth"] = (DIMENSIONS, np.where(cube["overturned"] == 1, azimuth, np.nan))
     other = ("record", pgv + 90.0)
     intensity = xr.Dataset({"pgv_azimuth": ("record", pgv), "pga_azimuth": other, "pulse_axis": other})
-    (found,) = fall_alignment_with_references(cube, intensity, [slice(0, 3), slice(1, 2)]).values()
+    (found,) = fall_alignment_with_reference_directions(cube, intensity, [slice(0, 3), slice(1, 2)]).values()
     assert [one.value for one in found.means["peak velocity", True]] == pytest.approx([1.0, 1.0])
     assert [one.value for one in found.means["peak velocity", False]] == pytest.approx([-1.0, -1.0])
     assert found.means["pulse", True][0].value == pytest.approx(-1.0)
     assert ("pulse", False) not in found.means
     cube["fall_azimuth"] = cube["fall_azimuth"] + xr.DataArray([0.0, 45.0, 90.0], dims="b_over_h")
-    (each,) = fall_alignment_with_references(cube, intensity).values()
+    (each,) = fall_alignment_with_reference_directions(cube, intensity).values()
     assert [one.value for one in each.means["peak velocity", True]] == pytest.approx([1.0, 0.0, -1.0], abs=1e-6)
     heads = [one.value for one in each.means["peak velocity", False]]
     assert heads == pytest.approx([-1.0, -np.sqrt(0.5), 0.0], abs=1e-6)
 
 
 def test_the_radial_direction_is_that_of_the_great_circle_at_the_station() -> None:
-    """By hand (Clairaut: sin azimuth × cos latitude is the same all along), and by ObsPy on the ellipsoid."""
+    """Azimuths away from the epicentre match Clairaut's relation, and those of ObsPy on the ellipsoid to 0.3°.
+
+    By Clairaut's relation, sin azimuth × cos latitude is constant along a great circle.
+    """
     places = np.array([
         (0.0, 0.0, 45.0, 90.0, 90.0),  # leaves towards the north-east, passes 45° N due east
         (0.0, 0.0, 10.0, 0.0, 0.0),
@@ -249,11 +257,11 @@ def test_falls_towards_the_epicentre_align_with_the_radial_axis() -> None:
     cube["fall_azimuth"] = (DIMENSIONS, np.where(cube["overturned"] == 1, azimuth, np.nan))
     other = ("record", radial + 90.0)
     intensity = xr.Dataset({"pgv_azimuth": other, "pga_azimuth": other, "pulse_axis": other})
-    (found,) = fall_alignment_with_references(cube, intensity, [slice(0, 3)]).values()
+    (found,) = fall_alignment_with_reference_directions(cube, intensity, [slice(0, 3)]).values()
     assert [found.means["radial direction", axial][0].value for axial in (True, False)] == pytest.approx([1.0, -1.0])
     assert found.closest[0] == "radial direction"
     nowhere = cube.assign_coords(epicentre_latitude=("record", np.full(5, np.nan)))
-    (found,) = fall_alignment_with_references(nowhere, intensity, [slice(0, 3)]).values()
+    (found,) = fall_alignment_with_reference_directions(nowhere, intensity, [slice(0, 3)]).values()
     assert ("radial direction", True) not in found.means
 
 
@@ -264,7 +272,7 @@ def test_closest_reference_direction_is_chosen_among_those_of_all_records() -> N
     cube["fall_azimuth"] = (DIMENSIONS, np.where(cube["overturned"] == 1, azimuth, np.nan))
     pgv, other = np.array([40.0, 70.0, 70.0, 70.0, 70.0]), ("record", np.full(5, 130.0))
     intensity = xr.Dataset({"pgv_azimuth": ("record", pgv), "pga_azimuth": other, "pulse_axis": other})
-    (found,) = fall_alignment_with_references(cube, intensity, [slice(0, 3)]).values()
+    (found,) = fall_alignment_with_reference_directions(cube, intensity, [slice(0, 3)]).values()
     normal, peak = (found.means[name, True][0] for name in ("fault normal", "peak velocity"))
     assert (normal.n, normal.value > peak.value) == (1, True)
     assert found.closest[0] == "peak velocity", "which under that one record is as close"
@@ -276,7 +284,7 @@ def test_two_reference_directions_are_compared_earthquake_by_earthquake() -> Non
     away = np.array([40.0, 35, 45, 50, 30, 55, 25, 60, 40])
     references = {"pgv_azimuth": normals + 20.0, "pga_azimuth": normals + 110.0, "pulse_axis": normals + 20.0 + away}
     intensity = xr.Dataset({name: ("record", values) for name, values in references.items()})
-    (found,) = fall_alignment_with_references(cube, intensity, [slice(0, 3)]).values()
+    (found,) = fall_alignment_with_reference_directions(cube, intensity, [slice(0, 3)]).values()
     assert found.closest == ("peak velocity", "fault normal")
 
     def mean_doubled_cosine(record: int, reference: float) -> float:
@@ -307,21 +315,21 @@ def test_agreement_with_the_2d_model_matches_counts_by_hand() -> None:
     cube = xr.Dataset(
         {name: ("record", values) for name, values in zip(names, (flags, plane, falls, predicted), strict=True)}
     ).expand_dims(b_over_h=[0.3])
-    found = planar_model_agreement_shares(planar_model_agreement_counts(cube))
+    found = shares_of_agreeing_2d_and_3d_outcomes(count_agreements_of_2d_and_3d_outcomes(cube))
     assert found["cases"] == 6
     shares = {"flag": 4 / 6, "only_space": 1 / 6, "only_plane": 1 / 6, "face": 1 / 3, "axis": (30.0 + 80.0 + 10.0) / 3}
     assert {name: float(found[name]) for name in shares} == pytest.approx(shares)
     assert np.isnan(found["flag_beside"]), "no neighbour"
-    each = planar_model_agreement_shares(planar_model_agreement_counts(cube), "record")["flag"].to_numpy()
-    assert each == pytest.approx([1, 1, 0, 1, 0, 1, np.nan, np.nan], nan_ok=True)
+    by_record = shares_of_agreeing_2d_and_3d_outcomes(count_agreements_of_2d_and_3d_outcomes(cube), "record")
+    assert by_record["flag"].to_numpy() == pytest.approx([1, 1, 0, 1, 0, 1, np.nan, np.nan], nan_ok=True)
     # Along B/H the 3-D flags are 1 1 0 0 ? 0: the second and third differ from a neighbour; 2-D has one right.
     row = (
         cube.isel(record=[0] * 6, b_over_h=0, drop=True).rename(record="b_over_h").expand_dims("record").copy(deep=True)
     )
     row["overturned"][:], row["plane_overturned"][:] = [1, 1, 0, 0, np.nan, 0], [1, 0, 0, 1, 1, 1]
-    assert float(planar_model_agreement_shares(planar_model_agreement_counts(row))["flag_beside"]) == pytest.approx(
-        1 / 2
-    )
+    assert float(
+        shares_of_agreeing_2d_and_3d_outcomes(count_agreements_of_2d_and_3d_outcomes(row))["flag_beside"]
+    ) == pytest.approx(1 / 2)
 
 
 def test_twist_statistics_cover_stones_that_moved_and_stand() -> None:
@@ -345,7 +353,7 @@ def test_quantiles_of_twist_match_numpy(size: int) -> None:
     assert (found.median, found.most, found.largest) == tuple(expected)
 
 
-def test_each_illustrative_3d_case_is_the_extreme_of_its_rule() -> None:
+def test_each_illustrative_3d_case_is_the_extreme_by_its_selection_rule() -> None:
     cube = random_3d_cube()
     shape = cube["overturned"].shape
     turned, plane = np.zeros(shape, np.float32), np.ones(shape, np.float32)

@@ -73,7 +73,10 @@ def test_fall_shares_outside_0_to_1_are_refused() -> None:
 
 
 def test_interval_of_the_median_is_that_of_resampled_earthquakes() -> None:
-    """Eight earthquakes, four with a median of 0.5 and four of 1: the samples that hold one of either are the ends.
+    """The interval of a median of fragility is that of bootstrap samples of whole earthquakes.
+
+    Four earthquakes have a median of 0.5 and four of 1: the interval ends at the medians of samples that hold only
+    one earthquake of either kind.
 
     Of the four of 1 a sample has none with probability 0.4 %, at most one with 3.5 % (binomial, 8 draws), so the 2.5 %
     quantile is that of one.
@@ -97,7 +100,7 @@ def intensity_levels_and_fall_probabilities(function: ElementTree.Element) -> li
     ]
 
 
-def test_a_median_beyond_the_data_is_written_as_above_them(tmp_path: Path) -> None:
+def test_median_above_all_intensities_is_written_as_infinite(tmp_path: Path) -> None:
     curve = fitted_lognormal_curve(2, 0.5, "stout", most=1)
     assert curve.median == pytest.approx(2, rel=1e-3)
     write_fragility_csv([curve], tmp_path / "f.csv")
@@ -121,7 +124,7 @@ def test_openquake_and_csv_files_hold_the_fitted_curve(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("between", "within"), [(0.5, 0.3), (0.15, 0.45), (0.0, 0.4)])
-def test_spread_of_records_is_separated_from_that_of_stones(between: float, within: float) -> None:
+def test_variance_between_records_is_separated_from_that_between_stones(between: float, within: float) -> None:
     """60 records with random effects on the intensity, and 200 stones with random capacities.
 
     The median that every record has is drawn; the standard error of a spread of 60 values is 9 % of it.
@@ -144,8 +147,11 @@ def test_equal_outcomes_of_all_stones_count_as_record_to_record_variance() -> No
     assert variance_share_between_records(fit, x, share, np.arange(40), 100) > 0.9
 
 
-def test_openquake_takes_the_names_of_classes_and_of_spectral_acceleration(tmp_path: Path) -> None:
-    """Its rule for the id of a function is 1 to 60 of a-zA-Z0-9_- (`openquake.hazardlib.valid.simple_id`)."""
+def test_names_of_stone_classes_and_intensities_are_valid_for_openquake(tmp_path: Path) -> None:
+    """Ids of fragility functions have 1 to 60 characters of a-zA-Z0-9_-, as OpenQuake requires.
+
+    OpenQuake's rule is `openquake.hazardlib.valid.simple_id`.
+    """
     names = ("B/H up to 0.45, H up to 0.75 m", "B/H above 0.45, H up to 0.75 m", "all stones")
     curves = [fitted_lognormal_curve(0.6, 0.4, name, ("SA(0.5)", "g")) for name in names]
     assert openquake_file_name("SA(0.5)") == "fragility-sa-0.5.xml"
@@ -161,8 +167,11 @@ def test_openquake_takes_the_names_of_classes_and_of_spectral_acceleration(tmp_p
 OPENQUAKE_EXAMPLE_FOLDER = Path(__file__).parents[2] / "surveys" / "openquake"
 
 
-def test_the_example_for_openquake_keeps_to_its_rules(tmp_path: Path) -> None:
-    """Rules of NRML 0.5 and of the engine's readers: names of files, of columns, of cost types, of sites, ids."""
+def test_shipped_openquake_example_is_consistent_and_valid(tmp_path: Path) -> None:
+    """The shipped OpenQuake example follows the rules of NRML 0.5 and of OpenQuake's readers.
+
+    The rules are those for file names, columns, cost types, sites and ids.
+    """
     job = configparser.ConfigParser()
     job.read(OPENQUAKE_EXAMPLE_FOLDER / "job.ini", encoding="utf-8")
     files = {key: value for part in job.values() for key, value in part.items() if key.endswith(("_file", "_csv"))}

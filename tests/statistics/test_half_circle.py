@@ -13,18 +13,18 @@ from overturning.figures.cells import extend_azimuths_to_full_circle
 from overturning.figures.explore import explorer_page_data
 from overturning.figures.rose import fall_roses_by_group_figure
 from overturning.findings.exactness import ensemble_findings
-from overturning.model.falls import model_of_cube
+from overturning.model.falls import model_of_results_cube
 from overturning.settings import EnsembleSettings, StonePopulation
 from overturning.statistics.earthquakes import fall_axes_by_earthquake
-from overturning.statistics.elements import count_falls_of_two_stones, mean_fall_contrast
+from overturning.statistics.elements import count_falls_of_two_stones, mean_shares_of_two_stone_falls
 from overturning.statistics.falls import (
     fall_counts_towards_azimuths,
-    informative_block_mask,
+    mask_of_blocks_for_direction_statistics,
     mean_fall_directions,
     overturned_shares_by_record,
     shares_of_directions_with_fall,
 )
-from overturning.surveys.population import population_rates_by_record
+from overturning.surveys.population import population_outcome_rates_by_record
 from overturning.surveys.prediction import SiteFallPrediction
 from overturning.surveys.stones import Stone
 
@@ -35,7 +35,7 @@ BLOCK_DIMS = ["height", "b_over_h", "friction"]
 
 
 def full_circle_cube() -> xr.Dataset:
-    """Return a copy of the cube of the full circle, which is compared with its halves."""
+    """Return a copy of the random cube of all azimuths, whose statistics are compared with those of its halves."""
     return build_full_circle_cube().copy(deep=True)
 
 
@@ -72,7 +72,7 @@ def rose_bar_heights(cube: xr.Dataset) -> list[float]:
 def ensemble_findings_of_cube(cube: xr.Dataset) -> object:
     """Return the findings on the ensemble of a cube, as in a report."""
     study = SimpleNamespace(ensemble=EnsembleSettings())
-    results = SimpleNamespace(cube=cube, model=model_of_cube(cube), study=study)
+    results = SimpleNamespace(cube=cube, model=model_of_results_cube(cube), study=study)
     return ensemble_findings(results)  # type: ignore[arg-type]
 
 
@@ -84,12 +84,12 @@ def predicted_fall_probabilities(cube: xr.Dataset) -> np.ndarray:
 
 
 EXACTLY_EQUAL_STATISTICS = {
-    "population": lambda cube: population_rates_by_record(cube, StonePopulation(stones=256)),
-    "population that faces 250": lambda cube: population_rates_by_record(
+    "population": lambda cube: population_outcome_rates_by_record(cube, StonePopulation(stones=256)),
+    "population that faces 250": lambda cube: population_outcome_rates_by_record(
         cube, StonePopulation(stones=64, face=250, face_spread=0)
     ),
     "falls": fall_counts_towards_azimuths,
-    "blocks that only just fall": informative_block_mask,
+    "blocks that only just fall": mask_of_blocks_for_direction_statistics,
     "maps": extend_azimuths_to_full_circle,
     "explorer": explorer_page_data,
     "report of the ensemble": ensemble_findings_of_cube,
@@ -105,7 +105,7 @@ NEARLY_EQUAL_STATISTICS = {
 
 @cache
 def statistic_of_full_circle(name: str) -> Any:
-    """Compute a statistic, by its name, of the full circle, with which three halves are compared."""
+    """Compute the named statistic of the cube of all azimuths, with which the statistic of each half is compared."""
     return (EXACTLY_EQUAL_STATISTICS | NEARLY_EQUAL_STATISTICS)[name](full_circle_cube())
 
 
@@ -124,14 +124,17 @@ def test_half_of_the_azimuths_gives_the_statistics_of_the_full_circle(name: str,
         xr.testing.assert_allclose(found, expected, rtol=1e-6)
 
 
-def test_a_stone_that_faces_250_takes_its_outcome_from_plane_70() -> None:
-    """Every plane falls towards its azimuth but 70 and 250, which stand; of 160 and 340 a face of 250 stands."""
+def test_a_stone_facing_250_degrees_uses_the_outcome_of_the_plane_at_70() -> None:
+    """A stone that faces 250° stands if the blocks in the planes of 70° and 160° stand.
+
+    Blocks fall in all other planes, so that stones that face 175° or 245° fall.
+    """
     cube = full_circle_cube().isel(azimuth=FIRST_HALF)
     stands = cube["azimuth"].isin([70, 160])
     cube["overturned"] = xr.where(stands, 0.0, 1.0).broadcast_like(cube["overturned"]).transpose(*DIMENSIONS)
     cube["overturning_time"] = cube["overturned"].where(cube["overturned"] != 0)
     rates = {
-        face: population_rates_by_record(cube, StonePopulation(face=face, face_spread=0, stones=64))
+        face: population_outcome_rates_by_record(cube, StonePopulation(face=face, face_spread=0, stones=64))
         for face in (250, 175, 245)
     }
     assert [float(found["fall_rate"].max()) for found in rates.values()] == [0, 1, 1]
@@ -154,7 +157,10 @@ def cube_of_stone_before_wall(
 
 
 def test_a_stone_before_a_wall_never_falls_backwards() -> None:
-    """All stones fall forwards, whatever they face; the mirrored plane 70 would let one that faces 250 fall back."""
+    """All stones fall forwards, whichever way they face.
+
+    A stone that faces 250° would fall backwards if it used the outcome of the opposite azimuth, 70°.
+    """
     stone = Stone(fell=True, azimuth_deg=0, octant=False, b_over_h=0.3, face_azimuth_deg=250)
     cube = cube_of_stone_before_wall(np.ones_like)
     stood, forwards, right, backwards, left = SiteFallPrediction(cube, background=0).fall_side_probabilities(stone)
@@ -162,7 +168,7 @@ def test_a_stone_before_a_wall_never_falls_backwards() -> None:
     assert forwards + right == pytest.approx(1)
 
 
-def test_mean_fall_directions_of_stones_before_walls() -> None:
+def test_predicted_falls_before_walls_lie_only_where_stones_fell() -> None:
     """Stones that face 180° to 355° fall backwards, towards 0° to 175°; the others stand."""
     prediction = SiteFallPrediction(
         cube_of_stone_before_wall(lambda azimuth: np.where(azimuth >= 180, -1, 0)), background=0
@@ -171,20 +177,20 @@ def test_mean_fall_directions_of_stones_before_walls() -> None:
     assert density[prediction.azimuth < 180].sum() == pytest.approx(1)
 
 
-def test_half_circle_of_an_unsymmetrical_scene_leaves_the_rest_missing() -> None:
-    """A stone that faces 250°, in the gap of 185° between 175° and 0°, has no answer."""
+def test_unsimulated_half_circle_of_an_asymmetric_scene_stays_missing() -> None:
+    """Only the azimuths from 0° to 175° are simulated: for a stone that faces 250° the outcome is unknown."""
     half = cube_of_stone_before_wall(np.ones_like, AZIMUTHS_DEG[FIRST_HALF])
     stone = Stone(fell=True, azimuth_deg=0, octant=False, b_over_h=0.3, face_azimuth_deg=250)
     assert SiteFallPrediction(half, background=0).fall_side_probabilities(stone).tolist() == [0.5, *[0.125] * 4]
-    unknown = {face: population_rates_by_record(half, StonePopulation(face=face, face_spread=0, stones=64))["unknown"]
-               for face in (60, 250)}  # fmt: skip
-    assert {face: float(found.max()) for face, found in unknown.items()} == {60: 0, 250: 1}
+    populations = {face: StonePopulation(face=face, face_spread=0, stones=64) for face in (60, 250)}
+    rates = {face: population_outcome_rates_by_record(half, stones) for face, stones in populations.items()}
+    assert {face: float(found["unknown"].max()) for face, found in rates.items()} == {60: 0, 250: 1}
     flags = extend_azimuths_to_full_circle(half)["overturned"]
     assert flags.sel(azimuth=AZIMUTHS_DEG[FIRST_HALF]).notnull().all()
     assert flags.sel(azimuth=slice(180, None)).isnull().all()
 
 
-def test_missing_outcomes_are_not_copied_from_the_opposite_azimuth(make_cube: Callable[..., xr.Dataset]) -> None:
+def test_missing_outcomes_are_not_filled_from_the_opposite_azimuth(make_cube: Callable[..., xr.Dataset]) -> None:
     cube = make_cube(lambda azimuth, *_: np.where(azimuth < 180, np.nan, 1.0), azimuth=[0, 90, 180, 270])
     assert fall_counts_towards_azimuths(cube).isel(azimuth=[0, 1]).isnull().all()
 
@@ -198,20 +204,20 @@ def test_missing_outcomes_are_not_copied_from_the_opposite_azimuth(make_cube: Ca
     ],
     ids=len,
 )
-def test_contrast_of_two_stones_weights_azimuths_as_fall_shares_do(make_cube, azimuths: list[int]) -> None:
-    def stone(first: int, last: int) -> xr.Dataset:
-        """Stone of B/H up to 0.3 that falls in the planes from `first` to `last`, degrees."""
+def test_comparison_of_two_stones_weights_azimuths_as_fall_shares_do(make_cube, azimuths: list[int]) -> None:
+    def cube_of_stone_falling_between(first: int, last: int) -> xr.Dataset:
+        """Return a cube of stones that, for B/H up to 0.3, fall in the planes from `first` to below `last`, degrees."""
 
-        def rule(azimuth: np.ndarray, _: np.ndarray, slender: np.ndarray, __: np.ndarray) -> np.ndarray:
+        def signed_falls(azimuth: np.ndarray, _: np.ndarray, slender: np.ndarray, __: np.ndarray) -> np.ndarray:
             falls = (azimuth % 180 >= first) & (azimuth % 180 < last) & (slender < 0.35)
             return np.where(falls, np.where(azimuth < 180, 1.0, -1.0), 0.0)
 
-        cube = make_cube(rule, azimuth=azimuths, height=[0.6], b_over_h=[0.2, 0.3, 0.4], friction=[1.0])
+        cube = make_cube(signed_falls, azimuth=azimuths, height=[0.6], b_over_h=[0.2, 0.3, 0.4], friction=[1.0])
         return cube.assign(overturning_time=cube["overturned"] * 0 + last)
 
-    this, other = stone(0, 95), stone(15, 130)
+    this, other = cube_of_stone_falling_between(0, 95), cube_of_stone_falling_between(15, 130)
     counts = count_falls_of_two_stones(this, other)
-    found = mean_fall_contrast(counts, np.array(["one"]))
+    found = mean_shares_of_two_stone_falls(counts, np.array(["one"]))
     here, there = (float(overturned_shares_by_record(cube)[0]) for cube in (this, other))
     assert counts["compared"].item() == 3 * len(azimuths)
     assert 0.1 < here < 0.9

@@ -18,7 +18,9 @@ from overturning.statistics.illustrative import (
 
 @pytest.fixture
 def b_over_h_by_case_title(make_cube) -> Callable[[list[float]], dict[str, float]]:
-    """Return a function: B/H of the illustrative cases, by title, for peak rotations of the blocks along the fault.
+    """Return a function that gives the B/H of illustrative cases for given peak rotations of the blocks.
+
+    The rotations are those along the fault; the B/H are returned by case title.
 
     Two blocks fall along the fault normal, 0°, and stand along the fault.
     """
@@ -36,19 +38,25 @@ def b_over_h_by_case_title(make_cube) -> Callable[[list[float]], dict[str, float
 
 
 def case_with_opposite_falls(cube: xr.Dataset) -> tuple[dict[str, float], tuple[float, ...]] | None:
-    """Return block and neighbouring azimuths of the case that falls to opposite sides at them, or None."""
+    """Return the block and azimuths of the illustrative case of falls to opposite sides, or None.
+
+    The azimuths are the neighbouring ones at which the block falls to opposite sides.
+    """
     found = {case.title: (case.block, case.direction_deg) for case in find_illustrative_cases(cube)}
     return found.get(WHICH_SIDE)
 
 
-def test_illustrative_case_of_both_sides_exists_only_if_both_occur(make_cube) -> None:
-    """At 40° the broad block falls to the other side, at 40 and 60° the slender one, which does so in every run."""
+def test_case_of_opposite_falls_exists_only_if_a_block_falls_to_both_sides(make_cube) -> None:
+    """The broad block falls to the other side at 40° only, the slender one at 40° and 60°.
 
-    def fall_rule(azimuth: np.ndarray, _: np.ndarray, broad: np.ndarray, __: np.ndarray) -> np.ndarray:
+    In the second part only the slender one falls in every ensemble member.
+    """
+
+    def signed_falls(azimuth: np.ndarray, _: np.ndarray, broad: np.ndarray, __: np.ndarray) -> np.ndarray:
         return np.where((azimuth == 40) | ((azimuth == 60) & (broad == 0.2)), -1.0, 1.0)
 
     grid = {"azimuth": list(range(0, 180, 20)), "height": [0.6], "b_over_h": [0.2, 0.4], "friction": [1.0]}
-    cube = make_cube(fall_rule, **grid)
+    cube = make_cube(signed_falls, **grid)
     assert case_with_opposite_falls(cube) == ({"height": 0.6, "b_over_h": 0.4, "friction": 1.0}, (40.0, 60.0))
     chance = abs(cube["overturned"]).where(cube["b_over_h"] < 0.3, 0.6)
     likely = cube.assign(
@@ -74,14 +82,14 @@ def test_falls_at_right_angles_are_not_more_than_90_degrees_apart(make_cube, fir
     [([0.5, 0.0], 0.2), ([0.5, 0.5], 0.4), ([0.0, 0.0], 0.4)],
     ids=["the one that rocks along the fault too", "of those the broadest", "where none rocks one that only stands"],
 )
-def test_case_normal_to_the_fault_prefers_blocks_that_rock_along_it(
+def test_fault_normal_example_prefers_blocks_that_also_rock_along_the_fault(
     b_over_h_by_case_title, rocks: list[float], broad: float
 ) -> None:
     assert b_over_h_by_case_title(rocks)["Falls normal to the fault, stands along it"] == broad
 
 
 @pytest.mark.parametrize(("rocks", "broad"), [([0.3, 0.7], 0.4), ([0.3, 0.0], 0.2), ([0.05, 0.0], None)])
-def test_closest_standing_case_has_the_largest_rotation(
+def test_example_nearest_to_falling_has_the_largest_rotation_while_standing(
     b_over_h_by_case_title, rocks: list[float], broad: float
 ) -> None:
     assert b_over_h_by_case_title(rocks).get("Leans furthest of all that stand") == broad
@@ -112,8 +120,8 @@ def test_a_case_where_another_stone_falls_is_no_standing_example(make_cube) -> N
 CUBE_GRID = {"azimuth": list(range(0, 360, 30)), "height": [0.6], "b_over_h": [0.2, 0.3, 0.4], "friction": [1.0]}
 
 
-def test_case_of_a_contrast_falls_in_one_setting_only(make_cube) -> None:
-    """The two settings differ in this case as in most differing cases, and its neighbours differ likewise."""
+def test_example_of_two_differing_settings_falls_in_one_of_them_only(make_cube) -> None:
+    """The example case differs between two settings as most differing cases do, and so do its neighbours."""
 
     def falls_in_first_setting(azimuth: np.ndarray, _: np.ndarray, broad: np.ndarray, __: np.ndarray) -> np.ndarray:
         return np.where(broad < 0.25, 1.0, 0.0) + 0 * azimuth
@@ -135,7 +143,7 @@ def test_case_of_a_contrast_falls_in_one_setting_only(make_cube) -> None:
     assert case.direction_deg == (60.0, 60.0), "its neighbours at 30° and 90° differ, too"
 
 
-def test_contrast_without_a_difference_has_no_illustrative_case(make_cube) -> None:
+def test_two_settings_with_equal_outcomes_have_no_illustrative_case(make_cube) -> None:
     cube = make_cube(lambda azimuth, *_: 1.0 + 0 * azimuth, **CUBE_GRID, fault_normal=0.0)
     assert case_with_differing_outcomes(cube, cube, ("nominal", "other")) is None
     other = cube.assign(overturned=cube["overturned"].where(cube["azimuth"] != 60, -1.0))

@@ -9,7 +9,7 @@ from overturning.statistics.map_choice import CLEAREST, EVERY, FIRST, LEAST, MED
 
 
 def cube_of_earthquakes_and_groups(events: str, pulse: list[float]) -> xr.Dataset:
-    """Return a cube with the events and groups of records only."""
+    """Return a cube that has only the earthquake and the pulse flag of each record."""
     return xr.Dataset({"pulse": ("record", pulse)}, {"event": ("record", list(events))})
 
 
@@ -20,8 +20,11 @@ def test_maps_of_all_records_of_a_small_study_are_shown() -> None:
     assert chosen == [(0, EVERY), (1, EVERY), (2, EVERY)]
 
 
-def test_maps_show_the_extremes_and_the_middle_of_the_first_group() -> None:
-    """Seven records with a pulse and two without, whose alignments are larger and smaller than all others."""
+def test_maps_show_the_extreme_and_median_alignments_of_the_pulse_group() -> None:
+    """Seven records have a pulse.
+
+    Two have none, and their alignments, the largest and the smallest of all, are not chosen.
+    """
     alignment = np.array([0.1, 0.9, -0.7, 0.3, 0.5, -0.2, np.nan, 1.0, -1.0])
     resultant = np.array([0.2, 0.9, 0.8, 0.4, 0.7, 0.99, 1.0, 1.0, 1.0])
     cube = cube_of_earthquakes_and_groups("ABCDEFGHI", [1.0] * 7 + [0.0] * 2)
@@ -47,8 +50,11 @@ def test_maps_show_the_clearest_fall_axes_without_fault_normals(known: bool) -> 
 
 
 @pytest.mark.parametrize("resultant", [0.9 * LEAST_RESULTANT, np.nan])
-def test_no_map_is_chosen_by_axis_where_no_record_has_one(resultant: float) -> None:
-    """Falls all round, or planes that impose the axis; nothing falls under the first record."""
+def test_maps_show_the_first_records_with_falls_if_none_has_a_fall_axis(resultant: float) -> None:
+    """The resultants are too small (falls in all directions) or undefined (the choice of planes imposes the axis).
+
+    Nothing falls under the first record.
+    """
     share = np.array([0.0, 0.2, 0.1, 0.3, 0.3, 1.0])
     chosen = choose_map_records(
         cube_of_earthquakes_and_groups("ABCCDE", [1.0] * 6), np.full(6, 0.01), np.full(6, resultant), share

@@ -66,7 +66,10 @@ def test_intervals_of_the_mean_direction_cover_the_true_direction(count: int, co
 
 @pytest.mark.parametrize(("step", "spread"), [(45, 1), (45, 8), (45, 15), (22.5, 3), (22.5, 40), (10, 2)])
 def test_intervals_cover_the_true_direction_of_azimuths_noted_in_steps(step: float, spread: float) -> None:
-    """Falls that agree better than the steps have a common error, which their spread does not show."""
+    """Intervals of the mean direction allow for a rounding error that the scatter of falls does not show.
+
+    Falls that scatter less than the step to which they are rounded share this error.
+    """
     generator, covered = np.random.default_rng(6), list[bool]()
     for true in generator.uniform(0, 360, 200):
         falls = step * np.round((true + spread * generator.normal(size=20)) / step)
@@ -83,10 +86,12 @@ def test_intervals_cover_the_true_direction_of_azimuths_noted_in_steps(step: flo
           for one in ((8, 1500, 0.08), (12, 1000, 0.0), (15, 300, 0.08), (20, 1000, 0.0), (35, 300, 0.0))),
     ],
 )  # fmt: skip
-def test_intervals_of_many_winds_cover_the_true_direction(
+def test_intervals_of_many_compass_directions_cover_the_true_direction(
     axial: bool, spread: float, count: int, anywhere: float
 ) -> None:
-    """The sampling error of many falls is small, so that the common error of the winds counts.
+    """Intervals of the mean direction of many falls allow for their rounding to eight compass points.
+
+    The sampling error of many falls is small, so that their common rounding error matters.
 
     Some stones fall in random directions. A bound from the variance of all falls took their spread for that of the
     others: with 8° and 8 % of random falls, 41 % of the intervals contained the true direction, and without these, of
@@ -101,14 +106,14 @@ def test_intervals_of_many_winds_cover_the_true_direction(
     assert np.mean(covered) >= 0.9
 
 
-def test_steps_much_shorter_than_the_spread_widen_no_interval() -> None:
+def test_rounding_much_finer_than_the_scatter_does_not_widen_the_interval() -> None:
     """Twenty falls within about 20°, noted in degrees: two falls with the same degree are no sign of a common error."""
     falls = np.round(90.0 + 20.0 * np.random.default_rng(3).normal(size=20))
     noted, exact = (mean_direction_with_interval(falls, step).half_width_deg for step in (1.0, 0.0))
     assert noted == exact
 
 
-def test_equal_winds_have_an_interval_of_half_their_step() -> None:
+def test_equal_compass_directions_have_an_interval_of_half_their_step() -> None:
     many = mean_direction_with_interval([90.0] * (MOST_RESAMPLED + 1), 45.0)
     assert (many.mean_deg, many.half_width_deg) == (pytest.approx(90.0), pytest.approx(22.5))
     falls = [0.0] * 5 + [180.0] * 4

@@ -5,13 +5,19 @@ import pytest
 from scipy.stats import multinomial
 
 from overturning.settings import EnsembleSettings
-from overturning.statistics.spread import runs_disagree_on_fall, runs_fall_to_both_sides, unbiased_first_batch_statistic
+from overturning.statistics.spread import (
+    estimate_statistic_of_first_run_batch,
+    runs_disagree_on_fall,
+    runs_fall_to_both_sides,
+)
 from overturning.study.ensemble import fall_probabilities_converged
 
 
 @pytest.mark.parametrize("chances", [(0.02, 0.0), (0.05, 0.05), (0.3, 0.0), (0.1, 0.85), (0.5, 0.45), (0.97, 0.02)])
-def test_shares_of_cells_with_disagreement_do_not_depend_on_early_stopping(chances: tuple[float, float]) -> None:
-    """Cells with known probabilities, many of which stop early; the share of the first batch has a closed form.
+def test_share_of_disagreeing_cases_does_not_depend_on_early_stopping(chances: tuple[float, float]) -> None:
+    """Cases have known fall probabilities, and many of their ensembles stop early.
+
+    The expected share, for the first batch of members, has a closed form.
 
     Counted over all runs of each cell, the share would depend on stopping: 0.48 in place of 0.34 for (0.1, 0.85).
     """
@@ -34,17 +40,19 @@ def test_shares_of_cells_with_disagreement_do_not_depend_on_early_stopping(chanc
         (runs_disagree_on_fall, 1 - fall**8 - (1 - fall) ** 8),
         (runs_fall_to_both_sides, chance[both].sum()),
     ):
-        found = unbiased_first_batch_statistic(statistic, *shares, runs, settings)
+        found = estimate_statistic_of_first_run_batch(statistic, *shares, runs, settings)
         assert found.mean() == pytest.approx(expected, abs=4 * max(found.std(), 1e-3) / np.sqrt(cells))
-    assert np.isnan(unbiased_first_batch_statistic(runs_disagree_on_fall, [np.nan], [np.nan], [0], settings)).all()
+    assert np.isnan(
+        estimate_statistic_of_first_run_batch(runs_disagree_on_fall, [np.nan], [np.nan], [0], settings)
+    ).all()
     # Without stopping each order of the runs is as good: 1 of 16 is among the first 8 of them in one half.
-    assert unbiased_first_batch_statistic(
+    assert estimate_statistic_of_first_run_batch(
         runs_disagree_on_fall, [1 / 16], [0.0], [16], EnsembleSettings(members=16, half_width=0.0)
     ) == pytest.approx(0.5)
-    assert unbiased_first_batch_statistic(
+    assert estimate_statistic_of_first_run_batch(
         runs_disagree_on_fall, [1 / 15], [0.0], [15], EnsembleSettings(members=16)
     ) == pytest.approx(8 / 15)
-    many = unbiased_first_batch_statistic(
+    many = estimate_statistic_of_first_run_batch(
         runs_disagree_on_fall, [1 / 400], [0.0], [400], EnsembleSettings(members=400, half_width=0.0)
     )
     assert many == pytest.approx(8 / 400)
@@ -54,7 +62,7 @@ def test_shares_of_cells_with_disagreement_do_not_depend_on_early_stopping(chanc
     ("towards", "away", "parts", "both"),
     [(0, 0, 0, 0), (3, 0, 1, 0), (8, 0, 0, 0), (5, 1, 1, 1), (4, 4, 0, 1), (2, 1, 1, 0), (2, 2, 1, 0), (1, 4, 1, 1)],
 )
-def test_disagreement_and_falls_to_both_sides_of_eight_runs(towards: int, away: int, parts: int, both: int) -> None:
+def test_runs_that_disagree_or_fall_both_ways_are_recognised(towards: int, away: int, parts: int, both: int) -> None:
     """Runs disagree if some fall and some stand; falls to both sides need more than half of the runs to fall."""
     assert runs_disagree_on_fall(np.array(towards), np.array(away), 8) == parts
     assert runs_fall_to_both_sides(np.array(towards), np.array(away), 8) == both

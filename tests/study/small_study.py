@@ -7,11 +7,11 @@ import numpy as np
 
 from overturning.records.record import Record
 from overturning.records.store import read_record_from_motion_file, write_record_to_motion_file
-from overturning.study.gather import merge_sweep_parts
+from overturning.study.gather import merge_outcome_files_into_cube
 from overturning.study.load import study_from_content
 from overturning.study.parts import WHOLE, SweepChunk, sweep_part_paths
 from overturning.study.schema import Study
-from overturning.study.sweep import sweep_cases_of_record
+from overturning.study.sweep import simulate_and_write_cases_of_record
 
 
 def small_study(**more: object) -> Study:
@@ -45,7 +45,7 @@ def simulate_study_cube(
     parts = sweep_part_paths(folder / "sweep" / variant, [record.record_id for record in records], chunks)
     for number, part in enumerate(parts):
         chunk = SweepChunk(number % chunks + 1, chunks) if chunks > 1 else WHOLE
-        sweep_cases_of_record(settings, kept[number // chunks], part, variant, chunk=chunk)
+        simulate_and_write_cases_of_record(settings, kept[number // chunks], part, variant, chunk=chunk)
     path = folder / ("cube.nc" if variant == "nominal" else f"cube.{variant}.nc")
-    merge_sweep_parts(settings, kept, parts, path, variant)
+    merge_outcome_files_into_cube(settings, kept, parts, path, variant)
     return path

@@ -11,14 +11,14 @@ from overturning.dem.simulate import simulate
 from overturning.errors import MissingDataError, ResultError
 from overturning.motion.motion import Motion
 from overturning.study.cube import open_cube
-from overturning.study.gather import merge_sweep_parts
+from overturning.study.gather import merge_outcome_files_into_cube
 from overturning.study.intensity import write_intensity_measures
 from overturning.study.load import study_from_content
-from overturning.study.recheck import recompute_random_cells
-from overturning.study.sample import read_cell_sample
+from overturning.study.recheck import recompute_random_cases
+from overturning.study.sample import read_random_case_sample
 from overturning.study.scenes import numerical_options_of_study
 from overturning.study.sections import ConvergenceCheckSettings
-from overturning.study.sweep import sweep_cases_of_record
+from overturning.study.sweep import simulate_and_write_cases_of_record
 from tests.expect import expect_error
 from tests.study.small_study import simulate_study_cube, sine_cycle_record
 
@@ -45,7 +45,7 @@ def test_progress_of_a_sweep_increases_to_the_total_over_all_amplitude_factors(t
     told: list[float] = []
     settings = study_from_content(SMALL_STUDY | {"amplitude": [0.5, 1, 2]}, "test")
     numerics = numerical_options_of_study(settings, progress=lambda done, whole: told.append(done / whole))
-    sweep_cases_of_record(settings, RECORD, tmp_path / "part.nc", numerics=numerics)
+    simulate_and_write_cases_of_record(settings, RECORD, tmp_path / "part.nc", numerics=numerics)
     assert told == sorted(told)
     assert told[-1] == pytest.approx(1.0)
 
@@ -80,10 +80,12 @@ def test_each_amplitude_factor_multiplies_the_motion(cube_paths: dict[str, Path]
         assert shares[0] < shares[1]
 
 
-def test_a_recheck_reproduces_all_amplitude_factors(cube_paths: dict[str, Path]) -> None:
-    found = recompute_random_cells(cube_paths["three"], cell_count=72)
+def test_recomputed_cases_equal_the_cube_at_all_amplitude_factors(cube_paths: dict[str, Path]) -> None:
+    found = recompute_random_cases(cube_paths["three"], cell_count=72)
     assert (found.of, found.cells, found.is_identical) == (72, 72, True)
-    samples = [read_cell_sample(cube_paths[name], ConvergenceCheckSettings(at_least=12)) for name in ("one", "three")]
+    samples = [
+        read_random_case_sample(cube_paths[name], ConvergenceCheckSettings(at_least=12)) for name in ("one", "three")
+    ]
     np.testing.assert_array_equal(*(sample.answers["overturned"] for sample in samples))
 
 
@@ -95,10 +97,10 @@ def test_an_unknown_amplitude_factor_is_refused(cube_paths: dict[str, Path]) -> 
         cube_paths["three"].parent / "sweep" / "nominal",
     )
     with pytest.raises(ResultError, match="its amplitude values are not those of the study"):
-        merge_sweep_parts(other, [RECORD], list(parts.iterdir()), cube_paths["three"].with_name("none.nc"))
+        merge_outcome_files_into_cube(other, [RECORD], list(parts.iterdir()), cube_paths["three"].with_name("none.nc"))
 
 
-def test_a_figure_of_an_amplitude_factor_states_it_and_uses_no_unscaled_measures(cube_paths: dict[str, Path]) -> None:
+def test_figures_for_scaled_motion_state_the_factor_and_use_no_unscaled_pga(cube_paths: dict[str, Path]) -> None:
     """Regression: falls under twice the record were plotted at the PGA of the record itself."""
     path = cube_paths["three"]
     write_intensity_measures(study_from_content(SMALL_STUDY, "test"), [RECORD], path.with_name("intensity.nc"))

@@ -14,7 +14,12 @@ from overturning.study.document import (
     study_json_schema_text,
     study_yaml_schema_text,
 )
-from overturning.study.load import load_study, load_study_from_file_or_json, record_table_rows, study_from_content
+from overturning.study.load import (
+    load_study,
+    load_study_from_file_or_json,
+    read_record_table_rows_of_study,
+    study_from_content,
+)
 from overturning.study.scenes import variant_contact
 from overturning.study.values import AzimuthRange, ValueRange
 from tests.expect import expect_error
@@ -49,7 +54,7 @@ def test_the_default_study_has_the_number_of_cases_that_the_readme_states() -> N
 @pytest.mark.parametrize("name", ["near-fault.yaml", "tottori.yaml"])
 def test_shipped_studies_name_records_of_the_record_table(name: str) -> None:
     study = load_study(CONFIG / name)
-    assert list(record_table_rows(study, name, CONFIG.parent)) == list(study.records.use)
+    assert list(read_record_table_rows_of_study(study, name, CONFIG.parent)) == list(study.records.use)
 
 
 def test_the_study_schema_and_key_table_are_up_to_date() -> None:
@@ -61,7 +66,7 @@ def test_the_study_schema_and_key_table_are_up_to_date() -> None:
     assert readme == insert_tables_into_readme(readme), "run: overturning study document"
 
 
-def test_a_filled_in_study_is_read_back_equal() -> None:
+def test_a_study_with_all_defaults_is_read_back_equal_from_json() -> None:
     study = load_study(CONFIG / "tottori.yaml")
     assert load_study_from_file_or_json(study.model_dump_json()) == study
     assert load_study_from_file_or_json(str(CONFIG / "tottori.yaml")) == study
@@ -271,14 +276,14 @@ def test_all_incompatible_settings_of_a_study_are_named_at_once() -> None:
 def test_a_record_missing_from_the_record_table_is_named_with_a_suggestion() -> None:
     study = study_from_content({"name": "small", "records": {"use": ["rinaldy"]}}, "mine.yaml")
     with pytest.raises(ConfigError, match=r"mine.yaml: records.use: 'rinaldy' is not in .*did you mean rinaldi\?"):
-        record_table_rows(study, "mine.yaml", CONFIG.parent)
+        read_record_table_rows_of_study(study, "mine.yaml", CONFIG.parent)
 
 
-def test_a_record_file_missing_in_its_folder_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_error_outside_the_project_says_where_to_run_the_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     study = study_from_content({"name": "small", "records": {"use": ["my-own"]}}, "mine.yaml")
     with pytest.raises(ConfigError, match="there is none here but the package's: run in the study's project"):
-        record_table_rows(study, "mine.yaml")
+        read_record_table_rows_of_study(study, "mine.yaml")
 
 
 def test_an_unreadable_study_file_gives_a_plain_error(tmp_path: Path) -> None:
@@ -298,7 +303,10 @@ def test_settings_of_a_study_cannot_be_changed() -> None:
 
 
 def test_compatible_settings_of_a_study_are_accepted() -> None:
-    """A population of blocks and of square prisms, soil of a variant, a spring of any stiffness above 0."""
+    """A study may have a population of blocks or square prisms, soil in a variant, and any stiffness above 0.
+
+    Variants with another scene or contact are accepted, too.
+    """
     assert (
         study_from_content(
             SMALL_STUDY | {"population": {"width": {"low": 0.2, "high": 0.3}}}, "x"
@@ -335,7 +343,7 @@ def test_an_unknown_key_unlike_any_other_is_named_without_a_suggestion(key: str)
     assert str(problem.value).startswith(f'mine.yaml: "{key}": unknown key')
 
 
-def test_invalid_yaml_and_python_values_of_a_study_give_one_line(tmp_path: Path) -> None:
+def test_malformed_or_huge_yaml_values_of_a_study_give_a_short_error(tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
     twice = "a: &a [x,x,x,x,x,x,x,x,x]\n" + "".join(
         f"{name}: &{name} [{','.join([f'*{last}'] * 9)}]\n" for last, name in zip("abcdefgh", "bcdefghi", strict=True)
@@ -398,7 +406,7 @@ def test_reading_a_record_that_the_study_lacks_is_refused(tmp_path: Path) -> Non
     "timed",
     [{"step": "cut", "start_s": 5}, {"step": "baseline", "fit_from_s": 5}, {"step": "remove_mean", "first_s": 5}],
 )
-def test_processing_times_after_an_auto_corner_filter_are_refused(timed: dict[str, object]) -> None:
+def test_processing_times_after_a_filter_with_automatic_corner_are_refused(timed: dict[str, object]) -> None:
     auto = {"step": "highpass", "corner_hz": "auto"}
     with expect_error(
         ConfigError, "processing", f"{timed['step']} after highpass with corner_hz auto", "before it, or give"

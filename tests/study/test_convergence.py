@@ -32,7 +32,12 @@ from overturning.study.convergence_check import case_rerun_functions, check_conv
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import wilson_interval
 from overturning.study.load import study_from_content
-from overturning.study.sample import CellSample, choose_random_cells, read_cell_sample, read_rigid_block_sample
+from overturning.study.sample import (
+    CellSample,
+    choose_random_cells,
+    read_random_case_sample,
+    read_sample_to_compare_with_rigid_block,
+)
 from overturning.study.scenes import variant_grid
 from overturning.study.schema import Study
 from overturning.study.sections import ConvergenceCheckSettings
@@ -72,7 +77,7 @@ def test_comparison_of_outcomes_counts_each_kind_of_change_once() -> None:
     assert found + found == OutcomeDifferenceCounts(cases=12, flags=4, fallen=6, sides=4, unanswered=6)
 
 
-def test_cells_to_check_are_drawn_once_in_the_wanted_number_without_mirrored_ones() -> None:
+def test_cases_to_check_are_drawn_without_repetition_or_mirror_images() -> None:
     computed = np.ones((10, 1, 20, 2), bool)
     computed[5:] = False
     record, cells = choose_random_cells(ConvergenceCheckSettings(share=0.1, at_least=7), 3, computed)
@@ -90,8 +95,8 @@ def test_cells_to_check_are_drawn_once_in_the_wanted_number_without_mirrored_one
 
 
 @cache
-def record_of_strong_part(number: int, name: str = "a") -> Record:
-    """Record of the strong part of a motion."""
+def strong_motion_record(number: int, name: str = "a") -> Record:
+    """Return the part of a near-field record from 4 s before its peak to 8 s after it, as a record with this name."""
     motion = strong_part_of_record(number, 4.0, 8.0)
     return round_to_stored_precision(Record(name, motion.north, motion.east, None, motion.sampling_interval))
 
@@ -104,29 +109,33 @@ class SimulatedStudy:
     sample: CellSample
 
     def sample_with_flags(self, overturned: Any, divided: Any = None) -> CellSample:
-        """Return the sample as if the study had these flags."""
+        """Return the cells to be checked as if the study had found these overturning flags in them."""
         answers = self.sample.answers.copy()
         answers["overturned"] = overturned
         divided = self.sample.divided if divided is None else divided
         return replace(self.sample, answers=answers, divided=divided, apart=self.sample.apart | divided)
 
 
-def simulate_study(settings: Study, records: list[Record], folder: Path) -> SimulatedStudy:
+def simulate_study_and_draw_cells(settings: Study, records: list[Record], folder: Path) -> SimulatedStudy:
     """Simulate a small study without an ensemble and draw the cells to check from its cube."""
     alone = settings.model_copy(update={"ensemble": EnsembleSettings(members=0)})
     assert isinstance(settings.verification, ConvergenceCheckSettings)
-    return SimulatedStudy(records, read_cell_sample(simulate_study_cube(alone, records, folder), settings.verification))
+    return SimulatedStudy(
+        records, read_random_case_sample(simulate_study_cube(alone, records, folder), settings.verification)
+    )
 
 
 def test_convergence_counts_do_not_depend_on_the_number_of_threads(tmp_path: Path) -> None:
     settings = small_study(verification={"at_least": 10, "cost": 20})
-    done = simulate_study(settings, [record_of_strong_part(7, "a"), record_of_strong_part(8, "b")], tmp_path)
+    done = simulate_study_and_draw_cells(
+        settings, [strong_motion_record(7, "a"), strong_motion_record(8, "b")], tmp_path
+    )
     found = check_convergence(settings, done.records, done.sample)
     assert found.chosen == found.wanted == 10
     (finer,), (stiffer,) = found.finer.outcomes, found.stiffer.outcomes
     assert finer.cases + finer.unanswered == 10
 
-    def steps(**changed: Any) -> int:
+    def total_block_steps(**changed: Any) -> int:
         chosen = (cases_at_positions(settings, done.sample.index[done.sample.record == number]) for number in (0, 1))
         each = zip(map(Motion.of, done.records), chosen, strict=True)
         return sum(int(run_cases(motion, one, **changed).block_steps.sum()) for motion, one in each)
@@ -135,7 +144,7 @@ def test_convergence_counts_do_not_depend_on_the_number_of_threads(tmp_path: Pat
         numerics = NumericalOptions(time_step="0.01 stable", **changed)
         return plan_simulation(
             model or PlanarModel(),
-            Motion.of(record_of_strong_part(7)),
+            Motion.of(strong_motion_record(7)),
             cases_at_positions(settings, done.sample.index),
             numerics,
         ).steps
@@ -144,8 +153,8 @@ def test_convergence_counts_do_not_depend_on_the_number_of_threads(tmp_path: Pat
     np.testing.assert_array_equal(planned_steps(refinement=8), 8 * planned_steps())
     # Whole steps follow the motion, whatever the contact.
     np.testing.assert_array_equal(planned_steps(**stiff), planned_steps())
-    assert found.finer.block_steps == steps(refinement=8)
-    assert found.stiffer.block_steps == steps(**stiff)
+    assert found.finer.block_steps == total_block_steps(refinement=8)
+    assert found.stiffer.block_steps == total_block_steps(**stiff)
     opposite = np.where(done.sample.answers["overturned"] == 0, 1, 0).astype(np.int8)
     wrong = check_convergence(settings, done.records, done.sample_with_flags(opposite))
     assert wrong.finer.outcomes[0].flags == 10 - finer.flags
@@ -172,7 +181,7 @@ def test_changed_cases_are_classified_as_confirmed_by_finer_steps_or_chaotic(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     settings = small_study(verification={"at_least": 10, "cost": 30})
-    done = simulate_study(settings, [record_of_strong_part(7)], tmp_path)
+    done = simulate_study_and_draw_cells(settings, [strong_motion_record(7)], tmp_path)
     own = done.sample.answers["overturned"][:, 0]
     other = np.where(own == 0, 1, 0).astype(np.int8)
     position = {tuple(cell): row for row, cell in enumerate(done.sample.index.tolist())}
@@ -231,7 +240,9 @@ def test_the_convergence_check_of_a_small_study_costs_no_more_than_the_study(
     step: int, least: int, tmp_path: Path
 ) -> None:
     settings = small_study(azimuth={"step": step}, verification={})
-    done = simulate_study(settings, [record_of_strong_part(7, "a"), record_of_strong_part(8, "b")], tmp_path)
+    done = simulate_study_and_draw_cells(
+        settings, [strong_motion_record(7, "a"), strong_motion_record(8, "b")], tmp_path
+    )
     found = check_convergence(settings, done.records, done.sample)
     assert found.wanted == min(200, done.sample.computed)
     spent = found.finer.block_steps + found.stiffer.block_steps
@@ -254,9 +265,12 @@ def test_convergence_is_checked_with_finer_steps_if_stiffer_springs_are_refused(
 def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Path) -> None:
     data = {"friction": [0.58, 1.0, 1.2], "b_over_h": [0.2, 0.3, 1.1], "ensemble": {"members": 0}}
     settings = small_study(**data, verification={"at_least": 2})
-    records = [record_of_strong_part(7, "a"), record_of_strong_part(8, "b")]
+    records = [strong_motion_record(7, "a"), strong_motion_record(8, "b")]
     cube = simulate_study_cube(settings, records, tmp_path)
-    rigid, sample = read_rigid_block_sample(cube, settings), read_cell_sample(cube, settings.verification)
+    rigid, sample = (
+        read_sample_to_compare_with_rigid_block(cube, settings),
+        read_random_case_sample(cube, settings.verification),
+    )
     assert rigid is not None
     # Three azimuths of two records: µ = 1 holds two of the three, 1.2 all.
     assert rigid.computed == len(rigid.record) == 2 * 3 * (2 + 3)
@@ -302,18 +316,18 @@ def study_of_two_free_stones(**keys: object) -> Study:
 
 
 def test_sliding_blocks_and_other_shapes_are_not_compared_with_the_rigid_block() -> None:
-    """No cube is read if there is no such cell."""
+    """The cube is not even opened if no case of the study can be compared with the rigid block."""
     nowhere = Path("nowhere.nc")
-    assert read_rigid_block_sample(nowhere, small_study(friction=[0.33, 0.99])) is None
-    assert read_rigid_block_sample(nowhere, small_study(friction=[1.0], b_over_h=[1.0, 1.5])) is None
-    assert read_rigid_block_sample(nowhere, study_of_two_free_stones(friction=[1.0])) is None
+    assert read_sample_to_compare_with_rigid_block(nowhere, small_study(friction=[0.33, 0.99])) is None
+    assert read_sample_to_compare_with_rigid_block(nowhere, small_study(friction=[1.0], b_over_h=[1.0, 1.5])) is None
+    assert read_sample_to_compare_with_rigid_block(nowhere, study_of_two_free_stones(friction=[1.0])) is None
     body = {"body": {}, "azimuth": {}, "orientation": {"step": 30}}
-    assert read_rigid_block_sample(nowhere, small_study(friction=[1.0], b_over_h=[0.2], **body)) is None
+    assert read_sample_to_compare_with_rigid_block(nowhere, small_study(friction=[1.0], b_over_h=[0.2], **body)) is None
 
 
 def test_convergence_of_a_scene_is_checked_for_each_element(tmp_path: Path) -> None:
     settings = study_of_two_free_stones(azimuth={"step": 60}, verification={"at_least": 4, "cost": 20})
-    done = simulate_study(settings, [record_of_strong_part(7)], tmp_path)
+    done = simulate_study_and_draw_cells(settings, [strong_motion_record(7)], tmp_path)
     found = check_convergence(settings, done.records, done.sample)
     assert [one.element for one in found.finer.outcomes] == ["slender", "squat"]
     for outcome in (*found.finer.outcomes, *found.stiffer.outcomes):
@@ -334,7 +348,7 @@ def test_convergence_of_a_scene_is_checked_for_each_element(tmp_path: Path) -> N
 
 def test_convergence_reruns_of_a_scene_use_finer_steps_and_stiffer_contacts() -> None:
     settings = study_of_two_free_stones()
-    motion, cases = Motion.of(record_of_strong_part(7)), Cases([0.0, 60.0], 0.4, 0.25, 0.7)
+    motion, cases = Motion.of(strong_motion_record(7)), Cases([0.0, 60.0], 0.4, 0.25, 0.7)
     own = simulate_cases(settings.scene, motion, cases)
     steps = {
         name: again(motion, cases).block_steps.sum() / own.block_steps.sum()
@@ -359,10 +373,10 @@ def test_convergence_reruns_of_a_scene_use_finer_steps_and_stiffer_contacts() ->
     np.testing.assert_allclose(stiff.dashpot, 2 * soft.dashpot, err_msg="the damping ratio stays")
 
 
-def test_the_gravestone_scene_is_checked_with_the_fast_kernel() -> None:
+def test_gravestone_scene_is_rechecked_with_the_kernel_for_single_blocks() -> None:
     scene = small_study(scene="gravestone", ensemble={"members": 0}, b_over_h=[0.2], height=[0.6])
     block = small_study(ensemble={"members": 0}, b_over_h=[0.2])
-    motion, cases = Motion.of(record_of_strong_part(7)), Cases([0.0, 60.0], 0.6, 0.2, 0.58)
+    motion, cases = Motion.of(strong_motion_record(7)), Cases([0.0, 60.0], 0.6, 0.2, 0.58)
     for kind, again in case_rerun_functions(scene).items():
         found, expected = again(motion, cases), case_rerun_functions(block)[kind](motion, cases)
         np.testing.assert_array_equal(found.overturned, expected.overturned)
@@ -371,7 +385,7 @@ def test_the_gravestone_scene_is_checked_with_the_fast_kernel() -> None:
 
 def test_the_check_convergence_command_checks_a_scene_for_the_report(tmp_path: Path) -> None:
     settings = study_of_two_free_stones(azimuth={"step": 30}, friction=[0.4, 0.7], verification={"cost": 4})
-    cube = simulate_study_cube(settings, [record_of_strong_part(7)], tmp_path)
+    cube = simulate_study_cube(settings, [strong_motion_record(7)], tmp_path)
     output = tmp_path / "convergence.json"
     workflow.run_convergence_check(settings.model_dump_json(), tmp_path / "motion", cube, output)
     found = read_convergence_result(output)
@@ -394,7 +408,7 @@ def test_ensemble_members_disagree_if_some_fall_and_some_stand(tmp_path: Path) -
     given |= {"probability_towards": towards.reshape(shape), "probability_away": away.reshape(shape)}
     table = xr.Dataset({name: (dims, values) for name, values in given.items()}, attrs={"block_steps": 1})
     table.to_netcdf(tmp_path / "cube.nc")
-    sample = read_cell_sample(tmp_path / "cube.nc", ConvergenceCheckSettings(at_least=5))
+    sample = read_random_case_sample(tmp_path / "cube.nc", ConvergenceCheckSettings(at_least=5))
     divided = dict(zip(sample.index[:, 0].tolist(), sample.divided[:, 0].tolist(), strict=True))
     assert divided == {0: False, 1: True, 2: False, 3: False, 4: False}
     apart = dict(zip(sample.index[:, 0].tolist(), sample.apart[:, 0].tolist(), strict=True))
@@ -402,7 +416,10 @@ def test_ensemble_members_disagree_if_some_fall_and_some_stand(tmp_path: Path) -
 
 
 def test_3d_ensemble_members_disagree_if_their_fall_directions_spread(tmp_path: Path) -> None:
-    """All members fall: one way, 10° and 40° to either side of a mean; then some stand; no member was run."""
+    """Of five cases, all members fall in one direction, within 10° or within 40° of a mean.
+
+    In the fourth half of them stand; in the fifth no member was run.
+    """
     half = np.radians([0.0, 10.0, 40.0])
     falls = np.array([1.0, 1.0, 1.0, 0.5, np.nan])
     north = np.array([*np.cos(half), 0.5, np.nan])
@@ -413,7 +430,7 @@ def test_3d_ensemble_members_disagree_if_their_fall_directions_spread(tmp_path: 
     given |= {"members": np.full(shape, 8, np.int16)}
     table = xr.Dataset({name: (dims, values) for name, values in given.items()}, attrs={"block_steps": 1})
     table.to_netcdf(tmp_path / "cube.nc")
-    sample = read_cell_sample(tmp_path / "cube.nc", ConvergenceCheckSettings(at_least=5))
+    sample = read_random_case_sample(tmp_path / "cube.nc", ConvergenceCheckSettings(at_least=5))
     place = np.argsort(sample.index[:, 0])
     assert sample.divided[place, 0].tolist() == [False, False, False, True, False]
     assert sample.apart[place, 0].tolist() == [False, False, True, True, False]
@@ -424,10 +441,13 @@ def test_3d_ensemble_members_disagree_if_their_fall_directions_spread(tmp_path: 
 def test_3d_falls_whose_azimuth_changes_under_nearly_the_same_motion_are_counted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Every third fall turns by 140° at 0.995 of the amplitude, every third by 29° always, and one other stands."""
+    """With the amplitude factor 0.995 a third of the falls turns by 140°.
+
+    Another third always turns by 29°, too little to count; one block stands at 1.01.
+    """
     body = {"body": {}, "azimuth": {}, "orientation": {"step": 30}, "b_over_h": [0.1, 0.15, 0.2, 0.25]}
     settings = small_study(**body, verification={"at_least": 24, "cost": 100})
-    done = simulate_study(settings, [record_of_strong_part(7)], tmp_path)
+    done = simulate_study_and_draw_cells(settings, [strong_motion_record(7)], tmp_path)
     sample = done.sample
     fell = np.flatnonzero(sample.answers["overturned"][:, 0] == 1)
     assert fell.size >= 6
@@ -437,7 +457,7 @@ def test_3d_falls_whose_azimuth_changes_under_nearly_the_same_motion_are_counted
     names, axes = zip(*variant_grid(settings).rows.items(), strict=True)
     factors = set[float]()
 
-    def nominal(_: Motion, cases: Cases) -> Any:
+    def fake_nominal_run(_: Motion, cases: Cases) -> Any:
         (factor,) = np.unique(cases.amplitude)
         factors.add(round(float(factor), 6))
         values = [getattr(cases, {"orientation": "azimuth_deg"}.get(name, name)) for name in names]
@@ -454,7 +474,7 @@ def test_3d_falls_whose_azimuth_changes_under_nearly_the_same_motion_are_counted
             block_steps=np.full(row.size, 10),
         )
 
-    kinds = case_rerun_functions(settings) | {"nominal": nominal}
+    kinds = case_rerun_functions(settings) | {"nominal": fake_nominal_run}
     monkeypatch.setattr("overturning.study.convergence_check.case_rerun_functions", lambda _: kinds)
     weight = np.linspace(0.2, 1.0, len(sample.record))
     found = check_convergence(settings, done.records, replace(sample, weight=weight)).amplitude
@@ -479,9 +499,7 @@ def test_3d_falls_whose_azimuth_changes_under_nearly_the_same_motion_are_counted
         (["old"], "keys with values are needed"),
     ],
 )
-def test_a_convergence_result_of_an_older_version_is_refused_by_file_and_key(
-    tmp_path: Path, written: Any, said: str
-) -> None:
+def test_error_for_an_older_convergence_result_names_its_file_and_key(tmp_path: Path, written: Any, said: str) -> None:
     path = tmp_path / "convergence.json"
     path.write_text(json.dumps(written), encoding="utf-8")
     with pytest.raises(ResultError, match="run the study again to recreate") as error:

@@ -58,7 +58,7 @@ def test_the_research_crate_lists_all_files_with_hashes_and_descriptions(
     assert {part["@id"] for part in crate_entities["./"]["hasPart"]} == found.keys() | {"motion/", "figures/"}
 
 
-def test_the_crate_describes_a_motion_through_soil_as_such(tmp_path: Path) -> None:
+def test_crate_names_the_variant_of_a_motion_through_soil(tmp_path: Path) -> None:
     settings = study_without_ensemble(records={"use": ["a"]})
     cube, own = simulate_study_cube(settings, [sine_cycle_record("a")], tmp_path), tmp_path / "motion" / "a.nc"
     soft = tmp_path / "motion" / "soft" / "a.nc"
@@ -74,7 +74,7 @@ def test_the_crate_describes_a_motion_through_soil_as_such(tmp_path: Path) -> No
     }
 
 
-def test_crate_inputs_have_source_hash_and_licence_and_motions_their_record(
+def test_crate_states_source_hash_and_licence_of_records_and_links_motions(
     crate_entities: dict[str, dict[str, Any]],
 ) -> None:
     record = crate_entities["#record-b"]

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from overturning.dem.polygon.prepare import reason_scene_moves_by_itself
-from overturning.model.geometry import size_reference_height_and_b_over_h
-from overturning.study.doubts import implausible_setting_warnings, skipped_range_end_warnings
+from overturning.model.geometry import reference_element_height_and_b_over_h
+from overturning.study.doubts import implausible_setting_warnings, warnings_on_ranges_missing_their_stop
 from overturning.study.load import load_study, study_from_content
 from tests.dem.test_polygon_fallen import arch_scene
 from tests.expect import command_output
@@ -41,7 +41,11 @@ def test_no_shipped_study_gives_a_warning_on_its_settings(path: Path) -> None:
 
 
 def test_variants_that_repeat_the_settings_of_others_give_a_warning() -> None:
-    """Of five variants the first is the study itself, the third repeats the second, and the last that on soil."""
+    """A variant whose settings repeat those of the study or of an earlier variant gives a warning.
+
+    Of five variants the first equals the study itself, the third repeats the second, and the fifth repeats the
+    fourth, which is on soil.
+    """
     variants = {
         "same": {"vertical": True}, "flat": {"vertical": False}, "level": {"vertical": False},
         "clay": {"vertical": False, "site": soil_site(200)}, "soil": {"vertical": False, "site": soil_site(200)},
@@ -54,15 +58,18 @@ def test_variants_that_repeat_the_settings_of_others_give_a_warning() -> None:
 
 def test_a_range_that_does_not_reach_its_stop_gives_a_warning() -> None:
     content = {"name": "mine", "b_over_h": {"start": 0.1, "stop": 0.6, "step": 0.15}, "height": [0.6]}
-    assert list(skipped_range_end_warnings(content)) == [
+    assert list(warnings_on_ranges_missing_their_stop(content)) == [
         "b_over_h: steps of 0.15 end at 0.55, before stop 0.6; change step or stop"
     ]
     sound = {"b_over_h": {"start": 0.1, "stop": 0.6, "step": 0.05}, "azimuth": {"start": 0, "stop": 360, "step": 5}}
-    assert list(skipped_range_end_warnings(sound)) == []
+    assert list(warnings_on_ranges_missing_their_stop(sound)) == []
 
 
 def test_only_a_length_outside_the_grid_is_suspected_to_be_in_centimetres() -> None:
-    """Frictions and heights of a population outside the grid; only the heights may be in another unit."""
+    """Frictions and heights of a population lie outside the grid of the study.
+
+    Only for the heights does the warning suggest centimetres.
+    """
     lines = warnings_of_study(friction=[1.0], height=[0.3], b_over_h=[0.3, 0.7], population={})
     remedies = {line.partition(":")[0]: line.rpartition("; ")[2] for line in lines}
     assert remedies["population.friction"] == "those stones take the nearest value: add values to friction"
@@ -155,7 +162,7 @@ def test_only_a_length_outside_the_grid_is_suspected_to_be_in_centimetres() -> N
 def test_values_that_seem_to_be_in_another_unit_give_a_warning(
     keys: dict[str, Any], sound: dict[str, Any], line: str
 ) -> None:
-    """Each bound itself is sound."""
+    """A value at the bound of what is plausible gives no warning, and a value beyond the bound gives one."""
     assert warnings_of_study(**sound) == []
     (doubt,) = warnings_of_study(**keys)
     assert doubt.startswith(line)
@@ -190,7 +197,7 @@ def scene_of_overhanging_slab(share: float) -> dict[str, Any]:
 
 
 def scene_of_lantern(foot_height: float) -> dict[str, Any]:
-    """A cube of 0.6 m that overhangs each side of its foot by 0.1 m."""
+    """Return a scene of a cube of 0.6 m that overhangs each side of its foot by 0.1 m."""
     ground = {"name": "ground", "kind": "driven", "width": 20, "height": 1, "at": [0, -1]}
     foot = {"name": "foot", "width": 0.4, "depth": 0.4, "height": foot_height, "stands_on": "ground"}
     cube = {"name": "cube", "width": 0.6, "depth": 0.6, "height": 0.6, "stands_on": "foot"}
@@ -232,7 +239,8 @@ def test_level_frictionless_ground_and_an_arch_give_no_warning() -> None:
     """Nothing pushes a level block; the joints of an arch are steep, but pressed together."""
     assert warnings_of_study(scene=scene_of_overhanging_slab(0.0), friction=[0.0]) == []
     assert (
-        reason_scene_moves_by_itself(arch_scene(), None, size_reference_height_and_b_over_h(arch_scene())[1], 0.7) == ""
+        reason_scene_moves_by_itself(arch_scene(), None, reference_element_height_and_b_over_h(arch_scene())[1], 0.7)
+        == ""
     )
 
 

@@ -55,7 +55,11 @@ def test_a_reason_is_given_if_no_film_command_can_reproduce_a_study() -> None:
 def test_no_film_command_is_given_for_records_outside_the_project(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of an absolute path the results state only the file name, which is a valid path only in the project's folder."""
+    """No film command is given if the study's record table is not in the project's folder.
+
+    The results state only the file name of a record table with an absolute path, and this name is valid only in that
+    folder.
+    """
     cube = run_study([round_to_stored_precision(record_of_pulse(parse_pulse(PULSE)))], **BLOCK, azimuth={"step": 90})
     study = json.loads(cube.attrs["study"])
     study["records"] |= {"table": "table é.tsv", "folder": "data/records"}

@@ -18,7 +18,7 @@ from overturning.model.status import CaseStatus
 from overturning.model.variables import FLOAT32_MISSING, INT8_MISSING, VARIABLES
 from overturning.records.record import Record
 from overturning.study.cube import open_cube, record_provenance, record_sources, study_of_cube
-from overturning.study.gather import create_cube_structure, merge_sweep_parts
+from overturning.study.gather import create_cube_structure, merge_outcome_files_into_cube
 from overturning.study.load import study_from_content
 from overturning.study.parts import write_sweep_part
 from overturning.study.scenes import variant_grid, variant_model
@@ -45,7 +45,7 @@ def random_outcomes(shape: tuple[int, ...], seed: int) -> dict[str, np.ndarray]:
 
 
 def write_sweep_parts(folder: Path, pieces: int = 1) -> list[Path]:
-    """Write the parts of the study that a sweep would write, in some pieces per record; return their paths."""
+    """Write files of random outcomes as a sweep would, in `pieces` files per record, and return their paths."""
     grid, paths = variant_grid(STUDY), []
     for seed, name in enumerate(RECORD_NAMES):
         full = random_outcomes(grid.shape, seed)
@@ -60,7 +60,7 @@ def write_sweep_parts(folder: Path, pieces: int = 1) -> list[Path]:
 
 def merged_cube(folder: Path, of: list[Record] = RECORDS, settings: Study = STUDY) -> xr.Dataset:
     """Merge the parts of the study into a cube, with other records or settings if given."""
-    merge_sweep_parts(settings, of, write_sweep_parts(folder), folder / "cube.nc")
+    merge_outcome_files_into_cube(settings, of, write_sweep_parts(folder), folder / "cube.nc")
     with open_cube(folder / "cube.nc") as opened:
         return opened.load()
 
@@ -91,7 +91,10 @@ def test_merging_puts_every_cell_at_its_place_in_the_cube(study_cube: xr.Dataset
 
 
 def test_sources_of_site_coordinates_are_stored_only_as_attributes(study_cube: xr.Dataset, tmp_path: Path) -> None:
-    """They stand beside the sources of the records; coordinates, variables and their hash are the same."""
+    """The sources of coordinates are stored with the sources of the records.
+
+    Coordinates and variables of the cube stay identical.
+    """
     places = {"coordinates_source": "survey", "fault_trace": "35 133, 36 133", "fault_trace_source": "map"}
     with_places = merged_cube(tmp_path, [replace(RECORDS[0], extra=EXTRA_FIELDS | places), RECORDS[1]])
     first, second = record_sources(with_places)
@@ -102,13 +105,16 @@ def test_sources_of_site_coordinates_are_stored_only_as_attributes(study_cube: x
 
 @pytest.mark.parametrize(("scene", "period"), [("gravestone", 180.0), ("three-tier", 180.0), ("against-a-wall", 360.0)])
 def test_a_cube_states_the_azimuth_period_after_which_cases_repeat(scene: str, period: float, tmp_path: Path) -> None:
-    """A wall on one side stands in the way of a fall towards 0°, or 180° under the opposite motion: two cases."""
+    """A wall on one side makes opposite azimuths two different cases, so that the period is 360°.
+
+    The wall prevents falls towards it only.
+    """
     of_scene = STUDY.model_copy(update={"scene": load_scene(scene)})
     with netCDF4.Dataset(tmp_path / "cube.nc", "w") as cube:
         create_cube_structure(cube, of_scene, [])
         assert cube["azimuth"].period == period
     grid = variant_grid(of_scene)
-    answering = np.unique(variant_model(of_scene).computed_cell_of_each_direction(grid).cell).size
+    answering = np.unique(variant_model(of_scene).simulated_direction_for_each_direction(grid).cell).size
     assert answering == np.unique(grid["azimuth"] % period).size
     assert (answering == grid["azimuth"].size) == (period == 360)
 
@@ -145,27 +151,27 @@ def test_two_names_of_one_earthquake_are_merged_in_the_cube_with_a_note(tmp_path
 
 
 def test_sweep_parts_in_any_order_give_a_cube_with_the_same_bytes(tmp_path: Path) -> None:
-    merge_sweep_parts(STUDY, RECORDS, write_sweep_parts(tmp_path), tmp_path / "whole.nc")
-    merge_sweep_parts(STUDY, RECORDS, write_sweep_parts(tmp_path, 3)[::-1], tmp_path / "pieces.nc")
+    merge_outcome_files_into_cube(STUDY, RECORDS, write_sweep_parts(tmp_path), tmp_path / "whole.nc")
+    merge_outcome_files_into_cube(STUDY, RECORDS, write_sweep_parts(tmp_path, 3)[::-1], tmp_path / "pieces.nc")
     assert (tmp_path / "whole.nc").read_bytes() == (tmp_path / "pieces.nc").read_bytes()
 
 
 def test_missing_cells_are_refused_and_no_cube_is_written(tmp_path: Path) -> None:
     with pytest.raises(ResultError, match="no part holds all cells of second"):
-        merge_sweep_parts(STUDY, RECORDS, write_sweep_parts(tmp_path, 2)[:-1], tmp_path / "cube.nc")
+        merge_outcome_files_into_cube(STUDY, RECORDS, write_sweep_parts(tmp_path, 2)[:-1], tmp_path / "cube.nc")
     assert not [path for path in tmp_path.iterdir() if "cube" in path.name]
 
 
 def test_a_sweep_part_of_another_study_is_refused(tmp_path: Path) -> None:
     other = STUDY.model_copy(update={"friction": (0.5, 0.9)})
     with pytest.raises(ResultError, match="its friction values are not those of the study"):
-        merge_sweep_parts(other, RECORDS, write_sweep_parts(tmp_path), tmp_path / "cube.nc")
+        merge_outcome_files_into_cube(other, RECORDS, write_sweep_parts(tmp_path), tmp_path / "cube.nc")
     with pytest.raises(ResultError, match="which are not in this study"):
-        merge_sweep_parts(STUDY, RECORDS[:1], write_sweep_parts(tmp_path), tmp_path / "cube.nc")
+        merge_outcome_files_into_cube(STUDY, RECORDS[:1], write_sweep_parts(tmp_path), tmp_path / "cube.nc")
     broken = tmp_path / "broken.nc"
     broken.write_bytes(b"CDF nothing")
     with pytest.raises(ResultError, match=r"broken\.nc: damaged"):
-        merge_sweep_parts(STUDY, RECORDS, [broken], tmp_path / "cube.nc")
+        merge_outcome_files_into_cube(STUDY, RECORDS, [broken], tmp_path / "cube.nc")
 
 
 def test_missing_outcomes_in_a_cube_are_nan_and_never_a_flag(tmp_path: Path) -> None:
@@ -176,7 +182,7 @@ def test_missing_outcomes_in_a_cube_are_nan_and_never_a_flag(tmp_path: Path) -> 
     cells["overturning_time"][2, 0, 1, 1] = FLOAT32_MISSING
     cells["status"][2, 0, 1, 1] = CaseStatus.UNDECIDED
     write_sweep_part(paths[0], grid, cells, {"record_id": "first", "variant": "nominal", "block_steps": 5})
-    merge_sweep_parts(STUDY, RECORDS, paths, tmp_path / "cube.nc")
+    merge_outcome_files_into_cube(STUDY, RECORDS, paths, tmp_path / "cube.nc")
     with open_cube(tmp_path / "cube.nc") as cube:
         assert int(cube["overturned"].isnull().sum()) == 1
         assert np.isnan(cube["overturned"][0, 2, 0, 1, 1])
@@ -184,7 +190,7 @@ def test_missing_outcomes_in_a_cube_are_nan_and_never_a_flag(tmp_path: Path) -> 
         assert cube["status"][0, 2, 0, 1, 1] == CaseStatus.UNDECIDED
 
 
-def test_flags_of_records_in_a_cube_have_flag_meanings(study_cube: xr.Dataset) -> None:
+def test_pulse_and_vertical_flags_of_a_cube_have_cf_flag_meanings(study_cube: xr.Dataset) -> None:
     found = study_cube
     for name, meanings in (("pulse", "no_pulse pulse"), ("vertical", "horizontal_only with_vertical")):
         assert found[name].attrs["flag_values"].tolist() == [0, 1]

@@ -62,7 +62,7 @@ def test_a_survey_uses_the_cube_of_a_variant_with_the_same_soil_layers() -> None
     assert len(soil_layers_with_own_cube(flat)) == 1, "a variant that changes more than the soil"
 
 
-def test_names_of_soil_cubes_do_not_depend_on_other_surveys_or_spelled_defaults() -> None:
+def test_soil_cube_names_do_not_depend_on_other_surveys_or_explicit_defaults() -> None:
     own = {"stones": "a.csv", "record": "rinaldi", "site": soil_site(10)}
     alone = study_with_surveys(own)
     second = study_with_surveys({"stones": "b.csv", "record": "rinaldi", "site": soil_site(5)}, own)

@@ -47,7 +47,10 @@ def test_the_intensity_file_has_measures_by_azimuth_and_of_whole_records(intensi
 
 
 def test_the_spectra_include_the_periods_of_a_population(tmp_path: Path) -> None:
-    """An oscillator of another period than the ground's has its closed form in the tests of the spectra."""
+    """The spectra include a period of 0.5 s that a population names, in addition to their own 61 periods.
+
+    The PSA at this period is that which the spectra module computes.
+    """
     given = {"name": "x", "records": {"use": ["sine"]}, "azimuth": {"step": 90}, "population": {"period": ["0.5 s", 1]}}
     sine = record_of_pulse(parse_pulse("sine amplitude_gal=300 period_s=1 azimuth_deg=60"), "sine")
     write_intensity_measures(study_from_content(given, "x.yaml"), [sine], tmp_path / "one.nc")

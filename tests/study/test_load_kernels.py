@@ -22,6 +22,6 @@ def test_loading_the_kernels_simulates_one_case_that_moves(
     monkeypatch.setattr(
         sweep, "simulate_variant", lambda *given: steps.append(simulate(*given)["block_steps"].ravel().tolist())
     )
-    sweep.load_kernels(small_study(**keys), sine_cycle_record(peak=2.0), variant)
+    sweep.load_compiled_simulation_code(small_study(**keys), sine_cycle_record(peak=2.0), variant)
     ((count,),) = steps
     assert count > 0

@@ -20,7 +20,7 @@ AZIMUTHS = np.arange(0.0, 360.0, 45.0)
 
 @pytest.fixture(scope="module")
 def simulated_and_saved_outcomes(tmp_path_factory: pytest.TempPathFactory) -> tuple[xr.Dataset, xr.Dataset]:
-    """The same cases from `simulate`, and from the saved cube of a study."""
+    """The same cases twice: as returned by `simulate`, and as read from the saved cube of a study."""
     own = overturning.simulate(
         WAVE, overturning.load_scene("against-a-wall"), azimuth_deg=AZIMUTHS, **SIZES_AND_FRICTION
     )
@@ -33,7 +33,7 @@ def simulated_and_saved_outcomes(tmp_path_factory: pytest.TempPathFactory) -> tu
         return own, cube.isel(record=0).load()
 
 
-def test_flags_without_an_outcome_are_nan_in_simulations_and_cubes(
+def test_flags_of_cases_without_outcome_are_nan_in_simulations_and_cubes(
     simulated_and_saved_outcomes: tuple[xr.Dataset, xr.Dataset],
 ) -> None:
     own, cube = simulated_and_saved_outcomes

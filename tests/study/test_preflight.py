@@ -33,7 +33,7 @@ TABLE_HEADING = "id\tformat\tsource\tcolumns\n"
 
 
 def study_of_table_rows(tmp_path: Path, *rows: str, **more: Any) -> Any:
-    """Return a study of all records in a record table of the given rows."""
+    """Write a record table of the given rows and return a study of all its records."""
     (tmp_path / "records.tsv").write_text(TABLE_HEADING + "".join(f"{row}\n" for row in rows), encoding="utf-8")
     use = [row.split("\t")[0] for row in rows]
     records = {"use": use, "table": str(tmp_path / "records.tsv"), "folder": str(tmp_path)}
@@ -101,7 +101,11 @@ def test_a_record_too_weak_to_move_any_stone_is_noted(tmp_path: Path, gal: float
 def test_omitted_vertical_motion_is_ignored_in_the_note_on_weak_records(
     tmp_path: Path, without: dict[str, Any]
 ) -> None:
-    """100 Gal do not rock B/H 0.1 while the ground presses up at as much; without that they do."""
+    """A study without vertical motion ignores upward acceleration in its note on weak records.
+
+    A motion of 105 Gal does not rock a block of B/H 0.1 while the ground accelerates upwards by as much, but does
+    without vertical motion.
+    """
     wave = 105 * np.sin(np.arange(500) / 9)
     # Some of it goes east: an axis at rest beside one that moves is taken for a dead channel.
     rows = "".join(f"{h:.4f},{0.1 * h:.4f},{abs(h):.4f}\n" for h in wave)
@@ -118,7 +122,7 @@ def test_omitted_vertical_motion_is_ignored_in_the_note_on_weak_records(
 
 
 def test_no_note_is_given_on_weak_records_that_soil_can_amplify(tmp_path: Path) -> None:
-    """The preflight has the motion of the rock alone."""
+    """The preflight check knows only the motion of the rock, not that at the surface of the soil."""
     row = "slight\tsynthetic\tsine amplitude_gal=90 period_s=1 azimuth_deg=40"
     layer = {"thickness_m": 20, "velocity_m_s": 150, "density_kg_m3": 1800}
     site = {"layers": [layer], "rock": {"velocity_m_s": 760}}
@@ -157,7 +161,7 @@ def test_the_import_of_the_package_for_soil_prints_no_warnings(
 
 
 def test_study_check_finds_an_unknown_soil_curve(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The names are pystrata's; here it is one that knows two curves."""
+    """Pystrata, which defines the names of soil curves, is replaced by a stub that knows two of them."""
     curves = SimpleNamespace(known_published_curves=lambda: ["kishida", "idriss_sand"])
     monkeypatch.setitem(sys.modules, "pystrata", SimpleNamespace(site=curves))
     layers = [*SITE["layers"], {"thickness_m": 5, "velocity_m_s": 150, "curve": "idris"}]
@@ -180,7 +184,10 @@ def test_study_check_finds_an_unknown_soil_curve(monkeypatch: pytest.MonkeyPatch
 def test_fault_alignment_is_computed_only_for_records_with_a_fault_strike(
     records: list[tuple[float | None, bool | None]], answer: bool
 ) -> None:
-    """It is of records with a pulse where there is a control: the first group of `record_masks_by_group`."""
+    """Fault strikes count only for records with a pulse if there are records with and without a pulse.
+
+    The records that count are the first group of `record_masks_by_group`.
+    """
     entries = [
         RecordTableRow(id="a", source="a.V2A", fault_strike_deg=strike, pulse=pulse) for strike, pulse in records
     ]
@@ -234,7 +241,7 @@ def test_the_estimated_run_time_is_within_a_factor_of_two_of_the_measured_one() 
 
 
 def test_the_memory_estimate_includes_the_outcomes_of_ensemble_members() -> None:
-    """A flag of one byte and an azimuth of eight for each member of each case of the largest job."""
+    """In the largest job each case has, for each member, a flag of one byte and an azimuth of eight bytes."""
     without, with_members = (
         estimate_study_size(study_of_record("rinaldi", ensemble={"members": n}), chunks_per_record=4) for n in (0, 24)
     )

@@ -10,7 +10,7 @@ from overturning.errors import ConfigError
 from overturning.model.body import Body
 from overturning.model.scan import ScannedStone
 from overturning.settings import EnsembleSettings
-from overturning.study.ensemble import EnsembleMembers, EnsembleRunner, sample_member_changes
+from overturning.study.ensemble import EnsembleMembers, EnsembleRunner, draw_parameter_changes_of_members
 from overturning.study.load import load_study_from_file_or_json, study_from_content
 
 POINTS = np.array([[x, y, z] for a, z in ((0.05, 0.0), (0.07, 0.003), (0.07, 0.8)) for x in (-a, a) for y in (-a, a)])
@@ -23,11 +23,11 @@ BODY = {
 
 
 def test_ensemble_members_vary_relief_and_orientation_only_on_request(tmp_path: Path) -> None:
-    plain = sample_member_changes(EnsembleSettings(members=16))
+    plain = draw_parameter_changes_of_members(EnsembleSettings(members=16))
     assert not plain.varies_relief
     assert not plain.orientation_deg.any()
     assert {"relief", "orientation"}.isdisjoint(EnsembleSettings().model_dump())
-    varied = sample_member_changes(
+    varied = draw_parameter_changes_of_members(
         EnsembleSettings.model_validate({"members": 64, "relief": {"low": 0.001, "high": 0.005}, "orientation": 5.0})
     )
     assert varied.varies_relief
@@ -55,13 +55,17 @@ class TwoOrientationGrid:
 
 
 def test_ensemble_members_of_a_scan_have_their_own_relief_and_orientation(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The fall depends on the relief only here, so that the shares of both halves are 1 and 0."""
-    members = sample_member_changes(
+    """Ensemble members of a scanned stone are simulated with their own relief and orientation.
+
+    A stub lets the stone fall if its relief is low, so that the fall shares are 1 for members of low and 0 for
+    members of high relief.
+    """
+    members = draw_parameter_changes_of_members(
         EnsembleSettings.model_validate({"members": 16, "relief": {"low": 0.001, "high": 0.005}, "orientation": 5.0})
     )
     limit, seen = float(np.median(members.relief)), []
 
-    def run(cases: Any, progress: Any, relief: float) -> Any:
+    def fall_if_relief_is_low(cases: Any, progress: Any, relief: float) -> Any:
         seen.append((relief, np.asarray(cases.azimuth_deg)))
         falls = np.full(cases.case_count, relief <= limit)
 
@@ -81,10 +85,12 @@ def test_ensemble_members_of_a_scan_have_their_own_relief_and_orientation(monkey
     }
     runner = EnsembleRunner(Body(STONE), members)
     monkeypatch.setattr(EnsembleRunner, "_copy_to_symmetric_cells", lambda *_: None)
-    found, steps = runner.run_members_of_cells(StubMotion(), TwoOrientationGrid(), nominal, run)  # type: ignore[arg-type]
+    found, steps = runner.run_ensemble_of_selected_cases(
+        StubMotion(), TwoOrientationGrid(), nominal, fall_if_relief_is_low
+    )  # type: ignore[arg-type]
     assert steps == 2 * 16
     assert [relief for relief, _ in seen] == pytest.approx(
-        np.concatenate([members.relief[batch] for batch in members.member_number_batches(8)]).tolist()
+        np.concatenate([members.relief[batch] for batch in members.split_member_numbers_into_batches(8)]).tolist()
     )
     turned = {float(relief): azimuth for relief, azimuth in seen}
     for number in range(16):

@@ -14,7 +14,7 @@ from overturning.files import atomic_write, checksum_at_end_matches
 from overturning.records.record import Record
 from overturning.records.store import read_record_from_motion_file, write_record_to_motion_file
 from overturning.settings import EnsembleSettings
-from overturning.study.ensemble import EnsembleMembers, sample_member_changes
+from overturning.study.ensemble import EnsembleMembers, draw_parameter_changes_of_members
 from overturning.study.resume import (
     back_up_cubes,
     lock_folder,
@@ -49,7 +49,7 @@ def test_a_change_of_any_byte_of_a_motion_file_is_detected(tmp_path: Path) -> No
 
 def test_a_change_in_the_table_of_ensemble_members_is_detected(tmp_path: Path) -> None:
     path = tmp_path / "members.csv"
-    drawn = sample_member_changes(EnsembleSettings(members=16))
+    drawn = draw_parameter_changes_of_members(EnsembleSettings(members=16))
     drawn.write_csv(path)
     np.testing.assert_array_equal(EnsembleMembers.read_csv(path).friction, drawn.friction)
     text = path.read_text(encoding="utf-8")

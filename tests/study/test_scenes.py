@@ -13,20 +13,24 @@ from overturning import plot
 from overturning.dem.run import simulate_cases
 from overturning.errors import ArgumentError, ConfigError, ResultError
 from overturning.figures.explore import explorer_page_data
-from overturning.findings.contrast import contrast_study_with_variants, element_fall_findings
+from overturning.findings.contrast import compare_study_with_variants, element_fall_findings
 from overturning.findings.results import StudyResults
 from overturning.labels import variant_label_as_list
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
-from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.scene import gravestone, load_scene
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.statistics.elements import count_falls_by_element, count_falls_of_two_stones, mean_fall_contrast
+from overturning.statistics.elements import (
+    count_falls_by_element,
+    count_falls_of_two_stones,
+    mean_shares_of_two_stone_falls,
+)
 from overturning.study.cube import open_cube
-from overturning.study.ensemble import sample_member_changes
+from overturning.study.ensemble import draw_parameter_changes_of_members
 from overturning.study.load import study_from_content
-from overturning.study.recheck import recompute_random_cells
+from overturning.study.recheck import recompute_random_cases
 from overturning.study.scenes import variant_scene
 from overturning.study.schema import Study
 from tests.expect import command_output
@@ -38,7 +42,7 @@ AXES = "µ = 0.9, H = 0.636 m; radius: slenderness B/H", "largest B/H that falls
 
 @pytest.fixture(autouse=True)
 def _run_in_project_folder(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Run each test in the folder of the project, from which scenes are named."""
+    """Run each test in the folder of the project, to which the names of scene files refer."""
     monkeypatch.chdir(ROOT)  # scenes are named from the project's folder
 
 
@@ -62,7 +66,7 @@ def test_a_study_of_a_scene_has_the_sizes_of_the_scene_by_default() -> None:
     assert Study.model_validate(study.model_dump(mode="json")) == study
 
 
-def test_a_study_without_a_scene_is_of_the_shipped_gravestone() -> None:
+def test_a_study_without_a_scene_uses_the_shipped_gravestone_scene() -> None:
     study = study_from_content(
         {
             "name": "plain", "records": {"use": ["pulse"]}, "density": 2000, "contact": {"damping_ratio": 0.5},
@@ -158,10 +162,10 @@ def test_the_cube_of_a_scene_has_outcomes_of_each_element(tmp_path: Path) -> Non
     results = StudyResults(
         study=study, cube=cubes["nominal"], cubes=cubes, intensity=cubes["nominal"], convergence=None, surveys=(),
     )  # fmt: skip
-    elements, contrasts = element_fall_findings(results), contrast_study_with_variants(results)
+    elements, contrasts = element_fall_findings(results), compare_study_with_variants(results)
     # A study of the upper base is compared with the variant that has a shaft by the shaft, which is in both scenes.
     scene = study.scene.model_copy(update={"reference": "upper-base"})
-    of_base = contrast_study_with_variants(replace(results, study=study.model_copy(update={"scene": scene})))
+    of_base = compare_study_with_variants(replace(results, study=study.model_copy(update={"scene": scene})))
     compared = [[(one.element_here, one.element_there) for one in each] for each in (contrasts, of_base)]
     assert compared == [[("shaft", "monolith"), ("shaft", "shaft")], [("upper-base", "monolith"), ("shaft", "shaft")]]
     assert of_base[1] == contrasts[1]
@@ -178,28 +182,28 @@ def test_the_cube_of_a_scene_has_outcomes_of_each_element(tmp_path: Path) -> Non
 def test_comparison_of_two_stones_counts_falls_and_their_order() -> None:
     import xarray as xr
 
-    def cube(times: list[float], **more: list[float]) -> xr.Dataset:
+    def cube_of_fall_times(times: list[float], **more: list[float]) -> xr.Dataset:
         rows = {"overturning_time": times, **more}
         return xr.Dataset({name: (("record", "azimuth"), np.reshape(values, (2, 3))) for name, values in rows.items()})
 
     nan = float("nan")
-    this = cube([2.0, 3.0, nan, 1.0, nan, 4.0], overturned=[1, -1, 0, 1, nan, 1])
-    other = cube([2.5, 2.0, nan, nan, 1.0, 3.0], overturned=[1, 1, 0, 0, 1, 1])
+    this = cube_of_fall_times([2.0, 3.0, nan, 1.0, nan, 4.0], overturned=[1, -1, 0, 1, nan, 1])
+    other = cube_of_fall_times([2.5, 2.0, nan, nan, 1.0, 3.0], overturned=[1, 1, 0, 0, 1, 1])
     found = count_falls_of_two_stones(this, other)
     names = ("cases", "both", "only_this", "only_other", "same_way", "earlier")
     assert found["same_time"].to_numpy().tolist() == [0, 0]
     assert [found[name].to_numpy().tolist() for name in names] == [[3, 2], [2, 1], [0, 1], [0, 0], [1, 1], [1, 0]]
-    both = mean_fall_contrast(found, np.array(["one", "other"]))
+    both = mean_shares_of_two_stone_falls(found, np.array(["one", "other"]))
     assert (both.both.value, both.only_this.value) == (pytest.approx((2 / 3 + 1 / 2) / 2), 1 / 4)
     assert (both.same_way.value, both.earlier.value, both.earlier.n) == (pytest.approx(3 / 4), 1 / 4, 2)
     # Of three and two cases with a fall in either, the first stone falls first or alone in 1 of 2 and 1 of 2.
     assert both.first.value == pytest.approx((1 / 2 + 1 / 2) / 2)
     # Falls at the same time are first in neither: half of them counts here, half there.
     ties = count_falls_of_two_stones(this, this), count_falls_of_two_stones(other, other)
-    assert [mean_fall_contrast(one, np.array(["one", "other"])).first.value for one in ties] == [0.5, 0.5]
-    late = cube([2.0, 4.0, 1.0, 1.0, nan, 3.0], overturned=[1, 1, 1, 0, 1, 1])
+    assert [mean_shares_of_two_stone_falls(one, np.array(["one", "other"])).first.value for one in ties] == [0.5, 0.5]
+    late = cube_of_fall_times([2.0, 4.0, 1.0, 1.0, nan, 3.0], overturned=[1, 1, 1, 0, 1, 1])
     firsts = [
-        mean_fall_contrast(count_falls_of_two_stones(*pair), np.array(["one", "other"])).first.value
+        mean_shares_of_two_stone_falls(count_falls_of_two_stones(*pair), np.array(["one", "other"])).first.value
         for pair in ((this, late), (late, this))
     ]  # here: together, first, not at all; alone, unknown, later
     assert firsts == [pytest.approx(((0.5 + 1 + 0) / 3 + (1 + 0) / 2) / 2), pytest.approx(1 - firsts[0])]
@@ -207,14 +211,18 @@ def test_comparison_of_two_stones_counts_falls_and_their_order() -> None:
     towards = {"overturned": [1, 1, 0, 1, 1, 1], "fall_azimuth": [350.0, 10, nan, 90, 90, 0]}
     across = {"overturned": [1, 1, 0, 0, 1, 1], "fall_azimuth": [30.0, 60, nan, nan, 46, 200]}
     times = [1.0] * 6
-    assert count_falls_of_two_stones(cube(times, **towards), cube(times, **across))["same_way"].to_numpy().tolist() == [
+    counts = count_falls_of_two_stones(cube_of_fall_times(times, **towards), cube_of_fall_times(times, **across))
+    assert counts["same_way"].to_numpy().tolist() == [
         1,
         1,
     ]
 
 
 def test_a_variant_without_vertical_motion_equals_the_study_without_it(tmp_path: Path) -> None:
-    """Its contact is the study's, too, with which a block of 0.35 falls that stands with the default one."""
+    """A variant without vertical motion equals the study without it and keeps the contact settings.
+
+    With the contact settings of the study a block of B/H 0.35 falls that stands with the default ones.
+    """
     record = dataclasses.replace(_pulse_record(), up=0.8 * _pulse_record().north)
     grid = {"azimuth": {"step": 60}, "b_over_h": [0.2, 0.35], "friction": [0.9], "ensemble": {"members": 0}}
     grid["contact"] = {"damping_ratio": 0.2}
@@ -234,13 +242,16 @@ def test_a_variant_without_vertical_motion_equals_the_study_without_it(tmp_path:
 
 @pytest.mark.parametrize("variant", ["nominal", "monolith", "gravestone"])
 def test_an_ensemble_of_a_scene_has_probabilities_of_each_element(tmp_path: Path, variant: str) -> None:
-    """Every member is a case that can be run by itself: amplitude, B/H, friction, damping and azimuth changed."""
+    """Ensemble probabilities of an element equal the fall shares of members simulated by themselves.
+
+    The members have changed amplitude, B/H, friction, damping and azimuth.
+    """
     study = _three_tier_study(
         azimuth={"start": 0, "stop": 360, "step": 90}, b_over_h=[0.3], friction=[0.8],
         ensemble={"members": 8, "where": "everywhere", "amplitude": 0.2},
         variants={"monolith": {"scene": "monolith"}, "gravestone": {"scene": "gravestone"}},
     )  # fmt: skip
-    record, members = _pulse_record(), sample_member_changes(study.ensemble)
+    record, members = _pulse_record(), draw_parameter_changes_of_members(study.ensemble)
     path = simulate_study_cube(study, [record], tmp_path, variant)
     with open_cube(path, element=None) as cube:
         towards, away = (cube[f"probability_{name}"].to_numpy()[0] for name in ("towards", "away"))
@@ -248,7 +259,7 @@ def test_an_ensemble_of_a_scene_has_probabilities_of_each_element(tmp_path: Path
         assert (cube["members"] == 8).all()
     assert several == (variant == "nominal")
     scene = variant_scene(study, variant)
-    height, own = size_reference_height_and_b_over_h(scene)
+    height, own = reference_element_height_and_b_over_h(scene)
     own = 0.3 if variant == "nominal" else own
     cases = Cases(
         members.azimuth_deg, height, own * members.b_over_h, 0.8 * members.friction, members.amplitude, members.damping
@@ -266,11 +277,11 @@ def test_an_ensemble_of_a_scene_has_probabilities_of_each_element(tmp_path: Path
 
 @pytest.mark.parametrize("variant", ["nominal", "wall"])
 def test_a_recheck_reproduces_the_cube_of_a_scene_cell_by_cell(tmp_path: Path, variant: str) -> None:
-    """Mirrored cells, elements, variants with another B/H, and the ensemble."""
+    """The recomputed cells include opposite azimuths, all elements, a variant with another B/H, and an ensemble."""
     study = _three_tier_study(
         azimuth={"start": 0, "stop": 360, "step": 180}, b_over_h=[0.25, 0.3, 0.35], friction=[0.8],
         ensemble={"members": 2, "where": "everywhere"}, variants={"wall": {"scene": "against-a-wall"}},
     )  # fmt: skip
-    found = recompute_random_cells(simulate_study_cube(study, [_pulse_record()], tmp_path, variant), cell_count=6)
+    found = recompute_random_cases(simulate_study_cube(study, [_pulse_record()], tmp_path, variant), cell_count=6)
     assert found.differences == []
     assert found.cells == found.ensemble_cells == 6

@@ -22,15 +22,15 @@ from overturning.study.answers import (
 )
 from overturning.study.convergence_check import check_convergence
 from overturning.study.cube import open_cube, study_of_cube
-from overturning.study.ensemble import sample_member_changes
+from overturning.study.ensemble import draw_parameter_changes_of_members
 from overturning.study.film_options import film_command_options
-from overturning.study.gather import merge_sweep_parts
+from overturning.study.gather import merge_outcome_files_into_cube
 from overturning.study.load import load_study, load_study_from_file_or_json, study_from_content
-from overturning.study.recheck import recompute_random_cells
-from overturning.study.sample import read_cell_sample
+from overturning.study.recheck import recompute_random_cases
+from overturning.study.sample import read_random_case_sample
 from overturning.study.schema import Study
 from overturning.study.sections import ConvergenceCheckSettings
-from overturning.study.sweep import sweep_cases_of_record
+from overturning.study.sweep import simulate_and_write_cases_of_record
 from tests.expect import command_output
 from tests.model.solids import box, mass_properties_of_boxes, rotate_surface, statue, write_mesh
 from tests.study.small_study import simulate_study_cube
@@ -154,7 +154,7 @@ def test_planar_outcomes_in_a_3d_cube_equal_those_of_the_2d_kernel(
 def test_3d_ensemble_statistics_equal_those_of_members_run_one_by_one(
     loaded_cube: xr.Dataset, study_settings: Study, stored_motion: Motion
 ) -> None:
-    members = sample_member_changes(study_settings.ensemble)
+    members = draw_parameter_changes_of_members(study_settings.ensemble)
     angles, falls = [], []
     for i in range(members.member_count):
         scaled = Motion(
@@ -184,7 +184,7 @@ def test_3d_ensemble_statistics_equal_those_of_members_run_one_by_one(
 
 
 def test_a_recheck_reproduces_every_bit_of_a_3d_cube(cube_file: Path) -> None:
-    found = recompute_random_cells(cube_file, cell_count=12)
+    found = recompute_random_cases(cube_file, cell_count=12)
     assert found.is_identical
     assert found.ensemble_cells == 12
 
@@ -193,7 +193,7 @@ def test_convergence_of_a_3d_study_is_checked_with_finer_and_stiffer_reruns(
     cube_file: Path, study_settings: Study
 ) -> None:
     assert isinstance(study_settings.verification, ConvergenceCheckSettings)
-    sample = read_cell_sample(cube_file, study_settings.verification)
+    sample = read_random_case_sample(cube_file, study_settings.verification)
     assert sample.index.shape == (6, 5)
     done = replace(sample, block_steps=10_000_000)
     found = check_convergence(
@@ -216,10 +216,10 @@ def test_fall_azimuths_more_than_fifteen_degrees_apart_count_as_different() -> N
 def test_merging_a_3d_cube_refuses_a_2d_sweep_part(cube_file: Path, study_settings: Study, tmp_path: Path) -> None:
     data = {name: value for name, value in SMALL_STUDY.items() if name not in ("body", "orientation")}
     plane = study_from_content(data | {"azimuth": {"step": 180}, "ensemble": {"members": 0}}, "plane")
-    sweep_cases_of_record(plane, record_of_two_cycles(), tmp_path / "a.nc")
+    simulate_and_write_cases_of_record(plane, record_of_two_cycles(), tmp_path / "a.nc")
     space = study_settings.model_copy(update={"ensemble": plane.ensemble})
     with pytest.raises(ResultError, match=r"another (version|study)"):
-        merge_sweep_parts(space, [record_of_two_cycles()], [tmp_path / "a.nc"], tmp_path / "cube.nc")
+        merge_outcome_files_into_cube(space, [record_of_two_cycles()], [tmp_path / "a.nc"], tmp_path / "cube.nc")
 
 
 def test_vertical_motion_is_applied_to_3d_bodies_and_flagged_in_the_cube(tmp_path: Path) -> None:
@@ -233,7 +233,7 @@ def test_vertical_motion_is_applied_to_3d_bodies_and_flagged_in_the_cube(tmp_pat
     assert float(cubes[0]["peak_tilt"].max()) != float(cubes[1]["peak_tilt"].max())
 
 
-def test_a_filled_in_3d_study_is_read_back_equal(study_settings: Study) -> None:
+def test_a_3d_study_with_all_defaults_is_read_back_equal_from_json(study_settings: Study) -> None:
     assert load_study_from_file_or_json(study_settings.model_dump_json()) == study_settings
     shipped = load_study(Path(__file__).parents[2] / "config" / "in-space.yaml")
     assert len(shipped.records.use) * shipped.cases_per_record == 33_264
@@ -243,7 +243,7 @@ def test_a_filled_in_3d_study_is_read_back_equal(study_settings: Study) -> None:
 BOULDER = [[x, y, 0.0] for x in (-0.2, 0.2) for y in (-0.15, 0.15)] + [[0.05, 0.0, 0.7]]
 
 
-def test_a_study_of_a_polyhedron_has_its_own_sizes() -> None:
+def test_a_study_of_a_polyhedron_takes_its_height_from_the_vertices() -> None:
     study = study_from_content({"name": "b", "records": {"use": ["a"]}, "body": {"vertices": BOULDER}}, "b")
     assert study.height == (0.7,)
     assert len(study.azimuths_or_orientations_deg) == 72
@@ -268,7 +268,7 @@ def test_a_study_of_a_mesh_stores_its_geometry(tmp_path: Path) -> None:
         study_from_content({"name": "b", "records": {"use": ["a"]}, "body": {"mesh": "gone.obj"}}, "b")
 
 
-def test_study_check_names_the_repairs_of_its_mesh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_study_check_reports_how_an_open_mesh_was_repaired(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A box of 0.3 m³ without its base, which is closed by a lid; it is convex, so that it becomes a polyhedron."""
     pytest.importorskip("trimesh")
     whole = box((0.5, 0.6, 1.0))
@@ -283,7 +283,10 @@ def test_study_check_names_the_repairs_of_its_mesh(tmp_path: Path, monkeypatch: 
 
 
 def test_a_study_of_a_scan_stores_its_geometry_and_mass_properties(tmp_path: Path) -> None:
-    """The study holds points that can touch, mass properties, tilt and relief; the file is no longer needed."""
+    """A study of a scan stores the stone's geometry and mass properties and no longer needs the scan file.
+
+    Stored are the points that can touch the ground, mass properties, tilt and relief of the stone.
+    """
     pytest.importorskip("trimesh")
     path = write_mesh(rotate_surface(statue(), 0, 4.0), tmp_path / "statue.stl", 1000.0)
     about = {"mesh": str(path), "mesh_unit": "mm", "relief": "1 mm"}

@@ -11,7 +11,7 @@ import xarray as xr
 
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.errors import ConfigError
-from overturning.model.falls import model_of_cube
+from overturning.model.falls import model_of_results_cube
 from overturning.model.scene import check_scene
 from overturning.model.stack import Stack
 from overturning.motion.motion import Motion
@@ -20,9 +20,9 @@ from overturning.statistics.elements import count_falls_by_element
 from overturning.study.convergence_check import check_convergence
 from overturning.study.cube import open_cube, select_element_and_amplitude, study_of_cube
 from overturning.study.film_options import film_command_options
-from overturning.study.load import study_from_content, study_without_absolute_paths
-from overturning.study.recheck import recompute_random_cells
-from overturning.study.sample import read_cell_sample
+from overturning.study.load import study_from_content, study_settings_without_absolute_paths
+from overturning.study.recheck import recompute_random_cases
+from overturning.study.sample import read_random_case_sample
 from overturning.study.schema import Study
 from overturning.surveys.displacements import compare_displacements
 from overturning.surveys.stones import read_survey_table
@@ -70,16 +70,20 @@ def loaded_cube(cube_file: Path) -> xr.Dataset:
 
 @pytest.mark.parametrize(("plan", "measured"), [(8, 10.0), ("circle", 29.0)])
 def test_the_estimated_time_of_a_stack_grows_with_the_corners_of_its_stones(plan: str | int, measured: float) -> None:
-    """Two equal drums with a capital take about `measured` times as long as square stones that taper."""
+    """Estimated times of columns, relative to square drums, are within a factor of 2 of measured ones.
+
+    A column of two polygonal or round drums and a capital takes about `measured` times as long to simulate as one of
+    square drums.
+    """
     ground = {"name": "ground", "kind": "driven", "width": 40, "depth": 40, "height": 1, "at": (0, -1)}
 
-    def cost(**drum: Any) -> float:
+    def case_cost_of_column(**drum: Any) -> float:
         drums = [{"height": 0.8, "name": f"drum-{k}", "stands_on": ("ground", "drum-0")[k]} | drum for k in range(2)]
         capital = {"name": "capital", "width": 0.8, "depth": 0.8, "height": 0.3, "stands_on": "drum-1"}
         column = check_scene({"name": "column", "reference": "capital", "elements": [ground, *drums, capital]})
-        return Stack(column).case_cost_over_block_cost
+        return Stack(column).relative_computing_time_of_case
 
-    times = cost(width=0.6, plan=plan) / cost(width=0.6, depth=0.6)
+    times = case_cost_of_column(width=0.6, plan=plan) / case_cost_of_column(width=0.6, depth=0.6)
     assert measured / 2 <= times <= 2 * measured
 
 
@@ -94,7 +98,7 @@ def test_the_cube_of_a_stack_has_orientations_and_an_outcome_of_each_stone(
         assert "element" in loaded_cube[name].dims, name
     assert {"residual_slip_north", "residual_slip_east"} <= set(loaded_cube.data_vars)
     assert study_of_cube(loaded_cube) == study_settings
-    assert isinstance(model_of_cube(loaded_cube), Stack)
+    assert isinstance(model_of_results_cube(loaded_cube), Stack)
     assert loaded_cube["vertical"].item() == 1
     shares = {row.name: row.share for row in count_falls_by_element(loaded_cube)}
     assert 0.0 < shares["shaft"] <= 1.0
@@ -126,13 +130,13 @@ def test_the_ensemble_of_a_stack_has_probabilities_and_directions_of_each_stone(
 
 
 def test_a_recheck_reproduces_every_bit_of_a_stack_cube(cube_file: Path) -> None:
-    found = recompute_random_cells(cube_file, cell_count=4)
+    found = recompute_random_cases(cube_file, cell_count=4)
     assert found.is_identical, found.differences
     assert found.ensemble_cells > 0
 
 
 def test_the_convergence_check_of_a_stack_compares_each_stone(cube_file: Path, study_settings: Study) -> None:
-    sample = read_cell_sample(cube_file, study_settings.verification)
+    sample = read_random_case_sample(cube_file, study_settings.verification)
     done = read_record_from_motion_file(cube_file.parent / "motion" / "a.nc")
     found = check_convergence(study_settings, [done], sample)
     for part in (found.finer, found.stiffer):
@@ -140,14 +144,17 @@ def test_the_convergence_check_of_a_stack_compares_each_stone(cube_file: Path, s
 
 
 def test_a_complete_study_of_a_stack_is_read_back_equal(study_settings: Study) -> None:
-    content = json.loads(json.dumps(study_without_absolute_paths(study_settings)))
+    content = json.loads(json.dumps(study_settings_without_absolute_paths(study_settings)))
     assert study_from_content(content, "complete") == study_settings
     assert "azimuth" not in content
 
 
 @pytest.mark.parametrize("step", [5, 30])
 def test_a_study_passed_to_a_job_as_json_stays_a_stack(step: int) -> None:
-    """Each job reads the study from JSON; 5° is the default step, which 2-D studies of earlier versions had, too."""
+    """A study of a stack that a job reads from JSON stays a stack, even with an orientation step of 5°.
+
+    This step is the default, which 2-D studies of earlier versions also contain.
+    """
     whole = study_from_content(SMALL_STUDY | {"orientation": {"step": step}}, "stack")
     read = study_from_content(json.loads(json.dumps(whole.model_dump(mode="json"))), "job")
     assert read == whole
@@ -156,11 +163,11 @@ def test_a_study_passed_to_a_job_as_json_stays_a_stack(step: int) -> None:
 
 def test_a_complete_planar_study_of_an_earlier_version_stays_planar() -> None:
     plane = study_from_content(SMALL_STUDY | {"orientation": None}, "plane")
-    content = study_without_absolute_paths(plane) | {"orientation": {"start": 0.0, "step": 5.0}}
+    content = study_settings_without_absolute_paths(plane) | {"orientation": {"start": 0.0, "step": 5.0}}
     assert study_from_content(content, "earlier") == plane
 
 
-def test_the_film_of_a_cell_shows_the_3d_stack(loaded_cube: xr.Dataset) -> None:
+def test_film_command_for_a_stack_names_its_scene(loaded_cube: xr.Dataset) -> None:
     found = film_command_options(loaded_cube)
     assert found["missing"] == ""
     assert found["options"] == ["--scene", "three-tier"]
@@ -186,7 +193,10 @@ def test_a_wrong_setting_of_a_stack_study_is_refused_with_its_key(change: dict[s
 def test_surveyed_twist_and_slip_are_compared_relative_to_the_stone_below(
     loaded_cube: xr.Dataset, cube_file: Path, tmp_path: Path
 ) -> None:
-    """Each stone and amplitude gets a twist and a slip of its own, so that another one would give other numbers."""
+    """Surveyed twist and slip of a stone are compared with the computed ones relative to the stone below.
+
+    Each stone and amplitude factor has a different twist and slip, so that values of a wrong stone would be noticed.
+    """
     own, stronger = np.array([1.0, 2.0, 12.0]), np.array([0.0, 100.0])
     order = ("element", "amplitude")
     twist = xr.DataArray(own[:, None] + stronger, dims=order)

@@ -130,7 +130,7 @@ def test_a_wrong_cell_of_a_table_gives_a_plain_error(model: type[BaseModel], tmp
     ],
 )
 def test_the_error_for_a_wrong_processing_step_names_the_remedy(processing: Any, message: str, tmp_path: Path) -> None:
-    """The same in a study and in Python."""
+    """The error is the same for a study file and for `read` in Python."""
     with pytest.raises(ConfigError, match=re.escape(f"mine.yaml: {message}")):
         study_from_content(BASE | {"processing": processing}, "mine.yaml")
     with pytest.raises(ArgumentError, match=re.escape(message)):

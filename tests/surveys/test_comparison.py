@@ -12,8 +12,8 @@ from overturning.findings.surveys import survey_findings
 from overturning.settings import StonePopulation
 from overturning.statistics.bootstrap import exact_share_interval
 from overturning.surveys.comparison import StoredSurveyComparison, compare_survey_with_prediction
-from overturning.surveys.fall_directions import stone_count_by_octant
-from overturning.surveys.population import population_rates_by_record
+from overturning.surveys.fall_directions import shares_of_fallen_stone_by_octant
+from overturning.surveys.population import population_outcome_rates_by_record
 from overturning.surveys.prediction import (
     SIDES,
     SiteFallPrediction,
@@ -45,7 +45,7 @@ def test_prediction_for_stones_of_unknown_face_averages_all_azimuths(cube_of_fal
     assert density.sum() == pytest.approx(1)
     inside = np.abs((prediction.azimuth - 60 + 180) % 360 - 180) <= 30
     assert density[inside].sum() == pytest.approx(1)
-    octants = prediction.octant_from_sector_probabilities(density)
+    octants = prediction.octant_probabilities_from_sectors(density)
     assert octants.sum() == pytest.approx(1)
     # 29° to 91° in sectors: 22.5–67.5 is NE, 67.5–112.5 is E.
     assert octants[OCTANTS.index("NE")] == pytest.approx(38.5 / 62, abs=0.01)
@@ -81,7 +81,10 @@ def test_p_values_are_uniform_for_falls_in_random_directions(make_cube, falls_in
 
 
 def test_one_impossible_fall_excludes_a_prediction_without_background(cube_of_falls_around_60) -> None:
-    """Falls towards 30° to 90° alone: what lies there fits, and one stone elsewhere can not have been."""
+    """A single fall in a direction of probability 0 excludes a prediction without background.
+
+    Only falls towards 30° to 90° are predicted, and a survey of such falls fits.
+    """
     inside, outside = random_fallen_stones(20, 60, 25, seed=4), fallen_stone(200)
     found = compare_survey_with_prediction(inside, cube_of_falls_around_60, background=0.0)
     share = found.octant_predicted / 20
@@ -130,7 +133,11 @@ def test_stones_outside_the_grid_of_b_over_h_are_counted(make_cube, falls_in_sec
     [((0.2, 0.2), True), ((0.2, 0.49), True), ((0.2, 0.6), False), ((0.15, 0.3), False), ((0.6, 0.6), False)],
 )
 def test_stones_far_outside_the_grid_of_b_over_h_are_not_predicted(make_cube, shape, predicted) -> None:
-    """A thin headstone whose broad side is far stouter than all blocks took their fall over its narrow edge."""
+    """A stone whose B/H in one direction is far outside the grid of the study is not predicted.
+
+    Regression: a thin headstone, in one direction far stouter than all blocks of the study, was predicted to fall in
+    that direction as they do.
+    """
     cube = make_cube(lambda azimuth, *_: np.isfinite(azimuth), azimuth=range(0, 360, 2), b_over_h=(0.2, 0.3, 0.4))
     stone = fallen_stone(0, face_azimuth_deg=0.0, b_over_h=shape[0], b_over_h_side=shape[1], count=2)
     found = compare_survey_with_prediction([stone], cube)
@@ -167,13 +174,16 @@ def test_a_stone_stouter_than_blocks_that_stand_also_stands(make_cube) -> None:
 
 @pytest.mark.parametrize(("front", "side"), [(0.2, 0.2), (0.2, 0.35), (0.5, 0.5)])
 def test_prediction_of_unknown_orientation_is_the_mean_over_faces(make_cube, front: float, side: float) -> None:
-    """Planes within 60° of 20° fall, up to B/H 0.4 all, at times of their own: where both fall the first decides."""
+    """Blocks fall in planes within 60° of 20°, and below B/H 0.4 in all.
 
-    def rule(azimuth, _, slender, __):
+    If both planes of a stone fall, the earlier fall decides.
+    """
+
+    def signed_falls_below_b_over_h_or_near_axis(azimuth, _, slender, __):
         off = (azimuth - 20 + 90) % 180 - 90
         return np.where((np.abs(off) <= 60) | (slender < 0.4), np.where(np.cos(np.radians(azimuth - 50)) > 0, 1, -1), 0)
 
-    cube = make_cube(rule, azimuth=range(0, 360, 10))
+    cube = make_cube(signed_falls_below_b_over_h_or_near_axis, azimuth=range(0, 360, 10))
     times = 3 + np.random.default_rng(3).random(18)
     shape = cube["overturned"].shape
     cube["overturning_time"] = (
@@ -190,8 +200,8 @@ def test_prediction_of_unknown_orientation_is_the_mean_over_faces(make_cube, fro
     if front == side:  # a population of squares, drawn one by one
         shape = {"low": 0.7 * front, "high": 0.7 * front}
         stones = StonePopulation(width=shape, height={"low": 0.7, "high": 0.7}, stones=8192)
-        octants = population_rates_by_record(cube, stones)["fall_octant"].to_numpy().ravel()
-        assert prediction.octant_from_sector_probabilities(
+        octants = population_outcome_rates_by_record(cube, stones)["fall_octant"].to_numpy().ravel()
+        assert prediction.octant_probabilities_from_sectors(
             prediction.fall_sector_probabilities(front)
         ) == pytest.approx(octants / octants.sum(), abs=0.02)
 
@@ -218,10 +228,13 @@ def test_rectangular_stones_fall_over_their_edges(make_cube, falls_in_sector, st
 
 
 @pytest.mark.parametrize(("face", "step", "north"), [(30, 15, 37.5), (45, 30, 22.5), (52, 2, 15.5), (60, 30, 7.5)])
-def test_a_stone_of_known_face_falls_evenly_within_45_degrees_of_it(
+def test_predicted_azimuths_are_uniform_within_45_degrees_of_the_face_normal(
     make_cube, falls_in_sector, face, step, north
 ) -> None:
-    """Also where these 90° are no whole number of azimuth steps; `north` is the part of them in octant N, degrees."""
+    """Predicted falls cover the 90° about the face normal evenly, even if 90° is no multiple of the azimuth step.
+
+    `north` is the part in octant N, degrees.
+    """
     site = make_cube(falls_in_sector(face, step), azimuth=range(0, 360, step))
     stone = fallen_stone(face, b_over_h=0.3, face_azimuth_deg=face)
     expected = compare_survey_with_prediction([stone], site, background=0, random_survey_count=1).octant_predicted
@@ -231,11 +244,11 @@ def test_a_stone_of_known_face_falls_evenly_within_45_degrees_of_it(
 def cube_where_both_planes_fall(make_cube, front, across, **more):
     """Return a cube: blocks fall towards 60° and 150° (to the right) at the given times, s, in the two planes."""
 
-    def rule(azimuth, *_rest):
+    def signed_falls_along_60_and_150(azimuth, *_rest):
         away = np.isin(azimuth, (240, 330))
         return np.where(np.isin(azimuth, (60, 150)), 1, np.where(away, -1, 0))
 
-    cube = make_cube(rule, azimuth=range(0, 360, 30), **more)
+    cube = make_cube(signed_falls_along_60_and_150, azimuth=range(0, 360, 30), **more)
     times = np.where(np.isin(cube["azimuth"] % 180, 60), front, across)
     shape = cube["overturned"].shape
     return cube.assign(
@@ -263,7 +276,7 @@ def test_the_earlier_fall_of_two_planes_decides_the_direction(
     assert sides == pytest.approx(expected)
 
 
-def test_runs_of_the_two_planes_are_combined_as_independent(make_cube) -> None:
+def test_ensemble_runs_of_both_planes_are_combined_as_independent(make_cube) -> None:
     """Half of the runs fall in each plane, the front one earlier: ¼ stand, ½ fall forwards, ¼ to the right."""
     cube = cube_where_both_planes_fall(make_cube, 5.0, 6.0)
     half = np.abs(cube["overturned"]) * 0.5
@@ -277,17 +290,17 @@ def test_runs_of_the_two_planes_are_combined_as_independent(make_cube) -> None:
 def test_both_planes_of_a_stone_share_its_height_and_friction(make_cube) -> None:
     """At one friction blocks fall forwards, at the other to the right: none of them stands."""
 
-    def rule(azimuth, height, slender, friction):
+    def signed_falls_along_axis_of_friction(azimuth, height, slender, friction):
         axis = np.where(friction < 0.5, 60, 150)
         return np.where(azimuth == axis, 1, np.where(azimuth == axis + 180, -1, 0))
 
-    cube = make_cube(rule, azimuth=range(0, 360, 30), friction=(0.33, 1.0))
+    cube = make_cube(signed_falls_along_axis_of_friction, azimuth=range(0, 360, 30), friction=(0.33, 1.0))
     assert SiteFallPrediction(cube, background=0).fall_side_probabilities(
         standing_stone_of_known_face()
     ) == pytest.approx([0, 0.5, 0.5, 0, 0])
 
 
-def test_faces_between_azimuths_and_shapes_are_interpolated(make_cube, falls_in_sector) -> None:
+def test_predictions_are_interpolated_between_azimuths_and_b_over_h(make_cube, falls_in_sector) -> None:
     site = make_cube(falls_in_sector(60, 1, largest=0.3), azimuth=range(0, 360, 30))
     prediction = SiteFallPrediction(site, background=0)
     assert prediction.fall_side_probabilities(standing_stone_of_known_face(75.0, side=0.5))[1] == pytest.approx(0.5)
@@ -308,7 +321,10 @@ def test_cells_without_an_outcome_do_not_count_as_standing(make_cube, falls_in_s
 
 
 def test_azimuths_without_outcomes_do_not_have_probability_0(make_cube) -> None:
-    """All planes fall but one, of which nothing is known: stones fall any way."""
+    """Fall azimuths whose plane has unknown outcomes get the mean probability of the other azimuths.
+
+    Blocks fall in all planes but one, whose outcomes are unknown.
+    """
     cube = make_cube(lambda azimuth, *_: np.where(azimuth % 180 == 90, np.nan, 1.0), azimuth=range(0, 180, 10))
     prediction = SiteFallPrediction(cube, background=0)
     # Towards its azimuth a plane falls always, away from it never; of plane 90 either is as likely.
@@ -320,7 +336,11 @@ def test_azimuths_without_outcomes_do_not_have_probability_0(make_cube) -> None:
 
 
 def test_falls_normal_to_the_known_faces_are_not_tested_for_fit(cube_of_falls_around_60) -> None:
-    """Stones drawn from the prediction itself, edge by edge: each within some degrees of the normal of its edge."""
+    """Falls of stones with known faces, which are close to the normals of edges, are not tested for fit.
+
+    Stones drawn from the prediction fall within some degrees of the normals, not evenly over 90°, so that a test of
+    fit would reject them.
+    """
     generator = np.random.default_rng(8)
     chances = SiteFallPrediction(cube_of_falls_around_60).fall_side_probabilities(standing_stone_of_known_face(45))[1:]
     edges = generator.choice(4, size=40, p=chances / chances.sum())
@@ -428,8 +448,12 @@ def test_computed_share_of_falls_has_the_range_over_height_and_friction(
     assert found.beyond_heights == sum(one.height in (0.2, 3.0) for one in stones)
 
 
-def test_computed_share_uses_the_known_face_or_all_orientations(make_cube, falls_in_sector) -> None:
-    """Falls within 30° of 60° and 240°: squares fall if either plane does, in 60°/90° of the orientations."""
+def test_computed_fall_share_uses_the_known_face_or_all_orientations(make_cube, falls_in_sector) -> None:
+    """The computed fall share uses the known face of a stone, or all orientations if the face is unknown.
+
+    Blocks fall in planes within 30° of 60°: a square stone falls if blocks fall in either of its planes, in 60°/90°
+    of all orientations.
+    """
     site = make_cube(falls_in_sector(60, 30), azimuth=range(0, 360, 1), height=(0.6,), friction=(1.0,))
     shares = [
         compare_survey_with_prediction([stone], site, random_survey_count=1).computed_fall_share
@@ -454,7 +478,10 @@ def test_computed_share_uses_the_known_face_or_all_orientations(make_cube, falls
 
 
 def test_observed_share_and_predicted_mean_direction_match_known_values(cube_of_falls_around_60) -> None:
-    """14 of 20: the exact interval of SciPy. Falls within 30° of 60° have their mean there, of length sin δ/δ."""
+    """The share 14 of 20 has SciPy's exact interval.
+
+    Falls spread evenly within δ of 60° have the mean direction 60° and the resultant sin δ/δ.
+    """
     stones = [fallen_stone(60, count=14), Stone(False, math.nan, False, count=6)]
     found = survey_findings(
         StoredSurveyComparison(
@@ -496,7 +523,7 @@ def test_a_study_or_survey_without_falls_gives_no_evidence(make_cube) -> None:
 
 
 @pytest.mark.parametrize(("b_over_h", "share"), [(0.2, 1.0), (0.3, 0.0), (0.1 + 0.2, 0.0), (0.35, math.nan)])
-def test_a_shape_of_the_grid_has_an_outcome_next_to_one_without(make_cube, b_over_h: float, share: float) -> None:
+def test_b_over_h_of_grid_has_an_outcome_if_only_the_next_lacks_one(make_cube, b_over_h: float, share: float) -> None:
     site = make_cube(lambda *of: np.where(of[2] > 0.35, np.nan, np.where(of[2] < 0.25, 1, 0)))
     stone = Stone(False, math.nan, False, b_over_h=b_over_h, face_azimuth_deg=60.0)
     found = compare_survey_with_prediction([stone], site, background=0.0)
@@ -549,9 +576,9 @@ def test_comparison_refuses_empty_surveys_several_records_and_3d_cubes(make_cube
         compare_survey_with_prediction([fallen_stone(1)], cube_of_falls_around_60.rename(azimuth="orientation"))
 
 
-def test_a_wind_between_two_octants_counts_half_in_each() -> None:
+def test_a_compass_direction_between_two_octants_counts_half_in_each() -> None:
     def octant_counts_of_fall(azimuth: float, **notation: bool) -> dict[str, float]:
-        found = stone_count_by_octant(Stone(True, azimuth, **{"octant": False, **notation}))
+        found = shares_of_fallen_stone_by_octant(Stone(True, azimuth, **{"octant": False, **notation}))
         return {name: round(float(share), 9) for name, share in zip(OCTANTS, found, strict=True) if share > 0}
 
     assert octant_counts_of_fall(22.5, wind_16=True) == {"N": 0.5, "NE": 0.5}
@@ -565,7 +592,9 @@ def test_a_wind_between_two_octants_counts_half_in_each() -> None:
 
 @pytest.mark.parametrize("declination", [6.5, 6.6])
 def test_fractions_of_stones_in_two_octants_add_up_to_whole_stones(cube_of_falls_around_60, declination: float) -> None:
-    """The fractions of NNE with a declination of 6.5° add up to a rounding error less than 1.
+    """With a declination of 6.5° the fractions of a stone in two octants add up to slightly less than 1 by rounding.
+
+    The tests still count two stones.
 
     Two stones lie at least so near to each other, whatever the prediction, in an eighth of random surveys.
     """

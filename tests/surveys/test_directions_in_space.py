@@ -9,8 +9,12 @@ import xarray as xr
 from overturning.findings.survey_commands import SurveyCommandResults
 from overturning.findings.survey_displacements import survey_displacement_findings
 from overturning.report.render import render_markdown
-from overturning.stored import read_result, write_result
-from overturning.surveys.directions_in_space import SECTORS, FallDirectionComparisonIn3D, sector_shares_of_spread_falls
+from overturning.stored import read_json_result, write_result_as_json
+from overturning.surveys.directions_in_space import (
+    SECTORS,
+    FallDirectionComparisonIn3D,
+    fall_shares_by_sector_after_spreading,
+)
 from overturning.surveys.displacements import StoredDisplacementComparison, compare_displacements
 from overturning.surveys.stones import OCTANTS, read_survey_table
 from tests.surveys.test_displacements import CUBE_GRID, cube_on_grid
@@ -31,14 +35,18 @@ def compare_directions_of_survey(
     ("azimuth", "octants"),
     [(0.0, {"N": 1.0}), (382.5, {"N": 0.5, "NE": 0.5}), (280.0, {"W": 1 - 10 / 45, "NW": 10 / 45})],
 )
-def test_a_computed_fall_covers_an_octant_about_its_azimuth(azimuth: float, octants: dict[str, float]) -> None:
-    shares = SECTORS.octant_from_sector_probabilities(sector_shares_of_spread_falls(np.array([azimuth])))
+def test_a_computed_fall_is_spread_over_45_degrees_about_its_azimuth(azimuth: float, octants: dict[str, float]) -> None:
+    shares = SECTORS.octant_probabilities_from_sectors(fall_shares_by_sector_after_spreading(np.array([azimuth])))
     assert shares.sum() == pytest.approx(1.0)
     assert dict(zip(OCTANTS, shares, strict=True)) == pytest.approx(dict.fromkeys(OCTANTS, 0.0) | octants, abs=2e-3)
 
 
 def test_log_likelihood_ratio_and_octants_match_hand_computation(tmp_path: Path) -> None:
-    """All stones of the study fall northwards: a fall to N is 8 (1 − b) + b times as probable as by chance."""
+    """Log-likelihood ratio and octant counts of surveyed fall directions match a computation by hand.
+
+    All computed stones fall northwards: with a background share b, a fall to N is 8 (1 − b) + b times as probable as
+    by chance.
+    """
     rows = "A,fell N,0,0.5,0.3,3\nA,fell S,0,0.5,0.3,1\nA,fell,0,0.5,0.3,2\nA,stands,0,0.5,0.3,5\n"
     found = compare_directions_of_survey(tmp_path, rows, cube_on_grid(overturned=1.0, fall_azimuth=0.0), background=0.2)
     assert (found.fallen, found.never, found.without_outcome) == (4, 0, 0)
@@ -55,13 +63,13 @@ def test_log_likelihood_ratio_and_octants_match_hand_computation(tmp_path: Path)
 def test_a_fall_that_is_impossible_without_background_is_stored_and_reported(
     tmp_path: Path, language: str, sentence: str
 ) -> None:
-    """The ratio is −∞, and each random survey fits at least as well."""
+    """The log likelihood ratio is −∞, and every random survey has a ratio at least as large, so that p = 1."""
     path = tmp_path / "stones.csv"
     path.write_text("outcome,count\nfell N,3\nfell S,1\n", encoding="utf-8")
     cube = cube_on_grid(overturned=1.0, fall_azimuth=0.0)
     found = compare_displacements(read_survey_table(path), cube, background=0.0)
-    write_result(StoredDisplacementComparison("s", "x", "a", found), tmp_path / "comparison.json")
-    stored = read_result(StoredDisplacementComparison, tmp_path / "comparison.json", "survey")
+    write_result_as_json(StoredDisplacementComparison("s", "x", "a", found), tmp_path / "comparison.json")
+    stored = read_json_result(StoredDisplacementComparison, tmp_path / "comparison.json", "survey")
     assert stored.together.directions is not None
     assert (stored.together.directions.log_likelihood_ratio, stored.together.directions.likelihood_ratio_p) == (
         -np.inf,
@@ -74,7 +82,10 @@ def test_a_fall_that_is_impossible_without_background_is_stored_and_reported(
 
 
 def test_each_stone_is_compared_with_falls_of_its_own_face_and_site(tmp_path: Path) -> None:
-    """The study's stones fall towards their first face; a square that faces 90° is one that faces 0°."""
+    """In the cube stones fall towards the face that the orientation states.
+
+    A square stone that faces 90° equals one that faces 0°.
+    """
     orientation = np.asarray(CUBE_GRID["orientation"])[:, None, None, None]
     cube = cube_on_grid(overturned=1.0, fall_azimuth=orientation)
     assert compare_directions_of_survey(
@@ -103,7 +114,7 @@ def test_a_survey_of_stones_that_stand_has_no_directions(tmp_path: Path) -> None
 
 
 def test_directions_drawn_from_the_study_fit_and_opposite_ones_do_not(tmp_path: Path) -> None:
-    """Invariant: survey and cube turned together have the same likelihood."""
+    """The likelihood ratio does not change if survey and cube are rotated together."""
     generator = np.random.default_rng(11)
     shape = tuple(len(one) for one in CUBE_GRID.values())
     azimuth = (60.0 + generator.normal(0.0, 30.0, shape)) % 360.0

@@ -56,8 +56,11 @@ def measures_by_name(found: DisplacementComparison) -> dict[str, Any]:
     return {one.name: one for one in found.measures}
 
 
-def test_shares_and_medians_of_nine_stones_match_hand_counts(tmp_path: Path) -> None:
-    """Nine stones whose shares and medians are counted here; half of the frictions slip by 3 cm and twist by 8°."""
+def test_shares_and_medians_of_a_survey_match_hand_counts(tmp_path: Path) -> None:
+    """The observed shares and medians are counted by hand.
+
+    In the cube, stones slip by 3 cm and twist by −8° at one of two frictions.
+    """
     stones = survey_table_of_rows(
         tmp_path,
         "A,fell,0,0.5,0.3,2\nA,stands,0,0.5,0.3,3\nA,shifted 3 cm,0,0.5,0.3,1\nB,twisted -10,0,0.5,0.3,2\n"
@@ -82,7 +85,7 @@ def test_shares_and_medians_of_nine_stones_match_hand_counts(tmp_path: Path) -> 
 
 
 def test_a_stone_is_compared_with_cases_of_its_own_face_size_and_shape(tmp_path: Path) -> None:
-    """The computed twist names the cell: 100 · orientation index + 10 · height index + B/H index."""
+    """The computed twist identifies the case: 100 · orientation index + 10 · height index + B/H index + 5, degrees."""
     names = 100.0 * np.arange(6)[:, None, None, None] + 10.0 * np.arange(2)[:, None, None] + np.arange(3)[:, None]
     cube = cube_on_grid(residual_twist=names + 5.0)
 
@@ -146,7 +149,7 @@ def test_stones_without_a_computed_outcome_are_counted_as_such(tmp_path: Path) -
 
 
 def test_stones_far_outside_the_grid_are_counted_and_not_compared(tmp_path: Path) -> None:
-    """The grid has B/H 0.3 to 0.5 and D/B 1: a quarter beyond is compared, a thin headstone is not."""
+    """The grid has B/H 0.3 to 0.5 and D/B 1: stones a quarter outside it are compared, a thin headstone is not."""
     path = tmp_path / "stones.csv"
     path.write_text(
         "outcome,b_over_h,b_over_h_side,count\n"
@@ -164,7 +167,10 @@ def test_stones_far_outside_the_grid_are_counted_and_not_compared(tmp_path: Path
 
 @pytest.mark.parametrize("row", ["fell,30,0.8,0.2,0.4,30", "fell,120,0.8,0.4,0.2,30"])
 def test_a_stone_described_from_its_narrow_face_gives_the_same_comparison(tmp_path: Path, row: str) -> None:
-    """Its broad face looks to 30°, and its narrow one to 120°; a study has B/H of broad faces, and D/B from 1."""
+    """The broad face of the stone looks to 30° and its narrow face to 120°.
+
+    The cube has B/H of the broad face and D/B of at least 1.
+    """
     grid = {"record": ["a"], "orientation": np.arange(0.0, 180.0, 15.0), "height": [0.8], "b_over_h": [0.2, 0.4],
             "aspect": [1.0, 2.0], "friction": [0.7]}  # fmt: skip
     nothing = np.zeros(tuple(map(len, grid.values())))
@@ -226,7 +232,10 @@ def test_displacement_findings_are_in_centimetres(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("n", [6, 9, 20, 101])
 def test_interval_of_a_median_has_at_least_its_stated_probability(n: int) -> None:
-    """The probability that the median lies between two ranks is binomial; the next closer ranks have too little."""
+    """The probability that the median lies between two ranks is binomial.
+
+    Ranks one closer to each other on both sides have less than 95 %.
+    """
     low, high = exact_median_interval(np.random.default_rng(n).permutation(n))
     rank = int(low) + 1
 

@@ -57,7 +57,7 @@ def test_rotating_survey_and_cube_together_changes_no_test_result(make_cube, cub
 
 
 @pytest.mark.long
-def test_the_exact_test_is_calibrated_for_falls_to_both_sides(make_cube) -> None:
+def test_the_test_of_exact_azimuths_is_calibrated_for_falls_to_both_sides(make_cube) -> None:
     cube, generator = cube_with_two_fall_axes(make_cube), np.random.default_rng(8)
     p = []
     for _ in range(200):
@@ -80,7 +80,9 @@ def test_the_exact_test_is_calibrated_for_falls_to_both_sides(make_cube) -> None
 def test_a_true_prediction_fits_azimuths_recorded_in_steps(
     make_cube, falls_in_sector, step: int, count: int, surveys: int
 ) -> None:
-    """Falls are drawn from the prediction and rounded. Tests of continuous angles reject each survey of 30° steps.
+    """Falls are drawn from the prediction and rounded.
+
+    Tests for continuous angles would reject every survey in steps of 30°.
 
     So did the octants that held one or two of the possible azimuths. Azimuths in two octants vary less than whole
     stones, so that the tests of octants reject a true prediction less often than they say.
@@ -117,40 +119,48 @@ def test_expected_octant_counts_follow_the_steps_of_observed_azimuths(make_cube,
     np.testing.assert_allclose(found.octant_predicted, found.octant_observed, atol=1e-12)
 
 
-def fallen_stone_of_wind(number: int, **more) -> Stone:
-    """Return a stone whose fall direction is noted as one of the 16 winds, counted from north."""
+def fallen_stone_of_compass_point(number: int, **more) -> Stone:
+    """Return a stone whose fall direction is noted as one of the 16 compass points, numbered clockwise from north."""
     return Stone(True, 22.5 * number, False, wind_16=True, **more)
 
 
-def test_mirrored_survey_of_winds_has_the_same_likelihood_ratio(make_cube) -> None:
-    """On a grid of 15°, every fourth wind is an azimuth of the grid, and half of the others lie between two."""
+def test_mirrored_survey_of_compass_points_has_the_same_likelihood_ratio(make_cube) -> None:
+    """Mirroring both a survey of compass points and the prediction does not change the likelihood ratio.
+
+    On a grid of 15°, every second of the 16 compass points is an azimuth of the grid, and the others lie half-way
+    between two.
+    """
     cube = cube_with_two_fall_directions(make_cube)
     mirrored = cube.isel(azimuth=[-i % 24 for i in range(24)]).assign_coords(azimuth=cube["azimuth"])
     numbers = [1, 3, 3, 5, 7, 9, 10]
-    one = compare_survey_with_prediction([fallen_stone_of_wind(n, b_over_h=0.2) for n in numbers], cube)
-    other = compare_survey_with_prediction([fallen_stone_of_wind(-n % 16, b_over_h=0.2) for n in numbers], mirrored)
+    one = compare_survey_with_prediction([fallen_stone_of_compass_point(n, b_over_h=0.2) for n in numbers], cube)
+    other = compare_survey_with_prediction(
+        [fallen_stone_of_compass_point(-n % 16, b_over_h=0.2) for n in numbers], mirrored
+    )
     assert other.log_likelihood_ratio == pytest.approx(one.log_likelihood_ratio, rel=1e-9)
 
 
-def test_probability_of_a_wind_is_the_mean_density_over_its_width(make_cube, falls_in_sector) -> None:
-    """Falls within 52.5° to 67.5° alone: a sixth of the circle's 15° lies in NE (to 56.25°), the rest in ENE."""
+def test_probability_of_a_compass_point_is_the_mean_density_over_its_width(make_cube, falls_in_sector) -> None:
+    """All falls lie within 52.5° to 67.5°: a quarter of these 15° lies in NE (up to 56.25°), the rest in ENE."""
     cube = make_cube(falls_in_sector(60, 1), azimuth=range(0, 360, 15))
     for number, share in ((2, 3.75 / 15), (3, 11.25 / 15)):
-        found = compare_survey_with_prediction([fallen_stone_of_wind(number)], cube, background=0.0)
+        found = compare_survey_with_prediction([fallen_stone_of_compass_point(number)], cube, background=0.0)
         assert found.log_likelihood_ratio == pytest.approx(math.log(share * 16), rel=1e-9)
     assert (
-        compare_survey_with_prediction([fallen_stone_of_wind(4)], cube, background=0.0).log_likelihood_ratio
+        compare_survey_with_prediction([fallen_stone_of_compass_point(4)], cube, background=0.0).log_likelihood_ratio
         == -math.inf
     )
 
 
 @pytest.mark.long
-def test_p_values_of_winds_are_uniform_for_random_directions(make_cube, falls_in_sector) -> None:
+def test_p_values_of_compass_points_are_uniform_for_random_directions(make_cube, falls_in_sector) -> None:
     cube = make_cube(falls_in_sector(60, 40), azimuth=range(0, 360, 15))
     generator = np.random.default_rng(3)
     p = [
         compare_survey_with_prediction(
-            [fallen_stone_of_wind(int(n)) for n in generator.integers(0, 16, 15)], cube, random_survey_count=300
+            [fallen_stone_of_compass_point(int(n)) for n in generator.integers(0, 16, 15)],
+            cube,
+            random_survey_count=300,
         ).likelihood_ratio_p
         for _ in range(200)
     ]

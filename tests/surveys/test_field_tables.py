@@ -262,7 +262,7 @@ def test_unknown_column_named_like_a_descriptive_one_is_only_noted(tmp_path: Pat
     )
 
 
-def test_cells_that_state_an_unknown_value_are_empty(tmp_path: Path) -> None:
+def test_table_cells_that_state_an_unknown_value_are_read_as_empty(tmp_path: Path) -> None:
     text = "fell,azimuth_deg,Height (m),note\nyes,?,n/a,?\nyes,SE,-,-\nyes,unknown,0.6,\n"
     table = read_table_text(tmp_path, text)
     assert [stone.fell_in_known_direction for stone in table.stones] == [False, True, False]
@@ -272,13 +272,13 @@ def test_cells_that_state_an_unknown_value_are_empty(tmp_path: Path) -> None:
         read_table_text(tmp_path, "fell\n?\n")
 
 
-def test_a_survey_of_stones_that_do_not_count_has_a_summary_but_no_stones(tmp_path: Path) -> None:
+def test_a_survey_without_any_countable_stone_has_a_table_but_no_stones(tmp_path: Path) -> None:
     assert read_table_text(tmp_path, "outcome\nfixed\nbroken\n").stones == []
     with pytest.raises(RecordError, match="no stone counts as fallen or standing"):
         read_stones(tmp_path / "field.csv")
 
 
-def test_directions_are_octants_if_all_are_among_the_eight_main_winds(tmp_path: Path) -> None:
+def test_compass_points_are_octants_if_all_are_among_the_main_eight(tmp_path: Path) -> None:
     eight = read_table_text(tmp_path, "azimuth_deg\nN\nse\n130\n").stones
     assert [(one.octant, one.wind_16, one.direction_half_width_deg) for one in eight] == [
         (True, False, 22.5), (True, False, 22.5), (False, False, 0.0),
@@ -300,7 +300,7 @@ def test_declination_is_added_from_column_or_option(tmp_path: Path) -> None:
         read_table_text(tmp_path, "azimuth_deg\nN\nSE\n", declination_deg=20)
 
 
-def test_a_magnetic_column_without_declination_is_doubted(tmp_path: Path) -> None:
+def test_a_magnetic_column_without_declination_gives_a_warning(tmp_path: Path) -> None:
     assert "names magnetic north, but no declination" in read_table_text(tmp_path, "Azimuth (mag)\n10\n").warnings[0]
     assert read_table_text(tmp_path, "Azimuth (mag)\n10\n", declination_deg=5).warnings == ()
 
@@ -336,8 +336,11 @@ def test_a_declination_is_not_added_to_azimuths_from_true_north(tmp_path: Path) 
     assert read_table_text(tmp_path, "outcome;Azimuth (true)\nfell;10\n").stones[0].azimuth_deg == 10.0
 
 
-def test_rows_that_are_read_as_comments_are_doubted(tmp_path: Path) -> None:
-    """A name such as #12 begins a comment; one with fewer cells, or above the header, is meant as such."""
+def test_rows_that_are_read_as_comments_give_a_warning(tmp_path: Path) -> None:
+    """A stone name such as #12 turns its row into a comment.
+
+    A comment with fewer cells, or above the header, is taken as intended.
+    """
     text = '# a;b;c\nstone;outcome;azimuth_deg\n#1;fell;120\n3;fell;90\n"#4";fell;10\n# moved in 1990\n# padded;;\n'
     table = read_table_text(tmp_path, text)
     assert len(table.rows) == 1
@@ -345,7 +348,7 @@ def test_rows_that_are_read_as_comments_are_doubted(tmp_path: Path) -> None:
     assert "lines 3, 5: not used, because # marks a comment" in doubt
 
 
-def test_rows_within_a_quoted_cell_are_doubted(tmp_path: Path) -> None:
+def test_rows_within_a_quoted_cell_give_a_warning(tmp_path: Path) -> None:
     text = 'stone;outcome;note\nA;fell;\nB;stands;"open\nC;fell;x\nD;fell;"\nE;stands;"two\nlines; and more"\n'
     (doubt,) = read_table_text(tmp_path, text).warnings
     assert "line 3: a cell in quotation marks contains whole rows" in doubt
@@ -379,7 +382,7 @@ def test_sense_of_a_twist_is_read_from_outcome_or_twist_column(
     assert row.clockwise_twist_deg == twist
 
 
-def test_a_stone_that_is_listed_twice_is_doubted(tmp_path: Path) -> None:
+def test_a_stone_that_is_listed_twice_gives_a_warning(tmp_path: Path) -> None:
     table = read_table_text(tmp_path, "site,stone,fell\nA,1,yes\nB,1,no\nA,1,yes\n")
     assert table.warnings == ("field.csv: stone '1' is listed 2 times, and counts each time: lines 2, 4",)
     assert table.sites == ["A", "B"]

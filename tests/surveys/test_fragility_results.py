@@ -23,7 +23,10 @@ STORED_CURVES = [
 
 @pytest.fixture
 def fall_rates_and_intensities(monkeypatch: pytest.MonkeyPatch) -> tuple[xr.Dataset, xr.Dataset]:
-    """Return fall rates and intensities of two records; a new fit gives no curves, so that a test notices it."""
+    """Return fall rates and intensities of two records.
+
+    Fitting is replaced by a stub that gives no curves, so that a test notices a new fit.
+    """
     monkeypatch.setattr(fragility_results, "fit_population_fragility_curves", lambda *_: [])
     rates = xr.Dataset(
         {

@@ -17,7 +17,7 @@ from overturning.surveys.template import TEMPLATE_COLUMNS, empty_survey_table_te
 DOCS_FOLDER = Path(__file__).parents[2] / "docs"
 
 
-def test_columns_units_and_notes_of_the_pandas_table(tmp_path: Path) -> None:
+def test_pandas_table_of_a_survey_has_the_expected_columns_units_and_notes(tmp_path: Path) -> None:
     path = tmp_path / "stones.csv"
     path.write_text(
         "site;stone;outcome;azimuth_deg;face_azimuth_deg;height_m;lat;lon;mood\n"
@@ -47,7 +47,7 @@ def test_columns_units_and_notes_of_the_pandas_table(tmp_path: Path) -> None:
         overturning.read_survey(tmp_path / "none.csv")
 
 
-def test_survey_template_is_read_once_it_has_a_stone(tmp_path: Path) -> None:
+def test_survey_template_is_accepted_as_soon_as_it_has_a_stone(tmp_path: Path) -> None:
     template, path = empty_survey_table_text(), tmp_path / "stones.csv"
     assert template.isascii()
     assert all(f"# {name}: " in template for name in COLUMNS if name != "magnetic_declination_deg")
@@ -74,7 +74,7 @@ def test_survey_template_saved_by_a_spreadsheet_is_read(tmp_path: Path, separato
     assert [*stones["site"], *stones["azimuth_deg"], *stones["azimuth_half_width_deg"]] == ["A", 135, 22.5]
 
 
-def test_row_schema_is_current_and_accepts_what_the_model_accepts() -> None:
+def test_survey_row_schema_is_current_and_agrees_with_the_pydantic_model() -> None:
     assert (DOCS_FOLDER / "survey.schema.json").read_text(encoding="utf-8") == survey_row_schema(), (
         "run: overturning study document"
     )

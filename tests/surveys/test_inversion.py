@@ -15,7 +15,7 @@ from overturning.findings.inferred_motion import inferred_motion_findings
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.records.store import write_record_to_motion_file
-from overturning.report.drawings import write_motion_posterior
+from overturning.report.drawings import write_motion_posterior_figure
 from overturning.settings import StonePopulation
 from overturning.surveys import stone_outcomes
 from overturning.surveys.inversion import SurveyInversion, possible_outcome_indices
@@ -50,8 +50,8 @@ def elliptic_candidate_motion(period: float, event: str = "", east: float = 0.0)
     return CandidateMotion.from_motion(f"{period:g} s", event, Motion(north, across, sampling_interval=0.01))
 
 
-def outcomes_by_rule(one: CandidateMotion, aspect: float, nodes: list[tuple[int, int]], threads: int) -> np.ndarray:
-    """Return outcomes by a rule in place of the kernel: stones fall where PGV exceeds 3 m/s · B/H · √(H/m).
+def outcomes_by_pgv_rule(one: CandidateMotion, aspect: float, nodes: list[tuple[int, int]], threads: int) -> np.ndarray:
+    """Return outcomes in place of the kernel: stones fall where PGV exceeds the limit 3 m/s · B/H · √(H/m).
 
     They fall to the north under the motion of 0.5 s and to the south under another.
     """
@@ -65,7 +65,7 @@ def outcomes_by_rule(one: CandidateMotion, aspect: float, nodes: list[tuple[int,
 @pytest.fixture
 def inversion_with_known_outcomes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> SurveyInversion:
     """Return the inversion of surveys of round columns with two motions, whose outcomes follow from a rule."""
-    monkeypatch.setattr(stone_outcomes, "simulate_outcomes_of_sizes", outcomes_by_rule)
+    monkeypatch.setattr(stone_outcomes, "simulate_outcomes_of_sizes", outcomes_by_pgv_rule)
     kinds = [StoneKind(*size, 0.0) for size in COLUMN_SIZES]
     return SurveyInversion(
         StoneOutcomeProbabilities(
@@ -74,8 +74,11 @@ def inversion_with_known_outcomes(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     )
 
 
-def round_column(size: tuple[float, float], azimuth: float = math.nan, count: int = 1) -> Stone:
-    """Return a column that fell towards an azimuth, or stood."""
+def stone_of_round_column(size: tuple[float, float], azimuth: float = math.nan, count: int = 1) -> Stone:
+    """Return a round column of a size (height, m, and B/H) that fell to an azimuth, or stood if it is NaN.
+
+    The azimuth is in degrees.
+    """
     height, shape = size
     return Stone(math.isfinite(azimuth), azimuth, False, count, b_over_h=shape, height=height, round=True)
 
@@ -92,7 +95,7 @@ def test_motions_with_equal_ids_have_distinct_names_in_the_results(tmp_path: Pat
 
 
 def test_outcome_probabilities_of_a_stone_add_up_to_1(inversion_with_known_outcomes: SurveyInversion) -> None:
-    chances = inversion_with_known_outcomes.outcome_probabilities(round_column(COLUMN_SIZES[0]))
+    chances = inversion_with_known_outcomes.outcome_probabilities(stone_of_round_column(COLUMN_SIZES[0]))
     assert chances.shape == (2, LEVELS.size, TURNS, DIRECTION_BINS + 1)
     assert chances.sum(axis=-1) == pytest.approx(1, abs=1e-5)
 
@@ -112,11 +115,11 @@ def test_without_stones_the_posterior_is_the_prior_and_has_no_bounds(
 
 
 def test_fallen_and_standing_stones_bound_the_peak_velocity(inversion_with_known_outcomes: SurveyInversion) -> None:
-    """By the rule of this file the columns fall from a PGV of 0.57, 0.82 and 1.14 m/s on."""
+    """Under the stub that replaces the kernel, the three columns fall from a PGV of 0.57, 0.82 and 1.14 m/s on."""
     stones = [
-        round_column(COLUMN_SIZES[0], 0, 8),
-        round_column(COLUMN_SIZES[1], 0, 8),
-        round_column(COLUMN_SIZES[2], count=8),
+        stone_of_round_column(COLUMN_SIZES[0], 0, 8),
+        stone_of_round_column(COLUMN_SIZES[1], 0, 8),
+        stone_of_round_column(COLUMN_SIZES[2], count=8),
     ]
     one = inversion_with_known_outcomes.compute_posterior(
         inversion_with_known_outcomes.log_likelihoods_by_motion(stones)
@@ -126,7 +129,7 @@ def test_fallen_and_standing_stones_bound_the_peak_velocity(inversion_with_known
     assert 0.82 < high < 1.6
     # Directions that scatter tell an axis the less the smaller their power.
     logs = inversion_with_known_outcomes.log_likelihoods_by_motion(
-        [round_column(COLUMN_SIZES[0], azimuth) for azimuth in (0, 20, 350, 40)]
+        [stone_of_round_column(COLUMN_SIZES[0], azimuth) for azimuth in (0, 20, 350, 40)]
     )
     assert (
         inversion_with_known_outcomes.compute_posterior(logs, power=1.0).credible_axis_arc_deg()[1]
@@ -137,7 +140,8 @@ def test_fallen_and_standing_stones_bound_the_peak_velocity(inversion_with_known
 def test_rotating_the_survey_rotates_the_axis_of_the_motion(inversion_with_known_outcomes: SurveyInversion) -> None:
     def axis_arc_of_rotated_survey(turn: float) -> tuple[float, float]:
         stones = [
-            round_column(size, (way + turn) % 360, 4) for size, way in zip(COLUMN_SIZES, (0, 10, 180), strict=True)
+            stone_of_round_column(size, (way + turn) % 360, 4)
+            for size, way in zip(COLUMN_SIZES, (0, 10, 180), strict=True)
         ]
         return inversion_with_known_outcomes.compute_posterior(
             inversion_with_known_outcomes.log_likelihoods_by_motion(stones)
@@ -155,7 +159,9 @@ def test_probability_of_an_octant_is_the_sum_of_its_direction_bins(
     octant = Stone(True, 45.0, True, b_over_h=0.2, height=0.9, round=True)
     assert (possible_outcome_indices(octant) * 5).tolist() == [25, 30, 35, 40, 45, 50, 55, 60, 65]
     ways = [
-        inversion_with_known_outcomes.log_likelihoods_by_motion([round_column(COLUMN_SIZES[0], azimuth)]).sum(axis=0)
+        inversion_with_known_outcomes.log_likelihoods_by_motion([stone_of_round_column(COLUMN_SIZES[0], azimuth)]).sum(
+            axis=0
+        )
         for azimuth in range(25, 70, 5)
     ]
     assert inversion_with_known_outcomes.log_likelihoods_by_motion([octant]).sum(axis=0) == pytest.approx(
@@ -168,7 +174,9 @@ def test_probability_of_an_unknown_direction_is_the_sum_of_all_bins(
 ) -> None:
     lost = Stone(True, math.nan, False, b_over_h=0.2, height=0.9, round=True)
     ways = [
-        inversion_with_known_outcomes.log_likelihoods_by_motion([round_column(COLUMN_SIZES[0], azimuth)]).sum(axis=0)
+        inversion_with_known_outcomes.log_likelihoods_by_motion([stone_of_round_column(COLUMN_SIZES[0], azimuth)]).sum(
+            axis=0
+        )
         for azimuth in range(0, 360, 5)
     ]
     fell = inversion_with_known_outcomes.log_likelihoods_by_motion([lost])
@@ -185,27 +193,29 @@ def test_probability_of_an_unknown_direction_is_the_sum_of_all_bins(
 
 
 def test_survey_with_only_falls_has_no_upper_bound(inversion_with_known_outcomes: SurveyInversion) -> None:
-    asked = inversion_with_known_outcomes.invert_survey("ruin.csv", [round_column(size, 0, 6) for size in COLUMN_SIZES])
+    asked = inversion_with_known_outcomes.invert_survey(
+        "ruin.csv", [stone_of_round_column(size, 0, 6) for size in COLUMN_SIZES]
+    )
     low, high = asked.posterior.credible_interval(asked.posterior.pgv)
     assert low > 0.6
     assert high == math.inf
     assert inferred_motion_findings(asked).beyond_library_above
     stood = inversion_with_known_outcomes.invert_survey(
-        "ruin.csv", [round_column(size, count=6) for size in COLUMN_SIZES]
+        "ruin.csv", [stone_of_round_column(size, count=6) for size in COLUMN_SIZES]
     )
     assert stood.posterior.credible_interval(stood.posterior.pgv)[0] == 0.0
     assert inferred_motion_findings(stood).beyond_library_below
 
 
-def test_survey_with_only_falls_has_no_axis(inversion_with_known_outcomes: SurveyInversion) -> None:
+def test_survey_with_only_falls_has_an_uninformative_axis_arc(inversion_with_known_outcomes: SurveyInversion) -> None:
     """Simulated surveys showed that arcs from falls alone hold the true axis no more often than random arcs.
 
     An arc of 162° laid without knowledge holds a random axis in 162/180 = 90 %, as it says.
     """
-    fell = [round_column(size, azimuth, 4) for size in COLUMN_SIZES for azimuth in (350, 0, 10)]
+    fell = [stone_of_round_column(size, azimuth, 4) for size in COLUMN_SIZES for azimuth in (350, 0, 10)]
     every, some = (
         inversion_with_known_outcomes.invert_survey("ruin.csv", stones)
-        for stones in (fell, [*fell, round_column(COLUMN_SIZES[2])])
+        for stones in (fell, [*fell, stone_of_round_column(COLUMN_SIZES[2])])
     )
     assert some.credible_axis_arc_deg == some.posterior.credible_axis_arc_deg()
     assert some.credible_axis_arc_deg[1] < 120 > every.posterior.credible_axis_arc_deg()[1]
@@ -217,20 +227,23 @@ def test_survey_with_only_falls_has_no_axis(inversion_with_known_outcomes: Surve
     held = np.abs((truth - every.credible_axis_arc_deg[0] + 90) % 180 - 90) <= every.credible_axis_arc_deg[1] / 2
     assert held.mean() == pytest.approx(0.9, abs=0.01)
     nothing = inversion_with_known_outcomes.invert_survey(
-        "none.csv", [round_column(size, count=6) for size in COLUMN_SIZES]
+        "none.csv", [stone_of_round_column(size, count=6) for size in COLUMN_SIZES]
     )
     assert not nothing.everything_fell
 
 
 def test_a_survey_that_no_motion_explains_does_not_fit(inversion_with_known_outcomes: SurveyInversion) -> None:
-    """The broad low columns fell and the slender tall ones stood: under the rule of this file no motion does that."""
+    """A survey of fallen broad low columns and standing slender tall ones does not fit any motion.
+
+    No motion causes these outcomes under the stub that replaces the kernel.
+    """
     odd = inversion_with_known_outcomes.invert_survey(
-        "odd.csv", [round_column(COLUMN_SIZES[2], 0, 12), round_column(COLUMN_SIZES[0], count=12)]
+        "odd.csv", [stone_of_round_column(COLUMN_SIZES[2], 0, 12), stone_of_round_column(COLUMN_SIZES[0], count=12)]
     )
     assert odd.fit < 0.01
     assert not inferred_motion_findings(odd).fits
     even = inversion_with_known_outcomes.invert_survey(
-        "even.csv", [round_column(COLUMN_SIZES[0], 0, 12), round_column(COLUMN_SIZES[2], count=12)]
+        "even.csv", [stone_of_round_column(COLUMN_SIZES[0], 0, 12), stone_of_round_column(COLUMN_SIZES[2], count=12)]
     )
     assert even.fit > 0.1
     assert inferred_motion_findings(even).fits
@@ -238,9 +251,9 @@ def test_a_survey_that_no_motion_explains_does_not_fit(inversion_with_known_outc
 
 def test_missing_sizes_are_reported_and_drawn_at_random(inversion_with_known_outcomes: SurveyInversion) -> None:
     tall, shaped = Stone(True, 60, False, 4, b_over_h=0.2, round=True), Stone(True, 60, False, 2, height=0.75)
-    answer = inversion_with_known_outcomes.invert_survey("x.csv", [round_column(COLUMN_SIZES[0], 0)])
-    assert not inferred_motion_findings(answer, [round_column(COLUMN_SIZES[0])]).sizes_assumed
-    found = inferred_motion_findings(answer, [round_column(COLUMN_SIZES[0]), tall, shaped])
+    answer = inversion_with_known_outcomes.invert_survey("x.csv", [stone_of_round_column(COLUMN_SIZES[0], 0)])
+    assert not inferred_motion_findings(answer, [stone_of_round_column(COLUMN_SIZES[0])]).sizes_assumed
+    found = inferred_motion_findings(answer, [stone_of_round_column(COLUMN_SIZES[0]), tall, shaped])
     assert (found.stones_without_height, found.stones_without_b_over_h) == (4, 2)
     heights, shapes = (StoneKind.from_stone(one).size_grid_weights(StonePopulation()) for one in (tall, shaped))
     assert 0.6 < np.exp(np.log(HEIGHTS) @ heights.sum(axis=1)) < 0.9
@@ -248,11 +261,14 @@ def test_missing_sizes_are_reported_and_drawn_at_random(inversion_with_known_out
 
 
 def test_a_survey_with_zero_background_has_a_posterior(inversion_with_known_outcomes: SurveyInversion) -> None:
-    """As `surveys: [{background: 0}]` asks for: nothing is impossible, since stones written down alike differ."""
+    """A survey with background 0 has a posterior, since stones that are described alike differ.
+
+    Even with the setting `surveys: [{background: 0}]` no outcome is impossible.
+    """
     stones = [
-        round_column(COLUMN_SIZES[0], 0, 8),
-        round_column(COLUMN_SIZES[2], 180, 1),
-        round_column(COLUMN_SIZES[2], count=8),
+        stone_of_round_column(COLUMN_SIZES[0], 0, 8),
+        stone_of_round_column(COLUMN_SIZES[2], 180, 1),
+        stone_of_round_column(COLUMN_SIZES[2], count=8),
     ]
     logs = replace(inversion_with_known_outcomes, background=0.0).log_likelihoods_by_motion(stones)
     assert np.isfinite(logs).all()
@@ -263,8 +279,8 @@ def test_a_survey_with_zero_background_has_a_posterior(inversion_with_known_outc
     assert one.credible_interval(one.pgv) == pytest.approx(other.credible_interval(other.pgv), rel=0.3)
 
 
-def test_fixed_stones_carry_less_information(inversion_with_known_outcomes: SurveyInversion) -> None:
-    stones = [round_column(size, count=4) for size in COLUMN_SIZES]
+def test_standing_stones_bound_the_pgv_less_if_many_are_fixed(inversion_with_known_outcomes: SurveyInversion) -> None:
+    stones = [stone_of_round_column(size, count=4) for size in COLUMN_SIZES]
     loose = SurveyInversion(inversion_with_known_outcomes.responses, fixed=0.8)
     bound, less = (
         one.compute_posterior(one.log_likelihoods_by_motion(stones)) for one in (inversion_with_known_outcomes, loose)
@@ -299,7 +315,10 @@ def test_a_slab_falls_over_its_narrow_side_only(tmp_path: Path) -> None:
 
 @pytest.mark.long
 def test_bounds_contain_a_true_motion_that_is_not_in_the_library(tmp_path: Path) -> None:
-    """Columns under the record of Parachute Test Site at about 87 cm/s, asked among records of other earthquakes only.
+    """Bounds of the PGV from inversion contain the true PGV if the candidates do not include the true motion.
+
+    Columns are simulated under the record of Parachute Test Site at about 87 cm/s, and inverted with records of other
+    earthquakes only.
 
     Synthetic pulses in planes, with a plain likelihood, gave 152.3 to 152.8 cm/s "with 90 % probability".
     """
@@ -311,7 +330,9 @@ def test_bounds_contain_a_true_motion_that_is_not_in_the_library(tmp_path: Path)
     factors = np.linspace(0.6, 0.9, 24)
     result = simulate_cases("circle", truth.motion, Cases(0.0, height, shape, 0.7, factors))
     stones = [
-        round_column((height[i], shape[i]), float(result.fall_azimuth[i]) if result.overturned[i] == 1 else math.nan)
+        stone_of_round_column(
+            (height[i], shape[i]), float(result.fall_azimuth[i]) if result.overturned[i] == 1 else math.nan
+        )
         for i in range(24)
     ]
     asked = SurveyInversion(
@@ -325,13 +346,13 @@ def test_bounds_contain_a_true_motion_that_is_not_in_the_library(tmp_path: Path)
 def test_simulated_outcomes_of_stones_are_cached_in_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     calls: list[int] = []
 
-    def count_simulations(
+    def count_and_fake_simulations(
         one: CandidateMotion, aspect: float, nodes: list[tuple[int, int]], threads: int
     ) -> np.ndarray:
         calls.append(len(nodes))
-        return outcomes_by_rule(one, aspect, nodes, threads)
+        return outcomes_by_pgv_rule(one, aspect, nodes, threads)
 
-    monkeypatch.setattr(stone_outcomes, "simulate_outcomes_of_sizes", count_simulations)
+    monkeypatch.setattr(stone_outcomes, "simulate_outcomes_of_sizes", count_and_fake_simulations)
     one, kind = elliptic_candidate_motion(0.5), StoneKind(*COLUMN_SIZES[0], 0.0)
     first = StoneOutcomeProbabilities([one], [kind], folder=tmp_path).table(kind)
     assert np.array_equal(StoneOutcomeProbabilities([one], [kind], folder=tmp_path).table(kind), first)
@@ -367,11 +388,11 @@ def test_cases_are_counted_before_they_are_computed(tmp_path: Path, monkeypatch:
     """The count is that of the cases then simulated, without cached ones; the time grows with the duration."""
     asked: list[int] = []
 
-    def count_cases(shape: str, motion: Motion, cases: Cases, numerics: NumericalOptions) -> SimpleNamespace:
+    def count_and_fake_cases(shape: str, motion: Motion, cases: Cases, numerics: NumericalOptions) -> SimpleNamespace:
         asked.append(np.size(cases.height))
         return SimpleNamespace(overturned=np.zeros(asked[-1]), fall_azimuth=np.full(asked[-1], np.nan))
 
-    monkeypatch.setattr(stone_outcomes, "simulate_cases", count_cases)
+    monkeypatch.setattr(stone_outcomes, "simulate_cases", count_and_fake_cases)
     motions = [elliptic_candidate_motion(0.5), elliptic_candidate_motion(0.8)]
     kinds = [StoneKind(*COLUMN_SIZES[0], 0.0), StoneKind(*COLUMN_SIZES[1], 2.0)]
     cases, seconds = simulation_case_count_and_time(motions, kinds, tmp_path)
@@ -386,10 +407,10 @@ def test_cases_are_counted_before_they_are_computed(tmp_path: Path, monkeypatch:
     assert 0 < more == sum(asked)
 
 
-def test_each_combination_of_size_friction_level_and_face_is_simulated(
+def test_each_combination_of_size_friction_pgv_and_face_is_simulated(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The kernel gets the size, friction, level and face azimuth of each cell.
+    """The kernel gets the size, friction, peak velocity and face azimuth of each combination.
 
     The stand-in of the kernel returns a direction that names height, B/H, friction, level and face of its case.
     """
@@ -421,12 +442,12 @@ def test_motion_is_estimated_for_each_site_and_for_all_together(
 ) -> None:
     """With a flat prior the posterior of independent sites is proportional to the product of their posteriors."""
     at_a = [
-        replace(round_column(COLUMN_SIZES[0], 0, 4), site="A"),
-        replace(round_column(COLUMN_SIZES[2], count=3), site="A"),
+        replace(stone_of_round_column(COLUMN_SIZES[0], 0, 4), site="A"),
+        replace(stone_of_round_column(COLUMN_SIZES[2], count=3), site="A"),
     ]
     at_b = [
-        replace(round_column(COLUMN_SIZES[1], 10, 2), site="B"),
-        replace(round_column(COLUMN_SIZES[2], count=2), site="B"),
+        replace(stone_of_round_column(COLUMN_SIZES[1], 10, 2), site="B"),
+        replace(stone_of_round_column(COLUMN_SIZES[2], count=2), site="B"),
     ]
     found = inversion_with_known_outcomes.invert_survey("ruin.csv", [*at_a, at_b[0], at_b[1]])
     alone = [inversion_with_known_outcomes.invert_survey("ruin.csv", part) for part in (at_a, at_b)]
@@ -456,7 +477,7 @@ def test_library_contains_each_motion_once(library_motions: tuple[CandidateMotio
 
 def test_posterior_is_read_back_from_file(tmp_path: Path, inversion_with_known_outcomes: SurveyInversion) -> None:
     asked = SurveyInversion(inversion_with_known_outcomes.responses, fixed=0.1).invert_survey(
-        "ruin.csv", [round_column(COLUMN_SIZES[0], 0), round_column(COLUMN_SIZES[1])]
+        "ruin.csv", [stone_of_round_column(COLUMN_SIZES[0], 0), stone_of_round_column(COLUMN_SIZES[1])]
     )
     write_inversion_result(asked, tmp_path / "motion.nc")
     back = read_inversion_result(tmp_path / "motion.nc")
@@ -465,7 +486,7 @@ def test_posterior_is_read_back_from_file(tmp_path: Path, inversion_with_known_o
     # One sine of amplitude A and period T along an axis: PGA A, PGV A T/π.
     assert back.posterior.pga == pytest.approx(np.pi / np.array([0.5, 0.8]), rel=0.01)
     assert inferred_motion_findings(back) == inferred_motion_findings(asked)
-    write_motion_posterior(back, tmp_path / "motion.svg")
+    write_motion_posterior_figure(back, tmp_path / "motion.svg")
     assert "axis of the largest velocity" in (tmp_path / "motion.svg").read_text(encoding="utf-8")
     with pytest.raises(ResultError, match="run the study again"):
         read_inversion_result(tmp_path / "nothing.nc")

@@ -21,7 +21,7 @@ def test_direction_notations_are_read_as_azimuths(text: str, azimuth: float) -> 
     assert found.wind is None
 
 
-def test_the_16_winds_are_22_5_degrees_apart() -> None:
+def test_the_16_compass_points_are_22_5_degrees_apart() -> None:
     by_hand = {"N": 0, "NNE": 22.5, "ENE": 67.5, "E": 90, "ESE": 112.5, "SSE": 157.5, "WSW": 247.5, "NNW": 337.5}
     assert {name: parse_direction(name).azimuth_deg for name in by_hand} == by_hand
     assert [parse_direction(name.lower()).azimuth_deg for name in WINDS_16] == [22.5 * i for i in range(16)]
@@ -115,6 +115,6 @@ def test_invalid_outcomes_are_refused_with_the_expected_words(text: str, message
         parse_outcome(text)
 
 
-def test_unit_of_azimuths_is_doubted_only_from_three_different_values() -> None:
+def test_unit_of_azimuths_gives_a_warning_only_from_three_different_values() -> None:
     assert azimuth_unit_warning("azimuth_deg", [0.5, 1.5, 0.5, math.nan], "a.csv") == ""
     assert azimuth_unit_warning("azimuth_deg", [0.5, 1.5, 2.5], "a.csv").endswith("57.29578")

@@ -86,7 +86,7 @@ def test_p_value_of_two_equal_directions_allows_for_the_recorded_step(
     assert found.axis.p_value == pytest.approx(axis_p, abs=0.02)
 
 
-def test_one_site_is_not_listed_and_declinations_are_those_of_directions(tmp_path: Path) -> None:
+def test_a_single_site_is_not_listed_and_only_used_declinations_count(tmp_path: Path) -> None:
     text = "site,fell,azimuth_deg,declination\nA,yes,10,-7.5\nA,yes,20,-7\nA,no,,3\n"
     found = observed_findings_of_table(tmp_path, text)
     assert found.sites == []

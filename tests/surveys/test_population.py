@@ -18,12 +18,12 @@ from overturning.settings import LengthRange, StonePopulation
 from overturning.statistics.bootstrap import mean_share_over_earthquakes
 from overturning.surveys.population import (
     SampledStones,
-    fall_rates_of_stones_known_in_both,
+    choose_neighbouring_grid_indices_at_random,
+    fall_rates_of_stones_known_in_both_cubes,
     fit_population_fragility_curves,
     outcome_rates_by_amplitude,
     outcomes_of_sampled_stones,
-    population_rates_by_record,
-    random_neighbour_grid_indices,
+    population_outcome_rates_by_record,
     sample_stones,
     share_of_stones_outside_grid,
 )
@@ -72,7 +72,10 @@ def test_a_stone_falls_in_the_plane_of_the_pulse() -> None:
 
 
 def test_fall_rate_from_a_cube_matches_stones_simulated_singly() -> None:
-    """The cube's cells, a few B/H, heights and µ of a grid, give the rate of the stones themselves."""
+    """A population's fall rate from a cube is within 0.03 of that of its stones simulated one by one.
+
+    The cube is a grid of B/H, heights and µ.
+    """
     population = StonePopulation(width=LengthRange(low=0.1, high=0.3), face=0, face_spread=0, stones=1024)
     motion = sine_pulse_motion(4.0, 0.8)
     stones = sample_stones(population)
@@ -95,8 +98,12 @@ def test_fall_rate_from_a_cube_matches_stones_simulated_singly() -> None:
     assert np.abs(np.sin(np.radians(found["fall_axis"]))) == pytest.approx([0], abs=1e-9)
 
 
-def test_2d_model_underestimates_sliding_under_two_components() -> None:
-    """µ = 0.3, B/H = 0.8, half a sine of 0.28 g along both axes, 0.4 g together: by Coulomb it slides in space."""
+def test_2d_model_gives_no_shift_rate_where_the_3d_model_finds_sliding() -> None:
+    """The 2-D model gives no shift rate for a motion under which a stone slides only in 3-D.
+
+    With µ = 0.3 and B/H = 0.8, half a sine of 0.28 g along each of two axes, 0.4 g together, makes a stone slide by
+    Coulomb's law only in 3-D.
+    """
     along = 0.28 * STANDARD_GRAVITY * np.sin(np.pi * np.arange(101) / 100)
     motion = Motion(along, along, sampling_interval=SAMPLING_INTERVAL)
     size = {"height": [0.5], "b_over_h": [0.8], "friction": [0.3]}
@@ -115,14 +122,19 @@ def test_2d_model_underestimates_sliding_under_two_components() -> None:
 
 def test_random_neighbour_cells_average_to_linear_interpolation() -> None:
     lot = (np.arange(1000) + 0.5) / 1000
-    place = random_neighbour_grid_indices(np.array([0.2, 0.4, 1.0]), np.full(1000, 0.55), lot)
+    place = choose_neighbouring_grid_indices_at_random(np.array([0.2, 0.4, 1.0]), np.full(1000, 0.55), lot)
     assert set(place) == {1, 2}
     assert place.mean() == pytest.approx(1.25)
-    assert (random_neighbour_grid_indices(np.array([0.2, 0.4]), np.array([0.1, 0.9]), lot[:2]) == [0, 1]).all()
+    assert (
+        choose_neighbouring_grid_indices_at_random(np.array([0.2, 0.4]), np.array([0.1, 0.9]), lot[:2]) == [0, 1]
+    ).all()
 
 
 def cube_of_values(values: np.ndarray, **grid: list[float]) -> xr.Dataset:
-    """Return a cube of one record, of blocks 0.6 m high, whose flags and fall times are both these values."""
+    """Return a cube of one record whose overturning flags and fall times both have the given values.
+
+    The blocks are 0.6 m high unless `grid` has other heights.
+    """
     grid = {"azimuth": [0, 90], "height": [0.6], "b_over_h": [0.4], "friction": [0.7]} | grid
     return xr.Dataset({name: (tuple(grid), values) for name in ("overturned", "overturning_time")}, grid)
 
@@ -133,8 +145,11 @@ def equal_stones(*size: float, count: int = 1) -> SampledStones:
     return SampledStones(*(np.full(count, value) for value in size), lot)
 
 
-def test_rocking_stone_uses_no_sliding_cell() -> None:
-    """A stone of µ = 0.5, between grid values 0.33 and 0.58, rocks as at 0.58 above B/H 0.4 and slides below 0.55."""
+def test_rocking_stone_takes_no_outcome_from_a_case_where_blocks_slide() -> None:
+    """With µ = 0.5, between the grid values 0.33 and 0.58, a stone of B/H 0.4 rocks as at 0.58 and falls.
+
+    One of B/H 0.55 slides and stands.
+    """
     values = np.zeros((4, 1, 2, 3))
     values[:, :, :, 1] = 1  # only at µ = 0.58 it falls
     site = cube_of_values(values, azimuth=[0, 90, 180, 270], b_over_h=[0.4, 0.55], friction=[0.33, 0.58, 1.0])
@@ -144,7 +159,10 @@ def test_rocking_stone_uses_no_sliding_cell() -> None:
 
 @pytest.mark.parametrize("flag", [1, 0, np.nan])
 def test_stone_with_a_missing_plane_has_no_outcome(flag: float) -> None:
-    """Plane 0 falls, stands or is unknown, plane 90 is unknown: a fall over its edge may have come first."""
+    """A stone has no known outcome if that of the blocks in one of its planes is unknown.
+
+    The outcome in plane 90° is unknown: whatever happens in plane 0°, a fall over the other edge may have come first.
+    """
     found = outcomes_of_sampled_stones(
         cube_of_values(np.reshape([flag, np.nan], (2, 1, 1, 1))), equal_stones(0.6, 0.4, 0.7, 0.0)
     )
@@ -167,13 +185,13 @@ def test_rates_of_two_cubes_are_of_the_stones_with_an_outcome_in_both(fixed: flo
     names = {"record_id": ("record", ["a"]), "event": ("record", ["e"])}
     lacking, whole = (one.expand_dims("record").assign_coords(names) for one in (low, high))
     population = StonePopulation(stones=64, fixed=fixed)
-    alone = population_rates_by_record(whole, population)["fall_rate"].sel(amplitude=1.0).to_numpy()
+    alone = population_outcome_rates_by_record(whole, population)["fall_rate"].sel(amplitude=1.0).to_numpy()
     assert alone == pytest.approx([0.5 * (1 - fixed)], abs=0.1)
-    assert fall_rates_of_stones_known_in_both(whole, lacking, population) == ([0.0], [0.0])
-    for same in fall_rates_of_stones_known_in_both(whole, whole, population):
+    assert fall_rates_of_stones_known_in_both_cubes(whole, lacking, population) == ([0.0], [0.0])
+    for same in fall_rates_of_stones_known_in_both_cubes(whole, whole, population):
         np.testing.assert_array_equal(same, alone)
     nothing = lacking.assign(overturned=lacking["overturned"] * np.nan)
-    assert np.isnan(fall_rates_of_stones_known_in_both(whole, nothing, population)).all()
+    assert np.isnan(fall_rates_of_stones_known_in_both_cubes(whole, nothing, population)).all()
 
 
 @pytest.mark.parametrize("fixed", [0.0, 0.3])
@@ -203,7 +221,7 @@ def test_shares_of_shifted_and_rotated_stones_match_hand_counts(fixed: float) ->
 
 
 @pytest.mark.parametrize(("b_over_h", "outside"), [(0.33, 0.0), (0.3333, 0.0), (0.34, 0.0), (0.32, 1.0), (0.35, 1.0)])
-def test_a_rounded_size_is_not_outside_the_grid(b_over_h: float, outside: float) -> None:
+def test_a_size_that_equals_a_rounded_grid_value_is_not_outside_the_grid(b_over_h: float, outside: float) -> None:
     grid = xr.Dataset(coords={"height": [0.75], "b_over_h": [b_over_h], "friction": [0.7]})
     assert share_of_stones_outside_grid(grid, equal_stones(0.75, 0.25 / 0.75, 0.7, 0.0, count=4)) == outside
 
@@ -217,7 +235,7 @@ def test_fall_rates_are_computed_for_each_amplitude_factor() -> None:
         dim=pd.Index([1.0, 2.0], name="amplitude"),
     )
     both = both.expand_dims("record").assign_coords(record_id=("record", ["a"]), event=("record", ["e"]))
-    found = population_rates_by_record(both, population)
+    found = population_outcome_rates_by_record(both, population)
     alone = outcome_rates_by_amplitude(
         outcomes_of_sampled_stones(simulated_cube(motion.scaled_by(2.0), **axes), sample_stones(population)), population
     )
@@ -226,7 +244,7 @@ def test_fall_rates_are_computed_for_each_amplitude_factor() -> None:
         == alone["fall_rate"][0]
         > found["fall_rate"].sel(amplitude=1.0).item()
     )
-    some = population_rates_by_record(both, population.model_copy(update={"fixed": 0.3}))
+    some = population_outcome_rates_by_record(both, population.model_copy(update={"fixed": 0.3}))
     np.testing.assert_allclose(some["fall_rate"], 0.7 * found["fall_rate"])
     for name in ("free_fall_rate", "class_rate", "unknown", "fall_axis"):
         np.testing.assert_array_equal(some[name], found[name])
@@ -235,7 +253,11 @@ def test_fall_rates_are_computed_for_each_amplitude_factor() -> None:
 
 
 def test_fragility_over_spectral_acceleration_separates_spread_of_records_and_stones() -> None:
-    """Rates that are a curve over Sa(0.5 s) are found again, all of whose spread is of stones; over PGA it is not."""
+    """Fragility fits over Sa(0.5 s) and over PGA separate the spread of stones from that of records.
+
+    Fall rates follow a known curve over Sa(0.5 s): the fit over Sa attributes the spread to the stones, the fit over
+    PGA much of it to the records.
+    """
     generator = np.random.default_rng(3)
     sa, pga = np.geomspace(0.2, 2, 30), np.geomspace(0.2, 2, 30) * np.exp(generator.normal(0, 0.5, 30))
     rate = norm.cdf(np.log(sa / 0.7) / 0.3)[:, None]
@@ -265,10 +287,10 @@ def test_fragility_over_spectral_acceleration_separates_spread_of_records_and_st
     curves = {(one.measure, one.name): one for one in fit_population_fragility_curves(found, intensity)}
     own = curves["SA(0.5)", "all stones"]
     assert (own.unit, own.median, own.spread) == ("g", pytest.approx(0.7, rel=1e-3), pytest.approx(0.3, rel=1e-3))
-    assert own.record_and_stone_spread[0] < 0.05
+    assert own.spread_between_records_and_between_stones[0] < 0.05
     other = curves["PGA", "all stones"]
-    assert other.record_and_stone_spread[0] > 0.4
-    assert np.hypot(*other.record_and_stone_spread) == pytest.approx(other.spread)
+    assert other.spread_between_records_and_between_stones[0] > 0.4
+    assert np.hypot(*other.spread_between_records_and_between_stones) == pytest.approx(other.spread)
     # With the outcomes of five stones per record, shares differ by chance, not from record to record.
     fell = generator.binomial(5, rate) / 5
     few = found.assign(free_fall_rate=found["free_fall_rate"].copy(data=fell), unknown=found["unknown"] + 195 / 200)

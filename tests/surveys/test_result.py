@@ -8,7 +8,7 @@ import pytest
 
 from overturning.errors import ResultError
 from overturning.findings.surveys import survey_findings
-from overturning.stored import write_result
+from overturning.stored import write_result_as_json
 from overturning.surveys.comparison import (
     compare_survey_with_prediction,
     make_stored_survey_comparison,
@@ -25,10 +25,10 @@ def test_stored_comparison_is_read_back_byte_for_byte(make_cube, falls_in_sector
     )
     source, path = tmp_path / "stones.csv", tmp_path / "survey" / "1.json"
     source.write_text("octant,count\nNE,3\n", encoding="utf-8")
-    write_result(make_stored_survey_comparison(source, "r0", found), path)
+    write_result_as_json(make_stored_survey_comparison(source, "r0", found), path)
     first = path.read_bytes()
     back = read_survey_comparison(path)
-    write_result(back, path)
+    write_result_as_json(back, path)
     assert path.read_bytes() == first
     assert (back.stones, back.record) == ("stones.csv", "r0")
     assert len(back.sha256) == 64

@@ -54,7 +54,10 @@ def test_fall_rate_under_any_hazard_matches_quadrature() -> None:
         return float(norm.cdf(np.log(x / 0.6) / 0.4) * k * one * a**k * x ** (-k - 1))
 
     def fall_rate_by_quadrature(low: float, high: float) -> float:
-        """∫ P |dν| with ν straight in logarithms, by SciPy."""
+        """Return the fall rate ∫ P |dν| from `low` to `high`, g, by SciPy for a log-log linear hazard curve ν.
+
+        The logarithm of ν is linear in that of the level between the levels of the curve.
+        """
         total = 0.0
         for a, b, one, two in zip(level[:-1], level[1:], rate[:-1], rate[1:], strict=True):
             k = math.log(one / two) / math.log(b / a)
@@ -160,7 +163,7 @@ def test_stood_command_reads_the_files_that_a_run_writes(
     assert f"{100 * math.exp(-rate):.2f}\u00a0%" in row, "which stood as 1.00"
 
 
-def test_without_a_fit_no_median_is_reported_outside_the_data(
+def test_stood_command_gives_no_result_if_no_curve_fits_the_falls(
     fragility_and_hazard_files: tuple[Path, Path], run_stood_command: Callable[..., str]
 ) -> None:
     fragility_and_hazard_files[1].write_text(
@@ -206,7 +209,10 @@ def test_a_hazard_whose_unit_is_wrong_is_refused(
     factor: float,
     cause: str,
 ) -> None:
-    """The same curve in its own unit, and labelled with it though in another: falls then lie beyond the records."""
+    """A hazard curve is accepted in the unit of its label and refused if its levels are in another unit.
+
+    In another unit, falls would come from levels beyond the records.
+    """
     files = tmp_path / "fragility.csv", tmp_path / "hazard.csv"
     files[0].write_text(
         "stones,measure,unit,median,log_spread,least,most\n"
@@ -214,7 +220,7 @@ def test_a_hazard_whose_unit_is_wrong_is_refused(
         "utf-8",
     )
 
-    def hazard_table(scale: float) -> str:
+    def stood_output_for_scaled_hazard(scale: float) -> str:
         levels = scale * true_unit * np.geomspace(0.02, 5, 30)
         rows = "".join(
             f"{','.join(measure)},{level},{1e-4 * (level / scale / true_unit) ** -2.5}\n" for level in levels
@@ -222,7 +228,7 @@ def test_a_hazard_whose_unit_is_wrong_is_refused(
         files[1].write_text(f"measure,unit,level,annual_rate\n{rows}", "utf-8")
         return run_stood_command(*files, years=800)
 
-    right, wrong = hazard_table(1.0), hazard_table(factor)
+    right, wrong = stood_output_for_scaled_hazard(1.0), stood_output_for_scaled_hazard(factor)
     assert "are they in" not in right
     assert "P(stands 800 years)" in right
     assert wrong.startswith(f"error: {files[1]}: {measure[0]}: levels of ")
@@ -248,8 +254,11 @@ def test_hazard_in_m_s_labelled_cm_s_is_refused_up_to_10_m_s(
     assert ("come from levels beyond the records" in text) == refused
 
 
-def write_class_and_hazard(folder: Path, first: float) -> tuple[Path, Path]:
-    """Write a class whose log spreads are 0.5 (stones) and 0.3 (records), and a hazard 1e-4 x^−2.5 up to 10 g."""
+def write_fragility_hazard_and_survey_files(folder: Path, first: float) -> tuple[Path, Path]:
+    """Write a fragility curve, a hazard and a survey of one standing stone; return the first two paths.
+
+    The log spreads are 0.5 (stones) and 0.3 (records), and the hazard is 1e-4 x^−2.5 a year from `first` to 10 g.
+    """
     fields = "median", "log_spread", "record_spread", "other_spread"
     values = 0.6, math.hypot(0.3, 0.5), 0.3, 0.5
     curves, hazard, survey = (folder / f"{name}.csv" for name in ("fragility", "hazard", "survey"))
@@ -260,11 +269,16 @@ def write_class_and_hazard(folder: Path, first: float) -> tuple[Path, Path]:
     return curves, hazard
 
 
-def test_stones_of_a_class_that_survive_are_the_stronger_ones(
+def test_largest_reported_hazard_leaves_five_percent_of_stones_standing(
     tmp_path: Path, run_stood_command: Callable[..., str]
 ) -> None:
-    """Under the largest hazard that is reported 5 % of stones stand; checked with earthquakes drawn one by one."""
-    text = run_stood_command(*write_class_and_hazard(tmp_path, 0.01), years=800, stones=tmp_path / "survey.csv")
+    """The largest reported hazard leaves 5 % of stones standing, as counted with random earthquakes.
+
+    Stones of random strength and earthquakes are drawn one by one: the survivors are the stronger stones.
+    """
+    text = run_stood_command(
+        *write_fragility_hazard_and_survey_files(tmp_path, 0.01), years=800, stones=tmp_path / "survey.csv"
+    )
     row = next(line for line in text.splitlines() if line.startswith("  all "))
     factor, generator = float(row.split()[-1]), np.random.default_rng(5)
     assert factor > 5 * 3.0 / (800 * float(row.split()[2]))
@@ -276,11 +290,14 @@ def test_stones_of_a_class_that_survive_are_the_stronger_ones(
     assert stands / 4000 == pytest.approx(0.05, abs=0.012)
 
 
-def test_a_hazard_that_begins_too_high_is_reported(tmp_path: Path, run_stood_command: Callable[..., str]) -> None:
-    """At the first level 1 % of stones fall; falls below it are the difference from a hazard that begins lower."""
+def test_a_hazard_curve_that_begins_too_high_is_reported(tmp_path: Path, run_stood_command: Callable[..., str]) -> None:
+    """At the first level 1 % of stones fall.
+
+    The reported rate of falls below it equals the difference from a curve that begins lower.
+    """
     spread, rates = math.hypot(0.3, 0.5), []
     for first in (0.155, 0.0155, 0.005):
-        files = write_class_and_hazard(tmp_path, first)
+        files = write_fragility_hazard_and_survey_files(tmp_path, first)
         text = run_stood_command(*files, years=800)
         rates.append(
             (

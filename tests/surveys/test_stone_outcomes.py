@@ -14,7 +14,11 @@ import pytest
 from overturning.motion.motion import Motion
 from overturning.surveys import stone_outcomes
 from overturning.surveys.library import CandidateMotion
-from overturning.surveys.responses import StoneKind, note_on_broad_stones, simulation_case_count_and_time
+from overturning.surveys.responses import (
+    StoneKind,
+    note_on_stones_broader_than_simulated,
+    simulation_case_count_and_time,
+)
 from overturning.surveys.stone_outcomes import shipped_outcomes, simulate_outcomes_of_sizes
 from overturning.surveys.stones import Stone
 from tests.dem.test_same_bits import NUMPY_INSTRUCTION_SETS
@@ -36,8 +40,8 @@ def test_shipped_outcomes_match_new_simulations(
 
 
 @pytest.mark.long
-def test_the_grid_is_that_of_the_shipped_outcomes_on_any_processor() -> None:
-    """NumPy without the code for wide vectors, whose exponentials and logarithms have other last digits."""
+def test_simulated_grid_equals_that_of_shipped_outcomes_on_any_processor() -> None:
+    """NumPy is run without its code for wide vectors, with which exponentials and logarithms have other last digits."""
     command = [
         sys.executable,
         "-c",
@@ -77,7 +81,7 @@ def test_note_counts_stones_broader_than_the_largest_simulated_aspect(
     aspects: tuple[float, ...], note: str | None
 ) -> None:
     unknown = Stone(True, math.nan, False)
-    assert note_on_broad_stones([unknown, *(standing_stone(0.9, one, 0.1) for one in aspects)]) == (
+    assert note_on_stones_broader_than_simulated([unknown, *(standing_stone(0.9, one, 0.1) for one in aspects)]) == (
         (note,) if note else ()
     )
 

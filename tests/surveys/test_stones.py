@@ -148,16 +148,16 @@ SIX_AZIMUTHS_DEG = (12.5, 63.0, 118.2, 187.0, 244.6, 301.0)
 
 
 @pytest.mark.parametrize("column", ["azimuth_deg", "face_azimuth_deg"])
-def test_azimuths_in_radians_or_gon_are_doubted(tmp_path: Path, column: str) -> None:
-    def doubts_about_azimuths(values: Iterable[float]) -> str:
+def test_azimuths_in_radians_or_gon_give_a_warning(tmp_path: Path, column: str) -> None:
+    def warnings_about_azimuths(values: Iterable[float]) -> str:
         rows = "".join(f"yes,{value:.4f}\n" for value in values)
         return "".join(read_stones_with_notes(write_survey(tmp_path, f"fell,{column}\n{rows}"))[2])
 
-    assert doubts_about_azimuths(SIX_AZIMUTHS_DEG) == ""
-    assert doubts_about_azimuths((0, 45, 90, 135, 180, 225, 270, 315)) == "", "octants in degrees"
-    assert doubts_about_azimuths((0, 90, 180, 270)) == ""
-    assert doubts_about_azimuths((1, 2, 4)) == "", "whole degrees near north"
-    assert f"column {column}: 6 values, none beyond 5.2534°: radians?" in doubts_about_azimuths(
+    assert warnings_about_azimuths(SIX_AZIMUTHS_DEG) == ""
+    assert warnings_about_azimuths((0, 45, 90, 135, 180, 225, 270, 315)) == "", "octants in degrees"
+    assert warnings_about_azimuths((0, 90, 180, 270)) == ""
+    assert warnings_about_azimuths((1, 2, 4)) == "", "whole degrees near north"
+    assert f"column {column}: 6 values, none beyond 5.2534°: radians?" in warnings_about_azimuths(
         map(math.radians, SIX_AZIMUTHS_DEG)
     )
-    assert "gon (400 to a turn)? Multiply by 0.9" in doubts_about_azimuths((50, 100, 150, 350))
+    assert "gon (400 to a turn)? Multiply by 0.9" in warnings_about_azimuths((50, 100, 150, 350))

@@ -18,7 +18,7 @@ from overturning.translation.texts import (
     read_translation_table,
     translate,
     translate_label,
-    translate_strings,
+    translate_nested_texts,
     translate_visible_texts_to,
 )
 from tests.sources import shipped_files
@@ -188,8 +188,11 @@ def test_texts_made_of_several_phrases_are_translated_phrase_by_phrase(english: 
         "A stone 42 cm wide and 1.2 m high, friction 0.8, under the record of Karakyr, Gazli 1976, turned to N30°E",
     ],
 )
-def test_a_sentence_is_translated_wherever_it_is_broken(sentence: str) -> None:
-    """A caption is broken to fit before it is translated; only names may be left in English."""
+def test_a_sentence_with_a_line_break_at_any_space_is_translated(sentence: str) -> None:
+    """A caption is wrapped into lines before it is translated.
+
+    A line break at any space leaves only names in English.
+    """
     names = english_words(translate(sentence, "ja"))
     for place, letter in enumerate(sentence):
         if letter == " " != sentence[place - 1]:
@@ -199,7 +202,7 @@ def test_a_sentence_is_translated_wherever_it_is_broken(sentence: str) -> None:
 
 def test_packed_data_and_numbers_of_a_film_are_not_translated() -> None:
     data = {"title": "stands", "rows": [{"data": "stands", "scale": 1.5}], "free": True}
-    assert translate_strings(data, "ja") == data | {"title": "非転倒"}
+    assert translate_nested_texts(data, "ja") == data | {"title": "非転倒"}
 
 
 def test_language_is_changed_only_inside_the_with_block() -> None:

@@ -56,8 +56,11 @@ def test_neighbouring_azimuths_are_compared_across_north() -> None:
     assert (found["flags changed"], found["of them where the neighbours agree"]) == ("1", "0")
 
 
-def test_3d_neighbours_must_also_fall_the_same_way_to_count_as_robust() -> None:
-    """The second azimuth falls east where the others fall north: it and its neighbours are not firm; it turns."""
+def test_3d_falls_are_robust_only_if_neighbours_fall_in_the_same_direction() -> None:
+    """At the second of four orientations the bodies of the old cube fall east, at all others north.
+
+    So no changed case is robust.
+    """
     old, new = cube_of_flags([[1, 1]] * 4), cube_of_flags([[1, 1]] * 4)
     for one, second in ((old, 90.0), (new, 0.0)):
         one["fall_azimuth"] = DIMENSIONS, np.array([[[0.0, 0.0], [second, second], [0.0, 0.0], [350.0, 350.0]]])
@@ -80,7 +83,7 @@ def test_comparing_cubes_of_different_studies_is_refused() -> None:
 
 
 def test_slips_of_stack_cubes_are_compared_by_residual_slip() -> None:
-    """Their cubes have no peak slip; 4 mm north and 3 mm west are 5 mm."""
+    """Cubes of stacks have no peak slip; a residual slip of 4 mm to the north and 3 mm to the west counts as 5 mm."""
 
     def stack_cube_with_slips(one: xr.Dataset, share: float) -> xr.Dataset:
         """Return a cube of stacks with residual slips."""

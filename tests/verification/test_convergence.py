@@ -17,12 +17,12 @@ pytestmark = pytest.mark.long
 RELATIVE_STEPS = np.array([0.5, 0.25, 0.125])
 
 
-def soft_contact(scheme: str, step: float) -> SchemeSetting:
-    """Setting with a contact so soft that the error of the step exceeds effects of chaos and rounding by far."""
+def soft_contact_setting(scheme: str, step: float) -> SchemeSetting:
+    """Setting with a contact so soft that the error of the time step far exceeds the effects of chaos and rounding."""
     return SchemeSetting(scheme, step, 2e-5)
 
 
-def decaying_sine() -> CaseGroup:
+def blocks_under_decaying_sine() -> CaseGroup:
     """Cases of blocks that rock, some of which slide, under one strong motion of 3 s."""
     time = np.arange(300) * 0.01
     north = 5.0 * np.sin(2 * np.pi * time / 0.8) * np.exp(-time)
@@ -37,20 +37,24 @@ def test_convergence_order_is_exact_for_a_power_law() -> None:
 
 @pytest.mark.parametrize(("scheme", "least"), [("centred", 1.0), ("cundall", 0.9)])
 def test_peak_rotation_converges_with_the_time_step(scheme: str, least: float) -> None:
-    groups = [decaying_sine()]
-    right = reference_outcomes(groups, soft_contact("centred", 0.004))
+    groups = [blocks_under_decaying_sine()]
+    right = reference_outcomes(groups, soft_contact_setting("centred", 0.004))
     errors = [
-        median_rotation_error(*reference_outcomes(groups, soft_contact(scheme, step)), *right)
+        median_rotation_error(*reference_outcomes(groups, soft_contact_setting(scheme, step)), *right)
         for step in RELATIVE_STEPS
     ]
     assert errors[0] > errors[-1] > 0
     assert convergence_order(RELATIVE_STEPS, np.array(errors)) >= least
 
 
-def test_a_stiff_contact_has_smaller_errors_at_the_whole_step() -> None:
-    """Its changes take less than the finest step, which leaves the first order; but its whole steps err less by far."""
+def test_a_stiff_contact_has_smaller_errors_at_the_longest_stable_step() -> None:
+    """At the longest stable step, rotation errors on a stiff contact are less than half those on a soft one.
+
+    The forces of a stiff contact change within less than the finest step, so errors converge more slowly than on a
+    soft contact.
+    """
     cases = case_grid(0.0, np.linspace(0.5, 1.2, 8), np.linspace(0.2, 0.4, 24), [0.45, 1.0])
-    groups, steps = [CaseGroup(decaying_sine().motion, cases)], np.array([1.0, 0.5, 0.25, 0.125])
+    groups, steps = [CaseGroup(blocks_under_decaying_sine().motion, cases)], np.array([1.0, 0.5, 0.25, 0.125])
 
     def rotation_errors(penetration: float) -> np.ndarray:
         right = reference_outcomes(groups, SchemeSetting("centred", 0.016, penetration))
@@ -66,37 +70,41 @@ def test_a_stiff_contact_has_smaller_errors_at_the_whole_step() -> None:
 
 @pytest.mark.parametrize("scheme", ["centred", "cundall"])
 def test_the_energy_balance_error_converges_with_the_time_step(scheme: str) -> None:
-    group, steps = decaying_sine(), [*RELATIVE_STEPS, 0.0625]
+    group, steps = blocks_under_decaying_sine(), [*RELATIVE_STEPS, 0.0625]
     residual = [
-        run_case_groups([group], **soft_contact(scheme, step).arguments).results.energy_error.mean() for step in steps
+        run_case_groups([group], **soft_contact_setting(scheme, step).arguments).results.energy_error.mean()
+        for step in steps
     ]
     assert convergence_order(np.array(steps), np.array(residual)) >= 0.9
 
 
 @pytest.mark.parametrize(("scheme", "least"), [("centred", 1.2), ("cundall", 0.9)])
 def test_the_overturning_boundary_converges_with_the_time_step(scheme: str, least: float) -> None:
-    """The B/H at which the flag changes, found to 1e-8, against that at a far finer step."""
+    """The B/H at which the overturning flag changes, found by bisection, converges with the time step.
+
+    The value at a far finer time step is the reference.
+    """
     cases = case_grid(0.0, [0.5, 0.8, 1.3], np.linspace(0.15, 0.45, 16), [0.45, 0.6, 1.0, 2.0])
-    groups = [CaseGroup(decaying_sine().motion, cases)]
+    groups = [CaseGroup(blocks_under_decaying_sine().motion, cases)]
     where = find_boundaries(groups, run_case_groups(groups).results.overturned, 30)
     assert len(where) >= 12
     low, high = bracket_ends(where)
     near = bisect_boundaries(groups, where, {}, low, high, 24)
 
-    def shifted_boundaries(scheme: str, step: float) -> np.ndarray:
+    def bisected_boundaries(scheme: str, step: float) -> np.ndarray:
         return bisect_boundaries(
-            groups, where, soft_contact(scheme, step).arguments, near * (1 - BRACKET), near * (1 + BRACKET), 20
+            groups, where, soft_contact_setting(scheme, step).arguments, near * (1 - BRACKET), near * (1 + BRACKET), 20
         )
 
-    exact = shifted_boundaries("centred", 0.015)
+    exact = bisected_boundaries("centred", 0.015)
     assert np.isfinite(exact).sum() >= 10
-    shifts = [float(np.nanmedian(np.abs(shifted_boundaries(scheme, step) / exact - 1.0))) for step in RELATIVE_STEPS]
+    shifts = [float(np.nanmedian(np.abs(bisected_boundaries(scheme, step) / exact - 1.0))) for step in RELATIVE_STEPS]
     assert shifts[0] > shifts[-1] > 0
     assert convergence_order(RELATIVE_STEPS, np.array(shifts)) >= least
 
 
-def test_the_bisected_boundary_lies_where_the_flag_changes() -> None:
-    groups = every_nth_case([decaying_sine()], 2)
+def test_the_bisected_overturning_boundary_lies_where_the_flag_changes() -> None:
+    groups = every_nth_case([blocks_under_decaying_sine()], 2)
     where = find_boundaries(groups, run_case_groups(groups).results.overturned, 3)
     assert where
     low, high = bracket_ends(where)
@@ -110,8 +118,8 @@ def test_the_bisected_boundary_lies_where_the_flag_changes() -> None:
         assert ((run_cases(groups[0].motion, cases).overturned != 0) == falls).all()
 
 
-def test_a_boundary_without_a_bracket_stays_missing() -> None:
-    groups = [decaying_sine()]
+def test_an_overturning_boundary_without_a_bracket_is_nan() -> None:
+    groups = [blocks_under_decaying_sine()]
     where = find_boundaries(groups, run_case_groups(groups).results.overturned, 2)
     low, high = bracket_ends(where)
     exact = bisect_boundaries(groups, where, {}, low, high, 3)
@@ -121,7 +129,7 @@ def test_a_boundary_without_a_bracket_stays_missing() -> None:
     np.testing.assert_array_equal(found[1:], exact[1:])
 
 
-def test_the_error_to_the_rigid_limit_decreases_with_static_penetration() -> None:
+def test_the_difference_from_the_rigid_block_is_smaller_on_a_stiffer_contact() -> None:
     groups = rocking_pulse_groups(periods=3, blocks=12)
     right = run_exact_block(groups)
     errors = [

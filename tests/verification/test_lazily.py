@@ -21,7 +21,7 @@ from overturning.study import cube as cube_module
 from overturning.study.cube import open_cube
 from overturning.study.intensity import write_intensity_measures
 from overturning.study.scenes import NOMINAL, variant_names
-from overturning.surveys.population import population_rates_by_record
+from overturning.surveys.population import population_outcome_rates_by_record
 from verification.scale.made import synthetic_records, synthetic_study, write_synthetic_cube
 
 pytestmark = pytest.mark.long
@@ -44,7 +44,7 @@ MAX_MEMORY_SHARE = 1 / 3  # of the bytes of the records that are more, as the cu
 Statistic = Callable[[StudyResults], object]
 
 
-def statistics_by_stone(results: StudyResults) -> list[object]:
+def statistics_of_elements_and_variants(results: StudyResults) -> list[object]:
     """Compute the statistics of a report that concern the elements and variants of a scene."""
     stones = {name: results.cube_of_default_element(name) for name in results.cubes}
     one, other = stones.values()
@@ -60,7 +60,7 @@ STATISTICS: dict[str, dict[str, Statistic]] = {
     "planes": {
         "axes of earthquakes": lambda results: results.fall_axis_summaries,
         "share that falls": lambda results: results.share_overturned,
-        "statuses": lambda results: results.cell_and_unknown_counts_by_status,
+        "statuses": lambda results: results.case_and_unknown_counts_by_status,
         "rose": lambda results: fall_roses_by_group_figure(results.cube),
         "logistic fit": logistic_fit_findings,
         "criteria": skill_of_published_criteria,
@@ -71,10 +71,10 @@ STATISTICS: dict[str, dict[str, Statistic]] = {
         "planar model": planar_model_agreement,
         "twist": final_twist_findings,
         "ensemble": ensemble_findings,
-        "population": lambda results: population_rates_by_record(results.cube, StonePopulation()),
+        "population": lambda results: population_outcome_rates_by_record(results.cube, StonePopulation()),
         "illustrative cases": lambda results: find_illustrative_cases(results.cube),
     },
-    "scene": {"elements and variants": statistics_by_stone},
+    "scene": {"elements and variants": statistics_of_elements_and_variants},
 }
 
 

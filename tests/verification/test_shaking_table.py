@@ -13,7 +13,7 @@ from overturning.model.cases import Cases
 from overturning.statistics.bootstrap import (
     bootstrap_interval,
     mean_of_each_bootstrap_sample,
-    tail_share_of_expanded_interval,
+    tail_share_of_small_sample_interval,
 )
 from verification.shaking_table import small_table
 from verification.shaking_table.__main__ import main, measure_scores, scores_by_damping_ratio
@@ -22,7 +22,7 @@ from verification.shaking_table.clouds import (
     RECTANGLES,
     SimulatedStones,
     StoneDistribution,
-    in_any_neighbourhood,
+    is_in_any_size_neighbourhood,
     sample_stones,
     simulate_stones,
 )
@@ -57,8 +57,11 @@ def test_prediction_scores_match_a_hand_calculation() -> None:
     assert area == pytest.approx(0.875), "equal probabilities count as half"
 
 
-def test_score_intervals_resample_motions_and_are_expanded_for_few_of_them() -> None:
-    """Regression: plain percentiles, which are too short for few motions. Here two tests of each motion are equal."""
+def test_score_intervals_resample_motions_and_are_wider_for_few_motions() -> None:
+    """Regression: plain percentile intervals were too short for few motions.
+
+    Here the two tests of each motion are equal.
+    """
     values = np.random.default_rng(3).normal(size=10)
     motions, tests = np.repeat([f"RSN{i}" for i in range(10)], 2), np.repeat(values, 2)
     samples = bootstrap_samples(motions, 20_000)
@@ -68,11 +71,14 @@ def test_score_intervals_resample_motions_and_are_expanded_for_few_of_them() -> 
     plain = np.quantile([tests[drawn].mean() for drawn in samples], [0.025, 0.975])
     assert found.high - found.low > 1.15 * (plain[1] - plain[0])
     assert np.isnan(interval_over_motions(np.arange(100.0), 7)).all()
-    assert len(bootstrap_samples(motions, 100)) == np.ceil(10 / tail_share_of_expanded_interval(10))
+    assert len(bootstrap_samples(motions, 100)) == np.ceil(10 / tail_share_of_small_sample_interval(10))
 
 
 def test_a_reliability_bin_without_falls_has_an_exact_upper_bound() -> None:
-    """Regression: its interval had no width. No test of 20 motions fell: 1 − 0.05^(1/20), for motions, not tests."""
+    """Regression: the interval of a bin without falls had no width.
+
+    Its upper bound is 1 − 0.05^(1/20) for 20 motions, however many tests each motion has.
+    """
     motions = np.repeat([f"RSN{i}" for i in range(20)], 3)
     probabilities, fell = np.tile([0.01, 0.01, 0.99], 20), np.tile([False, False, True], 20)
     first, last = reliability_bins(probabilities, fell, motions, 40)
@@ -90,9 +96,9 @@ def test_sampled_stones_lie_within_the_bounds_of_their_distribution(kind: StoneD
 
 
 @pytest.mark.parametrize("kind", [RECTANGLES, PRISMS], ids=lambda kind: kind.name)
-def test_stones_outside_all_neighbourhoods_do_not_change_fall_fractions(kind: StoneDistribution) -> None:
+def test_stones_outside_all_size_neighbourhoods_do_not_change_fall_fractions(kind: StoneDistribution) -> None:
     rows = sample_stones(kind, 256)
-    near, fell = in_any_neighbourhood(rows), np.random.default_rng(2).random((3, 256)) < 0.4
+    near, fell = is_in_any_size_neighbourhood(rows), np.random.default_rng(2).random((3, 256)) < 0.4
     whole = SimulatedStones(rows["b_over_h"], rows["height"], rows["damping"], fell)
     part = SimulatedStones(rows["b_over_h"][near], rows["height"][near], rows["damping"][near], fell[:, near])
     assert 0.8 < near.mean() < 1
@@ -150,7 +156,7 @@ def fall_fractions(synthetic_tests_and_stones: tuple[ShakingTableTests, Simulate
     return fall_shares_by_neighbourhood(synthetic_tests_and_stones[1])
 
 
-def test_the_most_likely_neighbourhood_has_the_true_strength(
+def test_the_most_likely_neighbourhood_has_the_true_overturning_acceleration(
     synthetic_tests_and_stones: tuple[ShakingTableTests, SimulatedStones], fall_fractions: FloatArray
 ) -> None:
     tests, _ = synthetic_tests_and_stones
@@ -219,7 +225,7 @@ def test_the_error_names_a_missing_array_or_file_of_shaking_table_tests(
     assert "skipped: " in capsys.readouterr().out
 
 
-def test_a_cosine_motion_of_the_small_table_has_the_stated_pga_and_pgv() -> None:
+def test_a_cosine_motion_of_the_small_shaking_table_has_the_stated_peaks() -> None:
     for pga, ratio in ((0.4, 0.05), (1.0, 0.2)):
         motion = small_table.one_cosine_cycle(pga, ratio)
         along = motion.north
@@ -234,8 +240,11 @@ def test_a_cosine_motion_of_the_small_table_has_the_stated_pga_and_pgv() -> None
 
 
 @pytest.mark.long
-def test_the_fit_to_small_table_tests_recovers_a_known_block() -> None:
-    """The block lies between the centres; each half of its tests is predicted from the other alone."""
+def test_the_fit_to_small_shaking_table_tests_recovers_a_known_block() -> None:
+    """The size of the block lies between the centres of the size neighbourhoods.
+
+    Each half of the tests is predicted from the other half only.
+    """
     grid = [(pga, ratio) for pga in np.linspace(0.1, 1.0, 10) for ratio in np.linspace(0.03, 0.3, 8)]
     motions = [small_table.one_cosine_cycle(*pair) for pair in grid]
     fell = [bool(simulate_rigid_rocking(motion, Cases(0.0, 0.2, 0.15, 1.0)).overturned[0]) for motion in motions]

@@ -23,9 +23,9 @@ from verification.shaking_table.scan import (
 )
 from verification.shaking_table.scan_page import (
     SCAN,
+    fall_table_by_bearing_height,
     fitted_orientation_table,
     orientation_table,
-    relief_table,
     scan_orientation_model,
     score_table,
     scores_on_unseen_tests,
@@ -50,7 +50,11 @@ def synthetic_tests_and_falls(monkeypatch: pytest.MonkeyPatch) -> tuple[ShakingT
 def test_the_boulder_orientation_is_recovered_from_each_half_of_the_tests(
     synthetic_tests_and_falls: tuple[ShakingTableTests, np.ndarray],
 ) -> None:
-    """Orientations are symmetric about 0°, so that the mirror image is equally likely."""
+    """The boulder's orientation is recovered from each half of the tests, up to mirroring about 0°.
+
+    The falls of the synthetic boulder are symmetric about orientation 0°, so the mirrored orientation is accepted,
+    too.
+    """
     tests, fell = synthetic_tests_and_falls
     shares = fall_probabilities(fell)
     assert shares.shape == (YAWS.size, 240)
@@ -88,7 +92,7 @@ def test_scores_and_tables_of_a_scanned_boulder_are_complete(
     assert score_table(rows).count("\n") == 1 + 2 * 2 * 2
     assert orientation_table(tests, shares).count("\n") == 1 + 24
     assert "first half of the motions" in fitted_orientation_table(tests, shares)
-    lines = relief_table(tests, {scan.RELIEFS[0]: fell[0], scan.SMALL_RELIEF: fell[1]}).splitlines()
+    lines = fall_table_by_bearing_height(tests, {scan.RELIEFS[0]: fell[0], scan.SMALL_RELIEF: fell[1]}).splitlines()
     assert [line.split("|")[2].strip() for line in lines[2:]] == ["no", "yes", ""]
     assert f"{fell[1].mean():.3f}" in lines[2]
 
@@ -101,7 +105,10 @@ def test_fall_fractions_are_averaged_over_neighbouring_orientations() -> None:
 
 
 def test_a_scanned_statue_falls_only_under_the_strong_motion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Far below its threshold it stands at every orientation; a long pulse overturns it. The results are kept."""
+    """A scanned statue stands far below its threshold and falls under a strong, long pulse at every orientation.
+
+    The results are stored and read again.
+    """
     time = np.arange(300) * 0.005
     pulse = np.where(time < 1, np.sin(2 * np.pi * time), 0.0)
     tests = ShakingTableTests(

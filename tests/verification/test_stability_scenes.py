@@ -13,7 +13,7 @@ from overturning.dem.run import run_cases, simulate_cases
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.element import ContactLaw, Material
-from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
 from overturning.model.status import CaseStatus
@@ -35,7 +35,7 @@ def one_second_pulse(peak: float) -> Motion:
     return Motion(north, 0 * north, sampling_interval=0.01)
 
 
-def test_every_wrong_outcome_of_extreme_scenes_is_marked() -> None:
+def test_no_wrong_outcome_of_an_extreme_scene_is_reported_as_valid() -> None:
     settings = [setting for setting in scene_settings(8, 1, 7) if setting.common.motion != "ten minutes"]
     assert {setting.scene for setting in settings} == set(SCENES)
     found = run_stability_map(partial(run_scene_setting, root=ROOT), settings, threads=2)
@@ -75,16 +75,16 @@ def test_the_scene_checks_detect_a_wrong_outcome_of_one_element() -> None:
     assert (found.overturned[0] != 0).tolist() == [False, False, True], "the shaft falls"
     assert find_failed_scene_check(prepared, 0.7, motion, found) == ""
 
-    def changed(name: str, column: int, value: float) -> CaseResults:
+    def results_with_one_changed_value(name: str, column: int, value: float) -> CaseResults:
         values = getattr(found, name).copy()
         values[0, column] = value
         return CaseResults(**vars(found) | {name: values})
 
     wrong = {
-        "no flag and no mark": changed("overturned", 1, -128),
-        "flag and rotation": changed("overturned", 0, 1),
-        "flag and time": changed("overturning_time", 2, np.nan),
-        "a number is not finite": changed("peak_slip", 1, np.inf),
+        "no flag and no mark": results_with_one_changed_value("overturned", 1, -128),
+        "flag and rotation": results_with_one_changed_value("overturned", 0, 1),
+        "flag and time": results_with_one_changed_value("overturning_time", 2, np.nan),
+        "a number is not finite": results_with_one_changed_value("peak_slip", 1, np.inf),
         "energy balance": CaseResults(**vars(found) | {"energy_error": np.array([0.02], np.float32)}),
         "penetration": CaseResults(**vars(found) | {"peak_penetration": np.array([0.1], np.float32)}),
         "flag in spite of the mark": CaseResults(**vars(found) | {"status": np.array([CaseStatus.UNDECIDED], np.int8)}),
@@ -97,14 +97,18 @@ def test_the_scene_checks_detect_a_wrong_outcome_of_one_element() -> None:
 
 @pytest.mark.parametrize("name", SCENES)
 def test_a_scene_with_too_soft_contacts_is_marked_unstable(name: str) -> None:
-    """Also where nothing moves, and where the faces have passed one another: 8 widths deep."""
+    """A scene with too soft contacts is marked unstable, even without motion.
+
+    This also holds at a static penetration of 8 widths, with which the faces of a contact pass one another. Too stiff
+    contacts are refused with an error.
+    """
     for penetration in (0.6, 8.0):
         law = ContactLaw(between=("stone", "stone"), static_penetration=penetration)
         soft = load_shipped_scene(name).model_copy(update={"contacts": (law,)})
         found = simulate_cases(
             soft,
             one_second_pulse(3.0),
-            Cases(0.0, *size_reference_height_and_b_over_h(soft), 0.7, [0.0, 1.0]),
+            Cases(0.0, *reference_element_height_and_b_over_h(soft), 0.7, [0.0, 1.0]),
             NumericalOptions(general=True),
         )
         assert (found.status == CaseStatus.UNSTABLE).all()
@@ -115,7 +119,7 @@ def test_a_scene_with_too_soft_contacts_is_marked_unstable(name: str) -> None:
         simulate_cases(
             stiff,
             one_second_pulse(3.0),
-            Cases(0.0, *size_reference_height_and_b_over_h(stiff), 0.7),
+            Cases(0.0, *reference_element_height_and_b_over_h(stiff), 0.7),
             NumericalOptions(general=True),
         )
 
@@ -133,7 +137,9 @@ CASES_WITH_DIFFERENT_FLAGS = (
 
 @pytest.mark.parametrize("stone", CASES_WITH_DIFFERENT_FLAGS, ids=lambda stone: str(stone[0]))
 def test_block_and_scene_kernels_converge_to_the_same_flags(stone: tuple[Any, ...]) -> None:
-    """With Cundall's scheme they compute one motion; with their centred ones the same fall once the step is fine.
+    """With Cundall's scheme both kernels compute the same motion.
+
+    With the centred scheme they give the same fall at a fine time step.
 
     These stones slide by many times their widths, two of them to the side other than that to which they tip.
     """
@@ -161,8 +167,12 @@ def test_block_and_scene_kernels_converge_to_the_same_flags(stone: tuple[Any, ..
         assert general.overturning_time[0] == pytest.approx(block.overturning_time[0], rel=tolerance)
 
 
-def test_a_stone_that_hops_when_its_case_ends_does_not_count_as_fallen() -> None:
-    """Bouncing contacts, more than gravity up and down: one base hops where the rest is done, one for seconds after."""
+def test_a_stone_in_the_air_when_the_simulation_ends_does_not_count_as_fallen() -> None:
+    """A case in which a stone still hops when the simulation ends is undecided and does not count as fallen.
+
+    Under a vertical motion above g contacts bounce: a base still hops at the end of one case, while another case, in
+    which it comes to rest late, is simulated.
+    """
     number = 341
     setting = scene_settings(160, 2, 1)[number]
     assert (setting.scene, setting.common.motion) == ("three-tier", "vertical above g")

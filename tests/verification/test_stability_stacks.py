@@ -28,7 +28,7 @@ from verification.stability.stacks import (
 pytestmark = pytest.mark.long
 
 
-def test_every_wrong_outcome_of_extreme_stacks_is_marked() -> None:
+def test_no_wrong_outcome_of_an_extreme_stack_is_reported_as_valid() -> None:
     settings = stack_settings(16, 7)
     rows = run_stability_map(run_stack_setting, settings, threads=2)
     assert set(rows) == set(STACK_MEANINGS)

@@ -8,7 +8,10 @@ from verification.stack_precision import STEPS, precision_table
 
 
 def test_wrong_stack_outcomes_are_counted_against_the_finest_step() -> None:
-    """Reference: falls to 0°, falls to 350°, stands. One flag differs, and 350° to 30° is 40° apart."""
+    """With the finest step two stacks fall to 0° and 350° and one stands.
+
+    A coarse step gives 15°, 30° and 90°: one wrong flag and one azimuth that is 40° off.
+    """
     rows = []
     for solver, steps in STEPS.items():
         for step in steps:

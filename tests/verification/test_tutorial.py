@@ -8,7 +8,7 @@ from verification import tutorial
 from verification.tables import RESULTS, read_figures
 
 
-def test_the_tutorial_commands_give_the_stored_survey_and_study() -> None:
+def test_the_tutorial_page_shows_the_survey_and_study_of_its_script() -> None:
     page = (tutorial.ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
     for line in tutorial.SURVEY.splitlines():
         assert f"    {line}\n" in page

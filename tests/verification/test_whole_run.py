@@ -28,7 +28,7 @@ def test_measured_costs_of_workflow_steps_are_added_by_command(tmp_path: Path, h
     assert list(costs) == ["sweep", "read"], "the longest first"
 
 
-def test_the_start_up_table_has_a_row_with_the_figures_of_both_runs() -> None:
+def test_start_up_table_rows_compare_runs_with_and_without_the_fork_server() -> None:
     quantity = "processor time of `read` × 28"
     figures = [
         MeasuredFigure(f"{WITH_SERVER}: {quantity}", 1.62, "s"),
@@ -38,19 +38,22 @@ def test_the_start_up_table_has_a_row_with_the_figures_of_both_runs() -> None:
 
 
 def test_versions_are_timed_in_pairs_without_their_first_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Both states are twice as slow in the second pair: the ratio stays, and the first run of each does not count."""
+    """Both versions are twice as slow in the second pair, which leaves their ratio unchanged.
+
+    The first run of each is not counted.
+    """
     subprocess.run(["git", "init", "-q", str(tmp_path)], check=True)
     author = ("-c", "user.name=a", "-c", "user.email=a@b")
     subprocess.run(["git", *author, "commit", "-q", "--allow-empty", "-m", "x"], cwd=tmp_path, check=True)
     walls = {tmp_path: iter((500.0, 100.0, 200.0)), ROOT: iter((900.0, 50.0, 100.0))}
     served = []
 
-    def run(with_fork_server: bool, checkout: Path, study: str) -> WholeRun:
+    def return_invented_run_times(with_fork_server: bool, checkout: Path, study: str) -> WholeRun:
         served.append((with_fork_server, checkout, study))
         wall, name = next(walls[checkout]), "report" if checkout == ROOT else "crate"
         return WholeRun(wall, 2 * wall, wall / 5, {"sweep": StepCost(1, wall, 1.0), name: StepCost(1, 1.0, 1.0)}, "")
 
-    monkeypatch.setattr(whole_run, "run_whole_study", run)
+    monkeypatch.setattr(whole_run, "run_whole_study", return_invented_run_times)
     rows = [line.strip("| ").split(" | ") for line in compare_whole_runs(tmp_path, 2, "name: a").splitlines()[2:]]
     assert served == [(False, tmp_path, "name: a"), (True, ROOT, "name: a")] * 3
     found = {row[0]: row[1:] for row in rows}

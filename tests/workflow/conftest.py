@@ -60,7 +60,10 @@ class Checkout(Project):
         return done
 
     def planned_rules(self, **config: Any) -> frozenset[str]:
-        """Return the rules that a run would execute with some keys of the study changed; raise what would stop it."""
+        """Return the rules that a run would execute with some keys of the study changed.
+
+        Raise the errors that would stop the run.
+        """
         return self.plan(**config).rules
 
     def plan(self, look: bool = True, file: str | None = "", **config: Any) -> PlanCollector:
@@ -115,9 +118,9 @@ def result_file_contents(results: Path) -> dict[str, bytes]:
 def finished_run(make_folder_once: Callable[[str, Callable[[Path], object]], Path]) -> Checkout:
     """A study computed on two cores, in two chunks of each record. Tests must not change it."""
 
-    def make(folder: Path) -> None:
+    def run_small_study(folder: Path) -> None:
         done = Checkout(folder, chunks=2).run(file="")
         assert done.returncode == 0, done.stdout + done.stderr
         assert "results/small/report.html" in done.stdout
 
-    return Checkout(make_folder_once("study", make), chunks=2)
+    return Checkout(make_folder_once("study", run_small_study), chunks=2)

@@ -36,7 +36,7 @@ STONES = "site,outcome,azimuth_deg,b_over_h,face_azimuth_deg\n" + "".join(
 
 
 def run_survey_steps(folder: Path, **more: object) -> Path:
-    """Execute the steps of a study that the comparison needs, and return the folder of its results."""
+    """Execute the workflow steps that the survey comparison needs, and return the folder of the results."""
     checkout = Checkout(folder, STUDY)
     (folder / "config" / "stones.csv").write_text(STONES, encoding="utf-8")
     plan = checkout.plan(**more)
@@ -45,7 +45,7 @@ def run_survey_steps(folder: Path, **more: object) -> Path:
     return folder / "results" / "mine"
 
 
-def test_soil_of_a_cemetery_gives_the_results_of_the_same_soil_of_a_study(tmp_path: Path) -> None:
+def test_soil_given_for_a_cemetery_or_for_the_study_gives_the_same_results(tmp_path: Path) -> None:
     survey = {"stones": "config/stones.csv", "backwards": False}
     mixed = run_survey_steps(
         tmp_path / "mixed", surveys=[survey | {"sites": {"River bank": SOIL}}, survey | {"site": SOIL}]

@@ -26,8 +26,8 @@ from verification.tables import ROOT
 pytestmark = pytest.mark.workflow
 
 
-class TestInterface(TestLogHandlerBase):
-    """Requirements of Snakemake for a logger plugin."""
+class TestLoggerPluginInterface(TestLogHandlerBase):
+    """Tests that Snakemake provides for logger plugins, applied to the plugin of this project."""
 
     __test__ = True
 
@@ -273,8 +273,12 @@ def test_a_duplicate_study_key_is_named_before_a_run(tmp_path: Path) -> None:
         checkout.planned_rules()
 
 
-def test_each_workflow_step_of_a_scan_study_gets_a_valid_study(tmp_path: Path) -> None:
-    """Regression: the step of the ensemble got its relief without the body, which alone has one, and was refused."""
+def test_each_workflow_step_gets_a_valid_study_of_a_scanned_body(tmp_path: Path) -> None:
+    """Every workflow step, that of the ensemble included, gets a valid study of a scanned body.
+
+    Regression: the step of the ensemble got the key `relief` without the key `body` that it refers to, and was
+    refused.
+    """
     corners = [
         [a * x, a * y, z] for a, z in ((0.05, 0.0), (0.07, 0.003), (0.07, 0.8)) for x in (-1, 1) for y in (-1, 1)
     ]
@@ -313,7 +317,7 @@ def test_keys_of_the_command_line_replace_those_of_the_default_study(tmp_path: P
     assert '"height": 0.6, "friction": 1.0' in figures, "below the key that is named"
 
 
-def test_a_missing_default_study_is_replaced_by_an_option(tmp_path: Path) -> None:
+def test_the_error_for_a_missing_default_study_names_the_option_for_another(tmp_path: Path) -> None:
     checkout = Checkout(tmp_path / "none")
     (checkout.folder / "config" / "near-fault.yaml").unlink()
     with pytest.raises(WorkflowError, match=r"cannot be read .*; name a study file with --configfile"):
@@ -321,7 +325,10 @@ def test_a_missing_default_study_is_replaced_by_an_option(tmp_path: Path) -> Non
 
 
 def test_another_snakemake_workflow_can_use_this_one_as_a_module(tmp_path: Path) -> None:
-    """As snakedeploy has it: a Snakefile of one's own, a whole study in its config."""
+    """Another workflow with its own Snakefile and a whole study as configuration can use this one as a module.
+
+    Workflows deployed by snakedeploy have this form.
+    """
     checkout = Checkout(tmp_path / "module", SMALL_STUDY.replace("name: small", "name: deployed"))
     (checkout.folder / "config" / "near-fault.yaml").unlink()
     (checkout.folder / "Snakefile").rename(checkout.folder / "used.smk")

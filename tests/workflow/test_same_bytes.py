@@ -21,16 +21,19 @@ pytestmark = [pytest.mark.workflow, pytest.mark.long]
 
 @pytest.fixture(scope="module", autouse=True)
 def slurm_runs() -> Iterator[Future[list[StudyRun]]]:
-    """The study run on a Slurm cluster in the background, as it mostly waits."""
+    """Runs of the small study on a one-node SLURM cluster, started in the background for a later test."""
     with ThreadPoolExecutor(1) as pool:
         yield pool.submit(run_on_slurm, SMALL_STUDY, 2)
 
 
 def test_a_resumed_run_gives_results_with_the_same_bytes(finished_run: Checkout, tmp_path: Path) -> None:
-    """In one piece, where the other was in two chunks; after the cube the steps are carried out in this process."""
+    """The resumed run computes each record in one piece, the uninterrupted run in two.
+
+    The steps after the cube run in the process of the test.
+    """
 
     def kill_snakemake(place: Checkout, _dice: random.Random, _seconds: float) -> None:
-        """SIGKILL of Snakemake alone, once a motion is there: waited for, since a moment drawn may come before it."""
+        """Kill only Snakemake, as soon as a motion file exists; a random moment might come before that."""
         run = place.start()
         while run.poll() is None and not list(place.results.glob("motion/*.nc")):
             time.sleep(0.02)
@@ -61,16 +64,16 @@ def test_a_study_on_slurm_gives_the_same_bytes_as_a_local_run(
 
 
 @pytest.mark.parametrize(("killed", "stays"), [(False, True), (True, False)])
-def test_the_slurm_configuration_is_restored_unless_left_by_a_killed_test(
+def test_a_slurm_configuration_is_restored_or_removed_if_a_killed_test_left_it(
     killed: bool, stays: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = tmp_path / "slurm" / "slurm.conf"
     monkeypatch.setattr(one_node_slurm, "CONFIGURATION", file)
-    with one_node_slurm._slurm_configuration("ClusterName=one\n"):
+    with one_node_slurm._temporary_slurm_configuration("ClusterName=one\n"):
         written = file.read_text(encoding="utf-8")
     assert "ClusterName=one\n" in written
     assert not file.exists()
     file.write_text(written if killed else "ClusterName=mine\n", encoding="utf-8")
-    with one_node_slurm._slurm_configuration("ClusterName=one\n"):
+    with one_node_slurm._temporary_slurm_configuration("ClusterName=one\n"):
         pass
     assert file.exists() == stays

@@ -34,7 +34,7 @@ def crate_entities(study: Checkout) -> dict[str, dict[str, object]]:
 
 
 def test_the_research_crate_lists_all_results_with_their_hashes(finished_run: Checkout) -> None:
-    """Itself apart; parts, logs and run times are no results."""
+    """Partial results, logs, run times and the crate's own metadata file are not listed."""
     crate = crate_entities(finished_run)
     made = {name: sha256(content).hexdigest() for name, content in result_file_contents(finished_run.results).items()}
     assert {name: one["sha256"] for name, one in crate.items() if one["@type"] == "File"} == {
@@ -134,10 +134,13 @@ def test_changing_a_study_key_reruns_only_dependent_steps(
         ("orientation_correction_deg", "5", {"read", "describe", "rotate", "sweep"} | RULES_AFTER_SWEEP),
     ],
 )
-def test_changing_a_label_in_the_record_table_repeats_no_reading_or_sweep(
+def test_changing_a_record_label_repeats_no_reading_or_simulation(
     finished_run: Checkout, column: str, value: str, again: set[str]
 ) -> None:
-    """A correction of the sensor's azimuth turns the samples; names and the fault's strike do not."""
+    """Names and the fault strike do not change the samples of a record.
+
+    A correction of the sensor azimuth rotates them, so that reading and simulation are repeated.
+    """
     table = finished_run.folder / "config" / "records.tsv"
     text = table.read_text(encoding="utf-8")
     lines = [line.split("\t") for line in text.splitlines()]
@@ -209,7 +212,10 @@ def test_a_deleted_result_is_made_again(finished_run: Checkout, tmp_path: Path, 
 
 
 def test_every_page_figure_and_table_is_checked_for_truncation(finished_run: Checkout) -> None:
-    """Names of figures stand in the patterns, so that files of the user are left alone: none may be missing there."""
+    """The file patterns name each kind of figure, so that files of the user are not checked.
+
+    Every figure, page and table of a run must match one.
+    """
     looked_at = {path for pattern in FILES_WITH_END for path in finished_run.results.glob(pattern)}
     written = {path for path in finished_run.results.rglob("*") if path.suffix in ENDS}
     assert {path.relative_to(finished_run.results).as_posix() for path in written - looked_at} == {"convergence.json"}
@@ -230,7 +236,7 @@ def test_only_added_records_are_simulated(finished_run: Checkout) -> None:
 
 
 def test_only_an_added_variant_is_simulated(finished_run: Checkout) -> None:
-    """What a job is given depends on its own variant only, so that another one repeats no simulation."""
+    """The input of a job depends only on its own variant, so that adding another variant repeats no simulation."""
     soft = {"soft": {"contact": {"damping_ratio": 1}}}
     one, two = (finished_run.plan(variants=soft | more) for more in ({}, {"flat": {"vertical": False}}))
     swept = [{line for line in plan.commands if "overturning sweep " in line} for plan in (one, two)]
@@ -256,7 +262,7 @@ def test_removing_a_record_from_a_study_removes_its_files(finished_run: Checkout
 
 
 def test_results_that_the_settings_no_longer_produce_are_removed(finished_run: Checkout, tmp_path: Path) -> None:
-    """Their numbers are those of other settings; what a user has put there stays. They go before the first step."""
+    """Results of former settings are removed before the first step runs; files that the user has added stay."""
     checkout = finished_run.copy_to(tmp_path / "checkout")
     own = [checkout.results / name for name in ("fragility/notes.csv", "figures/mine.svg")]
     for path in own:
@@ -277,7 +283,11 @@ def test_results_that_the_settings_no_longer_produce_are_removed(finished_run: C
 
 
 def test_changing_the_title_reruns_only_the_report(finished_run: Checkout, tmp_path: Path) -> None:
-    """The figure is one of those of which Snakemake does not know how many there are."""
+    """A new title reruns only the steps of the explorer page, the findings, the report and the crate.
+
+    A missing figure of an illustrative case is planned again, too, although Snakemake does not know the number of
+    these cases in advance.
+    """
     checkout = finished_run.copy_to(tmp_path / "checkout")
     before = result_file_contents(checkout.results)
     gone = next((checkout.results / "figures" / "illustrative").glob("*.svg"))
@@ -313,7 +323,7 @@ def test_the_cube_has_the_grid_that_the_study_asks_for(finished_run: Checkout) -
 def test_settings_too_long_for_a_command_line_are_passed_in_a_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Linux allows a command of a shell 128 KiB."""
+    """Linux limits the line of a shell command to 128 KiB."""
     also = [round(0.01 * number, 2) for number in range(1, 18000)]
     checkout = Checkout(tmp_path / "checkout")
     plan = checkout.plan(azimuth={"step": 30, "also": also})

@@ -57,7 +57,7 @@ def kill_process_group(place: Project, dice: random.Random, seconds: float) -> N
     run.wait()
 
 
-def kill_job_or_snakemake(kills_snakemake: bool, max_delay_s: float) -> Fault:
+def fault_killing_job_or_snakemake(kills_snakemake: bool, max_delay_s: float) -> Fault:
     """Return a fault that kills a random job (Snakemake goes on), or only Snakemake (the job goes on)."""
 
     def kill_during_run(place: Project, dice: random.Random, _seconds: float) -> None:
@@ -75,7 +75,7 @@ def kill_job_or_snakemake(kills_snakemake: bool, max_delay_s: float) -> Fault:
     return kill_during_run
 
 
-def damage_file(pattern: str, damage_kind: str) -> Fault:
+def fault_damaging_file(pattern: str, damage_kind: str) -> Fault:
     """Return a fault that damages a file of results or kernels without changing its time.
 
     The file is truncated, emptied, or a byte of it is changed.
@@ -216,16 +216,16 @@ KINDS: Final = (
     FaultKind("two runs at once", start_second_run, 2),
     FaultKind("clock set back", set_clock_back, 2),
     FaultKind("a worker of a dask cluster killed", kill_dask_worker, 2, finished=True),
-    FaultKind("a partial result truncated", damage_file(PART_FILES, "cut"), 3, finished=True),
-    FaultKind("a partial result emptied", damage_file(PART_FILES, "emptied"), 2, finished=True),
-    FaultKind("a byte of a partial result changed", damage_file(PART_FILES, "changed"), 5, finished=True),
-    FaultKind("a motion truncated", damage_file(MOTION_FILES, "cut"), 1, finished=True),
-    FaultKind("a byte of a motion changed", damage_file(MOTION_FILES, "changed"), 1, finished=True),
-    FaultKind("a byte of the cube changed", damage_file("cube.nc", "changed"), 1, finished=True),
-    FaultKind("a compiled kernel truncated", damage_file("*.nbc", "cut"), 1, finished=True),
-    FaultKind("a byte of a compiled kernel changed", damage_file("*.nbc", "changed"), 2, finished=True),
-    FaultKind("the index of the compiled kernels emptied", damage_file("*.nbi", "emptied"), 1, finished=True),
+    FaultKind("a partial result truncated", fault_damaging_file(PART_FILES, "cut"), 3, finished=True),
+    FaultKind("a partial result emptied", fault_damaging_file(PART_FILES, "emptied"), 2, finished=True),
+    FaultKind("a byte of a partial result changed", fault_damaging_file(PART_FILES, "changed"), 5, finished=True),
+    FaultKind("a motion truncated", fault_damaging_file(MOTION_FILES, "cut"), 1, finished=True),
+    FaultKind("a byte of a motion changed", fault_damaging_file(MOTION_FILES, "changed"), 1, finished=True),
+    FaultKind("a byte of the cube changed", fault_damaging_file("cube.nc", "changed"), 1, finished=True),
+    FaultKind("a compiled kernel truncated", fault_damaging_file("*.nbc", "cut"), 1, finished=True),
+    FaultKind("a byte of a compiled kernel changed", fault_damaging_file("*.nbc", "changed"), 2, finished=True),
+    FaultKind("the index of the compiled kernels emptied", fault_damaging_file("*.nbi", "emptied"), 1, finished=True),
     FaultKind("process group killed", kill_process_group, 10),
-    FaultKind("one job killed", kill_job_or_snakemake(kills_snakemake=False, max_delay_s=1.0), 7),
-    FaultKind("only Snakemake killed", kill_job_or_snakemake(kills_snakemake=True, max_delay_s=0.7), 7),
+    FaultKind("one job killed", fault_killing_job_or_snakemake(kills_snakemake=False, max_delay_s=1.0), 7),
+    FaultKind("only Snakemake killed", fault_killing_job_or_snakemake(kills_snakemake=True, max_delay_s=0.7), 7),
 )

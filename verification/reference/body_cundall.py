@@ -449,7 +449,7 @@ def shift_momenta_by_steps(state: Any, columns: int, step_count: float) -> None:
 
 @cache
 def select_sample_loop(has_rim: bool) -> Any:
-    """Return the function that computes the steps of a sample, for bodies with vertices or with a rim.
+    """Return the compiled loop over the time steps of one sampling interval, for bodies with vertices or with a rim.
 
     The type of its argument `kind` makes the compiled names of both variants differ; otherwise variants compiled by
     different processes would be confused in a process that loads both.
@@ -466,7 +466,7 @@ def select_sample_loop(has_rim: bool) -> Any:
         steps: int,
         ticks: float,  # noqa: ARG001
     ) -> None:
-        """Compute the steps of a sample for all bodies."""
+        """Advance all bodies by the time steps of one sampling interval."""
         half, acting = count // 2 * OF_A_VERTEX, cache_line_aligned_zeros(ACTING_SIZE)
         shift_momenta_by_steps(state, columns, -0.5)
         for _ in range(steps):
@@ -493,18 +493,18 @@ _run_compiled_queue = njit(nogil=True, **OPTIONS)(run_case_queue.py_func)
 
 
 @njit(nogil=True, **OPTIONS)
-def run_cundall(inputs: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int]:
+def run_cundall_case_queue(inputs: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int]:
     """Run a queue of cases like `run_case_queue`, with a compiled-code cache separate from that of the package."""
     return _run_compiled_queue(inputs, order, counter, path)
 
 
-cache_compiled_kernel(run_cundall)
+cache_compiled_kernel(run_cundall_case_queue)
 
 
 class CundallPlan(body_plan.BodySimulationPlan):
     """Plan for cases of a 3-D body with Cundall's scheme."""
 
-    queue: ClassVar[Any] = staticmethod(run_cundall)
+    queue: ClassVar[Any] = staticmethod(run_cundall_case_queue)
 
     @property
     def base_shape_loop_tag(self) -> Any:

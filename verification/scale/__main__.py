@@ -41,10 +41,10 @@ def main(
             runs += same_bytes.run_on_slurm(files=(same_bytes.CUBE, same_bytes.REPORT))
         publish_markdown({"scale-bytes": run_table(merge_with_stored_runs(runs))})
     measures: dict[str, Callable[[Path], list[MeasuredFigure]]] = {
-        "chunk": large.measure_sweep_chunk,
-        "gather": large.measure_gather,
-        "lazy": lambda folder: large.measure_cube_larger_than_memory(folder, records),
-        "lazy-space": lambda folder: large.measure_cube_larger_than_memory(
+        "chunk": large.measure_simulation_of_case_chunk,
+        "gather": large.measure_merging_of_parts_into_cube,
+        "lazy": lambda folder: large.measure_report_on_cube_larger_than_memory(folder, records),
+        "lazy-space": lambda folder: large.measure_report_on_cube_larger_than_memory(
             folder, records, SPACE, "synthetic cube in space"
         ),
         "planning": lambda _: on_paper.measure_planning_per_record(),
@@ -70,7 +70,7 @@ def merge_with_stored_runs(runs: list[same_bytes.StudyRun]) -> list[same_bytes.S
 
 
 def run_table(runs: list[same_bytes.StudyRun]) -> str:
-    """Return the table of runs of one study on different hardware, with the number of cores."""
+    """Return a table of runs of one study (number of cores, cluster), with the hashes of their results."""
     cores = len(os.sched_getaffinity(0))
     first = {run.file: run.sha256 for run in reversed(runs)}
     rows = []
@@ -82,7 +82,7 @@ def run_table(runs: list[same_bytes.StudyRun]) -> str:
 
 
 def extrapolation_table(figures: list[MeasuredFigure]) -> str:
-    """Return the table of the resources of the extrapolated study."""
+    """Return the table of the resources that a study too large for this machine would need, by extrapolation."""
     return figures_table(on_paper.extrapolate_resources({one.quantity: one.value for one in figures}))
 
 

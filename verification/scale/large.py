@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from overturning.study.ensemble import sample_member_changes
+from overturning.study.ensemble import draw_parameter_changes_of_members
 from verification.scale.made import (
     synthetic_study,
     write_study,
@@ -52,14 +52,17 @@ def run_program(args: list[str], line_start: bytes = b"", **where: Any) -> Resou
     return ResourceUse(time.perf_counter() - begin, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024, longest)
 
 
-def measure_sweep_chunk(folder: Path, chunks: int = 8) -> list[MeasuredFigure]:
-    """Measure a chunk of a real record: 1/8 million cases with their ensemble, on one core."""
+def measure_simulation_of_case_chunk(folder: Path, chunks: int = 8) -> list[MeasuredFigure]:
+    """Measure time, memory and disk use of simulating 1/8 million cases with their ensemble, on one core.
+
+    The record of the cases is a real one.
+    """
     study = synthetic_study(1)
     write_study(study, folder / "study.json")
     own = study.model_copy(update={"records": study.records.model_copy(update={"use": ("rinaldi",)})})
     write_study(own, folder / "own.json")
     run_subcommand("read", "--study", folder / "own.json", "--record", "rinaldi", "--output", folder / "motion.nc")
-    sample_member_changes(study.ensemble).write_csv(folder / "members.csv")
+    draw_parameter_changes_of_members(study.ensemble).write_csv(folder / "members.csv")
     part = folder / f"rinaldi.1-of-{chunks}.nc"
     took = run_subcommand(
         "sweep", "--study", folder / "study.json", "--motion", folder / "motion.nc", "--output", part,
@@ -75,10 +78,10 @@ def measure_sweep_chunk(folder: Path, chunks: int = 8) -> list[MeasuredFigure]:
     ]
 
 
-def measure_gather(
+def measure_merging_of_parts_into_cube(
     folder: Path, records: int = 10, chunks: int = 8, grid: dict[str, object] | None = None
 ) -> list[MeasuredFigure]:
-    """Measure the merging of synthetic parts with ten million cases into one cube."""
+    """Measure time, memory and disk use of merging synthetic partial results with ten million cases into one cube."""
     study = synthetic_study(records, grid)
     write_study(study, folder / "study.json")
     write_synthetic_motions(study, folder / "motion")
@@ -98,15 +101,18 @@ def measure_gather(
     ]
 
 
-def measure_cube_larger_than_memory(
+def measure_report_on_cube_larger_than_memory(
     folder: Path, records: int = 100, grid: dict[str, object] | None = None, cube: str = "synthetic cube"
 ) -> list[MeasuredFigure]:
-    """Measure statistics, figures and report of a synthetic cube larger than memory; `cube` is its label."""
+    """Measure time and memory of statistics, figures and report of a synthetic cube larger than memory.
+
+    `cube` is its label.
+    """
     study = synthetic_study(records, grid)
     write_study(study, folder / "study.json")
     write_synthetic_motions(study, folder / "motion")
     write_synthetic_cube(study, folder / "cube.nc", different=min(2, records))
-    sample_member_changes(study.ensemble).write_csv(folder / "members.csv")
+    draw_parameter_changes_of_members(study.ensemble).write_csv(folder / "members.csv")
     base = ("--study", folder / "study.json", "--motions", folder / "motion")
     size = (folder / "cube.nc").stat().st_size
     found = [
@@ -114,12 +120,12 @@ def measure_cube_larger_than_memory(
         MeasuredFigure(f"{cube}: size", size / 1e9, "GB"),
     ]
 
-    def add_figures(what: str, took: ResourceUse) -> None:
+    def add_time_and_memory(what: str, took: ResourceUse) -> None:
         """Add time and peak memory of a process to the measured figures."""
         found.append(MeasuredFigure(f"{cube}: {what}, time", took.seconds, "s"))
         found.append(MeasuredFigure(f"{cube}: {what}, peak memory", took.memory_mb, "MB"))
 
-    add_figures("intensities", run_subcommand("rotate", *base, "--output", folder / "intensity.nc"))
+    add_time_and_memory("intensities", run_subcommand("rotate", *base, "--output", folder / "intensity.nc"))
     for what, call in (
         (
             "figures of a record",
@@ -140,9 +146,9 @@ cube, intensity, motions, figures = (folder / name for name in ("cube.nc", "inte
 write = partial(write_figure_in_study_formats, load_study_from_file_or_json(str(folder / "study.json")).figures)
 from overturning.figures.{call}
 """
-        add_figures(what, run_program([sys.executable, "-c", program]))
+        add_time_and_memory(what, run_program([sys.executable, "-c", program]))
     drawn_cases = folder / "figures" / "illustrative"
-    add_figures(
+    add_time_and_memory(
         "illustrative cases",
         run_subcommand("illustrative", "--cube", folder / "cube.nc", *base[2:], "--output", drawn_cases),
     )
@@ -150,6 +156,8 @@ from overturning.figures.{call}
     for drawn in list((folder / "figures").glob(f"*/{study.records.use[0]}.*")):
         for name in study.records.use[1:]:
             shutil.copy(drawn, drawn.with_name(f"{name}{drawn.suffix}"))
-    add_figures("findings", run_subcommand("findings", folder / "cube.nc", "--output", folder / "findings.json"))
-    add_figures("report", run_subcommand("report", "--results", folder, "--output", folder / "report.html"))
+    add_time_and_memory(
+        "findings", run_subcommand("findings", folder / "cube.nc", "--output", folder / "findings.json")
+    )
+    add_time_and_memory("report", run_subcommand("report", "--results", folder, "--output", folder / "report.html"))
     return found

@@ -14,7 +14,7 @@ from overturning.model.variables import OutcomeVariable
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import round_to_stored_precision, write_record_to_motion_file
-from overturning.study.gather import create_cube_structure, merge_sweep_parts
+from overturning.study.gather import create_cube_structure, merge_outcome_files_into_cube
 from overturning.study.load import study_from_content
 from overturning.study.parts import SweepChunk, grid_of_chunk, sweep_part_path, write_sweep_part
 from overturning.study.scenes import NOMINAL, variant_grid
@@ -131,14 +131,17 @@ def write_study(study: Study, path: Path) -> None:
 
 
 def write_synthetic_cube(study: Study, path: Path, different: int, variant: str = NOMINAL) -> None:
-    """Write a cube whose first records are merged from synthetic parts; the others are copies of their chunks."""
+    """Write a cube whose first `different` records have synthetic values of their own.
+
+    The other records repeat these.
+    """
     import h5py
     from netCDF4 import Dataset
 
     records = list(synthetic_records(study))
     few = study.model_copy(update={"records": study.records.model_copy(update={"use": study.records.use[:different]})})
     parts = write_synthetic_parts(few, path.parent / "parts", 1, variant)
-    merge_sweep_parts(few, records[:different], parts, path.with_name("few.nc"), variant)
+    merge_outcome_files_into_cube(few, records[:different], parts, path.with_name("few.nc"), variant)
     for part in parts:
         part.unlink()
     with Dataset(path, "w", format="NETCDF4") as cube:

@@ -58,7 +58,10 @@ def measure_planning_per_record(small_record_count: int = 20, large_record_count
 
 
 def extrapolate_resources(measured_figures: Mapping[str, float]) -> list[MeasuredFigure]:
-    """Return the resources of the extrapolated study from the figures of `large` and `measure_planning_per_record`."""
+    """Return the resources that a far larger study needs, extrapolated from measured figures.
+
+    The figures are those of `large` and `measure_planning_per_record`.
+    """
     cases = RECORDS * CASES
     per_case = measured_figures["real chunk: processor time"] / measured_figures["real chunk: cases"]
     gathering = measured_figures["synthetic parts: gathering"] / measured_figures["synthetic parts: cases"]

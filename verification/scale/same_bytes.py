@@ -10,10 +10,10 @@ from typing import Final, NamedTuple
 
 from overturning.records.store import read_record_from_motion_file
 from overturning.study.cube import open_cube, study_of_cube
-from overturning.study.gather import merge_sweep_parts
+from overturning.study.gather import merge_outcome_files_into_cube
 from overturning.study.parts import WHOLE, sweep_part_path
 from overturning.study.scenes import numerical_options_of_study
-from overturning.study.sweep import sweep_cases_of_record
+from overturning.study.sweep import simulate_and_write_cases_of_record
 from verification.one_node_slurm import OPTIONS, one_node_slurm, slurm_unavailable_reason
 from verification.project import CUBE, Project
 
@@ -93,7 +93,10 @@ def run_on_slurm(study: str = STUDY, chunks: int = 3, files: tuple[str, ...] = (
 
 
 def run_without_snakemake(folder: Project, way: str, client: object = None) -> StudyRun:
-    """Run a study with the package only, in one piece, from motions read by the workflow; with `client` on dask."""
+    """Simulate a study by calls of the package, without Snakemake, from the motion files of a workflow run.
+
+    With `client` on a dask cluster.
+    """
     begin = time.perf_counter()
     with open_cube(folder.cube) as cube:
         settings = study_of_cube(cube)
@@ -102,8 +105,10 @@ def run_without_snakemake(folder: Project, way: str, client: object = None) -> S
     ]
     parts = [sweep_part_path(folder.folder / "again", name, WHOLE) for name in settings.records.use]
     for record, part in zip(records, parts, strict=True):
-        sweep_cases_of_record(settings, record, part, numerics=numerical_options_of_study(settings, client=client))
-    merge_sweep_parts(settings, records, parts, folder.folder / "cube.nc")
+        simulate_and_write_cases_of_record(
+            settings, record, part, numerics=numerical_options_of_study(settings, client=client)
+        )
+    merge_outcome_files_into_cube(settings, records, parts, folder.folder / "cube.nc")
     content = (folder.folder / "cube.nc").read_bytes()
     return StudyRun(way, CUBE, time.perf_counter() - begin, hashlib.sha256(content).hexdigest(), len(parts))
 

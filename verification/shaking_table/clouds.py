@@ -109,7 +109,7 @@ def sample_stones(distribution: StoneDistribution, stone_count: int) -> StonePar
     }
 
 
-def in_any_neighbourhood(stone_parameters: StoneParameters) -> NDArray[np.bool_]:
+def is_in_any_size_neighbourhood(stone_parameters: StoneParameters) -> NDArray[np.bool_]:
     """True for stones within at least one neighbourhood (a range of B/H and height that a model may choose)."""
     shape, size = np.log(stone_parameters["b_over_h"]), np.log(stone_parameters["height"])
     ends = [
@@ -143,7 +143,7 @@ def simulate_stones(
     """
     stone_count = stone_count or distribution.stones
     rows = sample_stones(distribution, stone_count)
-    chosen = in_any_neighbourhood(rows)
+    chosen = is_in_any_size_neighbourhood(rows)
     rows = {name: values[chosen] for name, values in rows.items()}
     key = hashlib.sha256(sources_digest(Path(__file__).parent).encode())
     key.update(b"".join(one.tobytes() for one in tests.acceleration))

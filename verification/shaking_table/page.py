@@ -71,7 +71,7 @@ def markdown_by_marker(
     tests: ShakingTableTests, fractions: Mapping[str, FloatArray], score_rows: pd.DataFrame
 ) -> dict[str, str]:
     """Return the tables of the page as Markdown, by marker; `fractions` are shares of each neighbourhood that fall."""
-    return score_tables(score_rows) | {"shaking-table-centres": _likely_centre_table(tests, fractions)}
+    return score_tables(score_rows) | {"shaking-table-centres": _most_likely_size_table(tests, fractions)}
 
 
 def score_tables(score_rows: pd.DataFrame) -> dict[str, str]:
@@ -120,7 +120,7 @@ def _improvement_table(score_rows: pd.DataFrame) -> str:
     return markdown_table(heads, lines)
 
 
-def _likely_centre_table(tests: ShakingTableTests, fractions: Mapping[str, FloatArray]) -> str:
+def _most_likely_size_table(tests: ShakingTableTests, fractions: Mapping[str, FloatArray]) -> str:
     """Return a table of the most likely B/H and height, fitted to the odd-numbered tests."""
     learn = np.flatnonzero(tests.number % 2 == 1)
     lines = []

@@ -66,8 +66,8 @@ def read_boulder(folder: Path) -> ScannedStone:
     return scan.shape
 
 
-def boulder_with_relief(stone: ScannedStone, relief: float) -> ScannedStone:
-    """Return the boulder with a relief and the outline of this comparison.
+def boulder_with_bearing_height_limit(stone: ScannedStone, relief: float) -> ScannedStone:
+    """Return the boulder with the outline of this comparison, bearing on points up to a height `relief`.
 
     The relief, m, is the height above the lowest points of the base up to which points bear.
     """
@@ -81,7 +81,9 @@ def simulate_orientations(
     threads: int = 1,
     reliefs: tuple[float, ...] = RELIEFS,
 ) -> NDArray[np.bool_]:
-    """Simulate the boulder in every test, relief (see `boulder_with_relief`) and orientation; return whether it falls.
+    """Simulate the boulder in every test, with every relief and orientation, and return whether it falls.
+
+    The relief is the height limit of the bearing points of its base, m.
 
     Each relief is stored when it is complete, and read again if stone, motions and contact are the same.
 
@@ -92,7 +94,7 @@ def simulate_orientations(
     """
     made = []
     for relief in reliefs:
-        own = boulder_with_relief(stone, relief)
+        own = boulder_with_bearing_height_limit(stone, relief)
         key = hashlib.sha256(own.unscaled_solid.points.tobytes() + own.unscaled_solid.inertia.tobytes())
         key.update(repr((YAWS.tolist(), FRICTION, STATIC_PENETRATION)).encode())
         key.update(b"".join(one.tobytes() for one in tests.acceleration))

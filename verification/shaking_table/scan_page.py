@@ -119,8 +119,8 @@ def orientation_table(tests: ShakingTableTests, shares: FloatArray) -> str:
     return markdown_table(("orientation", *heads), lines)
 
 
-def relief_table(tests: ShakingTableTests, fell_by_relief: Mapping[float, NDArray[np.bool_]]) -> str:
-    """Return a table of the share of falls for each relief, m, from falls of shape (tests, orientations).
+def fall_table_by_bearing_height(tests: ShakingTableTests, fell_by_relief: Mapping[float, NDArray[np.bool_]]) -> str:
+    """Return a table of the share of falls by relief, from falls of shape (tests, orientations).
 
     The relief is the height above the lowest points of the base up to which points bear.
     """
@@ -175,7 +175,7 @@ def main(
         "shaking-table-scan-scores": score_table(rows),
         "shaking-table-scan-fits": fitted_orientation_table(tests, shares),
         "shaking-table-scan-orientations": orientation_table(tests, shares),
-        "shaking-table-scan-relief": relief_table(tests, by_relief),
+        "shaking-table-scan-relief": fall_table_by_bearing_height(tests, by_relief)
     })  # fmt: skip
 
 

@@ -15,9 +15,9 @@ from overturning.statistics.bootstrap import (
     FEWEST_EARTHQUAKES,
     LEAST_BEYOND,
     ConfidenceInterval,
+    exact_interval_if_all_0_or_all_1,
     means_by_earthquake,
-    tail_share_of_expanded_interval,
-    unanimous_share_interval,
+    tail_share_of_small_sample_interval,
 )
 
 NAMES: Final = ("F1", "AUC", "Brier score")
@@ -56,20 +56,22 @@ def bootstrap_samples(test_motions: NDArray[np.str_], draws: int = DRAWS, seed: 
     names, member = np.unique(test_motions, return_inverse=True)
     own = [np.flatnonzero(member == i) for i in range(names.size)]
     if names.size >= FEWEST_EARTHQUAKES:
-        draws = max(draws, math.ceil(LEAST_BEYOND / tail_share_of_expanded_interval(names.size)))
+        draws = max(draws, math.ceil(LEAST_BEYOND / tail_share_of_small_sample_interval(names.size)))
     generator = np.random.Generator(np.random.PCG64(seed))
     drawn = generator.integers(names.size, size=(draws, names.size)).tolist()
     return [np.concatenate([own[i] for i in sample]) for sample in drawn]
 
 
 def interval_over_motions(sample_values: FloatArray, motion_count: int) -> ConfidenceInterval:
-    """Return the expanded percentile interval (95 %) of bootstrap values over a number of motions, without NaN.
+    """Return the 95 % percentile interval of bootstrap values, expanded for a small number of motions.
+
+    NaN values are left out.
 
     There is none for fewer than `FEWEST_EARTHQUAKES` motions.
     """
     if motion_count < FEWEST_EARTHQUAKES:
         return ConfidenceInterval()
-    tail = tail_share_of_expanded_interval(motion_count)
+    tail = tail_share_of_small_sample_interval(motion_count)
     low, high = np.nanquantile(sample_values, [tail, 1 - tail])
     return ConfidenceInterval(float(low), float(high))
 
@@ -91,7 +93,7 @@ def reliability_bins(
             continue
         shares = [fell[drawn][own[drawn]].mean() for drawn in samples if own[drawn].any()]
         motion_shares = means_by_earthquake(fell[own].astype(float), test_motions[own])
-        exact = unanimous_share_interval(motion_shares) if motion_shares.size >= FEWEST_EARTHQUAKES else None
+        exact = exact_interval_if_all_0_or_all_1(motion_shares) if motion_shares.size >= FEWEST_EARTHQUAKES else None
         interval = exact or interval_over_motions(np.array(shares), motion_shares.size)
         bins.append(
             ReliabilityBin(

@@ -28,7 +28,7 @@ Threads = Annotated[int, typer.Option(min=1, help="number of threads")]
 
 
 def print_progress(done: int, total: int) -> None:
-    """Print the progress of a map."""
+    """Print how many cases of a map of numerical stability are finished."""
     print(f"stability: {done} of {total}", file=sys.stderr, flush=True)
 
 
@@ -40,7 +40,7 @@ def blocks(
     seed: Seed = 1,
     threads: Threads = 1,
 ) -> None:
-    """Run stiff and extreme blocks."""
+    """Simulate and check single blocks on stiff contacts with extreme parameters; write the map of stability."""
     cases = [*space_filling_cases(count, seed), *adversarial_cases(adversarial, seed)]
     about = {"space_filling": count, "adversarial": adversarial, "seed": seed, "budget": BUDGET}
     rows = run_stability_map(run_case, cases, threads=threads, progress=print_progress)
@@ -55,7 +55,7 @@ def scenes(
     seed: Seed = 1,
     threads: Threads = 1,
 ) -> None:
-    """Run the shipped scenes with extreme parameters."""
+    """Simulate the shipped scenes with extreme parameters, check the outcomes, and write the map of stability."""
     rows = run_stability_map(
         run_scene_setting, scene_settings(settings, adversarial, seed), threads=threads, progress=print_progress
     )
@@ -71,7 +71,7 @@ def stacks(
     seed: Seed = 1,
     threads: Threads = 1,
 ) -> None:
-    """Run 3-D stacks of two to five stones with extreme parameters."""
+    """Simulate and check 3-D stacks of two to five stones with extreme parameters; write the map of stability."""
     rows = run_stability_map(
         run_stack_setting, stack_settings(settings, seed), threads=threads, progress=print_progress
     )

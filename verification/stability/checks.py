@@ -1,10 +1,10 @@
 """Checks of the answers of the stability map, which share no code with the kernels.
 
-An element of a scene has fallen for good at the rotation at which it can rest on another face (a rectangle at 90°). An
-overdamped stone that falls on its side creeps towards this angle and need not reach it. An element that ends past its
-tipping angle, has dropped or has lost its support has fallen, too. So there are two angles: an element rotated by more
-than `least_fallen_rotations` must be marked as fallen, one rotated by less than `standing_rotation_limits` must not;
-between these angles both flags are accepted.
+An element of a scene has fallen for good at the rotation at which it can rest on another face (a rectangle at 90°).
+An overdamped stone that falls on its side creeps towards this angle and need not reach it. An element that ends past
+its tipping angle, has dropped or has lost its support has fallen, too. So there are two angles: an element rotated by
+more than `least_rotations_marked_as_fallen` must be marked as fallen, one rotated by less than
+`standing_rotation_limits` must not; between these angles both flags are accepted.
 """
 
 from collections.abc import Sequence
@@ -156,12 +156,18 @@ def find_failed_scene_check(
 
 
 def max_static_penetration(prepared: PreparedScene) -> float:
-    """Return the largest static penetration, m: the weight carried by a pair, shared by its two ends."""
+    """Return the largest static penetration, m, of the contact pairs of a scene.
+
+    The two ends of a contact share its weight.
+    """
     return float(np.max(prepared.laws.carried / (2.0 * prepared.laws.normal), initial=0.0))
 
 
 def least_rocking_acceleration_ratio(placed: Sequence[PlacedElement]) -> float:
-    """Return the lowest |a|/(g + a_up) at which the rigid scene can rock: arm over height of an element with all above.
+    """Return the lowest |a|/(g + a_up) at which the rigid scene can rock.
+
+    This is the least ratio of lever arm to height of the common centre of mass of an element and all elements above
+    it.
 
     Computed from the shapes only, for scenes in which each element stands on the middle of another.
     """
@@ -185,11 +191,11 @@ def least_rocking_acceleration_ratio(placed: Sequence[PlacedElement]) -> float:
 def flags_match_rotations(prepared: PreparedScene, fallen: NDArray[np.bool_], rotation: FloatArray) -> bool:
     """True if the flags of the free elements are consistent with their largest rotations, rad, limited to 90°."""
     early = fallen & (rotation < standing_rotation_limits(prepared) - ROUNDING)
-    missed = ~fallen & (rotation > least_fallen_rotations(prepared) - ROUNDING)
+    missed = ~fallen & (rotation > least_rotations_marked_as_fallen(prepared) - ROUNDING)
     return not (early | missed).any()
 
 
-def least_fallen_rotations(prepared: PreparedScene) -> FloatArray:
+def least_rotations_marked_as_fallen(prepared: PreparedScene) -> FloatArray:
     """Return the rotation, rad, to either side from which each free element must be marked as fallen.
 
     A stone that lies level on a face of length L has a penetration δ = m g/(2 K_n) at both ends. With δ at the near end

@@ -44,7 +44,10 @@ _BINS: Final = 24
 
 
 def draw_block_cases(rows: pd.DataFrame, path: Path) -> None:
-    """Draw every case as a point over four pairs of groups; values outside a panel are drawn at its edge."""
+    """Draw every case of single blocks as a point over four pairs of dimensionless groups.
+
+    Values outside a panel are drawn at its edge.
+    """
     import matplotlib.pyplot as plt
 
     with package_matplotlib_settings():
@@ -58,7 +61,7 @@ def draw_block_cases(rows: pd.DataFrame, path: Path) -> None:
 
 
 def draw_scene_cases(rows: pd.DataFrame, path: Path) -> None:
-    """Draw every case of each scene over three groups and over acceleration relative to the threshold of rocking."""
+    """Draw each scene's cases: acceleration over rocking threshold against each of three dimensionless groups."""
     import matplotlib.pyplot as plt
 
     labels = _LABELS | {"acceleration_ratio": "a / (g · threshold)", "friction_ratio": "µ / threshold"}
@@ -107,7 +110,7 @@ def _add_outcome_legend(figure: Any, rows: pd.DataFrame) -> None:
 
 
 def draw_outcome_shares(rows: pd.DataFrame, path: Path) -> None:
-    """Draw the shares of outcomes along each group."""
+    """Draw the shares of the outcomes of the cases along each dimensionless group."""
     import matplotlib.pyplot as plt
 
     with package_matplotlib_settings():

@@ -24,7 +24,7 @@ from overturning.dem.time_step import (
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
-from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.scene import gravestone
 from overturning.model.status import CaseStatus
 from overturning.model.variables import INT8_MISSING
@@ -172,13 +172,15 @@ def _step_over_stable_step(
 
 
 def run_scene_setting(setting: SceneSetting, number: int, root: Path = Path()) -> dict[str, NDArray[Any]]:
-    """Run the cases of a setting and check their answers; return columns of the map of scenes, shape (TOGETHER,).
+    """Run the cases of a scene setting and check their outcomes.
+
+    Return the columns of the map of scenes, with a value for each case.
 
     `number` is the index of the setting on the map; it is the seed of the noise. `root` contains config/scenes.
     """
     case = setting.common
     scene, motion = scene_of_setting(setting, root), motion_of_case(setting.common, number)
-    ratio = size_reference_height_and_b_over_h(scene)[1] * case.b_over_h
+    ratio = reference_element_height_and_b_over_h(scene)[1] * case.b_over_h
     alike = {
         "scene": setting.scene, "motion": case.motion, "scheme": case.scheme, "height": case.height, "b_over_h": ratio,
         "ending": np.int8(CheckedOutcome.REFUSED), "fallen": np.int8(-1), "as_block": np.int8(-1),

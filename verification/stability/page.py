@@ -25,7 +25,7 @@ def markdown_by_marker(blocks: pd.DataFrame, scenes: pd.DataFrame, stacks: pd.Da
     return {
         "stability": _block_outcome_tables(blocks), "scenes": _scene_outcome_table(scenes),
         "stacks": _stack_outcome_tables(stacks),
-        "reach": _inputs_without_answer(blocks, scenes),
+        "reach": _paragraphs_on_inputs_without_outcome(blocks, scenes)
     }  # fmt: skip
 
 
@@ -55,8 +55,8 @@ def _outcome_count_table(first: str, kinds: Mapping[str, "pd.Series[bool]"], row
     return markdown_table((first, "cases", *_HEADS), lines)
 
 
-def _check_summary(rows: pd.DataFrame, checks: str = "six") -> str:
-    """Return a paragraph on energy errors, refusals and silently wrong cases."""
+def _paragraph_on_check_results(rows: pd.DataFrame, checks: str = "six") -> str:
+    """Return a paragraph on energy errors, refused inputs, and wrong outcomes without a warning."""
     energy = rows["energy_error"][rows["ending"] == CheckedOutcome.RIGHT]
     reasons = rows["reason"][rows["ending"] == CheckedOutcome.REFUSED].value_counts().sort_index()
     refusals = " or ".join(f"`{name}` ({count} inputs)" for name, count in reasons.items())
@@ -75,7 +75,7 @@ def _block_outcome_tables(rows: pd.DataFrame) -> str:
     by_motion = _outcome_count_table("motion", kinds, rows)
     by_penetration = _outcome_shares_by_penetration(rows, (0.0, 1e-9, 1e-7, 1e-5, 1e-3, 1e-2, 1e-1, np.inf))
     budget = f"The table counts {len(rows)} cases; each of them may use at most {rows.attrs['budget']:.3g} time steps."
-    return f"{by_motion}\n\n{wrap_text(f'{budget} {_check_summary(rows)}')}\n\n{by_penetration}"
+    return f"{by_motion}\n\n{wrap_text(f'{budget} {_paragraph_on_check_results(rows)}')}\n\n{by_penetration}"
 
 
 def _outcome_shares_by_penetration(rows: pd.DataFrame, edges: tuple[float, ...]) -> str:
@@ -99,7 +99,7 @@ def _scene_outcome_table(rows: pd.DataFrame) -> str:
     summary = (
         f"The table counts {len(rows)} cases of scenes. A case may use at most {rows.attrs['budget']:.3g} time steps, "
         f"or {rows.attrs['adversarial_budget']:.3g} time steps under adversarial motions (chosen to make the program "
-        f"fail). {_check_summary(rows)} "
+        f"fail). {_paragraph_on_check_results(rows)} "
         f"The {len(compared)} cases of gravestones that stay on the ground were also run with the program for single "
         f"blocks; the flags of the two programs differ in {(compared == 0).sum()} of these cases."
     )
@@ -116,19 +116,19 @@ def _stack_outcome_tables(rows: pd.DataFrame) -> str:
     falls = rows["vertical"] > 1.0
     summary = (
         f"The tables count {len(rows)} cases with at most {rows.attrs['budget']:.3g} time steps each. "
-        f"{_check_summary(rows, 'nine')} In {int((rows['fallen'] > 0).sum())} of the cases at least one stone of the "
-        f"stack falls; in {int((rows['fallen'] > 1).sum())} of these cases, more than one stone falls. The ground "
-        f"accelerates downwards by more than 1 g in {_percent(falls[unstable])} of the {int(unstable.sum())} unstable "
-        f"cases, and in {_percent(falls[right])} of the {int(right.sum())} cases labelled *right*. The damping ratio "
-        f"ξ is below 0.1 in {_percent(rows['damping'][unstable] < 0.1)} of the unstable cases, and in "
-        f"{_percent(rows['damping'][right] < 0.1)} of the cases labelled *right*."
+        f"{_paragraph_on_check_results(rows, 'nine')} In {int((rows['fallen'] > 0).sum())} of the cases at least "
+        f"one stone of the stack falls; in {int((rows['fallen'] > 1).sum())} of these cases, more than one falls. "
+        f"The ground accelerates downwards by more than 1 g in {_percent(falls[unstable])} of the "
+        f"{int(unstable.sum())} unstable cases, and in {_percent(falls[right])} of the {int(right.sum())} cases "
+        f"labelled *right*. The damping ratio ξ is below 0.1 in {_percent(rows['damping'][unstable] < 0.1)} of the "
+        f"unstable cases, and in {_percent(rows['damping'][right] < 0.1)} of the cases labelled *right*."
     )
     by_penetration = _outcome_shares_by_penetration(rows, (0.0, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2))
     return "\n\n".join([*tables, wrap_text(summary), by_penetration])
 
 
-def _inputs_without_answer(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
-    """Return a paragraph for each kind of input without an answer, with its share in this run."""
+def _paragraphs_on_inputs_without_outcome(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
+    """Return a paragraph on each kind of input for which the program gives no outcome, with its share in this run."""
     ending, ratio = blocks["ending"], blocks["penetration_ratio"]
     soft = ratio > 0.1
     unstable = (ending == CheckedOutcome.UNSTABLE) & (ratio < 1e-2)

@@ -22,7 +22,7 @@ from overturning.errors import ArgumentError
 from overturning.model.cases import LOWEST_STONE_M, Cases
 from overturning.model.contact import VertexContact
 from overturning.model.element import ContactLaw, Element, Material, PlanShape, circle_or_polygon_area
-from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
 from overturning.model.stack import Stack
@@ -97,7 +97,11 @@ class StackSetting:
 
     @property
     def opening_acceleration(self) -> float:
-        """Least steady horizontal acceleration that opens a joint, m/s²: half a patch side over the height above."""
+        """Least steady horizontal acceleration that opens a joint of the stack, m/s².
+
+        It is g times half the contact width over the height of the centre of mass above the joint, for the joint that
+        opens first.
+        """
         tops = np.cumsum(self.sizes[:, 2])
         centres, feet = tops - 0.5 * self.sizes[:, 2], tops - self.sizes[:, 2]
         side, least = self.sizes[:, :2].min(axis=1), np.inf
@@ -215,7 +219,9 @@ def find_failed_stack_check(setting: StackSetting, motion: Motion, results: Case
 
 
 def run_stack_setting(setting: StackSetting, number: int) -> dict[str, NDArray[Any]]:
-    """Run the cases of a setting and check their outcomes; return columns of the map, shape (TOGETHER,).
+    """Run the cases of a stack setting and check their outcomes.
+
+    Return the columns of the map of stacks, with a value for each case.
 
     `number` is the index of the setting on the map; it is the seed of the noise.
     """
@@ -240,7 +246,7 @@ def run_stack_setting(setting: StackSetting, number: int) -> dict[str, NDArray[A
         "reason": np.full(CASES_PER_SETTING, "", object),
     }  # fmt: skip
     scene = scene_of_stack_setting(setting)
-    height, ratio = size_reference_height_and_b_over_h(scene)
+    height, ratio = reference_element_height_and_b_over_h(scene)
     try:
         cases = Cases(setting.orientation_deg, height, ratio, setting.friction, setting.amplitude)
         model = Stack(scene, VertexContact(static_penetration=setting.penetration_ratio))

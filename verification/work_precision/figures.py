@@ -11,7 +11,7 @@ from overturning.figures.style import DASHES, INK, SERIES, package_matplotlib_se
 from overturning.figures.write import save_figure_files
 from overturning.model.contact import STATIC_PENETRATION
 from verification.work_precision.boundaries import RESOLUTION
-from verification.work_precision.page import varies_steps_only
+from verification.work_precision.page import is_from_time_step_variation
 
 _LOOK: Final = {
     name: ((*SERIES, INK)[index], (*DASHES, "-")[index], marker)
@@ -35,7 +35,7 @@ _ACROSS: Final = {"seconds_per_case": "processor time per case, s", "step_fracti
 _COUNTED: Final = {"wrong_flags": "cases", "wrong_sides": "fallen", "disagree": "shared"}
 
 
-def draw_against_finer_steps(rows: pd.DataFrame, path: Path) -> None:
+def draw_errors_against_finer_steps(rows: pd.DataFrame, path: Path) -> None:
     """Draw the errors of both schemes over time steps, and of the springs over stiffness, on real records."""
     import matplotlib.pyplot as plt
 
@@ -43,7 +43,7 @@ def draw_against_finer_steps(rows: pd.DataFrame, path: Path) -> None:
     with package_matplotlib_settings():
         figure, axes = plt.subplots(len(measures), 2, figsize=(7.6, 9.6), sharex="col", squeeze=False)
         for column, (kind, friction) in enumerate((("rocking", "µ = 1 and 10"), ("sliding", "µ = 0.33 and 0.58"))):
-            over = rows[varies_steps_only(rows, kind)]
+            over = rows[is_from_time_step_variation(rows, kind)]
             springs = rows[(rows["cases_of"] == f"records, {kind}") & (rows["against"] == "stiffest springs")]
             for axis, measure in zip(axes[:, column], measures, strict=True):
                 _draw_error_panel(axis, over, measure, springs=springs, first=column == 0)
@@ -60,7 +60,7 @@ def draw_against_finer_steps(rows: pd.DataFrame, path: Path) -> None:
         save_figure_files(figure, path)
 
 
-def draw_against_rigid_solutions(rows: pd.DataFrame, path: Path) -> None:
+def draw_errors_against_rigid_solutions(rows: pd.DataFrame, path: Path) -> None:
     """Draw the errors of kernel, exact block and engines against rigid rocking and sliding."""
     import matplotlib.pyplot as plt
 

@@ -27,7 +27,7 @@ COMPARED: Final = ("exact", "centred", "cundall", "pymunk", "MuJoCo", "Box2D")
 _ERRORS: Final = ("wrong flags (95 %)", "wrong sides (95 %)", "peak rotation", "boundary")
 
 
-def varies_steps_only(rows: pd.DataFrame, kind: str) -> "pd.Series[bool]":
+def is_from_time_step_variation(rows: pd.DataFrame, kind: str) -> "pd.Series[bool]":
     """Return True for rows of a set of records with the default stiffness and varying time step."""
     own = np.isclose(rows["penetration_ratio"], STATIC_PENETRATION)
     return (rows["cases_of"] == f"records, {kind}") & (rows["against"] == "finer step") & own
@@ -38,7 +38,7 @@ def convergence_orders(rows: pd.DataFrame, between: tuple[float, float] = ORDER_
     high, low = between
     steps = (rows["step_fraction"] <= high) & (rows["step_fraction"] >= low)
     parts = [
-        (f"{kind}, {measure}", varies_steps_only(rows, kind), measure)
+        (f"{kind}, {measure}", is_from_time_step_variation(rows, kind), measure)
         for kind in ("rocking", "sliding")
         for measure in ("rotation_error", "boundary_shift")
     ]
@@ -68,7 +68,7 @@ def summary_figures(rows: pd.DataFrame, found_orders: Mapping[str, float]) -> li
     default = rows[(rows["default"] == 1) & rows["method"].isin(SCHEMES)]
     made = []
     for kind in ("rocking", "sliding"):
-        (at,) = iterate_rows(default[varies_steps_only(default, kind)])
+        (at,) = iterate_rows(default[is_from_time_step_variation(default, kind)])
         made += [
             MeasuredFigure(
                 f"wrong flags against a far finer step, records, {kind}", 100 * at.wrong_flags / at.cases, "%"
@@ -113,12 +113,12 @@ def _error_cells(at: Any) -> tuple[str, ...]:
     )
 
 
-def _mark_default(at: Any, text: str) -> str:
+def _mark_default_setting(at: Any, text: str) -> str:
     """Return a cell's text, marked if the row is the default setting."""
     return f"{text} **default**" if at.default == 1 else text
 
 
-def _has_shown_step(rows: pd.DataFrame) -> "pd.Series[bool]":
+def _has_time_step_shown_in_docs(rows: pd.DataFrame) -> "pd.Series[bool]":
     """Return True for rows with time steps that the docs show, of any stiffness."""
     steps, engine = rows["step_fraction"], rows["penetration_ratio"].isna()
     own = np.isclose(steps.to_numpy()[:, None], SHOWN_ENGINE_STEPS, rtol=1e-3, atol=0.0).any(axis=1)
@@ -145,11 +145,14 @@ def time_at_equal_agreement(rows: pd.DataFrame) -> str:
 
 def _step_error_table(rows: pd.DataFrame) -> str:
     """Return the table of errors of both schemes against a far finer step."""
-    chosen = rows[(varies_steps_only(rows, "rocking") | varies_steps_only(rows, "sliding")) & _has_shown_step(rows)]
+    chosen = rows[
+        (is_from_time_step_variation(rows, "rocking") | is_from_time_step_variation(rows, "sliding"))
+        & _has_time_step_shown_in_docs(rows)
+    ]
     lines = [
         (
             at.cases_of,
-            _mark_default(at, at.method),
+            _mark_default_setting(at, at.method),
             f"{at.step_fraction:g}",
             f"{at.seconds_per_case:.2g}",
             *_error_cells(at),
@@ -165,8 +168,8 @@ def _stiffness_error_table(rows: pd.DataFrame) -> str:
     several = ratio.notna() & ~np.isclose(ratio, STATIC_PENETRATION) & (rows["against"] == "finer step")
     names = {"finer step": "same springs, finer steps", "stiffest springs": "stiffest springs, finer steps"}
     lines = [
-        (at.cases_of, _mark_default(at, f"{at.penetration_ratio:.0e}"), f"{at.seconds_per_case:.2g}", names[at.against],
-        *_error_cells(at))
+        (at.cases_of, _mark_default_setting(at, f"{at.penetration_ratio:.0e}"), f"{at.seconds_per_case:.2g}",
+         names[at.against], *_error_cells(at))
         for at in iterate_rows(rows[several | (rows["against"] == "stiffest springs")])
     ]  # fmt: skip
     return markdown_table(("cases", "δ/B", "s per case", "against", *_ERRORS), lines)
@@ -186,11 +189,13 @@ def _rigid_error_table(rows: pd.DataFrame) -> str:
         "peak slip",
     )
     lines = []
-    for at in iterate_rows(rows[rows["against"].isin(("rigid rocking", "exact sliding")) & _has_shown_step(rows)]):
+    for at in iterate_rows(
+        rows[rows["against"].isin(("rigid rocking", "exact sliding")) & _has_time_step_shown_in_docs(rows)]
+    ):
         engine, counted = not np.isfinite(at.penetration_ratio), np.isfinite(at.wrong_flags)
         lines.append((
             at.cases_of,
-            _mark_default(at, at.method),
+            _mark_default_setting(at, at.method),
             _step_label(at),
             "–" if engine else f"{at.penetration_ratio:.0e}",
             f"{at.seconds_per_case:.2g}",

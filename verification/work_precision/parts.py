@@ -152,7 +152,10 @@ def reference_outcomes(groups: Sequence[CaseGroup], setting: SchemeSetting) -> t
 
 
 def measure_against_finer_steps(kind: str) -> Iterator[Row]:
-    """Measure schemes over time steps on six real records; the reference is the centred scheme at a far finer step."""
+    """Measure the errors of both schemes by time step under six real records.
+
+    The reference is the centred scheme at a far finer step.
+    """
     groups, finest = block_groups_under_records(kind), SchemeSetting("centred", FINEST)
     right, few = reference_outcomes(groups, finest), every_nth_case(groups, THINNING)
     right_few = (every_nth_value(groups, right[0], THINNING), every_nth_value(groups, right[1], THINNING))
@@ -168,7 +171,10 @@ def measure_against_finer_steps(kind: str) -> Iterator[Row]:
 
 
 def measure_over_stiffness(kind: str) -> Iterator[Row]:
-    """Measure stiffnesses at the automatic step; references: finer steps with the same and the largest one."""
+    """Measure errors by contact stiffness at the automatic time step.
+
+    References are finer steps with the same and with the largest stiffness.
+    """
     groups, stiffest = block_groups_under_records(kind), PENETRATIONS[-1]
     exact = {
         delta: reference_outcomes(groups, SchemeSetting("centred", FINE_FOR_STIFFNESS, delta))
@@ -220,24 +226,32 @@ def rigid_block_sets() -> dict[str, list[CaseGroup]]:
 
 
 def measure_against_rigid_rocking() -> Iterator[Row]:
-    """Compare schemes over steps and stiffness, and the exact block over orders, with Housner's block."""
+    """Compare the schemes, by time step and stiffness, and the exact block with Housner's rocking block.
+
+    The exact block is compared by order of its series.
+    """
     others = [SchemeSetting(DEFAULT_SCHEME, AUTOMATIC, delta) for delta in PENETRATIONS if delta != STATIC_PENETRATION]
     for name, every in rigid_block_sets().items():
         groups, right = select_robust_cases(every)
         for setting in (*scheme_and_step_settings(0.05), *others):
             found, spent = setting.run(groups)
-            common = engine_disagreement_columns(name, groups, found.overturned, right[0])
+            common = disagreement_columns_for_engine_cases(name, groups, found.overturned, right[0])
             yield setting.row(name, "rigid rocking", **spent, **error_table_columns(found, right), **common)
         for order in ORDERS:
             (flags, peaks), seconds = time_run(partial(run_exact_block, groups, order))
             own = {"method": "exact", "step_fraction": order, "seconds_per_case": seconds / flags.size}
-            own |= wrong_outcome_counts(flags, right[0]) | engine_disagreement_columns(name, groups, flags, right[0])
+            own |= wrong_outcome_counts(flags, right[0]) | disagreement_columns_for_engine_cases(
+                name, groups, flags, right[0]
+            )
             own["rotation_error"] = median_rotation_error(flags, peaks, *right)
             yield {"cases_of": name, "against": "rigid rocking", "default": order == ORDER} | own
 
 
-def engine_disagreement_columns(name: str, groups: Sequence[CaseGroup], flags: Flags, right: Flags) -> Row:
-    """Return the number of cases that the engines also run, and of those with another flag or side, as columns."""
+def disagreement_columns_for_engine_cases(name: str, groups: Sequence[CaseGroup], flags: Flags, right: Flags) -> Row:
+    """Return the number of cases that physics engines also simulate, and how many of those are wrong, as columns.
+
+    A case is wrong if its flag or side is wrong.
+    """
     some, known = (every_nth_value(groups, values, ENGINES_EVERY[name]) for values in (flags, right))
     return {"shared": some.size, "disagree": int((some != known).sum())}
 

@@ -76,7 +76,7 @@ _COMMANDS: dict[str, Callable[..., None]] = {
     "survey": surveys.summarise_or_compare_survey,
     "backwards": surveys.infer_motion_from_survey,
     "stood": surveys.compute_survival_probability,
-    "recheck": cube.recheck_cells,
+    "recheck": cube.recheck_random_cases_of_cube,
 }
 for _name, _command in _COMMANDS.items():
     app.command(_name, short_help=_first_docstring_paragraph(_command))(_command)
@@ -105,7 +105,7 @@ def _root_command(
 
 
 @cache
-def _create_command_line() -> Any:
+def _create_command_line_program() -> Any:
     """Create the command-line program with all commands; cached, since a process may run several command lines."""
     return get_command(app)
 
@@ -117,7 +117,7 @@ def run_command_line(arguments: Sequence[str] | None = None) -> None:
     traceback is a bug of this package.
     """
     try:
-        _create_command_line()(args=None if arguments is None else list(arguments), prog_name="overturning")
+        _create_command_line_program()(args=None if arguments is None else list(arguments), prog_name="overturning")
     except OverturningError as error:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(1)

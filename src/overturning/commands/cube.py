@@ -49,7 +49,7 @@ def draw_figure(
         set_figure_title,
     )
     from overturning.files import check_output_path
-    from overturning.study.cube import open_cube, select_heights_and_frictions, study_with_presentation_settings
+    from overturning.study.cube import open_cube, select_heights_and_frictions, study_with_title_and_figures
     from overturning.translation.texts import ENGLISH, check_language_is_known, translate_visible_texts_to
 
     if kind not in (*KINDS, *STUDY_KINDS):
@@ -71,7 +71,7 @@ def draw_figure(
     if font:  # a font that cannot be used is refused before drawing, which takes seconds
         parse_font_family_and_size(font)
     with open_cube(cube, chunks={"record": 1}, amplitude=None) as data:
-        study = study_with_presentation_settings(data)
+        study = study_with_title_and_figures(data)
         if draw is not None:
             chosen = select_heights_and_frictions(data, cube, height, friction, single=kind == "polar")
             drawn = draw(chosen, record) if of_one else draw(chosen)
@@ -122,7 +122,7 @@ def print_findings(
             print(line)
 
 
-def recheck_cells(
+def recheck_random_cases_of_cube(
     cube: Annotated[Path, typer.Argument(help="the cube (NetCDF)")],
     motions: Annotated[
         Path | None, typer.Option(help="folder of the motions (default: motion, next to the cube)")
@@ -130,8 +130,8 @@ def recheck_cells(
     cells: Annotated[int, typer.Option(min=1, help="number of cells to compute again")] = 200,
     seed: Annotated[int, typer.Option(min=0, help="seed of the sample")] = 1,
 ) -> None:
-    """Simulate a random sample of the cells of a results cube again; report whether every value is identical."""
-    from overturning.study.recheck import recompute_random_cells as compute_again
+    """Simulate a random sample of the cases of a results cube again; report whether every value is identical."""
+    from overturning.study.recheck import recompute_random_cases as compute_again
 
     result = compute_again(cube, motions, cell_count=cells, seed=seed)
     if not result.content_as_stated:

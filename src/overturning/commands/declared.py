@@ -44,7 +44,7 @@ def dataclass_fields_as_options(command: Callable[..., None]) -> Callable[..., N
     return run_with_options
 
 
-def _option_flag(field_name: str) -> str:
+def _option_name_of_field(field_name: str) -> str:
     """Return the command-line option for a field of `FileOptions`, such as --azimuths for ``azimuths_deg``."""
     return f"--{field_name.removesuffix('_deg').removesuffix('_s').replace('_', '-')}"
 
@@ -52,14 +52,14 @@ def _option_flag(field_name: str) -> str:
 def _file_property_option(field_name: str, flag: str = "") -> Any:
     """Return the command-line option for a property of record files, with the help text of this property."""
     return typer.Option(
-        flag or _option_flag(field_name),
+        flag or _option_name_of_field(field_name),
         help=FilePropertyColumns.model_fields[field_name].description,
         show_default=False,
     )
 
 
 @dataclass(frozen=True)
-class FileOptions:
+class RecordFileOptions:
     """Command-line options that state properties of a record file which the file itself does not contain."""
 
     azimuths_deg: Annotated[str, _file_property_option("azimuths_deg")] = ""
@@ -83,7 +83,7 @@ class FileOptions:
             return DeclaredFileProperties(**given)
         except ArgumentError as problem:
             raise ArgumentError(
-                re.sub(r"(?m)^(\s*)(\w+)", lambda key: key[1] + _option_flag(key[2]), str(problem))
+                re.sub(r"(?m)^(\s*)(\w+)", lambda key: key[1] + _option_name_of_field(key[2]), str(problem))
             ) from None
 
 

@@ -39,7 +39,7 @@ _REQUEST_TIMEOUT: Final = 30.0  # s until a client must have sent its request
 _DIE_WITH_PARENT: Final = 1  # PR_SET_PDEATHSIG of prctl(2)
 
 
-class RunningStep(NamedTuple):
+class RunningWorkflowStep(NamedTuple):
     """Workflow step that runs in a forked copy of the server: its arguments, and the connection to its client."""
 
     arguments: list[str]
@@ -51,7 +51,7 @@ class ForkServer:
 
     def __init__(self, listener: socket.socket, measurements: Path) -> None:
         self._listener, self._measurements = listener, measurements
-        self._steps: dict[int, RunningStep] = {}  # by process id
+        self._steps: dict[int, RunningWorkflowStep] = {}  # by process id
         # Arguments of a successful sweep of each variant; None once its kernels are loaded.
         self._sweeps: dict[str, list[str] | None] = {}
         self._selector = selectors.DefaultSelector()
@@ -72,10 +72,10 @@ class ForkServer:
         while going_on or self._steps:
             for key, _ in self._selector.select():
                 if key.fileobj is self._listener:
-                    self._fork_process_for_step()
+                    self._fork_process_for_workflow_step()
                 elif key.fileobj is ended_step:
                     ended_step.recv(4096)
-                    self._report_ended_steps()
+                    self._report_ended_workflow_steps()
                 elif key.fileobj is sys.stdin:
                     self._selector.unregister(sys.stdin)
                     going_on = False
@@ -83,7 +83,7 @@ class ForkServer:
                     self._selector.unregister(key.fileobj)
                     os.kill(key.data, signal.SIGKILL)
 
-    def _fork_process_for_step(self) -> None:
+    def _fork_process_for_workflow_step(self) -> None:
         """Accept a client's request to run a workflow step, and fork a copy of this process that runs it."""
         connection = self._listener.accept()[0]
         connection.settimeout(_REQUEST_TIMEOUT)
@@ -107,10 +107,10 @@ class ForkServer:
                 connection.close()
                 return
             if not process:
-                _run_step_and_exit(request, outputs, self._interrupt_handler, server_process)
+                _run_workflow_step_and_exit(request, outputs, self._interrupt_handler, server_process)
         with contextlib.suppress(OSError):  # the client was killed: the selector notices
             connection.sendall(STARTED)
-        self._steps[process] = RunningStep(request["arguments"], connection)
+        self._steps[process] = RunningWorkflowStep(request["arguments"], connection)
         self._selector.register(connection, selectors.EVENT_READ, process)
 
     def _preload_modules_for_command(self, arguments: list[str]) -> None:
@@ -121,9 +121,9 @@ class ForkServer:
             variant = _option_values(arguments).get("--variant", "")
             if arguments[0] == "sweep" and (last := self._sweeps.get(variant)) is not None:
                 self._sweeps[variant] = None
-                _load_kernels_of_sweep(last)
+                _load_compiled_simulation_code(last)
 
-    def _report_ended_steps(self) -> None:
+    def _report_ended_workflow_steps(self) -> None:
         """Store processor time and memory of ended steps, and send their exit statuses to their clients."""
         while self._steps:
             process, wait_status, used = os.wait4(-1, os.WNOHANG)
@@ -132,14 +132,16 @@ class ForkServer:
             step, status = self._steps.pop(process), os.waitstatus_to_exitcode(wait_status)
             with contextlib.suppress(KeyError, ValueError):
                 self._selector.unregister(step.connection)
-            self._store_measurements(step.arguments, used)  # first: who waits for the step may read them at once
+            self._store_processor_time_and_memory(
+                step.arguments, used
+            )  # first: who waits for the step may read them at once
             with contextlib.suppress(OSError):
                 step.connection.sendall(str(status if status >= 0 else 128 - status).encode())
             step.connection.close()
             if step.arguments[0] == "sweep" and status == 0:
                 self._sweeps.setdefault(_option_values(step.arguments).get("--variant", ""), step.arguments)
 
-    def _store_measurements(self, arguments: list[str], used: Any) -> None:
+    def _store_processor_time_and_memory(self, arguments: list[str], used: Any) -> None:
         """Append the processor time (s) and memory (MB) of a workflow step to the table of measurements."""
         options = _option_values(arguments)
         output = options.get("--output") or options.get("--results", "")
@@ -168,18 +170,18 @@ def _receive_request(connection: socket.socket) -> tuple[dict[str, Any], list[in
     return json.loads(data), outputs
 
 
-def _load_kernels_of_sweep(arguments: list[str]) -> None:
+def _load_compiled_simulation_code(arguments: list[str]) -> None:
     """Load compiled simulation code that an earlier simulation step of the same study has stored on disk."""
     from overturning.records.store import read_record_from_motion_file
     from overturning.study.load import load_study_from_file_or_json
-    from overturning.study.sweep import load_kernels
+    from overturning.study.sweep import load_compiled_simulation_code
 
     options = _option_values(arguments)
     record = read_record_from_motion_file(Path(options["--motion"]))
-    load_kernels(load_study_from_file_or_json(options["--study"]), record, options["--variant"])
+    load_compiled_simulation_code(load_study_from_file_or_json(options["--study"]), record, options["--variant"])
 
 
-def _run_step_and_exit(
+def _run_workflow_step_and_exit(
     request: dict[str, Any], outputs: list[int], interrupt_handler: Any, server_process: int
 ) -> NoReturn:
     """Run a workflow step in this forked process, with the client's folder, environment and outputs; then exit.

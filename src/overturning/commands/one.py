@@ -8,10 +8,10 @@ from overturning.commands.declared import (
     RESOURCES,
     TABLE,
     BodyOptions,
-    FileOptions,
     MotionOptions,
     OutputOptions,
     PlanarModelOptions,
+    RecordFileOptions,
     StoneOptions,
     dataclass_fields_as_options,
 )
@@ -32,7 +32,7 @@ def simulate_one_stone(
     planar_model_options: PlanarModelOptions,
     stone_options: StoneOptions,
     output_options: OutputOptions,
-    file_options: FileOptions,
+    file_options: RecordFileOptions,
 ) -> None:
     """Simulate one block, scene or stack under one record; print the outcome, and write a film or figure."""
     from overturning.errors import ArgumentError
@@ -66,7 +66,7 @@ def simulate_one_stone(
             motion, motion_options.amplitude, planar_model_options, body_options.orientation or [], stone_options, shift
         )
     else:
-        found = _simulate_planar(motion, motion_options.amplitude, planar_model_options, stone_options, shift)
+        found = _simulate_planar_scene(motion, motion_options.amplitude, planar_model_options, stone_options, shift)
     place = ", ".join(part for part in (record.station or record.record_id, record.event) if part)
     # The title must state that the motion differs from the recorded one.
     times = f", motion × {motion_options.amplitude:g}" if motion_options.amplitude != 1 else ""
@@ -120,11 +120,11 @@ def _time_origin_notes(file_time_shift: float) -> list[str]:
     return [f"times count from the first sample of the file; the motion that was simulated begins {first}"]
 
 
-def _trajectory_in_file_time(trajectory: "xr.Dataset", file_time_shift: float) -> "xr.Dataset":
+def _shift_trajectory_to_file_time(trajectory: "xr.Dataset", file_time_shift: float) -> "xr.Dataset":
     """Shift the times of a simulated motion, so that they count from the first sample of the record file."""
-    from overturning.arrays import skip_dask_import
+    from overturning.arrays import keep_xarray_from_importing_dask
 
-    skip_dask_import()
+    keep_xarray_from_importing_dask()
     return trajectory.assign(overturning_time=trajectory["overturning_time"] + file_time_shift).assign_coords(
         time=trajectory["time"] + file_time_shift
     )
@@ -132,7 +132,10 @@ def _trajectory_in_file_time(trajectory: "xr.Dataset", file_time_shift: float) -
 
 @dataclass(frozen=True)
 class _SimulatedTrajectories:
-    """Simulated motions of one stone over time, with its description and a line on the outcome of each."""
+    """Simulated trajectories of one stone, with a description of the stone and text lines on the outcomes.
+
+    There is one trajectory for each azimuth or orientation.
+    """
 
     stone_description: str
     outcome_lines: "list[str]"
@@ -184,9 +187,9 @@ def _simulate_stack(
     from overturning.model.stack import Stack
 
     stones = _load_or_create_scene(planar_model_options, stone_options.damping_ratio)
-    model, friction = Stack(stones), _checked_friction_coefficient(stones, stone_options)
+    model, friction = Stack(stones), _friction_option_checked_against_scene(stones, stone_options)
     paths = [
-        _trajectory_in_file_time(
+        _shift_trajectory_to_file_time(
             trajectory(
                 motion, model, orientation_deg=angle, height=stone_options.height, b_over_h=stone_options.b_over_h,
                 friction=friction, amplitude=amplitude, aftermath=AFTERMATH,
@@ -199,7 +202,7 @@ def _simulate_stack(
     sizes = {name: float(paths[0].attrs[name]) for name in ("height", "b_over_h")}
     what = f"{stones.title or stones.name} in 3-D, B/H = {sizes['b_over_h']:.3g}, H = {sizes['height']:.3g} m, "
     return _SimulatedTrajectories(
-        what + f"µ = {f'{friction:g}' if stones.varies_friction else 'that of the scene'}",
+        what + f"µ = {f'{friction:g}' if stones.has_contact_with_unset_friction else 'that of the scene'}",
         [*level, *(f"{panel_heading_of_trajectory(path)}: {outcome_sentence(path)}" for path in paths)],
         paths,
         model,
@@ -207,16 +210,19 @@ def _simulate_stack(
     )
 
 
-def _checked_friction_coefficient(scene: "Scene", stone_options: StoneOptions) -> float:
-    """Return the coefficient of friction; raise an error if both the option and the scene define it."""
+def _friction_option_checked_against_scene(scene: "Scene", stone_options: StoneOptions) -> float:
+    """Return the coefficient of friction from the option --friction (default 1).
+
+    Raise an error if the option is given although the scene defines its own coefficients.
+    """
     from overturning.errors import ArgumentError
 
-    if stone_options.friction is not None and not scene.varies_friction:
+    if stone_options.friction is not None and not scene.has_contact_with_unset_friction:
         raise ArgumentError("--friction: the scene defines its own coefficients; set them in the scene file")
     return stone_options.friction_coefficient
 
 
-def _simulate_planar(
+def _simulate_planar_scene(
     motion: "Motion",
     amplitude: float,
     planar_model_options: PlanarModelOptions,
@@ -235,9 +241,9 @@ def _simulate_planar(
     own_height, own_ratio = default_height_and_b_over_h(stones)
     height = own_height if stone_options.height is None else stone_options.height
     b_over_h = own_ratio if stone_options.b_over_h is None else stone_options.b_over_h
-    friction = _checked_friction_coefficient(stones, stone_options)
+    friction = _friction_option_checked_against_scene(stones, stone_options)
     paths = [
-        _trajectory_in_file_time(
+        _shift_trajectory_to_file_time(
             trajectory(
                 motion, stones, azimuth_deg=angle, height=height, b_over_h=b_over_h,
                 friction=friction, amplitude=amplitude, aftermath=AFTERMATH,
@@ -255,7 +261,7 @@ def _simulate_planar(
             text += f"; slipped {100 * path['residual_slip'].to_numpy()[shown].item():z.1f} cm by the end{name}"
         lines.append(f"motion along {compass_bearing(path.attrs['azimuth_deg'])}: {text}")
     what = "" if planar_model_options.scene is None else f"{stones.title or stones.name}, "
-    coefficient = f"{friction:g}" if stones.varies_friction else "that of the scene"
+    coefficient = f"{friction:g}" if stones.has_contact_with_unset_friction else "that of the scene"
     what += f"B/H = {b_over_h:.3g}, H = {height:.3g} m, µ = {coefficient}"
     block = {"height": height, "b_over_h": b_over_h, "friction": friction}
     return _SimulatedTrajectories(what, lines, paths, PlanarModel(stones), block)
@@ -286,7 +292,7 @@ def _simulate_body(
         else VertexContact(damping_ratio=stone_options.damping_ratio)
     )
     paths = [
-        _trajectory_in_file_time(
+        _shift_trajectory_to_file_time(
             trajectory(
                 motion, Body(shape, contact), orientation_deg=angle, height=height, b_over_h=b_over_h,
                 friction=friction, aspect=body_options.aspect, amplitude=amplitude,
@@ -359,7 +365,7 @@ def _load_or_create_scene(planar_model_options: PlanarModelOptions, damping_rati
     return load_scene(planar_model_options.scene)
 
 
-def _read_processed_record(motion_options: MotionOptions, file_options: FileOptions) -> "Record":
+def _read_processed_record(motion_options: MotionOptions, file_options: RecordFileOptions) -> "Record":
     """Read a record from its table entry or file, or create a pulse, and apply the default processing."""
     from overturning.errors import ArgumentError, ConfigError, closest_name_hint
     from overturning.files import find_project_file
@@ -378,7 +384,7 @@ def _read_processed_record(motion_options: MotionOptions, file_options: FileOpti
         return round_to_stored_precision(
             process_record(read_record_without_processing(Path(name), file_options.declared_properties()), None)
         )
-    if file_options != FileOptions():
+    if file_options != RecordFileOptions():
         raise ArgumentError(f"--record {name!r}: no such file; options that describe a file, such as --unit, need one")
     if is_pulse:
         return round_to_stored_precision(record_of_pulse(parse_pulse(name)))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from overturning.commands.declared import RESOURCES, TABLE, FileOptions, dataclass_fields_as_options
+from overturning.commands.declared import RESOURCES, TABLE, RecordFileOptions, dataclass_fields_as_options
 
 if TYPE_CHECKING:
     from overturning.records.record import Record
@@ -22,7 +22,7 @@ app = typer.Typer(no_args_is_help=True, help="Check, plot, add or fetch record f
 
 @app.command("check")
 @dataclass_fields_as_options
-def check_record_files(paths: Paths, file_options: FileOptions) -> None:
+def check_record_files(paths: Paths, file_options: RecordFileOptions) -> None:
     """Read record files of any known format, and print each record, or the reason why a file is refused.
 
     Folders are read recursively. The exit status is 1 if a file was refused.
@@ -66,7 +66,7 @@ def _print_record_notes(record: "Record") -> None:
 @dataclass_fields_as_options
 def plot_records(
     paths: Paths,
-    file_options: FileOptions,
+    file_options: RecordFileOptions,
     output: Annotated[
         Path,
         typer.Option(
@@ -84,7 +84,7 @@ def plot_records(
     The exit status is 1 if a file was refused.
     """
     from overturning.errors import ArgumentError
-    from overturning.figures.history import record_history_figure
+    from overturning.figures.history import record_before_and_after_processing_figure
     from overturning.figures.style import package_matplotlib_settings
     from overturning.figures.write import save_figure_files
     from overturning.records.check import check_records_in_files, format_record_check
@@ -114,7 +114,7 @@ def plot_records(
         target = output if page else next(one for one in chain([output / f"{name}.svg"], numbered) if one not in made)
         made.add(target)
         with package_matplotlib_settings():
-            save_figure_files(record_history_figure(record, used), target)
+            save_figure_files(record_before_and_after_processing_figure(record, used), target)
         typer.echo(f"{target}: {', '.join(map(processing_entry_text, used.processing)) or 'not processed'}")
         if frequency != "auto" and not steps:
             typer.echo("  --corner has no effect: only raw records get the default high-pass filter")

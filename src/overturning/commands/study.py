@@ -54,14 +54,14 @@ def create_project(folder: Annotated[Path, typer.Argument(help="folder to create
 @app.command("check")
 def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> None:
     """Check a study before a run: keys, missing or damaged files, number of cases; and estimate time and memory."""
-    from overturning.study.doubts import implausible_setting_warnings, skipped_range_end_warnings
+    from overturning.study.doubts import implausible_setting_warnings, warnings_on_ranges_missing_their_stop
     from overturning.study.grounds import check_survey_site_names
     from overturning.study.load import read_study_content, study_from_content
     from overturning.study.preflight import (
         check_optional_packages,
         check_record_files,
         check_study_size,
-        note_on_primary_statistic,
+        note_if_primary_statistic_is_unavailable,
         read_and_check_records,
     )
     from overturning.study.sections import read_scan_of_body
@@ -71,7 +71,7 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
 
     content = read_study_content(path)
     study = study_from_content(content, str(path))
-    for doubt in (*implausible_setting_warnings(study), *skipped_range_end_warnings(content)):
+    for doubt in (*implausible_setting_warnings(study), *warnings_on_ranges_missing_their_stop(content)):
         print(f"{path}: {doubt}")
     size = check_study_size(study, str(path))
     check_optional_packages(study, str(path))
@@ -84,7 +84,7 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
         if study.orientation is None:
             notes = [*notes, *note_on_b_over_h_outside_study(stones, study.b_over_h, survey.stones)]
         print(*notes, *doubts, sep="\n", end="\n" * bool(notes or doubts))
-    for note in (*read_and_check_records(study, entries), *note_on_primary_statistic(study, entries)):
+    for note in (*read_and_check_records(study, entries), *note_if_primary_statistic_is_unavailable(study, entries)):
         print(note)
     body = content.get("body")
     if isinstance(body, dict) and body.get("mesh") is not None:
@@ -93,10 +93,10 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
             print(f"{path}: body: {line}")
     print(f"{path}: study {study.name!r}, {size}")
     if searched:
-        print(_motion_search_time_note(searched, len(entries)))
+        print(_motion_inference_time_note(searched, len(entries)))
 
 
-def _motion_search_time_note(stone_kinds: "Sequence[StoneKind]", record_count: int) -> str:
+def _motion_inference_time_note(stone_kinds: "Sequence[StoneKind]", record_count: int) -> str:
     """Return a note on the processor time needed to infer the ground motion from each survey of a study."""
     from overturning.study.preflight import format_duration
     from overturning.surveys.library import candidate_motions
@@ -128,7 +128,7 @@ def create_study_file(
     from overturning.errors import ArgumentError, ConfigError
     from overturning.files import atomic_write, check_output_path
     from overturning.study.document import new_study_file_text
-    from overturning.study.load import load_study, record_table_rows
+    from overturning.study.load import load_study, read_record_table_rows_of_study
     from overturning.study.preflight import can_compute_fault_alignment
 
     path = folder / f"{name}.yaml"
@@ -139,7 +139,7 @@ def create_study_file(
     with atomic_write(path) as part:
         part.write_text(new_study_file_text(name, ids, title, step), encoding="utf-8")
         try:
-            entries = record_table_rows(load_study(part), str(path))
+            entries = read_record_table_rows_of_study(load_study(part), str(path))
         except ConfigError as error:  # name the requested file, not the temporary one
             raise ConfigError(str(error).replace(str(part), str(path))) from None
         if can_compute_fault_alignment(entries.values()):
@@ -148,7 +148,7 @@ def create_study_file(
 
 
 @app.command("document")
-def write_schemas_and_key_table(
+def write_json_schemas_and_study_key_table(
     folder: Annotated[Path, typer.Argument(help="folder for schema.json and README.md")] = Path("config"),
 ) -> None:
     """Write the JSON schemas of study, findings and survey files, and the table of study keys in config/README.md."""

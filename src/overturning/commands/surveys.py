@@ -65,7 +65,7 @@ def summarise_or_compare_survey(
     from overturning.files import check_output_path, check_outputs_are_separate_files
     from overturning.findings.observed import observed_survey_findings
     from overturning.findings.survey_commands import SurveyCommandResults
-    from overturning.report.drawings import write_observed_roses
+    from overturning.report.drawings import write_observed_roses_figure
     from overturning.surveys.observed import summarise_survey
     from overturning.surveys.stones import read_survey_table
 
@@ -85,15 +85,15 @@ def summarise_or_compare_survey(
     for note in table.notes:
         print(note)
     observed = observed_survey_findings(summarise_survey(table))
-    _print_rendered_template(SurveyCommandResults(observed=[observed]), "survey_summary")
+    _print_results_with_template(SurveyCommandResults(observed=[observed]), "survey_summary")
     if cube is not None:
         print()
         _compare_survey_with_cube(stones, table, (cubes, record), background, figure, output)
     elif figure is not None:
-        write_observed_roses([observed.together, *observed.sites], figure)
+        write_observed_roses_figure([observed.together, *observed.sites], figure)
         print(f"figure: {figure}")
     if rose is not None:
-        write_observed_roses([observed.together], rose)
+        write_observed_roses_figure([observed.together], rose)
         print(f"rose: {rose}")
 
 
@@ -116,10 +116,10 @@ def _check_survey_can_be_compared(table: "SurveyTable", path: Path, cubes_by_sit
     Nothing is checked if no results cube is given, since nothing is compared then.
     """
     from overturning.errors import closest_name_hint
-    from overturning.surveys.stones import check_has_counted_stone
+    from overturning.surveys.stones import check_survey_has_counted_stone
 
     if cubes_by_site:
-        check_has_counted_stone(table, path)
+        check_survey_has_counted_stone(table, path)
     for site in filter(None, cubes_by_site):
         if site not in table.sites:
             names = ", ".join(filter(None, table.sites)) or "–"
@@ -142,7 +142,7 @@ def _compare_survey_with_cube(
     from overturning.findings.survey_commands import SurveyCommandResults
     from overturning.findings.surveys import survey_findings
     from overturning.labels import unsimulated_azimuth_label, variant_label_as_list
-    from overturning.stored import write_result
+    from overturning.stored import write_result_as_json
     from overturning.study.cube import index_of_record, open_cube
     from overturning.surveys.comparison import compare_survey_with_prediction, make_stored_survey_comparison
     from overturning.surveys.ground import soil_layers_of_cube
@@ -172,13 +172,13 @@ def _compare_survey_with_cube(
         print(f"no plane {gaps} was computed: the prediction for these directions comes from other planes")
     found = survey_findings(result)
     # The summary has printed the doubts.
-    _print_rendered_template(SurveyCommandResults(surveys=[found.model_copy(update={"doubts": []})]), "survey")
+    _print_results_with_template(SurveyCommandResults(surveys=[found.model_copy(update={"doubts": []})]), "survey")
     if output is not None:
-        write_result(result, output)
+        write_result_as_json(result, output)
     if figure is not None:
-        from overturning.report.drawings import write_survey_falls
+        from overturning.report.drawings import write_survey_falls_figure
 
-        write_survey_falls([found], figure)
+        write_survey_falls_figure([found], figure)
         print(f"figure: {figure}")
 
 
@@ -191,15 +191,17 @@ def _compare_displacements(
     figure: Path | None,
     output: Path | None,
 ) -> None:
-    """Compare falls, shifts and twists of a survey with those of a 3-D study; print, store, draw the observed falls.
+    """Compare falls, shifts and twists of a survey with those of a 3-D study.
+
+    Print and store the comparison, and draw the observed falls.
 
     `cubes` are the results cube for all sites that are not named, and the cubes of single sites.
     """
     from overturning.findings.observed import observed_survey_findings
     from overturning.findings.survey_commands import SurveyCommandResults
     from overturning.findings.survey_displacements import survey_displacement_findings
-    from overturning.report.drawings import write_observed_roses
-    from overturning.stored import write_result
+    from overturning.report.drawings import write_observed_roses_figure
+    from overturning.stored import write_result_as_json
     from overturning.surveys.comparison import survey_file_hash_and_remarks
     from overturning.surveys.displacements import StoredDisplacementComparison, compare_displacements
     from overturning.surveys.observed import summarise_survey
@@ -224,16 +226,16 @@ def _compare_displacements(
     )
     found = survey_displacement_findings(result)
     shown = found.model_copy(update={"doubts": []})
-    _print_rendered_template(SurveyCommandResults(survey_displacements=[shown]), "displacements")
+    _print_results_with_template(SurveyCommandResults(survey_displacements=[shown]), "displacements")
     if output is not None:
-        write_result(result, output)
+        write_result_as_json(result, output)
     if figure is not None:
         observed = observed_survey_findings(summarise_survey(table))
-        write_observed_roses([observed.together, *observed.sites], figure)
+        write_observed_roses_figure([observed.together, *observed.sites], figure)
         print(f"figure: {figure}")
 
 
-def _print_rendered_template(found: "BaseModel", name: str) -> None:
+def _print_results_with_template(found: "BaseModel", name: str) -> None:
     """Print results as plain text, formatted by the report template `name`."""
     from overturning.report.render import parse_markdown, render_markdown
     from overturning.report.terminal import plain_text_lines
@@ -276,7 +278,7 @@ def infer_motion_from_survey(
     from overturning.files import check_output_path, check_outputs_are_separate_files
     from overturning.findings.inferred_motion import inferred_motion_findings
     from overturning.findings.survey_commands import SurveyCommandResults
-    from overturning.report.drawings import write_motion_posterior
+    from overturning.report.drawings import write_motion_posterior_figure
     from overturning.report.filters import counted
     from overturning.study.preflight import format_duration
     from overturning.surveys.inversion import SurveyInversion
@@ -285,7 +287,7 @@ def infer_motion_from_survey(
     from overturning.surveys.responses import (
         StoneOutcomeProbabilities,
         kinds_of_survey_stones,
-        note_on_broad_stones,
+        note_on_stones_broader_than_simulated,
         simulation_case_count_and_time,
     )
     from overturning.surveys.stones import read_stones_with_notes
@@ -295,7 +297,7 @@ def infer_motion_from_survey(
     check_outputs_are_separate_files({"--figure": figure, "--output": output}, [stones, *(motion_files or ())])
     rows, notes, doubts = read_stones_with_notes(stones)
     kinds = kinds_of_survey_stones(rows, str(stones))
-    for note in (*notes, *doubts, *note_on_broad_stones(rows)):
+    for note in (*notes, *doubts, *note_on_stones_broader_than_simulated(rows)):
         print(note)
     library = candidate_motions(read_motions_with_unique_ids(motion_files or ()), only_user_records=only_given_motions)
     cases, seconds = simulation_case_count_and_time(library, kinds)
@@ -320,11 +322,13 @@ def infer_motion_from_survey(
 
     responses = StoneOutcomeProbabilities(library, kinds, threads=threads, progress=print_progress)
     result = SurveyInversion(responses, background_share, fixed_share).invert_survey(stones.name, rows)
-    _print_rendered_template(SurveyCommandResults(inferred_motions=[inferred_motion_findings(result, rows)]), "motions")
+    _print_results_with_template(
+        SurveyCommandResults(inferred_motions=[inferred_motion_findings(result, rows)]), "motions"
+    )
     if output is not None:
         write_inversion_result(result, output)
     if figure is not None:
-        write_motion_posterior(result, figure)
+        write_motion_posterior_figure(result, figure)
         print(f"figure: {figure}")
 
 
@@ -336,17 +340,25 @@ def compute_survival_probability(
         Path | None, typer.Option(help="survey (CSV); if none of its stones fell, it bounds the rate of falls")
     ] = None,
 ) -> None:
-    """Compute the probability that stones survive a seismic hazard for some years, and bounds from standing stones.
+    """Compute the probability that stones survive a seismic hazard for some years.
+
+    Bound the rate of falls if none of them fell.
 
     Earthquakes are a Poisson process: λ = ∫ P(fall | x) |dν(x)|, P(stands) = exp(−λT).
     """
     from overturning.findings.standing import survival_findings
-    from overturning.surveys.standing import read_fragility_curves, read_hazard_curves, survival_by_class
+    from overturning.surveys.standing import (
+        read_fragility_curves,
+        read_hazard_curves,
+        survival_probability_by_stone_class,
+    )
     from overturning.surveys.stones import read_stones_with_notes
 
     curves, hazards = read_fragility_curves(fragility), read_hazard_curves(hazard)
     rows, notes, _ = (None, [], []) if stones is None else read_stones_with_notes(stones)
     for note in notes:
         print(note)
-    found = survival_by_class(curves, hazards, years, fragility_and_hazard_file_names=(str(fragility), str(hazard)))
-    _print_rendered_template(survival_findings(found, rows), "stood")
+    found = survival_probability_by_stone_class(
+        curves, hazards, years, fragility_and_hazard_file_names=(str(fragility), str(hazard))
+    )
+    _print_results_with_template(survival_findings(found, rows), "stood")

@@ -50,16 +50,16 @@ def read_and_process_record(
     """Read and process one record, and write its motion; station, event and site names are added later."""
     from overturning.errors import ArgumentError
     from overturning.records.processing import process_record
-    from overturning.records.read import read_record_without_table_labels
+    from overturning.records.read import read_record_without_descriptive_columns
     from overturning.records.store import write_record_to_motion_file
-    from overturning.study.load import load_study_from_file_or_json, record_table_rows
+    from overturning.study.load import load_study_from_file_or_json, read_record_table_rows_of_study
 
     settings = load_study_from_file_or_json(study)
-    entries = record_table_rows(settings, settings.name)
+    entries = read_record_table_rows_of_study(settings, settings.name)
     if record not in entries:
         raise ArgumentError(f"--record {record}: not in the study {settings.name}; it has {', '.join(entries)}")
     entry = entries[record]
-    raw = read_record_without_table_labels(entry, Path(settings.records.folder))
+    raw = read_record_without_descriptive_columns(entry, Path(settings.records.folder))
     done = process_record(raw, settings.processing, settings.site)
     write_record_to_motion_file(done, output, unprocessed_record=None if done is raw else raw)
 
@@ -103,15 +103,15 @@ def add_record_labels(
         read_unprocessed_record_from_motion_file,
         write_record_to_motion_file,
     )
-    from overturning.study.load import load_study_from_file_or_json, record_table_rows
+    from overturning.study.load import load_study_from_file_or_json, read_record_table_rows_of_study
 
     settings = load_study_from_file_or_json(study)
-    for name, entry in record_table_rows(settings, settings.name).items():
+    for name, entry in read_record_table_rows_of_study(settings, settings.name).items():
         path = motions / f"{name}.nc"
         before = read_unprocessed_record_from_motion_file(path)
-        labelled = None if before is None else read.add_labels_from_record_table(before, entry)
+        labelled = None if before is None else read.add_descriptive_metadata_from_table_row(before, entry)
         write_record_to_motion_file(
-            read.add_labels_from_record_table(read_record_from_motion_file(path), entry),
+            read.add_descriptive_metadata_from_table_row(read_record_from_motion_file(path), entry),
             output / path.name,
             unprocessed_record=labelled,
         )
@@ -128,10 +128,10 @@ def sample_ensemble_members(
     study: Study, output: Annotated[Path, typer.Option(help="table of members to write (CSV)")]
 ) -> None:
     """Draw the random parameter changes of the runs (members) of a study's ensemble, and write them as CSV."""
-    from overturning.study.ensemble import sample_member_changes
+    from overturning.study.ensemble import draw_parameter_changes_of_members
     from overturning.study.load import load_study_from_file_or_json
 
-    sample_member_changes(load_study_from_file_or_json(study).ensemble).write_csv(output)
+    draw_parameter_changes_of_members(load_study_from_file_or_json(study).ensemble).write_csv(output)
 
 
 def simulate_cases_of_record(
@@ -149,15 +149,15 @@ def simulate_cases_of_record(
     from overturning.study.load import load_study_from_file_or_json
     from overturning.study.parts import SweepChunk
     from overturning.study.scenes import numerical_options_of_study
-    from overturning.study.sweep import sweep_cases_of_record
+    from overturning.study.sweep import simulate_and_write_cases_of_record
 
     settings, part = load_study_from_file_or_json(study), SweepChunk.parse(chunk)
     record, drawn = read_record_from_motion_file(motion), EnsembleMembers.read_csv(members) if members else None
     numerics = numerical_options_of_study(settings, threads, _create_percent_progress_printer())
-    sweep_cases_of_record(settings, record, output, variant, members=drawn, chunk=part, numerics=numerics)
+    simulate_and_write_cases_of_record(settings, record, output, variant, members=drawn, chunk=part, numerics=numerics)
 
 
-def merge_parts_into_cube(
+def merge_outcome_files_into_cube(
     study: Study,
     motions: Motions,
     parts: Parts,
@@ -166,11 +166,13 @@ def merge_parts_into_cube(
     chunks: Chunks = 1,
 ) -> None:
     """Combine the files with outcomes of all records and chunks into the results cube of a study or variant."""
-    from overturning.study.gather import merge_sweep_parts
+    from overturning.study.gather import merge_outcome_files_into_cube
     from overturning.study.parts import sweep_part_paths
 
     settings, records = _load_study_and_processed_motions(study, motions)
-    merge_sweep_parts(settings, records, sweep_part_paths(parts, settings.records.use, chunks), output, variant)
+    merge_outcome_files_into_cube(
+        settings, records, sweep_part_paths(parts, settings.records.use, chunks), output, variant
+    )
 
 
 def fit_fragility(
@@ -192,13 +194,13 @@ def fit_fragility(
     from overturning.study.cube import open_cube
     from overturning.study.load import load_study_from_file_or_json
     from overturning.surveys.fragility_results import CURVES, write_fragility_curves
-    from overturning.surveys.population import fit_population_fragility_curves, population_rates_by_record
+    from overturning.surveys.population import fit_population_fragility_curves, population_outcome_rates_by_record
 
     settings = load_study_from_file_or_json(study)
     if settings.population is None:
         raise ConfigError(f"{settings.name}: no population; add the key population to the study")
     with open_cube(cube, amplitude=None) as outcomes, xr.open_dataset(intensity) as measures:
-        rates = population_rates_by_record(outcomes, settings.population)
+        rates = population_outcome_rates_by_record(outcomes, settings.population)
         curves = fit_population_fragility_curves(rates, measures)
         write_fragility_curves(curves, rates, measures, output / CURVES.name)
     write_fragility_csv(curves, output / "fragility.csv")
@@ -216,18 +218,23 @@ def run_convergence_check(
 ) -> None:
     """Simulate a random sample of cases again with finer time steps and stiffer contacts, and store the changes."""
     from overturning.errors import ConfigError
-    from overturning.stored import write_result
+    from overturning.stored import write_result_as_json
     from overturning.study.convergence_check import check_convergence
-    from overturning.study.sample import read_cell_sample, read_rigid_block_sample
+    from overturning.study.sample import read_random_case_sample, read_sample_to_compare_with_rigid_block
 
     settings, records = _load_study_and_processed_motions(study, motions)
     if isinstance(settings.verification, str):
         raise ConfigError(f"{settings.name}: verification: none; remove the key for a convergence check")
-    sample = read_cell_sample(cube, settings.verification)
+    sample = read_random_case_sample(cube, settings.verification)
     found = check_convergence(
-        settings, records, sample, threads, _create_percent_progress_printer(), read_rigid_block_sample(cube, settings)
+        settings,
+        records,
+        sample,
+        threads,
+        _create_percent_progress_printer(),
+        read_sample_to_compare_with_rigid_block(cube, settings),
     )
-    write_result(found, output)
+    write_result_as_json(found, output)
 
 
 def draw_figures_of_records(
@@ -239,7 +246,7 @@ def draw_figures_of_records(
 
     from overturning.figures.record import draw_record_figures
     from overturning.figures.write import write_figure_in_study_formats
-    from overturning.study.gather import merge_sweep_parts
+    from overturning.study.gather import merge_outcome_files_into_cube
     from overturning.study.parts import sweep_part_paths
     from overturning.translation.texts import translate_visible_texts_to
 
@@ -247,7 +254,7 @@ def draw_figures_of_records(
     write = partial(write_figure_in_study_formats, settings.figures)
     with TemporaryDirectory() as folder, translate_visible_texts_to(settings.language):
         cube = Path(folder) / "cube.nc"
-        merge_sweep_parts(settings, records, sweep_part_paths(parts, settings.records.use, chunks), cube)
+        merge_outcome_files_into_cube(settings, records, sweep_part_paths(parts, settings.records.use, chunks), cube)
         draw_record_figures(cube, intensity, output, write)
 
 
@@ -297,7 +304,7 @@ def write_study_report(
     write_report(results, output, pdf, load_study_from_file_or_json(study) if study else None, language)
 
 
-def write_research_crate(
+def write_research_data_package(
     results: Annotated[Path, typer.Option(help="folder of the study's results")],
     produced_files: Annotated[
         str, typer.Option("--made", help="files and folders to describe, one per line, or a file with them")
@@ -319,13 +326,13 @@ STEPS: dict[str, Callable[..., None]] = {
     "rotate": compute_intensity_measures,
     "members": sample_ensemble_members,
     "sweep": simulate_cases_of_record,
-    "gather": merge_parts_into_cube,
+    "gather": merge_outcome_files_into_cube,
     "check-convergence": run_convergence_check,
     "fragility": fit_fragility,
     "record-figures": draw_figures_of_records,
     "figures": draw_figures_of_study,
     "illustrative": simulate_illustrative_cases,
     "report": write_study_report,
-    "crate": write_research_crate,
+    "crate": write_research_data_package,
 }
 """Functions of all steps by command name, in the order of a run."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.balance import rerun_cases_until_energy_balances
-from overturning.dem.kernel.ground import GroundMotion, largest_acceleration_ahead_of_samples
+from overturning.dem.kernel.ground import GroundMotion, largest_upcoming_acceleration
 from overturning.dem.kernel.queue import QueueSettings, run_case_queue
 from overturning.dem.numerics import NumericalOptions
 from overturning.errors import ArgumentError
@@ -95,7 +95,7 @@ class SimulationPlan(ABC):
         return None if self.motion.up is None else np.concatenate([self.motion.up, np.zeros(3)])
 
     @cached_property
-    def largest_accelerations_ahead(self) -> tuple[FloatArray, FloatArray]:
+    def largest_upcoming_accelerations(self) -> tuple[FloatArray, FloatArray]:
         """Largest horizontal and vertical base accelerations after each sample, m/s²; see `GroundMotion.loudest`."""
         across = np.abs(self.ground) if self.ground.ndim == 2 else np.sqrt((self.ground**2).sum(axis=1))
         up = (
@@ -104,9 +104,7 @@ class SimulationPlan(ABC):
             else np.abs(self.vertical_base_acceleration)
         )
         interval = self.motion.sampling_interval
-        return largest_acceleration_ahead_of_samples(across, interval), largest_acceleration_ahead_of_samples(
-            up, interval
-        )
+        return largest_upcoming_acceleration(across, interval), largest_upcoming_acceleration(up, interval)
 
     def initial_results(self) -> CaseResults:
         """Return the results of all cases before the simulation: at rest, or missing if the contact is too soft."""
@@ -144,7 +142,7 @@ class SimulationPlan(ABC):
         )
         recorded = buffer
 
-        def run_case_rows(rows: NDArray[np.int64], step_divisor: int) -> None:
+        def simulate_cases_in_rows(rows: NDArray[np.int64], step_divisor: int) -> None:
             """Simulate the cases in these rows of the result table, with each time step divided by `step_divisor`."""
             nonlocal recorded
             buffer[:] = 0.0
@@ -155,7 +153,7 @@ class SimulationPlan(ABC):
                 check_trajectory_size(2 * recorded.size * self.values_per_trajectory_row)
             recorded = recorded[:count]
 
-        rerun_cases_until_energy_balances(run_case_rows, results["status"], results["energy_error"])
+        rerun_cases_until_energy_balances(simulate_cases_in_rows, results["status"], results["energy_error"])
         return self.case_outcome_variables(case_numbers, tables), recorded
 
     def compute_single_case(self, aftermath: float = 0.0) -> tuple[CaseResults, Trajectory]:
@@ -235,7 +233,7 @@ class SimulationPlan(ABC):
             lanes=lane_count,
         )
         ground, row = (
-            GroundMotion(self.ground, self.vertical_base_acceleration, *self.largest_accelerations_ahead),
+            GroundMotion(self.ground, self.vertical_base_acceleration, *self.largest_upcoming_accelerations),
             self.row[case_numbers],
         )
         return {"settings": settings, "cases": cases, "row": row, "results": result_tables["results"], "ground": ground}
@@ -279,7 +277,7 @@ class SimulationPlan(ABC):
         """Convert the kernel's output rows of the plan's only case to a trajectory object."""
 
 
-def motion_rows_and_base_accelerations(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray]:
+def base_accelerations_by_azimuth(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray]:
     """Return, for each of n cases, the row of its base acceleration, and the array of these accelerations, m/s².
 
     The shapes are (n,) and (azimuths, samples + 3): a row for each distinct azimuth, with three zeros after the record.

@@ -91,7 +91,7 @@ def find_strong_motion_ranges(
     return first, calm, stays_at_rest
 
 
-def rest_acceleration_threshold(
+def largest_acceleration_without_motion(
     lift_threshold: FloatArray,
     slip_threshold: FloatArray,
     unload_threshold: FloatArray,

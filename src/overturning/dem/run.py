@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from overturning.dem.cluster import simulate_cases_on_cluster
 from overturning.dem.numerics import NumericalOptions
-from overturning.errors import ArgumentError, suggest_closest_keyword
+from overturning.errors import ArgumentError, refuse_unknown_keywords
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.falls import model_from_scene_or_shape
@@ -109,7 +109,7 @@ def simulate_cases(
     return results
 
 
-@suggest_closest_keyword(NumericalOptions)
+@refuse_unknown_keywords(NumericalOptions)
 def run_cases(
     motion: Accelerogram, cases: Cases, model: "Model | Scene | Shape | str | int | None" = None, **options: Any
 ) -> CaseResults:
@@ -142,7 +142,9 @@ def run_cases(
 def split_into_case_groups(
     ordered_cases: NDArray[np.int64], parallel_group_by_case: NDArray[np.int64], split_long_groups: bool
 ) -> list[NDArray[np.int64]]:
-    """Split cases into groups of at most `MAX_QUEUE_LENGTH` cases, all of a group with the same group number.
+    """Split cases into groups of at most `MAX_QUEUE_LENGTH` cases.
+
+    All cases of a group have the same number in `parallel_group_by_case`.
 
     `ordered_cases` are indices of cases, ordered by their number in `parallel_group_by_case`. If `split_long_groups`,
     128 or more cases of one number make at least two groups, so that two threads share them.

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.arrays import ArrayLike, create_xarray_dataset, float_array_of_argument
+from overturning.arrays import ArrayLike, convert_argument_to_float_array, create_xarray_dataset
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import simulate_cases
-from overturning.errors import ArgumentError, suggest_closest_keyword
+from overturning.errors import ArgumentError, refuse_unknown_keywords
 from overturning.model.falls import model_from_scene_or_shape
 from overturning.model.grid import AXES, CaseGrid, checked_finite_values
 from overturning.model.model import Model
@@ -43,8 +43,8 @@ def create_case_grid(
     """
     if (
         isinstance(model, SceneModel)
-        and not model.scene.varies_friction
-        and (float_array_of_argument("friction", friction) != 1.0).any()
+        and not model.scene.has_contact_with_unset_friction
+        and (convert_argument_to_float_array("friction", friction) != 1.0).any()
     ):
         raise ArgumentError(
             f"friction: {np.asarray(friction).tolist()}; scene {model.scene.name} has coefficients of its own; "
@@ -71,7 +71,7 @@ def create_case_grid(
 def simulate_grid(model: Model, motion: Motion, grid: CaseGrid, numerics: NumericalOptions) -> dict[str, NDArray[Any]]:
     """Simulate the cases of a grid under one motion; return arrays of the shape of the grid by variable name."""
     few = model.drop_ineffective_frictions(grid)
-    sources = model.computed_cell_of_each_direction(few, numerics.leave_out)
+    sources = model.simulated_direction_for_each_direction(few, numerics.leave_out)
     own, of_each = np.arange(few.case_count).reshape(few.shape), few.case_count // few.shape[0]
     answering = few.broadcast_over_grid(sources.cell) * of_each + own % of_each
     computed, place = np.unique(answering, return_inverse=True)
@@ -107,7 +107,7 @@ def simulate_as_arrays(
     return simulate_grid(model, as_motion(motion), create_case_grid(model, **parameters), NumericalOptions(**numerics))
 
 
-@suggest_closest_keyword(NumericalOptions)
+@refuse_unknown_keywords(NumericalOptions)
 def simulate(
     motion: Accelerogram,
     model: Model | Scene | Shape | str | int | None = None,

@@ -8,7 +8,7 @@ from overturning.arrays import create_xarray_dataset
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import plan_simulation
 from overturning.dem.simulate import create_case_grid
-from overturning.errors import ArgumentError, suggest_closest_keyword
+from overturning.errors import ArgumentError, refuse_unknown_keywords
 from overturning.model.cases import Cases
 from overturning.model.falls import model_from_scene_or_shape
 from overturning.model.model import Model
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-@suggest_closest_keyword(NumericalOptions, "aspect", "amplitude", "initial_tilt", "aftermath")
+@refuse_unknown_keywords(NumericalOptions, "aspect", "amplitude", "initial_tilt", "aftermath")
 def trajectory(
     motion: Accelerogram,
     model: Model | Scene | Shape | str | int | None = None,
@@ -101,7 +101,7 @@ def trajectory(
         raise ArgumentError(f"aftermath: {aftermath}; a finite number of seconds, at least 0")
     numerics = NumericalOptions(**options)
     # Rotated to the equivalent direction that a grid computes: in another one, the last bits of the result differ.
-    sources = model.computed_cell_of_each_direction(grid, numerics.leave_out)
+    sources = model.simulated_direction_for_each_direction(grid, numerics.leave_out)
     case = Cases(grid.direction_values_deg - sources.turn_deg.ravel(), **size, **more, initial_tilt=tilt)
     results, path = plan_simulation(model, as_motion(motion), case, numerics).compute_single_case(aftermath)
     views = {name: values.reshape(grid.shape + values.shape[1:]) for name, values in vars(results).items()}

@@ -145,7 +145,7 @@ def alignment_with_references_figure(alignments_by_group: Mapping[str, Mapping[s
     return figure
 
 
-def overturned_share_contrast_figure(
+def overturned_share_difference_figure(
     row_names: Sequence[str],
     shares_by_setting: Mapping[str, Sequence[PlottedEstimate]],
     share_differences: Sequence[PlottedEstimate],

@@ -34,7 +34,9 @@ def simulated_azimuths_deg(cube: xr.Dataset) -> FloatArray:
 
 
 def trim_outer_rings_without_falls(cube: xr.Dataset, *falls: xr.DataArray) -> xr.Dataset:
-    """Remove from a results cube the largest B/H, at which no block can fall; keep one such B/H as an empty ring.
+    """Remove the large B/H at which no block can fall from a results cube, except for the smallest of them.
+
+    The smallest of them is drawn as an empty ring.
 
     A ring is the part of a polar map that shows one B/H.
 

@@ -54,7 +54,9 @@ _SMALLEST: Final = 12.0
 
 
 class CompassAxes(PolarAxes):
-    """Polar panel with north at the top and angles clockwise, whose names and rings are texts and one path.
+    """Polar panel with north at the top and clockwise angles.
+
+    Its direction names are texts, and its rings are one path.
 
     Attributes
     ----------
@@ -267,7 +269,7 @@ def _text_overhang_beyond_rim(axes: CompassAxes, texts: Sequence[Text], renderer
 
 
 def _set_panel_position(axes: CompassAxes, left: float, bottom: float, width: float, height: float) -> None:
-    """Set the position of a panel, as shares of the figure, and keep the panel part of Matplotlib's layout."""
+    """Set the position of a panel, as shares of the figure, and let Matplotlib's layout go on counting the panel."""
     axes.set_position((left, bottom, width, height))
     axes.set_in_layout(True)
 

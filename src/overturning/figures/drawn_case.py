@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from overturning.stored import read_result, write_result
+from overturning.stored import read_json_result, write_result_as_json
 
 CASES: Final = "cases.json"
 """File of the cases, next to their figures."""
@@ -47,11 +47,11 @@ class IllustrativeCaseWithFigures:
     figures: dict[str, dict[str, Any]]
 
 
-def write_cases_with_figures(drawn_cases: list[IllustrativeCaseWithFigures], folder: Path) -> None:
+def write_illustrative_case_list(drawn_cases: list[IllustrativeCaseWithFigures], folder: Path) -> None:
     """Write ``cases.json``: the illustrative cases of a study, with the names of their films and figures."""
-    write_result(drawn_cases, folder / CASES, indent=None)
+    write_result_as_json(drawn_cases, folder / CASES, indent=None)
 
 
-def read_cases_with_figures(folder: Path) -> list[IllustrativeCaseWithFigures]:
+def read_illustrative_case_list(folder: Path) -> list[IllustrativeCaseWithFigures]:
     """Read the illustrative cases with films and figures from a folder; a `ResultError` if they are missing."""
-    return read_result(list[IllustrativeCaseWithFigures], folder / CASES, "illustrative cases")
+    return read_json_result(list[IllustrativeCaseWithFigures], folder / CASES, "illustrative cases")

@@ -33,10 +33,10 @@ from overturning.figures.page import json_for_script, read_template_text, render
 from overturning.figures.style import FAULT, HATCH_COLOUR, MISSING, PROBABILITY, STANDS
 from overturning.files import write_text
 from overturning.labels import variant_label_as_list
-from overturning.model.falls import model_of_cube
+from overturning.model.falls import model_of_results_cube
 from overturning.model.planes import azimuth_period_of_cube_deg
 from overturning.model.symmetry import PLANE_PERIOD
-from overturning.study.cube import first_shown_height_and_friction, study_of_cube, study_with_presentation_settings
+from overturning.study.cube import first_shown_height_and_friction, study_of_cube, study_with_title_and_figures
 from overturning.study.film_options import film_command_options
 from overturning.study.preflight import MAX_CELLS_PER_PAGE
 from overturning.study.scenes import variant_scene
@@ -74,7 +74,7 @@ def explorer_page_data(
         Function that receives the number and the cells of each record and stores them; the returned data then does not
         contain them.
     study : Study, optional
-        Study whose title, question and `figures` the page shows; by default the `study_with_presentation_settings`.
+        Study whose title, question and `figures` the page shows; by default the `study_with_title_and_figures`.
 
     Returns
     -------
@@ -84,7 +84,7 @@ def explorer_page_data(
     """
     one = cube if "element" in cube.dims else cube.expand_dims(element=[""], axis=-1)
     one = one if "aspect" in one.dims else one.expand_dims(aspect=[1.0])
-    model, study = model_of_cube(cube), study_with_presentation_settings(cube, study)
+    model, study = model_of_results_cube(cube), study_with_title_and_figures(cube, study)
     degrees = _has_rotation_in_degrees(cube, one.sizes["element"])
     turn_steps = [DEGREE_STEP if one_in_degrees else ALPHA_STEP for one_in_degrees in degrees]
     first, options = _initial_block_and_element_indices(one, study), film_command_options(cube)
@@ -175,7 +175,7 @@ def _direction_cell_edges(direction_deg: FloatArray, is_planar: bool) -> FloatAr
 def _explorer_title(cube: "xr.Dataset", study: Study | None) -> str:
     """Return the title of the interactive page: study, variant, and the element to which height and B/H refer."""
     title = (study.title if study else "") or str(cube.attrs.get("title", ""))
-    parts = filter(None, [title, *variant_label_as_list(cube), *_size_reference_element_note(cube)])
+    parts = filter(None, [title, *variant_label_as_list(cube), *_note_on_size_reference_element(cube)])
     return translate(", ").join(map(translate, parts))
 
 
@@ -192,7 +192,7 @@ def _initial_block_and_element_indices(cube: "xr.Dataset", study: Study | None) 
     return {"height": 0, "friction": cube.sizes["friction"] - 1, **block, "element": names.index(element)}
 
 
-def _size_reference_element_note(cube: "xr.Dataset") -> list[str]:
+def _note_on_size_reference_element(cube: "xr.Dataset") -> list[str]:
     """Return a list with a note that names the scene element to which height and B/H refer; [] for a single element."""
     if cube.sizes["element"] == 1:
         return []
@@ -202,7 +202,7 @@ def _size_reference_element_note(cube: "xr.Dataset") -> list[str]:
 def _has_rotation_in_degrees(cube: "xr.Dataset", element_count: int) -> list[bool]:
     """Return, per scene element, True if its rotation is in degrees, False if it is a share of its critical angle."""
     if "critical_angle" not in cube:
-        return element_count * [not model_of_cube(cube).one_component]
+        return element_count * [not model_of_results_cube(cube).one_component]
     unknown = cube["critical_angle"].isnull()
     return list(np.atleast_1d(unknown.any([name for name in unknown.dims if name != "element"]).to_numpy()).tolist())
 

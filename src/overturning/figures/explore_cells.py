@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.falls import model_of_cube
+from overturning.model.falls import model_of_results_cube
 from overturning.model.planes import fall_probability_to_either_side
 from overturning.model.status import CaseStatus
 
@@ -49,7 +49,7 @@ def encode_outcomes_of_record(
 
     Rotations are multiples of the step of each scene element (`rotation_steps`).
     """
-    model = model_of_cube(record_cube)
+    model = model_of_results_cube(record_cube)
     order = (model.direction, "height", "b_over_h", "aspect", "friction", "element")
 
     def flatten_in_page_order(record_variable: "xr.DataArray") -> FloatArray:
@@ -64,9 +64,9 @@ def encode_outcomes_of_record(
     time_step = max(_TIME_STEP, float(np.nanmax(time, initial=0.0)) / (np.iinfo("<u2").max - 1))  # 16 bits must hold it
     cells = {
         "flag": _encode_array_as_base64(
-            np.where(np.isnan(flag), flatten_in_page_order(_flags_of_cases_without_outcome(record_cube)), flag).astype(
-                "i1"
-            )
+            np.where(
+                np.isnan(flag), flatten_in_page_order(_status_codes_of_cases_without_outcome(record_cube)), flag
+            ).astype("i1")
         ),
         "rotation": _encode_as_base64_integers(
             flatten_in_page_order(record_cube[_ROTATION[model.direction]]), np.asarray(rotation_steps), "<u2"
@@ -87,8 +87,8 @@ def encode_outcomes_of_record(
     return cells
 
 
-def _flags_of_cases_without_outcome(record_cube: "xr.Dataset") -> "xr.DataArray":
-    """Return the flag shown for a case without an outcome: 10 + its status number, or 2 if the reason is not stored."""
+def _status_codes_of_cases_without_outcome(record_cube: "xr.Dataset") -> "xr.DataArray":
+    """Return the code shown for a case without an outcome: 10 + its status number, or 2 if the reason is not stored."""
     import xarray as xr
 
     unknown = xr.full_like(record_cube["overturned"], 2.0, dtype=np.float64)
@@ -153,7 +153,7 @@ def choose_initial_explorer_case(block_cells: "xr.Dataset", full_circle: bool) -
     full_circle : bool
         True if the last direction is next to the first one.
     """
-    order = (model_of_cube(block_cells).direction, "b_over_h")
+    order = (model_of_results_cube(block_cells).direction, "b_over_h")
     ensemble = ensemble_fall_probabilities(block_cells)
     chance = np.nan_to_num(
         fall_probabilities_to_show(block_cells)["towards"].transpose(*order).to_numpy().astype(np.float64)

@@ -213,7 +213,7 @@ def interpolate_to_frame_times(
 
 
 def known_fall_times(trajectory: "xr.Dataset") -> list[float]:
-    """Return the times, s, at which the stones of a simulation fall, as far as they do."""
+    """Return the times, s, at which stones fall in a simulation; stones that stand are left out."""
     times = np.ravel(trajectory["overturning_time"].to_numpy())
     return [float(time) for time in times[np.isfinite(times)]]
 

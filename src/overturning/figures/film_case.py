@@ -40,7 +40,7 @@ def film_title_facts(model: Model, block_sizes: Mapping[str, float], place_name:
 
 def _stone_facts_of_scene(scene: Scene) -> dict[str, Any]:
     """Return kind, name and friction of a scene's stone for a film title; None as friction if the scene sets it."""
-    own = {} if scene.varies_friction else {"friction": None}
+    own = {} if scene.has_contact_with_unset_friction else {"friction": None}
     if scene.is_single_block and scene.name == "gravestone":
         return {"kind": "stone", **own}
     return {"kind": "scene", "scene": scene.title or scene.name, "element": scene.size_reference_element_name, **own}

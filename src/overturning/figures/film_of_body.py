@@ -51,15 +51,17 @@ def _standing_stones_sentence(stones: list["xr.Dataset"]) -> str:
     tilts_at_end = [float(np.hypot(one["tilt_north"], one["tilt_east"])) for one in last]
     moves = max(*tilts_at_end, *(float(np.abs(one["angular_velocity"]).max()) for one in last)) > STILL
 
-    def largest(values: list[float]) -> tuple[float, str]:
+    def largest_value_and_stone_name(values: list[float]) -> tuple[float, str]:
         """Return the largest absolute value, and the name of its stone if there are several."""
         place = int(np.argmax(np.abs(values)))
         return values[place], str(stones[place]["element"].item()) if len(stones) > 1 else ""
 
     return standing_body_sentence(
-        largest([float(one["peak_tilt"]) for one in stones]),
-        largest([float(one["residual_twist"]) for one in stones]),
-        largest([float(np.hypot(one["residual_slip_north"], one["residual_slip_east"])) for one in stones]),
+        largest_value_and_stone_name([float(one["peak_tilt"]) for one in stones]),
+        largest_value_and_stone_name([float(one["residual_twist"]) for one in stones]),
+        largest_value_and_stone_name(
+            [float(np.hypot(one["residual_slip_north"], one["residual_slip_east"])) for one in stones]
+        ),
         still_moves=bool(moves),
     )
 

@@ -26,7 +26,7 @@ STONE: Final = "#c9c4ba"
 GROUND: Final = "#8a8a86"
 
 
-def strip_frame_times_and_captions(film: Film) -> tuple[FloatArray, tuple[str, ...]]:
+def film_strip_frame_times_and_captions(film: Film) -> tuple[FloatArray, tuple[str, ...]]:
     """Return times (s) and captions of the four frames that a printed film shows; all panels have the same frames.
 
     The first uplift is the first frame in which a stone of any panel has turned by `UPLIFT_ANGLE`, or by half of its
@@ -62,7 +62,7 @@ def rotation_angle_by_frame(body: FilmBody, frame_count: int) -> FloatArray:
 
 def film_strip_figure(film: Film, *, titled: bool = True) -> "Figure":
     """Return a figure with four frames of each panel of a film, in rows, for printing."""
-    times, names = strip_frame_times_and_captions(film)
+    times, names = film_strip_frame_times_and_captions(film)
     rows = len(film.panels)
     edges = _axis_limits_of_body_view(film) if film.panels[0].shows_3d_body else extent_of_free_bodies(film)
     left, right, bottom, top = edges

@@ -104,7 +104,9 @@ def station_and_event_text(station: str, event: str) -> str:
 
 
 def record_and_event_text(record_cube: "xr.Dataset") -> str:
-    """Return station and earthquake of the one record of a cube, as far as given; the id stands for a nameless station.
+    """Return the station and the earthquake of a cube's only record as text.
+
+    The record's id replaces a missing station name.
 
     Synthetic records have no station, so that without their ids several pulses would have one name.
     """
@@ -225,14 +227,14 @@ def standing_body_sentence(
     is printed as 0.
     """
 
-    def number_and_name(value: float, name: str) -> tuple[str, str]:
+    def format_value_and_stone_name(value: float, name: str) -> tuple[str, str]:
         """Return a value with one decimal, and the name of its stone in brackets."""
         number = f"{abs(value):.1f}"
         return number, f" ({name})" if name and number != "0.0" else ""
 
-    tilt, of_tilt = number_and_name(*peak_tilt_deg)
-    twist, of_twist = number_and_name(*final_twist_deg)
-    slip, of_slip = number_and_name(100.0 * final_slip_m[0], final_slip_m[1])
+    tilt, of_tilt = format_value_and_stone_name(*peak_tilt_deg)
+    twist, of_twist = format_value_and_stone_name(*final_twist_deg)
+    slip, of_slip = format_value_and_stone_name(100.0 * final_slip_m[0], final_slip_m[1])
     stands = "everything stands" if peak_tilt_deg[1] else "stands"
     side = "clockwise" if final_twist_deg[0] >= 0 else "anticlockwise"
     still = ", where it still rocks or rolls" if still_moves else ""

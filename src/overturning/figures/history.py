@@ -43,7 +43,7 @@ BINS: Final = 600
 """Number of bins along the time axis; only the smallest and the largest sample of each are drawn (below a pixel)."""
 
 
-def record_history_figure(unprocessed_record: Record, processed_record: Record) -> "Figure":
+def record_before_and_after_processing_figure(unprocessed_record: Record, processed_record: Record) -> "Figure":
     """Draw time histories and spectra of a record before and after processing, a column per component.
 
     Rows: acceleration, velocity and displacement before (grey) and after processing; Fourier amplitudes with the

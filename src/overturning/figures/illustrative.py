@@ -10,7 +10,7 @@ import numpy as np
 
 from overturning.dem.trajectory import trajectory
 from overturning.figures.boundary import overturning_boundary_figure
-from overturning.figures.drawn_case import IllustrativeCaseWithFigures, write_cases_with_figures
+from overturning.figures.drawn_case import IllustrativeCaseWithFigures, write_illustrative_case_list
 from overturning.figures.film_case import film_title_facts
 from overturning.figures.film_of_trajectory import AFTERMATH, film_of_trajectories
 from overturning.figures.film_strip import film_strip_figure
@@ -20,7 +20,7 @@ from overturning.figures.response import rotation_slip_and_uplift_figure, tilt_p
 from overturning.figures.style import package_matplotlib_settings
 from overturning.figures.write import empty_folder_then_list_new_files, save_figure_files
 from overturning.labels import friction_label
-from overturning.model.falls import model_of_cube
+from overturning.model.falls import model_of_results_cube
 from overturning.model.planes import PlanarModel
 from overturning.motion.motion import Motion
 from overturning.records.store import read_record_from_motion_file
@@ -31,12 +31,12 @@ from overturning.statistics.illustrative import (
     case_with_differing_outcomes,
     find_illustrative_cases,
 )
-from overturning.study.cube import element_name_of_cube, open_cube_by_record, study_of_cube
+from overturning.study.cube import element_name_to_show, open_cube_by_record, study_of_cube
 from overturning.study.scenes import (
     NOMINAL,
     StudyToSceneSizeConversion,
-    compared_elements,
     motion_for_variant,
+    names_of_compared_elements,
     numerical_options_of_study,
     select_element,
     variant_model,
@@ -86,7 +86,7 @@ def draw_illustrative_cases(
         if compared_cube_path is not None:
             with open_cube_by_record(compared_cube_path, element=None) as other_cube:
                 variant = str(other_cube.attrs["variant"])
-                here, there = compared_elements(study_of_cube(elements), variant)
+                here, there = names_of_compared_elements(study_of_cube(elements), variant)
                 answer = case_with_differing_outcomes(
                     select_element(elements, here),
                     select_element(other_cube.isel(record=chosen), there),
@@ -98,7 +98,7 @@ def draw_illustrative_cases(
             _draw_illustrative_case(cube, case, motion_folder, output_folder / str(number), drawn_files)
             for number, case in enumerate(cases, 1)
         ]
-        write_cases_with_figures(rows, output_folder)
+        write_illustrative_case_list(rows, output_folder)
 
 
 def _select_default_element_and_mark_any_fall(cube: "xr.Dataset") -> "xr.Dataset":
@@ -106,7 +106,7 @@ def _select_default_element_and_mark_any_fall(cube: "xr.Dataset") -> "xr.Dataset
     if "element" not in cube.dims:
         return cube
     falls = (abs(cube["overturned"]) == 1).any("element")
-    return select_element(cube, element_name_of_cube(cube)).assign({ANY_ELEMENT_FALLS: falls})
+    return select_element(cube, element_name_to_show(cube)).assign({ANY_ELEMENT_FALLS: falls})
 
 
 CaseFigure = tuple[str, "Callable[[], Figure]", str, dict[str, float]]
@@ -146,7 +146,7 @@ def _draw_illustrative_case(
     title = f"{place}: {block_label(study, case.block)}"
     strip_figure = partial(film_strip_figure, film, titled=False)
     drawn: list[CaseFigure] = [("strip", strip_figure, "four frames of the film", {})]
-    if model_of_cube(one).one_component:
+    if model_of_results_cube(one).one_component:
         drawn += _figures_for_planar_film(one, paths, motion, (title, place))
     else:
         about = "tilt of the axis towards north and east, and hodographs of the ground"
@@ -231,7 +231,7 @@ def _figures_for_planar_film(
     if len(azimuths) == 1:
         azimuths.append((azimuths[0] + 90.0) % 360.0)
 
-    def draw_boundary() -> "Figure":
+    def draw_overturning_boundary() -> "Figure":
         edge = overturning_boundary_by_azimuth(record_cube).assign_attrs(record_cube.attrs)
         return overturning_boundary_figure(edge, float(record_cube["b_over_h"].max()), normal, place)
 
@@ -243,7 +243,7 @@ def _figures_for_planar_film(
             "rotation, slip and uplift against time",
             {"most_height": 14},
         ),
-        ("boundary", draw_boundary, "largest B/H that falls, by azimuth", {"most_height": 11}),
+        ("boundary", draw_overturning_boundary, "largest B/H that falls, by azimuth", {"most_height": 11}),
         (
             "spectra",
             partial(fourier_and_response_spectra_figure, motion, azimuths, place),
@@ -274,7 +274,7 @@ def simulate_block_trajectories(
     }
     own = {
         "b_over_h": not model.slenderness_is_parameter,
-        "friction": isinstance(model, PlanarModel) and not model.scene.varies_friction,
+        "friction": isinstance(model, PlanarModel) and not model.scene.has_contact_with_unset_friction,
     }
     given = {name: value for name, value in scaled.items() if not own.get(name)}
     options: dict[str, Any] = {**given, **vars(numerical_options_of_study(study)), "aftermath": AFTERMATH}

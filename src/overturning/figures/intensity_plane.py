@@ -20,7 +20,7 @@ from overturning.figures.style import (
     set_logarithmic_ticks,
 )
 from overturning.labels import friction_label
-from overturning.model.falls import model_of_cube
+from overturning.model.falls import model_of_results_cube
 from overturning.statistics.criteria import CRITERIA, west_acceleration_limit
 from overturning.statistics.falls import shares_of_directions_with_fall
 from overturning.statistics.logistic import LEAST_PGA, LogisticFit
@@ -36,7 +36,7 @@ LOOKS: Final = (
 """Colour and line style of each of `criteria.CRITERIA`."""
 
 
-def pga_pgv_ratio_and_fall_probability(
+def pga_pgv_over_pga_and_fall_probability(
     cube: xr.Dataset, intensity: xr.Dataset, height: float, b_over_h: float, friction: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return PGA (m/s²), PGV/PGA (s) and fall probability of one block, one value per record and azimuth.
@@ -44,7 +44,7 @@ def pga_pgv_ratio_and_fall_probability(
     The arrays have shape (n,), without cases of unknown outcome and motions below `LEAST_PGA`.
     """
     block = cube.sel(height=height, b_over_h=b_over_h, friction=friction, method="nearest")
-    planes = model_of_cube(cube).fall_probability_and_direction_by_case(block).compute()
+    planes = model_of_results_cube(cube).fall_probability_and_direction_by_case(block).compute()
     along = intensity[["pga", "pgv"]].sel(azimuth=planes["azimuth"], method="nearest")
     falls = planes["falls"].transpose("record", "azimuth").to_numpy().ravel()
     pga, pgv = (along[name].transpose("record", "azimuth").to_numpy().ravel() for name in ("pga", "pgv"))
@@ -52,7 +52,7 @@ def pga_pgv_ratio_and_fall_probability(
     return pga[known], (pgv / np.where(known, pga, 1))[known], falls[known]
 
 
-def _draw_outcomes_by_pga_and_pgv_ratio(
+def _draw_outcomes_by_pga_and_pgv_over_pga(
     axes: Any,
     points: tuple[FloatArray, FloatArray, FloatArray],
     height: float,
@@ -96,14 +96,14 @@ def _draw_outcomes_by_pga_and_pgv_ratio(
     axes.set_title(f"B/H = {b_over_h:.3g}, H = {height:g} m", fontsize=9, y=1.0)
 
 
-def outcomes_by_pga_and_pgv_ratio_figure(
+def outcomes_by_pga_and_pgv_over_pga_figure(
     cube: xr.Dataset, intensity: xr.Dataset, logistic_fit: LogisticFit | None, friction: float, size_note: str = ""
 ) -> Figure:
     """Draw outcomes in the plane of PGA and PGV/PGA, for up to three B/H (columns) and two heights (rows).
 
-    A figure for a phone shows the smallest height only. `intensity` has ``pga`` (m/s²) and ``pgv`` (m/s) by record and
-    azimuth. `size_note` is a note (see `size_reference_note`) that the sizes belong to another stone: it is added to
-    the title, and the criteria, which need the stone's own sizes, are left out.
+    A figure for a phone shows the smallest height only. `intensity` has ``pga`` (m/s²) and ``pgv`` (m/s) by record
+    and azimuth. `size_note` is a note (see `note_on_size_reference_stone`) that the sizes belong to another
+    stone: it is added to the title, and the criteria, which need the stone's own sizes, are left out.
     """
     slender = cube["b_over_h"].to_numpy()
     one_friction = cube.sel(friction=[friction], method="nearest")
@@ -119,9 +119,9 @@ def outcomes_by_pga_and_pgv_ratio_figure(
     figure, panels = create_panel_grid(shown.size, chosen.size, max(2.7 * chosen.size, 4.2), 2.4 * shown.size + 0.8)
     for row, height in enumerate(shown):
         for column, b_over_h in enumerate(chosen):
-            points = pga_pgv_ratio_and_fall_probability(cube, intensity, float(height), float(b_over_h), friction)
+            points = pga_pgv_over_pga_and_fall_probability(cube, intensity, float(height), float(b_over_h), friction)
             block = float(height), float(b_over_h)
-            _draw_outcomes_by_pga_and_pgv_ratio(
+            _draw_outcomes_by_pga_and_pgv_over_pga(
                 panels[row, column], points, *block, logistic_fit, named, with_criteria=not size_note
             )
     title = f"Every plane of every record, {friction_label(cube, friction)}"

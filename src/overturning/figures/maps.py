@@ -13,7 +13,7 @@ from overturning.figures import style
 from overturning.figures.cells import b_over_h_cell_edges, cell_edges, trim_outer_rings_without_falls
 from overturning.figures.polar_map import azimuth_map_figure
 from overturning.figures.rose import draw_fall_rose
-from overturning.model.falls import model_of_cube
+from overturning.model.falls import model_of_results_cube
 from overturning.statistics.earthquakes import azimuth_away_from_epicentre
 from overturning.statistics.roses import fall_rose
 
@@ -64,7 +64,7 @@ def orientation_map_figure(cube: xr.Dataset, title: str) -> Figure:
     hues = ((ring[:-1] + ring[1:]) / 2)[None, :]
     around.pcolormesh(ring, rim, hues, cmap=COLOURS, vmin=0, vmax=2 * np.pi, rasterized=True)
     style.mark_fault_normal(around, float(cube["fault_normal"]))
-    style.mark_epicentre_direction(around, float(azimuth_away_from_epicentre(cube)))
+    style.mark_direction_away_from_epicentre(around, float(azimuth_away_from_epicentre(cube)))
     around.set_title("falls of these maps", fontsize=8, pad=3)
     marks = [style.legend_patch(style.STANDS, "stands")]
     if bool(cube["overturned"].isnull().any()):
@@ -113,6 +113,6 @@ def fall_map_figure(cube: xr.Dataset, title: str, peak_velocity_by_azimuth: xr.D
 
     `peak_velocity_by_azimuth` by azimuth, m/s, is drawn on a map by azimuth.
     """
-    if model_of_cube(cube).one_component:
+    if model_of_results_cube(cube).one_component:
         return azimuth_map_figure(cube, title, [peak_velocity_by_azimuth])
     return orientation_map_figure(cube, title)

@@ -11,7 +11,7 @@ from typing import Any
 from overturning.figures.film import Film
 from overturning.figures.film_words import KEYS
 from overturning.files import write_text
-from overturning.translation.texts import ENGLISH, current_language, translate, translate_strings
+from overturning.translation.texts import ENGLISH, current_language, translate, translate_nested_texts
 
 
 def read_template_text(file_name: str, subpackage: str = "figures") -> str:
@@ -62,7 +62,7 @@ def film_html_element(film_data: dict[str, Any], strip_path: Path | None = None,
         kind = {".svg": "image/svg+xml", ".png": "image/png"}[strip_path.suffix]
         source = f"data:{kind};base64,{b64encode(strip_path.read_bytes()).decode('ascii')}"
         shown = f'<figure class="film-strip"><img alt="{escape(alternative_text)}" src="{source}"></figure>'
-    texts = json_for_script(translate_strings(film_data) if current_language() != ENGLISH else film_data)
+    texts = json_for_script(translate_nested_texts(film_data) if current_language() != ENGLISH else film_data)
     return f'<div class="film"><script type="application/json">{texts}</script>{shown}</div>'
 
 

@@ -115,7 +115,7 @@ def azimuth_map_figure(
     size = max(PANEL[columns] * columns + 0.2, 4.3), (PANEL[columns] + 0.1) * rows + (1.85 if columns == 1 else 1.5)
     figure, grid = create_compass_grid(rows, columns, *size, visible_count=len(panels))
     top = max(float(panel.b_over_h_edges[-1]) for panel in panels)
-    rim = round_up_rim_velocity(
+    rim = round_up_velocity_at_map_rim(
         max((float(one.peak_velocity.max()) for one in panels if one.peak_velocity is not None), default=0)
     )
     shared = [len({panel.names[place] for panel in panels}) == 1 for place in range(3)]
@@ -227,7 +227,7 @@ def _draw_polar_map(axes: Any, panel: PolarMapPanel, largest_b_over_h: float, ri
         axes.plot(theta, peaks, **_PEAK_LINE, **points, zorder=2.6, path_effects=casing)
     normal, radial = panel.marks_deg
     style.mark_fault_normal(axes, normal)
-    style.mark_epicentre_direction(axes, radial)
+    style.mark_direction_away_from_epicentre(axes, radial)
     return mesh
 
 
@@ -300,7 +300,7 @@ def half_probability_line(
     return (np.concatenate(angles), np.concatenate(radii)) if angles else (pause, pause)
 
 
-def round_up_rim_velocity(peak_velocity: float) -> float:
+def round_up_velocity_at_map_rim(peak_velocity: float) -> float:
     """Round a peak velocity (m/s) up to a round value in cm/s that is at least 5 % higher; return it in m/s."""
     if not peak_velocity > 0:
         return 0.0

@@ -11,7 +11,7 @@ from overturning.figures.maps import fall_map_figure
 from overturning.figures.style import package_matplotlib_settings
 from overturning.figures.write import Write
 from overturning.model.scene import gravestone
-from overturning.study.cube import element_name_of_cube, first_shown_height_and_friction, open_cube, study_of_cube
+from overturning.study.cube import element_name_to_show, first_shown_height_and_friction, open_cube, study_of_cube
 from overturning.study.scenes import variant_scene
 
 
@@ -72,7 +72,7 @@ def scene_and_element_title_line(cube: xr.Dataset) -> str:
     scene = variant_scene(study_of_cube(cube), cube.attrs["variant"])
     if scene.name == gravestone().name:
         return ""
-    shown = element_name_of_cube(cube)
+    shown = element_name_to_show(cube)
     sizes = (
         ""
         if shown == scene.size_reference_element_name

@@ -23,7 +23,7 @@ from overturning.figures.style import (
 from overturning.motion.direction import azimuth_difference
 from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import FallAxisSummary
-from overturning.statistics.roses import FallRose, fall_rose, fall_rose_by_group
+from overturning.statistics.roses import FallRose, fall_rose, fall_rose_by_record_group
 
 ROSES_IN_A_ROW: Final = 4
 
@@ -134,7 +134,7 @@ def fall_roses_by_group_figure(
 
     If `summary_by_group` has a mean axis for a group, the axis and its 95 % interval are drawn at the rim.
     """
-    roses, means = fall_rose_by_group(cube), summary_by_group or {}
+    roses, means = fall_rose_by_record_group(cube), summary_by_group or {}
     width = max(3.3 * len(roses), 4.3)
     axial = all(rose.is_axial for rose in roses.values())
     figure, panels = create_panel_grid(1, len(roses), width, 2.75 if axial else 4.3, polar=True)

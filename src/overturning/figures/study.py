@@ -9,14 +9,18 @@ import numpy as np
 import xarray as xr
 
 from overturning.figures.alignment import fall_alignment_by_b_over_h_figure, fall_alignment_by_earthquake_figure
-from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_ratio_figure
+from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_over_pga_figure
 from overturning.figures.rose import fall_roses_by_earthquake_figure, fall_roses_by_group_figure
 from overturning.figures.site_map import earthquake_map_figures, earthquakes_on_map
 from overturning.figures.style import package_matplotlib_settings
 from overturning.figures.write import Write, empty_folder_then_list_new_files
-from overturning.labels import size_reference_note
-from overturning.model.falls import model_of_cube
-from overturning.statistics.earthquakes import fall_alignment_with_references, fall_axes_by_group, summarise_fall_axes
+from overturning.labels import note_on_size_reference_stone
+from overturning.model.falls import model_of_results_cube
+from overturning.statistics.earthquakes import (
+    fall_alignment_with_reference_directions,
+    fall_axes_by_group,
+    summarise_fall_axes,
+)
 from overturning.statistics.logistic import LogisticFit, fit_logistic_overturning_model
 from overturning.study.cube import open_cube_by_record
 
@@ -37,7 +41,7 @@ def draw_study_figures(cube_path: Path, intensity_path: Path, output_folder: Pat
         xr.open_dataset(intensity_path, engine="netcdf4") as intensity,
         package_matplotlib_settings(),
     ):
-        fits = model_of_cube(cube).one_component and not size_reference_note(cube)
+        fits = model_of_results_cube(cube).one_component and not note_on_size_reference_stone(cube)
         fit = fit_logistic_overturning_model(cube, intensity) if fits else None
         for name, draw in study_figure_functions(cube, intensity, fit, fall_axes_by_group(cube)).items():
             write_figure_files(draw(), output_folder / name)
@@ -57,14 +61,14 @@ def study_figure_functions(
         "axes": partial(fall_alignment_by_earthquake_figure, axes_by_group, summaries),
         "rose": partial(fall_roses_by_group_figure, cube, summaries),
     }
-    if model_of_cube(cube).one_component:
-        friction, another = float(cube["friction"].max()), size_reference_note(cube)
-        plane = partial(outcomes_by_pga_and_pgv_ratio_figure, cube, intensity, fit, friction, another)
+    if model_of_results_cube(cube).one_component:
+        friction, another = float(cube["friction"].max()), note_on_size_reference_stone(cube)
+        plane = partial(outcomes_by_pga_and_pgv_over_pga_figure, cube, intensity, fit, friction, another)
         return functions | {"plane": plane}
 
     def draw_alignment_by_b_over_h() -> "Figure":
         slender = cube["b_over_h"].to_numpy().astype(np.float64)
-        return fall_alignment_by_b_over_h_figure(fall_alignment_with_references(cube, intensity), slender)
+        return fall_alignment_by_b_over_h_figure(fall_alignment_with_reference_directions(cube, intensity), slender)
 
     return functions | {
         "earthquakes": partial(fall_roses_by_earthquake_figure, cube),

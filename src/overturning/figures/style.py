@@ -365,7 +365,7 @@ def mark_fault_normal(axes: Any, fault_normal_deg: float, label: str | None = "f
     axes.set_ylim(0.0, radius)
 
 
-def mark_epicentre_direction(axes: Any, radial_deg: float) -> None:
+def mark_direction_away_from_epicentre(axes: Any, radial_deg: float) -> None:
     """Mark the azimuth away from the epicentre by an arrowhead on the rim of a polar axis; do nothing if NaN."""
     if not np.isfinite(radial_deg):
         return

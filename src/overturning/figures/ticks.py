@@ -36,19 +36,19 @@ class InnerTickLocator(Locator):
         return places[(places >= low - rounding) & (places <= high + rounding)]
 
     def tick_values(self, vmin: float, vmax: float) -> Any:
-        """Return the other locator's ticks for an axis from `vmin` to `vmax`."""
+        """Return the ticks of the wrapped tick locator for an axis from `vmin` to `vmax`."""
         return self.base.tick_values(vmin, vmax)
 
     def set_params(self, **kwargs: Any) -> None:
-        """Change settings of the other locator, such as the number of ticks."""
+        """Change settings of the wrapped tick locator, such as the number of ticks."""
         self.base.set_params(**kwargs)
 
     def nonsingular(self, v0: float, v1: float) -> Any:
-        """Return the other locator's limits of an axis without data."""
+        """Return the limits that the wrapped tick locator gives an axis without data."""
         return self.base.nonsingular(v0, v1)
 
     def view_limits(self, vmin: float, vmax: float) -> Any:
-        """Return the other locator's limits for the range of the data."""
+        """Return the axis limits that the wrapped tick locator chooses for the range of the data."""
         return self.base.view_limits(vmin, vmax)
 
 

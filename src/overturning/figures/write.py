@@ -293,7 +293,10 @@ def compute_layout_only_once(figure: "Figure") -> Callable[[], None]:
     draw, due = figure.draw, [True]
 
     def compute_layout_on_first_draw(renderer: Any) -> None:
-        """Draw the figure, and compute its layout only if that is due."""
+        """Compute the layout of the figure if it is due, without drawing.
+
+        Draw the figure once Matplotlib has removed the layout engine.
+        """
         engine = figure.get_layout_engine()
         if not isinstance(engine, ConstrainedLayoutEngine):  # Matplotlib has removed it: the final drawing
             draw(renderer)
@@ -301,9 +304,9 @@ def compute_layout_only_once(figure: "Figure") -> Callable[[], None]:
             due[0] = False
             engine.execute(figure)
 
-    def compute_layout_again() -> None:
-        """Make the layout due at the next drawing."""
+    def request_layout_at_next_drawing() -> None:
+        """Request that the layout of the figure is computed again at its next drawing."""
         due[0] = True
 
     figure.draw = compute_layout_on_first_draw  # type: ignore[method-assign]
-    return compute_layout_again
+    return request_layout_at_next_drawing

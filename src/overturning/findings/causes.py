@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Estimate, Finding, Number, estimate_from_mean, negate_estimate
-from overturning.labels import size_reference_note
+from overturning.labels import note_on_size_reference_stone
 from overturning.statistics.criteria import PULSE_VALID, score_overturning_criteria
 from overturning.statistics.logistic import LEVEL, fitted_coefficient_rows
 
@@ -157,7 +157,9 @@ def logistic_fit_findings(results: StudyResults) -> LogisticFitFindings | None:
             )
         )
     fitted = {} if fit.note.startswith("no fit") else {rows[place].predictor: name for place, name in DOUBLED.items()}
-    chances = [_fall_probability_after_doubling(fitted[one.predictor], one) for one in rows if one.predictor in fitted]
+    chances = [
+        _fall_probability_if_quantity_doubles(fitted[one.predictor], one) for one in rows if one.predictor in fitted
+    ]
     return LogisticFitFindings(
         coefficients=[] if fit.note.startswith("no fit") else rows,
         fitted_outcomes=fit.rows,
@@ -168,7 +170,7 @@ def logistic_fit_findings(results: StudyResults) -> LogisticFitFindings | None:
     )
 
 
-def _fall_probability_after_doubling(
+def _fall_probability_if_quantity_doubles(
     doubled: str, coefficient: LogisticCoefficient
 ) -> FallProbabilityAfterDoubling | None:
     """Return the probability to which a fall probability of 0.5 changes if a quantity, such as PGV, doubles.
@@ -190,7 +192,7 @@ def skill_of_published_criteria(results: StudyResults) -> CriteriaFindings | Non
 
     None for 3-D models, for elements of several sizes, and if no outcome is known.
     """
-    asked = results.model.one_component and not size_reference_note(results.cube)
+    asked = results.model.one_component and not note_on_size_reference_stone(results.cube)
     found = score_overturning_criteria(results.cube, results.intensity) if asked else None
     if found is None:
         return None

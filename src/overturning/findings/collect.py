@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import Field
 
-from overturning.files import path_of_argument, write_text
+from overturning.files import convert_argument_to_path, write_text
 from overturning.findings.causes import (
     ComparisonWithPublished,
     CriteriaFindings,
@@ -20,10 +20,10 @@ from overturning.findings.contrast import (
     ElementFallOutcomes,
     SiteFallRates,
     VariantContrast,
-    contrast_study_with_variants,
+    compare_study_with_variants,
     element_fall_findings,
     population_fall_rates_by_soil,
-    soil_analyses_beyond_curves,
+    soil_analyses_with_strain_beyond_curves,
     unconverged_soil_analyses,
 )
 from overturning.findings.direction import (
@@ -48,10 +48,10 @@ from overturning.findings.extent import (
     RecordSource,
     ReportMaps,
     StudyCounts,
-    cell_counts_by_status,
+    case_counts_by_status,
     choose_report_maps,
+    count_records_blocks_and_directions,
     source_and_licence_of_records,
-    study_extent,
 )
 from overturning.findings.inferred_motion import InferredMotion, all_inferred_motion_findings
 from overturning.findings.population import PopulationFindings, population_findings
@@ -62,7 +62,7 @@ from overturning.findings.published import (
     compare_peaks_with_published,
     count_blocks_that_agree_with_published,
 )
-from overturning.findings.results import StudyResults, open_study_results, settings_missing_without_study_file
+from overturning.findings.results import StudyResults, note_on_findings_missing_without_study_file, open_study_results
 from overturning.findings.study import (
     CaseCounts,
     NumericalQuality,
@@ -76,7 +76,7 @@ from overturning.findings.study import (
 from overturning.findings.survey_displacements import SurveyDisplacements, all_survey_displacements
 from overturning.findings.surveys import SurveyFindings, all_survey_findings
 from overturning.findings.values import Finding
-from overturning.stored import read_result
+from overturning.stored import read_json_result
 from overturning.study.schema import Study
 
 
@@ -146,17 +146,17 @@ def findings_from_results(results: StudyResults) -> Findings:
     records = record_facts(results)
     return Findings(
         study=study_facts(results),
-        extent=study_extent(results),
+        extent=count_records_blocks_and_directions(results),
         cases=count_cases(results),
         direction=fall_direction_findings(results),
-        contrasts=contrast_study_with_variants(results),
+        contrasts=compare_study_with_variants(results),
         reference_alignments=fall_alignments_with_references(results),
         planar_model_agreement=planar_model_agreement(results),
         element_outcomes=element_fall_findings(results),
         element_displacements=element_displacement_findings(results),
         site_fall_rates=population_fall_rates_by_soil(results),
         not_converged=unconverged_soil_analyses(results),
-        beyond_curves=soil_analyses_beyond_curves(results),
+        beyond_curves=soil_analyses_with_strain_beyond_curves(results),
         surveys=all_survey_findings(results),
         survey_displacements=all_survey_displacements(results),
         inferred_motions=all_inferred_motion_findings(results),
@@ -172,7 +172,7 @@ def findings_from_results(results: StudyResults) -> Findings:
         maps=choose_report_maps(results),
         records=records,
         record_notes=record_notes({one.id: one.processing for one in records}),
-        cells=cell_counts_by_status(results),
+        cells=case_counts_by_status(results),
         sources=source_and_licence_of_records(results),
         numerical_quality=numerical_quality(results),
     )
@@ -203,12 +203,12 @@ def findings(cube: str | Path, study: Study | None = None) -> Findings:
     ArgumentError
         If `cube` is no path.
     """
-    path = path_of_argument("cube", cube, "the path of cube.nc, or of its folder: other results are next to it")
+    path = convert_argument_to_path("cube", cube, "the path of cube.nc, or of its folder: other results are next to it")
     with open_study_results(path, study) as results:
         for name in results.changed_cubes:
             why = "its outcomes were changed after the run; the findings are of the changed ones and state their hash"
             warnings.warn(f"{results.folder / name}: {why}", stacklevel=3)
-        if study is None and (lacking := settings_missing_without_study_file(results)):
+        if study is None and (lacking := note_on_findings_missing_without_study_file(results)):
             warnings.warn(lacking, stacklevel=3)  # The caller of `overturning.findings`, a module that can be called.
         return findings_from_results(results)
 
@@ -218,7 +218,7 @@ def read_findings(path: Path) -> Findings:
 
     The error is also raised for a file from another version.
     """
-    return read_result(Findings, path, "findings")
+    return read_json_result(Findings, path, "findings")
 
 
 def write_findings(findings: Findings, path: Path) -> None:

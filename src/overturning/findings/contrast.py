@@ -12,18 +12,18 @@ from overturning.model.variables import outcome_is_known
 from overturning.records.site import BEYOND_CURVE, SoilSite
 from overturning.statistics.bootstrap import mean_over_earthquakes, mean_share_over_earthquakes
 from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis_difference
-from overturning.statistics.elements import ElementFallCounts, count_falls_of_two_stones, mean_fall_contrast
+from overturning.statistics.elements import ElementFallCounts, count_falls_of_two_stones, mean_shares_of_two_stone_falls
 from overturning.statistics.falls import overturned_shares_by_record
 from overturning.study.cube import record_provenance
 from overturning.study.scenes import (
     NOMINAL,
-    compared_elements,
+    names_of_compared_elements,
     names_of_differing_settings,
     select_element,
     variant_scene,
     variant_settings,
 )
-from overturning.surveys.population import fall_rates_of_stones_known_in_both
+from overturning.surveys.population import fall_rates_of_stones_known_in_both_cubes
 
 
 class VariantContrast(Finding):
@@ -170,24 +170,24 @@ def compared_record_indices(results: StudyResults, variant: str) -> NDArray[np.i
     return every[np.logical_or(*applied)]
 
 
-def contrast_study_with_variants(results: StudyResults) -> list[VariantContrast]:
+def compare_study_with_variants(results: StudyResults) -> list[VariantContrast]:
     """Compare the outcomes of the study with those of each variant that has records to compare."""
     places = {name: compared_record_indices(results, name) for name in results.study.variants}
-    return [_contrast_study_with_variant(results, name, some) for name, some in places.items() if some.size]
+    return [_compare_study_with_variant(results, name, some) for name, some in places.items() if some.size]
 
 
-def _contrast_study_with_variant(
+def _compare_study_with_variant(
     results: StudyResults, variant: str, record_indices: NDArray[np.intp]
 ) -> VariantContrast:
     """Compare the outcomes of the study and of one variant under the records with the given indices."""
-    elements = compared_elements(results.study, variant)
+    elements = names_of_compared_elements(results.study, variant)
     cubes = [
         select_element(results.cubes[name], element).isel(record=record_indices)
         for name, element in zip((NOMINAL, variant), elements, strict=True)
     ]
     events = results.record_events[record_indices]
     counts = count_falls_of_two_stones(*cubes)
-    found = mean_fall_contrast(counts, events)
+    found = mean_shares_of_two_stone_falls(counts, events)
     paired = _keep_outcomes_known_in_both(*cubes)
     here, there = (overturned_shares_by_record(cube).to_numpy() for cube in paired)
     shapes = [overturned_shares_by_record(cube, "b_over_h").to_numpy() for cube in paired]
@@ -207,7 +207,7 @@ def _contrast_study_with_variant(
         mean_over_earthquakes(here - there, events), f"difference of the {SHARE_OVERTURNED}"
     )
     stones = results.study.population
-    rates = None if stones is None else fall_rates_of_stones_known_in_both(cubes[0], cubes[1], stones)
+    rates = None if stones is None else fall_rates_of_stones_known_in_both_cubes(cubes[0], cubes[1], stones)
     with_rate = results.study.primary.statistic == "fall_rate"
     rate_difference = mean_over_earthquakes(rates[0] - rates[1], events) if rates and with_rate else None
     scenes = [variant_scene(results.study, name) for name in (NOMINAL, variant)]
@@ -350,7 +350,7 @@ LEAST_FALLS = 0.05
 def angles_between_fall_axes_deg(soil_rates: xr.Dataset, rock_rates: xr.Dataset) -> FloatArray:
     """Return the angles, degrees, between the mean fall axes on soil and on rock, for records with both axes.
 
-    Both arguments are results of `population_rates_by_record` at one amplitude.
+    Both arguments are results of `population_outcome_rates_by_record` at one amplitude.
     """
     apart = np.abs(wrap_axis_difference(soil_rates["fall_axis"].to_numpy() - rock_rates["fall_axis"].to_numpy()))
     for found in (soil_rates, rock_rates):
@@ -364,7 +364,7 @@ def unconverged_soil_analyses(results: StudyResults) -> list[str]:
     return _soil_analyses_with_note(results, "not converged")
 
 
-def soil_analyses_beyond_curves(results: StudyResults) -> list[str]:
+def soil_analyses_with_strain_beyond_curves(results: StudyResults) -> list[str]:
     """Return variant, record and components of each soil-response analysis whose strain exceeds a curve."""
     return _soil_analyses_with_note(results, BEYOND_CURVE)
 

@@ -13,7 +13,7 @@ from overturning.statistics.alignment_by_rule import FallAlignmentOfBlockSelecti
 from overturning.statistics.bootstrap import mean_over_earthquakes
 from overturning.statistics.by_record import record_masks_by_group
 from overturning.statistics.falls import block_selection_rule_for_cube, count_outcome_changes, overturning_indicator
-from overturning.statistics.space import planar_model_agreement_shares
+from overturning.statistics.space import shares_of_agreeing_2d_and_3d_outcomes
 
 ALIGNMENT = "mean of cos 2Δ, Δ the angle from the fault normal to a fall: 1 normal to the fault, −1 along it"
 
@@ -319,12 +319,15 @@ def fall_alignments_with_references(results: StudyResults) -> list[GroupReferenc
 
 
 def planar_model_agreement(results: StudyResults) -> PlanarModelAgreement | None:
-    """Compute in what share of cases 2-D models of a body's face planes agree with the 3-D model; None if not run."""
+    """Return the shares of cases in which 2-D simulations of a body give the outcome of the 3-D model.
+
+    The 2-D simulations are those in the vertical planes of the body's faces; None if there are none.
+    """
     if "plane_overturned" not in results.cube:
         return None
     whole = {
         str(name): float(one)
-        for name, one in planar_model_agreement_shares(results.planar_model_agreement_counts).items()
+        for name, one in shares_of_agreeing_2d_and_3d_outcomes(results.count_agreements_of_2d_and_3d_outcomes).items()
     }
     return PlanarModelAgreement(
         cases=0 if math.isnan(whole["cases"]) else int(whole["cases"]),

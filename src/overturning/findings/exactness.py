@@ -13,7 +13,7 @@ from overturning.findings.comparison import (
     comparisons_with_second_computations,
     share_of_changed_cases,
 )
-from overturning.findings.relief import ReliefFindings, relief_findings
+from overturning.findings.relief import ReliefFindings, fall_variance_due_to_base_relief
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Finding, Number
 from overturning.model.model import Model
@@ -22,9 +22,9 @@ from overturning.statistics.by_record import apply_to_record_batches
 from overturning.statistics.space import standing_stone_twists_deg, summarise_twists
 from overturning.statistics.spread import (
     Statistic,
+    estimate_statistic_of_first_run_batch,
     runs_disagree_on_fall,
     runs_fall_to_both_sides,
-    unbiased_first_batch_statistic,
 )
 from overturning.study.convergence import ConvergenceCheckResult, RecordChanges
 from overturning.study.ensemble import BATCH
@@ -119,11 +119,11 @@ def convergence_findings(results: StudyResults) -> ConvergenceFindings | None:
         share_at_rest=found.at_rest / found.chosen if found.chosen else math.nan,
         undecidable=share_of_changed_cases(found.settling.chaotic, found.chosen, is_sample),
         moved_by_amplitude=None if shift is None else share_of_changed_cases(shift.moved, shift.falls, is_sample),
-        records_with_most_changes=_records_with_most_changes(found.by_record),
+        records_with_most_changes=_records_with_unusually_many_outcome_changes(found.by_record),
     )
 
 
-def _records_with_most_changes(by_record: list[RecordChanges]) -> list[ChangesUnderRecord]:
+def _records_with_unusually_many_outcome_changes(by_record: list[RecordChanges]) -> list[ChangesUnderRecord]:
     """Return the records under which significantly more outcomes change with finer steps than over all records."""
     changed, cases = sum(one.changed for one in by_record), sum(one.cases for one in by_record)
     found = []
@@ -153,7 +153,7 @@ def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
     if "members" not in cube:
         return None
     found = apply_to_record_batches(
-        partial(count_ensemble_cells, results.model, settings), cube, (*results.model.reads, "members")
+        partial(count_ensemble_cases_by_record, results.model, settings), cube, (*results.model.reads, "members")
     )
     sums = found.drop_vars(("fewest", "most")).sum()
 
@@ -170,11 +170,11 @@ def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
         first_batch_runs=min(BATCH, settings.members),
         share_disagreeing=ratio_of_sums("divided", "with_first_batch"),
         share_falling_both_ways=ratio_of_sums("apart", "agree"),
-        relief=relief_findings(results),
+        relief=fall_variance_due_to_base_relief(results),
     )
 
 
-def count_ensemble_cells(model: Model, ensemble_settings: EnsembleSettings, cube: xr.Dataset) -> xr.Dataset:
+def count_ensemble_cases_by_record(model: Model, ensemble_settings: EnsembleSettings, cube: xr.Dataset) -> xr.Dataset:
     """Count cases by record: all, with ensemble runs, with runs that disagree, and with falls to both sides.
 
     Runs are slightly changed repetitions of a case, and are counted, too. Disagreement is estimated for the cases
@@ -186,23 +186,23 @@ def count_ensemble_cells(model: Model, ensemble_settings: EnsembleSettings, cube
     )
     run, members = found["towards"].notnull(), half["members"].where(half["members"] > 0)
 
-    def estimated_cell_statistic(run_statistic: Statistic) -> xr.DataArray:
+    def estimate_statistic_of_each_case(run_statistic: Statistic) -> xr.DataArray:
         """Return an unbiased estimate, for each case, of a statistic of the first batch of its runs."""
         return run.copy(
-            data=unbiased_first_batch_statistic(
+            data=estimate_statistic_of_first_run_batch(
                 run_statistic, found["towards"], found["away"], members.fillna(0), ensemble_settings
             )
         )
 
     over = [name for name in run.dims if name != "record"]
-    divided = estimated_cell_statistic(runs_disagree_on_fall)
+    divided = estimate_statistic_of_each_case(runs_disagree_on_fall)
     counts = xr.Dataset({
         "cells": xr.ones_like(run),
         "run": run,
         "with_first_batch": divided.notnull(),
         "divided": divided,
         "agree": found.get("agree", divided.notnull()),
-        "apart": found["apart"] if "apart" in found else estimated_cell_statistic(runs_fall_to_both_sides),
+        "apart": found["apart"] if "apart" in found else estimate_statistic_of_each_case(runs_fall_to_both_sides),
         "members": members,
         "with_members": members.notnull(),
     }).sum(over)  # fmt: skip

@@ -12,7 +12,7 @@ from overturning.model.symmetry import PLANE_PERIOD
 from overturning.statistics.by_record import record_masks_by_group
 from overturning.statistics.falls import overturned_shares_by_record
 from overturning.statistics.map_choice import choose_map_records
-from overturning.study.cube import element_name_of_cube, first_shown_height_and_friction, record_sources
+from overturning.study.cube import element_name_to_show, first_shown_height_and_friction, record_sources
 from overturning.study.scenes import variant_scene
 
 
@@ -96,7 +96,7 @@ class RecordSource(Finding):
     licence: str
 
 
-def study_extent(results: StudyResults) -> StudyCounts:
+def count_records_blocks_and_directions(results: StudyResults) -> StudyCounts:
     """Return the numbers of records, earthquakes, blocks, and azimuths or orientations of a study."""
     study, cube, model = results.study, results.cube, results.model
     sizes = {name: int(cube.sizes[name]) for name in ("height", "b_over_h", "friction")}
@@ -122,7 +122,7 @@ def study_extent(results: StudyResults) -> StudyCounts:
         records_with_imposed_axis=results.records_with_imposed_axis,
         mirrored=mirrored,
         elements=len(variant_scene(study).free_element_names),
-        element=element_name_of_cube(cube),
+        element=element_name_to_show(cube),
         square=plan is not None and plan.vertices is None and plan.plan == "rectangle" and set(plan.aspect) == {1.0},
         records_with_vertical=results.count_of_records_with_applied_vertical,
         vertical_left_out=results.count_of_records_with_unused_vertical,
@@ -157,11 +157,11 @@ def choose_report_maps(results: StudyResults) -> ReportMaps:
     )
 
 
-def cell_counts_by_status(results: StudyResults) -> list[CellCount]:
+def case_counts_by_status(results: StudyResults) -> list[CellCount]:
     """Return the number of cases with each status, such as "simulated"; a status without cases is left out."""
     return [
         CellCount(status=name, cells=count)
-        for name, (count, _) in results.cell_and_unknown_counts_by_status.items()
+        for name, (count, _) in results.case_and_unknown_counts_by_status.items()
         if count
     ]
 

@@ -149,7 +149,7 @@ def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Se
         stood=inversion_result.stood,
         velocity_axis_deg=middle,
         velocity_axis_arc_deg=width,
-        strengths=_strength_intervals(inversion_result),
+        strengths=_intensity_measure_credible_intervals(inversion_result),
         everything_fell=inversion_result.everything_fell,
         axis_half_arc_deg=width / 2,
         weaker_than_library=weakest,
@@ -175,7 +175,7 @@ def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Se
     )
 
 
-def _strength_intervals(inversion_result: SurveyInversionResult) -> list[InferredMotionStrength]:
+def _intensity_measure_credible_intervals(inversion_result: SurveyInversionResult) -> list[InferredMotionStrength]:
     """Return the credible intervals of each intensity measure without (prior) and with the survey (posterior)."""
     one, strengths = inversion_result.posterior, []
     for name, values in inversion_result.pgv_and_pga_by_motion_and_level.items():
@@ -200,7 +200,7 @@ def _inferred_motion_of_site(site_result: SurveyInversionResult) -> InferredMoti
         site=site_result.name,
         fell=site_result.fell,
         stood=site_result.stood,
-        strengths=_strength_intervals(site_result),
+        strengths=_intensity_measure_credible_intervals(site_result),
         velocity_axis_deg=middle,
         velocity_axis_arc_deg=width,
         axis_half_arc_deg=width / 2,

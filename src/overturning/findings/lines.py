@@ -54,7 +54,7 @@ def _text_lines_of_field_value(field_value: Any, field_path: str) -> Iterator[st
 
 
 def _distinct_entry_labels(entries: Sequence[BaseModel]) -> list[str]:
-    """Return a label for each entry of a list: the first name field whose values are all different, otherwise all.
+    """Return a label for each list entry: its first name field that differs between all entries, or all fields.
 
     Entries with the same names in all name fields are numbered.
     """

@@ -138,13 +138,13 @@ def _observed_falls_finding(observed: ObservedFalls) -> ObservedFallsFinding:
             else None
         ),
         not_counted_share=observed_share(not_counted, counted + not_counted),
-        direction=_mean_fall_direction(observed.direction),
-        axis=_mean_fall_direction(observed.axis),
+        direction=_finding_from_mean_fall_direction(observed.direction),
+        axis=_finding_from_mean_fall_direction(observed.axis),
         falls_by_sector=observed.falls_by_sector.tolist(),
     )
 
 
-def _mean_fall_direction(mean_direction: MeanDirectionWithInterval) -> MeanFallDirection:
+def _finding_from_mean_fall_direction(mean_direction: MeanDirectionWithInterval) -> MeanFallDirection:
     """Return the report's numbers on a mean fall direction or axis: angle, interval, resultant and p-value."""
     return MeanFallDirection(
         sample_size=mean_direction.n,

@@ -15,7 +15,7 @@ from overturning.motion.jma_intensity import (
     is_published_intensity_in_range,
     truncate_to_published_intensity,
 )
-from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap_interval, unanimous_share_interval
+from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap_interval, exact_interval_if_all_0_or_all_1
 from overturning.study.scenes import NOMINAL
 from overturning.surveys.population import jma_intensities_of_motions
 
@@ -230,8 +230,8 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
                 low=one.median_and_spread_within_data[1].low,
                 high=one.median_and_spread_within_data[1].high,
                 log_std=one.median_and_spread_within_data[2],
-                log_std_between_records=one.record_and_stone_spread[0],
-                log_std_within_record=one.record_and_stone_spread[1],
+                log_std_between_records=one.spread_between_records_and_between_stones[0],
+                log_std_within_record=one.spread_between_records_and_between_stones[1],
                 data_minimum=one.least,
                 data_maximum=one.most,
             )
@@ -329,7 +329,7 @@ def share_of_agreeing_motions(
         [np.bincount(member, each[records].sum(axis=1), names.size) for each in (agreeing_motions, selected_motions)],
         axis=1,
     )
-    interval = unanimous_share_interval(counts[:, 0] / counts[:, 1]) or ConfidenceInterval(
+    interval = exact_interval_if_all_0_or_all_1(counts[:, 0] / counts[:, 1]) or ConfidenceInterval(
         *bootstrap_interval(
             lambda drawn: drawn[..., 0].sum(axis=1) / drawn[..., 1].sum(axis=1), counts, bounds=(0.0, 1.0)
         )

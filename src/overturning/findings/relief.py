@@ -25,7 +25,7 @@ class ReliefFindings(Finding):
     """Share of the variance of the outcome (fall or stand) within ensembles between both halves of the reliefs."""
 
 
-def relief_findings(results: StudyResults) -> ReliefFindings | None:
+def fall_variance_due_to_base_relief(results: StudyResults) -> ReliefFindings | None:
     """Compute the share of an ensemble's variance of falls that is due to the relief under a stone's base.
 
     The relief is the unevenness of the base; None unless it varies between the runs.
@@ -49,7 +49,7 @@ def _fall_share_and_variance_sums_by_record(cube: xr.Dataset) -> xr.Dataset:
     """Return, by record, sums over cases with ensemble runs: fall shares and variances for low and high relief."""
     low, high, members = (cube[name].astype("float64") for name in (_LOW, _HIGH, "members"))
     over = [name for name in low.dims if name != "record"]
-    between, total = variance_between_halves_and_total(low.to_numpy(), high.to_numpy(), members.to_numpy())
+    between, total = estimate_variance_between_run_halves_and_total(low.to_numpy(), high.to_numpy(), members.to_numpy())
     known = low.notnull() & high.notnull()
     sums = {
         "cells": known.astype("float64"),
@@ -61,7 +61,7 @@ def _fall_share_and_variance_sums_by_record(cube: xr.Dataset) -> xr.Dataset:
     return xr.Dataset({name: values.fillna(0.0).sum(over) for name, values in sums.items()})
 
 
-def variance_between_halves_and_total(
+def estimate_variance_between_run_halves_and_total(
     low_share: FloatArray, high_share: FloatArray, member_count: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Estimate the variance of an outcome (0 or 1) between two equally large halves of the runs, and in total.

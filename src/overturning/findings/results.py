@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from overturning.errors import ResultError
 from overturning.files import path_without_absolute_folder
-from overturning.labels import size_reference_note
-from overturning.model.falls import model_of_cube
+from overturning.labels import note_on_size_reference_stone
+from overturning.model.falls import model_of_results_cube
 from overturning.model.model import Model
-from overturning.model.planes import cube_planes_impose_fall_axis
+from overturning.model.planes import planes_in_results_impose_fall_axis
 from overturning.statistics import alignment_by_rule, earthquakes
 from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.circular import LEAST_RESULTANT
@@ -24,10 +24,10 @@ from overturning.statistics.elements import ElementFallCounts, count_falls_by_el
 from overturning.statistics.falls import overturned_share
 from overturning.statistics.fragility import FittedFragilityCurve
 from overturning.statistics.logistic import LogisticFit, fit_logistic_overturning_model
-from overturning.statistics.space import planar_model_agreement_counts
-from overturning.stored import read_result
+from overturning.statistics.space import count_agreements_of_2d_and_3d_outcomes
+from overturning.stored import read_json_result
 from overturning.study.convergence import ConvergenceCheckResult, read_convergence_result
-from overturning.study.cube import CONFIGURATION, open_cube_by_record, study_of_cube, study_with_presentation_settings
+from overturning.study.cube import CONFIGURATION, open_cube_by_record, study_of_cube, study_with_title_and_figures
 from overturning.study.load import load_study
 from overturning.study.recheck import hash_of_outcomes_in_cube
 from overturning.study.scenes import NOMINAL, cube_covers_study_grid, select_element, variant_scene
@@ -35,7 +35,7 @@ from overturning.study.schema import Study
 from overturning.surveys.comparison import StoredSurveyComparison, read_survey_comparison
 from overturning.surveys.displacements import StoredDisplacementComparison
 from overturning.surveys.fragility_results import CURVES, fit_or_read_fragility_curves
-from overturning.surveys.population import population_rates_by_record
+from overturning.surveys.population import population_outcome_rates_by_record
 from overturning.surveys.posterior import SurveyInversionResult, read_inversion_result
 
 
@@ -122,17 +122,17 @@ class StudyResults:
     @cached_property
     def model(self) -> Model:
         """Mechanical model (2-D or 3-D) with which the results of the study were computed."""
-        return model_of_cube(self.cube)
+        return model_of_results_cube(self.cube)
 
     @cached_property
     def plane_choice_imposes_fall_axis(self) -> bool:
-        """True if only one vertical plane or a sector was simulated, so that its axis is that of the falls."""
-        return cube_planes_impose_fall_axis(self.cube)
+        """True if the fall axis is imposed by simulating only one vertical plane or a sector of azimuths."""
+        return planes_in_results_impose_fall_axis(self.cube)
 
     @cached_property
     def logistic_fit(self) -> LogisticFit | None:
         """Logistic fit of the fall probability; None in 3-D, or if outcomes and B/H are of different stones."""
-        if not self.model.one_component or size_reference_note(self.cube):
+        if not self.model.one_component or note_on_size_reference_stone(self.cube):
             return None
         return fit_logistic_overturning_model(self.cube, self.intensity)
 
@@ -158,7 +158,7 @@ class StudyResults:
         return {name: tuple(count_falls_by_element(cube)) for name, cube in self.cubes.items()}
 
     @cached_property
-    def cell_and_unknown_counts_by_status(self) -> dict[str, tuple[int, int]]:
+    def case_and_unknown_counts_by_status(self) -> dict[str, tuple[int, int]]:
         """Numbers of all cases and of cases without an outcome, by name of the case status."""
         status, unknown = self.cube["status"], self.cube["overturned"].isnull()
         counts = {}
@@ -218,7 +218,9 @@ class StudyResults:
         parts = [slice(count * part // classes, count * (part + 1) // classes) for part in range(classes)]
         ends = (dict.fromkeys(f"{end:g}" for end in ratio[part][[0, -1]]) for part in parts)
         names = [f"B/H {' to '.join(one)}" for one in ends]
-        return earthquakes.fall_alignment_with_references(self.cube, self.intensity, [slice(0, count), *parts]), names
+        return earthquakes.fall_alignment_with_reference_directions(
+            self.cube, self.intensity, [slice(0, count), *parts]
+        ), names
 
     @cached_property
     def fragility_curves(self) -> list[FittedFragilityCurve]:
@@ -228,12 +230,12 @@ class StudyResults:
         return fit_or_read_fragility_curves(self.populations[NOMINAL], self.intensity, self.folder / CURVES)
 
     @cached_property
-    def planar_model_agreement_counts(self) -> xr.Dataset:
-        """Numbers of cases in which 2-D models of a body's face planes agree and disagree with the 3-D model.
+    def count_agreements_of_2d_and_3d_outcomes(self) -> xr.Dataset:
+        """Numbers of cases in which 2-D simulations in the planes of a body's faces give the 3-D outcome, or another.
 
-        See `statistics.space.planar_model_agreement_counts`.
+        See `statistics.space.count_agreements_of_2d_and_3d_outcomes`.
         """
-        return planar_model_agreement_counts(self.cube)
+        return count_agreements_of_2d_and_3d_outcomes(self.cube)
 
     @property
     def has_known_fault_normal(self) -> bool:
@@ -260,7 +262,7 @@ class StudyResults:
 
     @property
     def records_with_imposed_axis(self) -> list[str]:
-        """Names of the records whose unknown outcomes are so uneven that the other azimuths impose the fall axis."""
+        """Ids of the records whose mean fall axis may reflect only at which azimuths outcomes are unknown."""
         imposed = self.mean_fall_directions_by_record["is_imposed"].to_numpy()
         return [name.id for name, one in zip(self.record_names, imposed, strict=True) if one]
 
@@ -287,7 +289,7 @@ B_OVER_H_RANGES = 3
 """Number of ranges of B/H for which the alignment with references is computed."""
 
 
-def settings_missing_without_study_file(results: StudyResults) -> str:
+def note_on_findings_missing_without_study_file(results: StudyResults) -> str:
     """Return a line naming the parts of the findings that are empty because the cube has no study.yaml next to it.
 
     It is "" if there is a study.yaml. The cube of a run stores neither `REPORT_KEYS` nor surveys.
@@ -333,7 +335,7 @@ def open_study_results(results_path: Path, study_override: Study | None = None) 
     ``content_sha256`` is the hash of the outcomes as they are.
 
     The keys `REPORT_KEYS` and the surveys are those of `study_override`; if it is None, those of the
-    `study_with_presentation_settings` of the cube.
+    `study_with_title_and_figures` of the cube.
     """
     cube_path = results_path / "cube.nc" if os.path.isdir(results_path) else results_path
     folder, changed = cube_path.parent, list[str]()
@@ -361,7 +363,7 @@ def open_study_results(results_path: Path, study_override: Study | None = None) 
         intensity = stack.enter_context(xr.open_dataset(measures))
         _check_cube_is_whole_study(nominal, intensity, cube_path)
         study = study_of_cube(nominal)
-        presented = study_with_presentation_settings(nominal, study_override) or study
+        presented = study_with_title_and_figures(nominal, study_override) or study
         named = (
             survey.model_copy(update={"stones": path_without_absolute_folder(survey.stones)})
             for survey in presented.surveys
@@ -381,11 +383,11 @@ def open_study_results(results_path: Path, study_override: Study | None = None) 
             convergence=read_convergence_result(folder / "convergence.json") if study.verification != "none" else None,
             surveys=() if in_space else tuple(read_survey_comparison(file.with_suffix(".json")) for file in files),
             survey_displacements=tuple(
-                read_result(StoredDisplacementComparison, file.with_suffix(".json"), "comparison with a survey")
+                read_json_result(StoredDisplacementComparison, file.with_suffix(".json"), "comparison with a survey")
                 for file in files
                 if in_space
             ),
-            populations={name: population_rates_by_record(cube, stones) for name, cube in whole.items()}
+            populations={name: population_outcome_rates_by_record(cube, stones) for name, cube in whole.items()}
             if stones
             else {},
             inferred_motions=tuple(read_inversion_result(file.with_suffix(".motion.nc")) for file in asked),

@@ -14,7 +14,7 @@ from overturning.surveys.standing import (
     annual_fall_rate_below_first_level,
     hazard_unit_warning,
     upper_bound_of_annual_fall_rate,
-    upper_bound_of_hazard_factor,
+    upper_bound_of_factor_on_hazard_curve,
 )
 from overturning.surveys.stones import Stone
 
@@ -139,7 +139,7 @@ def _survival_of_class(survival: SurvivalByClass, class_index: int, fall_rate_bo
         stands_high=one.high,
         share_of_class=one.share,
         beyond_records=one.beyond,
-        largest_hazard_factor=upper_bound_of_hazard_factor(curve, hazard, survival.years, fall_rate_bound),
+        largest_hazard_factor=upper_bound_of_factor_on_hazard_curve(curve, hazard, survival.years, fall_rate_bound),
         fall_at_first_level=one.first if counts else math.nan,
         first_level=float(hazard.level[0]),
         unit=hazard.unit,

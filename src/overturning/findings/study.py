@@ -13,7 +13,7 @@ from overturning.model.status import CaseStatus
 from overturning.model.variables import outcome_is_known
 from overturning.statistics.by_record import record_masks_by_group
 from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis_difference
-from overturning.statistics.falls import overturned_shares_by_record, overturned_shares_near_and_far_from_normal
+from overturning.statistics.falls import overturned_shares_by_record, overturned_shares_near_and_off_fault_normal
 from overturning.study.schema import Study
 from overturning.units import CM, STANDARD_GRAVITY
 
@@ -195,13 +195,13 @@ def scan_facts(study: Study) -> ScannedStoneFacts | None:
 
 def count_cases(results: StudyResults) -> CaseCounts:
     """Count the cases of a study, and those without an outcome; compute the shares that overturn."""
-    within, beyond = overturned_shares_near_and_far_from_normal(results.cube)
+    within, beyond = overturned_shares_near_and_off_fault_normal(results.cube)
     scaled = None if results.scaled_cube is None else results.scaled_cube["overturned"]
     return CaseCounts(
         total=int(results.cube["overturned"].size),
         computed=int((results.cube[results.model.copied] == 0).sum().compute()),
         without_outcome={
-            name: count for name, (_, count) in results.cell_and_unknown_counts_by_status.items() if count
+            name: count for name, (_, count) in results.case_and_unknown_counts_by_status.items() if count
         },
         scaled=0 if scaled is None else int(scaled.size),
         scaled_without_outcome=0 if scaled is None else int((~outcome_is_known(scaled)).sum().compute()),

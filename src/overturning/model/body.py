@@ -7,13 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
-from overturning.arrays import ArrayLike, FloatArray, finite_argument_of_shape
-from overturning.errors import ArgumentError, suggest_closest_keyword
+from overturning.arrays import ArrayLike, FloatArray, convert_argument_to_finite_array
+from overturning.errors import ArgumentError, refuse_unknown_keywords
 from overturning.model.contact import VertexContact
 from overturning.model.grid import CaseGrid
 from overturning.model.scan import ScannedStone
 from overturning.model.shapes import RectangularPrism, Shape, shape_from_name_or_sides
-from overturning.model.space import SpaceModel
+from overturning.model.space import ThreeDimensionalModel
 from overturning.model.symmetry import FULL_TURN, EquivalentSimulatedDirections
 from overturning.model.variables import (
     BODY_ENSEMBLE_VARIABLES,
@@ -50,13 +50,13 @@ class InitialState:
 
     def __post_init__(self) -> None:
         for name, count in (("place", 3), ("quaternion", 4), ("velocity", 3), ("angular_velocity", 3)):
-            values = finite_argument_of_shape(name, getattr(self, name), (count,))
+            values = convert_argument_to_finite_array(name, getattr(self, name), (count,))
             object.__setattr__(self, name, tuple(values.tolist()))
 
 
-@suggest_closest_keyword()
+@refuse_unknown_keywords()
 @dataclass(frozen=True)
-class Body(SpaceModel):
+class Body(ThreeDimensionalModel):
     """3-D model of one rigid body on a flat base; its initial orientations about the vertical have equal weight.
 
     Parameters
@@ -97,7 +97,7 @@ class Body(SpaceModel):
 
     @property
     @override
-    def case_cost_over_block_cost(self) -> float:
+    def relative_computing_time_of_case(self) -> float:
         return 18.0
 
     @property
@@ -108,7 +108,10 @@ class Body(SpaceModel):
     @property
     @override
     def study_variables_besides_outcomes(self) -> tuple[OutcomeVariable, ...]:
-        """Outcome variables of the 2-D model in the face planes of a rectangular body; none for other shapes."""
+        """Outcome variables of the 2-D simulations in the vertical planes of a rectangular body's faces.
+
+        None for other shapes.
+        """
         return FACE_VARIABLES if self.aspect_is_parameter else ()
 
     @property
@@ -143,7 +146,7 @@ class Body(SpaceModel):
         return np.array([self.shape.solid(1.0, 0.5, float(value)).period for value in aspect])
 
     def with_relief(self, relief: float) -> "Body":
-        """Return a copy of the body, a scanned stone, with another relief (height up to which base points touch, m)."""
+        """Return a copy of a scanned stone with another relief, the height (m) up to which base points bear load."""
         if not isinstance(self.shape, ScannedStone):
             raise ArgumentError(f"relief: a {self.shape.name} has none; only a scanned stone has")
         return replace(self, shape=self.shape.with_relief(relief))
@@ -154,7 +157,7 @@ class Body(SpaceModel):
         return replace(self, contact=self.contact.model_copy(update={"static_penetration": penetration}))
 
     @override
-    def computed_cell_of_each_direction(
+    def simulated_direction_for_each_direction(
         self, grid: CaseGrid, use_symmetry: bool = True
     ) -> EquivalentSimulatedDirections:
         """Return, for each orientation of a grid, an orientation to simulate instead, equivalent by symmetry."""
@@ -167,7 +170,7 @@ class Body(SpaceModel):
                 "their own; say leave_out=False"
             )
         return replace(
-            super().computed_cell_of_each_direction(grid, use_symmetry),
+            super().simulated_direction_for_each_direction(grid, use_symmetry),
             turn_deg=np.where(period > 0.0, whole * period, direction),
         )
 

@@ -5,8 +5,8 @@ from typing import Final
 
 import numpy as np
 
-from overturning.arrays import ArrayLike, FloatArray, check_not_masked, float_array_of_argument
-from overturning.errors import ArgumentError, suggest_closest_keyword
+from overturning.arrays import ArrayLike, FloatArray, check_not_masked, convert_argument_to_float_array
+from overturning.errors import ArgumentError, refuse_unknown_keywords
 
 MOST_CASES: Final = 50_000_000
 """Largest number of cases in one call; more would not fit into the memory of an ordinary machine."""
@@ -21,7 +21,7 @@ BYTES_PER_CASE: Final = 300
 """Memory of inputs, plan and results of one case, bytes."""
 
 
-@suggest_closest_keyword()
+@refuse_unknown_keywords()
 @dataclass(frozen=True, eq=False)
 class Cases:
     """Parameters of the cases to simulate: for each parameter one value per case, or one value for all cases.
@@ -63,7 +63,8 @@ class Cases:
     def __post_init__(self) -> None:
         # Copies, so that arrays of the caller that change later do not change the checked cases.
         columns = {
-            item.name: float_array_of_argument(item.name, getattr(self, item.name), copy=True) for item in fields(self)
+            item.name: convert_argument_to_float_array(item.name, getattr(self, item.name), copy=True)
+            for item in fields(self)
         }
         for name, values in columns.items():
             check_not_masked(name, values)

@@ -117,7 +117,9 @@ class Contact(ContactSettings):
     def stiffness_and_damping_per_mass(
         self, width: ArrayLike, height: ArrayLike, density: float
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return K_n/m, K_s/m (1/s²) and dashpot h/m (1/s) at each corner of blocks 1 m deep, divided by block mass m.
+        """Return normal and tangential stiffness (1/s²) and dashpot (1/s) at each corner, over the block's mass.
+
+        Blocks are 1 m deep.
 
         Parameters
         ----------
@@ -182,7 +184,7 @@ class VertexContact(StrictModel):
         """Return normal and shear stiffness of a vertex per body mass, 1/s², and its dashpot per body mass, 1/s."""
         points = body.load_sharing_point_count
         normal = STANDARD_GRAVITY / (
-            points * self.static_penetration * min(2.0 * body.min_base_edge_distance, MAX_CONTACT_WIDTH)
+            points * self.static_penetration * min(2.0 * body.min_base_edge_distance_from_centre, MAX_CONTACT_WIDTH)
         )
         return normal, self.stiffness_ratio * normal, 2.0 * self.damping_ratio * math.sqrt(normal / points)
 

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def model_of_cube(cube: "xr.Dataset") -> Model:
-    """Return the model (2-D or 3-D) whose outcomes a results dataset, or a part of such a dataset, contains."""
+def model_of_results_cube(cube: "xr.Dataset") -> Model:
+    """Return a model of the kind (2-D, 3-D body or 3-D stack) whose outcomes a results dataset contains."""
     if Body.direction not in cube.dims:
         return PlanarModel()
     # A part of a cube may lack any variable, but keeps its coordinates: a body has aspects, a stack its own depths.

@@ -73,10 +73,10 @@ class PlacedElement:
 
     @property
     def fall_threshold_rotations_rad(self) -> tuple[float, float]:
-        """Rotations to −x and +x (rad) from which the element counts as fallen, by the scene file or its shape."""
+        """Rotations to −x and +x (rad) from which the element counts as fallen: as stated, else by its shape."""
         asked = self.element.fallen_rotation_deg
         return (
-            self.shape.smallest_rotations_to_another_rest_rad
+            self.shape.smallest_rotations_to_other_resting_face_rad
             if asked is None
             else (round(float(np.radians(asked)), 12),) * 2
         )
@@ -178,7 +178,7 @@ def azimuth_period_of_outcome_deg(scene: SceneLayout) -> float:
     return PLANE_PERIOD if mirror else FULL_TURN
 
 
-def size_reference_height_and_b_over_h(scene: SceneLayout) -> tuple[float, float]:
+def reference_element_height_and_b_over_h(scene: SceneLayout) -> tuple[float, float]:
     """Return height (m) and B/H of a scene's reference element as given in the scene file, before its rotation."""
     width, height = next(
         item.unrotated_width_and_height for item in scene.elements if item.name == scene.size_reference_element_name
@@ -187,16 +187,16 @@ def size_reference_height_and_b_over_h(scene: SceneLayout) -> tuple[float, float
 
 
 def default_height_and_b_over_h(scene: SceneLayout) -> tuple[float, float]:
-    """Return height (m) and B/H of a scene's reference element as the default of a study and of single simulations.
+    """Return the default height (m) and B/H of a scene's reference element, rounded as studies store them.
 
     They are rounded to ten decimals, as studies store sizes, so that a single simulation repeats a cell of a study.
     """
-    height, b_over_h = size_reference_height_and_b_over_h(scene)
+    height, b_over_h = reference_element_height_and_b_over_h(scene)
     return round(height, 10), round(b_over_h, 10)
 
 
-def distances_of_vertices_from_faces(element: PlacedElement, other_element: PlacedElement) -> FloatArray:
-    """Return, for each face of a convex element, its signed distance (m) from the nearest vertex of another element.
+def nearest_vertex_distance_from_each_face(element: PlacedElement, other_element: PlacedElement) -> FloatArray:
+    """Return, for each face of a convex element, the signed distance (m) of another element's nearest vertex.
 
     Positive outside.
     """
@@ -215,14 +215,14 @@ def nearest_faces_and_separation(first_element: PlacedElement, second_element: P
     products = faces_a[:, 4:5] * faces_b[:, 4] + faces_a[:, 5:6] * faces_b[:, 5]
     candidates = [
         *zip(
-            -distances_of_vertices_from_faces(first_element, second_element),
+            -nearest_vertex_distance_from_each_face(first_element, second_element),
             products.min(axis=1),
             range(len(faces_a)),
             products.argmin(axis=1),
             strict=True,
         ),
         *zip(
-            -distances_of_vertices_from_faces(second_element, first_element),
+            -nearest_vertex_distance_from_each_face(second_element, first_element),
             products.min(axis=0),
             products.argmin(axis=0),
             range(len(faces_b)),
@@ -280,11 +280,14 @@ def contact_points_of_elements(
 
 
 def _gaps_between_elements(placed_elements: list[PlacedElement]) -> Iterator[tuple[int, int, float]]:
-    """Yield, for each two elements of a scene of which forces can move at least one, their indices and gap (m)."""
+    """Yield indices and gap (m) of each pair of scene elements, except pairs in which neither element can move."""
     for (j, b), (i, a) in combinations(enumerate(placed_elements), 2):
         if not (a.is_driven_or_held and b.is_driven_or_held):
             gaps = (
-                max(distances_of_vertices_from_faces(p, q).max(), distances_of_vertices_from_faces(q, p).max())
+                max(
+                    nearest_vertex_distance_from_each_face(p, q).max(),
+                    nearest_vertex_distance_from_each_face(q, p).max(),
+                )
                 for p, q in product(a.convex_parts, b.convex_parts)
             )
             yield i, j, float(min(gaps))
@@ -306,7 +309,7 @@ def convex_piece_pairs_that_can_touch(placed_elements: list[PlacedElement]) -> l
     ]
 
 
-def placed_pieces_of_pairs(
+def convex_pieces_of_each_pair(
     placed_elements: list[PlacedElement], pairs: list[ConvexPiecePair]
 ) -> list[tuple[PlacedElement, PlacedElement]]:
     """Return, for each pair of convex pieces that can touch, both pieces at their positions in the scene."""
@@ -322,7 +325,7 @@ def touching_contact_points(
     Two faces that touch at one end and are inclined by less than `max_inclination` (rad) also touch at the other end.
     """
     touching = []
-    for index, (a, b) in enumerate(placed_pieces_of_pairs(placed_elements, pairs)):
+    for index, (a, b) in enumerate(convex_pieces_of_each_pair(placed_elements, pairs)):
         ends, closed = contact_points_of_elements(a, b), CONTACT_GAP * min(a.smaller_side, b.smaller_side)
         (x, z), (u, w) = ends[0].point, ends[1].point
         far = np.sin(max_inclination) * np.sqrt((x - u) ** 2 + (z - w) ** 2)

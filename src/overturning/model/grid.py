@@ -7,7 +7,7 @@ from typing import Any, Final, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from overturning.arrays import FloatArray, check_not_masked, float_array_of_argument
+from overturning.arrays import FloatArray, check_not_masked, convert_argument_to_float_array
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases, check_case_count, check_direction_magnitudes
 from overturning.model.variables import OutcomeVariable
@@ -35,7 +35,7 @@ def checked_finite_values(name: str, values: ArrayLike) -> FloatArray:
     ArgumentError
         If the argument is empty, nested, or not of finite numbers.
     """
-    row = np.atleast_1d(float_array_of_argument(name, values))
+    row = np.atleast_1d(convert_argument_to_float_array(name, values))
     check_not_masked(name, row)
     if row.ndim != 1 or row.size == 0:
         remedy = "at least one value" if row.size == 0 else "one row, without rows in it"
@@ -109,7 +109,7 @@ class CaseGrid:
         return replace(self, rows=self.rows | new_rows)
 
     def broadcast_over_grid(self, direction_values: NDArray[Any]) -> NDArray[Any]:
-        """Repeat values of each direction (and aspect D/B), (directions, 1 or aspects), for all cases of the grid."""
+        """Repeat values by direction and aspect D/B, shape (directions, 1 or aspects), for all cases of the grid."""
         shape = [1] * len(self.dimension_names)
         shape[0] = direction_values.shape[0]
         if "aspect" in self.dimension_names:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import ArrayLike, FloatArray
 from overturning.model.grid import CaseGrid
-from overturning.model.symmetry import FULL_TURN, EquivalentSimulatedDirections, first_equivalent_direction_of_each
+from overturning.model.symmetry import FULL_TURN, EquivalentSimulatedDirections, first_equivalent_of_each_direction
 from overturning.model.variables import OutcomeVariable
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ class Model(ABC):
 
     @property
     @abstractmethod
-    def case_cost_over_block_cost(self) -> float:
+    def relative_computing_time_of_case(self) -> float:
         """Approximate computing time of a case, relative to that of a single 2-D block."""
 
     @property
@@ -133,7 +133,7 @@ class Model(ABC):
         """Reduce the grid to one friction value if the scene sets all frictions, so that equal cases run once."""
         return grid
 
-    def computed_cell_of_each_direction(
+    def simulated_direction_for_each_direction(
         self, grid: CaseGrid, use_symmetry: bool = True
     ) -> EquivalentSimulatedDirections:
         """Return, for each direction of a grid, a direction to simulate instead, equivalent by symmetry.
@@ -151,7 +151,7 @@ class Model(ABC):
             Shape (directions, 1) or (directions, aspects); `turn_deg` is the clockwise rotation from the computed case
             to the requested one.
         """
-        return first_equivalent_direction_of_each(
+        return first_equivalent_of_each_direction(
             grid.direction_values_deg, self._symmetry_periods_of_grid_deg(grid) if use_symmetry else FULL_TURN
         )
 
@@ -224,7 +224,7 @@ class Model(ABC):
     def square_stone_outcomes(
         self, site_cube: "xr.Dataset", face_azimuth_deg: FloatArray, cell_positions: dict[str, NDArray[np.intp]]
     ) -> StoneOutcomes:
-        """Return the outcomes of square stones from a grid of simulations: those with the nearest direction and size.
+        """Look up the outcome of each square stone in simulated results, at its size and at the nearest direction.
 
         Parameters
         ----------
@@ -237,10 +237,10 @@ class Model(ABC):
         """
 
 
-def values_at_case_positions(
+def values_at_grid_indices(
     site_cube: "xr.Dataset", variable_names: tuple[str, ...], cell_positions: dict[str, NDArray[np.intp]]
 ) -> dict[str, FloatArray]:
-    """Return the values of some variables, by name, at given grid indices of the results for one record.
+    """Return the values of some variables, by name, at given grid indices in the results dataset of one record.
 
     Each array has one row per amplitude, and the shape of the positions in the further dimensions.
     """

@@ -61,7 +61,7 @@ def outline_of_joined_pieces(element_name: str, pieces: Sequence[FloatArray]) ->
     ordered = sorted((np.asarray(piece, dtype=np.float64) for piece in pieces), key=lambda piece: piece.tolist())
     size = float(np.ptp(np.concatenate(ordered), axis=0).max())
     for (i, one), (j, other) in combinations(enumerate(ordered), 2):
-        depth = -max(_separation_from_sides(one, other), _separation_from_sides(other, one))
+        depth = -max(_separation_along_side_normals(one, other), _separation_along_side_normals(other, one))
         if depth > JOIN_TOLERANCE * size:
             raise ArgumentError(
                 f"element {element_name}: the pieces with {_first_vertex_as_text(ordered[i])} and "
@@ -102,8 +102,8 @@ def _first_vertex_as_text(piece: FloatArray) -> str:
     return f"[{piece[0, 0]:g}, {piece[0, 1]:g}]"
 
 
-def _separation_from_sides(piece: FloatArray, other_piece: FloatArray) -> float:
-    """Return the largest distance (m) of a polygon outside any one side of `piece`; negative if none separates them."""
+def _separation_along_side_normals(piece: FloatArray, other_piece: FloatArray) -> float:
+    """Return the largest gap (m) between a side of `piece` and another polygon; negative if no side separates them."""
     edge = np.roll(piece, -1, axis=0) - piece
     normal = np.stack([edge[:, 1], -edge[:, 0]], axis=1) / np.sqrt((edge**2).sum(axis=1))[:, None]
     return float(((other_piece @ normal.T).min(axis=0) - (piece * normal).sum(axis=1)).max())
@@ -167,7 +167,7 @@ def _triangle_vertex_indices(points: FloatArray, min_doubled_area: float) -> lis
     while len(left) > 3:
         for k, at in enumerate(left):
             ear = [left[k - 1], at, left[(k + 1) % len(left)]]
-            if _is_ear(points, left, ear, min_doubled_area):
+            if _can_cut_off_triangle(points, left, ear, min_doubled_area):
                 triangles.append(ear)
                 del left[k]
                 break
@@ -176,7 +176,7 @@ def _triangle_vertex_indices(points: FloatArray, min_doubled_area: float) -> lis
     return [*triangles, left]
 
 
-def _is_ear(
+def _can_cut_off_triangle(
     points: FloatArray, remaining_indices: list[int], triangle_indices: list[int], min_doubled_area: float
 ) -> bool:
     """True if a triangle of consecutive vertices contains no other vertex, so that it can be cut off the outline."""

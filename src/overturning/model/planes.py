@@ -18,7 +18,7 @@ from overturning.errors import ArgumentError, ResultError
 from overturning.model.edges import fall_flag_and_azimuth_from_planes
 from overturning.model.geometry import azimuth_period_of_outcome_deg
 from overturning.model.grid import CaseGrid
-from overturning.model.model import StoneOutcomes, values_at_case_positions
+from overturning.model.model import StoneOutcomes, values_at_grid_indices
 from overturning.model.scene import Scene, gravestone
 from overturning.model.scene_model import SceneModel
 from overturning.model.symmetry import (
@@ -38,7 +38,7 @@ FALLS = ("overturned", "probability_towards", "probability_away")
 
 
 def azimuth_period_of_cube_deg(cube: "xr.Dataset | xr.DataArray") -> float:
-    """Return the azimuth period of a 2-D results dataset: 180° if outcomes at φ and φ + 180° mirror, else 360°."""
+    """Return the azimuth period of 2-D results: 180° if outcomes at φ + 180° mirror those at φ, otherwise 360°."""
     return float(cube["azimuth"].attrs.get("period", PLANE_PERIOD))
 
 
@@ -89,10 +89,10 @@ def azimuth_gaps_and_step(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERI
     return wide & (gap >= 2.0 * step * (1.0 - 1e-9)), step
 
 
-def half_circle_share_of_planes(
+def plane_weights_by_azimuth_spacing(
     plane_azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD, *, divide_gaps: bool = False
 ) -> FloatArray:
-    """Return the weight of each vertical plane: the share of the half circle of azimuths nearest to it, sum 1.
+    """Return the weight of each vertical plane: the share of all azimuths that are nearest to it (sum 1).
 
     A regular grid gets equal weights; azimuths added between its points share the weight of their neighbourhood, so
     that a study's extra azimuths do not count twice. The planes next to a gap (`azimuth_gaps_and_step`) represent half
@@ -129,11 +129,11 @@ SAME_WEIGHT: Final = 1e-9
 """Largest difference between weights of planes that are equal but for rounding."""
 
 
-def plane_choice_imposes_fall_axis(azimuth_deg: ArrayLike) -> bool:
-    """Return True if the choice of simulated planes alone gives the falls a mean axis, whatever the motion.
+def simulated_planes_impose_fall_axis(azimuth_deg: ArrayLike) -> bool:
+    """Return True if the choice of azimuths to simulate already gives falls a mean axis, whatever the motion.
 
     This is so with a single plane, and with planes so unequally spread over the half circle that falls in all of them
-    alike, each with its weight (`half_circle_share_of_planes`), have doubled axes with a resultant above
+    alike, each with its weight (`plane_weights_by_azimuth_spacing`), have doubled axes with a resultant above
     `LARGEST_RESULTANT_OF_PLANES`. A missing plane of a fine grid is too little for this. The azimuths φ and φ + 180°
     are one plane, also for scenes without mirror symmetry: they have one axis.
 
@@ -147,29 +147,30 @@ def plane_choice_imposes_fall_axis(azimuth_deg: ArrayLike) -> bool:
     if plane.size <= 1:
         return True
     doubled = np.radians(2.0 * plane)
-    share = half_circle_share_of_planes(plane)
+    share = plane_weights_by_azimuth_spacing(plane)
     resultant = float(np.hypot(share @ np.cos(doubled), share @ np.sin(doubled)))
     return resultant > LARGEST_RESULTANT_OF_PLANES
 
 
-def cube_planes_impose_fall_axis(cube: "xr.Dataset") -> bool:
-    """Return True if the planes of a 2-D cube alone give the falls a mean axis, whatever the motion; False for 3-D.
+def planes_in_results_impose_fall_axis(cube: "xr.Dataset") -> bool:
+    """Return True if the choice of azimuths in 2-D results already gives falls a mean axis; False for 3-D.
 
-    See `plane_choice_imposes_fall_axis`.
+    See `simulated_planes_impose_fall_axis`.
     """
-    return "azimuth" in cube.dims and plane_choice_imposes_fall_axis(cube["azimuth"].to_numpy())
+    return "azimuth" in cube.dims and simulated_planes_impose_fall_axis(cube["azimuth"].to_numpy())
 
 
-def case_weight_of_azimuths(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> FloatArray:
+def case_weight_at_each_azimuth(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> FloatArray:
     """Return the weight of the cases at each azimuth when shares of all cases are computed; the mean weight is 1.
 
-    The weight of a plane is its `half_circle_share_of_planes`; the azimuths φ and φ + 180° of one plane share it.
+    The azimuths φ and φ + 180° share the weight of their plane (`plane_weights_by_azimuth_spacing`).
     All weights of a regular grid round the half or the full circle are exactly 1.
     """
     azimuth = np.asarray(azimuth_deg, dtype=np.float64)
     index = distinct_plane_indices(azimuth, period_deg)
     plane = nearest_simulated_directions(azimuth[index], azimuth, period_deg).cell
-    weight = (half_circle_share_of_planes(azimuth[index], period_deg) / np.bincount(plane, minlength=index.size))[plane]
+    plane_weights = plane_weights_by_azimuth_spacing(azimuth[index], period_deg)
+    weight = (plane_weights / np.bincount(plane, minlength=index.size))[plane]
     return np.ones(azimuth.size) if np.ptp(weight) <= SAME_WEIGHT else weight * azimuth.size
 
 
@@ -231,7 +232,7 @@ class PlanarModel(SceneModel):
 
     @property
     @override
-    def case_cost_over_block_cost(self) -> float:
+    def relative_computing_time_of_case(self) -> float:
         """Computing time of a case relative to a single block: 1 for one free element, otherwise 5 per element."""
         return 1.0 if len(self.free_element_names) == 1 else 5.0 * len(self.free_element_names)
 
@@ -261,14 +262,16 @@ class PlanarModel(SceneModel):
     @override
     def drop_ineffective_frictions(self, grid: CaseGrid) -> CaseGrid:
         """Reduce the grid to one friction value if the scene file sets all frictions, so that equal cases run once."""
-        return grid if self.scene.varies_friction else grid.replace_values(friction=grid["friction"][:1])
+        return (
+            grid if self.scene.has_contact_with_unset_friction else grid.replace_values(friction=grid["friction"][:1])
+        )
 
     @override
-    def computed_cell_of_each_direction(
+    def simulated_direction_for_each_direction(
         self, grid: CaseGrid, use_symmetry: bool = True
     ) -> EquivalentSimulatedDirections:
         """Return the azimuth to simulate for each azimuth φ of a grid: φ, or φ + 180° to mirror its outcome."""
-        found = super().computed_cell_of_each_direction(grid, use_symmetry)
+        found = super().simulated_direction_for_each_direction(grid, use_symmetry)
         return (
             mark_mirrored_planes(found, float(self._symmetry_periods_of_grid_deg(grid)[0])) if use_symmetry else found
         )
@@ -336,7 +339,7 @@ class PlanarModel(SceneModel):
                 "axis_sine": falls * np.sin(2 * angle),
                 "weight": (
                     "azimuth",
-                    half_circle_share_of_planes(p["azimuth"].to_numpy(), azimuth_period_of_cube_deg(cube)),
+                    plane_weights_by_azimuth_spacing(p["azimuth"].to_numpy(), azimuth_period_of_cube_deg(cube)),
                 ),
             },
             p.coords,
@@ -359,7 +362,7 @@ class PlanarModel(SceneModel):
         faces = np.stack([face_azimuth_deg, face_azimuth_deg + 90])
         planes = nearest_simulated_planes(site_cube["azimuth"].to_numpy(), faces, azimuth_period_of_cube_deg(site_cube))
         both = {"azimuth": planes.cell, **{name: np.stack([at, at]) for name, at in cell_positions.items()}}
-        found = values_at_case_positions(site_cube, self.reads_outcomes, both)
+        found = values_at_grid_indices(site_cube, self.reads_outcomes, both)
         side = np.where(planes.mirrored, -found["overturned"], found["overturned"])
         side = np.where(planes.known, side, np.nan).swapaxes(0, 1)
         towards = np.broadcast_to((faces[:, None] + np.where(side < 0, 180, 0)) % 360, side.shape)

@@ -42,7 +42,7 @@ class Polygon:
 
     @property
     def is_mirror_symmetric(self) -> bool:
-        """True if the polygon is its own mirror image about the vertical through its centre; False if it has pieces."""
+        """True if the polygon is convex and is its own mirror image about the vertical through its centre."""
         if self.pieces:
             return False
         mirrored = {(-x, z) for x, z in self.vertices.tolist()}
@@ -59,7 +59,7 @@ class Polygon:
         return float(np.ptp(self.vertices[:, 1]))
 
     @cached_property
-    def smallest_rotations_to_another_rest_rad(self) -> tuple[float, float]:
+    def smallest_rotations_to_other_resting_face_rad(self) -> tuple[float, float]:
         """Least rotations to −x and +x (rad) after which the polygon can rest on another face; π if it cannot.
 
         Both are 90° for a rectangle. The face that points most nearly down at rest is excluded. Rounded because the
@@ -78,7 +78,7 @@ class Polygon:
 
     @cached_property
     def face_table(self) -> FloatArray:
-        """Numbers of each face of a convex polygon for the compiled kernel: ends, normal, distances; shape (n, 12).
+        """Ends, outward normal and distances of each face of a convex polygon, for compiled code; shape (n, 12).
 
         Columns: first and second end (4), outward normal (2), distance from the centre, position of the middle along
         the tangent (−n_z, n_x), half length, the flags of `carries` (3). Mirrored faces of a symmetric polygon have

@@ -116,7 +116,7 @@ def hull_with_origin_at_centre_of_mass(
 def _least_tilt_and_resting_face_normals(
     hull: ConvexHull, size: float, least_fall_tilt: float
 ) -> tuple[float, FloatArray]:
-    """Return the least tilt (rad) at which a body can rest on a face other than its base, and the normals of all these.
+    """Return the least tilt (rad) at which a body rests on a face other than its base; and all such face normals.
 
     Faces on which it rests at less than `least_fall_tilt`, rad, are left out.
     """
@@ -146,7 +146,7 @@ def _indices_of_vertices_that_can_touch_ground(hull: ConvexHull, max_tilt: float
     """
     n1 = hull.normals[:, None, :].repeat(3, axis=1).reshape(-1, 3)
     n2 = hull.normals[hull.neighbours].reshape(-1, 3)
-    nearest = _max_cosine_to_vertical_on_arcs(n1, n2).reshape(-1, 3)
+    nearest = _max_downward_cosine_on_great_circle_arcs(n1, n2).reshape(-1, 3)
     reached = nearest > np.cos(max_tilt) + 1e-9  # vertices that only touch after the fall are not needed
     vertices = []
     for k in range(3):  # the edge opposite to vertex k
@@ -155,8 +155,8 @@ def _indices_of_vertices_that_can_touch_ground(hull: ConvexHull, max_tilt: float
     return np.unique(np.concatenate(vertices))
 
 
-def _max_cosine_to_vertical_on_arcs(first_normals: FloatArray, second_normals: FloatArray) -> FloatArray:
-    """Return, for m great-circle arcs between unit normals, the largest cosine to the downward vertical on each."""
+def _max_downward_cosine_on_great_circle_arcs(first_normals: FloatArray, second_normals: FloatArray) -> FloatArray:
+    """Return, for m great-circle arcs between unit normals, the largest cosine of the angle to straight down."""
     ends = np.maximum(-first_normals[:, 2], -second_normals[:, 2])
     axis = np.cross(first_normals, second_normals)
     length = np.sqrt(np.sum(axis * axis, axis=1))

@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 from typing_extensions import override
 
-from overturning.arrays import ArrayLike, FloatArray, finite_argument_of_shape
+from overturning.arrays import ArrayLike, FloatArray, convert_argument_to_finite_array
 from overturning.errors import ArgumentError
 from overturning.model.cases import check_stone_heights
 from overturning.model.outline import simplified_convex_outline
@@ -94,7 +94,7 @@ class ScannedStone(Shape):
 
     def __post_init__(self) -> None:
         for name, shape in (("vertices", (-1, 3)), ("centre_of_mass", (3,)), ("inertia", (6,))):
-            object.__setattr__(self, name, finite_argument_of_shape(name, getattr(self, name), shape))
+            object.__setattr__(self, name, convert_argument_to_finite_array(name, getattr(self, name), shape))
         if not 0.0 <= self.relief <= MAX_RELIEF:
             raise ArgumentError(f"relief: {self.relief:g} m; it must be from 0 to {MAX_RELIEF:g} m")
         moments = np.linalg.eigvalsh(self.inertia_matrix)
@@ -149,7 +149,7 @@ class ScannedStone(Shape):
                 tolerance *= 2.0
 
     def with_relief(self, relief: float) -> Self:
-        """Return a copy of the stone with another relief: the height (m) up to which points of its base bear load."""
+        """Return a copy with another relief: the height (m) above its lowest point up to which its points bear load."""
         known: dict[float, Self] = self.__dict__.setdefault("_of_relief", {self.relief: self})
         if relief not in known:
             known[relief] = replace(self, relief=relief)
@@ -168,7 +168,7 @@ class ScannedStone(Shape):
 
 
 def _lower_footprint_to_lowest_plane(points: FloatArray, relief: float) -> FloatArray:
-    """Lower the footprint (convex outline of all points within the relief) to the lowest plane; keep the points above.
+    """Lower the footprint (convex outline of points up to `relief`) to the lowest level; keep all higher points.
 
     The result has the corners of the footprint first; shape (n, 3), m.
     """
@@ -232,7 +232,7 @@ def _pose_with_face_down(normal: FloatArray) -> StablePose:
 
 
 def points_that_can_touch_ground(points: FloatArray) -> FloatArray:
-    """Return the points, shape (n, 3), of a body in its stable pose that can touch the ground, whatever its relief.
+    """Return points of a body that can touch the ground, shape (n, 3): hull vertices and low load-bearing points.
 
     The relief is the height up to which points of the base bear load, at most `MAX_RELIEF`. The points are the vertices
     of the hull (of more than `MAX_STORED_VERTICES`, the extreme ones in as many directions), and
@@ -268,7 +268,7 @@ def _points_extreme_in_any_direction(points: FloatArray, direction_count: int) -
 
 
 class ScanResult(NamedTuple):
-    """Stone read from a mesh file in its stable pose, with its volume and notes on repairs to print."""
+    """Stone read from a mesh file, in its stable pose, with its volume and with notes on repairs of the mesh."""
 
     shape: Shape
     volume: float
@@ -289,7 +289,7 @@ class ScanResult(NamedTuple):
             solid = self.shape.unscaled_solid
             lines.append(
                 f"footprint within a relief of {1000 * self.shape.relief:.3g} mm: {solid.base} corners, nearest edge "
-                f"{1000 * solid.min_base_edge_distance:.3g} mm from the foot of the centre of mass"
+                f"{1000 * solid.min_base_edge_distance_from_centre:.3g} mm from the foot of the centre of mass"
             )
         return lines
 
@@ -309,7 +309,11 @@ def stone_from_surface(
     found = mass_properties(surface.corners)
     used = surface.vertices[np.unique(surface.triangles)]
     pose = nearest_stable_pose(used, found.centre)
-    if relief is None and pose.tilt_deg == 0.0 and (solid := _convex_polyhedron(used, found, name)) is not None:
+    if (
+        relief is None
+        and pose.tilt_deg == 0.0
+        and (solid := _scan_as_polyhedron_if_convex(used, found, name)) is not None
+    ):
         return ScanResult(solid, found.volume, pose, notes)
     placed = used @ pose.rotation.T
     origin = pose.rotation @ found.centre
@@ -327,8 +331,8 @@ def stone_from_surface(
     return ScanResult(shape, found.volume, pose, notes)
 
 
-def _convex_polyhedron(points: FloatArray, found: MassProperties, name: str) -> Polyhedron | None:
-    """Return a scanned body as a polyhedron; None if it is not convex, or points near its base would bear load too."""
+def _scan_as_polyhedron_if_convex(points: FloatArray, found: MassProperties, name: str) -> Polyhedron | None:
+    """Return a scan as a polyhedron; None if it is not convex, bears load above its base, or has too many vertices."""
     hull = scipy.spatial.ConvexHull(points)
     if abs(hull.volume - found.volume) > CONVEX_SHARE * hull.volume:
         return None

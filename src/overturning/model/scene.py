@@ -8,7 +8,7 @@ from typing import Any, Final, Self
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
-from overturning.arrays import float_array_of_argument
+from overturning.arrays import convert_argument_to_float_array
 from overturning.errors import ArgumentError, ConfigError
 from overturning.files import find_project_file, read_yaml_mapping
 from overturning.model.contact import Contact
@@ -68,8 +68,8 @@ class Scene(StrictModel):
         return self
 
     @model_validator(mode="after")
-    def _check_stability_at_rest(self) -> Self:
-        """Raise an error if elements overlap or lack support, or if the size of a single block refers to its ground."""
+    def _check_support_and_reference_element(self) -> Self:
+        """Raise an error if elements overlap or lack support, or if a single block has its ground as reference."""
         check_scene_geometry(self)
         # The single-block kernel applies the height and B/H of each case to the block.
         if self.is_single_block and self.size_reference_element_name not in self.free_element_names:
@@ -91,7 +91,7 @@ class Scene(StrictModel):
 
     @property
     def default_output_element(self) -> str:
-        """Name of the element whose outcome is shown if only one is: the reference element if free, else the last."""
+        """Name of the element to show if only one is shown: the reference element if free, else the last free one."""
         return (
             self.size_reference_element_name
             if self.size_reference_element_name in self.free_element_names
@@ -99,8 +99,8 @@ class Scene(StrictModel):
         )
 
     @property
-    def varies_friction(self) -> bool:
-        """True if the friction of at least one contact is not set in the scene file, so that the study varies it."""
+    def has_contact_with_unset_friction(self) -> bool:
+        """True if the scene file leaves the friction of at least one contact open, so that a study can vary it."""
         pairs = combinations(self.elements, 2)
         return any(self.contact_law(a, b).friction is None for a, b in pairs if "free" in (a.kind, b.kind))
 
@@ -159,7 +159,7 @@ def gravestone(contact: Contact | None = None, density: float = GRANITE_DENSITY)
     """
     if contact is not None and not isinstance(contact, Contact):
         raise ArgumentError(f"contact: {contact!r}; a 2-D stone has a Contact")
-    number = float_array_of_argument("density", density)
+    number = convert_argument_to_float_array("density", density)
     if isinstance(density, bool) or number.ndim or not (np.isfinite(number) and number > 0):
         raise ArgumentError(f"density: {density}; it must be finite and above 0 kg/m³")
     return _gravestone_from_checked_values(contact, float(number))
@@ -223,11 +223,11 @@ def check_scene(content: dict[str, Any], file_name: str = "scene") -> Scene:
     try:
         return Scene.model_validate(content)
     except ValidationError as error:
-        lines = describe_invalid_keys(error, Scene, partial(_name_elements_in_key_path, content))
+        lines = describe_invalid_keys(error, Scene, partial(_key_path_with_element_name, content))
         raise ConfigError("\n       ".join(f"{file_name}: {line}" for line in lines)) from None
 
 
-def _name_elements_in_key_path(scene_content: Any, key_path: list[int | str]) -> list[int | str]:
+def _key_path_with_element_name(scene_content: Any, key_path: list[int | str]) -> list[int | str]:
     """Replace the index of an element by its name in the path of a wrong key in a scene file, for an error message."""
     if len(key_path) > 1 and key_path[0] == "elements" and isinstance(key_path[1], int):
         element = scene_content["elements"][key_path[1]]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
-from overturning.arrays import FloatArray, finite_argument_of_shape
+from overturning.arrays import FloatArray, convert_argument_to_finite_array
 from overturning.errors import ArgumentError
 from overturning.model.cases import check_stone_heights
 from overturning.model.polyhedron import hull_vertices_and_edges, solid_from_vertices
@@ -26,7 +26,7 @@ Outline = tuple[FloatArray, NDArray[np.int64]]
 
 
 class Shape(ABC):
-    """Shape of a 3-D body without its size, which height, slenderness B/H and aspect D/B of a case give."""
+    """Shape of a 3-D body; each case gives its size by height, slenderness B/H and aspect ratio D/B."""
 
     slenderness_is_parameter: ClassVar[bool] = True
     """True if B/H is a parameter; False if it is fixed by the shape."""
@@ -144,7 +144,7 @@ class Polyhedron(Shape):
     slenderness_is_parameter: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "vertices", finite_argument_of_shape("vertices", self.vertices, (-1, 3)))
+        object.__setattr__(self, "vertices", convert_argument_to_finite_array("vertices", self.vertices, (-1, 3)))
         _ = self.unscaled_solid  # raises the errors
 
     @property

@@ -70,10 +70,10 @@ class RigidSolid:
                 f"body: {len(self.points)} vertices can touch; at most {MAX_CONTACT_VERTICES}: simplify the mesh, or "
                 "take 'circle' for a round body"
             )
-        if not self.min_base_edge_distance > 0.0:
+        if not self.min_base_edge_distance_from_centre > 0.0:
             raise ArgumentError(
-                f"body: its centre is {-self.min_base_edge_distance:.3g} m outside its base, so it falls by itself; "
-                "stand it on another face"
+                f"body: its centre is {-self.min_base_edge_distance_from_centre:.3g} m outside its base, so "
+                "it falls by itself; stand it on another face"
             )
 
     @property
@@ -83,7 +83,7 @@ class RigidSolid:
 
     @property
     def load_sharing_point_count(self) -> int:
-        """Number of contact points assumed to share the weight; spring and dashpot constants follow from it.
+        """Number of contact points assumed to share the weight; it sets the spring and dashpot constants.
 
         2, as in the 2-D model, for a rim or more than `MAX_CARRYING_CORNERS` vertices: while such a body rocks, a
         single point bears it, which is then as stiff and as damped as a corner of the 2-D block.
@@ -91,15 +91,15 @@ class RigidSolid:
         return 2 if self.radius or self.base > MAX_CARRYING_CORNERS else self.base
 
     @property
-    def lowest_vertex_tolerance_share(self) -> float:
-        """Height difference, over the height range of a tilted base, within which its lowest vertices count as level.
+    def relative_height_tolerance_of_lowest_vertices(self) -> float:
+        """Largest height difference of vertices that count as lowest in a tilted base, over the base's height range.
 
         For a regular polygon the lowest vertices are both ends of the edge over which it leans, or a single vertex.
         """
         return float(np.round(0.4995 * (1.0 - np.cos(2.0 * np.pi / self.base)), 12))
 
     @cached_property
-    def base_edge_distances(self) -> FloatArray:
+    def base_edge_distances_from_centre(self) -> FloatArray:
         """Distance (m) of each base edge from the point below the centre of mass; negative if that point is outside."""
         if self.radius:
             return np.array([self.radius])
@@ -109,20 +109,20 @@ class RigidSolid:
 
     @property
     def base_edge_normals(self) -> FloatArray:
-        """Outward normals of the edges of a polygonal base, in the order of `base_edge_distances`, shape (edges, 2)."""
+        """Outward normals of a polygonal base, in the order of `base_edge_distances_from_centre`, shape (edges, 2)."""
         x, y = self.points[: self.base, :2].T
         dx, dy = np.roll(x, -1) - x, np.roll(y, -1) - y
         return np.stack([dy, -dx], axis=1) / np.sqrt(dx * dx + dy * dy)[:, None]
 
     @property
-    def min_base_edge_distance(self) -> float:
+    def min_base_edge_distance_from_centre(self) -> float:
         """Least horizontal distance from the point of the base below the centre of mass to an edge of the base, m."""
-        return float(self.base_edge_distances.min())
+        return float(self.base_edge_distances_from_centre.min())
 
     @property
     def b_over_h(self) -> float:
         """Slenderness: tangent of the tilt α at which the centre of mass is above the nearest base edge."""
-        return self.min_base_edge_distance / self.centre_height
+        return self.min_base_edge_distance_from_centre / self.centre_height
 
     @cached_property
     def inverse_inertia_per_mass(self) -> FloatArray:

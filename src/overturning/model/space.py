@@ -8,7 +8,7 @@ from typing_extensions import override
 
 from overturning.arrays import ArrayLike, FloatArray
 from overturning.model.grid import CaseGrid
-from overturning.model.model import Model, StoneOutcomes, values_at_case_positions
+from overturning.model.model import Model, StoneOutcomes, values_at_grid_indices
 from overturning.model.symmetry import EquivalentSimulatedDirections, nearest_simulated_directions
 from overturning.model.variables import INT8_MISSING, outcome_is_known
 
@@ -34,7 +34,7 @@ _MEMBERS: Final = {
 def case_weight_in_direction_statistics(
     fall_share: ArrayLike, mean_fall_north: ArrayLike, mean_fall_east: ArrayLike, member_count: ArrayLike
 ) -> FloatArray:
-    """Return each case's weight in statistics of fall directions: 1 if its ensemble runs agree, 0 if at random.
+    """Return each case's weight in fall-direction statistics: 1 if ensemble runs agree, 0 if falls are random.
 
     The square of the mean resultant length R of k members (ensemble runs) that fall exceeds that of the directions they
     are drawn from: without any common direction k R² is 1 on average. So the weight is √((k R² − 1)/(k − 1)), 0
@@ -55,7 +55,7 @@ def case_weight_in_direction_statistics(
     return np.asarray(np.where(count > 1.5, known, 1.0))
 
 
-class SpaceModel(Model):
+class ThreeDimensionalModel(Model):
     """Abstract base class of the 3-D models; all initial orientations about the vertical have equal weight."""
 
     direction: ClassVar = "orientation"
@@ -154,7 +154,7 @@ class SpaceModel(Model):
         if "aspect" in site_cube.dims:
             square = site_cube.isel(aspect=int(np.flatnonzero(site_cube["aspect"].to_numpy() == 1.0)[0]))
         sources = nearest_simulated_directions(site_cube[self.direction].to_numpy(), face_azimuth_deg, SQUARE_PERIOD)
-        found = values_at_case_positions(square, self.reads_outcomes, {self.direction: sources.cell, **cell_positions})
+        found = values_at_grid_indices(square, self.reads_outcomes, {self.direction: sources.cell, **cell_positions})
         flag = found["overturned"]
         slip = np.hypot(found["residual_slip_north"], found["residual_slip_east"])
         return StoneOutcomes(flag == 1, np.isfinite(flag), found["fall_azimuth"], slip, found["residual_twist"])

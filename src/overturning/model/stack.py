@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from overturning.arrays import FloatArray
-from overturning.errors import ArgumentError, suggest_closest_keyword
+from overturning.errors import ArgumentError, refuse_unknown_keywords
 from overturning.model.contact import VertexContact
 from overturning.model.geometry import azimuth_period_of_outcome_deg
 from overturning.model.grid import CaseGrid
 from overturning.model.scene import Scene, gravestone
 from overturning.model.scene_model import SceneModel
-from overturning.model.space import SpaceModel
+from overturning.model.space import ThreeDimensionalModel
 from overturning.model.stack_checks import check_stack
 from overturning.model.stack_stones import CIRCLE_SIDES, StackStone, stack_stones
 from overturning.model.symmetry import FULL_TURN, EquivalentSimulatedDirections
@@ -53,9 +53,9 @@ def gravestone_with_depth() -> Scene:
     return scene.model_copy(update={"elements": (ground, stone.model_copy(update={"depth": stone.width}))})
 
 
-@suggest_closest_keyword()
+@refuse_unknown_keywords()
 @dataclass(frozen=True)
-class Stack(SceneModel, SpaceModel):
+class Stack(SceneModel, ThreeDimensionalModel):
     """3-D model of a stack of stones, each of which stands with its base on the upper face of the stone below.
 
     Parameters
@@ -90,8 +90,8 @@ class Stack(SceneModel, SpaceModel):
 
     @property
     @override
-    def case_cost_over_block_cost(self) -> float:
-        """Computing time of a case relative to a single block: 60 for a stone with a rectangular base.
+    def relative_computing_time_of_case(self) -> float:
+        """Computing time of a case relative to a 2-D block: the sum over stones of 60 · (base corners / 4)³.
 
         It grows with the cube of the number of corners of the base; a circle has 16. A base that rolls on many corners
         needs a short step for each corner that opens or closes, and each step takes longer.
@@ -102,10 +102,10 @@ class Stack(SceneModel, SpaceModel):
     def symmetry_periods_by_aspect_deg(self, aspect: FloatArray) -> FloatArray:
         if aspect.tolist() != [1.0]:
             raise ArgumentError(f"aspect: {aspect.tolist()}; a stack has the depths of its scene")
-        return np.array([self.rotation_period_deg])
+        return np.array([self.rotational_symmetry_period_deg])
 
     @property
-    def rotation_period_deg(self) -> float:
+    def rotational_symmetry_period_deg(self) -> float:
         """Rotation about the vertical after which the stack looks the same, degrees; 90 if all bases are square."""
         if azimuth_period_of_outcome_deg(self.scene) == FULL_TURN:
             return FULL_TURN
@@ -120,16 +120,18 @@ class Stack(SceneModel, SpaceModel):
 
     @override
     def drop_ineffective_frictions(self, grid: CaseGrid) -> CaseGrid:
-        return grid if self.scene.varies_friction else grid.replace_values(friction=grid["friction"][:1])
+        return (
+            grid if self.scene.has_contact_with_unset_friction else grid.replace_values(friction=grid["friction"][:1])
+        )
 
     @override
-    def computed_cell_of_each_direction(
+    def simulated_direction_for_each_direction(
         self, grid: CaseGrid, use_symmetry: bool = True
     ) -> EquivalentSimulatedDirections:
         """Return, for each orientation of a grid, an orientation to simulate instead, equivalent by symmetry."""
         period = self._symmetry_periods_of_grid_deg(grid) if use_symmetry else np.full(1, FULL_TURN)
         turn = np.floor(grid.direction_values_deg[:, None] / period) * period
-        return replace(super().computed_cell_of_each_direction(grid, use_symmetry), turn_deg=turn)
+        return replace(super().simulated_direction_for_each_direction(grid, use_symmetry), turn_deg=turn)
 
     # Once an element is selected, the cube of a stack has the variables of the cube of a body.
 

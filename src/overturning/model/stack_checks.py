@@ -127,7 +127,7 @@ def unsimulated_overhang_contact_warnings(stones: list[StackStone]) -> list[str]
 
 
 def _contact_tilt_text(touch: ContactBeforeTipping) -> str:
-    """Return, for a message, the tilt at which a stone touches a face below."""
+    """Return a text for a warning: the tilt at which a stone touches a face below, before it tips."""
     return f"at a tilt of {math.degrees(touch.touching_tilt):.3g}°, before it tips"
 
 

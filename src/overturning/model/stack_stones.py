@@ -50,7 +50,7 @@ class StackStone:
     @property
     def nearest_base_side_distance(self) -> float:
         """Horizontal distance of the nearest side of the base from the centre of mass, m."""
-        return float(np.abs(self.base).min() if self.is_box else polygon_side_distances(self.base).min())
+        return float(np.abs(self.base).min() if self.is_box else polygon_side_distances_from_point(self.base).min())
 
     def drawn_corners_and_edges(self) -> tuple[FloatArray, FloatArray]:
         """Return the stone's corners from its centre of mass, (2 n, 3), m, and its edges as corner index pairs."""
@@ -91,7 +91,7 @@ def _density_of_element(scene: Scene, element: Element) -> float:
     return scene.materials[element.material].density
 
 
-def polygon_side_distances(corners: FloatArray, x: float = 0.0) -> FloatArray:
+def polygon_side_distances_from_point(corners: FloatArray, x: float = 0.0) -> FloatArray:
     """Return the distances, m, of the sides of an anticlockwise convex polygon from the point (x, 0) inside it."""
     side = np.roll(corners, -1, axis=0) - corners
     inward = side[:, 1] * (corners[:, 0] - x) - side[:, 0] * corners[:, 1]
@@ -142,7 +142,7 @@ def stack_stone_of_element(item: PlacedElement, depth: float, law: ContactLaw, d
 
 
 def ends_of_lowest_or_highest_face(item: PlacedElement, lowest: bool) -> FloatArray:
-    """Return left and right end (m) of an element's lowest or highest horizontal face; equal without such a face."""
+    """Return the ends (m) of an element's lowest or highest horizontal face; equal if a single vertex is there."""
     x, z = item.shape.vertices.T
     level = z.min() if lowest else z.max()
     on = x[np.abs(z - level) <= LEVEL_TOLERANCE * np.ptp(z)]
@@ -223,7 +223,10 @@ def contact_patches_at_rest(stones: list[StackStone]) -> list[ContactPatchAtRest
                 found.append(ContactPatchAtRest(corners, np.zeros(0), np.array([-np.inf]), total, 0.0))
                 continue
             length = np.sqrt(((np.roll(corners, -1, axis=0) - corners) ** 2).sum(axis=1))
-            weights, reach = 0.5 * (length + np.roll(length, 1)) / length.sum(), polygon_side_distances(corners, middle)
+            weights, reach = (
+                0.5 * (length + np.roll(length, 1)) / length.sum(),
+                polygon_side_distances_from_point(corners, middle),
+            )
         height = float(np.sum(mass[k:] * z[k:]) / total - level[k])
         found.append(ContactPatchAtRest(corners, weights, reach, total, height))
     return found

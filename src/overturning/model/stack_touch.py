@@ -81,11 +81,11 @@ def _first_contact_with_face(stone: StackStone, patch: FloatArray, face: FaceBel
     critical = np.arctan2(edge - stone.x * ahead[0], stone.foot)
     # On a plane without end, a vertex touches before all points between vertices.
     tilt = _tilts_at_first_point_contact(
-        stone, _stone_points_to_test(stone, 1, 1), ahead, edge, face._replace(corners=None)
+        stone, _surface_points_to_test_for_contact(stone, 1, 1), ahead, edge, face._replace(corners=None)
     )
     early = critical * (1.0 - ROUNDING)
     if face.corners is not None and np.any(tilt < early):
-        points = _stone_points_to_test(stone, SIDE_PARTS, DEPTH_PARTS)
+        points = _surface_points_to_test_for_contact(stone, SIDE_PARTS, DEPTH_PARTS)
         tilt = np.minimum(
             _tilts_at_first_point_contact(stone, points, ahead, edge, face),
             _tilts_at_first_base_contact(stone, ahead, edge, face.corners, face.depth),
@@ -143,7 +143,7 @@ def _are_points_inside_polygon(places: FloatArray, corners: FloatArray, margin: 
     return inside
 
 
-def _stone_points_to_test(stone: StackStone, side_parts: int, depth_parts: int) -> FloatArray:
+def _surface_points_to_test_for_contact(stone: StackStone, side_parts: int, depth_parts: int) -> FloatArray:
     """Return points on the surface of a stone, to test for contact with faces below, shape (n, 3), m.
 
     Coordinates are the horizontal position and the height above the base of the stone.

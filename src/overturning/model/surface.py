@@ -192,14 +192,14 @@ def _connected_part_of_each_triangle(surface: TriangleSurface) -> NDArray[np.int
     links = [np.column_stack([owner[order[first]], owner[order[first + 1]]])]
     for start, size in zip(starts[sizes > 2], sizes[sizes > 2], strict=True):
         around = order[start : start + size]
-        links.append(_neighbours_around_edge(surface, edges[around], owner[around]))
+        links.append(_triangle_pairs_of_same_solid_at_edge(surface, edges[around], owner[around]))
     pairs = np.concatenate(links)
     shape = (len(triangles), len(triangles))
     graph = scipy.sparse.coo_array((np.ones(len(pairs), bool), (pairs[:, 0], pairs[:, 1])), shape=shape)
     return np.asarray(scipy.sparse.csgraph.connected_components(graph, directed=False)[1], np.int64)
 
 
-def _neighbours_around_edge(
+def _triangle_pairs_of_same_solid_at_edge(
     surface: TriangleSurface, edges: NDArray[np.int64], triangles: NDArray[np.int64]
 ) -> NDArray[np.int64]:
     """Return the pairs of triangles, shape (n, 2), that bound the same solid at an edge of more than two triangles.

@@ -52,7 +52,7 @@ class EquivalentSimulatedDirections:
 def nearest_simulated_planes(
     azimuth_deg: ArrayLike, requested_azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD
 ) -> EquivalentSimulatedDirections:
-    """Return the simulated vertical planes nearest to given azimuths; planes seen from behind are mirrored."""
+    """Return the simulated vertical plane nearest to each azimuth, marked as mirrored if it is rotated by 180°."""
     return mark_mirrored_planes(
         nearest_simulated_directions(azimuth_deg, requested_azimuth_deg, period_deg), period_deg
     )
@@ -105,7 +105,7 @@ def mark_mirrored_planes(
     )
 
 
-def first_equivalent_direction_of_each(
+def first_equivalent_of_each_direction(
     direction_deg: ArrayLike, periods_deg: ArrayLike
 ) -> EquivalentSimulatedDirections:
     """Return, for each direction of a grid, the first direction of the grid that is equivalent by symmetry.

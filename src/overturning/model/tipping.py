@@ -113,7 +113,7 @@ def fall_tilt_limits(
         return FallTiltLimits(least_tilt, np.full(DIRECTIONS, least_tilt), np.zeros((0, 5)), np.zeros(0, np.int64))
     touched = ends[found.edge[found.tilt < limits[found.direction] * (1.0 - 1e-6)]]
     _reduce_fall_limits_to_resting_faces(limits, rows, resting_face_normals)
-    starts = _pseudo_angle(2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS)
+    starts = _number_increasing_with_angle(2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS)
     first = np.any(rows != np.roll(rows, 1, axis=0), axis=1)
     first[0] = True
     sectors = np.asarray(np.round(np.column_stack([starts, rows])[first], DIGITS), np.float64)
@@ -123,7 +123,7 @@ def fall_tilt_limits(
 def _reduce_fall_limits_to_resting_faces(
     fall_limits_rad: FloatArray, sector_rows: FloatArray, resting_face_normals: FloatArray
 ) -> None:
-    """Lower the tilts from which a body counts as fallen, in place, so that rest on any face but the base is a fall."""
+    """Lower fall limits (tilt from which a body is fallen), in place, so that rest on any other face is a fall."""
     for normal in resting_face_normals:
         turn, tilt = np.arctan2(normal[1], normal[0]) % (2.0 * np.pi), float(np.arccos(np.clip(-normal[2], -1.0, 1.0)))
         number = min(int(turn / (2.0 * np.pi) * DIRECTIONS), DIRECTIONS - 1)
@@ -132,8 +132,8 @@ def _reduce_fall_limits_to_resting_faces(
             sector_rows[number], fall_limits_rad[number] = np.append(ahead, (FALL_SHARE - 1.0) * tilt), tilt
 
 
-def _pseudo_angle(angle: FloatArray) -> FloatArray:
-    """Return, for each angle (rad), a number from 0 to 4 that increases with it and needs no arctangent."""
+def _number_increasing_with_angle(angle: FloatArray) -> FloatArray:
+    """Return, for each angle (rad), a number from 0 to 4 that increases with it and is computed without arctangent."""
     x, y = np.round(np.cos(angle), 15), np.round(np.sin(angle), 15)
     share = np.abs(x) / (np.abs(x) + np.abs(y))
     return np.asarray(

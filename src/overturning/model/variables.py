@@ -26,7 +26,7 @@ FLOAT32_MISSING: Final = np.float32(9.969209968386869e36)
 
 
 def outcome_is_known(outcome_flag: Any) -> Any:
-    """Return a mask that is True where an outcome flag (raw, or as decoded from a file) is known."""
+    """Return a mask that is True where an overturning flag, as stored or decoded, states an outcome."""
     return np.abs(outcome_flag.astype("float32")) <= 1
 
 

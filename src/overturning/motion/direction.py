@@ -6,7 +6,7 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from overturning.arrays import FloatArray, float_array_of_argument
+from overturning.arrays import FloatArray, convert_argument_to_float_array
 from overturning.errors import ArgumentError
 
 _DECIMALS = 12
@@ -51,7 +51,7 @@ def azimuth_difference(first_deg: Any, second_deg: Any) -> Any:
 
 def checked_azimuths(azimuth_deg: ArrayLike) -> FloatArray:
     """Return azimuths as a 1-D array; raise an `ArgumentError` if there are none, or one is not finite."""
-    azimuths = np.atleast_1d(float_array_of_argument("azimuth_deg", azimuth_deg))
+    azimuths = np.atleast_1d(convert_argument_to_float_array("azimuth_deg", azimuth_deg))
     if azimuths.ndim != 1 or azimuths.size == 0 or not np.isfinite(azimuths).all():
         raise ArgumentError("azimuth_deg: give one or more finite numbers of degrees, in one row")
     return azimuths

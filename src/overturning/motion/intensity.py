@@ -113,7 +113,9 @@ def arias_intensity(motion: Accelerogram, azimuth_deg: ArrayLike) -> FloatArray:
     cosines = north_east_cosines_of_azimuths(azimuth_deg)
     squares = np.array([np.trapezoid(p, dx=motion.sampling_interval) for p in _horizontal_component_products(motion)])
     # Perpendicular to a linear motion, rounding may give a tiny negative sum.
-    return math.pi / (2.0 * STANDARD_GRAVITY) * np.maximum(_squared_motion_coefficients(cosines) @ squares, 0.0)
+    return (
+        math.pi / (2.0 * STANDARD_GRAVITY) * np.maximum(_component_product_factors_by_azimuth(cosines) @ squares, 0.0)
+    )
 
 
 def cumulative_absolute_velocity(motion: Accelerogram, azimuth_deg: ArrayLike) -> FloatArray:
@@ -136,7 +138,7 @@ def significant_duration(motion: Accelerogram, azimuth_deg: ArrayLike) -> FloatA
     summed = integrate(_horizontal_component_products(motion), motion.sampling_interval)
     time = np.arange(motion.sample_count) * motion.sampling_interval
     measure = np.zeros(cosines.shape[0])
-    for row, form in enumerate(_squared_motion_coefficients(cosines)):
+    for row, form in enumerate(_component_product_factors_by_azimuth(cosines)):
         along = form @ summed
         # Perpendicular to a linear motion, rounding gives tiny negative increments: keep the integral monotonic.
         along = np.maximum.accumulate(along)
@@ -151,7 +153,7 @@ def _horizontal_component_products(motion: Accelerogram) -> FloatArray:
     return np.stack([motion.north**2, motion.north * motion.east, motion.east**2])
 
 
-def _squared_motion_coefficients(azimuth_cosines: FloatArray) -> FloatArray:
+def _component_product_factors_by_azimuth(azimuth_cosines: FloatArray) -> FloatArray:
     """Return the factors of n², n e and e² (n north, e east) in the squared motion along m azimuths, shape (m, 3)."""
     c, s = azimuth_cosines[:, 0], azimuth_cosines[:, 1]
     return np.column_stack([c * c, 2.0 * c * s, s * s])

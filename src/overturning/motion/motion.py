@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from overturning.arrays import ArrayLike, FloatArray, float_array_of_argument
-from overturning.errors import ArgumentError, OverturningError, suggest_closest_keyword
+from overturning.arrays import ArrayLike, FloatArray, convert_argument_to_float_array
+from overturning.errors import ArgumentError, OverturningError, refuse_unknown_keywords
 from overturning.motion.direction import cosine_and_sine_of_azimuth
 from overturning.motion.integration import integrate
 from overturning.motion.plausible import implausible_amplitude_reason, reasons_to_doubt_recorded_axes
@@ -102,7 +102,7 @@ class Accelerogram:
     if TYPE_CHECKING:
 
         def plot(self) -> "Figure":
-            """Draw acceleration, velocity, displacement and Fourier amplitudes (set by `overturning.plot`)."""
+            """Draw acceleration, velocity, displacement and Fourier amplitudes."""
 
     def to_obspy(self) -> Any:
         """Return an obspy Stream with channels HNN, HNE and, if there is a vertical component, HNZ, in m/s².
@@ -128,7 +128,7 @@ class Accelerogram:
         return (self.sample_count - 1) * self.sampling_interval
 
 
-@suggest_closest_keyword()
+@refuse_unknown_keywords()
 class Motion(Accelerogram):
     """Ground motion at a point: acceleration towards north, east and optionally up, m/s², at equal intervals.
 
@@ -162,10 +162,10 @@ class Motion(Accelerogram):
     ) -> None:
         # Keep masks until `check` has refused masked samples.
         self.north, self.east = (
-            float_array_of_argument(name, of, copy=True) for name, of in (("north", north), ("east", east))
+            convert_argument_to_float_array(name, of, copy=True) for name, of in (("north", north), ("east", east))
         )
-        self.up = None if up is None else float_array_of_argument("up", up, copy=True)
-        interval = float_array_of_argument("sampling_interval", sampling_interval)
+        self.up = None if up is None else convert_argument_to_float_array("up", up, copy=True)
+        interval = convert_argument_to_float_array("sampling_interval", sampling_interval)
         if interval.ndim:
             raise ArgumentError(f"sampling_interval: shape {interval.shape}; give one number of seconds")
         if not isinstance(trust_data, bool | np.bool_):
@@ -181,7 +181,7 @@ class Motion(Accelerogram):
 
     @classmethod
     def from_record(cls, record: Accelerogram) -> "Motion":
-        """Return the ground motion of a record as a `Motion`; raise an `ArgumentError` for what is no record."""
+        """Return the ground motion of a record as a `Motion`; raise an `ArgumentError` for any other object."""
         if not all(hasattr(record, name) for name in ("north", "east", "up", "sampling_interval")):
             raise ArgumentError(f"record: a {type(record).__name__}; give a record from overturning.read")
         motion = cls(
@@ -201,7 +201,7 @@ class Motion(Accelerogram):
 
         Raises an `ArgumentError` if the factor is not a finite number.
         """
-        number = float_array_of_argument("factor", factor)
+        number = convert_argument_to_float_array("factor", factor)
         if number.ndim or not np.isfinite(number):
             raise ArgumentError(f"factor: {str(factor)[:60]}; it must be a finite number")
         times, interval = float(number), self.sampling_interval
@@ -211,7 +211,7 @@ class Motion(Accelerogram):
         return scaled
 
     @classmethod
-    @suggest_closest_keyword()
+    @refuse_unknown_keywords()
     def from_obspy(cls, stream: Any, *, unit: str | None = None, sensor: str = "surface") -> "Motion":
         """Return the motion of an obspy Stream with three components, or two horizontal ones.
 
@@ -253,7 +253,7 @@ class Motion(Accelerogram):
         return motion
 
     @classmethod
-    @suggest_closest_keyword()
+    @refuse_unknown_keywords()
     def sine(
         cls, amplitude: float, period: float, *, azimuth_deg: float = 0.0, cycles: float = 1.0, rest: float = 1.0,
         sampling_interval: float = 0.005, trust_data: bool = False,
@@ -266,7 +266,7 @@ class Motion(Accelerogram):
         """
         given = {"amplitude": amplitude, "period": period, "cycles": cycles, "sampling_interval": sampling_interval}
         for name, value in (given | {"rest": rest}).items():
-            number = float_array_of_argument(name, value)
+            number = convert_argument_to_float_array(name, value)
             if number.ndim or not np.isfinite(number) or number < 0 or (number == 0 and name != "rest"):
                 bound = "a number of seconds, at least 0" if name == "rest" else "a positive number"
                 raise ArgumentError(f"{name}: {value}; it must be {bound}")

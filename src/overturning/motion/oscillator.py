@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from overturning.arrays import FloatArray, float_array_of_argument
+from overturning.arrays import FloatArray, convert_argument_to_float_array
 from overturning.errors import ArgumentError
 
 Quantity = Literal["displacement", "velocity"]
@@ -40,7 +40,7 @@ LONGEST_PERIOD = 1000.0
 
 def checked_periods(period_s: ArrayLike) -> FloatArray:
     """Return periods, s, as a one-dimensional array; raise an ArgumentError unless all are positive and in bounds."""
-    periods = np.atleast_1d(float_array_of_argument("period_s", period_s))
+    periods = np.atleast_1d(convert_argument_to_float_array("period_s", period_s))
     if periods.ndim != 1 or periods.size == 0 or not ((periods > 0) & (periods <= LONGEST_PERIOD)).all():
         raise ArgumentError(
             f"period_s: give one or more positive numbers of seconds, at most {LONGEST_PERIOD:g}, in one row"
@@ -115,7 +115,7 @@ class OscillatorResponseCalculator:
         return self._finer[points_per_sample]
 
     def points_per_sample_for_period(self, period_s: float) -> int:
-        """Return the points per sample (1, 2, 4, 8 or 16) at which an oscillator of this period must be evaluated."""
+        """Return the points per sample (1, 2, 4, 8 or 16) to which to refine the motion for an oscillator period."""
         wanted = self._interval * max(self._points / max(period_s, 3.0 * self._interval), 1.0 / LONGEST_STEP)
         return min(MAX_REFINEMENT, 2 ** max(0, math.ceil(math.log2(wanted))))
 

@@ -66,7 +66,7 @@ def _update_largest_filtered_motion(
     groups: FloatArray,
     largest_out: FloatArray,
 ) -> None:
-    """Filter a motion and update, in place, the largest value along each azimuth; skip samples that are too small.
+    """Filter a motion and update, in place, its largest value so far along each of the given azimuths.
 
     A sample that is nearer to the origin than the smallest of all largest values so far cannot be the largest along
     any azimuth, and neither can a sample without motion. For other samples, each group of azimuths is tested: for the

@@ -171,10 +171,10 @@ def are_axes_equal_up_to_offset_and_sign(first_samples: FloatArray, second_sampl
     return bool(first_samples.any()) and unlike <= SAME_SAMPLES * float(np.abs(first_samples).max())
 
 
-def longest_standstill_of_axis(
+def longest_run_of_equal_samples(
     samples: FloatArray, samples_of_other_axes: Sequence[FloatArray]
 ) -> tuple[int, int] | None:
-    """Return the first and last index of a component's longest run of equal samples while another moves, or None.
+    """Return first and last index of a component's longest run of equal samples while another moves; else None.
 
     None if there is no run of `SHORTEST_PAUSE` equal samples, if no other axis then reaches `STRONG` of its peak, or if
     the axis is too coarse to show such a share of its own peak.

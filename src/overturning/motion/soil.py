@@ -93,7 +93,7 @@ def check_soil_layer_curves(soil_layers: Sequence[SoilLayer]) -> None:
     package = import_pystrata()
     for layer in soil_layers:
         if layer.curve is not None:
-            _published_soil_type(package, 1.0, layer.curve)
+            _soil_type_with_published_curve(package, 1.0, layer.curve)
 
 
 def propagate_through_soil(
@@ -148,7 +148,7 @@ def propagate_through_soil(
 
 
 def _residual_vibration_share(surface: FloatArray, tail_count: int) -> float:
-    """Return the largest acceleration near the end of the zero padding, over the peak: what has not yet decayed.
+    """Return the largest acceleration near the end of the zero padding, divided by the peak acceleration.
 
     The last `tail_count` samples are left out: an abrupt start of a record oscillates there at the highest frequency.
     """
@@ -227,10 +227,10 @@ def _pystrata_soil_type(pystrata_package: Any, soil_layer: SoilLayer | RockHalfS
     weight = soil_layer.density_kg_m3 * STANDARD_GRAVITY / 1e3  # kN/m³
     if isinstance(soil_layer, RockHalfSpace) or soil_layer.curve is None:
         return pystrata_package.site.SoilType("", weight, None, soil_layer.damping)
-    return _published_soil_type(pystrata_package, weight, soil_layer.curve)
+    return _soil_type_with_published_curve(pystrata_package, weight, soil_layer.curve)
 
 
-def _published_soil_type(pystrata_package: Any, weight: float, curve: str) -> Any:
+def _soil_type_with_published_curve(pystrata_package: Any, weight: float, curve: str) -> Any:
     """Return a pystrata `SoilType` with a published curve; an ArgumentError if pystrata lacks (a part of) the curve.
 
     Some publications give only a modulus reduction, or only a damping.

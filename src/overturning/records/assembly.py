@@ -17,7 +17,7 @@ from overturning.records.component import (
     agency_processing_metadata,
     checked_header_peak_difference,
     find_vertical_by_elimination,
-    is_vertical_name_without_sense,
+    is_vertical_axis_name_without_up_or_down,
     non_perpendicular_axes_notes,
     note_on_sensor_in_structure,
 )
@@ -28,7 +28,7 @@ from overturning.records.window import AssemblyRefusalCollector, common_window_p
 
 
 def format_iso_utc_time(moment: datetime | None) -> str | None:
-    """Format a time as ISO 8601 text in UTC without trailing zeros; None for None; without a time zone it is UTC."""
+    """Format a time as ISO 8601 text in UTC; a time without zone counts as UTC, and None gives None."""
     if moment is None:
         return None
     text = (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).astimezone(UTC).strftime("%Y-%m-%dT%H:%M:%S.%f")
@@ -268,7 +268,7 @@ def _orient_or_omit_vertical_components(
         if declared_sense == "none" and component.vertical:  # Left out as declared, although its sense is known.
             continue
         unknown = component.azimuth_deg is None and not component.vertical
-        if not (unknown and (component is third or is_vertical_name_without_sense(component.axis))):
+        if not (unknown and (component is third or is_vertical_axis_name_without_up_or_down(component.axis))):
             kept.append(component)
             if vertical * component.vertical < 0:
                 notes.append(

@@ -89,7 +89,7 @@ class RecordDescription(BaseModel, extra="forbid", frozen=True, use_attribute_do
 
     @model_validator(mode="after")
     def _check_coordinate_pairs(self) -> "RecordDescription":
-        """Raise a ValueError if latitude or longitude of a place is missing, or the source of a fault trace."""
+        """Raise a ValueError for a latitude without longitude (or the reverse) or a fault trace without source."""
         for place in ("station", "epicentre"):
             pair = [f"{place}_{name}_deg" for name in ("latitude", "longitude")]
             empty = [column for column in pair if getattr(self, column) is None]

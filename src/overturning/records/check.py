@@ -12,7 +12,11 @@ from overturning.records.files import read_components
 from overturning.records.formats.table import NO_ACCELERATION, holds_no_acceleration
 from overturning.records.grouping import group_components_by_record
 from overturning.records.processing import process_record
-from overturning.records.read import add_notes_to_record, missing_vertical_notes, read_components_of_file_and_siblings
+from overturning.records.read import (
+    add_notes_to_record,
+    missing_vertical_component_notes,
+    read_components_of_file_and_siblings,
+)
 from overturning.records.record import (
     Record,
     displacement_drift_evidence,
@@ -51,7 +55,7 @@ def check_records_in_files(
     # Spectra and velocities alone are refused, with the reason that their reader gives.
     skipped = skipped if len(skipped) < len(records) else []
     findings += [RecordCheckResult((source.name,), reason=NO_ACCELERATION, skipped=True) for source in skipped]
-    components, refused = _read_components_of_declared_sensor(
+    components, refused = _read_components_of_chosen_sensor(
         [source for source in records if source not in skipped], declared_properties
     )
     findings += refused
@@ -62,7 +66,7 @@ def check_records_in_files(
     return findings + [_check_record(group, groups, located, declared_properties) for group in groups]
 
 
-def _read_components_of_declared_sensor(
+def _read_components_of_chosen_sensor(
     source_files: Sequence[SourceFile], declared_properties: DeclaredFileProperties
 ) -> tuple[list[RecordComponent], list[RecordCheckResult]]:
     """Read the components of the sensor that the user chose (default: all); return also a result per refused file."""
@@ -97,16 +101,16 @@ def _check_record(
         record = assemble_record(components, Path(files[0]).name.split(".")[0].lower(), declared_properties)
         own = [path for path in file_paths if path.name in files]
         record = add_notes_to_record(
-            record, missing_vertical_notes(own, components, declared_properties) if own else []
+            record, missing_vertical_component_notes(own, components, declared_properties) if own else []
         )
         return RecordCheckResult(files, tuple(components), record, used=process_record(record, None))
     except OverturningError as problem:
-        several = _refusal_reason_of_several_locations(components, all_component_groups)
+        several = _refusal_reason_if_several_sensors(components, all_component_groups)
         reason = REASON_SEPARATOR.join([several, str(problem)] if several else [str(problem)])
         return RecordCheckResult(files, tuple(components), reason=reason)
 
 
-def _refusal_reason_of_several_locations(
+def _refusal_reason_if_several_sensors(
     components: Sequence[RecordComponent], all_component_groups: Sequence[Sequence[RecordComponent]]
 ) -> str:
     """Return the reason to refuse components if several sensors of one station recorded the earthquake; else ""."""

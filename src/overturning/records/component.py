@@ -54,7 +54,7 @@ def parse_axis_direction(axis_name: str) -> AxisDirection:
     return UNKNOWN
 
 
-def is_vertical_name_without_sense(axis_name: str) -> bool:
+def is_vertical_axis_name_without_up_or_down(axis_name: str) -> bool:
     """Return True for an axis name that means vertical without a sense (up or down), such as ``V`` or ``Vert``."""
     word = axis_name.strip().upper().rpartition(":")[2].strip().rstrip(".")
     return word in {"V", "+V", "-V", "VER", "VRT", "VERT", "VERTICAL", "402"}
@@ -322,7 +322,7 @@ class RecordComponent:
 
 
 def _samples_for_peak_comparison(component: RecordComponent) -> FloatArray:
-    """Return samples to compare with the header's peak, m/s²; without their mean if that peak was computed so."""
+    """Return samples (m/s²) to compare with the header's peak; their mean is removed if it was for that peak."""
     samples = component.samples
     return samples - samples.mean() if component.peak is not None and component.peak.after_mean else samples
 

@@ -20,7 +20,7 @@ _Angle = Annotated[float, Field(ge=-540, le=540)]
 
 
 def _split_number_text(text_or_value: Any) -> Any:
-    """Split a text of numbers, such as "0,90", at commas and blanks; an empty text gives None, a non-text itself."""
+    """Split a text of numbers, such as "0,90", at commas and blanks; None if empty. Other values are unchanged."""
     return (
         [part for part in text_or_value.replace(",", " ").split() if part] or None
         if isinstance(text_or_value, str)

@@ -10,7 +10,7 @@ from overturning.motion.plausible import (
     are_axes_equal_up_to_offset_and_sign,
     clipped_sample_count_and_level,
     dead_horizontal_axis_reason,
-    longest_standstill_of_axis,
+    longest_run_of_equal_samples,
     reasons_to_doubt_sampling_interval,
 )
 from overturning.records.component import RecordComponent
@@ -67,7 +67,7 @@ def sample_quality_notes(
                 f"{100 * rail:.4g} Gal; the ground moved more than that"
             )
         others = [other.samples for other in components if other is not component]
-        if pause := longest_standstill_of_axis(component.samples, others):
+        if pause := longest_run_of_equal_samples(component.samples, others):
             begin, end = (index * component.sampling_interval for index in pause)
             notes.append(
                 f"{component.file}: axis {component.axis!r} {STANDS_STILL} from {begin:.4g} to {end:.4g} s while the "

@@ -198,9 +198,9 @@ def assign_records_to_earthquakes(records: Iterable[Record | RecordTableRow]) ->
         tuple(_notes_on_earthquakes_with_several_names(found)),
         (
             *unclear,
-            *_texts_on_names_shared_by_earthquakes(found),
-            *_texts_on_records_of_uncertain_earthquake(found),
-            *_texts_on_earthquakes_that_may_be_one(found),
+            *_notes_on_names_shared_by_earthquakes(found),
+            *_warnings_on_records_of_uncertain_earthquake(found),
+            *_warnings_on_earthquakes_possibly_identical(found),
         ),
     )
 
@@ -229,7 +229,7 @@ def _notes_on_earthquakes_with_several_names(earthquakes: list[_RecordsOfEarthqu
             yield f"{' and '.join(map(repr, names))} are one earthquake ({why}, {one.event_id_or_origin})"
 
 
-def _texts_on_records_of_uncertain_earthquake(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
+def _warnings_on_records_of_uncertain_earthquake(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
     """Yield a warning for each earthquake whose records have no name, or have the same name but start hours apart."""
     for one in earthquakes:
         loose = [each for each in one.members.values() if not (each.event_id or each.origin or each.synthetic)]
@@ -247,7 +247,7 @@ def _texts_on_records_of_uncertain_earthquake(earthquakes: list[_RecordsOfEarthq
             yield f"{one.name!r}: records {ids} start {hours:.3g} h apart and count as one earthquake; give event_id"
 
 
-def _texts_on_names_shared_by_earthquakes(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
+def _notes_on_names_shared_by_earthquakes(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
     """Yield a note for each name shared by records whose different origin times make them different earthquakes."""
     of_name: dict[str, list[_RecordsOfEarthquake]] = {}
     for one in earthquakes:
@@ -267,8 +267,8 @@ def _format_record_ids(records: list[_EarthquakeMetadata]) -> str:
     return ", ".join(one.record_id for one in records[:3]) + (", …" if len(records) > 3 else "")
 
 
-def _texts_on_earthquakes_that_may_be_one(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
-    """Yield a warning for each pair of earthquakes that may be one: names or record starts are similar."""
+def _warnings_on_earthquakes_possibly_identical(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
+    """Yield a warning for each two earthquakes that may be the same, by similar names or record start times."""
     named = [
         (one, _name_words_and_date(one)) for one in earthquakes if one.name and not one.first_record_metadata.synthetic
     ]

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from overturning.records.component import RecordComponent, is_vertical_name_without_sense
+from overturning.records.component import RecordComponent, is_vertical_axis_name_without_up_or_down
 
 MAX_NEIGHBOURS: Final = 6
 """Largest number of files that are searched, most similar names first."""
@@ -16,7 +16,7 @@ MAX_NEIGHBOUR_BYTES: Final = 10_000_000
 
 def is_vertical_component(component: RecordComponent) -> bool:
     """Return True if a component points up, down, or along a vertical axis of unknown sense."""
-    return bool(component.vertical) or is_vertical_name_without_sense(component.axis)
+    return bool(component.vertical) or is_vertical_axis_name_without_up_or_down(component.axis)
 
 
 def find_similarly_named_files(record_paths: Sequence[Path]) -> list[Path]:

@@ -15,9 +15,9 @@ from overturning.errors import (
     OverturningError,
     RecordError,
     RecordRefusalReasons,
-    suggest_closest_keyword,
+    refuse_unknown_keywords,
 )
-from overturning.files import path_of_argument
+from overturning.files import convert_argument_to_path
 from overturning.records.assembly import assemble_record, borehole_station_name
 from overturning.records.catalogue import RecordTableRow, paths_of_record_files, read_record_files
 from overturning.records.component import RecordComponent, find_vertical_by_elimination
@@ -45,10 +45,12 @@ def read_record(table_row: RecordTableRow, data_dir: Path | str) -> Record:
     Raises a `MissingDataError` that names missing files and their source, a `RecordError` if files cannot be read or
     are inconsistent, a `ConfigError` for an unknown format.
     """
-    return add_labels_from_record_table(read_record_without_table_labels(table_row, data_dir), table_row)
+    return add_descriptive_metadata_from_table_row(
+        read_record_without_descriptive_columns(table_row, data_dir), table_row
+    )
 
 
-def read_record_without_table_labels(table_row: RecordTableRow, data_dir: Path | str) -> Record:
+def read_record_without_descriptive_columns(table_row: RecordTableRow, data_dir: Path | str) -> Record:
     """Read a record from its files; station, event and site names of the record table are not added.
 
     The errors are those of `read_record`.
@@ -66,12 +68,13 @@ def read_record_without_table_labels(table_row: RecordTableRow, data_dir: Path |
     else:
         components = _read_record_components(table_row, data_dir)
         source = f"{components[0].format if components else table_row.format} {table_row.source}"
-        record = _assemble_record_of_declared_sensor(
+        record = _assemble_record_of_chosen_sensor(
             components, table_row.id, table_row.declared_file_properties, source=source
         )
         paths = paths_of_record_files(table_row, Path(data_dir))
         record = add_notes_to_record(
-            record, missing_vertical_notes(paths, components, table_row.declared_file_properties) if paths else []
+            record,
+            missing_vertical_component_notes(paths, components, table_row.declared_file_properties) if paths else [],
         )
     if table_row.sha256 and table_row.sha256 != record.sha256:
         raise RecordError(
@@ -81,7 +84,7 @@ def read_record_without_table_labels(table_row: RecordTableRow, data_dir: Path |
     return record
 
 
-def add_labels_from_record_table(record: Record, table_row: RecordTableRow) -> Record:
+def add_descriptive_metadata_from_table_row(record: Record, table_row: RecordTableRow) -> Record:
     """Add station, event, fault strike, coordinates and licence from the row of the record table to a record."""
     stated = _drop_empty_values(table_row.model_dump(include={"station", "event", "licence", "fault_strike_deg"}))
     stated |= _drop_empty_values(
@@ -122,7 +125,7 @@ def _drop_empty_values(values_by_name: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in values_by_name.items() if value not in (None, "")}
 
 
-def _assemble_record_of_declared_sensor(
+def _assemble_record_of_chosen_sensor(
     components: Sequence[RecordComponent],
     record_id: str,
     declared_properties: DeclaredFileProperties,
@@ -167,17 +170,17 @@ def read_record_without_processing(
     """Read a record from a file or several files, without processing."""
     declared_properties = declared_properties or DeclaredFileProperties()
     several = path if isinstance(path, Sequence) and not isinstance(path, str | bytes) else [path]
-    paths = [path_of_argument("paths", one) for one in several]
+    paths = [convert_argument_to_path("paths", one) for one in several]
     if not paths:
         raise ArgumentError("paths: none; name the files of a record")
     if len(paths) > 1:
         components = read_components(map(read_source_file, paths), declared_properties)
     else:
         components, paths = read_components_of_file_and_siblings(paths[0], declared_properties)
-    record = _assemble_record_of_declared_sensor(
+    record = _assemble_record_of_chosen_sensor(
         components, record_id or paths[0].name.split(".")[0].lower(), declared_properties
     )
-    return add_notes_to_record(record, missing_vertical_notes(paths, components, declared_properties))
+    return add_notes_to_record(record, missing_vertical_component_notes(paths, components, declared_properties))
 
 
 def add_notes_to_record(record: Record, notes: Sequence[str]) -> Record:
@@ -185,10 +188,10 @@ def add_notes_to_record(record: Record, notes: Sequence[str]) -> Record:
     return replace(record, extra=record.extra | {"notes": [*record.notes, *notes]}) if notes else record
 
 
-def missing_vertical_notes(
+def missing_vertical_component_notes(
     paths: Sequence[Path], components: Sequence[RecordComponent], declared_properties: DeclaredFileProperties
 ) -> list[str]:
-    """Return a note if a record has no vertical component, but another file in its folder contains one for it."""
+    """Return a note if a record has no vertical component, although a file in its folder contains this component."""
     if (
         len(components) < 2
         or declared_properties.columns
@@ -232,13 +235,13 @@ def read_components_of_file_and_siblings(
             components += read_components([read_source_file(other)], declared_properties)
     components = group_components_by_record(components)[0]
     if declared_properties.azimuths_deg is not None:
-        _check_file_order_for_azimuths(path, components)
+        _check_file_order_fits_declared_azimuths(path, components)
     found = {component.file for component in components}
     return components, [path, *(other for other in alike if other.name in found), *needed]
 
 
-def _check_file_order_for_azimuths(path: Path, components: Sequence[RecordComponent]) -> None:
-    """Raise a RecordError if azimuths given by the user may be assigned to the wrong axes.
+def _check_file_order_fits_declared_azimuths(path: Path, components: Sequence[RecordComponent]) -> None:
+    """Raise a RecordError if the files are not in the order by which user-given azimuths are assigned to axes.
 
     Azimuths belong to the files of a record in their order; if only one file is named, it may not be the first.
     """
@@ -264,7 +267,7 @@ def _may_hold_component_of_same_record(path: Path, other_path: Path) -> bool:
     return differing[-1] - differing[0] < 3
 
 
-@suggest_closest_keyword(*(name for name in DeclaredFileProperties.model_fields if name != "metadata"))
+@refuse_unknown_keywords(*(name for name in DeclaredFileProperties.model_fields if name != "metadata"))
 def read(
     paths: Path | str | Sequence[Path | str],
     *,

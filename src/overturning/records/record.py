@@ -100,7 +100,7 @@ class Record(Accelerogram):
 
 
 def as_record(motion: Accelerogram, record_id: str = "motion") -> Record:
-    """Convert a ground motion to a record with the given id; return a motion that is a record unchanged."""
+    """Convert a ground motion to a record with the given id; a motion that already is a record is unchanged."""
     if isinstance(motion, Record):
         return motion
     extra = {"processed": True, "given": True, "trusted_data": motion.user_trusts_data}

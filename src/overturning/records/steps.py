@@ -45,7 +45,7 @@ class _ProcessingStep(StrictModel):
 
 
 class RemoveMean(_ProcessingStep):
-    """Subtract the mean of each component, computed before the earthquake if that length is given, else over all."""
+    """Subtract from each component its mean over the given first seconds (before the earthquake), else over all."""
 
     step: Literal["remove_mean"] = "remove_mean"
     first_s: float | None = Field(

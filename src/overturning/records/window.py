@@ -57,7 +57,7 @@ def cut_to_common_window(
     _check_same_sensor(components, refusals_out)
     interval = _common_sampling_interval(components)
     _check_station_distances(components, refusals_out)
-    offsets = _samples_before_common_start(components, interval, refusals_out)
+    offsets = _sample_counts_before_common_start(components, interval, refusals_out)
     spread = _checked_duration_difference_s(components, interval, refusals_out)
     length = min(c.samples.size - offset for c, offset in zip(components, offsets, strict=True))
     if length < 2:
@@ -97,10 +97,10 @@ def _common_sampling_interval(components: Sequence[RecordComponent]) -> float:
     return interval
 
 
-def _samples_before_common_start(
+def _sample_counts_before_common_start(
     components: Sequence[RecordComponent], sampling_interval: float, refusals_out: AssemblyRefusalCollector
 ) -> list[int]:
-    """Return, for each component, the number of samples before the latest start of all; 0 if a start is unknown."""
+    """Return each component's number of samples before the latest start of any component; 0 if a start is unknown."""
     starts = [c.start for c in components if c.start is not None]
     if 0 < len(starts) < len(components):
         undated = " and ".join(f"{c.axis} of {c.file}" for c in components if c.start is None)

@@ -13,7 +13,7 @@ from overturning.errors import ArgumentError
 from overturning.figures.answer import (
     PlottedEstimate,
     alignment_with_references_figure,
-    overturned_share_contrast_figure,
+    overturned_share_difference_figure,
 )
 from overturning.figures.fall_rate import fragility_curves_figure, overturned_fraction_figure
 from overturning.figures.film_words import station_and_event_text
@@ -82,10 +82,10 @@ def figure_names_by_record(figures: dict[str, Path], record_ids: list[str]) -> d
 
 REPORT_FIGURES: "Final[dict[str, Callable[[StudyResults, Findings], Sequence[Callable[[], Figure]]]]]" = {
     "references": lambda _, findings: (
-        [partial(_draw_alignment_with_references, findings)] if findings.reference_alignments else []
+        [partial(_draw_fall_alignment_with_reference_axes, findings)] if findings.reference_alignments else []
     ),
     "contrast": lambda _, findings: [
-        partial(_draw_variant_contrast, one, legend_names_of_contrast(findings, one))
+        partial(_draw_overturned_shares_of_study_and_variant, one, legend_names_of_study_and_variant(findings, one))
         for one in findings.contrasts
         if one.primary
     ][-1:],
@@ -100,7 +100,9 @@ REPORT_FIGURES: "Final[dict[str, Callable[[StudyResults, Findings], Sequence[Cal
     "fall-rate": lambda results, findings: (
         [partial(_draw_fall_rates, results)] if findings.population is not None else []
     ),
-    "surveys": lambda _, findings: [partial(_draw_survey_falls, findings.surveys)] if findings.surveys else [],
+    "surveys": lambda _, findings: (
+        [partial(_draw_observed_and_computed_falls, findings.surveys)] if findings.surveys else []
+    ),
     "backwards": lambda results, _: [partial(draw_motion_posterior, inferred) for inferred in results.inferred_motions],
 }
 """Functions that return the functions drawing a figure of the report alone, by its name; [] if a study has none.
@@ -120,7 +122,7 @@ STUDY_FIGURES: "Final[dict[str, Callable[[StudyResults, Findings], Sequence[Call
 
 
 def draw_study_figure(kind: str, results_path: Path) -> "Figure":
-    """Draw the figure `kind` of `STUDY_FIGURES` from the results of a study; an `ArgumentError` if it has none."""
+    """Draw the figure `kind` of `STUDY_FIGURES` for a study; raise an `ArgumentError` if the study has none."""
     with open_study_results(results_path) as results:
         draw = STUDY_FIGURES[kind](results, findings_from_results(results))
         if not draw:
@@ -155,14 +157,14 @@ def draw_report_figures(results: StudyResults, findings: Findings, folder: Path)
             save_figure_files(figure(), paths[name])
         with figures_for_phone():
             own = ((name, figure()) for name, figure in draw.items())
-            for name, drawn in chain(own, _study_figures_for_phone(results, findings)):
+            for name, drawn in chain(own, _draw_study_figures_for_phone(results, findings)):
                 narrow[f"{NARROW}{name}"] = folder / NARROW / f"{name}.svg"
                 save_figure_files(drawn, narrow[f"{NARROW}{name}"])
     return paths | narrow
 
 
-def _study_figures_for_phone(results: StudyResults, findings: Findings) -> Iterator[tuple[str, "Figure"]]:
-    """Yield name and phone version of each figure of the study that the report shows outside sections to unfold."""
+def _draw_study_figures_for_phone(results: StudyResults, findings: Findings) -> Iterator[tuple[str, "Figure"]]:
+    """Draw phone versions of study figures that the report always shows (not collapsed); yield names and figures."""
     groups = results.fall_axes_by_group
     draw = study_figure_functions(results.cube, results.intensity, results.logistic_fit, groups)
     if any(bool(data["cosine"].notnull().any()) for data in groups.values()):
@@ -186,8 +188,8 @@ def _study_figures_for_phone(results: StudyResults, findings: Findings) -> Itera
         )
 
 
-def legend_names_of_contrast(findings: Findings, contrast: VariantContrast) -> tuple[str, str]:
-    """Return the legend names of the two settings that a comparison of the study with a variant compares."""
+def legend_names_of_study_and_variant(findings: Findings, contrast: VariantContrast) -> tuple[str, str]:
+    """Return two legend names: one for the study, and one for the variant with which it is compared."""
     if contrast.differs_in == ["vertical"]:
         names = ("with vertical motion", "without vertical motion")
         return names if findings.study.vertical_motion else names[::-1]
@@ -203,35 +205,35 @@ def legend_names_of_contrast(findings: Findings, contrast: VariantContrast) -> t
     return "this study", f"variant {contrast.variant}"
 
 
-def plotted_estimate(estimate: Estimate) -> PlottedEstimate:
-    """Convert an estimate of the findings to the form that figures draw."""
+def convert_to_plotted_estimate(estimate: Estimate) -> PlottedEstimate:
+    """Convert an estimate of the findings (value, interval, earthquakes) to the data type that figures draw."""
     return PlottedEstimate(estimate.value, estimate.low, estimate.high, estimate.earthquakes)
 
 
-def _draw_alignment_with_references(findings: Findings) -> "Figure":
+def _draw_fall_alignment_with_reference_axes(findings: Findings) -> "Figure":
     """Draw the alignment of the falls with the axis of each reference direction, such as the fault normal."""
     groups = {}
     for group in findings.reference_alignments:
         axes = [one for one in group.references if one.alignment_kind == "axis"]
-        groups[group.group] = {one.reference: plotted_estimate(one.all_b_over_h) for one in axes}
+        groups[group.group] = {one.reference: convert_to_plotted_estimate(one.all_b_over_h) for one in axes}
     return alignment_with_references_figure(groups)
 
 
-def _draw_variant_contrast(contrast: VariantContrast, legend_names: tuple[str, str]) -> "Figure":
+def _draw_overturned_shares_of_study_and_variant(contrast: VariantContrast, legend_names: tuple[str, str]) -> "Figure":
     """Draw the shares of cases that fall in the study and in a variant, and their difference, in total and by B/H."""
     shapes = contrast.by_b_over_h if len(contrast.by_b_over_h) > 1 else []
     rows = ["all cases", *(f"B/H {each.b_over_h:.3g}" for each in shapes)]
     here = [
-        plotted_estimate(contrast.share_overturned_study),
-        *(plotted_estimate(each.share_overturned_study) for each in shapes),
+        convert_to_plotted_estimate(contrast.share_overturned_study),
+        *(convert_to_plotted_estimate(each.share_overturned_study) for each in shapes),
     ]
     there = [
-        plotted_estimate(contrast.share_overturned_variant),
-        *(plotted_estimate(each.share_overturned_variant) for each in shapes),
+        convert_to_plotted_estimate(contrast.share_overturned_variant),
+        *(convert_to_plotted_estimate(each.share_overturned_variant) for each in shapes),
     ]
     differences = [
-        plotted_estimate(contrast.share_difference),
-        *(plotted_estimate(each.share_difference) for each in shapes),
+        convert_to_plotted_estimate(contrast.share_difference),
+        *(convert_to_plotted_estimate(each.share_difference) for each in shapes),
     ]
     if (
         contrast.rate_here is not None
@@ -239,23 +241,26 @@ def _draw_variant_contrast(contrast: VariantContrast, legend_names: tuple[str, s
         and contrast.primary_difference != contrast.share_difference
     ):
         rows = ["stones of a cemetery", "all blocks", *rows[1:]]
-        here, there = [plotted_estimate(contrast.rate_here), *here], [plotted_estimate(contrast.rate_there), *there]
-        differences = [plotted_estimate(contrast.primary_difference), *differences]
-    return overturned_share_contrast_figure(rows, dict(zip(legend_names, (here, there), strict=True)), differences)
+        here, there = (
+            [convert_to_plotted_estimate(contrast.rate_here), *here],
+            [convert_to_plotted_estimate(contrast.rate_there), *there],
+        )
+        differences = [convert_to_plotted_estimate(contrast.primary_difference), *differences]
+    return overturned_share_difference_figure(rows, dict(zip(legend_names, (here, there), strict=True)), differences)
 
 
-def _draw_survey_falls(surveys: Sequence[SurveyFindings]) -> "Figure":
+def _draw_observed_and_computed_falls(surveys: Sequence[SurveyFindings]) -> "Figure":
     """Draw observed next to computed falls of surveys: directions as roses, and shares of fallen stones."""
 
-    def mean_if_resultant_suffices(direction: float | None, resultant: float | None) -> float | None:
+    def mean_direction_unless_scattered(direction: float | None, resultant: float | None) -> float | None:
         """Return a mean direction, degrees; None if the directions are too scattered to have one."""
         return direction if resultant is not None and resultant >= LEAST_RESULTANT else None
 
     def counts_in_octant_order(by_octant: dict[str, float | None]) -> FloatArray:
-        """Return numbers of stones in the order of `OCTANTS`, given by name of the octant."""
+        """Convert numbers of stones by name of the compass octant to an array in the order of `OCTANTS`."""
         return np.array([by_octant.get(octant) or 0.0 for octant in OCTANTS])
 
-    def plotted_share(share: Any) -> PlottedEstimate:
+    def convert_share_to_plotted_estimate(share: Any) -> PlottedEstimate:
         """Convert a share of fallen stones to the form that figures draw."""
         return PlottedEstimate(None) if share is None else PlottedEstimate(share.value, share.low, share.high)
 
@@ -265,23 +270,25 @@ def _draw_survey_falls(surveys: Sequence[SurveyFindings]) -> "Figure":
                 name=f"{one.stones}, {one.record}",
                 observed=counts_in_octant_order(one.observed_by_octant),
                 computed=counts_in_octant_order(one.predicted_by_octant),
-                observed_mean_deg=mean_if_resultant_suffices(one.mean_direction_deg, one.resultant),
-                computed_mean_deg=mean_if_resultant_suffices(one.predicted_mean_direction_deg, one.predicted_resultant),
-                observed_share=plotted_share(one.observed_fall_share),
-                computed_share=plotted_share(one.computed_fall_share),
+                observed_mean_deg=mean_direction_unless_scattered(one.mean_direction_deg, one.resultant),
+                computed_mean_deg=mean_direction_unless_scattered(
+                    one.predicted_mean_direction_deg, one.predicted_resultant
+                ),
+                observed_share=convert_share_to_plotted_estimate(one.observed_fall_share),
+                computed_share=convert_share_to_plotted_estimate(one.computed_fall_share),
             )
             for one in surveys
         ]
     )
 
 
-def write_survey_falls(surveys: Sequence[SurveyFindings], path: Path) -> None:
+def write_survey_falls_figure(surveys: Sequence[SurveyFindings], path: Path) -> None:
     """Write the figure of observed next to computed falls of surveys to a file."""
     with package_matplotlib_settings():
-        save_figure_files(_draw_survey_falls(surveys), path)
+        save_figure_files(_draw_observed_and_computed_falls(surveys), path)
 
 
-def write_observed_roses(observed: Sequence[ObservedFallsFinding], path: Path) -> None:
+def write_observed_roses_figure(observed: Sequence[ObservedFallsFinding], path: Path) -> None:
     """Write roses of the observed falls of a survey to a file; sites are named only if there are several roses."""
     roses = [
         ObservedRose(
@@ -339,13 +346,13 @@ def draw_motion_posterior(inversion_result: SurveyInversionResult) -> "Figure":
     )
 
 
-def write_motion_posterior(inversion_result: SurveyInversionResult, path: Path) -> None:
+def write_motion_posterior_figure(inversion_result: SurveyInversionResult, path: Path) -> None:
     """Write the figure with the posterior probabilities of the ground motion inferred from a survey to a file."""
     with package_matplotlib_settings():
         save_figure_files(draw_motion_posterior(inversion_result), path)
 
 
-def write_fall_rates(results: StudyResults, path: Path) -> None:
+def write_fall_rates_figure(results: StudyResults, path: Path) -> None:
     """Write the figure of the fall rates of a study's population of stones to a file."""
     with package_matplotlib_settings():
         save_figure_files(_draw_fall_rates(results), path)

@@ -36,10 +36,10 @@ def percent(share: float | None, digits: int = 0) -> str:
     """Format a share in per cent, with enough decimals that only 0 and 1 become 0 % and 100 %: 0.4 %, 99.97 %."""
     if _is_unknown(share) or share is None:
         return NO_VALUE
-    return f"{number(100 * share, _decimals_of_percent(share, digits))}{NO_BREAK}%"
+    return f"{number(100 * share, _decimals_needed_for_percent(share, digits))}{NO_BREAK}%"
 
 
-def _decimals_of_percent(share: float, digits: int) -> int:
+def _decimals_needed_for_percent(share: float, digits: int) -> int:
     """Return the number of decimals, at least `digits`, with which a share is not rounded to 0 or 100 %."""
     between = ROUNDING < share < 1.0 - ROUNDING
     while between and float(f"{100 * share:.{digits}f}") in (0.0, 100.0):
@@ -95,7 +95,7 @@ def share(finding: Any, digits: int = 0, *, to: str) -> str:
     """Format a share in per cent, with its interval (if known) in parentheses: 35 % (28 to 43)."""
     if not has_interval(finding):
         return percent(finding.value, digits)
-    digits = _decimals_of_percent(finding.value, digits)
+    digits = _decimals_needed_for_percent(finding.value, digits)
     return f"{percent(finding.value, digits)} ({ends(finding, digits, 100.0, to=to)})"
 
 
@@ -103,7 +103,7 @@ def censored(finding: Any, value: bool = True, *, to: str) -> str:
     """Format a fragility median (or its interval); values outside the data's range become "> 1.4" or "< 0.2"."""
     digits = _decimals_of_interval(finding)
 
-    def format_bound(bound: float | None) -> str:
+    def format_value_or_limit_of_data(bound: float | None) -> str:
         """Format a value, or "> 1.4" for infinity and "< 0.2" for 0, which lie outside the data."""
         if _is_unknown(bound) or bound is None:
             return NO_VALUE
@@ -112,16 +112,16 @@ def censored(finding: Any, value: bool = True, *, to: str) -> str:
         return f"<{NO_BREAK}{finding.data_minimum:.3g}" if bound == 0 else number(bound, digits)
 
     return (
-        format_bound(finding.median)
+        format_value_or_limit_of_data(finding.median)
         if value
         else NO_VALUE
         if _is_unknown(finding.low)
-        else f"{format_bound(finding.low)}{to}{format_bound(finding.high)}"
+        else f"{format_value_or_limit_of_data(finding.low)}{to}{format_value_or_limit_of_data(finding.high)}"
     )
 
 
 def _decimals_of_interval(finding: Any) -> int:
-    """Return the decimals with which half an interval's width (without interval: the value) has two digits."""
+    """Return the decimals that show two significant digits of half an interval's width (without one: of the value)."""
     ends = [bound for bound in (finding.low, finding.high, finding.median) if not _is_unknown(bound)]
     known = min((bound for bound in ends if math.isfinite(bound) and bound > 0), default=finding.data_maximum)
     bounded = not _is_unknown(finding.low) and math.isfinite(finding.high - finding.low) and finding.low > 0

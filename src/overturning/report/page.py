@@ -14,7 +14,7 @@ from markdown_it.tree import SyntaxTreeNode
 from overturning.errors import ResultError
 from overturning.figures.page import film_player_script, read_template_text
 from overturning.report.drawings import NARROW
-from overturning.report.render import container_name_and_text, parse_inline, single_image_of_paragraph
+from overturning.report.render import markdown_container_name_and_text, parse_markdown_line, single_image_of_paragraph
 from overturning.translation.texts import read_label_translations
 
 LAZY: Final = "fold"
@@ -55,7 +55,9 @@ def render_report_html_page(
         If the text uses a figure that does not exist.
     """
     style, script = (read_template_text(name, "report") for name in ("report.css", "report.js"))
-    body = "\n".join(_ReportPageBody(figures, films, read_label_translations(language)).blocks_html(tree.children))
+    body = "\n".join(
+        _ReportPageBody(figures, films, read_label_translations(language)).html_of_markdown_nodes(tree.children)
+    )
     return (
         f'<!DOCTYPE html>\n<html lang="{language}">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
@@ -79,48 +81,49 @@ class _ReportPageBody:
     def __init__(self, figures: Mapping[str, Path] | None, films: Mapping[str, str], labels: Mapping[str, str]) -> None:
         self.figures, self.films, self.labels, self.inlined = figures, films, labels, count(1)
 
-    def blocks_html(self, nodes: list[SyntaxTreeNode], lazy: bool = False) -> Iterator[str]:
+    def html_of_markdown_nodes(self, nodes: list[SyntaxTreeNode], lazy: bool = False) -> Iterator[str]:
         """Yield the HTML of paragraphs, headings, lists, tables, figures and containers of the report.
 
         If `lazy`, figures are images that a browser reads when they come into view.
         """
         for node in nodes:
-            name, text = container_name_and_text(node)
+            name, text = markdown_container_name_and_text(node)
             if name:
-                yield from self.container_html(node, name, text, lazy)
+                yield from self.html_of_markdown_container(node, name, text, lazy)
             elif image := single_image_of_paragraph(node):
                 yield self.figure_html(image, node.meta["figure"], lazy)
             elif node.type == "heading":
-                yield f"<{node.tag}{_id_attribute(node)}>{_inline_html(node)}</{node.tag}>"
+                yield f"<{node.tag}{_html_id_attribute(node)}>{_html_of_inline_markdown(node)}</{node.tag}>"
             elif node.type in ("fence", "code_block"):
                 yield f"<pre>{escape(node.content)}</pre>"
             elif node.type == "table":
-                yield f'<div class="wide">\n<table>\n{"".join(map(_table_section_html, node.children))}</table>\n</div>'
+                parts = "".join(map(_html_of_table_head_or_body, node.children))
+                yield f'<div class="wide">\n<table>\n{parts}</table>\n</div>'
             elif node.type in ("bullet_list", "ordered_list", "list_item", "blockquote"):
                 tag = _TAGS[node.type]
-                yield f"<{tag}>{''.join(self.blocks_html(node.children, lazy))}</{tag}>"
+                yield f"<{tag}>{''.join(self.html_of_markdown_nodes(node.children, lazy))}</{tag}>"
             elif node.type == "paragraph":
-                inner = _inline_html(node)
+                inner = _html_of_inline_markdown(node)
                 yield inner if node.hidden else f"<p>{inner}</p>"
             else:
-                yield from self.blocks_html(node.children, lazy)
+                yield from self.html_of_markdown_nodes(node.children, lazy)
 
-    def container_html(self, node: SyntaxTreeNode, name: str, text: str, lazy: bool) -> Iterator[str]:
-        """Yield the HTML of a Markdown container (``::: name text``), such as a fold, a film or a table with caption.
+    def html_of_markdown_container(self, node: SyntaxTreeNode, name: str, text: str, lazy: bool) -> Iterator[str]:
+        """Yield the HTML of a Markdown container (``::: name text``), such as a film or a collapsible section.
 
         A container ``paper`` is shown in the PDF only.
         """
         if name == "paper":
             return
-        inner = "\n".join(self.blocks_html(node.children, lazy or name == LAZY))
+        inner = "\n".join(self.html_of_markdown_nodes(node.children, lazy or name == LAZY))
         if name == "fold":
-            summary = _inline_html(parse_inline(text))
-            yield f"<details{_id_attribute(node)}><summary>{summary}</summary>\n{inner}\n</details>"
+            summary = _html_of_inline_markdown(parse_markdown_line(text))
+            yield f"<details{_html_id_attribute(node)}><summary>{summary}</summary>\n{inner}\n</details>"
         elif name in ("table", "sortable"):
             number = node.meta["table"]
-            caption = self.caption_html("table", number, _inline_html(parse_inline(text)))
+            caption = self.caption_html("table", number, _html_of_inline_markdown(parse_markdown_line(text)))
             kind = ' class="sortable"' if name == "sortable" else ""
-            yield inner.replace("<table>", f"<table{kind}{_id_attribute(node)}>\n<caption>{caption}</caption>", 1)
+            yield inner.replace("<table>", f"<table{kind}{_html_id_attribute(node)}>\n<caption>{caption}</caption>", 1)
         elif name == "film":
             yield f'<figure class="film-figure">{self.films.get(text, "")}\n{inner}</figure>'
         elif name == "page":
@@ -147,36 +150,36 @@ class _ReportPageBody:
         return f"<figure>{shown}{f'<figcaption>{caption}</figcaption>' if caption else ''}</figure>"
 
 
-def _id_attribute(node: SyntaxTreeNode) -> str:
+def _html_id_attribute(node: SyntaxTreeNode) -> str:
     """Return the HTML attribute ``id`` of a Markdown node that is a link target; "" for other nodes."""
     return f' id="{escape(str(node.attrs["id"]))}"' if "id" in node.attrs else ""
 
 
-def _inline_html(node: SyntaxTreeNode) -> str:
+def _html_of_inline_markdown(node: SyntaxTreeNode) -> str:
     """Return the HTML of the text inside a paragraph, heading or table cell, with links and emphasis."""
     parts = []
     for one in node.children:
         if one.type in ("strong", "em"):
-            parts.append(f"<{_TAGS[one.type]}>{_inline_html(one)}</{_TAGS[one.type]}>")
+            parts.append(f"<{_TAGS[one.type]}>{_html_of_inline_markdown(one)}</{_TAGS[one.type]}>")
         elif one.type == "link":
-            parts.append(f'<a href="{escape(str(one.attrs["href"]))}">{_inline_html(one)}</a>')
+            parts.append(f'<a href="{escape(str(one.attrs["href"]))}">{_html_of_inline_markdown(one)}</a>')
         elif one.type == "code_inline":
             parts.append(f"<code>{escape(one.content)}</code>")
         elif one.type in ("softbreak", "hardbreak"):
             parts.append("\n" if one.type == "softbreak" else "<br>")
         else:
-            parts.append(_inline_html(one) if one.children else escape(one.content))
+            parts.append(_html_of_inline_markdown(one) if one.children else escape(one.content))
     return "".join(parts)
 
 
-def _table_section_html(group: SyntaxTreeNode) -> str:
+def _html_of_table_head_or_body(group: SyntaxTreeNode) -> str:
     """Return the HTML of the head or body of a table; right-aligned cells have the class ``n``."""
     rows = []
     for row in group.children:
         cells = []
         for cell in row.children:
             numeric = ' class="n"' if "right" in str(cell.attrs.get("style", "")) else ""
-            cells.append(f"<{cell.tag}{numeric}>{_inline_html(cell)}</{cell.tag}>")
+            cells.append(f"<{cell.tag}{numeric}>{_html_of_inline_markdown(cell)}</{cell.tag}>")
         rows.append(f"<tr>{''.join(cells)}</tr>\n")
     return f"<{_TAGS[group.type]}>\n{''.join(rows)}</{_TAGS[group.type]}>\n"
 

@@ -15,7 +15,7 @@ from markdown_it.tree import SyntaxTreeNode
 
 from overturning.errors import ResultError
 from overturning.report.drawings import NARROW
-from overturning.report.render import container_name_and_text, parse_inline, single_image_of_paragraph
+from overturning.report.render import markdown_container_name_and_text, parse_markdown_line, single_image_of_paragraph
 from overturning.translation.texts import (
     check_font_is_installed,
     font_language_of_text,
@@ -28,7 +28,7 @@ LEFT_OUT: Final = ("fold", "page")
 
 
 def compile_report_pdf(tree: SyntaxTreeNode, title: str, language: str, figures: Mapping[str, Path]) -> bytes:
-    """Return the report as PDF, the same bytes each time.
+    """Return the report as the bytes of a PDF file; equal inputs give equal bytes.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def compile_report_pdf(tree: SyntaxTreeNode, title: str, language: str, figures:
     check_font_is_installed(language, "PDF of the report")
     blocks = _convert_to_pdf_blocks(tree.children, figures, files)
     drawn = [figures[each] for each in files]
-    fonts = installed_fonts_of_language(language) or _fonts_for_names(title, blocks, drawn)
+    fonts = installed_fonts_of_language(language) or _installed_japanese_fonts_if_needed(title, blocks, drawn)
     words = {kind: read_label_translations(language)[kind] for kind in ("figure", "table")}
     data = {
         "title": title,
@@ -84,7 +84,7 @@ def compile_report_pdf(tree: SyntaxTreeNode, title: str, language: str, figures:
     return pages
 
 
-def _fonts_for_names(title: str, blocks: list[dict[str, Any]], drawn: Iterable[Path]) -> list[str]:
+def _installed_japanese_fonts_if_needed(title: str, blocks: list[dict[str, Any]], drawn: Iterable[Path]) -> list[str]:
     """Return installed fonts for Japanese characters in the report's texts or figures; [] if it has none of them."""
     texts = (title, json.dumps(blocks, ensure_ascii=False), *(path.read_text(encoding="utf-8") for path in drawn))
     last = max(chain.from_iterable(texts), default="")
@@ -111,11 +111,11 @@ def _convert_to_pdf_blocks(
     """
     blocks: list[dict[str, Any]] = []
     for node in nodes:
-        name, text = container_name_and_text(node)
+        name, text = markdown_container_name_and_text(node)
         if name in LEFT_OUT:
             continue
         if name in ("table", "sortable"):
-            caption = {"number": node.meta["table"], "caption": _convert_to_pdf_text_parts(parse_inline(text))}
+            caption = {"number": node.meta["table"], "caption": _convert_to_pdf_text_parts(parse_markdown_line(text))}
             blocks += [one | caption for one in _convert_to_pdf_blocks(node.children, figures, files, paired)]
         elif name == "paper":
             blocks += _convert_to_pdf_blocks(node.children, figures, files, paired)

@@ -121,7 +121,7 @@ def escape_markdown(value: Any) -> Markup:
 
 
 def parse_markdown(text: str) -> SyntaxTreeNode:
-    """Parse the Markdown text of the report, and number its figures and tables outside folds; HTML in it stays text.
+    """Parse the report's Markdown to a syntax tree; number figures and tables outside collapsible sections.
 
     A paragraph with nothing but an image becomes a node with ``meta["figure"]``: its number, None inside a fold. A
     container ``table`` or ``sortable`` has the number of its table in ``meta["table"]``.
@@ -131,12 +131,12 @@ def parse_markdown(text: str) -> SyntaxTreeNode:
         parser.use(container_plugin, name=name)
     tree = SyntaxTreeNode(parser.parse(text))
     numbers = {"figure": count(1), "table": count(1)}
-    for node, folded in _nodes_with_fold_state(tree):
+    for node, folded in _nodes_and_whether_collapsed(tree):
         kind = (
             "figure"
             if single_image_of_paragraph(node)
             else "table"
-            if container_name_and_text(node)[0] in ("table", "sortable")
+            if markdown_container_name_and_text(node)[0] in ("table", "sortable")
             else ""
         )
         if kind:
@@ -144,14 +144,16 @@ def parse_markdown(text: str) -> SyntaxTreeNode:
     return tree
 
 
-def _nodes_with_fold_state(node: SyntaxTreeNode, folded: bool = False) -> Iterator[tuple[SyntaxTreeNode, bool]]:
-    """Yield all nodes of a Markdown tree in order, each with True if in a fold or shown on one medium only."""
+def _nodes_and_whether_collapsed(node: SyntaxTreeNode, folded: bool = False) -> Iterator[tuple[SyntaxTreeNode, bool]]:
+    """Yield the nodes of a Markdown tree, each with True if collapsed or shown only on the HTML page or in the PDF."""
     for one in node.children:
         yield one, folded
-        yield from _nodes_with_fold_state(one, folded or container_name_and_text(one)[0] in ("fold", "page", "paper"))
+        yield from _nodes_and_whether_collapsed(
+            one, folded or markdown_container_name_and_text(one)[0] in ("fold", "page", "paper")
+        )
 
 
-def container_name_and_text(node: SyntaxTreeNode) -> tuple[str, str]:
+def markdown_container_name_and_text(node: SyntaxTreeNode) -> tuple[str, str]:
     """Return name and text of a Markdown container, ``::: name text``; two empty texts for other nodes."""
     if not node.type.startswith("container_"):
         return "", ""
@@ -168,6 +170,6 @@ def single_image_of_paragraph(node: SyntaxTreeNode) -> SyntaxTreeNode | None:
     return None
 
 
-def parse_inline(text: str) -> SyntaxTreeNode:
+def parse_markdown_line(text: str) -> SyntaxTreeNode:
     """Parse a single line of Markdown, such as the caption of a table, to a syntax tree."""
     return SyntaxTreeNode(MarkdownIt("commonmark", {"html": False}).parseInline(text))

@@ -5,7 +5,7 @@ from itertools import chain
 
 from markdown_it.tree import SyntaxTreeNode
 
-from overturning.report.render import container_name_and_text, single_image_of_paragraph
+from overturning.report.render import markdown_container_name_and_text, single_image_of_paragraph
 
 LEFT_OUT = ("page", "paper")
 """Containers that a terminal does not show."""
@@ -18,9 +18,9 @@ def plain_text_lines(tree: SyntaxTreeNode) -> Iterator[str]:
 
 
 def plain_paragraphs(tree: SyntaxTreeNode) -> Iterator[str]:
-    """Yield the paragraphs of a Markdown text outside folds, without markup."""
+    """Yield the paragraphs of a Markdown text outside collapsible sections, without markup."""
     for node in tree.children:
-        if container_name_and_text(node)[0] in (*LEFT_OUT, "fold") or single_image_of_paragraph(node):
+        if markdown_container_name_and_text(node)[0] in (*LEFT_OUT, "fold") or single_image_of_paragraph(node):
             continue
         if node.type == "paragraph":
             yield plain_text(node)
@@ -31,7 +31,7 @@ def plain_paragraphs(tree: SyntaxTreeNode) -> Iterator[str]:
 def _terminal_lines_by_block(nodes: list[SyntaxTreeNode]) -> Iterator[list[str]]:
     """Yield, for each paragraph, heading, table and block of code, its lines for a terminal; figures are left out."""
     for node in nodes:
-        if container_name_and_text(node)[0] in LEFT_OUT or single_image_of_paragraph(node):
+        if markdown_container_name_and_text(node)[0] in LEFT_OUT or single_image_of_paragraph(node):
             continue
         if node.type == "table":
             yield _terminal_lines_of_table(node)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from overturning.errors import ResultError
-from overturning.figures.drawn_case import IllustrativeCaseWithFigures, read_cases_with_figures
+from overturning.figures.drawn_case import IllustrativeCaseWithFigures, read_illustrative_case_list
 from overturning.figures.page import film_html_element
 from overturning.files import atomic_write
 from overturning.findings.collect import read_findings
@@ -37,7 +37,7 @@ EXPLORER = "explore.html"
 
 @dataclass(frozen=True)
 class ReportFilmTexts:
-    """Texts that the report shows about a film: name, title, block, heading and outcome of each panel, and rule.
+    """Texts that the report shows about a film: name, title, block, panel headings and outcomes, and selection rule.
 
     The rule states how the case was chosen.
     """
@@ -58,7 +58,7 @@ def _report_film_texts(name: str, case: IllustrativeCaseWithFigures) -> ReportFi
 def write_report(
     results: Path, path: Path, pdf: Path | None = None, study: Study | None = None, language: str | None = None
 ) -> None:
-    """Write the report of a study's folder of results as an HTML page, and as PDF, the same bytes each time.
+    """Write the report of a study's results as an HTML page and, if wanted, as PDF; equal results give equal bytes.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def write_report(
         figures = list_study_figures(results / "figures")
         figures |= draw_report_figures(opened, found, Path(drawings))
         folder = results / "figures" / "illustrative"
-        cases = {f"film-{number}": case for number, case in enumerate(read_cases_with_figures(folder), 1)}
+        cases = {f"film-{number}": case for number, case in enumerate(read_illustrative_case_list(folder), 1)}
         figures |= {f"{name}-strip": folder / case.strip for name, case in cases.items()}
         if missing := [file for file in figures.values() if not file.is_file()]:
             raise ResultError(f"{missing[0]}: no such figure; run the figures of the study first")

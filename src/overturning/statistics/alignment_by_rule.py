@@ -7,8 +7,8 @@ from functools import partial
 import numpy as np
 import xarray as xr
 
-from overturning.model.falls import model_of_cube
-from overturning.model.planes import cube_planes_impose_fall_axis
+from overturning.model.falls import model_of_results_cube
+from overturning.model.planes import planes_in_results_impose_fall_axis
 from overturning.statistics.bootstrap import MeanOverEarthquakes, mean_over_earthquakes
 from overturning.statistics.by_record import apply_to_record_batches, record_masks_by_group
 from overturning.statistics.falls import (
@@ -16,7 +16,7 @@ from overturning.statistics.falls import (
     BlockSelectionRule,
     mean_cosine_and_sine_to_reference,
     share_of_directions_with_overturning,
-    unknown_outcomes_impose_fall_axis,
+    unknown_outcomes_may_bias_fall_axis,
     weighted_fall_vectors_by_case,
 )
 
@@ -50,8 +50,8 @@ def fault_normal_alignment_by_block_selection(
 
     The result has a list for each name of a group, with one entry for each rule of `block_rules`.
 
-    Alignments are missing if the planes of the cube impose the axis of the falls (`plane_choice_imposes_fall_axis`),
-    and so are those of records whose unknown outcomes do (`unknown_outcomes_impose_fall_axis`).
+    Alignments are missing if the planes of the cube impose the axis of the falls (`simulated_planes_impose_fall_axis`),
+    and so are those of records whose unknown outcomes do (`unknown_outcomes_may_bias_fall_axis`).
 
     The cube is read in parts. Each rule uses the same bootstrap samples of earthquakes as `summarise_fall_axes`, whose
     alignment is that of the rule `block_selection_rule_for_cube(cube)`.
@@ -66,10 +66,10 @@ def fault_normal_alignment_by_block_selection(
         Bootstrap samples.
     """
     sums = apply_to_record_batches(
-        partial(_sum_falls_by_block_rule, block_rules), cube, model_of_cube(cube).reads
+        partial(_sum_falls_by_block_selection_rule, block_rules), cube, model_of_results_cube(cube).reads
     ).transpose("record", "rule")
     vectors = mean_cosine_and_sine_to_reference(sums, cube["fault_normal"]).where(
-        ~unknown_outcomes_impose_fall_axis(sums) & (not cube_planes_impose_fall_axis(cube))
+        ~unknown_outcomes_may_bias_fall_axis(sums) & (not planes_in_results_impose_fall_axis(cube))
     )
     cosine, sine = vectors["cosine"].to_numpy(), vectors["sine"].to_numpy()
     lengths, events = np.hypot(cosine, sine), np.atleast_1d(cube["event"].to_numpy().astype(str))
@@ -84,12 +84,12 @@ def fault_normal_alignment_by_block_selection(
     return found
 
 
-def _sum_falls_by_block_rule(block_rules: Sequence[BlockSelectionRule], cube: xr.Dataset) -> xr.Dataset:
-    """Return, for each record and block selection rule, the number of falls and the sums over doubled fall axes.
+def _sum_falls_by_block_selection_rule(block_rules: Sequence[BlockSelectionRule], cube: xr.Dataset) -> xr.Dataset:
+    """Count falls and sum cosines and sines of doubled fall azimuths, for each record and block selection rule.
 
     The dimensions are (record, rule); cosines and sines of doubled fall axes are summed.
     """
-    model, share = model_of_cube(cube), share_of_directions_with_overturning(cube)
+    model, share = model_of_results_cube(cube), share_of_directions_with_overturning(cube)
     weighted = weighted_fall_vectors_by_case(cube).drop_vars(["direction_cosine", "direction_sine"])
     over = (model.direction, *model.case_dims)
     return xr.concat([weighted.where(rule.selected_block_mask(share)).sum(over) for rule in block_rules], "rule")

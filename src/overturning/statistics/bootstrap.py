@@ -74,7 +74,7 @@ def distinct_earthquake_names(record_events: Sequence[str] | NDArray[np.str_]) -
 
 
 @lru_cache(maxsize=4)
-def _earthquake_indices_of_samples(earthquake_count: int, draws: int, seed: int) -> NDArray[np.int64]:
+def _draw_earthquakes_of_bootstrap_samples(earthquake_count: int, draws: int, seed: int) -> NDArray[np.int64]:
     """Draw with replacement the earthquakes of each bootstrap sample, as indices of shape (draws, earthquakes).
 
     The last results are cached, since many statistics use the same samples.
@@ -101,13 +101,13 @@ def statistic_of_bootstrap_samples(
     if n < FEWEST_EARTHQUAKES:
         return np.zeros(0)
     # For rows of several values, take is ten times as fast as an index.
-    values = statistic(np.take(earthquake_data, _earthquake_indices_of_samples(n, draws, seed), axis=0))
+    values = statistic(np.take(earthquake_data, _draw_earthquakes_of_bootstrap_samples(n, draws, seed), axis=0))
     known = values[np.isfinite(values)]
     return known if 2 * known.size >= draws else np.zeros(0)
 
 
-def tail_share_of_expanded_interval(earthquake_count: int, level: float = 0.95) -> float:
-    """Return the share of bootstrap values to cut off at each end for an interval corrected for small samples.
+def tail_share_of_small_sample_interval(earthquake_count: int, level: float = 0.95) -> float:
+    """Return the share of bootstrap values to cut off at each end of an interval, corrected for few earthquakes.
 
     Φ(−√(n/(n − 1)) t) with t the (1 + level)/2 quantile of Student's t with n − 1 degrees of freedom
     (Hesterberg 2015, American Statistician 69, 371). The variance of bootstrap means of n values is (n − 1)/n of the
@@ -138,7 +138,7 @@ def bootstrap_interval(
 ) -> ConfidenceInterval:
     """Compute a confidence interval from bootstrap samples of earthquakes: percentiles, widened for small samples.
 
-    See `tail_share_of_expanded_interval` for the share of bootstrap samples beyond its ends.
+    See `tail_share_of_small_sample_interval` for the share of bootstrap samples beyond its ends.
 
     Parameters
     ----------
@@ -152,24 +152,24 @@ def bootstrap_interval(
         such as that of the smaller of two sets. There is no interval for fewer than `FEWEST_EARTHQUAKES`.
     bounds : (float, float), optional
         Smallest and largest possible value of the statistic. If all samples have the same value, they give the interval
-        by `interval_of_equal_values`.
+        by `mean_interval_for_equal_earthquake_values`.
     """
     n = len(earthquake_data) if earthquake_count is None else min(earthquake_count, len(earthquake_data))
     if n < FEWEST_EARTHQUAKES:
         return ConfidenceInterval()
-    tail = tail_share_of_expanded_interval(n, level)
+    tail = tail_share_of_small_sample_interval(n, level)
     values = statistic_of_bootstrap_samples(
         statistic, earthquake_data, max(draws, math.ceil(LEAST_BEYOND / tail)), seed
     )
     if not values.size:
         return ConfidenceInterval()
     if bounds is not None and np.ptp(values) <= SAME_VALUE:
-        return interval_of_equal_values(float(values[0]), n, bounds, level)
+        return mean_interval_for_equal_earthquake_values(float(values[0]), n, bounds, level)
     low, high = np.quantile(values, [tail, 1 - tail])
     return ConfidenceInterval(float(low), float(high))
 
 
-def interval_of_equal_values(
+def mean_interval_for_equal_earthquake_values(
     value: float, earthquake_count: int, bounds: tuple[float, float], level: float = 0.95
 ) -> ConfidenceInterval:
     """Return the interval of the mean of a bounded quantity that has the same value in all earthquakes.
@@ -242,8 +242,9 @@ def mean_share_over_earthquakes(
 def mean_share_interval(earthquake_shares: FloatArray, *, level: float = 0.95, draws: int = 4000) -> ConfidenceInterval:
     """Compute the confidence interval of the mean of a share (0 to 1) over earthquakes.
 
-    The interval is that of `interval_of_equal_values` if the share is the same in all earthquakes, such as 0 or 1.
-    Otherwise it is the `bootstrap_interval`. There is no interval for fewer than `FEWEST_EARTHQUAKES`.
+    The interval is that of `mean_interval_for_equal_earthquake_values` if the share is the same in all earthquakes,
+    such as 0 or 1. Otherwise it is the `bootstrap_interval`. There is no interval for fewer than
+    `FEWEST_EARTHQUAKES`.
 
     Parameters
     ----------
@@ -254,15 +255,15 @@ def mean_share_interval(earthquake_shares: FloatArray, *, level: float = 0.95, d
     """
     if earthquake_shares.size < FEWEST_EARTHQUAKES:
         return ConfidenceInterval()
-    return unanimous_share_interval(earthquake_shares, level) or bootstrap_interval(
+    return exact_interval_if_all_0_or_all_1(earthquake_shares, level) or bootstrap_interval(
         mean_of_each_bootstrap_sample, earthquake_shares, level=level, draws=draws, bounds=(0.0, 1.0)
     )
 
 
-def unanimous_share_interval(earthquake_shares: FloatArray, level: float = 0.95) -> ConfidenceInterval | None:
-    """Return the exact interval of a mean share if it is 0 in all earthquakes or 1 in all; otherwise None.
+def exact_interval_if_all_0_or_all_1(earthquake_shares: FloatArray, level: float = 0.95) -> ConfidenceInterval | None:
+    """Return the exact interval of a mean share if it is 0 in all earthquakes, or 1 in all earthquakes; else None.
 
-    See `interval_of_equal_values`.
+    See `mean_interval_for_equal_earthquake_values`.
 
     Parameters
     ----------
@@ -273,7 +274,7 @@ def unanimous_share_interval(earthquake_shares: FloatArray, level: float = 0.95)
     """
     for value in (0.0, 1.0):
         if earthquake_shares.size and np.allclose(earthquake_shares, value, rtol=0.0, atol=SAME_VALUE):
-            return interval_of_equal_values(value, earthquake_shares.size, (0.0, 1.0), level)
+            return mean_interval_for_equal_earthquake_values(value, earthquake_shares.size, (0.0, 1.0), level)
     return None
 
 

@@ -14,14 +14,14 @@ from overturning.model.planes import (
     azimuth_period_of_cube_deg,
     distinct_plane_indices,
     fall_probability_to_either_side,
-    half_circle_share_of_planes,
+    plane_weights_by_azimuth_spacing,
 )
 from overturning.statistics.circular import mean_angle_and_resultant
 
 HALF = 0.5
 
 
-def largest_b_over_h_at_half_probability(fall_probabilities: ArrayLike, b_over_h: ArrayLike) -> tuple[float, bool]:
+def boundary_b_over_h_and_if_stoutest_falls(fall_probabilities: ArrayLike, b_over_h: ArrayLike) -> tuple[float, bool]:
     """Return the largest B/H where the fall probability crosses 1/2, and whether the block of largest known B/H falls.
 
     Parameters
@@ -66,12 +66,12 @@ def overturning_boundary_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
     if "b_over_h" not in cube.dims:
         raise ArgumentError("cube: no dimension b_over_h; the boundary is computed along it")
 
-    def boundary_along_b_over_h(fall_probabilities: xr.Variable) -> tuple[xr.Variable, xr.Variable]:
+    def boundary_and_whether_stoutest_falls(fall_probabilities: xr.Variable) -> tuple[xr.Variable, xr.Variable]:
         lazy = (
             fall_probabilities.chunk({"b_over_h": -1}) if fall_probabilities.chunks is not None else fall_probabilities
         )
         found: tuple[xr.Variable, xr.Variable] = xr.apply_ufunc(
-            largest_b_over_h_at_half_probability, lazy, slenderness,
+            boundary_b_over_h_and_if_stoutest_falls, lazy, slenderness,
             input_core_dims=[["b_over_h"]] * 2,
             output_core_dims=[[], []], vectorize=True, dask="parallelized", output_dtypes=[np.float64, np.bool_],
         )  # fmt: skip
@@ -80,7 +80,7 @@ def overturning_boundary_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
     # Variables have no coordinates, which need not be compared at each operation.
     p, slenderness = fall_probability_to_either_side(cube), cube["b_over_h"].variable
     falls = p["towards"].variable + p["away"].variable
-    middle, beyond = boundary_along_b_over_h(falls)
+    middle, beyond = boundary_and_whether_stoutest_falls(falls)
     known = slenderness.to_base_variable().where(falls.notnull())
     largest, smallest = known.max("b_over_h"), known.min("b_over_h")
     low = high = middle
@@ -88,7 +88,7 @@ def overturning_boundary_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
         towards, away = (cube[f"scramble_difference_{side}"].variable for side in ("towards", "away"))
         gap = (towards + away).fillna(0.0)
         for half_falls in (falls + gap / 2, falls - gap / 2):
-            crossing, still_falls = boundary_along_b_over_h(half_falls)
+            crossing, still_falls = boundary_and_whether_stoutest_falls(half_falls)
             end = crossing.where(~still_falls, largest).fillna(smallest)
             low = xr.apply_ufunc(np.minimum, low, end, dask="allowed")
             high = xr.apply_ufunc(np.maximum, high, end, dask="allowed")
@@ -133,12 +133,12 @@ def easiest_overturning_axis(azimuth_boundaries: xr.Dataset, grid_b_over_h: Arra
         .isel(azimuth=index)
         .compute()
     )
-    weight = half_circle_share_of_planes(planes["azimuth"].values, period)
+    weight = plane_weights_by_azimuth_spacing(planes["azimuth"].values, period)
     edge = planes["boundary"].where(~planes["falls_beyond"], planes["largest_known"])
     edge = edge.where(~planes["stands_throughout"], grid.min())
     highest, lowest = edge.max("azimuth"), edge.min("azimuth")
 
-    def axis_of_largest_boundary(azimuth_boundary: FloatArray, never_falls: NDArray[np.bool_]) -> float:
+    def mean_axis_of_largest_boundary_azimuths(azimuth_boundary: FloatArray, never_falls: NDArray[np.bool_]) -> float:
         if (never_falls | np.isnan(azimuth_boundary)).all():
             return np.nan
         ties = np.abs(azimuth_boundary - np.nanmax(azimuth_boundary)) < 1e-9
@@ -146,7 +146,7 @@ def easiest_overturning_axis(azimuth_boundaries: xr.Dataset, grid_b_over_h: Arra
 
     stands = planes["stands_throughout"]
     easiest = xr.apply_ufunc(
-        axis_of_largest_boundary, edge, stands, input_core_dims=[["azimuth"], ["azimuth"]], vectorize=True
+        mean_axis_of_largest_boundary_azimuths, edge, stands, input_core_dims=[["azimuth"], ["azimuth"]], vectorize=True
     )
     never = (stands | edge.isnull()).all("azimuth")
     return xr.Dataset(

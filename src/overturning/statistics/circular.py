@@ -172,8 +172,8 @@ def common_axis_test(
     return StatisticalTestResult("randomised Rayleigh", n, statistic, (1 + extreme) / (1 + ROTATIONS))
 
 
-def _watson_u2(cumulative_probabilities: FloatArray) -> FloatArray:
-    """Compute Watson's U² of samples of n values of a distribution function (last axis)."""
+def _watson_u2_statistic(cumulative_probabilities: FloatArray) -> FloatArray:
+    """Compute Watson's U² statistic of samples, each of n cumulative probabilities (0 to 1) along the last axis."""
     ordered = np.sort(cumulative_probabilities, axis=-1)
     n = ordered.shape[-1]
     rank = (2 * np.arange(1, n + 1) - 1) / (2 * n)
@@ -204,9 +204,9 @@ def watson_u2_test(cumulative_probabilities: ArrayLike, simulated: FloatArray | 
         raise ArgumentError(
             "cumulative_probabilities: values must lie in 0 to 1; pass the model's distribution function at the angles"
         )
-    statistic = float(_watson_u2(values))
+    statistic = float(_watson_u2_statistic(values))
     if simulated is not None:
-        extreme = int((_watson_u2(simulated) >= statistic - 1e-12).sum())
+        extreme = int((_watson_u2_statistic(simulated) >= statistic - 1e-12).sum())
         return StatisticalTestResult("Watson U²", n, statistic, (1 + extreme) / (1 + len(simulated)))
     modified = (statistic - 0.1 / n + 0.1 / n**2) * (1 + 0.8 / n)
     order = np.arange(1, 51)

@@ -55,7 +55,7 @@ def ishiyama_velocity_limit(height: ArrayLike, b_over_h: ArrayLike) -> FloatArra
 
 
 def ishiyama_acceleration_limit(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
-    """Return the PGA (m/s²) above which a block overturns: the larger of Ishiyama's acceleration and velocity limits.
+    """Return the PGA (m/s²) above which a block overturns: the larger of West's and Ishiyama's limits.
 
     The limits are g B/H and `ishiyama_velocity_limit` divided by PGV/PGA, s.
     """
@@ -63,8 +63,8 @@ def ishiyama_acceleration_limit(height: ArrayLike, b_over_h: ArrayLike, pgv_over
     return np.maximum(west_acceleration_limit(b_over_h), by_velocity)
 
 
-def kaneko_hayashi_branch_frequency(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
-    """Return the motion frequency F_b, Hz, at which the two branches of the Kaneko–Hayashi criterion meet.
+def kaneko_hayashi_transition_frequency(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
+    """Return the frequency, Hz, above which the Kaneko–Hayashi criterion uses its formula for high frequencies.
 
     F_b = 15.6/√H (1 + B/H)^−1.5 with H in cm; `height` is in m.
     """
@@ -84,7 +84,7 @@ def kaneko_hayashi_acceleration_limit(height: ArrayLike, b_over_h: ArrayLike, pg
     frequency = 1 / (2 * np.pi * _checked_positive_array("pgv_over_pga", pgv_over_pga))
     low = STANDARD_GRAVITY * slenderness * (1 + slenderness)
     high = 10 * slenderness * np.sqrt(tall) * (1 + slenderness) ** 2.5 * 2 * np.pi * frequency * GAL
-    return np.where(frequency > kaneko_hayashi_branch_frequency(height, b_over_h), high, low)
+    return np.where(frequency > kaneko_hayashi_transition_frequency(height, b_over_h), high, low)
 
 
 def block_frequency_parameter(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
@@ -130,7 +130,7 @@ def pulse_acceleration_to_overturn_without_impact(
     """
     ratio = _pulse_to_block_frequency_ratio(height, b_over_h, pgv_over_pga)
 
-    def amplitude_equation_excess(amplitude_factor: FloatArray) -> FloatArray:
+    def left_minus_right_of_amplitude_equation(amplitude_factor: FloatArray) -> FloatArray:
         length = (2 * np.pi - np.arcsin(1 / amplitude_factor)) / ratio
         return np.asarray(np.sqrt(amplitude_factor**2 - 1) - amplitude_factor * np.exp(-length) - ratio)
 
@@ -138,14 +138,14 @@ def pulse_acceleration_to_overturn_without_impact(
     low, high = np.ones_like(ratio), 2.0 + ratio + ratio**2
     for _ in range(60):
         middle = (low + high) / 2
-        above = amplitude_equation_excess(middle) > 0
+        above = left_minus_right_of_amplitude_equation(middle) > 0
         low, high = np.where(above, low, middle), np.where(above, middle, high)
     return west_acceleration_limit(b_over_h) * high
 
 
 @dataclass(frozen=True)
 class OverturningCriterion:
-    """Published overturning criterion: name, rule in words, and function that returns its limit of PGA.
+    """Published overturning criterion: name, rule in words, and function that computes the PGA for overturning.
 
     The function gives the limit in m/s² from height, B/H and PGV/PGA.
     """
@@ -155,12 +155,12 @@ class OverturningCriterion:
     acceleration: Callable[[ArrayLike, ArrayLike, ArrayLike], FloatArray]
 
 
-def _west_limit_by_block_and_motion(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
+def _west_limit_of_each_block_and_motion(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
     return west_acceleration_limit(b_over_h) * np.ones(np.broadcast_shapes(np.shape(height), np.shape(pgv_over_pga)))
 
 
 CRITERIA: Final = (
-    OverturningCriterion("West", "PGA above g B/H", _west_limit_by_block_and_motion),
+    OverturningCriterion("West", "PGA above g B/H", _west_limit_of_each_block_and_motion),
     OverturningCriterion(
         "Ishiyama", "PGA above g B/H, and PGV above the velocity of Ishiyama (1982)", ishiyama_acceleration_limit
     ),
@@ -234,7 +234,7 @@ PULSE_VALID: Final = 5.0
 
 @dataclass(frozen=True)
 class PredictionRuleScore:
-    """Score of a rule that predicts falls from height and B/H of a block and from PGA and PGV of the motion.
+    """Score of a rule that predicts whether a block falls from its height and B/H and the motion's PGA and PGV.
 
     Attributes
     ----------
@@ -282,7 +282,7 @@ class OverturningCriteriaScores:
 
     @property
     def best_criterion(self) -> PredictionRuleScore:
-        """Score of the published criterion with the largest mean prediction skill over blocks of one size."""
+        """Score of the published criterion whose prediction skill, averaged over block sizes, is largest."""
         return max(self.rules[: len(CRITERIA)], key=lambda one: np.nan_to_num(one.within.value, nan=-np.inf))
 
 
@@ -318,7 +318,7 @@ def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> Overt
         overall = FallPredictionCounts.from_count_array(counts.sum(axis=(0, 1)))
         skill, within = (
             MeanOverEarthquakes(len(counts), float(of(counts)), *bootstrap_interval(of, counts, bounds=(-1.0, 1.0)))
-            for of in (_skill_over_all_blocks, _mean_skill_within_blocks)
+            for of in (_skill_over_all_blocks, _mean_skill_over_blocks)
         )
         if name == SLENDERNESS_ONLY:  # 0 within blocks by definition, not by chance
             within = replace(within, low=math.nan, high=math.nan)
@@ -328,7 +328,7 @@ def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> Overt
             overall,
             skill,
             within,
-            float(_mean_skill_within_blocks(count_hits_and_misses(predicted_falls, weight * valid))),
+            float(_mean_skill_over_blocks(count_hits_and_misses(predicted_falls, weight * valid))),
         )
 
     predictions = [pga >= one.acceleration(height, slender, ratio) for one in CRITERIA]
@@ -346,23 +346,23 @@ def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> Overt
         for name, each in zip(of_block, counts, strict=True)
     }
     beyond = float((weight * ~valid).sum() / weight.sum())
-    return OverturningCriteriaScores(tuple(rules), _best_minus_other_skills(by_event), beyond, blocks)
+    return OverturningCriteriaScores(tuple(rules), _skill_lead_of_best_criterion(by_event), beyond, blocks)
 
 
-def _best_minus_other_skills(counts_by_criterion: dict[str, FloatArray]) -> dict[str, MeanOverEarthquakes]:
+def _skill_lead_of_best_criterion(counts_by_criterion: dict[str, FloatArray]) -> dict[str, MeanOverEarthquakes]:
     """Compute the best criterion's prediction skill minus that of each other criterion, by name of the other.
 
     See `OverturningCriteriaScores.leads`.
 
     The counts of each criterion have shape (earthquakes, blocks, 4).
     """
-    skills = {name: float(_mean_skill_within_blocks(counts)) for name, counts in counts_by_criterion.items()}
+    skills = {name: float(_mean_skill_over_blocks(counts)) for name, counts in counts_by_criterion.items()}
     if not np.isfinite([*skills.values()]).all():
         return {}
     best = max(skills, key=lambda name: skills[name])
 
     def first_minus_second_skill(paired_counts: FloatArray) -> FloatArray:
-        return _mean_skill_within_blocks(paired_counts[..., :4]) - _mean_skill_within_blocks(paired_counts[..., 4:])
+        return _mean_skill_over_blocks(paired_counts[..., :4]) - _mean_skill_over_blocks(paired_counts[..., 4:])
 
     pairs = {
         name: np.concatenate([counts_by_criterion[best], counts], axis=-1)
@@ -384,8 +384,8 @@ def _skill_over_all_blocks(prediction_counts: FloatArray) -> FloatArray:
     return np.asarray(FallPredictionCounts.from_count_array(prediction_counts.sum(axis=(-3, -2))).skill)
 
 
-def _mean_skill_within_blocks(prediction_counts: FloatArray) -> FloatArray:
-    """Average the prediction skill over blocks of one size, from counts of shape (…, earthquakes, blocks, 4).
+def _mean_skill_over_blocks(prediction_counts: FloatArray) -> FloatArray:
+    """Compute prediction skill for each block size, and average over sizes; counts: (…, earthquakes, blocks, 4).
 
     The weight of a block is f(1 − f).
 

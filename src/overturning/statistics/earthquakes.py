@@ -15,8 +15,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.falls import model_of_cube
-from overturning.model.planes import cube_planes_impose_fall_axis
+from overturning.model.falls import model_of_results_cube
+from overturning.model.planes import planes_in_results_impose_fall_axis
 from overturning.statistics.bootstrap import (
     MeanOverEarthquakes,
     bootstrap_interval,
@@ -26,7 +26,7 @@ from overturning.statistics.bootstrap import (
     mean_vector_of_each_bootstrap_sample,
     means_by_earthquake,
     statistic_of_bootstrap_samples,
-    tail_share_of_expanded_interval,
+    tail_share_of_small_sample_interval,
 )
 from overturning.statistics.by_record import apply_to_record_batches, record_masks_by_group
 from overturning.statistics.circular import LEAST_RESULTANT, NO_DIRECTION, common_axis_test, wrap_axis_difference
@@ -34,7 +34,7 @@ from overturning.statistics.falls import (
     mean_cosine_and_sine_to_reference,
     mean_directions_from_vector_sums,
     sum_fall_vectors,
-    unknown_outcomes_impose_fall_axis,
+    unknown_outcomes_may_bias_fall_axis,
 )
 from overturning.units import EARTH_RADIUS_KM
 
@@ -43,12 +43,12 @@ BOUNDS_OF_COSINE_DIFFERENCE = (-2.0, 2.0)
 
 
 def fall_vector_sums_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
-    """Sum falls and unit vectors of fall directions for each record, over azimuths and informative blocks.
+    """Sum falls and fall vectors for each record, over azimuths and the blocks that direction statistics use.
 
-    Only the dimensions ``kept_dims`` and ``record`` are kept. See `sum_fall_vectors`, and `informative_block_mask` for
-    the blocks.
+    Only the dimensions ``kept_dims`` and ``record`` are kept. See `sum_fall_vectors`, and
+    `mask_of_blocks_for_direction_statistics` for the blocks.
     """
-    model = model_of_cube(cube)
+    model = model_of_results_cube(cube)
     over = [name for name in model.case_dims if name not in kept_dims]
     made = apply_to_record_batches(
         partial(sum_fall_vectors, summed_dims=over, informative_only=True), cube, model.reads
@@ -57,18 +57,18 @@ def fall_vector_sums_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
 
 
 def mean_fall_directions_by_record(cube: xr.Dataset) -> xr.Dataset:
-    """Compute the mean direction and mean axis of falls under each record, over the informative blocks.
+    """Compute mean direction and mean axis of falls under each record, over the blocks that direction statistics use.
 
-    For these blocks see `informative_block_mask`. The variables are those of `mean_fall_directions`, and
-    ``is_imposed``: True for a record whose unknown outcomes impose the axis (`unknown_outcomes_impose_fall_axis`). All
-    others are missing there, and if the planes of the cube impose the axis (`plane_choice_imposes_fall_axis`). The cube
-    is read in batches of records.
+    For these blocks see `mask_of_blocks_for_direction_statistics`. The variables are those of `mean_fall_directions`,
+    and ``is_imposed``: True for a record whose unknown outcomes impose the axis
+    (`unknown_outcomes_may_bias_fall_axis`). All others are missing there, and if the planes of the cube impose the
+    axis (`simulated_planes_impose_fall_axis`). The cube is read in batches of records.
     """
-    model = model_of_cube(cube)
+    model = model_of_results_cube(cube)
     of_batch = partial(sum_fall_vectors, summed_dims=model.case_dims, informative_only=True)
     sums = apply_to_record_batches(of_batch, cube, model.reads)
-    imposed = unknown_outcomes_impose_fall_axis(sums)
-    means = mean_directions_from_vector_sums(sums).where(~imposed & (not cube_planes_impose_fall_axis(cube)))
+    imposed = unknown_outcomes_may_bias_fall_axis(sums)
+    means = mean_directions_from_vector_sums(sums).where(~imposed & (not planes_in_results_impose_fall_axis(cube)))
     return means.assign(is_imposed=imposed)
 
 
@@ -77,8 +77,8 @@ def fall_axes_by_earthquake(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
 
     The cube is read in batches of records.
 
-    All falls of the informative blocks (`informative_block_mask`) under a record have equal weight; an earthquake has
-    the mean of the means of its records.
+    All falls of the informative blocks (`mask_of_blocks_for_direction_statistics`) under a record have equal weight;
+    an earthquake has the mean of the means of its records.
 
     Parameters
     ----------
@@ -96,13 +96,13 @@ def fall_axes_by_earthquake(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
         the mean of cos 2Δ; ``axis``, the axis of the vector (degrees in (−90, 90], 0 is the fault normal);
         ``falls``, True if any block falls; and ``records``, the number of records. The first four are missing if no
         block falls, no fault normal is known, or the planes of the cube impose the axis
-        (`plane_choice_imposes_fall_axis`). Records whose unknown outcomes impose the axis do not count
-        (`unknown_outcomes_impose_fall_axis`). The axis is also missing if the resultant is below `LEAST_RESULTANT`.
+        (`simulated_planes_impose_fall_axis`). Records whose unknown outcomes impose the axis do not count
+        (`unknown_outcomes_may_bias_fall_axis`). The axis is also missing if the resultant is below `LEAST_RESULTANT`.
     """
     sums = fall_vector_sums_by_record(cube, *kept_dims)
     vectors, events = (
         mean_cosine_and_sine_to_reference(sums, cube["fault_normal"]).where(
-            ~unknown_outcomes_impose_fall_axis(sums) & (not cube_planes_impose_fall_axis(cube))
+            ~unknown_outcomes_may_bias_fall_axis(sums) & (not planes_in_results_impose_fall_axis(cube))
         ),
         np.atleast_1d(cube["event"].values).astype(str),
     )
@@ -153,7 +153,7 @@ class FallAxisSummary:
     half_width_deg : float
         Half-width of its bootstrap interval, symmetric about the mean axis: the quantile of the distance of the
         bootstrap axes from it (Fisher 1993, Statistical Analysis of Circular Data, section 8.3.2) at the level of
-        `tail_share_of_expanded_interval`; NaN below `FEWEST_EARTHQUAKES` and without an axis.
+        `tail_share_of_small_sample_interval`; NaN below `FEWEST_EARTHQUAKES` and without an axis.
     with_axis, closer_to_normal : int
         Number of earthquakes that have an axis (resultant at least `LEAST_RESULTANT`), and of these with an axis
         within 45° of the fault normal.
@@ -199,7 +199,7 @@ def summarise_fall_axes(fall_axes: xr.Dataset, *, level: float = 0.95, draws: in
     )
     half_width = math.nan
     if distances.size:
-        half_width = float(np.quantile(distances, 1 - 2 * tail_share_of_expanded_interval(len(vectors), level)))
+        half_width = float(np.quantile(distances, 1 - 2 * tail_share_of_small_sample_interval(len(vectors), level)))
     known = fall_axes["axis"].values[np.isfinite(fall_axes["axis"].values)]
     closer = int((np.abs(known) < 45).sum())
     alignment, most = MeanOverEarthquakes(len(vectors), float(cosine), *ends), fall_axes["largest"].values
@@ -220,14 +220,18 @@ def difference_of_mean_alignments(first_fall_axes: xr.Dataset, second_fall_axes:
     values = np.stack([axes["cosine"].reindex(event=names).values for axes in (first_fall_axes, second_fall_axes)])
     n = int(np.isfinite(values).sum(axis=1).min())
 
-    def difference_of_means(drawn_alignments: FloatArray) -> FloatArray:
+    def first_minus_second_mean_alignment(drawn_alignments: FloatArray) -> FloatArray:
         counts = np.isfinite(drawn_alignments).sum(axis=1)
         means = np.nansum(drawn_alignments, axis=1) / np.where(counts > 0, counts, np.nan)
         return np.asarray(means[:, 0] - means[:, 1])
 
-    difference = float(difference_of_means(values.T[None])[0])
+    difference = float(first_minus_second_mean_alignment(values.T[None])[0])
     ends = bootstrap_interval(
-        difference_of_means, values.T, draws=10_000, earthquake_count=n, bounds=BOUNDS_OF_COSINE_DIFFERENCE
+        first_minus_second_mean_alignment,
+        values.T,
+        draws=10_000,
+        earthquake_count=n,
+        bounds=BOUNDS_OF_COSINE_DIFFERENCE,
     )
     return MeanOverEarthquakes(n, difference, *ends)
 
@@ -295,10 +299,10 @@ class FallAlignmentWithReferences:
     closer: list[MeanOverEarthquakes]
 
 
-def fall_alignment_with_references(
+def fall_alignment_with_reference_directions(
     cube: xr.Dataset, intensity: xr.Dataset, b_over_h_ranges: Sequence[slice] | None = None
 ) -> dict[str, FallAlignmentWithReferences]:
-    """Compute, by name of the record group, the alignment of falls with each reference direction.
+    """Compute, by group of records, the alignment of falls with reference directions such as the fault normal.
 
     References are the azimuths of PGA and PGV, the pulse axis, the fault normal and the direction from the epicentre.
 
@@ -326,12 +330,12 @@ def fall_alignment_with_references(
                 mean_cosine_and_sine_to_reference(one, azimuth, axial=axial)["cosine"].to_numpy() for one in totals
             ]
     return {
-        group: _group_alignment_with_references(cosines, members, events)
+        group: _mean_alignment_with_references_in_group(cosines, members, events)
         for group, members in record_masks_by_group(cube).items()
     }
 
 
-def _group_alignment_with_references(
+def _mean_alignment_with_references_in_group(
     reference_cosines: dict[tuple[str, bool], list[FloatArray]],
     group_mask: NDArray[np.bool_],
     record_events: NDArray[np.str_],

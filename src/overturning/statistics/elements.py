@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.planes import azimuth_period_of_cube_deg, case_weight_of_azimuths
+from overturning.model.planes import azimuth_period_of_cube_deg, case_weight_at_each_azimuth
 from overturning.motion.direction import azimuth_difference
 from overturning.statistics.bootstrap import MeanOverEarthquakes, mean_share_over_earthquakes
 from overturning.statistics.by_record import iterate_record_cubes
@@ -94,7 +94,7 @@ def count_falls_by_element(cube: xr.Dataset) -> list[ElementFallCounts]:
     counts = np.zeros((4, len(names)), np.int64)
     moments: dict[str, list[NDArray[np.float32]]] = {name: [] for name in names}
     for counts_of_record, times_of_record in map(
-        _count_and_time_falls_by_element, iterate_record_cubes(cube, _OUTCOME)
+        _fall_counts_and_times_by_element, iterate_record_cubes(cube, _OUTCOME)
     ):
         counts += counts_of_record
         for name, times in zip(names, times_of_record, strict=True):
@@ -108,7 +108,7 @@ def count_falls_by_element(cube: xr.Dataset) -> list[ElementFallCounts]:
     return rows
 
 
-def _count_and_time_falls_by_element(cube: xr.Dataset) -> tuple[NDArray[np.int64], list[NDArray[np.float32]]]:
+def _fall_counts_and_times_by_element(cube: xr.Dataset) -> tuple[NDArray[np.int64], list[NDArray[np.float32]]]:
     """Count the falls of each element under one record, and list the times of the falls.
 
     The counts have four rows: cases with a known outcome, falls, falls before which no other element falls, and falls
@@ -181,7 +181,7 @@ def count_falls_of_two_stones(cube: xr.Dataset, other_cube: xr.Dataset) -> xr.Da
     """Count, for each record, the cases in which both of two stones fall, and those in which only one falls.
 
     Each stone has its own results dataset. In 2-D, the cases of an azimuth count with its weight by
-    `case_weight_of_azimuths`, so that azimuths added to a regular grid do not count twice.
+    `case_weight_at_each_azimuth`, so that azimuths added to a regular grid do not count twice.
 
     Parameters
     ----------
@@ -198,16 +198,16 @@ def count_falls_of_two_stones(cube: xr.Dataset, other_cube: xr.Dataset) -> xr.Da
     """
     weights = np.ones(1)
     if "azimuth" in cube.indexes:
-        weight = case_weight_of_azimuths(cube["azimuth"].to_numpy(), azimuth_period_of_cube_deg(cube))
+        weight = case_weight_at_each_azimuth(cube["azimuth"].to_numpy(), azimuth_period_of_cube_deg(cube))
         flags = cube["overturned"].isel(record=0)
         weights = xr.DataArray(weight, dims="azimuth").broadcast_like(flags).transpose(*flags.dims).to_numpy().ravel()
     pairs = zip(iterate_record_cubes(cube, _FALL), iterate_record_cubes(other_cube, _FALL), strict=True)
-    rows = [_count_falls_under_record(one, another, weights) for one, another in pairs]
+    rows = [_count_two_stone_falls_of_record(one, another, weights) for one, another in pairs]
     names = ("compared", "cases", "both", "only_this", "only_other", "same_way", "earlier", "same_time")
     return xr.Dataset({name: ("record", of) for name, of in zip(names, np.array(rows).T, strict=True)})
 
 
-def _count_falls_under_record(cube: xr.Dataset, other_cube: xr.Dataset, case_weights: FloatArray) -> list[float]:
+def _count_two_stone_falls_of_record(cube: xr.Dataset, other_cube: xr.Dataset, case_weights: FloatArray) -> list[float]:
     """Count, under one record, the cases in which both of two stones fall, and those in which only one falls.
 
     `case_weights` has the shape (cases,), or (1,) for equal weights.
@@ -233,7 +233,7 @@ def _fall_azimuths_deg(cube: xr.Dataset) -> FloatArray:
     return np.where(cube["overturned"].to_numpy().ravel() > 0, 0.0, 180.0)
 
 
-def mean_fall_contrast(fall_counts: xr.Dataset, record_events: NDArray[np.str_]) -> TwoStoneFallContrast:
+def mean_shares_of_two_stone_falls(fall_counts: xr.Dataset, record_events: NDArray[np.str_]) -> TwoStoneFallContrast:
     """Convert counts of two stones' falls under each record to shares of cases, as means over earthquakes.
 
     The counts are those of `count_falls_of_two_stones`; `record_events` has each record's earthquake, shape (records,).
@@ -242,20 +242,20 @@ def mean_fall_contrast(fall_counts: xr.Dataset, record_events: NDArray[np.str_])
     first = fall_counts["only_this"] + fall_counts["earlier"] + 0.5 * fall_counts["same_time"]
     fall_counts = fall_counts.assign(first=first, with_fall=with_fall)
 
-    def mean_share_of_counts(part_name: str, whole_name: str) -> MeanOverEarthquakes:
+    def mean_share_of_part_in_whole(part_name: str, whole_name: str) -> MeanOverEarthquakes:
         total = fall_counts[whole_name].to_numpy().astype(np.float64)
         with np.errstate(invalid="ignore"):
             return mean_share_over_earthquakes(
                 fall_counts[part_name].to_numpy() / np.where(total > 0, total, np.nan), record_events
             )
 
-    this, other, both = (mean_share_of_counts(name, "cases") for name in ("only_this", "only_other", "both"))
+    this, other, both = (mean_share_of_part_in_whole(name, "cases") for name in ("only_this", "only_other", "both"))
     return TwoStoneFallContrast(
         this,
         other,
         both,
-        mean_share_of_counts("same_way", "both"),
-        mean_share_of_counts("earlier", "both"),
-        mean_share_of_counts("same_time", "both"),
-        mean_share_of_counts("first", "with_fall"),
+        mean_share_of_part_in_whole("same_way", "both"),
+        mean_share_of_part_in_whole("earlier", "both"),
+        mean_share_of_part_in_whole("same_time", "both"),
+        mean_share_of_part_in_whole("first", "with_fall"),
     )

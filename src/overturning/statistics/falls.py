@@ -13,14 +13,14 @@ from typing import Final
 import numpy as np
 import xarray as xr
 
-from overturning.model.falls import model_of_cube
+from overturning.model.falls import model_of_results_cube
 from overturning.model.planes import (
     FALLS,
     LARGEST_RESULTANT_OF_PLANES,
     SAME_WEIGHT,
     azimuth_period_of_cube_deg,
     fall_probability_to_either_side,
-    half_circle_share_of_planes,
+    plane_weights_by_azimuth_spacing,
 )
 from overturning.model.symmetry import PLANE_PERIOD, nearest_simulated_planes
 from overturning.model.variables import PLANE_ENSEMBLE_VARIABLES, VARIABLES, outcome_is_known
@@ -112,8 +112,8 @@ def overturned_share(cube: xr.Dataset, *kept_dims: str) -> xr.DataArray:
     dims = [name for name in falls.dims if name not in kept_dims]
     if "azimuth" not in dims:
         return falls.mean(dims).compute()
-    planes = model_of_cube(cube).distinct_direction_indices(cube)
-    weight = half_circle_share_of_planes(cube["azimuth"].to_numpy()[planes], azimuth_period_of_cube_deg(cube))
+    planes = model_of_results_cube(cube).distinct_direction_indices(cube)
+    weight = plane_weights_by_azimuth_spacing(cube["azimuth"].to_numpy()[planes], azimuth_period_of_cube_deg(cube))
     once = falls.isel(azimuth=planes)
     if np.ptp(weight) <= SAME_WEIGHT:
         return once.mean(dims).compute()
@@ -130,7 +130,7 @@ def overturned_shares_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.DataArr
     return overturned_share(cube, "record", *kept_dims).transpose(..., "record").astype("float64")
 
 
-def overturned_shares_near_and_far_from_normal(cube: xr.Dataset) -> tuple[float, float]:
+def overturned_shares_near_and_off_fault_normal(cube: xr.Dataset) -> tuple[float, float]:
     """Return the shares of cases that overturn at azimuths within 45° of the fault normal, and at all others.
 
     Unknown outcomes do not count. Both shares are NaN without azimuths of the motion (3-D) or without a known fault
@@ -147,7 +147,7 @@ def overturned_shares_near_and_far_from_normal(cube: xr.Dataset) -> tuple[float,
 
 
 def count_outcome_changes(cube: xr.Dataset, dimension: str) -> tuple[int, int]:
-    """Count the pairs of neighbouring cases along a dimension that differ in outcome, and all pairs with outcomes.
+    """Count pairs of neighbouring cases along a dimension with different outcomes, and all pairs with known outcomes.
 
     Outcomes are: stands, falls to +1, falls to −1. Both numbers are of pairs with two known outcomes.
 
@@ -208,7 +208,7 @@ BLOCK_RULES: Final = (
 
 def block_selection_rule_for_cube(cube: xr.Dataset) -> BlockSelectionRule:
     """Return the rule that selects blocks for direction statistics: `MARGINAL` in 2-D, `EVERY_BLOCK` in 3-D."""
-    return MARGINAL if model_of_cube(cube).one_component else EVERY_BLOCK
+    return MARGINAL if model_of_results_cube(cube).one_component else EVERY_BLOCK
 
 
 def share_of_directions_with_overturning(cube: xr.Dataset) -> xr.DataArray:
@@ -216,11 +216,11 @@ def share_of_directions_with_overturning(cube: xr.Dataset) -> xr.DataArray:
 
     See `overturned_share`, also for the weights of azimuths. The result is in memory.
     """
-    direction = model_of_cube(cube).direction
+    direction = model_of_results_cube(cube).direction
     return overturned_share(cube, *(str(name) for name in cube["overturned"].dims if name != direction))
 
 
-def informative_block_mask(cube: xr.Dataset) -> xr.DataArray:
+def mask_of_blocks_for_direction_statistics(cube: xr.Dataset) -> xr.DataArray:
     """Return a mask of the blocks used in direction statistics: in 2-D those that few azimuths overturn, in 3-D all.
 
     The result has the dimensions of ``overturned`` without the direction.
@@ -243,7 +243,7 @@ def shares_of_directions_with_fall(cube: xr.Dataset, *, summed_dims: Sequence[st
 
     Cells with an unknown outcome do not count.
     """
-    model = model_of_cube(cube)
+    model = model_of_results_cube(cube)
     falls, dims = model.fall_probability_and_direction_by_case(cube), (model.direction, *summed_dims)
     fell, of_direction = falls["falls"].variable, falls["weight"].variable
     weight = of_direction.where(fell.notnull(), 0.0).sum(dims)
@@ -253,14 +253,14 @@ def shares_of_directions_with_fall(cube: xr.Dataset, *, summed_dims: Sequence[st
 
 
 def weighted_fall_vectors_by_case(cube: xr.Dataset) -> xr.Dataset:
-    """Return each case's weight times its fall probability and times cosine and sine of its (doubled) fall azimuth.
+    """Return, by case, weight × fall probability, and this times cosine and sine of the (doubled) fall azimuth.
 
     In 2-D ``known`` is the weight of a case with a known outcome; ``unknown_cosine`` and ``unknown_sine`` are the
     weight of a case with an unknown outcome times the cosine and sine of twice its azimuth. A 3-D model moves along
     both components of the record in each orientation, so that missing orientations impose no axis; its results have
     none of these three variables.
     """
-    falls = model_of_cube(cube).fall_probability_and_direction_by_case(cube)
+    falls = model_of_results_cube(cube).fall_probability_and_direction_by_case(cube)
     weight = falls["weight"].variable
     weighted = {str(name): values.variable * weight for name, values in falls.data_vars.items() if name != "weight"}
     if "azimuth" in falls["falls"].dims:
@@ -275,12 +275,12 @@ def weighted_fall_vectors_by_case(cube: xr.Dataset) -> xr.Dataset:
     return xr.Dataset(weighted, falls.coords)
 
 
-def unknown_outcomes_impose_fall_axis(fall_sums: xr.Dataset) -> xr.DataArray:
+def unknown_outcomes_may_bias_fall_axis(fall_sums: xr.Dataset) -> xr.DataArray:
     """Return True where missing outcomes may bias the mean fall axis towards the azimuths with known outcomes.
 
     The vector that the unknown outcomes would add if all of them were falls has to be longer than
     `LARGEST_RESULTANT_OF_PLANES` times the number of known outcomes: falls in all known cases alike would show an axis,
-    as those of `plane_choice_imposes_fall_axis`. It also has to be longer than `LARGEST_UNKNOWN_SHARE` of the sum of
+    as those of `simulated_planes_impose_fall_axis`. It also has to be longer than `LARGEST_UNKNOWN_SHARE` of the sum of
     the falls. So a few unknown outcomes change nothing, and neither do unknown outcomes at evenly spread azimuths.
 
     Parameters
@@ -302,14 +302,14 @@ def sum_fall_vectors(
     """Sum, over all azimuths, the falls of each block and the cosines and sines of (doubled) fall azimuths.
 
     The sums are also over ``summed_dims``, and can be added further before an angle is computed. With
-    ``informative_only`` they cover the `informative_block_mask` only; ``all_falls`` always counts the falls of all
-    blocks. For sums over cases with unknown outcomes see `weighted_fall_vectors_by_case`.
+    ``informative_only`` they cover the `mask_of_blocks_for_direction_statistics` only; ``all_falls`` always counts
+    the falls of all blocks. For sums over cases with unknown outcomes see `weighted_fall_vectors_by_case`.
     """
-    weighted, dims = weighted_fall_vectors_by_case(cube), (model_of_cube(cube).direction, *summed_dims)
+    weighted, dims = weighted_fall_vectors_by_case(cube), (model_of_results_cube(cube).direction, *summed_dims)
     vectors = {str(name): values.variable for name, values in weighted.data_vars.items()}
     all_falls = vectors["falls"].sum(dims)
     if informative_only:
-        mask = informative_block_mask(cube).variable
+        mask = mask_of_blocks_for_direction_statistics(cube).variable
         vectors = {name: values.where(mask) for name, values in vectors.items()}
     sums = {name: values.sum(dims) for name, values in vectors.items()}
     return xr.Dataset({**sums, "all_falls": all_falls}, weighted.drop_dims(dims).coords)

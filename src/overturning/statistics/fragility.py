@@ -60,7 +60,7 @@ class FittedFragilityCurve:
     of_records: float = math.nan
 
     @property
-    def record_and_stone_spread(self) -> tuple[float, float]:
+    def spread_between_records_and_between_stones(self) -> tuple[float, float]:
         """Standard deviations of ln(intensity) between records, and between stones under one record; NaN if unknown."""
         spread = self.median_and_spread_within_data[2]
         return spread * math.sqrt(self.of_records), spread * math.sqrt(1 - self.of_records)
@@ -263,7 +263,7 @@ def fit_fragility_curve(
         between = variance_share_between_records((median, spread), intensity, fall_share, record[known], stones)
     names, member = np.unique(event, return_inverse=True)
 
-    def medians_of_samples(drawn_earthquakes: NDArray[np.intp]) -> FloatArray:
+    def medians_of_bootstrap_samples(drawn_earthquakes: NDArray[np.intp]) -> FloatArray:
         count = (drawn_earthquakes[:, :, None] == np.arange(names.size)).sum(axis=1, dtype=np.float64)
         parts = np.array_split(count, math.ceil(len(drawn_earthquakes) * fall_share.size / MAX_VALUES_PER_BATCH))
         return np.concatenate(
@@ -275,6 +275,6 @@ def fit_fragility_curve(
 
     ends_of_median = ConfidenceInterval()
     if math.isfinite(median):
-        ends_of_median = bootstrap_interval(medians_of_samples, np.arange(names.size))
+        ends_of_median = bootstrap_interval(medians_of_bootstrap_samples, np.arange(names.size))
     ends = (float(intensity.min()), float(intensity.max())) if intensity.size else (math.nan, math.nan)
     return FittedFragilityCurve(stone_class, *measure_and_unit, median, spread, ends_of_median, *ends, between)

@@ -28,7 +28,7 @@ def write_fragility_csv(curves: Sequence[FittedFragilityCurve], path: Path) -> N
     lines = ["stones,measure,unit,median,median_low,median_high,log_spread,least,most,record_spread,other_spread,id"]
     for one in curves:
         median, ends, spread = one.median_and_spread_within_data
-        values = (median, *ends, spread, one.least, one.most, *one.record_and_stone_spread)
+        values = (median, *ends, spread, one.least, one.most, *one.spread_between_records_and_between_stones)
         numbers = ",".join(f"{value:.6g}" for value in values)
         lines.append(f'"{one.name}",{one.measure},{one.unit},{numbers},{one.openquake_identifier}')
     with atomic_write(path) as part:

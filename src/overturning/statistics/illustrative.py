@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from overturning.model.falls import model_of_cube
+from overturning.model.falls import model_of_results_cube
 from overturning.model.model import Model
 from overturning.statistics.by_record import iterate_record_batches, iterate_record_cubes
 from overturning.statistics.circular import wrap_axis_difference
@@ -108,12 +108,12 @@ def _stoutest_falling_case(record_cube: xr.Dataset, eligible_cells: xr.DataArray
     return _case_with_largest_score(record_cube, 1, record_cube["b_over_h"], eligible_cells)
 
 
-def _find_fall_over_corner(record_cube: xr.Dataset) -> BestCaseOfRecord | None:
+def _find_case_with_fall_over_corner(record_cube: xr.Dataset) -> BestCaseOfRecord | None:
     off = (record_cube["fall_azimuth"].astype("float64") - record_cube["orientation"]) % 90.0
     return _stoutest_falling_case(record_cube, abs(off - 45.0) < MAX_CORNER_OFFSET_DEG)
 
 
-def _find_fault_normal_and_parallel_cases(record_cube: xr.Dataset) -> BestCaseOfRecord | None:
+def _find_block_with_falls_only_along_fault_normal(record_cube: xr.Dataset) -> BestCaseOfRecord | None:
     azimuth = record_cube["azimuth"].to_numpy().astype(np.float64)
     distance = np.abs(
         wrap_axis_difference(azimuth - float(record_cube["fault_normal"]))
@@ -132,8 +132,8 @@ def _find_fault_normal_and_parallel_cases(record_cube: xr.Dataset) -> BestCaseOf
     return BestCaseOfRecord((float(moves[place]), broad), place, (along, across))
 
 
-def _find_fall_to_each_side(record_cube: xr.Dataset) -> BestCaseOfRecord | None:
-    model = model_of_cube(record_cube)
+def _find_opposite_falls_at_neighbouring_directions(record_cube: xr.Dataset) -> BestCaseOfRecord | None:
+    model = model_of_results_cube(record_cube)
     x, y, sure = (record_cube[name].to_numpy() for name in ("direction_cosine", "direction_sine", "sure"))
     turns = x[:-1] * x[1:] + y[:-1] * y[1:] < -ROUNDING  # by more than 90°; where a block stands both parts are 0
     if not turns.any():
@@ -151,14 +151,14 @@ RULES: Final = (
         "the broadest block of any record that falls in the plane nearest to the fault normal and rocks but stands in "
         "the one nearest to the fault (of several the first record, with the highest friction; where none rocks there, "
         "one that only stands)",
-        _find_fault_normal_and_parallel_cases,
+        _find_block_with_falls_only_along_fault_normal,
         ("peak_rotation",),
     ),
     IllustrativeCaseRule(
         WHICH_SIDE,
         "the broadest block that falls at two neighbouring azimuths of the motion, or orientations of the body, but to "
         "azimuths more than 90° apart; first of those that do so in every run of the ensemble",
-        _find_fall_to_each_side,
+        _find_opposite_falls_at_neighbouring_directions,
         ("overturned",),
     ),
     IllustrativeCaseRule(
@@ -177,7 +177,7 @@ RULES: Final = (
         "Falls over a corner",
         f"the broadest block whose fall lies within {MAX_CORNER_OFFSET_DEG:g}° of the middle between the normals of "
         "two faces",
-        _find_fall_over_corner,
+        _find_case_with_fall_over_corner,
         ("plane_overturned", "fall_azimuth"),
     ),
     IllustrativeCaseRule(
@@ -196,12 +196,14 @@ def find_illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
     A rule without any case is left out. The cube is read in batches of records. Its optional variable
     `ANY_ELEMENT_FALLS` is True where a stone of the scene falls; such a case is not used to show a standing stone.
     """
-    model, cells = model_of_cube(cube), model_of_cube(cube).distinct_direction_indices(cube)
+    model, cells = model_of_results_cube(cube), model_of_results_cube(cube).distinct_direction_indices(cube)
     rules = [rule for rule in RULES if all(name in cube for name in rule.needs)]
     names = ["overturned", *model.reads, *{name for rule in rules for name in rule.needs}]
     names += [ANY_ELEMENT_FALLS] * (ANY_ELEMENT_FALLS in cube)
-    batches = starmap(partial(_best_cases_of_batch, model, cells, rules), iterate_record_batches(cube, names))
-    best = _best_case_by_title(chain.from_iterable(batches))
+    batches = starmap(
+        partial(_best_example_cases_of_record_batch, model, cells, rules), iterate_record_batches(cube, names)
+    )
+    best = _best_example_case_by_rule_title(chain.from_iterable(batches))
     return [
         _illustrative_case_from_best(cube, rule, *best[rule.title], direction_indices=cells)
         for rule in rules
@@ -209,7 +211,7 @@ def find_illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
     ]
 
 
-def _best_cases_of_batch(
+def _best_example_cases_of_record_batch(
     model: Model,
     direction_indices: NDArray[np.intp],
     rules: list[IllustrativeCaseRule],
@@ -231,7 +233,7 @@ def _best_cases_of_batch(
     return [(rule.title, rule.find(one), record) for record, one in records for rule in rules]
 
 
-def _best_case_by_title(found_cases: Iterable[_FoundCase]) -> dict[str, tuple[BestCaseOfRecord, int]]:
+def _best_example_case_by_rule_title(found_cases: Iterable[_FoundCase]) -> dict[str, tuple[BestCaseOfRecord, int]]:
     """Return, for each rule (by title), the case with the largest score of all records, and its record index.
 
     The first case is returned if several have the same score. Rules that found no case are left out.
@@ -255,7 +257,7 @@ def _illustrative_case_from_best(
 
     `direction_indices` are the indices of the directions among which the case was found.
     """
-    model = model_of_cube(cube)
+    model = model_of_results_cube(cube)
     block = {name: float(cube[name].values[at]) for name, at in zip(model.case_dims, best_case.block, strict=True)}
     angles = tuple(float(cube[model.direction].values[direction_indices[at]]) for at in best_case.directions)
     return IllustrativeCase(rule.title, rule.text, record_index, block, angles)
@@ -282,11 +284,11 @@ OPPOSITE: Final = IllustrativeCaseRule(
 
 
 def _clearest_example_among_marked_cases(marked_cells: xr.Dataset, mark_variable: str) -> BestCaseOfRecord | None:
-    """Return the clearest example among the cases that a mask variable marks; None if it marks none.
+    """Return the case that is the clearest example among those that are True in a mask variable, or None.
 
     A case in which the block rocks is preferred, then one whose neighbours are marked too, then the broadest block.
     """
-    model = model_of_cube(marked_cells)
+    model = model_of_results_cube(marked_cells)
     cells = marked_cells[mark_variable].to_numpy()
     if not cells.any():
         return None
@@ -316,7 +318,7 @@ def case_with_differing_outcomes(
     variant_names : tuple of str
         Names of their variants, for the panels of the case.
     """
-    model, cells = model_of_cube(cube), model_of_cube(cube).distinct_direction_indices(cube)
+    model, cells = model_of_results_cube(cube), model_of_results_cube(cube).distinct_direction_indices(cube)
     names = ["overturned", "fall_azimuth", "peak_rotation"]
     found_cases: list[_FoundCase] = []
     pairs = partial(zip, strict=True)
@@ -327,7 +329,7 @@ def case_with_differing_outcomes(
         this, that = (each.isel({"record": 0, model.direction: cells}) for each in pair)
         one = _mark_cases_with_differing_outcomes(model, this, that, is_fall_in_first=only_this >= only_other)
         found_cases += [(rule.title, rule.find(one), record) for rule in (FALLS_IN_ONE, OPPOSITE)]
-    best = _best_case_by_title(found_cases)
+    best = _best_example_case_by_rule_title(found_cases)
     for rule in (FALLS_IN_ONE, OPPOSITE):
         if rule.title in best:
             case = _illustrative_case_from_best(cube, rule, *best[rule.title], direction_indices=cells)

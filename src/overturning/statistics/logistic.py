@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.falls import model_of_cube
+from overturning.model.falls import model_of_results_cube
 from overturning.statistics.bootstrap import FEWEST_EARTHQUAKES
 from overturning.statistics.by_record import iterate_record_batches
 from overturning.units import STANDARD_GRAVITY
@@ -125,7 +125,7 @@ def fit_logistic_model(
     groups = int(member.max()) + 1 if y.size else 0
     label = ("intercept", *(names or [f"x{i + 1}" for i in range(x.shape[1])]))
     coefficient = error = np.full(len(label), np.nan)
-    note = _reason_for_no_fit(y)
+    note = _reason_why_fit_is_impossible(y)
     if not note:
         # Centre and scale the predictors, so that the information matrix is well conditioned.
         centre, scale = x.mean(axis=0), x.std(axis=0)
@@ -134,14 +134,14 @@ def fit_logistic_model(
         if np.linalg.matrix_rank(design) < design.shape[1]:
             note = "no fit: predictors are linearly dependent"
         else:
-            beta, note = _fit_with_newton(design, y, w, np.zeros(design.shape[1]))
+            beta, note = _fit_coefficients_by_newton_method(design, y, w, np.zeros(design.shape[1]))
     if not note:
         # Return to the units of the predictors; a constant predictor gets no coefficient.
         back = _coefficient_unscaling_matrix(centre, scale, varies)
         given = np.where(np.concatenate(([True], varies)), 0.0, np.nan)
         coefficient = back @ beta + given
         if intervals and groups >= FEWEST_EARTHQUAKES:
-            without, note = _fit_without_each_cluster(design, y, w, beta, member)
+            without, note = _jackknife_fits_without_one_cluster(design, y, w, beta, member)
             if not note:
                 estimates = _jackknife_estimate_and_error(coefficient, without @ back.T)
                 coefficient, error = (one + given for one in estimates)
@@ -179,7 +179,7 @@ def _checked_predictors_and_outcomes(predictors: ArrayLike, outcome: ArrayLike) 
     return x, y
 
 
-def _reason_for_no_fit(outcome: FloatArray) -> str:
+def _reason_why_fit_is_impossible(outcome: FloatArray) -> str:
     """Return why no logistic model can be fitted (no outcome known, all fall or none); "" if one can be fitted."""
     if outcome.size == 0:
         return "no fit: no outcome is known"
@@ -191,7 +191,7 @@ def _reason_for_no_fit(outcome: FloatArray) -> str:
 def _coefficient_unscaling_matrix(
     predictor_centres: FloatArray, predictor_scales: FloatArray, is_varying: NDArray[np.bool_]
 ) -> FloatArray:
-    """Return the matrix from the coefficients of scaled predictors to those of the original predictors.
+    """Return the matrix that converts coefficients of scaled predictors to those of the original predictors.
 
     The shape is (predictors + 1, varying predictors + 1); the first coefficient is the intercept.
     """
@@ -202,10 +202,10 @@ def _coefficient_unscaling_matrix(
     return back
 
 
-def _fit_with_newton(
+def _fit_coefficients_by_newton_method(
     design_matrix: FloatArray, outcome: FloatArray, weight: FloatArray, start_coefficients: FloatArray
 ) -> tuple[FloatArray, str]:
-    """Fit logistic coefficients by Newton's method with halved steps; return them, and why there is no fit, else "".
+    """Fit logistic coefficients by Newton's method; return them, and "" or the reason why there is no fit.
 
     The log likelihood is concave, so a step that is halved until it raises the likelihood leads to the maximum.
     The first time that a linear predictor exceeds `MAX_LINEAR_PREDICTOR`, a linear programme decides whether a finite
@@ -228,7 +228,7 @@ def _fit_with_newton(
             reached = negative_log_likelihood(linear := design_matrix @ (beta + step))
         beta = beta + step
         if may_be_separated and np.abs(linear).max() > MAX_LINEAR_PREDICTOR:
-            if _plane_separates_outcomes(design_matrix, outcome):
+            if _plane_separates_falls_from_standing_cases(design_matrix, outcome):
                 return beta, "no fit: predictors separate falls from stands"
             may_be_separated = False
         if np.abs(step).max() < CONVERGED_STEP * max(1.0, np.abs(beta).max()):
@@ -254,8 +254,8 @@ def _negative_log_likelihood_function(outcome: FloatArray, weight: FloatArray) -
     return negative_log_likelihood
 
 
-def _plane_separates_outcomes(design_matrix: FloatArray, outcome: FloatArray) -> bool:
-    """Return whether a plane separates falls from standing cases; points in the plane may be on either side.
+def _plane_separates_falls_from_standing_cases(design_matrix: FloatArray, outcome: FloatArray) -> bool:
+    """Return whether a plane in predictor space separates falls from standing cases; both may lie in the plane.
 
     Then, and only then, no finite estimate exists (Albert & Anderson 1984, Biometrika 71). A row whose outcome is a
     share between 0 and 1 means falls and standing cases at one point, and must lie in the plane. The columns of the
@@ -280,7 +280,7 @@ def _plane_separates_outcomes(design_matrix: FloatArray, outcome: FloatArray) ->
     return bool(found.success) and float(np.abs(np.asarray(found.x)).max()) > 0.5
 
 
-def _fit_without_each_cluster(
+def _jackknife_fits_without_one_cluster(
     design_matrix: FloatArray,
     outcome: FloatArray,
     weight: FloatArray,
@@ -294,11 +294,13 @@ def _fit_without_each_cluster(
     estimates, none = [], np.empty((0, start_coefficients.size))
     for one in range(int(cluster.max()) + 1):
         kept = cluster != one
-        if _reason_for_no_fit(outcome[kept]):
+        if _reason_why_fit_is_impossible(outcome[kept]):
             return none, "no interval: all falls, or all stands, are of one earthquake"
         if np.linalg.matrix_rank(design_matrix[kept]) < start_coefficients.size:
             return none, "no interval: without one earthquake predictors are linearly dependent"
-        found, note = _fit_with_newton(design_matrix[kept], outcome[kept], weight[kept], start_coefficients)
+        found, note = _fit_coefficients_by_newton_method(
+            design_matrix[kept], outcome[kept], weight[kept], start_coefficients
+        )
         if note:
             return none, f"no interval: without one earthquake {note.removeprefix('no fit: ')}"
         estimates.append(found)
@@ -308,7 +310,7 @@ def _fit_without_each_cluster(
 def _jackknife_estimate_and_error(
     full_estimate: FloatArray, partial_estimates: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the jackknife estimate without bias and its standard error, from fits without one cluster each.
+    """Return the bias-corrected jackknife estimate and its standard error, from fits that each omit one cluster.
 
     `partial_estimates` has shape (clusters, coefficients).
     """
@@ -345,7 +347,7 @@ def overturning_regression_data(
         The outcome is averaged over friction and weighted by the share of known values; no predictor depends on
         friction, so this does not change the fit. Events are numbers in the order of their names; the mean weight is 1.
     """
-    model, parts = model_of_cube(cube), []
+    model, parts = model_of_results_cube(cube), []
     number = np.unique(np.atleast_1d(cube["event"].values), return_inverse=True)[1]
     for places, some in iterate_record_batches(cube, model.reads):
         planes = model.fall_probability_and_direction_by_case(some, use_ensemble=ensemble)

@@ -12,7 +12,7 @@ from overturning.arrays import FloatArray
 from overturning.statistics.bootstrap import (
     mean_vector_of_each_bootstrap_sample,
     statistic_of_bootstrap_samples,
-    tail_share_of_expanded_interval,
+    tail_share_of_small_sample_interval,
 )
 from overturning.statistics.circular import (
     LEAST_RESULTANT,
@@ -87,8 +87,9 @@ def mean_direction_with_interval(
     `MOST_RESAMPLED` angles it is that of large samples (Fisher 1993, Statistical Analysis of Circular Data, section
     4.4.4), and the test is Rayleigh's, p = exp(−nR²).
 
-    Directions that are recorded in steps, such as eight winds, may all have the same error. The interval is wider by a
-    bound of this error, see `_largest_rounding_error_deg`, and the test counts with the steps (`common_axis_test`).
+    Directions that are recorded in steps, such as eight winds, may all have the same error. The interval is wider by
+    a bound of this error, see `_rounding_error_bound_of_mean_deg`, and the test counts with the steps
+    (`common_axis_test`).
 
     The interval contains the true mean less often than `level` says if the test hardly rejects random directions: means
     are given only for those samples whose falls happen to agree.
@@ -113,24 +114,25 @@ def mean_direction_with_interval(
     if math.isnan(mean):
         return MeanDirectionWithInterval(angle.size, math.nan, math.nan, resultant, test)
     half = _half_width_of_mean_deg(vectors, fold * mean, resultant, level, draws)
-    half += _largest_rounding_error_deg(fold * angle, fold * np.broadcast_to(recorded_step_deg, angle.shape))
+    half += _rounding_error_bound_of_mean_deg(fold * angle, fold * np.broadcast_to(recorded_step_deg, angle.shape))
     return MeanDirectionWithInterval(angle.size, mean, half / fold, resultant, test)
 
 
-def _largest_rounding_error_deg(angle_deg: FloatArray, step_deg: FloatArray) -> float:
+def _rounding_error_bound_of_mean_deg(angle_deg: FloatArray, step_deg: FloatArray) -> float:
     """Return a bound of the error (degrees) of a mean direction due to angles recorded in steps, such as eight winds.
 
     Both arrays have the shape (n,). Angles without a step (0) have no error.
     """
     errors = [
-        float((step_deg == step).sum()) * _largest_error_of_equal_steps_deg(angle_deg[step_deg == step], float(step))
+        float((step_deg == step).sum())
+        * _rounding_error_bound_for_equal_steps_deg(angle_deg[step_deg == step], float(step))
         for step in np.unique(step_deg[step_deg > 0]).tolist()
     ]
     return sum(errors) / max(step_deg.size, 1)
 
 
-def _largest_error_of_equal_steps_deg(angle_deg: FloatArray, step_deg: float) -> float:
-    """Return a bound of the error (degrees) of the mean of angles that are all rounded to the same step w.
+def _rounding_error_bound_for_equal_steps_deg(angle_deg: FloatArray, step_deg: float) -> float:
+    """Return a bound of the error (degrees) of the mean of angles that are rounded to multiples of one step.
 
     Normally distributed angles that fall into two neighbouring steps, with the share p in one of them, have their mean
     at σ z_p from the border of the two (z: quantile of the normal distribution), and the mean of the rounded angles
@@ -175,4 +177,4 @@ def _half_width_of_mean_deg(vectors: FloatArray, mean_deg: float, resultant: flo
     distances = statistic_of_bootstrap_samples(distances_from_mean_deg, vectors, draws)
     if not distances.size:
         return math.nan
-    return float(np.quantile(distances, 1 - 2 * tail_share_of_expanded_interval(n, level)))
+    return float(np.quantile(distances, 1 - 2 * tail_share_of_small_sample_interval(n, level)))

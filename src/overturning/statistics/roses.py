@@ -7,14 +7,14 @@ import numpy as np
 import xarray as xr
 
 from overturning.arrays import FloatArray
-from overturning.model.falls import model_of_cube
-from overturning.model.planes import azimuth_gaps_and_step, azimuth_period_of_cube_deg, case_weight_of_azimuths
+from overturning.model.falls import model_of_results_cube
+from overturning.model.planes import azimuth_gaps_and_step, azimuth_period_of_cube_deg, case_weight_at_each_azimuth
 from overturning.model.space import case_weight_in_direction_statistics
 from overturning.model.symmetry import FULL_TURN
 from overturning.statistics.bootstrap import mean_share_interval, means_by_earthquake
 from overturning.statistics.by_record import iterate_record_cubes, record_masks_by_group
 from overturning.statistics.circular import SECTORS, fall_shares_by_sector
-from overturning.statistics.falls import fall_counts_towards_azimuths, informative_block_mask
+from overturning.statistics.falls import fall_counts_towards_azimuths, mask_of_blocks_for_direction_statistics
 
 
 @dataclass(frozen=True)
@@ -61,26 +61,26 @@ _DIRECTIONS: Final = ("probability_falls", "fall_north", "fall_east", "members")
 """Variables of a 3-D cube that determine the weight of a fall."""
 
 
-def _nominal_fall_azimuths_and_weights(cube: xr.Dataset) -> tuple[FloatArray, FloatArray]:
+def _fall_azimuths_and_weights_of_record(cube: xr.Dataset) -> tuple[FloatArray, FloatArray]:
     """Return azimuth (degrees) and weight of the falls under one record, two arrays of the same shape.
 
-    Only informative blocks (see `informative_block_mask`) count. In planar models there is one entry per azimuth, whose
-    weight is its number of falls.
+    Only informative blocks (see `mask_of_blocks_for_direction_statistics`) count. In planar models there is one entry
+    per azimuth, whose weight is its number of falls.
     """
-    if not model_of_cube(cube).one_component:
+    if not model_of_results_cube(cube).one_component:
         angles = cube["fall_azimuth"].to_numpy()
         fell, weight = np.isfinite(angles), np.ones(angles.shape)
         if "fall_north" in cube:
             parts = (cube[name].to_numpy() for name in _DIRECTIONS)
             weight = case_weight_in_direction_statistics(*parts)
         return angles[fell].astype(np.float64), weight[fell]
-    towards = fall_counts_towards_azimuths(cube).where(informative_block_mask(cube))
+    towards = fall_counts_towards_azimuths(cube).where(mask_of_blocks_for_direction_statistics(cube))
     azimuth = towards["azimuth"].to_numpy().astype(np.float64)
     counts = towards.sum([name for name in towards.dims if name != "azimuth"]).to_numpy().astype(np.float64)
     return azimuth, counts
 
 
-def _rose_spread_width_deg(plane_azimuths_deg: FloatArray) -> float:
+def _width_of_spreading_falls_in_rose_deg(plane_azimuths_deg: FloatArray) -> float:
     """Return the width (degrees) over which a rose diagram spreads the 2-D falls simulated at one azimuth.
 
     The width is 0 for a single plane, and if all sectors have equally many planes.
@@ -106,12 +106,14 @@ def fall_rose(
     zero = cube["fault_normal"].to_numpy() if from_normal else np.zeros(cube.sizes["record"])
     events = np.atleast_1d(cube["event"].to_numpy().astype(str))
     shares, total = np.full((zero.size, SECTORS), np.nan), 0
-    planes = model_of_cube(cube).one_component
+    planes = model_of_results_cube(cube).one_component
     for row, one in enumerate(iterate_record_cubes(cube, ["overturned"] if planes else ["fall_azimuth", *_DIRECTIONS])):
-        azimuth, counts = _nominal_fall_azimuths_and_weights(one)
+        azimuth, counts = _fall_azimuths_and_weights_of_record(one)
         if counts.any() and np.isfinite(zero[row]):
-            weight = counts * case_weight_of_azimuths(azimuth, azimuth_period_of_cube_deg(cube)) if planes else counts
-            wide = _rose_spread_width_deg(azimuth) if planes else 0.0
+            weight = (
+                counts * case_weight_at_each_azimuth(azimuth, azimuth_period_of_cube_deg(cube)) if planes else counts
+            )
+            wide = _width_of_spreading_falls_in_rose_deg(azimuth) if planes else 0.0
             shares[row] = fall_shares_by_sector(azimuth - zero[row], weight, wide)
             total += round(counts.sum()) if planes else counts.size
     if axial:
@@ -136,10 +138,10 @@ def fall_rose_of_all_records(cube: xr.Dataset) -> FallRose:
     so both have roses of axes. Only a 3-D study without any fault normal has a rose of directions.
     """
     known = bool(np.isfinite(cube["fault_normal"].to_numpy()).any())
-    return fall_rose(cube, from_normal=known, axial=known or model_of_cube(cube).one_component)
+    return fall_rose(cube, from_normal=known, axial=known or model_of_results_cube(cube).one_component)
 
 
-def fall_rose_by_group(cube: xr.Dataset) -> dict[str, FallRose]:
+def fall_rose_by_record_group(cube: xr.Dataset) -> dict[str, FallRose]:
     """Compute the rose diagram of falls for each group of records, by name of the group.
 
     See `fall_rose_of_all_records` and `record_masks_by_group`.

@@ -14,22 +14,22 @@ _SHARES: Final = {
     "flag": ("right", "cases"), "flag_beside": ("right_beside", "beside"), "only_space": ("only_space", "cases"),
     "only_plane": ("only_plane", "cases"), "face": ("over_edge", "both"), "axis": ("axes_apart", "both"),
 }  # fmt: skip
-"""Counts that are numerator and denominator of each variable of `planar_model_agreement_shares`."""
+"""Counts that are numerator and denominator of each variable of `shares_of_agreeing_2d_and_3d_outcomes`."""
 
 
-def planar_model_agreement_counts(cube: xr.Dataset) -> xr.Dataset:
-    """Count, by record and B/H, the cases in which 2-D simulations in the planes of the faces give the 3-D outcome.
+def count_agreements_of_2d_and_3d_outcomes(cube: xr.Dataset) -> xr.Dataset:
+    """Count, by record and B/H, cases in which 2-D simulation in the planes of the faces agrees with 3-D simulation.
 
     Cases in which the models differ are counted, too.
 
     ``axes_apart`` is the sum of the angles between the fall axes, degrees. Nominal outcomes are used, and the cube is
-    read in batches of records. The counts are the input of `planar_model_agreement_shares`.
+    read in batches of records. The counts are the input of `shares_of_agreeing_2d_and_3d_outcomes`.
     """
     variables = ("overturned", "fall_azimuth", "plane_overturned", "plane_fall_azimuth")
-    return apply_to_record_batches(_planar_model_agreement_counts_of_batch, cube, variables)
+    return apply_to_record_batches(_count_2d_and_3d_agreements_of_batch, cube, variables)
 
 
-def _planar_model_agreement_counts_of_batch(cube: xr.Dataset) -> xr.Dataset:
+def _count_2d_and_3d_agreements_of_batch(cube: xr.Dataset) -> xr.Dataset:
     space, plane = cube["overturned"], cube["plane_overturned"]
     known = space.notnull() & plane.notnull()
     both = (space == 1) & (plane == 1)
@@ -50,10 +50,10 @@ def _planar_model_agreement_counts_of_batch(cube: xr.Dataset) -> xr.Dataset:
     return found.sum([name for name in space.dims if name not in ("record", "b_over_h")])
 
 
-def planar_model_agreement_shares(agreement_counts: xr.Dataset, *kept_dims: str) -> xr.Dataset:
-    """Compute the shares of cases in which 2-D simulations in the planes of the faces give the 3-D outcome.
+def shares_of_agreeing_2d_and_3d_outcomes(agreement_counts: xr.Dataset, *kept_dims: str) -> xr.Dataset:
+    """Compute shares of cases in which 2-D simulation in the planes of the faces agrees with 3-D simulation.
 
-    The counts of `planar_model_agreement_counts` are summed over all dimensions but those of ``kept_dims``.
+    The counts of `count_agreements_of_2d_and_3d_outcomes` are summed over all dimensions but those of ``kept_dims``.
 
     Returns
     -------

@@ -9,7 +9,7 @@ from scipy.special import comb
 
 from overturning.arrays import FloatArray
 from overturning.settings import EnsembleSettings
-from overturning.study.ensemble import BATCH, intervals_within_half_width
+from overturning.study.ensemble import BATCH, fall_share_intervals_are_narrow_enough
 
 MAX_RUNS_PER_CELL: Final = 128
 """Largest number of runs per cell for which stopping orders are enumerated."""
@@ -41,7 +41,7 @@ def runs_fall_to_both_sides(positive_fall_counts: Counts, negative_fall_counts: 
     return np.asarray((smaller_counts > 0) & (2 * fall_counts > run_counts), np.float64)
 
 
-def unbiased_first_batch_statistic(
+def estimate_statistic_of_first_run_batch(
     batch_statistic: Statistic,
     positive_share: ArrayLike,
     negative_share: ArrayLike,
@@ -76,7 +76,7 @@ def unbiased_first_batch_statistic(
         np.rint(np.nan_to_num(np.asarray(side)) * runs).astype(np.intp) for side in (positive_share, negative_share)
     )
     first = min(BATCH, ensemble_settings.members)
-    orders, (i, j) = _share_of_run_orders_by_outcome_code(first), _fall_counts_by_outcome_code(first)
+    orders, (i, j) = _share_of_run_sequences_by_fall_count_code(first), _fall_counts_to_each_side_by_code(first)
     says, found = batch_statistic(i, j, first), np.zeros(runs.shape)
     # Tabulate the binomial coefficients: there are few different counts of runs, and many cells.
     stood = runs.astype(np.intp) - fell - back
@@ -92,17 +92,17 @@ def unbiased_first_batch_statistic(
         places = fell.flat[ended] * _STRIDE + back.flat[ended]
         possible = orders[places] > 0
         found.flat[ended[possible]] = (sums[places] / np.where(possible, orders[places], 1.0))[possible]
-        i, j = _fall_counts_by_outcome_code(made)
-        unsettled = ~intervals_within_half_width(i, np.minimum(j, made), made, ensemble_settings.half_width)
+        i, j = _fall_counts_to_each_side_by_code(made)
+        unsettled = ~fall_share_intervals_are_narrow_enough(i, np.minimum(j, made), made, ensemble_settings.half_width)
         more = max(min(BATCH, ensemble_settings.members - made), 1)
         orders, sums = (
-            np.convolve(one * unsettled, _share_of_run_orders_by_outcome_code(more)) for one in (orders, sums)
+            np.convolve(one * unsettled, _share_of_run_sequences_by_fall_count_code(more)) for one in (orders, sums)
         )
         made += more
     return found
 
 
-def _fall_counts_by_outcome_code(run_count: int) -> tuple[Counts, Counts]:
+def _fall_counts_to_each_side_by_code(run_count: int) -> tuple[Counts, Counts]:
     """Return the numbers of runs that fall to +1 and to −1 for each code, an integer that encodes both numbers.
 
     A code is the first number times `_STRIDE`, plus the second; codes are 0 to `run_count` × `_STRIDE`.
@@ -111,10 +111,10 @@ def _fall_counts_by_outcome_code(run_count: int) -> tuple[Counts, Counts]:
     return towards, away
 
 
-def _share_of_run_orders_by_outcome_code(run_count: int) -> FloatArray:
+def _share_of_run_sequences_by_fall_count_code(run_count: int) -> FloatArray:
     """Return, for each code (which encodes two fall counts), the share of all sequences of runs with these counts.
 
     An order is a sequence of `run_count` outcomes (+1, −1 or stands) of one batch.
     """
-    towards, away = _fall_counts_by_outcome_code(run_count)
+    towards, away = _fall_counts_to_each_side_by_code(run_count)
     return np.asarray(comb(run_count, towards) * comb(run_count - towards, away) / 3.0**run_count)

@@ -5,7 +5,7 @@ from typing import Final
 
 from pydantic import BaseModel
 
-from overturning.stored import read_result
+from overturning.stored import read_json_result
 from overturning.study.answers import OutcomeDifferenceCounts
 
 AMPLITUDE_PERTURBATION: Final = 1e-9
@@ -99,4 +99,4 @@ class ConvergenceCheckResult(BaseModel):
 
 def read_convergence_result(path: Path) -> ConvergenceCheckResult:
     """Read the result of a convergence check; a `ResultError` if it is missing, damaged, or from another version."""
-    return read_result(ConvergenceCheckResult, path, "convergence check")
+    return read_json_result(ConvergenceCheckResult, path, "convergence check")

@@ -69,20 +69,20 @@ def check_convergence(
     are run for the first cases of the same random order, as many as the remaining allowance permits, and both results
     are evaluated for these cases. `records` are the processed records in the order of the study, whose `verification`
     must be settings, not "none". The result does not depend on the number of threads. `progress` is called with the
-    number of finished cases and of all cases of both runs. The cells `rigid_sample`, from `read_rigid_block_sample`,
-    are compared with the exact rigid block.
+    number of finished cases and of all cases of both runs. The cells `rigid_sample`, from
+    `read_sample_to_compare_with_rigid_block`, are compared with the exact rigid block.
     """
     settings = study.verification
     assert not isinstance(settings, str)  # the workflow does not ask for it
     allowed = round(settings.cost * case_sample.block_steps)
     runs = _CaseReruns(study, records, case_sample, threads, progress)
     # If springs four times stiffer are refused (numerical limits), only the finer steps are run.
-    if runs.rerun_affordable_cases("stiffer", 1.0 + FINER_OVER_STIFFER, allowed):
+    if runs.rerun_cases_within_step_limit("stiffer", 1.0 + FINER_OVER_STIFFER, allowed):
         spent = runs.answers["stiffer"]["block_steps"]
         affordable = np.cumsum(FINER_OVER_STIFFER * spent)
         runs.rerun_first_cases("finer", int(np.searchsorted(affordable, allowed - int(spent.sum()), side="right")))
     else:
-        runs.rerun_affordable_cases("finer", 1.0, allowed)
+        runs.rerun_cases_within_step_limit("finer", 1.0, allowed)
     count = len(runs.answers["finer"])
     done = sum(int(one["block_steps"].sum()) for one in runs.answers.values())
     return ConvergenceCheckResult(
@@ -123,8 +123,8 @@ class _CaseReruns:
         self.answers = dict.fromkeys(("finer", "stiffer"), sample.answers[:0])
         self.refused: dict[str, str] = {}
 
-    def rerun_affordable_cases(self, rerun_kind: str, step_factor: float, allowed_steps: int) -> bool:
-        """Rerun as many cases as a limit on time steps (`allowed_steps`) permits; False if they cannot be computed."""
+    def rerun_cases_within_step_limit(self, rerun_kind: str, step_factor: float, allowed_steps: int) -> bool:
+        """Rerun as many cases as `allowed_steps` time steps permit; return False if cases cannot be computed."""
         most = len(self.sample.record)
         size = min(PILOT_CASES, most, max(self.sample.computed // 12, 1))
         while size > 0:
@@ -212,7 +212,7 @@ class _CaseReruns:
         return found
 
     def _masks_of_known_and_changed_outcomes(self, case_count: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Return masks of the first cases: known outcome with both normal and finer time steps, and changed outcome."""
+        """Return two masks of the first cases: outcome known with both time steps, and changed by the finer one."""
         own, finer = self.sample.answers[:case_count], self.answers["finer"][:case_count]
         known = ((finer["overturned"] != INT8_MISSING) & (own["overturned"] != INT8_MISSING)).all(axis=1)
         return known, known & outcomes_differ(finer, own)
@@ -237,7 +237,7 @@ class _CaseReruns:
         )
 
     def rerun_with_changed_amplitude(self, case_count: int, allowed_steps: int) -> FallChangesWithAmplitude | None:
-        """Simulate 3-D falls again with slightly weaker and stronger motion; count changed ones; None in 2-D."""
+        """Rerun 3-D falls with slightly weaker and stronger motions; count falls that change; None if 2-D."""
         own, finer = self.sample.answers[:case_count], self.answers["finer"][:case_count]
         if self.one_component:
             return None

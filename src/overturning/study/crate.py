@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 from overturning.errors import ResultError
 from overturning.files import project_file_folders, read_yaml_mapping, write_text
 from overturning.study.cube import CONFIGURATION
-from overturning.study.load import study_without_absolute_paths
+from overturning.study.load import study_settings_without_absolute_paths
 from overturning.study.schema import Study
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ def write_ro_crate(study: Study, results_folder: Path, produced_files: Sequence[
     import yaml
     from rocrate.rocrate import ROCrate
 
-    text = yaml.safe_dump(study_without_absolute_paths(study), allow_unicode=True, sort_keys=False, width=120)
+    text = yaml.safe_dump(study_settings_without_absolute_paths(study), allow_unicode=True, sort_keys=False, width=120)
     write_text(results_folder / CONFIGURATION, text)
     cube = _record_and_package_metadata_of_cube(results_folder / "cube.nc")
     program = _citation_metadata_of_program()
@@ -110,7 +110,7 @@ def write_ro_crate(study: Study, results_folder: Path, produced_files: Sequence[
     root["license"] = _licence_entity(crate, study.crate.licence or _NO_LICENCE)
     if study.crate.authors:
         named = enumerate(study.crate.authors, 1)
-        root["author"] = _list_or_single_value(
+        root["author"] = _unwrap_list_of_single_value(
             _add_entity(crate, f"#author-{number}", "Person", name=name) for number, name in named
         )
     records = _add_record_entities(crate, cube["records"])
@@ -121,7 +121,7 @@ def write_ro_crate(study: Study, results_folder: Path, produced_files: Sequence[
     }
     overturning = versions.pop("overturning")
     overturning["license"] = _licence_entity(crate, f"https://spdx.org/licenses/{program['license']}")
-    overturning["softwareRequirements"] = _list_or_single_value(versions.values())
+    overturning["softwareRequirements"] = _unwrap_list_of_single_value(versions.values())
     configuration = files.pop(CONFIGURATION)
     root["mentions"] = _add_entity(
         crate,
@@ -129,8 +129,8 @@ def write_ro_crate(study: Study, results_folder: Path, produced_files: Sequence[
         "CreateAction",
         name=f"Run of the study {study.name}",
         instrument=overturning,
-        object=_list_or_single_value([configuration, *records.values()]),
-        result=_list_or_single_value(files.values()),
+        object=_unwrap_list_of_single_value([configuration, *records.values()]),
+        result=_unwrap_list_of_single_value(files.values()),
     )
     written = json.dumps(crate.metadata.generate(), indent=1, ensure_ascii=False, sort_keys=True)
     write_text(results_folder / METADATA, written + "\n")
@@ -162,7 +162,7 @@ def _citation_metadata_of_program() -> dict[str, Any]:
     )
 
 
-def _list_or_single_value(listed_values: Iterable[Any]) -> Any:
+def _unwrap_list_of_single_value(listed_values: Iterable[Any]) -> Any:
     """Return values as a list, or the only value without a list, as RO-Crate metadata require."""
     listed = list(listed_values)
     return listed[0] if len(listed) == 1 else listed
@@ -214,7 +214,7 @@ def _add_file_entities(
     for folder in dict.fromkeys(name.partition("/")[0] for name in files if "/" in name):
         name, description = _FOLDERS.get(folder, (folder, "Further results."))
         about = {"name": name, "description": description}
-        within = _list_or_single_value(file for path, file in files.items() if path.startswith(f"{folder}/"))
+        within = _unwrap_list_of_single_value(file for path, file in files.items() if path.startswith(f"{folder}/"))
         crate.add_dataset(dest_path=f"{folder}/", properties=about | {"hasPart": within})
     return files
 

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from overturning.arrays import float_array_of_argument, skip_dask_import
-from overturning.errors import ArgumentError, ResultError, suggest_closest_keyword
-from overturning.files import checksum_at_end_matches, path_of_argument
-from overturning.model.falls import model_of_cube
+from overturning.arrays import convert_argument_to_float_array, keep_xarray_from_importing_dask
+from overturning.errors import ArgumentError, ResultError, refuse_unknown_keywords
+from overturning.files import checksum_at_end_matches, convert_argument_to_path
+from overturning.model.falls import model_of_results_cube
 from overturning.model.grid import AXES
 from overturning.model.symmetry import FULL_TURN
 from overturning.study.load import load_study, study_from_content
@@ -37,7 +37,7 @@ def _reason_for_incomplete_cube(cube: "xr.Dataset") -> str:
     """Return "no NAME" for the first variable that a results file lacks or has in a wrong shape; else ""."""
     flags = cube["overturned"]
     grid = set(flags.dims)
-    model = model_of_cube(cube)
+    model = model_of_results_cube(cube)
     needed = {"record", *model.dimension_names}
     if missing := sorted(needed - grid) or sorted(str(name) for name in grid if not cube.sizes[name]):
         return f"no cell along {missing[0]}"
@@ -52,7 +52,7 @@ def _reason_for_incomplete_cube(cube: "xr.Dataset") -> str:
     return ""
 
 
-@suggest_closest_keyword()
+@refuse_unknown_keywords()
 def open_cube(
     path: str | Path,
     chunks: dict[str, int] | str | None = None,
@@ -90,11 +90,11 @@ def open_cube(
     """
     import xarray as xr
 
-    path = path_of_argument("path", path, "the path of cube.nc")
+    path = convert_argument_to_path("path", path, "the path of cube.nc")
     if isinstance(chunks, str) and chunks != "auto":
         raise ArgumentError(f'chunks: {chunks!r}; give a dictionary such as {{"record": 1}}, "auto", or nothing')
     if amplitude is not None:
-        amplitude = float(float_array_of_argument("amplitude", amplitude))
+        amplitude = float(convert_argument_to_float_array("amplitude", amplitude))
     try:
         is_file, is_folder = path.is_file(), path.is_dir()
     except OSError as error:  # a name that is too long, or a folder that must not be read
@@ -104,9 +104,9 @@ def open_cube(
         raise ResultError(f"{path}: {why}")
     if checksum_at_end_matches(path) is False:
         raise ResultError(f"{path}: damaged, its checksum does not match; run the study again to recreate it")
-    skip_dask_import()
+    keep_xarray_from_importing_dask()
     try:
-        with _small_chunk_cache(chunks_read_once=chunks is not None):
+        with _hdf5_chunk_cache_reduced_if_read_once(chunks_read_once=chunks is not None):
             cube = xr.open_dataset(path, engine="netcdf4", chunks=chunks, decode_timedelta=False)
     except (OSError, ValueError, RuntimeError, AttributeError, KeyError, IndexError, TypeError) as error:
         # Damage inside a file raises any of these exceptions in the libraries that read it.
@@ -138,7 +138,7 @@ def open_cube_by_record(
 
 
 @contextmanager
-def _small_chunk_cache(chunks_read_once: bool) -> Iterator[None]:
+def _hdf5_chunk_cache_reduced_if_read_once(chunks_read_once: bool) -> Iterator[None]:
     """Context manager that reduces the HDF5 chunk cache if each chunk of a file is read only once, to save memory."""
     import netCDF4
 
@@ -260,7 +260,7 @@ def _study_from_json(text: str) -> Study:
     return study_from_content(_parse_json(text, "study", dict), "study in the cube")
 
 
-def study_with_presentation_settings(cube: "xr.Dataset", study: Study | None = None) -> Study | None:
+def study_with_title_and_figures(cube: "xr.Dataset", study: Study | None = None) -> Study | None:
     """Return the study whose title, question and figure settings apply to a results cube; None without a study.
 
     This is the given study, otherwise the study file next to the cube if it has the same name, otherwise the study
@@ -278,11 +278,11 @@ def study_with_presentation_settings(cube: "xr.Dataset", study: Study | None = N
 def first_shown_height_and_friction(cube: "xr.Dataset", study: Study | None = None) -> dict[str, list[float]]:
     """Return the height and friction that figures show by default, as lists with one value each.
 
-    The block is set by `figures` of the `study_with_presentation_settings`, with the first height and the last friction
-    as defaults. No selection is made along a dimension that the cube holds only in part, or if the cube belongs to no
-    study.
+    The block is set by `figures` of the `study_with_title_and_figures`, with the first height and the last
+    friction as defaults. No selection is made along a dimension that the cube holds only in part, or if the cube
+    belongs to no study.
     """
-    own = study_with_presentation_settings(cube, study)
+    own = study_with_title_and_figures(cube, study)
     if own is None:
         return {}
     chosen = own.figures.height or own.height[0], own.figures.friction
@@ -299,7 +299,7 @@ def select_heights_and_frictions(
     *,
     single: bool = False,
 ) -> "xr.Dataset":
-    """Select heights and frictions from a results cube; the `ArgumentError` for an unknown value names it.
+    """Select heights and frictions from a results cube; an `ArgumentError` names a value that it does not have.
 
     With `single`, if only one of both is given, the other is that of the block that figures show first.
     """
@@ -317,7 +317,7 @@ def select_heights_and_frictions(
     return cube
 
 
-def element_name_of_cube(cube: "xr.Dataset") -> str:
+def element_name_to_show(cube: "xr.Dataset") -> str:
     """Return the name of the element whose outcomes a results cube shows: the selected or default one."""
     chosen = "element" in cube.coords and "element" not in cube.dims
     return (

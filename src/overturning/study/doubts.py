@@ -9,7 +9,7 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.dem.polygon.prepare import reason_scene_moves_by_itself
 from overturning.model.geometry import default_height_and_b_over_h
-from overturning.model.planes import plane_choice_imposes_fall_axis
+from overturning.model.planes import simulated_planes_impose_fall_axis
 from overturning.model.scene import Scene
 from overturning.model.stack_checks import unsimulated_overhang_contact_warnings
 from overturning.model.stack_stones import stack_stones
@@ -48,7 +48,7 @@ LARGEST_SHARE_OUTSIDE: Final = 0.2
 def implausible_setting_warnings(study: Study) -> Iterator[str]:
     """Yield a warning for each implausible value in a study, with key, value, limit and likely cause."""
     yield from _too_few_azimuths_warnings(study)
-    yield from _compared_variant_warnings(study)
+    yield from _warnings_if_variant_differs_in_many_settings(study)
     yield from _repeated_variant_warnings(study)
     yield from _block_setting_warnings(study)
     for key, site in soil_settings_of_study(study):
@@ -58,14 +58,14 @@ def implausible_setting_warnings(study: Study) -> Iterator[str]:
         if scene is not None:
             yield from _scene_material_warnings(key, scene)
             if study.orientation is None:
-                yield from _self_moving_scene_warnings(key, scene, study)
+                yield from _warnings_if_scene_moves_without_shaking(key, scene, study)
             elif study.is_stack:
                 yield from _overhang_warnings(key, scene, study)
     if study.population is not None:
         yield from _population_range_warnings(study, study.population)
 
 
-def _compared_variant_warnings(study: Study) -> Iterator[str]:
+def _warnings_if_variant_differs_in_many_settings(study: Study) -> Iterator[str]:
     """Yield a warning if the variant that is compared with the study differs from it in more than one setting."""
     if (variant := study.primary.against) is None:
         return
@@ -93,7 +93,7 @@ def _repeated_variant_warnings(study: Study) -> Iterator[str]:
 def _too_few_azimuths_warnings(study: Study) -> Iterator[str]:
     """Yield a warning if a 2-D study has so few azimuths that they, not the motion, determine the axis of the falls."""
     azimuths = study.azimuths_or_orientations_deg
-    if study.orientation is None and plane_choice_imposes_fall_axis(azimuths):
+    if study.orientation is None and simulated_planes_impose_fall_axis(azimuths):
         planes = sorted({azimuth % PLANE_PERIOD for azimuth in azimuths})
         which = f"planes along {_format_first_three_numbers(planes)}" if len(planes) > 1 else f"{planes[0]:g} only"
         yield (
@@ -102,7 +102,7 @@ def _too_few_azimuths_warnings(study: Study) -> Iterator[str]:
         )
 
 
-def skipped_range_end_warnings(study_content: Mapping[str, Any]) -> Iterator[str]:
+def warnings_on_ranges_missing_their_stop(study_content: Mapping[str, Any]) -> Iterator[str]:
     """Yield a warning for each range (start, stop, step) in a study file whose steps do not end exactly at its stop.
 
     `study_content` holds the keys and values of a valid study file.
@@ -192,7 +192,7 @@ def _scene_material_warnings(key: str, scene: Scene) -> Iterator[str]:
             yield from _friction_warnings(f"{key}.contacts.{number}.friction", (law.friction,))
 
 
-def _self_moving_scene_warnings(key: str, scene: Scene, study: Study) -> Iterator[str]:
+def _warnings_if_scene_moves_without_shaking(key: str, scene: Scene, study: Study) -> Iterator[str]:
     """Yield a warning for the first B/H of a study at which a 2-D scene falls or slides without ground motion."""
     for b_over_h in study.b_over_h:
         reason = reason_scene_moves_by_itself(scene, None, b_over_h, min(study.friction))
@@ -220,15 +220,18 @@ def _population_range_warnings(study: Study, population: StonePopulation) -> Ite
     """
     quantile = (np.arange(50) + 0.5) / 50
 
-    def values_at_quantiles(uniform_range: UniformRange) -> FloatArray:
+    def values_at_evenly_spaced_quantiles(uniform_range: UniformRange) -> FloatArray:
         """Return values of a uniform distribution at 50 evenly spaced quantiles."""
         return np.asarray(uniform_range.low + (uniform_range.high - uniform_range.low) * quantile)
 
-    width, height = values_at_quantiles(population.width), values_at_quantiles(population.height)
+    width, height = (
+        values_at_evenly_spaced_quantiles(population.width),
+        values_at_evenly_spaced_quantiles(population.height),
+    )
     sizes = (
         ("height", "population.height", height, study.height),
         ("b_over_h", "population.width over height", width / height[:, None], study.b_over_h),
-        ("friction", "population.friction", values_at_quantiles(population.friction), study.friction),
+        ("friction", "population.friction", values_at_evenly_spaced_quantiles(population.friction), study.friction),
     )
     for key, of, drawn, grid in sizes:
         low, high = (1 - GRID_TOLERANCE) * min(grid), (1 + GRID_TOLERANCE) * max(grid)

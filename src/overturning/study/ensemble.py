@@ -111,7 +111,7 @@ class EnsembleMembers:
         """Return an ensemble with only the members (runs with changed parameters) of the given numbers."""
         return EnsembleMembers(*(getattr(self, name)[member_numbers] for name in COLUMNS))
 
-    def member_number_batches(self, batch_size: int) -> list[NDArray[np.intp]]:
+    def split_member_numbers_into_batches(self, batch_size: int) -> list[NDArray[np.intp]]:
         """Divide the runs (members) of the ensemble into batches, each with runs from both Sobol sequences."""
         own = [np.flatnonzero(self.scramble == scramble) for scramble in range(SCRAMBLES)]
         each = batch_size // SCRAMBLES
@@ -151,7 +151,7 @@ _MemberRow = create_model(  # type: ignore[call-overload]
 )
 
 
-def sample_member_changes(settings: EnsembleSettings) -> EnsembleMembers:
+def draw_parameter_changes_of_members(settings: EnsembleSettings) -> EnsembleMembers:
     """Draw the parameter changes of all ensemble runs from two Sobol sequences, scrambled differently (Owen 1998).
 
     Values are rounded to 1e-9, so that the file has exactly the same numbers.
@@ -183,7 +183,7 @@ def sample_member_changes(settings: EnsembleSettings) -> EnsembleMembers:
     )
 
 
-def select_ensemble_cells(
+def select_cases_for_ensemble_runs(
     nominal_flags: NDArray[np.int8],
     run_all_cells: bool,
     dimension_count: int = 4,
@@ -234,13 +234,13 @@ def fall_probabilities_converged(member_flags: NDArray[np.int8], max_half_width:
     outcome or was not run yet. The result depends on the flags of the cell only.
     """
     known = (member_flags != INT8_MISSING).sum(axis=1)
-    known_well = intervals_within_half_width(
+    known_well = fall_share_intervals_are_narrow_enough(
         (member_flags == 1).sum(axis=1), (member_flags == -1).sum(axis=1), known, max_half_width
     )
     return np.asarray(known_well.reshape(len(member_flags), -1).all(axis=1))
 
 
-def intervals_within_half_width(
+def fall_share_intervals_are_narrow_enough(
     towards_count: NDArray[Any], away_count: NDArray[Any], known_count: ArrayLike, max_half_width: float
 ) -> NDArray[np.bool_]:
     """True if the 95 % intervals of both shares of falls (to either side) are within ±`max_half_width`."""
@@ -251,7 +251,7 @@ def intervals_within_half_width(
 def fall_shares_by_relief(
     member_flags: NDArray[np.int8], has_high_relief: NDArray[np.bool_]
 ) -> dict[str, NDArray[Any]]:
-    """Return the shares of falls among ensemble runs with low and with high relief of the base.
+    """Return shares of falls among runs with low and high relief, the height up to which base points bear load.
 
     The relief is the height above the lowest point of a base up to which its points carry load. Each share has
     shape (cells,), flags (cells, members); a share is NaN if no run of that half has an outcome.
@@ -288,7 +288,7 @@ class EnsembleRunner:
         """Output variables with the ensemble results of each case, such as the probability of a fall."""
         return (*self.model.ensemble_variables, *(RELIEF_VARIABLES if self.members.varies_relief else ()))
 
-    def run_members_of_cells(
+    def run_ensemble_of_selected_cases(
         self,
         motion: Motion,
         grid: CaseGrid,
@@ -304,7 +304,7 @@ class EnsembleRunner:
         """
         overturned, marked, members = nominal_outcomes["overturned"], nominal_outcomes[self.model.copied], self.members
         azimuths = nominal_outcomes.get("fall_azimuth")
-        chosen = select_ensemble_cells(overturned, self.everywhere, len(grid.shape), azimuths) & (marked == 0)
+        chosen = select_cases_for_ensemble_runs(overturned, self.everywhere, len(grid.shape), azimuths) & (marked == 0)
         arrays: Arrays = {}
         for variable in self.variables:
             shape = overturned.shape if variable.per_element else grid.shape
@@ -322,7 +322,7 @@ class EnsembleRunner:
             flags = np.full((len(cells), members.member_count, *overturned.shape[len(grid.shape) :]), INT8_MISSING)
             azimuth = np.full(flags.shape if self.model.direction == "orientation" else flags.shape[:2], np.nan)
             of_group = subtask_progress_callback(progress, done / work, (done + len(cells)) / work)
-            block_steps += self._fill_member_outcomes(grid, cells, run_cases, flags, azimuth, of_group)
+            block_steps += self._simulate_members_until_converged(grid, cells, run_cases, flags, azimuth, of_group)
             sensor = members.azimuth_deg.reshape(-1, *(1,) * (azimuth.ndim - 2))
             found = self.model.ensemble_statistics_by_case(flags, azimuth - sensor, members.scramble)
             if members.varies_relief:
@@ -333,7 +333,7 @@ class EnsembleRunner:
         self._copy_to_symmetric_cells(grid, arrays, marked)
         return arrays, block_steps
 
-    def _fill_member_outcomes(
+    def _simulate_members_until_converged(
         self,
         grid: CaseGrid,
         cells: NDArray[np.int64],
@@ -342,8 +342,8 @@ class EnsembleRunner:
         fall_azimuth_deg: FloatArray,
         progress: Progress | None,
     ) -> int:
-        """Run ensemble members in batches until each case converges; fill in the outcomes, return steps × stones."""
-        batches, block_steps = self.members.member_number_batches(BATCH), 0
+        """Run members in batches until each case converges; write outcomes to arrays, return cost (steps × stones)."""
+        batches, block_steps = self.members.split_member_numbers_into_batches(BATCH), 0
         unsettled = np.arange(len(cells))
         for index, batch in enumerate(batches):
             of_batch = subtask_progress_callback(progress, index / len(batches), (index + 1) / len(batches))
@@ -351,7 +351,7 @@ class EnsembleRunner:
             relief = self.members.relief
             for own in batch[:, None] if self.members.varies_relief else [batch]:
                 results = run_cases(
-                    self._member_cases(grid, cells[unsettled], self.members.select_members(own)),
+                    self._cases_of_cells_and_members(grid, cells[unsettled], self.members.select_members(own)),
                     of_batch,
                     *([float(relief[own[0]])] if self.members.varies_relief else []),
                 )
@@ -368,8 +368,8 @@ class EnsembleRunner:
             progress(1, 1)
         return block_steps
 
-    def _member_cases(self, grid: CaseGrid, cells: NDArray[np.int64], members: EnsembleMembers) -> Cases:
-        """Return the cases to simulate for all ensemble `members` of all `cells`, sorted by cell."""
+    def _cases_of_cells_and_members(self, grid: CaseGrid, cells: NDArray[np.int64], members: EnsembleMembers) -> Cases:
+        """Return cases to simulate: each cell with the parameter changes of each ensemble member, sorted by cell."""
         direction, *rest = (
             grid[name][cells[:, at], None].astype(np.float64) for at, name in enumerate(grid.dimension_names)
         )
@@ -387,8 +387,8 @@ class EnsembleRunner:
         )
 
     def _copy_to_symmetric_cells(self, grid: CaseGrid, ensemble_arrays: Arrays, copied_cells: NDArray[Any]) -> None:
-        """Fill the ensemble results of cases that were not simulated from the cases equal to them by symmetry."""
-        source = self.model.computed_cell_of_each_direction(grid).cell
+        """Copy ensemble results of simulated cases to the cases that equal them by symmetry."""
+        source = self.model.simulated_direction_for_each_direction(grid).cell
         for column in range(source.shape[1]):
             # In the 3-D model the period depends on the aspect, the dimension before friction.
             rest = (slice(None), slice(None), column) if source.shape[1] > 1 else ()

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def film_command_options(cube: "xr.Dataset") -> dict[str, Any]:
-    """Return options of the command `overturning one` with which it films cases of a results cube, and stone sizes.
+    """Return options with which the command `overturning one` films cases of a results cube, and stone sizes.
 
     Returns
     -------
@@ -50,7 +50,7 @@ def film_command_options(cube: "xr.Dataset") -> dict[str, Any]:
         "options": options + own_options,
         "heights": [round(float(one), 9) for one in sizes.to_scene_heights(height)],
         "ratios": [round(float(one), 9) for one in sizes.to_scene_b_over_h(ratio, ratio)],
-        "friction": not isinstance(model, PlanarModel) or model.scene.varies_friction,
+        "friction": not isinstance(model, PlanarModel) or model.scene.has_contact_with_unset_friction,
         "pulses": dict(study.records.pulses),
     }
 

@@ -19,9 +19,9 @@ from overturning.records.catalogue import METADATA, PLACES
 from overturning.records.duplicates import refuse_duplicate_records
 from overturning.records.earthquakes import assign_records_to_earthquakes
 from overturning.records.record import Record, source_and_processing_of_record
-from overturning.study.load import study_without_absolute_paths
+from overturning.study.load import study_settings_without_absolute_paths
 from overturning.study.netcdf import add_coordinate, add_grid_dimensions, add_variable, outcome_content_hash
-from overturning.study.parts import open_sweep_part, record_and_variant_of_part
+from overturning.study.parts import open_sweep_part, record_and_variant_of_outcome_file
 from overturning.study.scenes import (
     NOMINAL,
     StudyToSceneSizeConversion,
@@ -45,7 +45,7 @@ _PACKAGES = ("overturning", "numba", "llvmlite", "numpy", "scipy", "obspy", "xar
 """Packages that affect the numerical results; the cube lists their versions."""
 
 
-def merge_sweep_parts(
+def merge_outcome_files_into_cube(
     study: Study, records: Sequence[Record], sweep_part_paths: Sequence[Path], cube_path: Path, variant: str = NOMINAL
 ) -> None:
     """Merge files with outcomes of records and chunks of cases into the results cube of a study or variant.
@@ -60,7 +60,7 @@ def merge_sweep_parts(
     grid, variables = variant_grid(study, variant), cube_variables_of_study(study)
     of_record: dict[str, list[Path]] = {record.record_id: [] for record in records}
     for part in sweep_part_paths:
-        name, of_variant = record_and_variant_of_part(part)
+        name, of_variant = record_and_variant_of_outcome_file(part)
         if name not in of_record or of_variant != variant:
             raise ResultError(f"{part}: holds record {name}, variant {of_variant}, which are not in this study")
         of_record[name].append(part)
@@ -68,7 +68,8 @@ def merge_sweep_parts(
         create_cube_structure(cube, study, records, variant)
         cube.block_steps = 0
         whole = [
-            _copy_outcomes_of_record(paths, cube, at, grid, variables) for at, paths in enumerate(of_record.values())
+            _copy_outcomes_of_record_into_cube(paths, cube, at, grid, variables)
+            for at, paths in enumerate(of_record.values())
         ]
         if missing := [name for name, found in zip(of_record, whole, strict=True) if not found]:
             raise ResultError(
@@ -100,7 +101,7 @@ def create_cube_structure(cube: Any, study: Study, records: Sequence[Record], va
         add_variable(cube, variable, grid, "record").coordinates = " ".join((*RECORD_COORDINATES, *names))
 
 
-def _copy_outcomes_of_record(
+def _copy_outcomes_of_record_into_cube(
     sweep_part_paths: Sequence[Path], cube: Any, record_index: int, grid: CaseGrid, variables: Sequence[OutcomeVariable]
 ) -> bool:
     """Copy the outcomes of one record from its files into a results cube; return False if cells are missing."""
@@ -192,7 +193,7 @@ def _global_cube_attributes(study: Study, records: Sequence[Record], variant: st
         "history": f"gathered by overturning {_package_version('overturning')} from one sweep per record",
         "references": "see the documentation of overturning",
         "comment": variant_model(study, variant).comment,
-        "study": json.dumps(study_without_absolute_paths(study), ensure_ascii=False),
+        "study": json.dumps(study_settings_without_absolute_paths(study), ensure_ascii=False),
         "variant": variant,
         "earthquakes": json.dumps(assign_records_to_earthquakes(records).notes, ensure_ascii=False),
         "record_sources": json.dumps(sources, ensure_ascii=False),

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from overturning.arrays import FloatArray, skip_dask_import
+from overturning.arrays import FloatArray, keep_xarray_from_importing_dask
 from overturning.files import atomic_write
 from overturning.motion.fourier import fourier_amplitude_spectrum, konno_ohmachi_smoothed_amplitude
 from overturning.motion.heading import peak_acceleration_and_velocity_azimuths, strongest_pulse_axis_and_period
@@ -35,7 +35,7 @@ def write_intensity_measures(study: Study, records: Sequence[Record], output_pat
     """
     import xarray as xr
 
-    skip_dask_import()
+    keep_xarray_from_importing_dask()
     azimuth = directions_as_int16_if_whole(study.azimuth.expand_azimuths())
     measures = [intensity_dataset_by_azimuth(Motion.of(record), azimuth) for record in records]
     table = xr.concat(measures, dim="record", combine_attrs="override", coords="minimal", compat="override")

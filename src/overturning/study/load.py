@@ -43,7 +43,7 @@ def study_from_content(content: Mapping[str, Any], study_file: str) -> Study:
         raise ConfigError(REASON_SEPARATOR.join(f"{study_file}: {line}" for line in lines)) from None
 
 
-def record_table_rows(study: Study, study_file: str, root: Path = Path()) -> dict[str, "RecordTableRow"]:
+def read_record_table_rows_of_study(study: Study, study_file: str, root: Path = Path()) -> dict[str, "RecordTableRow"]:
     """Return the record-table rows of the records in a study; the path of the table is relative to `root`.
 
     A `ConfigError` names a record that is not in the table, with the study file as `study_file`.
@@ -86,7 +86,7 @@ def load_study_from_file_or_json(file_or_json: str) -> Study:
         ) from None
 
 
-def study_without_absolute_paths(study: Study) -> dict[str, Any]:
+def study_settings_without_absolute_paths(study: Study) -> dict[str, Any]:
     """Return a study's settings as a dictionary in which absolute paths are shortened to the file name."""
     data = study.model_dump(mode="json")
     for key in ("table", "folder"):

@@ -179,7 +179,7 @@ def _scene_conflict_messages(study: Any, contacts: dict[str, ContactSettings]) -
             yield f"{where}contact: the scene has contact laws of its own; set them in the scene file"
     if own and study.population is not None:
         yield f"population: its stones are single blocks; leave out {own[-1]}scene, or population"
-    swept = any(scene.varies_friction for scene in scenes.values())
+    swept = any(scene.has_contact_with_unset_friction for scene in scenes.values())
     if not swept and study.friction != type(study).model_fields["friction"].default:
         yield "friction: the scene has coefficients of its own; leave it out"
     if "" in own and study.density != GRANITE_DENSITY:

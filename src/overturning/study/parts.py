@@ -68,7 +68,7 @@ def grid_of_chunk(study: Study, grid: CaseGrid, chunk: SweepChunk, variant: str 
     name = grid.dimension_names[0]
     directions = grid[name]
     group = np.arange(directions.size)
-    for index, others in enumerate(variant_model(study, variant).computed_cell_of_each_direction(grid).cell):
+    for index, others in enumerate(variant_model(study, variant).simulated_direction_for_each_direction(grid).cell):
         for other in others:
             group[group == group[index]] = group[other]
     number = np.unique(group, return_inverse=True)[1]
@@ -108,7 +108,7 @@ class OpenedSweepPartFile(NamedTuple):
             ][:]
 
 
-def record_and_variant_of_part(path: Path) -> tuple[str, str]:
+def record_and_variant_of_outcome_file(path: Path) -> tuple[str, str]:
     """Return the record id and variant stated in a file with outcomes; a `ResultError` if it is unreadable."""
     with open_netcdf_unscaled(path, "read", _REMEDY, check_checksum=True) as file:
         return file.record_id, file.variant

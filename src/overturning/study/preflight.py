@@ -18,7 +18,7 @@ from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordTableRow, paths_of_record_files
 from overturning.study.ensemble import BATCH, MAX_MEMBER_CASES
 from overturning.study.grounds import soil_layers_with_own_cube, soil_settings_of_study
-from overturning.study.load import record_table_rows
+from overturning.study.load import read_record_table_rows_of_study
 from overturning.study.scenes import (
     NOMINAL,
     StudyToSceneSizeConversion,
@@ -91,7 +91,7 @@ def estimate_job_seconds_by_workflow_rule(study: Study, chunks_per_record: int =
     """
     records, members, scales = len(study.records.use), study.ensemble.members, len(study.amplitude)
     runs = scales + members * (_RUN_AGAIN if study.ensemble.where == "boundary" else 1.0)  # members at one amplitude
-    cases = study.cases_per_record * _CASE_S * variant_model(study).case_cost_over_block_cost * runs
+    cases = study.cases_per_record * _CASE_S * variant_model(study).relative_computing_time_of_case * runs
     seconds = {
         "read": 0.2, "describe": 1.2 + 0.03 * records, "rotate": 1.5 + 0.25 * records,
         "sweep": 0.2 + cases / chunks_per_record,
@@ -161,7 +161,7 @@ def _closest_existing_folder(folder: Path) -> Path:
 
 
 def check_optional_packages(study: Study, study_file: str) -> None:
-    """Raise a `ConfigError` if a study needs an optional package that is missing or lacks a soil curve."""
+    """Raise a `ConfigError` if the optional package with a study's soil curves is missing, or lacks one of them."""
     from overturning.motion.soil import check_soil_layer_curves
 
     problems: dict[str, None] = {}
@@ -181,7 +181,7 @@ def check_record_files(study: Study, study_file: str) -> tuple[dict[str, RecordT
     A `ConfigError` names a record that is not in the table, or whose file lies outside the folder of records, a
     `MissingDataError` all files that are missing.
     """
-    entries, folder = record_table_rows(study, study_file), Path(study.records.folder)
+    entries, folder = read_record_table_rows_of_study(study, study_file), Path(study.records.folder)
     files: dict[str, list[Path]] = {}
     problems: list[str] = []
     for name, entry in entries.items():
@@ -223,7 +223,7 @@ def read_and_check_records(study: Study, record_rows: dict[str, RecordTableRow])
             notes += [f"record {entry.id}: {note}" for note in record.notes]
             notes += (
                 [f"record {entry.id}: too weak to move any stone of the study"]
-                if _record_moves_no_block(study, record)
+                if _record_is_too_weak_to_move_any_block(study, record)
                 else []
             )
             records.append(replace(record, north=np.zeros(2), east=np.zeros(2), up=None))
@@ -248,7 +248,7 @@ def can_compute_fault_alignment(record_rows: Iterable[RecordTableRow]) -> bool:
     return any(entry.fault_strike_deg is not None for entry in chosen)
 
 
-def note_on_primary_statistic(study: Study, record_rows: dict[str, RecordTableRow]) -> tuple[str, ...]:
+def note_if_primary_statistic_is_unavailable(study: Study, record_rows: dict[str, RecordTableRow]) -> tuple[str, ...]:
     """Return a note if a study's primary statistic cannot be computed for its records; () if it can."""
     if study.primary.statistic != "alignment" or can_compute_fault_alignment(record_rows.values()):
         return ()
@@ -278,11 +278,11 @@ def _check_cases_at_grid_limits(study: Study, sampling_interval: float) -> None:
             cases = Cases(0.0, sizes.to_scene_heights(height), ratio, friction, initial_tilt=tilt, aspect=aspect)
             plan_simulation(variant_model(study, variant), still, cases, numerical_options_of_study(study))
         except ArgumentError as error:
-            lines = [_replace_argument_by_study_key(line, variant) for line in str(error).split(REASON_SEPARATOR)]
+            lines = [_name_study_key_in_error_message(line, variant) for line in str(error).split(REASON_SEPARATOR)]
             raise ConfigError(f"study {study.name!r}: {REASON_SEPARATOR.join(lines)}") from None
 
 
-def _replace_argument_by_study_key(message: str, variant: str) -> str:
+def _name_study_key_in_error_message(message: str, variant: str) -> str:
     """Replace the name of a simulation argument in an error message by the key of the study that sets it.
 
     A message about an argument without a key gets the name of the variant, unless it concerns the study itself.
@@ -298,7 +298,7 @@ def _replace_argument_by_study_key(message: str, variant: str) -> str:
     return f"variant {variant}: {message}" if own else message
 
 
-def _record_moves_no_block(study: Study, record: "Record") -> bool:
+def _record_is_too_weak_to_move_any_block(study: Study, record: "Record") -> bool:
     """True if the motion is too weak to move a rigid stone: |a| ≤ (g + a_up) min(B/H, D/H, µ) in every case.
 
     False for a scene (its elements have thresholds of their own), a body given by vertices, and records amplified by

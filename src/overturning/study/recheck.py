@@ -35,7 +35,7 @@ from overturning.study.sweep import (
 
 @dataclass
 class RecheckResult:
-    """Result of simulating some cases of a results cube again: their number, and a line for each different value."""
+    """Result of simulating cases of a results cube again: their number, and a line for each value that differs."""
 
     of: int  # number of cells of the cube
     content_as_stated: bool  # True if the values match the hash in the file
@@ -63,10 +63,10 @@ def hash_of_outcomes_in_cube(cube_path: Path) -> str:
         return outcome_content_hash(file, [one for one in variables if one.name in file.variables])
 
 
-def recompute_random_cells(
+def recompute_random_cases(
     cube_path: Path, motion_folder: Path | None = None, *, cell_count: int = 200, seed: int = 1
 ) -> RecheckResult:
-    """Simulate a random sample of cells of a results cube again, and compare the outcomes bit for bit.
+    """Simulate a random sample of cases of a results cube again, and compare the outcomes bit for bit.
 
     An `ArgumentError` is raised if `cell_count` is below 1, a `ResultError` if the cube or a motion is missing, or if
     the cube is only a part of the cube of its study.
@@ -99,7 +99,7 @@ def recompute_random_cells(
             cell = (index, *((scale,) if grid.amplitude else ()), *place)
             with_ensemble = "members" in file.variables and bool(file["members"][cell] > 0)
             motion = scale_motion(stored_motion_of_record(names[index]), scales[scale])
-            again = _recompute_cell(motion, grid, place, study, variant, with_ensemble)
+            again = _recompute_case_of_grid(motion, grid, place, study, variant, with_ensemble)
             result.ensemble_cells += with_ensemble
             result.cells += 1
             where = ", ".join(f"{d} {grid[d][i]:g}" for d, i in zip(grid.dimension_names, place, strict=True))
@@ -112,11 +112,11 @@ def recompute_random_cells(
     return result
 
 
-def _recompute_cell(
+def _recompute_case_of_grid(
     motion: Motion, grid: CaseGrid, cell_position: list[int], study: Study, variant: str, with_ensemble: bool
 ) -> dict[str, Any]:
     """Simulate one case of the grid again, or the case of which it is a symmetric copy; return values by variable."""
-    sources = variant_model(study, variant).computed_cell_of_each_direction(grid).cell[cell_position[0]]
+    sources = variant_model(study, variant).simulated_direction_for_each_direction(grid).cell[cell_position[0]]
     source = int(sources[cell_position[3] if sources.size > 1 else 0])
     directions = list(dict.fromkeys([source, cell_position[0]] if study.simulation.leave_out else [cell_position[0]]))
     rows = zip(grid.dimension_names, [directions, *([i] for i in cell_position[1:])], strict=True)
@@ -124,7 +124,7 @@ def _recompute_cell(
     arrays = simulate_variant(study, variant, motion, few, numerical_options_of_study(study))
     if with_ensemble:
         run = create_member_case_runner(study, variant, motion, numerical_options_of_study(study))
-        arrays |= create_ensemble_runner(study, variant, run_all_cells=True).run_members_of_cells(
+        arrays |= create_ensemble_runner(study, variant, run_all_cells=True).run_ensemble_of_selected_cases(
             motion, few, arrays, run
         )[0]
     cell = (-1, *(0,) * (len(cell_position) - 1))

@@ -85,11 +85,11 @@ def lock_folder(lock_file: Path) -> int | None:
         return None
     os.ftruncate(descriptor, 0)
     os.pwrite(descriptor, str(os.getpid()).encode(), 0)
-    _wait_for_running_steps(Path.cwd())
+    _wait_for_processes_of_killed_run(Path.cwd())
     return descriptor
 
 
-def _wait_for_running_steps(project_folder: Path) -> None:
+def _wait_for_processes_of_killed_run(project_folder: Path) -> None:
     """Wait for processes of an earlier, killed run that still write to the results of this project."""
     import psutil
 
@@ -109,7 +109,7 @@ def _wait_for_running_steps(project_folder: Path) -> None:
 
 
 def remove_damaged_results(results_folder: Path) -> list[Path]:
-    """Remove damaged and incomplete result files of a study, and lists of figures of which one is missing.
+    """Remove damaged and incomplete result files of a study, and each list of figures that names a missing figure.
 
     The next run makes them again if another result needs them. Returns the files that were damaged or missing. File
     times in the future (after the clock was set back) are set to just before now, in their order, so that files made
@@ -148,7 +148,7 @@ def remove_damaged_results(results_folder: Path) -> list[Path]:
 
 
 def _is_complete_file(path: Path) -> bool:
-    """True if a file ends as complete files of its kind do; it may not if, for instance, the disk was full."""
+    """True if a file ends as complete files of its kind do; False if it was cut off, for instance by a full disk."""
     if (ends := ENDS.get(path.suffix)) is None or not path.is_file():
         return True
     with path.open("rb") as file:
@@ -200,7 +200,7 @@ def remove_files_of_dropped_records(results_folder: Path, record_ids: Collection
     """
     gone = {
         name
-        for name, path in _motion_and_part_files(results_folder)
+        for name, path in _motion_and_outcome_files_of_records(results_folder)
         if name not in record_ids and _is_undamaged_file_of_record(path, name)
     }
     inside, removed = results_folder.resolve(), {}
@@ -213,7 +213,7 @@ def remove_files_of_dropped_records(results_folder: Path, record_ids: Collection
     return removed
 
 
-def _motion_and_part_files(results_folder: Path) -> Iterator[tuple[str, Path]]:
+def _motion_and_outcome_files_of_records(results_folder: Path) -> Iterator[tuple[str, Path]]:
     """Yield record id and path of each file of a record's motion or outcomes in a results folder."""
     for pattern in ("read/*.nc", "motion/*.nc", "sweep/*/*.nc"):
         for path in results_folder.glob(pattern):

@@ -69,7 +69,7 @@ def mask_of_cells_comparable_with_rigid_block(study: Study) -> NDArray[np.bool_]
     return np.broadcast_to(holds, grid.shape)
 
 
-def read_cell_sample(
+def read_random_case_sample(
     cube: Path, settings: ConvergenceCheckSettings, candidate_cells: NDArray[np.bool_] | None = None
 ) -> CellSample:
     """Choose cases of a results cube at random, and read their outcomes from the cube.
@@ -115,10 +115,10 @@ def read_cell_sample(
         return CellSample(record, index, answers, at_rest, divided, apart, weight, cases, int(file.block_steps))
 
 
-def read_rigid_block_sample(cube: Path, study: Study) -> CellSample | None:
+def read_sample_to_compare_with_rigid_block(cube: Path, study: Study) -> CellSample | None:
     """Choose up to `MAX_RIGID_CELLS` cases to compare with an exactly rigid block; None if no case is suitable."""
     among = mask_of_cells_comparable_with_rigid_block(study)
     settings = study.verification
     if not among.any() or isinstance(settings, str):
         return None
-    return read_cell_sample(cube, settings.model_copy(update={"share": 0.0, "at_least": MAX_RIGID_CELLS}), among)
+    return read_random_case_sample(cube, settings.model_copy(update={"share": 0.0, "at_least": MAX_RIGID_CELLS}), among)

@@ -13,7 +13,7 @@ from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.errors import ConfigError
 from overturning.model.body import Body
 from overturning.model.contact import DAMPING_RATIO, Contact, ContactSettings, VertexContact
-from overturning.model.geometry import size_reference_height_and_b_over_h
+from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.grid import CaseGrid
 from overturning.model.model import Model
 from overturning.model.planes import PlanarModel
@@ -65,7 +65,7 @@ def select_element(cube: "xr.Dataset", element: str) -> "xr.Dataset":
     return cube.sel(element=element) if "element" in cube.dims else cube
 
 
-def compared_elements(study: Study, variant: str) -> tuple[str, str]:
+def names_of_compared_elements(study: Study, variant: str) -> tuple[str, str]:
     """Return the names of the scene elements whose outcomes are compared between a study and one of its variants.
 
     These are the elements whose outcomes are shown by default. If they have different names, and one of them is in both
@@ -133,8 +133,8 @@ class StudyToSceneSizeConversion:
         scene = variant_settings(study, variant).scene or study.scene
         if scene == study.scene:
             return cls(digits=None if scene == gravestone() else 12)
-        own_height, own_ratio = size_reference_height_and_b_over_h(scene)
-        factor = own_height / size_reference_height_and_b_over_h(study.scene)[0]
+        own_height, own_ratio = reference_element_height_and_b_over_h(scene)
+        factor = own_height / reference_element_height_and_b_over_h(study.scene)[0]
         return cls(
             factor, own_ratio if scene.size_reference_element_name != study.scene.size_reference_element_name else None
         )

@@ -306,7 +306,7 @@ class OrientationRange(StrictModel):
         from overturning.model.stack import Stack
 
         try:
-            period = Stack(scene).rotation_period_deg
+            period = Stack(scene).rotational_symmetry_period_deg
         except ArgumentError as error:
             raise ValueError(str(error).replace("orientation_deg:", "orientation:", 1)) from None
         count = round(period / self.step)

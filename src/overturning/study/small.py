@@ -16,12 +16,12 @@ from overturning.records.read import read_record
 from overturning.records.record import Record, as_record
 from overturning.records.store import round_to_stored_precision
 from overturning.study.cube import open_cube
-from overturning.study.ensemble import sample_member_changes
-from overturning.study.gather import merge_sweep_parts
-from overturning.study.load import record_table_rows, study_from_content
+from overturning.study.ensemble import draw_parameter_changes_of_members
+from overturning.study.gather import merge_outcome_files_into_cube
+from overturning.study.load import read_record_table_rows_of_study, study_from_content
 from overturning.study.scenes import numerical_options_of_study
 from overturning.study.schema import Study
-from overturning.study.sweep import sweep_cases_of_record
+from overturning.study.sweep import simulate_and_write_cases_of_record
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -129,7 +129,7 @@ def run_study(
         If a key or value is wrong, a record is not in the table, one that is given is to be processed, two records
         have the same samples (motions may), or there are variants.
     """
-    given = _checked_records_and_ids(records)
+    given = _convert_motions_in_list_to_records(records)
     names = [record if isinstance(record, str) else record.record_id for record in given]
     # The records themselves are given: the table is asked for those that are not.
     settings = {"name": "study", **keys, "records": {"use": names}}
@@ -141,17 +141,17 @@ def run_study(
     used = _read_and_process_records(given, study)
     refuse_duplicate_records(used)
     numerics = numerical_options_of_study(study, threads, client=client)
-    members = sample_member_changes(study.ensemble) if study.ensemble.members else None
+    members = draw_parameter_changes_of_members(study.ensemble) if study.ensemble.members else None
     with _FILES_OF_A_STUDY, tempfile.TemporaryDirectory() as name:
         parts = [Path(name) / f"{index}.nc" for index in range(len(used))]
         for record, part in zip(used, parts, strict=True):
-            sweep_cases_of_record(study, record, part, members=members, numerics=numerics)
-        merge_sweep_parts(study, used, parts, Path(name) / "cube.nc")
+            simulate_and_write_cases_of_record(study, record, part, members=members, numerics=numerics)
+        merge_outcome_files_into_cube(study, used, parts, Path(name) / "cube.nc")
         with open_cube(Path(name) / "cube.nc", element=None, amplitude=None) as cube:
             return cube.load()
 
 
-def _checked_records_and_ids(records: Iterable[Record | Motion | str]) -> list[Record | str]:
+def _convert_motions_in_list_to_records(records: Iterable[Record | Motion | str]) -> list[Record | str]:
     """Return records and record ids from a list; each motion in it gets an id and becomes a record.
 
     An ArgumentError is raised if `records` is not such a list.
@@ -176,7 +176,7 @@ def _read_and_process_records(records_or_ids: Sequence[Record | str], study: Stu
             "overturning.read(…, processing=…)"
         )
     only = study.model_copy(update={"records": study.records.model_copy(update={"use": tuple(asked)})})
-    entries = record_table_rows(only, "run_study") if asked else {}
+    entries = read_record_table_rows_of_study(only, "run_study") if asked else {}
     return [
         round_to_stored_precision(
             process_record(read_record(entries[record], Path(study.records.folder)), study.processing, study.site)

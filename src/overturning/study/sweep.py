@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.faces import simulate_grid_and_body_face_planes
+from overturning.dem.faces import simulate_grid_also_in_planes_of_body_faces
 from overturning.dem.numerics import NumericalOptions, Progress
 from overturning.dem.run import simulate_cases
 from overturning.model.cases import Cases
@@ -21,7 +21,7 @@ from overturning.study.ensemble import (
     EnsembleMembers,
     EnsembleRunner,
     Runner,
-    sample_member_changes,
+    draw_parameter_changes_of_members,
     subtask_progress_callback,
 )
 from overturning.study.parts import WHOLE, SweepChunk, grid_of_chunk, write_sweep_part
@@ -60,7 +60,10 @@ def create_ensemble_runner(
     settings = study.ensemble
     run_all_cells = run_all_cells or settings.where == "everywhere"
     return EnsembleRunner(
-        variant_model(study, variant), members or sample_member_changes(settings), run_all_cells, settings.half_width
+        variant_model(study, variant),
+        members or draw_parameter_changes_of_members(settings),
+        run_all_cells,
+        settings.half_width,
     )
 
 
@@ -75,8 +78,8 @@ def simulate_variant(
     model, sizes = variant_model(study, variant), StudyToSceneSizeConversion.for_variant(study, variant)
     sized = grid.replace_values(height=sizes.to_scene_heights(grid["height"]))
     if sizes.own_ratio is None:
-        return simulate_grid_and_body_face_planes(model, motion, sized, numerics)
-    arrays = simulate_grid_and_body_face_planes(
+        return simulate_grid_also_in_planes_of_body_faces(model, motion, sized, numerics)
+    arrays = simulate_grid_also_in_planes_of_body_faces(
         model, motion, sized.replace_values(b_over_h=np.array([sizes.own_ratio])), numerics
     )
     counts = {name: arrays.pop(name) for name in COUNTS}
@@ -88,7 +91,7 @@ def create_member_case_runner(study: Study, variant: str, motion: Motion, numeri
     model: Any = variant_model(study, variant)
     sizes = StudyToSceneSizeConversion.for_variant(study, variant)
 
-    def run_members(cases: Cases, progress: Progress | None, relief: float | None = None) -> CaseResults:
+    def run_members_at_scene_size(cases: Cases, progress: Progress | None, relief: float | None = None) -> CaseResults:
         """Simulate ensemble runs, after converting the sizes of the study's stone to those of the variant's scene."""
         height, b_over_h = np.asarray(cases.height), np.asarray(cases.b_over_h)
         ratio = sizes.to_scene_b_over_h(b_over_h, np.array(study.b_over_h))
@@ -96,10 +99,10 @@ def create_member_case_runner(study: Study, variant: str, motion: Motion, numeri
         body = model if relief is None else model.with_relief(relief)
         return simulate_cases(body, motion, sized, replace(numerics, progress=progress))
 
-    return run_members
+    return run_members_at_scene_size
 
 
-def sweep_cases_of_record(
+def simulate_and_write_cases_of_record(
     study: Study,
     record: Record,
     output_path: Path,
@@ -139,7 +142,7 @@ def sweep_cases_of_record(
             create_ensemble_runner(study, variant, members),
             create_member_case_runner(study, variant, motion, numerics),
         )
-        spread, more = ensemble.run_members_of_cells(motion, grid, outcome, runner, reports[-1])
+        spread, more = ensemble.run_ensemble_of_selected_cases(motion, grid, outcome, runner, reports[-1])
         outcome |= spread
         block_steps += more
     if grid.amplitude:
@@ -149,7 +152,7 @@ def sweep_cases_of_record(
     )
 
 
-def load_kernels(study: Study, record: Record, variant: str = NOMINAL) -> None:
+def load_compiled_simulation_code(study: Study, record: Record, variant: str = NOMINAL) -> None:
     """Load the compiled simulation code of a study into this process, by simulating one case that moves."""
     grid = variant_grid(study, variant)
     one_case = grid.replace_values(**{name: grid[name][:1] for name in grid.dimension_names})

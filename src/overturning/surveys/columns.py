@@ -109,7 +109,7 @@ def recognise_columns(header: Sequence[str], known_columns: Sequence[str]) -> Re
     """
     plan, unused = RecognisedColumns(), list[str]()
     exact = [name.lower() for name in header]
-    found = [_standard_column_name(name, known_columns) for name in header]
+    found = [_standard_column_name_or_refusal_reason(name, known_columns) for name in header]
     accepted = [meaning for meaning, refusal in found if meaning and not refusal]
     # A row of a stone may have a cell that reads like the name of a column: fell.
     is_row_of_stone = 2 * len(accepted) < len(header) or set(accepted) <= {"fell"}
@@ -149,7 +149,7 @@ def recognise_columns(header: Sequence[str], known_columns: Sequence[str]) -> Re
     return plan
 
 
-def messages_on_stone_count_columns(
+def stone_count_column_errors(
     header: Sequence[str], meanings: Sequence[str], rows: Sequence[Sequence[str]]
 ) -> list[str]:
     """Return error messages on columns that hold numbers of stones, in a table whose column ``fell`` has only 1 and 0.
@@ -182,22 +182,22 @@ def messages_on_stone_count_columns(
 
 def looks_like_header(cells: Sequence[str], known_columns: Sequence[str], needed_columns: Collection[str]) -> bool:
     """True if a line looks like a table header: all cells are accepted column names, one of them of a needed column."""
-    found = [_standard_column_name(cell.strip(' "'), known_columns) for cell in cells]
+    found = [_standard_column_name_or_refusal_reason(cell.strip(' "'), known_columns) for cell in cells]
     accepted = all(meaning and not refusal for meaning, refusal in found)
     return len(found) > 1 and accepted and any(meaning in needed_columns for meaning, _ in found)
 
 
-def states_magnetic_north(column_name: str) -> bool:
+def column_name_states_magnetic_north(column_name: str) -> bool:
     """True if a column name states that the column's azimuths are measured from magnetic north."""
     return re.search(r"\bmag(netic)?\b", column_name.lower().replace("_", " ")) is not None
 
 
-def states_true_north(column_name: str) -> bool:
+def column_name_states_true_north(column_name: str) -> bool:
     """True if a column name states that the column's azimuths are measured from true north."""
     return re.search(r"\btrue\b", column_name.lower().replace("_", " ")) is not None
 
 
-def _standard_column_name(name: str, known_columns: Sequence[str]) -> tuple[str, str]:
+def _standard_column_name_or_refusal_reason(name: str, known_columns: Sequence[str]) -> tuple[str, str]:
     """Return the standard name that a column name means ("" if unused), and why it is refused ("" if accepted)."""
     if name.lower() in known_columns:
         return name.lower(), ""
@@ -210,13 +210,13 @@ def _standard_column_name(name: str, known_columns: Sequence[str]) -> tuple[str,
             return plain, ""
     if len(aside) == 1 and f"{plain}_{aside[0].strip()}" in known_columns:  # "Height (m)"
         return f"{plain}_{aside[0].strip()}", ""
-    meant = _intended_column(plain, known_columns)
+    meant = _closest_standard_column_name(plain, known_columns)
     if meant:
-        return meant, f"did you mean {meant}? {_conversion_advice(meant, name)}"
+        return meant, f"did you mean {meant}? {_advice_on_converting_refused_column(meant, name)}"
     return "", ""
 
 
-def _conversion_advice(meant: str, column_name: str) -> str:
+def _advice_on_converting_refused_column(meant: str, column_name: str) -> str:
     """Return advice on how to convert a refused column to the column `meant`, or to rename it if none is known."""
     words = re.findall(r"[a-z]+", column_name.lower())
     found = [remedy for unit, remedy in _CONVERSIONS.get(meant, {}).items() if unit in words]
@@ -244,7 +244,7 @@ def _is_misspelling(column_name: str, known_column: str) -> bool:
     return swapped or lacks_one or doubled or column_name in (f"{known_column}s", f"{known_column}ed")
 
 
-def _intended_column(plain_name: str, known_columns: Sequence[str]) -> str:
+def _closest_standard_column_name(plain_name: str, known_columns: Sequence[str]) -> str:
     """Return the standard column name that an unknown name probably means; "" if it resembles none."""
     synonyms = _ACCEPTED | _REFUSED
     long = [one for one in (*known_columns, *synonyms) if len(one) > _SHORT]

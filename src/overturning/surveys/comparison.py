@@ -20,7 +20,7 @@ from overturning.statistics.circular import (
     grouped_watson_test,
     mean_angle_and_resultant,
 )
-from overturning.stored import StoredCounts, StoredFloat, StoredFloatOrInfinity, StoredFloats, read_result
+from overturning.stored import StoredCounts, StoredFloat, StoredFloatOrInfinity, StoredFloats, read_json_result
 from overturning.surveys.fall_directions import (
     RANDOM_SURVEYS,
     FallenStone,
@@ -36,7 +36,12 @@ from overturning.surveys.prediction import (
     has_known_face_and_slenderness,
     observed_side_index,
 )
-from overturning.surveys.stones import BACKGROUND, Stone, fallen_and_all_stone_counts, stones_of_sites_with_standing
+from overturning.surveys.stones import (
+    BACKGROUND,
+    Stone,
+    fallen_and_all_stone_counts,
+    stones_of_sites_with_standing_stones,
+)
 from overturning.surveys.template import remarks_without_template_text
 
 NO_MEAN: Final = 1e-6
@@ -65,7 +70,8 @@ class SurveyPredictionComparison:
         friction for stones of stated height. See `SiteFallPrediction.fall_probability_by_block` for stones without size
         or face.
     octant_observed, octant_predicted : ndarray, shape (8,)
-        Observed and expected number of stones in each compass octant; see `fall_directions.stone_count_by_octant`.
+        Observed and expected number of stones in each compass octant; see
+        `fall_directions.shares_of_fallen_stone_by_octant`.
     log_likelihood_ratio : float
         Sum over fallen stones of ln(predicted/uniform); above 0 the prediction is better than uniform directions.
     likelihood_ratio_p : float
@@ -192,7 +198,7 @@ def compare_survey_with_prediction(
     predictions = SurveyFallPrediction(cube, site_cubes, background=background)
     site = predictions.default  # sectors and octants are the same at all sites
     fallen = _stones_with_fall_direction(predictions, stones)
-    uniform_octant = site.octant_from_sector_probabilities(site.share)
+    uniform_octant = site.octant_probabilities_from_sectors(site.share)
     directions = compare_observed_and_predicted_directions(site, fallen, random_survey_count, seed)
     observed, predicted = directions["octant_observed"], directions["octant_predicted"]
     share = predicted / predicted.sum() if fallen else uniform_octant
@@ -201,7 +207,7 @@ def compare_survey_with_prediction(
     if not directions["predicted_resultant"] > NO_MEAN:
         exactly = [stone.azimuth_deg for stone, *_ in fallen if stone.direction_half_width_deg == 0]
         origin = mean_angle_and_resultant(exactly)[0]
-    of_share = stones_of_sites_with_standing(stones)
+    of_share = stones_of_sites_with_standing_stones(stones)
     share_fell, share_stones = fallen_and_all_stone_counts(of_share)
     share_mean, share_low, share_high = _computed_fall_share_and_range(predictions, of_share or stones)
     return SurveyPredictionComparison(
@@ -231,7 +237,7 @@ def _stones_with_fall_direction(predictions: SurveyFallPrediction, stones: Seque
         if stone.fell_in_known_direction:
             site_prediction = predictions.site_prediction_for_stone(stone)
             density = _fall_sector_probabilities(site_prediction, stone)
-            fallen += stone.count * [(stone, density, site_prediction.octant_from_sector_probabilities(density))]
+            fallen += stone.count * [(stone, density, site_prediction.octant_probabilities_from_sectors(density))]
     return fallen
 
 
@@ -261,7 +267,7 @@ def _stone_counts_of_comparison(predictions: SurveyFallPrediction, stones: Seque
         """Return the number of stones for which `condition` is True."""
         return sum(stone.count for stone in stones if condition(stone))
 
-    def lacks_outcome(stone: Stone) -> bool:
+    def lacks_computed_outcome(stone: Stone) -> bool:
         """Return True if a stone has no computed outcome, although its B/H is not far outside the grid."""
         prediction = predictions.site_prediction_for_stone(stone)
         return not prediction.has_outcome(stone) and not prediction.has_b_over_h_far_outside_grid(stone)
@@ -289,9 +295,9 @@ def _stone_counts_of_comparison(predictions: SurveyFallPrediction, stones: Seque
                 stone.fell_in_known_direction and predictions.site_prediction_for_stone(stone).stone_never_falls(stone)
             )
         ),
-        "without_outcome": count_stones_with(lacks_outcome),
+        "without_outcome": count_stones_with(lacks_computed_outcome),
         "falls_without_outcome": count_stones_with(
-            lambda stone: stone.fell_in_known_direction and lacks_outcome(stone)
+            lambda stone: stone.fell_in_known_direction and lacks_computed_outcome(stone)
         ),
         "falls_without_prediction": count_stones_with(
             lambda stone: (
@@ -374,4 +380,4 @@ def survey_file_hash_and_remarks(survey_path: Path) -> tuple[str, tuple[str, ...
 
 def read_survey_comparison(path: Path) -> StoredSurveyComparison:
     """Read the stored comparison of a survey with a prediction; a `ResultError` if missing or from another version."""
-    return read_result(StoredSurveyComparison, path, "comparison with a survey")
+    return read_json_result(StoredSurveyComparison, path, "comparison with a survey")

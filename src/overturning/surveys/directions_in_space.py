@@ -45,7 +45,7 @@ class FallDirectionComparisonIn3D:
         Mean of the predicted directions of these stones, degrees, and its length.
     octant_observed, octant_predicted : ndarray, shape (8,)
         Observed and expected number of stones in each compass octant; see
-        `overturning.surveys.fall_directions.stone_count_by_octant`.
+        `overturning.surveys.fall_directions.shares_of_fallen_stone_by_octant`.
     log_likelihood_ratio, likelihood_ratio_p : float
         Sum over the stones of ln(predicted/uniform), above 0 if the prediction is better than random directions; and
         share of surveys with random directions that have a sum at least as large.
@@ -67,7 +67,7 @@ class FallDirectionComparisonIn3D:
     background: float
 
 
-def sector_shares_of_spread_falls(fall_azimuth_deg: FloatArray) -> FloatArray:
+def fall_shares_by_sector_after_spreading(fall_azimuth_deg: FloatArray) -> FloatArray:
     """Return the share of falls in each azimuth sector of `SECTORS`; each fall is spread over ± `SPREAD_DEG`.
 
     `fall_azimuth_deg`, shape (falls,), are azimuths towards which stones fall, degrees; at least one. The shape of the
@@ -116,8 +116,8 @@ def compare_fall_directions(
         elif not computed.size:
             never += stone.count
         else:
-            density = (1 - background) * sector_shares_of_spread_falls(computed) + background * SECTORS.share
-        fallen += stone.count * [(stone, density, SECTORS.octant_from_sector_probabilities(density))]
+            density = (1 - background) * fall_shares_by_sector_after_spreading(computed) + background * SECTORS.share
+        fallen += stone.count * [(stone, density, SECTORS.octant_probabilities_from_sectors(density))]
     if not fallen:
         return None
     return FallDirectionComparisonIn3D(

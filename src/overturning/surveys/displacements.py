@@ -27,7 +27,7 @@ from overturning.surveys.stones import (
     Stone,
     SurveyTable,
     fallen_and_all_stone_counts,
-    stones_of_sites_with_standing,
+    stones_of_sites_with_standing_stones,
 )
 
 SHIFTED_M: Final = StonePopulation().shifted
@@ -230,7 +230,10 @@ def compare_displacements(
         stood=sum(one.stone.count for one in observed if not one.stone.fell),
         cells=sum(int(mask.sum()) for mask in used.values()),
         never_stand=never_stand,
-        measures=(_compare_fallen_shares(observed, fall_shares), *_compare_displacement_measures(observed, computed)),
+        measures=(
+            _compare_fallen_shares(observed, fall_shares),
+            *_compare_shifts_and_twists_of_standing_stones(observed, computed),
+        ),
         without_outcome=without_outcome,
         beyond=beyond,
         directions=compare_fall_directions([one.stone for one in observed], fall_azimuths, background=background),
@@ -238,7 +241,7 @@ def compare_displacements(
 
 
 def _observed_stone_of_row(table: SurveyTable, line: int, row: SurveyRow) -> _ObservedStone:
-    """Return the stone of a survey row with its shift and twist: 0 if none is stated, NaN if the amount is not."""
+    """Return the stone of a survey row with its shift and twist: 0 if it did not move, NaN if the amount is unknown."""
     shift = row.shift_m if "shifted" in row.outcome_kinds else 0.0
     twist = row.clockwise_twist_deg if "twisted" in row.outcome_kinds else 0.0
     return _ObservedStone(table.create_stone_from_row(line, row), shift, twist)
@@ -289,7 +292,7 @@ def _compare_fallen_shares(
 
     Sites that list no standing stone are left out; if there are no others, the observed share is not known.
     """
-    of_share = stones_of_sites_with_standing([one.stone for one in observed])
+    of_share = stones_of_sites_with_standing_stones([one.stone for one in observed])
     sites = {stone.site for stone in of_share or [one.stone for one in observed]}
     counted = [pair for one, pair in zip(observed, fall_shares, strict=True) if one.stone.site in sites]
     shares, counts = np.array([share for _, share in counted]), np.array([count for count, _ in counted])
@@ -319,7 +322,7 @@ def _mean_and_range_over_friction(by_friction: FloatArray) -> tuple[float, float
     return float(known.mean()), float(low), float(high)
 
 
-def _compare_displacement_measures(
+def _compare_shifts_and_twists_of_standing_stones(
     observed: Sequence[_ObservedStone], computed: _ComputedStones | None
 ) -> list[DisplacementMeasure]:
     """Return shares and medians of the shifts and twists of standing stones, observed and computed."""
@@ -337,7 +340,7 @@ def _compare_displacement_measures(
         """Return a statistic of the simulated cases for each friction; `statistic` gets a mask of the cases."""
         return np.array([statistic(cells.friction == one) for one in np.unique(cells.friction)])
 
-    def weighted_share(of: NDArray[np.bool_], among: NDArray[np.bool_]) -> float:
+    def weighted_share_of_cases(of: NDArray[np.bool_], among: NDArray[np.bool_]) -> float:
         """Return the weighted share of the cases in the mask `of` among those in `among`; NaN if there are none."""
         total = cells.weight[among].sum()
         return float(cells.weight[among & of].sum() / total) if total > 0 else math.nan
@@ -357,19 +360,22 @@ def _compare_displacement_measures(
 
     return [
         _compare_shares(
-            "shifted", int(far.sum()), far.size, statistic_by_friction(lambda own: weighted_share(cells_far, own))
+            "shifted",
+            int(far.sum()),
+            far.size,
+            statistic_by_friction(lambda own: weighted_share_of_cases(cells_far, own)),
         ),
         _compare_shares(
             "twisted",
             int(turned.sum()),
             turned.size,
-            statistic_by_friction(lambda own: weighted_share(cells_turned, own)),
+            statistic_by_friction(lambda own: weighted_share_of_cases(cells_turned, own)),
         ),
         _compare_shares(
             "clockwise",
             int((twist[turned] > 0).sum()),
             int(turned.sum()),
-            statistic_by_friction(lambda own: weighted_share(cells.twist > 0, own & cells_turned)),
+            statistic_by_friction(lambda own: weighted_share_of_cases(cells.twist > 0, own & cells_turned)),
         ),
         compare_medians(
             "shift_m", shift[far], statistic_by_friction(lambda own: weighted_median(cells.shift, own & cells_far))

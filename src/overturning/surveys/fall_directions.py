@@ -28,8 +28,8 @@ WIND_DEG: Final = 22.5
 """Width of one of 16 winds, degrees."""
 
 
-def stone_count_by_octant(stone: Stone) -> FloatArray:
-    """Return the count, 0 to 1, of a fallen stone in each compass octant: 1 in one octant, or shared between two.
+def shares_of_fallen_stone_by_octant(stone: Stone) -> FloatArray:
+    """Return the share, 0 to 1, of a fallen stone that counts in each compass octant: all in one, or part in two.
 
     The shape is (8,). One of 16 winds between two octants (NNE) counts half in each, since it is known to 11.25°. An
     azimuth in degrees that is recorded in steps counts in the two octants in which its step lies.
@@ -66,8 +66,8 @@ def fall_probabilities_of_arcs(
     )
 
 
-def _recorded_arcs_deg(stone: Stone) -> tuple[FloatArray, FloatArray]:
-    """Return begin and end, degrees, of all arcs between which the recording of a stone's direction distinguishes.
+def _distinguishable_direction_arcs_deg(stone: Stone) -> tuple[FloatArray, FloatArray]:
+    """Return begin and end, degrees, of the arcs of the circle that a stone's recorded direction can distinguish.
 
     The arcs are as wide as the recording step; the first arc begins between 0° and the step.
     """
@@ -77,15 +77,15 @@ def _recorded_arcs_deg(stone: Stone) -> tuple[FloatArray, FloatArray]:
 
 
 def _expected_octant_shares(sectors: FallSectors, fallen_stone: FallenStone) -> FloatArray:
-    """Return the expected count, 0 to 1, of a fallen stone in each compass octant, shape (8,).
+    """Return the expected share, 0 to 1, with which a fallen stone counts in each compass octant, shape (8,).
 
-    Predicted directions are counted as `stone_count_by_octant` counts observed ones; a direction recorded in steps may
-    lie in two octants.
+    Predicted directions are counted as `shares_of_fallen_stone_by_octant` counts observed ones; a direction recorded
+    in steps may lie in two octants.
     """
     stone, density, octants = fallen_stone
     if stone.octant or not stone.recorded_step_deg:
         return octants
-    begin, end = _recorded_arcs_deg(stone)
+    begin, end = _distinguishable_direction_arcs_deg(stone)
     shares = _octant_shares_of_arcs(0.5 * (begin + end), stone.recorded_step_deg)
     return np.asarray(fall_probabilities_of_arcs(sectors, density, begin, end) @ shares)
 
@@ -109,7 +109,7 @@ def azimuth_goodness_of_fit(
         half = 0.5 * fall_probabilities_of_arcs(sectors, density, first, first + step)
         observed[place] = (fall_probabilities_of_arcs(sectors, density, origin_deg, first) + half) % 1.0
         if step:
-            begin, _ = _recorded_arcs_deg(stone)
+            begin, _ = _distinguishable_direction_arcs_deg(stone)
             borders = np.sort(fall_probabilities_of_arcs(sectors, density, origin_deg, begin))
             around = 0.5 * (borders[-1] + borders[0] + 1.0) % 1.0  # of the arc in which the origin lies
             middles = np.concatenate([[around], 0.5 * (borders[1:] + borders[:-1]), [around]])
@@ -118,20 +118,20 @@ def azimuth_goodness_of_fit(
     return watson_u2_test(observed, drawn if in_steps else None)
 
 
-def _direction_class_probabilities(
+def _direction_class_probabilities_and_own_index(
     sectors: FallSectors, fallen_stone: FallenStone
 ) -> tuple[FloatArray, FloatArray, int]:
-    """Return predicted and uniform probabilities of a stone's possible direction classes, and its own class's index.
+    """Return predicted and uniform probabilities of a stone's direction classes, and the index of the observed one.
 
     The classes are the 8 octants or 16 winds, turned by the declination, or the sectors of the study for degrees.
     """
     stone, density, octants = fallen_stone
     uniform = sectors.share
     if stone.octant:
-        even = sectors.octant_from_sector_probabilities(uniform)
+        even = sectors.octant_probabilities_from_sectors(uniform)
         return octants, even, int(sector_index(stone.azimuth_deg, 8))
     if stone.wind_16:
-        begin, end = _recorded_arcs_deg(stone)
+        begin, end = _distinguishable_direction_arcs_deg(stone)
         predicted, even = (fall_probabilities_of_arcs(sectors, of, begin, end) for of in (density, uniform))
         return predicted, even, round((stone.azimuth_deg - 0.5 * WIND_DEG - begin[0]) / WIND_DEG) % 16
     return density, uniform, sectors.nearest_azimuth_index(stone.azimuth_deg)
@@ -150,7 +150,7 @@ def log_likelihood_ratio_and_p_value(
     generator = np.random.Generator(np.random.PCG64(seed))
     ratios, simulated = [], np.zeros(random_survey_count)
     for fallen_stone in fallen_stones:
-        predicted, chance, place = _direction_class_probabilities(sectors, fallen_stone)
+        predicted, chance, place = _direction_class_probabilities_and_own_index(sectors, fallen_stone)
         with np.errstate(divide="ignore"):  # a density of 0 is possible without background
             logs = np.log(predicted / chance)
         ratios.append(logs[place])
@@ -178,7 +178,7 @@ def compare_observed_and_predicted_directions(
         "resultant": length,
         "predicted_mean_direction_deg": predicted_mean,
         "predicted_resultant": predicted_length,
-        "octant_observed": sum((stone_count_by_octant(stone) for stone, *_ in fallen_stones), np.zeros(8)),
+        "octant_observed": sum((shares_of_fallen_stone_by_octant(stone) for stone, *_ in fallen_stones), np.zeros(8)),
         "octant_predicted": sum((_expected_octant_shares(sectors, one) for one in fallen_stones), np.zeros(8)),
         "log_likelihood_ratio": ratio,
         "likelihood_ratio_p": p_value,

@@ -90,7 +90,7 @@ def read_field_table(path: Path, table_kind: str) -> FieldTable:
     comments = tuple(
         number
         for number, line in enumerate(lines, 1)
-        if number > rows[0].line and _is_comment_like_row(line, separator, len(rows[0].cells))
+        if number > rows[0].line and _comment_resembles_table_row(line, separator, len(rows[0].cells))
     )
     return FieldTable(rows[0], tuple(rows[1:]), separator, remarks, comments)
 
@@ -132,7 +132,7 @@ def _is_comment(line: str) -> bool:
     return line.startswith(("#", '"#'))
 
 
-def _is_comment_like_row(line: str, separator: str, column_count: int) -> bool:
+def _comment_resembles_table_row(line: str, separator: str, column_count: int) -> bool:
     """True if a comment line resembles a table row: as many cells as the header, and text in two or more of them."""
     cells = line.split(separator)
     return (

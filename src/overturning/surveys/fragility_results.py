@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict
 
 from overturning.errors import ResultError
 from overturning.statistics.fragility import FittedFragilityCurve
-from overturning.stored import read_result, write_result
+from overturning.stored import read_json_result, write_result_as_json
 from overturning.study.sources import package_source_hash
 from overturning.surveys.population import fit_population_fragility_curves
 
@@ -41,7 +41,7 @@ def write_fragility_curves(
     curves: list[FittedFragilityCurve], fall_rates: xr.Dataset, intensity_table: xr.Dataset, path: Path
 ) -> None:
     """Write fitted fragility curves, with a hash of the data, so that they need not be fitted again."""
-    write_result(
+    write_result_as_json(
         StoredFragilityCurves(input_sha256=_digest_of_fit_input(fall_rates, intensity_table), curves=curves), path
     )
 
@@ -51,7 +51,7 @@ def fit_or_read_fragility_curves(
 ) -> list[FittedFragilityCurve]:
     """Return stored fragility curves if they were fitted to the same data; otherwise fit the curves."""
     try:
-        stored = read_result(StoredFragilityCurves, path, "fragility curves")
+        stored = read_json_result(StoredFragilityCurves, path, "fragility curves")
     except ResultError:
         stored = None
     if stored is not None and stored.input_sha256 == _digest_of_fit_input(fall_rates, intensity_table):

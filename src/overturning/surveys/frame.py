@@ -3,8 +3,8 @@
 import os
 from typing import TYPE_CHECKING
 
-from overturning.arrays import float_array_of_argument
-from overturning.files import path_of_argument
+from overturning.arrays import convert_argument_to_float_array
+from overturning.files import convert_argument_to_path
 from overturning.surveys.stones import SurveyTable, read_survey_table
 
 if TYPE_CHECKING:
@@ -61,9 +61,9 @@ def read_survey(path: "str | os.PathLike[str]", *, declination_deg: float | None
     >>> stones.groupby("site")["counted_as"].value_counts()  # doctest: +SKIP
     """
     declination = (
-        None if declination_deg is None else float(float_array_of_argument("declination_deg", declination_deg))
+        None if declination_deg is None else float(convert_argument_to_float_array("declination_deg", declination_deg))
     )
-    return survey_data_frame(read_survey_table(path_of_argument("path", path), declination))
+    return survey_data_frame(read_survey_table(convert_argument_to_path("path", path), declination))
 
 
 def survey_data_frame(table: SurveyTable) -> "pd.DataFrame":

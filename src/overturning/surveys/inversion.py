@@ -84,7 +84,7 @@ class SurveyInversion:
         return np.asarray((1 - self.fixed) * free + np.float32(self.fixed) * (outcome_indices == STOOD))
 
     def log_likelihoods_by_motion(self, stones: Sequence[Stone]) -> FloatArray:
-        """Compute the log-likelihoods of a survey's stones for each motion, shape (2, motions, levels, rotations).
+        """Compute log-likelihoods of falls and fall directions in a survey, (2, motions, levels, rotations).
 
         Stones are independent. Index 0 is the part from falling or standing, index 1 that from directions of falls.
         """
@@ -155,7 +155,7 @@ class SurveyInversion:
         return SurveyInversionResult(name, fell, stood, self.fixed, fit, posterior)
 
     def posterior_predictive_p_value(self, stones: Sequence[Stone], posterior: MotionPosterior, seed: int = 1) -> float:
-        """Compute the p-value of fit: the share of random surveys that fit their best motion no better than this.
+        """Compute the p-value of fit: share of random surveys that fit no better than the observed survey.
 
         Random surveys are drawn from the posterior with the stones of the survey (Gelman, Meng & Stern 1996, Statistica
         Sinica 6, 733). The measure of fit is the maximum, over motions, levels and rotations of the prior, of the log

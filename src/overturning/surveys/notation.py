@@ -240,7 +240,7 @@ def _parse_single_outcome(part: str) -> StatedOutcome:
 
 
 def azimuth_unit_warning(column: str, azimuths_deg: Iterable[float], file_name: str) -> str:
-    """Return a warning if the azimuths in a column may be in radians or gon instead of degrees; else "".
+    """Return a warning if azimuths in a column may be in radians or gon (400 = circle), not in degrees; else "".
 
     Azimuths in radians lie within ±2π and are no whole numbers. Azimuths in gon cannot be recognised unless they lie
     above 360, which `parse_direction` refuses, or are the half and full quarters of 400.

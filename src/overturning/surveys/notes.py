@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
-from overturning.surveys.columns import states_magnetic_north
+from overturning.surveys.columns import column_name_states_magnetic_north
 from overturning.surveys.field_table import FieldTable
 from overturning.surveys.notation import NOT_COUNTED, StatedDirection, azimuth_unit_warning
 from overturning.surveys.row import SurveyRow
@@ -27,7 +27,7 @@ def label_of_line_numbers(lines: list[int]) -> str:
     return f"line{'s' * (len(unique) > 1)} {', '.join(map(str, unique[:12]))}{more}"
 
 
-def notes_on_stones(rows: Sequence[tuple[int, SurveyRow]]) -> Iterator[str]:
+def notes_on_unused_stones(rows: Sequence[tuple[int, SurveyRow]]) -> Iterator[str]:
     """Yield notes on surveyed stones that statistics do not count, and on fall directions of standing stones."""
     reasons = Counter[str]()
     for _, row in rows:
@@ -43,7 +43,7 @@ def notes_on_stones(rows: Sequence[tuple[int, SurveyRow]]) -> Iterator[str]:
         yield f"the direction of a stone that did not fall is not used: {label_of_line_numbers(moved)}"
 
 
-def warnings_on_table(
+def warnings_on_survey_table(
     name: str,
     rows: Sequence[tuple[int, SurveyRow]],
     source: FieldTable,
@@ -61,7 +61,9 @@ def warnings_on_table(
             yield warning
     columns_read = zip(source.header.cells, meanings, strict=True)
     magnetic = [
-        (title, meaning) for title, meaning in columns_read if meaning in AZIMUTHS and states_magnetic_north(title)
+        (title, meaning)
+        for title, meaning in columns_read
+        if meaning in AZIMUTHS and column_name_states_magnetic_north(title)
     ]
     for title, meaning in magnetic[: declination_deg is None]:
         lines = [
@@ -76,7 +78,7 @@ def warnings_on_table(
                 "are used as if from true north: add a column declination (degrees, east positive); overturning survey "
                 "also has the option --declination"
             )
-    yield from _warnings_on_sizes(name, rows)
+    yield from _warnings_on_implausible_stone_sizes(name, rows)
     if source.rows_pasted_into_cells:
         yield (
             f"{name}: {label_of_line_numbers(list(source.rows_pasted_into_cells))}: a cell in quotation marks contains "
@@ -97,7 +99,7 @@ def warnings_on_table(
             yield f"{name}: stone {stone!r} is listed {len(lines)} times, and counts each time: {where}"
 
 
-def _warnings_on_sizes(name: str, rows: Sequence[tuple[int, SurveyRow]]) -> Iterator[str]:
+def _warnings_on_implausible_stone_sizes(name: str, rows: Sequence[tuple[int, SurveyRow]]) -> Iterator[str]:
     """Yield warnings about stone heights that may be in centimetres, and B/H that may be H/B."""
     if high := {line: row.height_m for line, row in rows if row.height_m > _DOUBTFUL_HEIGHT_M}:
         largest = max(high.values())

@@ -12,7 +12,12 @@ from overturning.statistics.circular import sector_index
 from overturning.statistics.mean_direction import MeanDirectionWithInterval, mean_direction_with_interval
 from overturning.surveys.notation import NOT_COUNTED
 from overturning.surveys.row import SurveyRow
-from overturning.surveys.stones import Stone, SurveyTable, fallen_and_all_stone_counts, stones_of_sites_with_standing
+from overturning.surveys.stones import (
+    Stone,
+    SurveyTable,
+    fallen_and_all_stone_counts,
+    stones_of_sites_with_standing_stones,
+)
 
 
 @dataclass(frozen=True)
@@ -71,11 +76,15 @@ def summarise_survey(table: SurveyTable) -> ObservedSurvey:
     """Summarise outcomes and fall directions of a survey's stones, for all together and by site."""
     sites = table.sites
     sector_count = rose_sector_count(table.stones)
-    declinations = {row.magnetic_declination_deg for _, row in table.rows if _has_direction(table, row)}
+    declinations = {
+        row.magnetic_declination_deg for _, row in table.rows if _row_has_fall_direction_or_face_azimuth(table, row)
+    }
     return ObservedSurvey(
         table.name,
-        _observed_falls(table, "", sector_count),
-        tuple(_observed_falls(table.select_site(site), site, sector_count) for site in sites if len(sites) > 1),
+        _summarise_observed_falls(table, "", sector_count),
+        tuple(
+            _summarise_observed_falls(table.select_site(site), site, sector_count) for site in sites if len(sites) > 1
+        ),
         table.warnings,
         tuple(sorted(declinations)),
     )
@@ -101,20 +110,20 @@ def falls_by_sector(stones: Sequence[Stone], sector_count: int) -> FloatArray:
     return counts
 
 
-def _has_direction(table: SurveyTable, row: SurveyRow) -> bool:
+def _row_has_fall_direction_or_face_azimuth(table: SurveyTable, row: SurveyRow) -> bool:
     """True if a survey row has a fall direction or a face azimuth."""
     stone = table.create_stone_from_row(0, row)
     return math.isfinite(stone.azimuth_deg) or math.isfinite(stone.face_azimuth_deg)
 
 
-def _observed_falls(table: SurveyTable, site: str, sector_count: int) -> ObservedFalls:
-    """Summarise outcomes and fall directions of the stones in a table of one or all sites."""
+def _summarise_observed_falls(table: SurveyTable, site: str, sector_count: int) -> ObservedFalls:
+    """Summarise outcomes and fall directions of the stones in a survey table of one site, or of all sites."""
     stones = table.stones
     reasons = Counter[str]()
     for _, row in table.rows:
         if row.counted_as == "not counted":
             reasons[next(kind for kind in NOT_COUNTED if kind in row.outcome_kinds)] += row.count
-    share_fell, share_stones = fallen_and_all_stone_counts(stones_of_sites_with_standing(stones))
+    share_fell, share_stones = fallen_and_all_stone_counts(stones_of_sites_with_standing_stones(stones))
     directed = [stone for stone in stones if stone.fell_in_known_direction]
     angles, steps = (
         np.repeat([value(stone) for stone in directed], [stone.count for stone in directed])

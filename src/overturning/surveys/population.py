@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.falls import model_of_cube
+from overturning.model.falls import model_of_results_cube
 from overturning.model.model import StoneOutcomes
 from overturning.settings import GRID_TOLERANCE, StonePopulation, UniformRange
 from overturning.statistics.by_record import load_records_of_cube
@@ -38,7 +38,7 @@ _RATES: Final = {
     "class_rate": (("stones",), "share of the stones of a class that are not fixed to their base and fell"),
     "class_unknown": (("stones",), "share of the stones of a class without an answer"),
 }
-"""Variables of `population_rates_by_record`: dimensions in addition to record and amplitude, and long name."""
+"""Variables of `population_outcome_rates_by_record`: dimensions in addition to record and amplitude, and long name."""
 
 MEASURES: Final = (("PGA", "g"), ("PGV", "cm/s"), ("PGV/PGA", "s"))
 """Intensity measures of every population's fragility curves, with units; `intensities_by_measure` adds SA."""
@@ -96,7 +96,7 @@ def sample_stones(population: StonePopulation) -> SampledStones:
     return SampledStones(height, width / height, scale_to_range(population.friction, unit[2]), face % 360, unit[4:])
 
 
-def random_neighbour_grid_indices(
+def choose_neighbouring_grid_indices_at_random(
     grid_values: FloatArray, stone_values: FloatArray, uniform_numbers: FloatArray
 ) -> NDArray[np.intp]:
     """Choose for each stone's value, at random, one of the two neighbouring grid values; return its index.
@@ -128,7 +128,7 @@ def outcomes_of_sampled_stones(record_cube: xr.Dataset, stones: SampledStones) -
     side of µ = B/H as the stone and the other is not, the first is taken.
     """
     cells = {
-        name: random_neighbour_grid_indices(record_cube[name].to_numpy(), getattr(stones, name), numbers)
+        name: choose_neighbouring_grid_indices_at_random(record_cube[name].to_numpy(), getattr(stones, name), numbers)
         for name, numbers in zip(_SIZES, stones.random_numbers, strict=True)
     }
     grid, ratio = record_cube["friction"].to_numpy(), record_cube["b_over_h"].to_numpy()[cells["b_over_h"]]
@@ -137,7 +137,7 @@ def outcomes_of_sampled_stones(record_cube: xr.Dataset, stones: SampledStones) -
     above = np.minimum(below + 1, grid.size - 1)
     lower, upper = ((grid[place] > ratio) == rocks for place in (below, above))
     cells["friction"] = np.where(lower & ~upper, below, np.where(upper & ~lower, above, cells["friction"]))
-    return model_of_cube(record_cube).square_stone_outcomes(record_cube, stones.face, cells)
+    return model_of_results_cube(record_cube).square_stone_outcomes(record_cube, stones.face, cells)
 
 
 def outcome_rates_by_amplitude(
@@ -194,7 +194,7 @@ def outcome_rates_by_amplitude(
     }
 
 
-def population_rates_by_record(cube: xr.Dataset, population: StonePopulation) -> xr.Dataset:
+def population_outcome_rates_by_record(cube: xr.Dataset, population: StonePopulation) -> xr.Dataset:
     """Compute the shares of a stone population that fall, shift and rotate under each record of a results cube.
 
     Parameters
@@ -212,7 +212,7 @@ def population_rates_by_record(cube: xr.Dataset, population: StonePopulation) ->
         stones outside the grid, which take its nearest value; ``members`` are numbers of stones.
     """
     stones = sample_stones(population)
-    classes, reads = stones.stone_class_masks(), model_of_cube(cube).reads_outcomes
+    classes, reads = stones.stone_class_masks(), model_of_results_cube(cube).reads_outcomes
     found: dict[str, list[FloatArray]] = {name: [] for name in _RATES}
     for record in range(cube.sizes["record"]):
         outcomes = outcomes_of_sampled_stones(load_records_of_cube(cube, record, reads), stones)
@@ -245,16 +245,16 @@ def population_rates_by_record(cube: xr.Dataset, population: StonePopulation) ->
     return xr.Dataset(data, coordinates, about)
 
 
-def fall_rates_of_stones_known_in_both(
+def fall_rates_of_stones_known_in_both_cubes(
     cube: xr.Dataset, other_cube: xr.Dataset, population: StonePopulation
 ) -> tuple[FloatArray, FloatArray]:
     """Compute the shares of a stone population that fall under each record in two cubes, each of shape (records,).
 
     Only stones with an outcome in both cubes count; NaN if there are none. The cubes have the same records at one
     amplitude, of models of one kind (2-D or 3-D). Without missing outcomes the shares are those of
-    `population_rates_by_record`.
+    `population_outcome_rates_by_record`.
     """
-    stones, reads, rates = sample_stones(population), model_of_cube(cube).reads_outcomes, []
+    stones, reads, rates = sample_stones(population), model_of_results_cube(cube).reads_outcomes, []
     for record in range(cube.sizes["record"]):
         outcomes = [
             outcomes_of_sampled_stones(load_records_of_cube(one, record, reads), stones) for one in (cube, other_cube)
@@ -303,8 +303,8 @@ def jma_intensities_of_motions(fall_rates: xr.Dataset, intensity_table: xr.Datas
 def fit_population_fragility_curves(fall_rates: xr.Dataset, intensity_table: xr.Dataset) -> list[FittedFragilityCurve]:
     """Fit fragility curves for all stones and for each class of stones, one for each intensity measure.
 
-    `fall_rates` is a result of `population_rates_by_record`. Measures are `MEASURES` and SA(T). Curves are of the
-    stones that are not fixed to their base, since a lognormal curve ends at 1.
+    `fall_rates` is a result of `population_outcome_rates_by_record`. Measures are `MEASURES` and SA(T). Curves are of
+    the stones that are not fixed to their base, since a lognormal curve ends at 1.
     """
     known = int(fall_rates.attrs["members"]) * (1.0 - fall_rates["unknown"].to_numpy())
     shares = {"all stones": (fall_rates["free_fall_rate"].to_numpy(), np.rint(known))}

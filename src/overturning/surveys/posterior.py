@@ -181,7 +181,7 @@ class SurveyInversionResult:
 
     @property
     def everything_fell(self) -> bool:
-        """True if every stone of the survey that counts fell."""
+        """True if stones of the survey fell, and none of the stones that statistics count stands."""
         return self.fell > 0 and self.stood == 0
 
     @property

@@ -184,7 +184,7 @@ class SiteFallPrediction(FallSectors):
     def _fall_side_probabilities_without_background(
         self, face_azimuth_deg: FloatArray, slenderness: tuple[float, float]
     ) -> FloatArray:
-        """Return the probabilities of `SIDES` for n face azimuths, shape (5, n), without falls at random directions.
+        """Return probabilities of standing and of a fall to each side, without random falls, shape (5, n faces).
 
         The probabilities are means over blocks, without the random falls of `background`; NaN if unknown.
         """
@@ -193,20 +193,22 @@ class SiteFallPrediction(FallSectors):
     def _fall_side_probabilities_by_block(
         self, face_azimuth_deg: FloatArray, slenderness: tuple[float, float]
     ) -> FloatArray:
-        """Return the probabilities of `SIDES` for n face azimuths and each height and friction, shape (5, blocks, n).
+        """Return probabilities of standing and of a fall to each side, by height and friction, shape (5, blocks, n).
 
         A block is a height and friction of the cube. A probability is NaN if unknown. The result is stored, since
         several numbers of a comparison need it for the same stone.
         """
         key = (face_azimuth_deg.tobytes(), slenderness)
         if key not in self._side_probabilities:
-            self._side_probabilities[key] = self._compute_fall_side_probabilities(face_azimuth_deg, slenderness)
+            self._side_probabilities[key] = self._compute_fall_side_probabilities_by_block(
+                face_azimuth_deg, slenderness
+            )
         return self._side_probabilities[key]
 
-    def _compute_fall_side_probabilities(
+    def _compute_fall_side_probabilities_by_block(
         self, face_azimuth_deg: FloatArray, slenderness: tuple[float, float]
     ) -> FloatArray:
-        """Compute the probabilities that `_fall_side_probabilities_by_block` stores, shape (5, blocks, n)."""
+        """Compute probabilities of standing and of a fall to each side, by height and friction, (5, blocks, n)."""
         planes = [
             self._interpolate_fall_probabilities_and_times(face_azimuth_deg + 90.0 * i, shape)
             for i, shape in enumerate(slenderness)

@@ -24,7 +24,7 @@ from overturning.surveys.stone_outcomes import (
     LEVELS,
     SHAPES,
     UNKNOWN,
-    orientations_of_aspect,
+    face_azimuths_to_simulate_for_aspect,
     outcomes_of_needed_sizes,
     response_cache_folder,
     size_keys_with_stored_outcomes,
@@ -49,7 +49,7 @@ DRAWS: Final = 64
 
 @dataclass(frozen=True)
 class StoneKind:
-    """Kind of stone to simulate for a survey: height and shape (B/H, D/B); None if unknown.
+    """Kind of stone to simulate for a survey: height, B/H (each None if unknown) and D/B.
 
     Attributes
     ----------
@@ -86,7 +86,7 @@ class StoneKind:
     @property
     def orientations_deg(self) -> FloatArray:
         """Face azimuths to simulate, degrees from the motion's north, without those equal by symmetry."""
-        return orientations_of_aspect(self.aspect)
+        return face_azimuths_to_simulate_for_aspect(self.aspect)
 
     def size_grid_weights(self, size_population: StonePopulation) -> FloatArray:
         """Return the weights of the simulated `HEIGHTS` and `SHAPES` (B/H) for stones of this kind; their sum is 1.
@@ -124,7 +124,7 @@ def kinds_of_survey_stones(stones: Sequence[Stone], file_name: str) -> list[Ston
     return kinds
 
 
-def note_on_broad_stones(stones: Sequence[Stone]) -> tuple[str, ...]:
+def note_on_stones_broader_than_simulated(stones: Sequence[Stone]) -> tuple[str, ...]:
     """Return a note if stones of a survey are broader than the largest D/B that is simulated; () if none is."""
     shapes = [(stone.count, stone.slenderness_in_both_planes) for stone in stones if not stone.round]
     most = LARGEST_FACTOR_BEYOND_GRID * ASPECTS[-1]
@@ -172,7 +172,7 @@ class StoneOutcomeProbabilities:
         self.motions = tuple(motions)
         folder = folder or response_cache_folder()
         self._weights = size_grid_weights_by_kind(stone_kinds, population)
-        needed = needed_size_grid_masks(self._weights)
+        needed = size_masks_to_simulate_by_aspect(self._weights)
         self._ways: dict[float, list[dict[str, NDArray[np.int8]]]] = {aspect: [] for aspect in needed}
         for done, one in enumerate(motions):
             if progress:
@@ -203,7 +203,7 @@ def size_grid_weights_by_kind(
     return {kind: kind.size_grid_weights(size_population or StonePopulation()) for kind in dict.fromkeys(stone_kinds)}
 
 
-def needed_size_grid_masks(weights_by_kind: dict[StoneKind, FloatArray]) -> dict[float, NDArray[np.bool_]]:
+def size_masks_to_simulate_by_aspect(weights_by_kind: dict[StoneKind, FloatArray]) -> dict[float, NDArray[np.bool_]]:
     """Return, by D/B, a mask of the heights and B/H that must be simulated, shape (heights, shapes).
 
     A pair is needed if its weight for some kind of stone with this D/B is positive.
@@ -240,7 +240,7 @@ def simulation_case_count_and_time(
         Processor time, s; of the order of magnitude.
     """
     cases, seconds = 0, 0.0
-    for aspect, nodes in needed_size_grid_masks(size_grid_weights_by_kind(stone_kinds)).items():
+    for aspect, nodes in size_masks_to_simulate_by_aspect(size_grid_weights_by_kind(stone_kinds)).items():
         names = {f"{h}-{b}" for h, b in np.argwhere(nodes).tolist()}
         each = len(FRICTIONS) * LEVELS.size * StoneKind(aspect=aspect).orientations_deg.size
         for one in motions:

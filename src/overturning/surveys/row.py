@@ -76,7 +76,7 @@ _DIRECTION_SCHEMA: dict[str, Any] = {
 }
 
 
-def _number_schema(low: float, high: float, kind: str = "number") -> WithJsonSchema:
+def _json_schema_of_number_cell(low: float, high: float, kind: str = "number") -> WithJsonSchema:
     """Return the JSON schema of a survey cell that contains a number from `low` to `high`, possibly as text."""
     return WithJsonSchema({"anyOf": [{"type": kind, "minimum": low, "maximum": high}, _NUMBER_TEXT]})
 
@@ -86,8 +86,8 @@ _AZIMUTH = Annotated[StatedDirection, PlainValidator(parse_direction), WithJsonS
 _Number = Annotated[float, BeforeValidator(normalise_number_text)]
 _Degrees = Annotated[float, BeforeValidator(normalise_degrees_text)]
 _Shift = Annotated[float, BeforeValidator(normalise_shift_text)]
-_Slenderness = Annotated[_Number, Field(ge=0.01, le=5), _number_schema(0.01, 5)]
-_Coordinate = Annotated[_Number, Field(ge=-1e8, le=1e8), _number_schema(-1e8, 1e8)]
+_Slenderness = Annotated[_Number, Field(ge=0.01, le=5), _json_schema_of_number_cell(0.01, 5)]
+_Coordinate = Annotated[_Number, Field(ge=-1e8, le=1e8), _json_schema_of_number_cell(-1e8, 1e8)]
 
 
 class SurveyRow(BaseModel):
@@ -124,7 +124,10 @@ class SurveyRow(BaseModel):
         WithJsonSchema({"enum": [*OCTANTS, *(one.lower() for one in OCTANTS)]}),
     ] = Field(None, description="direction of the fall as N, NE, E, SE, S, SW, W or NW, instead of `azimuth_deg`")
     count: Annotated[
-        int, BeforeValidator(_parse_count), Field(ge=1, le=1_000_000), _number_schema(1, 1_000_000, "integer")
+        int,
+        BeforeValidator(_parse_count),
+        Field(ge=1, le=1_000_000),
+        _json_schema_of_number_cell(1, 1_000_000, "integer"),
     ] = Field(1, description="number of stones of this row; default 1")
     b_over_h: _Slenderness = Field(
         math.nan, description="width over height in the plane through the normal of the front face"
@@ -135,12 +138,14 @@ class SurveyRow(BaseModel):
     face_azimuth_deg: _AZIMUTH = Field(
         NO_DIRECTION, description="azimuth that the front face faces, written like `azimuth_deg`"
     )
-    magnetic_declination_deg: Annotated[_Degrees, Field(ge=-180, le=180), _number_schema(-180, 180)] = Field(
-        0.0,
-        description="magnetic declination, degrees, east positive, added to both directions of the row; empty for "
-        "directions from true north. For an octant at most 11.25° (also named `declination`)",
+    magnetic_declination_deg: Annotated[_Degrees, Field(ge=-180, le=180), _json_schema_of_number_cell(-180, 180)] = (
+        Field(
+            0.0,
+            description="magnetic declination, degrees, east positive, added to both directions of the row; empty for "
+            "directions from true north. For an octant at most 11.25° (also named `declination`)",
+        )
     )
-    height_m: Annotated[_Number, AfterValidator(checked_stone_height), _number_schema(0.01, 50)] = Field(
+    height_m: Annotated[_Number, AfterValidator(checked_stone_height), _json_schema_of_number_cell(0.01, 50)] = Field(
         math.nan,
         description="height of the stone, m; for the computed share of falls and for `overturning backwards`",
     )
@@ -148,20 +153,20 @@ class SurveyRow(BaseModel):
         False,
         description="`yes` for a column, which can fall in any plane; only for `overturning backwards`",
     )
-    shift_cm: Annotated[_Shift, Field(ge=0, le=1000), _number_schema(0, 1000)] = Field(
+    shift_cm: Annotated[_Shift, Field(ge=0, le=1000), _json_schema_of_number_cell(0, 1000)] = Field(
         math.nan, description="shift of the base of a stone that stands, cm"
     )
-    shift_mm: Annotated[_Shift, Field(ge=0, le=10_000), _number_schema(0, 10_000)] = Field(
+    shift_mm: Annotated[_Shift, Field(ge=0, le=10_000), _json_schema_of_number_cell(0, 10_000)] = Field(
         math.nan, description="the same in mm, instead of `shift_cm`"
     )
-    twist_deg: Annotated[_Degrees, Field(ge=-180, le=180), _number_schema(-180, 180)] = Field(
+    twist_deg: Annotated[_Degrees, Field(ge=-180, le=180), _json_schema_of_number_cell(-180, 180)] = Field(
         math.nan,
         description="rotation about the vertical of a stone that stands, degrees; clockwise from above is positive",
     )
-    lat: Annotated[_Degrees, Field(ge=-90, le=90), _number_schema(-90, 90)] = Field(
+    lat: Annotated[_Degrees, Field(ge=-90, le=90), _json_schema_of_number_cell(-90, 90)] = Field(
         math.nan, description="latitude, decimal degrees, north positive"
     )
-    lon: Annotated[_Degrees, Field(ge=-180, le=180), _number_schema(-180, 180)] = Field(
+    lon: Annotated[_Degrees, Field(ge=-180, le=180), _json_schema_of_number_cell(-180, 180)] = Field(
         math.nan, description="longitude, decimal degrees, east positive"
     )
     x: _Coordinate = Field(math.nan, description="coordinate to the east in a plan or projection, m")

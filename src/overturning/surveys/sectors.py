@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.planes import half_circle_share_of_planes
+from overturning.model.planes import plane_weights_by_azimuth_spacing
 from overturning.model.symmetry import FULL_TURN, nearest_simulated_directions
 from overturning.statistics.circular import sector_index
 
@@ -35,7 +35,7 @@ class FallSectors:
 
     def __init__(self, azimuth: FloatArray) -> None:
         self.azimuth: FloatArray = azimuth
-        self.share: FloatArray = half_circle_share_of_planes(azimuth, FULL_TURN, divide_gaps=True)
+        self.share: FloatArray = plane_weights_by_azimuth_spacing(azimuth, FULL_TURN, divide_gaps=True)
         start = (azimuth[0] + azimuth[-1] - 360) / 2
         self.borders: FloatArray = start + 360 * np.concatenate([[0.0], np.cumsum(self.share)])
 
@@ -43,17 +43,17 @@ class FallSectors:
         """Return the index of the sector whose azimuth is nearest to `azimuth_deg`."""
         return int(nearest_simulated_directions(self.azimuth, [azimuth_deg], FULL_TURN).cell[0])
 
-    def octant_from_sector_probabilities(self, sector_probabilities: FloatArray) -> FloatArray:
+    def octant_probabilities_from_sectors(self, sector_probabilities: FloatArray) -> FloatArray:
         """Convert probabilities of azimuth sectors to probabilities of the 8 compass octants.
 
         The shape is (8,).
         """
         mass = np.repeat(sector_probabilities / _PARTS_OF_SECTOR, _PARTS_OF_SECTOR)
-        fine = np.bincount(self._octant_of_sector_parts, mass, 8)
+        fine = np.bincount(self._octant_index_of_each_sector_part, mass, 8)
         return np.asarray(fine / fine.sum())
 
     @cached_property
-    def _octant_of_sector_parts(self) -> NDArray[np.intp]:
+    def _octant_index_of_each_sector_part(self) -> NDArray[np.intp]:
         """Octant of each of the `_PARTS_OF_SECTOR` equal parts of each azimuth sector, shape (sectors × parts,)."""
         within = (np.arange(_PARTS_OF_SECTOR) + 0.5) / _PARTS_OF_SECTOR
         return sector_index(self.borders[:-1, None] + np.diff(self.borders)[:, None] * within, 8).ravel()

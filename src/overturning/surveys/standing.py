@@ -231,7 +231,7 @@ class SurvivalByClass:
     without_curve: tuple[FragilityCurveRow, ...]
 
 
-def survival_by_class(
+def survival_probability_by_stone_class(
     fragility_curves: Sequence[FragilityCurveRow],
     hazard_curves: dict[str, HazardCurve],
     years: float,
@@ -296,10 +296,10 @@ def upper_bound_of_annual_fall_rate(years_without_fall: float) -> float:
     return -math.log1p(-BOUND_PROBABILITY) / years_without_fall
 
 
-def upper_bound_of_hazard_factor(
+def upper_bound_of_factor_on_hazard_curve(
     fragility_curve: FragilityCurveRow, hazard_curve: HazardCurve, years: float, fall_rate_bound: float
 ) -> float:
-    """Return the upper bound of a factor on the hazard: with it, only 5 % of the stones would still stand.
+    """Return the largest factor on the hazard that standing stones allow: with it, only 5 % of stones would stand.
 
     The bound follows from stones that still stand: a larger factor would have overturned more of them.
 

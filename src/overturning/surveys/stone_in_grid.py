@@ -20,8 +20,8 @@ def describe_stone_from_best_side(grid: Mapping[str, FloatArray], stone: Stone) 
     """
     front, side = stone.slenderness_in_both_planes
 
-    def described_from_side(b_over_h: float, across: float, face_azimuth_deg: float) -> dict[str, float]:
-        """Return the values of the stone if `b_over_h` is its B/H at the face, and `across` that of the other side."""
+    def describe_from_side(b_over_h: float, across: float, face_azimuth_deg: float) -> dict[str, float]:
+        """Return height, B/H, D/B and face azimuth of the stone, seen from the side whose B/H is `b_over_h`."""
         aspect = across / b_over_h if b_over_h else math.nan
         return {
             "height": stone.height, "b_over_h": b_over_h, "aspect": aspect, "face_azimuth_deg": face_azimuth_deg,
@@ -35,8 +35,8 @@ def describe_stone_from_best_side(grid: Mapping[str, FloatArray], stone: Stone) 
         return round(float(sum(apart)), 9)
 
     views = [
-        described_from_side(front, side, stone.face_azimuth_deg),
-        described_from_side(side, front, stone.face_azimuth_deg + 90.0),
+        describe_from_side(front, side, stone.face_azimuth_deg),
+        describe_from_side(side, front, stone.face_azimuth_deg + 90.0),
     ]
     known = "aspect" in grid and math.isfinite(front) and front > 0.0 and side > 0.0
     return min(views, key=distance_from_grid) if known else views[0]

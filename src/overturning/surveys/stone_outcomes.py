@@ -69,7 +69,7 @@ def simulated_grid_as_text() -> str:
     return repr(grid)
 
 
-def orientations_of_aspect(aspect: float) -> FloatArray:
+def face_azimuths_to_simulate_for_aspect(aspect: float) -> FloatArray:
     """Return the face azimuths to simulate for a D/B, degrees from the motion's north, without symmetric repetitions.
 
     A round stone has the D/B 0.
@@ -96,7 +96,7 @@ def _shipped_outcome_array(name: str) -> NDArray[np.generic]:
 
 @cache
 def _aspects_with_shipped_outcomes() -> frozenset[str]:
-    """Return, as text, the D/B for which the package contains simulated outcomes; none if on another grid of sizes."""
+    """Return, as text, each D/B with simulated outcomes in the package; empty if they are on another size grid."""
     with np.load(LIBRARY_FILE) as stored:
         if str(stored["grid"]) != simulated_grid_as_text():
             return frozenset()
@@ -104,7 +104,7 @@ def _aspects_with_shipped_outcomes() -> frozenset[str]:
 
 
 def shipped_outcomes(candidate_motion: CandidateMotion, aspect: float) -> dict[str, NDArray[np.int8]]:
-    """Return the outcomes of stones under a motion that the package contains, by key ``height-shape`` (grid indices).
+    """Return the stone outcomes that the package contains for a motion, by key ``height-shape`` (grid indices).
 
     The result is empty for motions that are not in the package, and for a D/B without such outcomes.
     """
@@ -206,7 +206,7 @@ def simulate_outcomes_of_sizes(
         np.arange(len(size_grid_indices)),
         np.array(FRICTIONS),
         LEVELS / candidate_motion.pgv,
-        orientations_of_aspect(aspect),
+        face_azimuths_to_simulate_for_aspect(aspect),
     )
     node, friction, amplitude, orientation = (values.ravel() for values in np.meshgrid(*axes, indexing="ij"))
     height, shape = (grid[np.array(size_grid_indices)[:, at]] for at, grid in enumerate((HEIGHTS, SHAPES)))

@@ -8,14 +8,14 @@ from typing import Final
 
 from overturning.errors import RecordError
 from overturning.surveys.columns import (
+    column_name_states_true_north,
     looks_like_header,
-    messages_on_stone_count_columns,
     recognise_columns,
-    states_true_north,
+    stone_count_column_errors,
 )
 from overturning.surveys.field_table import FieldTable, TableLine, read_field_table
 from overturning.surveys.notation import OCTANTS, UNKNOWN_CELLS, common_azimuth_step_deg
-from overturning.surveys.notes import AZIMUTHS, label_of_line_numbers, notes_on_stones, warnings_on_table
+from overturning.surveys.notes import AZIMUTHS, label_of_line_numbers, notes_on_unused_stones, warnings_on_survey_table
 from overturning.surveys.row import COLUMNS, SurveyRow
 from overturning.tables import cell_error_messages
 
@@ -206,7 +206,7 @@ def _normalise_azimuth_deg(azimuth_deg: float) -> float:
     return 0.0 if turned == 360.0 else turned  # the remainder of a tiny negative angle is rounded to 360
 
 
-def stones_of_sites_with_standing(stones: Sequence[Stone]) -> list[Stone]:
+def stones_of_sites_with_standing_stones(stones: Sequence[Stone]) -> list[Stone]:
     """Return the stones of the survey sites that list at least one standing stone.
 
     A site without any may list only its fallen stones, so that the share that fell is not known there.
@@ -234,11 +234,11 @@ def read_stones_with_notes(path: Path) -> tuple[list[Stone], list[str], list[str
     See `read_survey_table`; a RecordError is also raised if no stone counts as fallen or standing.
     """
     table = read_survey_table(path)
-    check_has_counted_stone(table, path)
+    check_survey_has_counted_stone(table, path)
     return table.stones, list(table.notes), list(table.warnings)
 
 
-def check_has_counted_stone(table: SurveyTable, path: Path) -> None:
+def check_survey_has_counted_stone(table: SurveyTable, path: Path) -> None:
     """Raise a `RecordError` if no stone of a survey counts as fallen or standing; `path` is the file of the survey."""
     if not table.stones:
         raise RecordError(f"{path}: no stone counts as fallen or standing; all are broken, repaired, fixed or unknown")
@@ -266,7 +266,7 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
     """
     table = read_field_table(path, "survey")
     plan = recognise_columns(table.header.cells, COLUMNS)
-    of_numbers = messages_on_stone_count_columns(table.header.cells, plan.meanings, [line.cells for line in table.rows])
+    of_numbers = stone_count_column_errors(table.header.cells, plan.meanings, [line.cells for line in table.rows])
     faults = [(table.header.line, message) for message in (*plan.faults, *of_numbers)]
     above = table.remarks[-1].split(table.separator) if table.remarks else []
     if "" in plan.meanings and len(above) == len(plan.meanings) and looks_like_header(above, COLUMNS, _STATING_OUTCOME):
@@ -280,7 +280,7 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
         elif not abs(declination_deg) <= 180:
             raise RecordError(f"declination {declination_deg:g}: give degrees from -180 to 180, east positive")
     if declination_deg or "magnetic_declination_deg" in plan.meanings:
-        faults += [(table.header.line, message) for message in _true_north_messages(table, plan.meanings)]
+        faults += [(table.header.line, message) for message in _errors_on_true_north_columns(table, plan.meanings)]
     rows = list[tuple[int, SurveyRow]]()
     for line in table.rows:
         row, messages = _read_row(line, plan.meanings, table, declination_deg, outcome_is_missing=missing)
@@ -296,12 +296,12 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
         raise RecordError(f"{path}: no stone; write one row per stone below the header")
     if faults:
         raise RecordError(_format_row_errors(path, faults))
-    notes = [f"{path.name}: {note}" for note in (*plan.notes, *notes_on_stones(rows))]
+    notes = [f"{path.name}: {note}" for note in (*plan.notes, *notes_on_unused_stones(rows))]
     return SurveyTable(
         path.name,
         tuple(rows),
         tuple(notes),
-        tuple(warnings_on_table(path.name, rows, table, plan.meanings, declination_deg)),
+        tuple(warnings_on_survey_table(path.name, rows, table, plan.meanings, declination_deg)),
         table.remarks,
         octants,
         step,
@@ -317,14 +317,14 @@ def _missing_column_message(table: FieldTable) -> str:
     return f"no column azimuth_deg or octant, fell or outcome; name one of them in the header{spaces or title}{listed}"
 
 
-def _true_north_messages(table: FieldTable, meanings: list[str]) -> Iterator[str]:
+def _errors_on_true_north_columns(table: FieldTable, meanings: list[str]) -> Iterator[str]:
     """Yield an error message for each column of azimuths from true north in a table that has a declination."""
     at = [place for place, meaning in enumerate(meanings) if meaning == "magnetic_declination_deg"]
     cells = [row.cells[place] for row in table.rows for place in at if place < len(row.cells)]
     if at and all(not cell.strip("+-0.,°º˚") or cell.lower() in UNKNOWN_CELLS for cell in cells):
         return
     for name, meaning in zip(table.header.cells, meanings, strict=True):
-        if meaning in AZIMUTHS and states_true_north(name):
+        if meaning in AZIMUTHS and column_name_states_true_north(name):
             yield (
                 f"column {name!r} names true north, but a declination is given, which is added to all azimuths; leave "
                 "out the declination, or rename the column"

@@ -106,14 +106,14 @@ def translate(text: str, language: str | None = None) -> str:
     return _translate_wrapped_text(text, tuple(_label_and_figure_translations(language).items()))
 
 
-def translate_strings(data: Any, language: str | None = None) -> Any:
+def translate_nested_texts(data: Any, language: str | None = None) -> Any:
     """Translate all texts in nested dictionaries and lists, except values of the key ``data``."""
     if isinstance(data, str):
         return translate(data, language)
     if isinstance(data, dict):
-        return {key: one if key == "data" else translate_strings(one, language) for key, one in data.items()}
+        return {key: one if key == "data" else translate_nested_texts(one, language) for key, one in data.items()}
     if isinstance(data, (list, tuple)):
-        return [translate_strings(one, language) for one in data]
+        return [translate_nested_texts(one, language) for one in data]
     return data
 
 

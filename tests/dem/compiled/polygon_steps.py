@@ -7,7 +7,7 @@ from overturning.dem.kernel.lanes import borrowed
 from overturning.dem.kernel.queue import allocate_workspace, load_motion_of_next_sample, start_case
 from overturning.dem.polygon import equations, rows
 from overturning.dem.polygon.rules import (
-    record_slip_and_support_times_of_sample,
+    store_slip_and_support_times_of_sample,
     view_scene_arrays_without_reference_counts,
 )
 from overturning.dem.polygon.step import advance_scene_one_step
@@ -18,7 +18,7 @@ from overturning.kernel_cache import cache_compiled_kernel
 @cache_compiled_kernel
 @njit
 def solve_linked_elements(state, blocks, links, size):  # type: ignore[no-untyped-def]
-    """Solve the equations of linked elements, equal in every lane; return the number of 3 × 3 submatrices used."""
+    """Solve the equations of elements linked by contacts; return first the number of 3 × 3 submatrices used."""
     pattern, matrix = equations.create_empty_nonzero_pattern(size), np.zeros(size * size * equations.SIZE)
     for k in range(size):
         pattern.used[k, k] = True
@@ -52,8 +52,8 @@ def multiply_and_divide_submatrices(fresh, added, one, other):  # type: ignore[n
 
 @cache_compiled_kernel
 @njit
-def run_samples_and_count_pairs(inputs, samples, sleep):  # type: ignore[no-untyped-def]
-    """Compute a case in all lanes; return the most pairs tested in a step after the first, and the elements' state."""
+def run_case_and_count_tested_pairs(inputs, samples, sleep):  # type: ignore[no-untyped-def]
+    """Simulate one case; return the most element pairs tested in a step after the first, and the elements' state."""
     workspace, cases = allocate_workspace(inputs), np.zeros(rows.COLUMNS, np.int64)
     scene, most, state = view_scene_arrays_without_reference_counts(inputs.scene), 0, workspace.state
     for lane in range(rows.COLUMNS):
@@ -69,7 +69,7 @@ def run_samples_and_count_pairs(inputs, samples, sleep):  # type: ignore[no-unty
             )  # fmt: skip
             if n + sample > 0:
                 most = max(most, workspace.pairs.count[0])
-        record_slip_and_support_times_of_sample(state, scene, inputs.settings.ticks, inputs.settings.interval)
+        store_slip_and_support_times_of_sample(state, scene, inputs.settings.ticks, inputs.settings.interval)
     found = state[: rows.CASE_SIZE + scene.elements.shape[1] * rows.ELEMENT_SIZE].copy()
     # Use the owners once more, so that borrowed arrays are not freed earlier.
     held = workspace.owner[0] + workspace.matrix[0] + workspace.pattern.count[0]

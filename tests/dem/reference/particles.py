@@ -15,7 +15,7 @@ REST = 3.0
 
 @cache_compiled_kernel
 @njit
-def _slide_on_plane(base, dt, friction):  # type: ignore[no-untyped-def]
+def _final_slip_on_plane(base, dt, friction):  # type: ignore[no-untyped-def]
     """Return the final displacement (m) of a mass with friction on a horizontal base, by steps of `dt`."""
     x, y, vx, vy, brake = 0.0, 0.0, 0.0, 0.0, friction * STANDARD_GRAVITY * dt
     for step in range(base.shape[1]):
@@ -29,7 +29,7 @@ def _slide_on_plane(base, dt, friction):  # type: ignore[no-untyped-def]
 
 @cache_compiled_kernel
 @njit
-def _slide_on_slope(base, dt, friction, cosine, sine):  # type: ignore[no-untyped-def]
+def _final_slip_on_slope(base, dt, friction, cosine, sine):  # type: ignore[no-untyped-def]
     """Return the final displacement (m) up a slope of a mass with friction, by steps of `dt`."""
     place = velocity = 0.0
     for a in base:
@@ -42,7 +42,7 @@ def _slide_on_slope(base, dt, friction, cosine, sine):  # type: ignore[no-untype
 
 @cache_compiled_kernel
 @njit
-def _slide_with_hops(along, up, dt, friction):  # type: ignore[no-untyped-def]
+def _final_slip_with_flights(along, up, dt, friction):  # type: ignore[no-untyped-def]
     """Return the final displacement (m) of a mass that slides and flies over its base, by steps of `dt`."""
     x, z, vx, vz = 0.0, 0.0, 0.0, 0.0
     for step in range(along.size):
@@ -55,8 +55,8 @@ def _slide_with_hops(along, up, dt, friction):  # type: ignore[no-untyped-def]
     return x
 
 
-def _acceleration_in_steps(samples: np.ndarray, dt: float, interval: float, share: float) -> np.ndarray:
-    """Return an acceleration in each step of the record and of `REST` s after it, at `share` of the step.
+def _acceleration_in_each_time_step(samples: np.ndarray, dt: float, interval: float, share: float) -> np.ndarray:
+    """Return the acceleration in each step `dt` until `REST` s after the record, at `share` (0 to 1) of the step.
 
     It is linear between the samples, and then 0.
     """
@@ -67,16 +67,16 @@ def _acceleration_in_steps(samples: np.ndarray, dt: float, interval: float, shar
 def slip_on_a_plane(components: np.ndarray, interval: float, friction: float) -> tuple[float, float]:
     """Return the final slip (m) of a mass with isotropic friction on a base that moves in two directions."""
     dt = interval / STEPS_PER_SAMPLE
-    return _slide_on_plane(
-        np.stack([_acceleration_in_steps(row, dt, interval, 0.5) for row in components]), dt, friction
+    return _final_slip_on_plane(
+        np.stack([_acceleration_in_each_time_step(row, dt, interval, 0.5) for row in components]), dt, friction
     )
 
 
 def slip_on_a_slope(acceleration: np.ndarray, interval: float, friction: float, tangent: float) -> float:
     """Return the final slip (m) of a mass with friction on a slope that rises towards the motion of its base."""
     dt, slant = interval / STEPS_PER_SAMPLE, math.hypot(1.0, tangent)
-    base = _acceleration_in_steps(acceleration, dt, interval, 0.5)
-    return float(_slide_on_slope(base, dt, friction, 1.0 / slant, tangent / slant))
+    base = _acceleration_in_each_time_step(acceleration, dt, interval, 0.5)
+    return float(_final_slip_on_slope(base, dt, friction, 1.0 / slant, tangent / slant))
 
 
 def slip_in_hops(along: np.ndarray, up: np.ndarray, interval: float, friction: float, amplitude: float = 1.0) -> float:
@@ -86,7 +86,7 @@ def slip_in_hops(along: np.ndarray, up: np.ndarray, interval: float, friction: f
     """
     dt = interval / STEPS_PER_SAMPLE
     return float(
-        _slide_with_hops(
-            *(_acceleration_in_steps(amplitude * row, dt, interval, 0.0) for row in (along, up)), dt, friction
+        _final_slip_with_flights(
+            *(_acceleration_in_each_time_step(amplitude * row, dt, interval, 0.0) for row in (along, up)), dt, friction
         )
     )

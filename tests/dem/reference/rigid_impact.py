@@ -10,8 +10,8 @@ from overturning.kernel_cache import cache_compiled_kernel
 
 @cache_compiled_kernel
 @njit
-def plastic_landing(arms, pivot_inertia):  # type: ignore[no-untyped-def]
-    """Compute the impulses at the points of a body that lands flat, by Gauss-Seidel iteration of contact conditions.
+def velocities_and_impulses_of_plastic_landing(arms, pivot_inertia):  # type: ignore[no-untyped-def]
+    """Compute velocities and impulses of a body that lands flat without bounce, by Gauss-Seidel iteration.
 
     `arms`: positions of the points that touch, m; `pivot_inertia`: moment of inertia about the pivot over mass, m².
     Before the landing the body rotates with 1 rad/s about the last of the points. Returns the upward velocity of the
@@ -80,8 +80,8 @@ def _runge_kutta_step(time, lean, rate, h, side, wave, interval, alpha, square):
 
 @cache_compiled_kernel
 @njit
-def rocking_by_small_steps(wave, interval, b_over_h, alpha, square, retained):  # type: ignore[no-untyped-def]
-    """Return the side and the largest |θ|/α of a rocking block, with bisection at each impact.
+def side_and_peak_rotation_by_steps(wave, interval, b_over_h, alpha, square, retained):  # type: ignore[no-untyped-def]
+    """Return the side to which a rocking block falls, and its largest |θ|/α, with bisection at each impact.
 
     `wave`: base acceleration over g, linear between samples, with a 0 at the end. `alpha`: slenderness, rad. `square`:
     p², 1/s². `retained`: share of the angular velocity after an impact. Computed until 2 s after the record.

@@ -21,7 +21,7 @@ STEP_FRACTION = 0.04
 @cache_compiled_kernel
 @njit
 def integrate_block(along, up, interval, b, h, k, ks, dash, mu, tilt, fraction, inertial):
-    """Return the side to which the block falls, largest |θ|/α, largest slip of the base's midpoint (m), and steps.
+    """Return the side to which a block falls, largest |θ|/α, largest slip of the base's midpoint (m), step count.
 
     `along`, `up`: acceleration of the base along the azimuth and upwards, m/s², every `interval` s. `b`, `h`: half
     width and half height, m. `k`, `ks`: normal and tangential spring of a corner per mass, 1/s². `dash`: dashpot of a
@@ -99,7 +99,7 @@ def integrate_block_cases(
     fraction: float = STEP_FRACTION,
     inertial: bool = False,
 ) -> np.ndarray:
-    """Return side, peak rotation over α, peak slip (m) and steps of each case, shape (n, 4).
+    """Return fall side, peak rotation over α, peak slip (m) and number of steps of each case, shape (n, 4).
 
     A case is azimuth (degrees), height (m), B/H and friction. The contact is given by δ/B (or K_n, N/m, for a block of
     2650 kg/m³), ξ and K_s/K_n, with K_n/m = g/2δ and h/m = 2 ξ √(K_n/2m).

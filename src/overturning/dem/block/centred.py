@@ -27,7 +27,7 @@ from overturning.dem.block.state import (
     corner_position,
 )
 from overturning.dem.kernel.clock import BLOCK
-from overturning.dem.kernel.ground import base_acceleration_up_to_next_sample
+from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_sample
 from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.kernel.mechanics import rotate_cosine_and_sine
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -87,8 +87,8 @@ def predict_block_at_step_end(
         predict_corner_at_step_end(1.0, block, state.right, at),
     )
     push, lift = (
-        base_acceleration_up_to_next_sample(inertial_accelerations.push, tick, past),
-        base_acceleration_up_to_next_sample(inertial_accelerations.lift, tick, past),
+        base_acceleration_in_this_or_next_sample(inertial_accelerations.push, tick, past),
+        base_acceleration_in_this_or_next_sample(inertial_accelerations.lift, tick, past),
     )
     return PredictedBlock(
         x=x,
@@ -170,7 +170,7 @@ def signed_friction_coefficient_and_sliding(
 
 
 @njit(**INLINE)
-def normal_force_and_velocity_derivative(
+def normal_force_and_its_velocity_derivative(
     block: BlockConstants,
     predicted_corner: PredictedCorner,
     half_step_time: float,
@@ -200,7 +200,7 @@ def corner_equation_terms(
     signed_friction: float,
 ) -> CornerEquationTerms:
     """Return one corner's terms in the linear equations for a block's velocities at the end of a step."""
-    normal_force, press = normal_force_and_velocity_derivative(
+    normal_force, press = normal_force_and_its_velocity_derivative(
         block, predicted_corner, half_step_time, normal_force, is_in_contact
     )
     tangential = block.dashpot + half_step_time * block.tangential
@@ -291,8 +291,8 @@ def solve_velocity_changes_without_friction(
     held = block_lands_flat(block, state, (left.depth, left.uz), (right.depth, right.uz))
     nl, on_l = predict_normal_force_and_contact(block, left, state.left, forces_decide_contact, held)
     nr, on_r = predict_normal_force_and_contact(block, right, state.right, forces_decide_contact, held)
-    nl, press_l = normal_force_and_velocity_derivative(block, left, half, nl, on_l)
-    nr, press_r = normal_force_and_velocity_derivative(block, right, half, nr, on_r)
+    nl, press_l = normal_force_and_its_velocity_derivative(block, left, half, nl, on_l)
+    nr, press_r = normal_force_and_its_velocity_derivative(block, right, half, nr, on_r)
     ex = predicted_block.vx + half * predicted_block.push
     hz = predicted_block.vz + half * ((nl + nr) - (GRAVITY + predicted_block.lift))
     hw = predicted_block.vw - half * (inertia * (left.arm * nl + right.arm * nr))

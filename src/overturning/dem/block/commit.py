@@ -171,10 +171,12 @@ def slip_directions_for_next_attempt(
 
 
 @njit(**INLINE)
-def contact_time_minus_half_step(
+def time_in_contact_minus_half_step(
     half_step_time: float, corner: SolvedCornerContact, other_corner: SolvedCornerContact
 ) -> float:
-    """Return the contact time (s) of a corner that closed in this step, less half the step; 0 for other corners.
+    """Return the time (s) from a corner's first contact to the end of the step, less half the step.
+
+    0 for corners that did not close in this step.
 
     A contact that closes within a step acts only in the rest of the step, while the equations assume half of it. One
     division serves both corners.
@@ -211,7 +213,7 @@ def complete_block_step(
     )
     aw = block.inertia * (left.moment + right.moment)
     vx, vz, vw = predicted_block.vx + half * ax, predicted_block.vz + half * az, predicted_block.vw + half * aw
-    pl, pr = contact_time_minus_half_step(half, left, right), contact_time_minus_half_step(half, right, left)
+    pl, pr = time_in_contact_minus_half_step(half, left, right), time_in_contact_minus_half_step(half, right, left)
     vx = vx - (pl * left.f + pr * right.f) if with_friction else vx
     vz, vw = vz + (pl * nl + pr * nr), vw + block.inertia * (pl * left.moment + pr * right.moment)
     # Work of the base motion; loss in dashpots, friction, and contacts that open or close within the step.

@@ -90,15 +90,15 @@ def corner_positions_and_mean_forces(
                    -half_sizes[1] * cosine - side * half_sizes[0] * sine], axis=1)
          for side in (-1.0, 1.0)], axis=1,
     )  # fmt: skip
-    along = _mean_rate_of_successive_rows(vx, time) + ground_acceleration
+    along = _mean_rate_between_successive_times(vx, time) + ground_acceleration
     # In flight the difference is zero except for rounding, which may be negative.
-    upward = np.maximum(_mean_rate_of_successive_rows(vz, time) + STANDARD_GRAVITY + vertical_acceleration, 0.0)
+    upward = np.maximum(_mean_rate_between_successive_times(vz, time) + STANDARD_GRAVITY + vertical_acceleration, 0.0)
     inclination = np.divide(along, upward, out=np.zeros_like(along), where=upward > 1e-9)
     down = z[:, None] + arm[:, :, 1] < 0.0
     down, arm = down[1:] | down[:-1], _mean_of_successive_rows(arm)
     # Clockwise moment about the centre per unit normal force at each corner, including the horizontal force.
     lever = arm[:, :, 1] * inclination[:, None] - arm[:, :, 0]
-    moment = _mean_rate_of_successive_rows(vw, time) * (half_sizes**2).sum() / 3.0
+    moment = _mean_rate_between_successive_times(vw, time) * (half_sizes**2).sum() / 3.0
     apart = lever[:, 0] - lever[:, 1]
     left = np.divide(moment - upward * lever[:, 1], apart, out=np.zeros_like(moment), where=np.abs(apart) > 1e-12)
     left = np.where(down[:, 0] & down[:, 1], np.clip(left, 0.0, upward), np.where(down[:, 0], upward, 0.0))
@@ -109,7 +109,7 @@ def corner_positions_and_mean_forces(
     return tuple(np.concatenate([values, values[-1:]]) for values in (point, force))  # type: ignore[return-value]
 
 
-def _mean_rate_of_successive_rows(quantity: FloatArray, time: FloatArray) -> FloatArray:
+def _mean_rate_between_successive_times(quantity: FloatArray, time: FloatArray) -> FloatArray:
     """Return the mean rate of change of a quantity between successive output times; 0 between equal times."""
     span = np.diff(time)
     return np.divide(np.diff(quantity), span, out=np.zeros_like(span), where=span > 0)
@@ -132,4 +132,4 @@ def _mean_acceleration_between_times(
     index = np.minimum((time / sampling_interval + 1e-9).astype(np.int64), acceleration.size)
     past = np.minimum(time - index * sampling_interval, sampling_interval)
     slope = (padded[index + 1] - padded[index]) / sampling_interval
-    return _mean_rate_of_successive_rows(velocity[index] + (padded[index] + 0.5 * slope * past) * past, time)
+    return _mean_rate_between_successive_times(velocity[index] + (padded[index] + 0.5 * slope * past) * past, time)

@@ -18,15 +18,15 @@ from overturning.dem.numerics import NumericalOptions
 from overturning.dem.path import PlanarTrajectory
 from overturning.dem.plan import (
     SimulationPlan,
+    base_accelerations_by_azimuth,
     evaluate_and_round_results,
     group_numbers_of_equal_cases,
-    motion_rows_and_base_accelerations,
 )
 from overturning.dem.quiet import (
     REST_THRESHOLD_FACTOR,
     dynamic_overshoot_bound,
     find_strong_motion_ranges,
-    rest_acceleration_threshold,
+    largest_acceleration_without_motion,
 )
 from overturning.dem.time_step import (
     IntegrationScheme,
@@ -180,7 +180,7 @@ def plan_block_simulation(
     width = ratio * height
     normal, tangential, dashpot = law.springs_and_dashpots.stiffness_and_damping_per_mass(width, height, density)
     dashpot = dashpot * np.asarray(cases.damping_factor)
-    row, ground = motion_rows_and_base_accelerations(motion, cases)
+    row, ground = base_accelerations_by_azimuth(motion, cases)
     check_stiffness_precision(normal, height, 0.0)
     square = block_highest_eigenvalue_bound(normal, tangential, 0.5 * width, 0.5 * height)
     rate = block_highest_eigenvalue_bound(dashpot, dashpot, 0.5 * width, 0.5 * height)
@@ -202,7 +202,7 @@ def plan_block_simulation(
         if scheme == IntegrationScheme.CENTRED:
             slowest = block_lowest_eigenvalue(normal, tangential, 0.5 * width, 0.5 * height)
             delay = dashpot / np.maximum(normal, tangential)
-            rest_limit = rest_acceleration_threshold(
+            rest_limit = largest_acceleration_without_motion(
                 ratio, friction, ratio, dynamic_overshoot_bound(slowest, delay, interval), REST_THRESHOLD_FACTOR
             )
     table = np.zeros(cases.case_count, CASE)

@@ -17,7 +17,7 @@ from overturning.dem.kernel.lanes import INNER, OPTIONS
 from overturning.dem.kernel.mechanics import normalise_cosine_and_sine
 from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
 from overturning.dem.limits import MAX_TIME_AFTER_RECORD
-from overturning.dem.plan import evaluate_and_round_results, motion_rows_and_base_accelerations
+from overturning.dem.plan import base_accelerations_by_azimuth, evaluate_and_round_results
 from overturning.dem.time_step import rocking_time_constant
 from overturning.kernel_cache import cache_compiled_kernel
 from overturning.model.cases import Cases
@@ -374,7 +374,7 @@ def simulate_rigid_rocking(motion: Motion, cases: Cases, series_order: int = ORD
     meaningless if a_up < −g.
     """
     height, ratio, tilt = (np.asarray(values) for values in (cases.height, cases.b_over_h, cases.initial_tilt))
-    row, ground = motion_rows_and_base_accelerations(motion, cases)
+    row, ground = base_accelerations_by_azimuth(motion, cases)
     up = np.zeros(ground.shape[1]) if motion.up is None else np.append(motion.up, np.zeros(3))
     per_sample = motion.sampling_interval / rocking_time_constant(ratio * height, height)
     diagonal, alpha = np.sqrt(1.0 + ratio * ratio), evaluate_and_round_results(np.arctan, ratio)

@@ -35,9 +35,9 @@ from overturning.dem.kernel.ending import (
 )
 from overturning.dem.kernel.ground import (
     GroundMotion,
-    base_acceleration_over_sample,
     count_skippable_samples,
     is_rest_check_sample,
+    linear_base_acceleration_of_sample,
 )
 from overturning.dem.kernel.lanes import INLINE, INNER, cache_line_aligned_zeros, whole_vectors
 from overturning.dem.kernel.mechanics import LANDING, max_touch_delay_of_one_impact, normalise_cosine_and_sine
@@ -227,12 +227,12 @@ def load_base_motion_of_sample(
         store_push(
             state,
             j,
-            base_acceleration_over_sample(
+            linear_base_acceleration_of_sample(
                 horizontal_acceleration[motion_rows[lane_cases[j]]], i, -course.amplitude, scale
             ),
         )
         if vertical_acceleration is not None:
-            store_lift(state, j, base_acceleration_over_sample(vertical_acceleration, i, course.amplitude, scale))
+            store_lift(state, j, linear_base_acceleration_of_sample(vertical_acceleration, i, course.amplitude, scale))
 
 
 def advance_one_sample(

@@ -101,9 +101,7 @@ def base_lands_flat(base_contact: BaseContactState) -> bool:
 
 
 @njit(**INLINE)
-def longest_landing_time_including_point(
-    longest_time: float, point_landing_time: float, point_penetration: float
-) -> float:
+def updated_longest_landing_time(longest_time: float, point_landing_time: float, point_penetration: float) -> float:
     """Return the longest remaining landing time (s) of the points so far, including this one if it is in contact."""
     return point_landing_time if (point_penetration > 0.0) & (point_landing_time > longest_time) else longest_time
 
@@ -181,8 +179,8 @@ def update_base_contacts(
             body, ahead = load_body(state, j), load_memory(vertex_rows[:OF_A_VERTEX], j)
             behind = load_memory(vertex_rows[opposite_start_index : opposite_start_index + OF_A_VERTEX], j)
             landing = ahead.landing if ahead.landing < behind.landing else behind.landing
-            longest = longest_landing_time_including_point(
-                longest_landing_time_including_point(IN_THE_AIR, ahead.landing, ahead.depth),
+            longest = updated_longest_landing_time(
+                updated_longest_landing_time(IN_THE_AIR, ahead.landing, ahead.depth),
                 behind.landing,
                 behind.depth,
             )
@@ -204,9 +202,7 @@ def update_base_contacts(
             left, least = one[LANDING_OF + j], state[SHORTEST + j]
             state[SHORTEST + j] = left if of_base & (left < least) else least
             longest = state[LONGEST + j]
-            state[LONGEST + j] = (
-                longest_landing_time_including_point(longest, left, one[DEPTH_OF + j]) if of_base else longest
-            )
+            state[LONGEST + j] = updated_longest_landing_time(longest, left, one[DEPTH_OF + j]) if of_base else longest
     if any_base_lands_flat(state, lane_count):
         mark_bases_tilted_by_friction(state, vertex_rows, 2 * opposite_start_index, lane_count)
     if few:

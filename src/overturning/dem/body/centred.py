@@ -40,7 +40,7 @@ from overturning.dem.body.vectors import (
     transpose,
 )
 from overturning.dem.kernel.clock import BODY, CaseStepControl, StepAttempt
-from overturning.dem.kernel.ground import base_acceleration_up_to_next_sample
+from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_sample
 from overturning.dem.kernel.lanes import INLINE
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
@@ -77,9 +77,9 @@ def predict_body_at_step_end(
     )
     turn, spin = rotate_body_over_step(body.inverse, state.turn, momentum, state.moment, dt)
     at_end = Vector3(
-        base_acceleration_up_to_next_sample(shaking.push_x, tick, past),
-        base_acceleration_up_to_next_sample(shaking.push_y, tick, past),
-        base_acceleration_up_to_next_sample(shaking.lift, tick, past),
+        base_acceleration_in_this_or_next_sample(shaking.push_x, tick, past),
+        base_acceleration_in_this_or_next_sample(shaking.push_y, tick, past),
+        base_acceleration_in_this_or_next_sample(shaking.lift, tick, past),
     )
     return BodyPredictedForStepEnd(
         place=extrapolate_vector(state.place, dt, v),
@@ -128,7 +128,7 @@ def predicted_forces_decide_contact(case_step_control: CaseStepControl, step_att
 def flat_landing_slip_direction(
     body: BodyConstants, lever_arm: Vector3, velocity: Vector3, spin: Vector3, landing: tuple[bool, float]
 ) -> tuple[float, float, bool, float]:
-    """Return slip direction of a point in a flat landing, whether it slides, and the share of friction that tilts.
+    """Return a point's slip direction (x, y) in a flat landing, whether it slides, and its tilting moment share.
 
     The last value is the part of the moment of the point's friction that tilts the body. `landing` holds whether the
     body lands flat, and that part for a point that slides meanwhile (`BaseContactState.tilting`). See
@@ -222,7 +222,7 @@ def predict_contact_point(
 
 
 @njit(**INLINE)
-def friction_limit_over_sticking_force(
+def ratio_of_friction_limit_to_sticking_force(
     friction_limit: float, squared_holding_force: float, point_slides: bool
 ) -> float:
     """Return the ratio, at most 1, of a sliding point's friction limit to the force that would make it stick."""
@@ -258,7 +258,7 @@ def contact_equation_terms(
         -(body.tangential * predicted_point.tx) - body.dashpot * u.x,
         -(body.tangential * predicted_point.ty) - body.dashpot * u.y,
     )
-    part = friction_limit_over_sticking_force(
+    part = ratio_of_friction_limit_to_sticking_force(
         body.friction * (n if forces_decide_contact else point_history.normal), hx * hx + hy * hy, slides
     )
     mx, my = body.friction * predicted_point.dx, body.friction * predicted_point.dy

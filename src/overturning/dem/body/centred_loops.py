@@ -96,7 +96,7 @@ def predict_bodies_at_step_end(state: Any, lane_count: int, ticks_per_sample: fl
 
 
 @njit(**APART)
-def predict_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: Any, lane_count: int) -> None:
+def predict_contact_of_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: Any, lane_count: int) -> None:
     """Predict penetration, contact and sliding of two opposite base vertices at the step end, for all cases."""
     for j in range(whole_vectors(lane_count)):
         body, w, f = load_body(state, j), load_predicted(state, j), load_frame(state, j)
@@ -146,7 +146,7 @@ def predict_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: Any, lane_c
 
 
 @njit(**APART)
-def predict_rim_point_pair(
+def predict_contact_of_rim_point_pair(
     state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, lean_component: float, transverse_component: float
 ) -> None:
     """Predict penetration, contact and sliding of two opposite rim points at the step end, for all cases.
@@ -285,14 +285,14 @@ def store_contact_point_states_after_accepted_steps(state: Any, point_rows: Any,
 
 
 @cache
-def build_sample_step_loop(has_rim: bool) -> Any:
-    """Return the compiled loop over the steps of a sample, for bodies with a round rim (`has_rim`) or base vertices.
+def build_time_stepping_loop(has_rim: bool) -> Any:
+    """Return the compiled time-stepping loop for bodies with a round rim (`has_rim`) or with base vertices.
 
     The type of its argument `base_shape_loop_tag` makes the compiled names of the two variants differ.
     """
 
     @njit(**INNER)
-    def compute_sample_steps(
+    def attempt_time_steps(
         base_shape_loop_tag: Any,  # noqa: ARG001
         state: Any,
         vertex_rows: Any,
@@ -314,9 +314,9 @@ def build_sample_step_loop(has_rim: bool) -> Any:
                 )
                 if has_rim:
                     ahead = 1.0 if pair == 0 else 0.0
-                    predict_rim_point_pair(state, one, other, lane_count, ahead, 1.0 - ahead)
+                    predict_contact_of_rim_point_pair(state, one, other, lane_count, ahead, 1.0 - ahead)
                 else:
-                    predict_vertex_pair(state, one, other, lane_count)
+                    predict_contact_of_vertex_pair(state, one, other, lane_count)
                 if pair == 0:
                     add_point_pair_to_equations(state, one, other, lane_count, None)
                 else:
@@ -337,4 +337,4 @@ def build_sample_step_loop(has_rim: bool) -> Any:
                     state, vertex_rows[point : point + OF_A_VERTEX], lane_count
                 )
 
-    return compute_sample_steps
+    return attempt_time_steps

@@ -30,7 +30,7 @@ from overturning.dem.body.vectors import (
     scale_vector,
 )
 from overturning.dem.kernel.clock import StepContactChanges
-from overturning.dem.kernel.ground import base_acceleration_up_to_next_sample
+from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_sample
 from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.kernel.mechanics import clamp_friction_and_stretch, updated_maximum
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -202,9 +202,9 @@ def base_motion_stays_below_limit(
     """
     end = 2.0 * ticks_per_sample
     x, y, up = (
-        base_acceleration_up_to_next_sample(shaking.push_x, end, ticks_per_sample),
-        base_acceleration_up_to_next_sample(shaking.push_y, end, ticks_per_sample),
-        base_acceleration_up_to_next_sample(shaking.lift, end, ticks_per_sample),
+        base_acceleration_in_this_or_next_sample(shaking.push_x, end, ticks_per_sample),
+        base_acceleration_in_this_or_next_sample(shaking.push_y, end, ticks_per_sample),
+        base_acceleration_in_this_or_next_sample(shaking.lift, end, ticks_per_sample),
     )
     first, second = horizontal_limit * (GRAVITY + end_acceleration.z), horizontal_limit * (GRAVITY + up)
     below = (end_acceleration.x * end_acceleration.x + end_acceleration.y * end_acceleration.y < first * first) & (

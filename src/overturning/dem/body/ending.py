@@ -40,7 +40,7 @@ from overturning.dem.kernel.ending import (
     LargestTiltNearCaseEnd,
     SlideEndSample,
     body_is_still,
-    case_waits_for_slides_to_stop,
+    case_continues_until_sliding_stops,
     largest_tilt_near_case_end,
 )
 from overturning.dem.kernel.ground import base_acceleration_at_tick
@@ -117,7 +117,11 @@ def body_is_upright(body: BodyConstants, state: BodyState) -> bool:
 
 @njit(**INLINE)
 def squared_base_speed(body: BodyConstants, state: BodyState, edge_distance: float) -> float:
-    """Return the sum of squares of the horizontal base velocity and of that of an edge by the spin, m²/s²."""
+    """Return the squared base speed v² + (ω r)² of a body, m²/s², from its translation and its spin.
+
+    v is the horizontal velocity of the base, ω the spin about the vertical, and r the distance of a base edge
+    (`edge_distance`).
+    """
     w, f = angular_velocity_of_state(body, state), rotation_matrix(state.turn)
     v = plus(state.velocity, cross_product(w, Vector3(-body.foot * f.xz, -body.foot * f.yz, -body.foot * f.zz)))
     turn = w.z * edge_distance
@@ -203,7 +207,7 @@ def case_status(
         # A spin lasts as long as a slide with the speed of a point at the radius of gyration, or less.
         gyration = max(limits.reach, 1.0 / np.sqrt(body.inverse.zz))
         time = np.sqrt(squared_base_speed(body, s, gyration)) / (GRAVITY * body.friction)
-        if case_waits_for_slides_to_stop(state, SLIDE_END + lane, sample, time, body.step * ticks_per_sample):
+        if case_continues_until_sliding_stops(state, SLIDE_END + lane, sample, time, body.step * ticks_per_sample):
             return GOES_ON
     return CaseStatus.SIMULATED
 

@@ -29,7 +29,7 @@ from overturning.dem.quiet import (
     REST_THRESHOLD_FACTOR,
     dynamic_overshoot_bound,
     find_strong_motion_ranges,
-    rest_acceleration_threshold,
+    largest_acceleration_without_motion,
 )
 from overturning.dem.time_step import IntegrationScheme, parse_scheme, shortest_contact_time, steps_per_sample
 from overturning.errors import ArgumentError
@@ -179,7 +179,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     modes = np.array([largest_unit_spring_eigenvalue(body) for body in made])
     foot, reach = (
         np.array([body.centre_height for body in made]),
-        np.array([body.min_base_edge_distance for body in made]),
+        np.array([body.min_base_edge_distance_from_centre for body in made]),
     )
     base = made[0].base
     check_stiffness_precision(0.5 * base * laws[:, 0], 2.0 * foot, 0.0)
@@ -187,7 +187,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     period = np.sqrt(np.sqrt(foot**2 + reach**2) / (0.75 * STANDARD_GRAVITY))
     interval, samples = motion.sampling_interval, motion.sample_count
     dashpot = laws[which, 2] * np.asarray(cases.damping_factor)
-    steps, pace = steps_per_sample_and_clock_settings(
+    steps, pace = steps_per_sample_and_step_control(
         numerics, square[which], dashpot * modes[which], interval, period[which]
     )
     friction, amplitude = np.asarray(cases.friction), np.asarray(cases.amplitude)
@@ -196,7 +196,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     leaves_out = numerics.leave_out and start is None
     first, calm, stays_at_rest = strong_motion_ranges_in_any_direction(motion, amplitude, threshold, leaves_out)
     if leaves_out:
-        rest_limit = _rest_acceleration_thresholds(made, which, laws, dashpot, friction, interval)
+        rest_limit = _rest_acceleration_limits_of_bodies(made, which, laws, dashpot, friction, interval)
     table = np.zeros(cases.case_count, CASE)
     columns = {
         "body": which,
@@ -249,7 +249,7 @@ def _check_body_arguments(model: Body, cases: Cases, numerics: NumericalOptions)
         raise ArgumentError(f"start: quaternion {start.quaternion}; its length must be 1")
 
 
-def _rest_acceleration_thresholds(
+def _rest_acceleration_limits_of_bodies(
     solids: list[RigidSolid],
     solid_indices: NDArray[np.int64],
     laws: FloatArray,
@@ -259,27 +259,28 @@ def _rest_acceleration_thresholds(
 ) -> FloatArray:
     """Return the base acceleration |a|/g up to which a body at rest stays at rest, for each case, shape (cases,).
 
-    See `overturning.dem.quiet.rest_acceleration_threshold`. `laws` are the contact constants per mass of each solid,
-    shape (solids, 3); `solid_indices`, `dashpot` (1/s) and `friction` have a value for each case, shape (n,).
+    See `overturning.dem.quiet.largest_acceleration_without_motion`. `laws` are the contact constants per
+    mass of each solid, shape (solids, 3); `solid_indices`, `dashpot` (1/s) and `friction` have a value for each case,
+    shape (n,).
     """
     slowest, unloads = (
         np.array([function(body) for body in solids])
         for function in (smallest_unit_spring_eigenvalue, vertex_unloading_acceleration_and_least_load)
     )
-    ratio = np.array([body.min_base_edge_distance for body in solids]) / np.array(
+    ratio = np.array([body.min_base_edge_distance_from_centre for body in solids]) / np.array(
         [body.centre_height for body in solids]
     )
     stiffer = np.maximum(laws[solid_indices, 0], laws[solid_indices, 1])
     rings = dynamic_overshoot_bound(
         (np.minimum(laws[:, 0], laws[:, 1]) * slowest)[solid_indices], dashpot / stiffer, sampling_interval
     )
-    return rest_acceleration_threshold(
+    return largest_acceleration_without_motion(
         ratio[solid_indices], friction * unloads[solid_indices, 1], unloads[solid_indices, 0], rings,
         REST_THRESHOLD_FACTOR,
     )  # fmt: skip
 
 
-def steps_per_sample_and_clock_settings(
+def steps_per_sample_and_step_control(
     numerics: NumericalOptions,
     squared_frequency: FloatArray,
     damping_rate: FloatArray,
@@ -287,7 +288,9 @@ def steps_per_sample_and_clock_settings(
     rocking_time_constant: FloatArray,
     pace: KernelStepControl = PACE,
 ) -> tuple[NDArray[np.int64], dict[str, FloatArray]]:
-    """Return, for each of n cases, the number of full steps per sample and the step control, two arrays (n,).
+    """Return the full steps per sample of n cases, shape (n,), and the columns of their step control by name.
+
+    The columns are arrays of shape (n,).
 
     `squared_frequency` is ω² (1/s²), `damping_rate` twice the damping rate (1/s), `rocking_time_constant` 1/p (s),
     each of shape (n,). `pace` holds the step control of the kernel.
@@ -366,11 +369,11 @@ def _body_and_vertex_tables(solids: list[RigidSolid]) -> tuple[NDArray[np.void],
         if body.radius == 0.0:
             points[index, : body.base, 3:5], points[index, : body.base, 5] = (
                 body.base_edge_normals,
-                body.base_edge_distances,
+                body.base_edge_distances_from_centre,
             )
         for name, at in pairs.items():
             table[index][f"i{name}"], table[index][f"a{name}"] = body.inverse_inertia_per_mass[at], body.inertia[at]
-        foot, reach = body.centre_height, body.min_base_edge_distance
+        foot, reach = body.centre_height, body.min_base_edge_distance_from_centre
         # A body that lies on springs on another face, as at a fall tilt that depends on the direction or upside down,
         # may have a slightly smaller tilt.
         lies_on_springs = len(body.sectors) > 0 or body.fall_tilt > UPSIDE_DOWN
@@ -378,7 +381,7 @@ def _body_and_vertex_tables(solids: list[RigidSolid]) -> tuple[NDArray[np.void],
         values = {
             "foot": foot, "radius": body.radius, "reach": reach, "critical": reach**2 / (reach**2 + foot**2),
             "fallen": np.round(np.cos(fallen), 12), "deepest": MAX_PENETRATION * min(reach, foot),
-            "ends": body.lowest_vertex_tolerance_share,
+            "ends": body.relative_height_tolerance_of_lowest_vertices
         }  # fmt: skip
         for name, value in values.items():
             table[index][name] = value

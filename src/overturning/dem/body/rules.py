@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.body.centred_loops import build_sample_step_loop
+from overturning.dem.body.centred_loops import build_time_stepping_loop
 from overturning.dem.body.ending import (
     body_is_at_rest,
     case_status,
@@ -33,7 +33,7 @@ from overturning.dem.body.state import (
     BodyVertex,
     ContactPointAtStepStartAndEnd,
     InertialAccelerations3D,
-    inertial_acceleration_over_sample,
+    linear_inertial_acceleration_of_sample,
 )
 from overturning.dem.body.vectors import (
     normalise_quaternion,
@@ -75,7 +75,7 @@ class RoundBaseLoopTag(NamedTuple):
     round: bool = True
 
 
-LOOPS: Final = {PolygonalBaseLoopTag: build_sample_step_loop(False), RoundBaseLoopTag: build_sample_step_loop(True)}
+LOOPS: Final = {PolygonalBaseLoopTag: build_time_stepping_loop(False), RoundBaseLoopTag: build_time_stepping_loop(True)}
 """Function that computes the steps of a sample, by the type of the selector."""
 
 
@@ -188,7 +188,7 @@ def load_base_motion_of_sample(
         state[LOADED + j] = course.sample + 1.0
         i = min(int(course.sample), last)
         horizontal = along[motion_rows[lane_cases[j]]]
-        store_shaking(state, j, inertial_acceleration_over_sample(horizontal, up, i, course.amplitude, scale))
+        store_shaking(state, j, linear_inertial_acceleration_of_sample(horizontal, up, i, course.amplitude, scale))
 
 
 def advance_one_sample(

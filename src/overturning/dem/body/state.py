@@ -24,7 +24,7 @@ from overturning.dem.body.vectors import (
 )
 from overturning.dem.kernel.clock import BODY, CaseStepControl, StepAttempt
 from overturning.dem.kernel.ending import CaseProgress, CaseRestState, LargestTiltNearCaseEnd, SlideEndSample
-from overturning.dem.kernel.ground import LinearBaseAcceleration, base_acceleration_over_sample
+from overturning.dem.kernel.ground import LinearBaseAcceleration, linear_base_acceleration_of_sample
 from overturning.dem.kernel.lanes import INLINE, INNER, TupleRowLayout
 
 COLUMNS: Final = 16
@@ -153,7 +153,9 @@ class BaseContactState(NamedTuple):
 
 
 class BodyPeakValues(NamedTuple):
-    """Largest lean (sin² of tilt), squared slip (m²) and penetration (m) so far; last upright tick of this sample.
+    """Largest lean, slip and penetration of a body so far, and last tick of this sample at which it was upright.
+
+    The lean is sin² of the tilt, the slip is squared (m²), and the penetration is in m.
 
     A tick is the unit of time of the steps.
     """
@@ -339,7 +341,7 @@ VERTEX: Final = TupleRowLayout(COLUMNS, BodyVertex, ContactPointAtStepStartAndEn
 
 
 @njit(**INNER)
-def inertial_acceleration_over_sample(
+def linear_inertial_acceleration_of_sample(
     horizontal: Any, up: Any, sample: int, amplitude_factor: float, samples_per_tick: float
 ) -> InertialAccelerations3D:
     """Return the inertial accelerations in the frame of the base, × a factor, linear from `sample` to the next one.
@@ -348,9 +350,9 @@ def inertial_acceleration_over_sample(
     acceleration, m/s². The inertial accelerations are opposite to those of the base.
     """
     return InertialAccelerations3D(
-        base_acceleration_over_sample(horizontal[0], sample, -amplitude_factor, samples_per_tick),
-        base_acceleration_over_sample(horizontal[1], sample, -amplitude_factor, samples_per_tick),
-        base_acceleration_over_sample(up, sample, amplitude_factor, samples_per_tick),
+        linear_base_acceleration_of_sample(horizontal[0], sample, -amplitude_factor, samples_per_tick),
+        linear_base_acceleration_of_sample(horizontal[1], sample, -amplitude_factor, samples_per_tick),
+        linear_base_acceleration_of_sample(up, sample, amplitude_factor, samples_per_tick),
     )
 
 

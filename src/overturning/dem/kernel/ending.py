@@ -132,7 +132,9 @@ def body_is_still(speed: float, acceleration: float, step_length: float, rest_li
 def largest_tilt_near_case_end(
     late_tilt: float, case_progress: CaseProgress, sample: float, last_sample: float, tilt_ratio: float, rise: float
 ) -> float:
-    """Return the value of `LargestTiltNearCaseEnd` at the end of a sample.
+    """Return the largest ratio of tilt to critical angle near a case's end so far, including this sample.
+
+    See `LargestTiltNearCaseEnd`.
 
     `late_tilt` is the value at the end of the sample before, `tilt_ratio` the tilt over the critical angle, `rise` (m)
     the height of the centre above its height at rest.
@@ -144,7 +146,7 @@ def largest_tilt_near_case_end(
 
 
 @njit(**INNER)
-def case_waits_for_slides_to_stop(
+def case_continues_until_sliding_stops(
     state: Any, slide_end_row: int, sample: float, sliding_time: float, sampling_interval: float
 ) -> bool:
     """True if a case is simulated further at its end because a body still slides or spins.

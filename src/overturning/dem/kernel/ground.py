@@ -25,7 +25,10 @@ UNLOADED: Final = 2.0
 
 
 class GroundMotion(NamedTuple):
-    """Base acceleration at each sample, with zeros after the record, and the largest one in a window after it."""
+    """Base acceleration at each sample, and its largest value in a time window after a sample.
+
+    The acceleration is zero after the record.
+    """
 
     along: FloatArray
     """Horizontal acceleration, m/s²: along each azimuth, shape (azimuths, samples + 3), or along x and y of a
@@ -50,7 +53,7 @@ class LinearBaseAcceleration(NamedTuple):
 
 
 @njit(**INNER)
-def base_acceleration_over_sample(
+def linear_base_acceleration_of_sample(
     acceleration: Any, sample: int, amplitude_factor: float, samples_per_tick: float
 ) -> LinearBaseAcceleration:
     """Return a component of the base acceleration from `sample` to the next one, multiplied by a factor.
@@ -72,7 +75,7 @@ def base_acceleration_at_tick(base_acceleration: LinearBaseAcceleration, tick: f
 
 
 @njit(**INLINE)
-def base_acceleration_up_to_next_sample(
+def base_acceleration_in_this_or_next_sample(
     base_acceleration: LinearBaseAcceleration, tick: float, ticks_beyond_sample: float
 ) -> float:
     """Return a component of the base acceleration, m/s², at a tick (unit of time) of its sample or of the next one.
@@ -82,7 +85,7 @@ def base_acceleration_up_to_next_sample(
     return (base_acceleration.value + base_acceleration.slope * tick) + base_acceleration.bend * ticks_beyond_sample
 
 
-def largest_acceleration_ahead_of_samples(acceleration_magnitude: FloatArray, sampling_interval: float) -> FloatArray:
+def largest_upcoming_acceleration(acceleration_magnitude: FloatArray, sampling_interval: float) -> FloatArray:
     """Return the largest base acceleration in a time window after each sample, to test if a body stays at rest.
 
     Only the next `REST_CHECK_BLOCK` samples and the time `LEAD` count; the value is infinite if the block ends after
@@ -139,7 +142,7 @@ def upcoming_motion_is_below_rest_limit(
 ) -> bool:
     """True if the base motion in a time window after `sample` cannot move a body at rest.
 
-    The window is that of `largest_acceleration_ahead_of_samples`. `amplitude` multiplies the motion; the body resists a
+    The window is that of `largest_upcoming_acceleration`. `amplitude` multiplies the motion; the body resists a
     horizontal acceleration of `rest_limit` · g. An acceleration is linear between samples, so it is largest at one of
     them.
     """
@@ -152,7 +155,7 @@ def upcoming_motion_is_below_rest_limit(
 def count_skippable_samples(
     ground: GroundMotion, ground_row: int, sample: float, amplitude: float, rest_limit: float
 ) -> int:
-    """Return the number of samples from `sample` on, in whole blocks, during which a body at rest stays at rest.
+    """Return for how many samples from `sample` on, a multiple of `REST_CHECK_BLOCK`, a body at rest stays at rest.
 
     The other parameters are those of `upcoming_motion_is_below_rest_limit`.
     """

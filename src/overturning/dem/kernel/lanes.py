@@ -32,7 +32,7 @@ from overturning.dem.kernel.tuples import (
     create_tuple_loader,
     create_tuple_storer,
     create_zero_tuple_function,
-    number_field_paths,
+    field_paths_of_numbers,
     select_value_with_llvm_freeze,
 )
 
@@ -95,7 +95,7 @@ def _view_arrays_without_reference_counts(_typing_context: Any, array_type: Any)
     Reference counts of slices took a fifth of the time. The caller must keep the arrays alive.
     """
 
-    def remove_owner(context: Any, builder: Any, value_type: Any, value: Any) -> Any:
+    def remove_array_owners(context: Any, builder: Any, value_type: Any, value: Any) -> Any:
         """Return the value with the owner of each array removed, so that references are not counted."""
         if isinstance(value_type, types.Array):
             view = context.make_array(value_type)(context, builder, value=value)
@@ -103,13 +103,13 @@ def _view_arrays_without_reference_counts(_typing_context: Any, array_type: Any)
             return view._getvalue()
         inners: Any = value_type if isinstance(value_type, types.BaseTuple) else ()
         for number, inner in enumerate(inners):
-            one = remove_owner(context, builder, inner, builder.extract_value(value, number))
+            one = remove_array_owners(context, builder, inner, builder.extract_value(value, number))
             value = builder.insert_value(value, one, number)
         return value
 
     def generate_view_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         """Generate the LLVM code that returns the view of the argument."""
-        return remove_owner(context, builder, signature.args[0], arguments[0])
+        return remove_array_owners(context, builder, signature.args[0], arguments[0])
 
     return array_type(array_type), generate_view_code
 
@@ -177,12 +177,12 @@ Kernels compute all lanes up to the next multiple of 8. Without it each loop is 
 def _hide_number_from_llvm(_typing_context: Any, number: Any) -> Any:
     """Generate code that returns a number unchanged but hidden from LLVM, which then unrolls no loop over it."""
 
-    def generate_hiding_code(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
+    def generate_code_hiding_number(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
         """Generate empty assembler code that returns the number."""
         kind = ir.FunctionType(arguments[0].type, [arguments[0].type])
         return builder.asm(kind, "", "=r,0", [arguments[0]], side_effect=False)
 
-    return number(number), generate_hiding_code
+    return number(number), generate_code_hiding_number
 
 
 unknown: Final[Any] = intrinsic(_hide_number_from_llvm)
@@ -249,7 +249,7 @@ class TupleRowLayout:
     """
 
     def __init__(self, lane_count: int, *tuple_types: type) -> None:
-        numbers = [(of, path) for of in tuple_types for path in number_field_paths(of)]
+        numbers = [(of, path) for of in tuple_types for path in field_paths_of_numbers(of)]
         self.count: Final = len(numbers)
         self.size: Final = lane_count * self.count
         self._rows = {number: lane_count * row for row, number in enumerate(numbers)}
@@ -276,7 +276,7 @@ class TupleRowLayout:
         kind, prefix = tuple_type, ""
         for name in field_path.split(".") if field_path else ():
             kind, prefix = get_type_hints(kind)[name], f"{prefix}{name}."
-        inner = [inner for inner in number_field_paths(kind) if not set(inner.split(".")) & set(unused_fields)]
+        inner = [inner for inner in field_paths_of_numbers(kind) if not set(inner.split(".")) & set(unused_fields)]
         key = (tuple_type, field_path, *inner)
         if key not in self._made:
             self._made[key] = self._create_tuple_access(tuple_type, kind, prefix, inner)
@@ -288,7 +288,7 @@ class TupleRowLayout:
         """Return the compiled functions that read and write a named tuple, which may be a field of a larger tuple."""
         rows = [
             self._rows[tuple_type, field_prefix + path] if path in stored_field_paths else None
-            for path in number_field_paths(inner_type)
+            for path in field_paths_of_numbers(inner_type)
         ]
         # The rows are part of the name: functions of one name in the machine code must be identical.
         name = (

@@ -156,17 +156,17 @@ def register_model_functions(kernel_input_type: type, *functions: Callable[..., 
 def create_lookup_by_type(value_by_type: Mapping[Any, Any]) -> Callable[[Any], Any]:
     """Return a compiled function that looks up, in `value_by_type`, the value for the type of its argument."""
 
-    def entry_for_type(marker: Any) -> Any:
+    def look_up_value_by_argument_type(marker: Any) -> Any:
         """Return the value for the type of `marker`."""
         return value_by_type[type(marker)]
 
-    @overload(entry_for_type, strict=False)
-    def overload_entry_for_type(marker: Any) -> Any:
+    @overload(look_up_value_by_argument_type, strict=False)
+    def overload_value_lookup(marker: Any) -> Any:
         """Tell Numba which value `entry_for_type` returns for an argument of this type."""
         entry = value_by_type[marker.instance_class]
         return lambda marker: entry  # noqa: ARG005, Numba requires the same arguments
 
-    return entry_for_type
+    return look_up_value_by_argument_type
 
 
 @njit(**INNER)

@@ -17,11 +17,11 @@ from numba.core.errors import TypingError
 from numba.extending import intrinsic
 
 
-def number_field_paths(tuple_type: type, path_prefix: str = "") -> Iterator[str]:
+def field_paths_of_numbers(tuple_type: type, path_prefix: str = "") -> Iterator[str]:
     """Yield the path of field names to each number of a named tuple type, such as ``left.spring``, depth first."""
     for name, kind in get_type_hints(tuple_type).items():
         if hasattr(kind, "_fields"):
-            yield from number_field_paths(kind, f"{path_prefix}{name}.")
+            yield from field_paths_of_numbers(kind, f"{path_prefix}{name}.")
         else:
             yield path_prefix + name
 
@@ -37,7 +37,7 @@ def numba_tuple_type(tuple_type: type) -> Any:
 
 
 def llvm_numbers_of_tuple(builder: Any, tuple_type: type, tuple_value: Any) -> list[Any]:
-    """Return the numbers of a named tuple, as LLVM values, in the order of `number_field_paths`."""
+    """Return the numbers of a named tuple, as LLVM values, in the order of `field_paths_of_numbers`."""
     inners = get_type_hints(tuple_type).values() if hasattr(tuple_type, "_fields") else ()
     parts = (
         llvm_numbers_of_tuple(builder, inner, builder.extract_value(tuple_value, at)) for at, inner in enumerate(inners)
@@ -46,7 +46,7 @@ def llvm_numbers_of_tuple(builder: Any, tuple_type: type, tuple_value: Any) -> l
 
 
 def build_llvm_tuple(context: Any, builder: Any, tuple_type: type, numbers: Iterator[Any]) -> Any:
-    """Return a tuple, as a value of LLVM, built from numbers in the order of `number_field_paths`."""
+    """Return a tuple, as a value of LLVM, built from numbers in the order of `field_paths_of_numbers`."""
     if not hasattr(tuple_type, "_fields"):
         return next(numbers)
     parts = [build_llvm_tuple(context, builder, inner, numbers) for inner in get_type_hints(tuple_type).values()]
@@ -149,7 +149,7 @@ def create_tuple_loader(tuple_type: type, row_offsets: list[int | None], functio
         """Generate the LLVM instructions that load the tuple's numbers from column `lane`."""
         zero = ir.Constant(ir.DoubleType(), 0.0)
         numbers = [
-            zero if row is None else builder.load(_number_address(builder, data_address, row, lane))
+            zero if row is None else builder.load(_address_of_number(builder, data_address, row, lane))
             for row in row_offsets
         ]
         return build_llvm_tuple(context, builder, tuple_type, iter(numbers))
@@ -179,7 +179,7 @@ def create_tuple_storer(tuple_type: type, row_offsets: list[int | None], functio
         """Generate the LLVM instructions that store the tuple's numbers in column `lane`."""
         for row, number in zip(row_offsets, numbers, strict=True):
             if row is not None:
-                builder.store(number, _number_address(builder, data_address, row, lane))
+                builder.store(number, _address_of_number(builder, data_address, row, lane))
 
     generated = GeneratedLlvmFunction(f"store.{function_name}", generate_store_instructions)
 
@@ -217,13 +217,13 @@ def create_conditional_tuple_storer(tuple_type: type, row_offsets: list[int | No
         """Generate the LLVM instructions that store the tuple's numbers in column `lane` unless `keep` is true."""
         for row, number in zip(row_offsets, numbers, strict=True):
             if row is not None:
-                at = _number_address(builder, data_address, row, lane)
+                at = _address_of_number(builder, data_address, row, lane)
                 builder.store(select_value_with_llvm_freeze(builder, keep, builder.load(at), number), at)
 
     generated = GeneratedLlvmFunction(f"store_unless.{function_name}", generate_store_instructions)
 
     def store_tuple_unless(_context: Any, array: Any, lane: Any, keep: Any, value_type: Any) -> Any:  # noqa: ARG001
-        """Check the types; return the function that generates the LLVM code to store the tuple."""
+        """Check the types; return the function that generates LLVM code to store the tuple unless `keep` is true."""
         _check_argument_types(tuple_type, value_type)
 
         def generate_store_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -245,7 +245,7 @@ def create_conditional_tuple_storer(tuple_type: type, row_offsets: list[int | No
     return intrinsic(store_tuple_unless)
 
 
-def _number_address(builder: Any, data_address: Any, row_offset: int, lane: Any) -> Any:
+def _address_of_number(builder: Any, data_address: Any, row_offset: int, lane: Any) -> Any:
     """Return the address of the number in column `lane` of the array row that starts at `row_offset`."""
     # Unsigned: LLVM cannot always prove that a signed index is not negative.
     return builder.gep(data_address, [builder.add(lane, ir.Constant(lane.type, row_offset))])

@@ -13,7 +13,12 @@ from overturning.dem.limits import MAX_PENETRATION
 from overturning.dem.polygon import rows
 from overturning.dem.polygon import state as k
 from overturning.dem.polygon.prepare import PreparedScene, smallest_element_side
-from overturning.model.geometry import WIDE_GROUND, PlacedElement, contact_points_of_elements, placed_pieces_of_pairs
+from overturning.model.geometry import (
+    WIDE_GROUND,
+    PlacedElement,
+    contact_points_of_elements,
+    convex_pieces_of_each_pair,
+)
 
 
 class SceneCaseTableColumns(NamedTuple):
@@ -155,7 +160,7 @@ def build_scene_arrays(prepared_scenes: list[PreparedScene]) -> SceneArrays:
         sizes=sizes,
         shapes=shapes,
         elements=np.stack([element_termination_rules(item) for item in prepared_scenes]),
-        limits=np.stack([failure_and_rest_limits(item) for item in prepared_scenes]),
+        limits=np.stack([penetration_and_energy_limits_of_case_end(item) for item in prepared_scenes]),
         gravity=one.scene.gravity,
     )
 
@@ -163,7 +168,7 @@ def build_scene_arrays(prepared_scenes: list[PreparedScene]) -> SceneArrays:
 def state_column_at_rest(prepared_scene: PreparedScene) -> FloatArray:
     """Return the state array's values for one case, with the scene at rest: one column of the array, shape (rows,)."""
     elements = [_element_state_at_rest(prepared_scene, index) for index in range(len(prepared_scene.placed))]
-    pieces = placed_pieces_of_pairs(prepared_scene.placed, prepared_scene.pairs)
+    pieces = convex_pieces_of_each_pair(prepared_scene.placed, prepared_scene.pairs)
     pairs = [_pair_state_at_rest(prepared_scene, index, *of_pair) for index, of_pair in enumerate(pieces)]
     step = [0.0] * (rows.PAIR.count - len(rows.flatten_nested_tuples(pairs[0])) if pairs else 0)
     return np.array(
@@ -192,9 +197,9 @@ def _element_state_at_rest(prepared_scene: PreparedScene, index: int) -> k.Eleme
             float(item.element.kind != "driven"),
             float(item.element.kind == "held"),
             float(prepared_scene.critical[index]),
-            *prepared_scene.largest_returning_rotations[index].tolist(),
+            *prepared_scene.largest_recoverable_rotations[index].tolist(),
         ),
-        totals=k.ElementStepTotals(
+        totals=k.ElementStepMotionWorkAndPeaks(
             moved=0.0,
             turned=0.0,
             work=0.0,
@@ -204,7 +209,7 @@ def _element_state_at_rest(prepared_scene: PreparedScene, index: int) -> k.Eleme
             power=0.0,
         ),
         travel=k.SummedElementMotion(0.0, 0.0),
-        record=k.ElementProgress(0.0, 0.0, 0.0, 0.0, 0.0),
+        record=k.ElementSlipAndFallState(0.0, 0.0, 0.0, 0.0, 0.0),
         home=k.ElementRestPose(
             x - item.x, z - item.z, x - support.x, z - support.z, item.x, item.z, item.z - item.drop
         ),
@@ -277,7 +282,7 @@ def nearest_faces_never_change(elements: list[PlacedElement]) -> bool:
 def _contact_vertex_belongs_to_first_element(
     first_element: PlacedElement, second_element: PlacedElement, point_number: int
 ) -> bool:
-    """True if the vertex at contact point `end_number` (0 or 1) of two elements is a vertex of the first element."""
+    """True if the vertex at contact point `point_number` (0 or 1) of two elements is a vertex of the first element."""
     point = contact_points_of_elements(first_element, second_element)[point_number].point
     return bool(
         min(np.hypot(x - point[0], z - point[1]) for x, z in first_element.vertices_in_scene)
@@ -312,7 +317,7 @@ def element_termination_rules(prepared_scene: PreparedScene) -> NDArray[np.void]
     )
 
 
-def failure_and_rest_limits(prepared_scene: PreparedScene) -> NDArray[np.void]:
+def penetration_and_energy_limits_of_case_end(prepared_scene: PreparedScene) -> NDArray[np.void]:
     """Return the penetration and energy limits that end a case of a prepared scene, one record of type `LIMITS`.
 
     An element that falls without motion has no energy barrier; its energy error refers to its weight times its size.

@@ -5,7 +5,7 @@ from typing import Any, Final
 import numpy as np
 from numba import njit
 
-from overturning.dem.kernel.ending import GOES_ON, case_waits_for_slides_to_stop
+from overturning.dem.kernel.ending import GOES_ON, case_continues_until_sliding_stops
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
@@ -26,7 +26,7 @@ from overturning.dem.polygon.resting import (
     last_support_time,
     longest_sliding_time,
 )
-from overturning.dem.polygon.state import ElementProgress, ElementRestPose, ElementState, Pose
+from overturning.dem.polygon.state import ElementRestPose, ElementSlipAndFallState, ElementState, Pose
 from overturning.model.status import CaseStatus
 
 SAFE_TILT: Final = 0.1
@@ -83,7 +83,7 @@ def case_status(
         state, lane, scene, element_rules, gap
     ):
         sliding_time = longest_sliding_time(state, lane, scene)
-    if case_waits_for_slides_to_stop(state, rows.SLIDE_END + lane, case.sample, sliding_time, sampling_interval):
+    if case_continues_until_sliding_stops(state, rows.SLIDE_END + lane, case.sample, sliding_time, sampling_interval):
         return GOES_ON
     still = moving < 1e-4 * limits.least_scale or not any_element_can_fall_without_base_motion(
         state, lane, element_rules, scene.gravity
@@ -99,9 +99,9 @@ def case_status(
 def no_element_can_fall_later(
     state: Any, lane: int, scene: Any, element_rules: Any, stable_from_sample: Any, max_gap: float
 ) -> bool:
-    """True if the rest of the record cannot move standing elements, and no airborne element may still land."""
+    """True if the remaining record is too weak to move standing elements, and no airborne element may still land."""
     sample = rows.load_case(state, lane).sample
-    weak = rest_of_record_cannot_move_groups(state, lane, stable_from_sample, scene.parts, sample)
+    weak = remaining_motion_cannot_move_groups(state, lane, stable_from_sample, scene.parts, sample)
     return bool(weak and not any_element_airborne(state, lane, scene, element_rules, max_gap))
 
 
@@ -249,7 +249,7 @@ def fall_side_by_rotation_or_displacement(element: ElementState, element_rules: 
 
 
 @njit(**INNER)
-def rest_of_record_cannot_move_groups(
+def remaining_motion_cannot_move_groups(
     state: Any, lane: int, stable_from_sample: Any, element_groups: Any, sample: float
 ) -> bool:
     """True if the record after `sample` is too weak to lift or slide any group of stacked elements that still stand."""
@@ -307,7 +307,7 @@ def shift_rest_pose_with_held_support(element_rows: Any, support_rows: Any) -> N
 
 
 @njit(**APART)
-def record_slip_and_upright_time(
+def store_slip_and_last_upright_time(
     element_rows: Any, support_rows: Any, case_rows: Any, samples_per_tick: float, sampling_interval: float
 ) -> None:
     """Store each element's slip on its support, and the last time at which the element was upright."""
@@ -326,13 +326,15 @@ def record_slip_and_upright_time(
         rows.store_record(
             element_rows,
             j,
-            ElementProgress(upright, old.carried_until, old.side, updated_maximum(old.peak_slip, abs(slip)), slip),
+            ElementSlipAndFallState(
+                upright, old.carried_until, old.side, updated_maximum(old.peak_slip, abs(slip)), slip
+            ),
         )
         element_rows[rows.LAST_UPRIGHT + j] = -1.0
 
 
 @njit(**APART)
-def record_support_time(
+def store_last_support_time(
     pair_rows: Any,
     element_a_rows: Any,
     element_b_rows: Any,

@@ -46,12 +46,12 @@ def transfer_contact_history(
             target = new_contact_point_of_vertex(faces_a, old_face_a + end, face_a, face_a + 1)
         else:
             target = new_contact_point_of_vertex(faces_b, old_face_b + 1 - end, face_b + 1, face_b)
-        old_x, old_z = normal_force_direction_on_a(
+        old_x, old_z = normal_force_direction_on_element_a(
             pose_a, pose_b, polygon_face(faces_a, old_face_a), polygon_face(faces_b, old_face_b), mine
         )
         x, z = old.normal * old_x + old.tangent * old_z, old.normal * old_z - old.tangent * old_x
         inner = vertices.a1.place <= pair.face_b.high if target == 0 else vertices.a2.place >= pair.face_b.low
-        new_x, new_z = normal_force_direction_on_a(pose_a, pose_b, pair.face_a, pair.face_b, inner)
+        new_x, new_z = normal_force_direction_on_element_a(pose_a, pose_b, pair.face_a, pair.face_b, inner)
         n, t = x * new_x + z * new_z, x * new_z - z * new_x
         there = rows.load_memory(pair_rows, lane + target * rows.SECOND)
         if there.carrier == OPEN or there.normal < n:
@@ -88,7 +88,7 @@ def new_contact_point_of_vertex(faces: Any, vertex_index: int, first_end_vertex:
 
 
 @njit(**INNER)
-def normal_force_direction_on_a(
+def normal_force_direction_on_element_a(
     pose_a: Pose, pose_b: Pose, face_a: ElementFace, face_b: ElementFace, vertex_is_of_a: bool
 ) -> tuple[float, float]:
     """Return the direction of the normal force on element a, from the normal of the face that a vertex touches."""
@@ -99,7 +99,7 @@ def normal_force_direction_on_a(
 
 
 @njit(**INNER)
-def contact_vertex_position_from_a(
+def contact_vertex_position_from_element_a(
     pair: PairState, pose_a: Pose, pose_b: Pose, point_number: int, vertex_is_of_a: bool
 ) -> tuple[float, float]:
     """Return the vector (m) from element a's centre to the vertex at contact point `point_number` (0 or 1)."""

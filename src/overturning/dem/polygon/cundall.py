@@ -34,7 +34,12 @@ from overturning.dem.polygon.mechanics import (
     velocity_of_a_relative_to_b,
 )
 from overturning.dem.polygon.search import update_nearest_faces_of_all_cases
-from overturning.dem.polygon.state import ContactPointLaw, ElementStepTotals, PlanarContactPointHistory, PlanarVector
+from overturning.dem.polygon.state import (
+    ContactPointLaw,
+    ElementStepMotionWorkAndPeaks,
+    PlanarContactPointHistory,
+    PlanarVector,
+)
 from overturning.dem.polygon.suspended_pairs import resume_contact_tests_for_step, suspend_contact_tests_if_distant
 
 
@@ -131,7 +136,7 @@ def advance_element(vertical_base_acceleration: Any, element_rows: Any, case_row
         rows.store_velocity(element_rows, j, v)
         rows.store_acceleration(element_rows, j, a)
         rows.store_force(element_rows, j, PlanarVector(0.0, 0.0, 0.0))
-        rows.store_totals(element_rows, j, ElementStepTotals(far, turn, work, back, on, last, 0.0))
+        rows.store_totals(element_rows, j, ElementStepMotionWorkAndPeaks(far, turn, work, back, on, last, 0.0))
 
 
 @njit(**INNER)

@@ -159,7 +159,7 @@ def convert_components_to_other_face_axes(
 
 
 @njit(**INLINE)
-def locate_vertex_of_a(
+def locate_vertex_of_element_a(
     normal_offset: float,
     tangent_offset: float,
     face_distance: float,
@@ -182,7 +182,7 @@ def locate_vertex_of_a(
 
 
 @njit(**INLINE)
-def locate_vertex_of_b(
+def locate_vertex_of_element_b(
     normal_offset: float,
     tangent_offset: float,
     face_distance: float,
@@ -216,10 +216,10 @@ def locate_face_vertices(
 ) -> tuple[LocatedVertex, LocatedVertex, LocatedVertex, LocatedVertex]:
     """Return positions of the four vertices of two opposite faces, first of a's face, then of b's face."""
     return (
-        locate_vertex_of_a(face_a.off, face_a.low, face_b.off, relative_position, previous_positions.a1),
-        locate_vertex_of_a(face_a.off, face_a.high, face_b.off, relative_position, previous_positions.a2),
-        locate_vertex_of_b(face_b.off, face_b.low, face_a.off, relative_position, previous_positions.b1),
-        locate_vertex_of_b(face_b.off, face_b.high, face_a.off, relative_position, previous_positions.b2),
+        locate_vertex_of_element_a(face_a.off, face_a.low, face_b.off, relative_position, previous_positions.a1),
+        locate_vertex_of_element_a(face_a.off, face_a.high, face_b.off, relative_position, previous_positions.a2),
+        locate_vertex_of_element_b(face_b.off, face_b.low, face_a.off, relative_position, previous_positions.b1),
+        locate_vertex_of_element_b(face_b.off, face_b.high, face_a.off, relative_position, previous_positions.b2),
     )
 
 

@@ -140,7 +140,9 @@ def correct_slip_for_friction_work(
     landing_points: tuple[PlanarContactPoint, PlanarContactPoint],
     point_results: tuple[PlanarContactPointResult, PlanarContactPointResult],
 ) -> tuple[PlanarContactPointResult, PlanarContactPointResult]:
-    """Return force and slip at both contact points of two elements, with slips at the lever arms of a flat landing.
+    """Return force and slip at both contact points of two elements.
+
+    The slips are corrected for the changed lever arms of friction in a flat landing.
 
     With these slips, friction does its work at the lever arms of `contact_points_with_landing_lever_arms`.
     """

@@ -13,7 +13,10 @@ from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import INNER
 from overturning.dem.path import PlanarTrajectory
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.contact_history import contact_vertex_position_from_a, normal_force_direction_on_a
+from overturning.dem.polygon.contact_history import (
+    contact_vertex_position_from_element_a,
+    normal_force_direction_on_element_a,
+)
 from overturning.dem.polygon.prepare import PreparedScene
 from overturning.dem.polygon.state import OPEN, VERTEX_OF_A
 
@@ -68,8 +71,8 @@ def add_contact_forces_to_trajectory(
                 memory.carrier == VERTEX_OF_A,
             )
             (rx, rz), (nx, nz) = (
-                contact_vertex_position_from_a(pair, a, b, end, mine),
-                normal_force_direction_on_a(a, b, pair.face_a, pair.face_b, mine),
+                contact_vertex_position_from_element_a(pair, a, b, end, mine),
+                normal_force_direction_on_element_a(a, b, pair.face_a, pair.face_b, mine),
             )
             at = 2 + POSE_COLUMNS * scene.elements.shape[1] + FORCE_COLUMNS * (2 * p + end)
             trajectory_rows[row_index, at + FX] += n * nx + tangent * nz

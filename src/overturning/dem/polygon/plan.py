@@ -12,7 +12,7 @@ from overturning.dem.kernel.clock import SCENE
 from overturning.dem.limits import MAX_TIME_AFTER_RECORD
 from overturning.dem.numerics import ELEMENT_STEP, NumericalOptions
 from overturning.dem.path import PlanarTrajectory
-from overturning.dem.plan import SimulationPlan, check_trajectory_size, motion_rows_and_base_accelerations
+from overturning.dem.plan import SimulationPlan, base_accelerations_by_azimuth, check_trajectory_size
 from overturning.dem.polygon import arrays as t
 from overturning.dem.polygon.path import (
     GROUND,
@@ -29,7 +29,7 @@ from overturning.dem.quiet import (
     SCENE_REST_THRESHOLD_FACTOR,
     dynamic_overshoot_bound,
     find_strong_motion_ranges,
-    rest_acceleration_threshold,
+    largest_acceleration_without_motion,
 )
 from overturning.dem.time_step import (
     HEAVY_DAMPING,
@@ -161,7 +161,7 @@ def plan_scene_simulation(
     variant = variant.reshape(-1)
     variants = [prepare_scene(scene, float(height), float(ratio)) for height, ratio, _ in distinct]
     _check_scene_variants(scene, variants)
-    row, ground = motion_rows_and_base_accelerations(motion, cases)
+    row, ground = base_accelerations_by_azimuth(motion, cases)
     square = np.array([item.square for item in variants])
     rate = np.array([item.rate for item in variants]) * distinct[:, 2]
     time = np.array([item.shortest_rocking_time_constant for item in variants])
@@ -197,7 +197,7 @@ def plan_scene_simulation(
         first[onset <= 0], stays_at_rest[onset <= 0] = 0, False
         if scheme == IntegrationScheme.CENTRED:
             # Under lower gravity a vertical motion changes the weight by a larger share: do not skip samples then.
-            rest_limit = _rest_acceleration_thresholds(variants, variant, cases, onset, motion.sampling_interval)
+            rest_limit = _rest_acceleration_limits_of_scene(variants, variant, cases, onset, motion.sampling_interval)
             table["rest_limit"] = rest_limit * (share if motion.up is None else float(share >= 1.0))
         table["first"], table["calm"] = first, np.where(onset <= 0, np.inf, calm)
         # An element that starts to slide may slide off its support.
@@ -216,7 +216,7 @@ def plan_scene_simulation(
     )  # fmt: skip
 
 
-def _rest_acceleration_thresholds(
+def _rest_acceleration_limits_of_scene(
     prepared_scenes: list[PreparedScene],
     variant_indices: NDArray[np.int64],
     cases: Cases,
@@ -231,7 +231,7 @@ def _rest_acceleration_thresholds(
         slowest[variant_indices], delay * np.asarray(cases.damping_factor), sampling_interval
     )
     # `onset`, the smallest of all frictions and thresholds, replaces the threshold of sliding.
-    return rest_acceleration_threshold(
+    return largest_acceleration_without_motion(
         lifts[variant_indices], motion_onset_acceleration, lifts[variant_indices], rings, SCENE_REST_THRESHOLD_FACTOR
     )
 

@@ -72,7 +72,7 @@ class PreparedScene:
         return np.where(np.isfinite(self.tips).all(axis=1), self.critical, np.nan)
 
     @property
-    def largest_returning_rotations(self) -> FloatArray:
+    def largest_recoverable_rotations(self) -> FloatArray:
         """Rotations to −x and +x from which each element can still return, rad, shape (elements, 2).
 
         These are the tipping angles or, without one, the angle at which the element has fallen.
@@ -380,7 +380,7 @@ def _elements_that_overturn_together(
     Elements after `last_index` do not count. `acceleration_share` is |a|/g; −infinity includes all elements on it.
     """
 
-    def moment_and_elements_of_part(element_index: int) -> tuple[float, list[int]]:
+    def restoring_moment_and_element_indices(element_index: int) -> tuple[float, list[int]]:
         """Return the restoring moment over g of an element and those on it that overturn too, and their indices."""
         item, whole = elements[element_index], acceleration_share == -np.inf
         held = (
@@ -390,10 +390,11 @@ def _elements_that_overturn_together(
         )
         part = [element_index]
         for moment, more in map(
-            moment_and_elements_of_part, (n for n in range(last_index + 1) if element_index in supports.get(n, ()))
+            restoring_moment_and_element_indices,
+            (n for n in range(last_index + 1) if element_index in supports.get(n, ())),
         ):
             if whole or moment < 0.0 or last_index in more:
                 held, part = held + moment, part + more
         return held, part
 
-    return sorted(moment_and_elements_of_part(root_index)[1])
+    return sorted(restoring_moment_and_element_indices(root_index)[1])

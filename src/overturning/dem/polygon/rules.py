@@ -19,9 +19,9 @@ from overturning.arrays import FloatArray
 from overturning.dem.kernel.ending import GOES_ON
 from overturning.dem.kernel.ground import (
     GroundMotion,
-    base_acceleration_over_sample,
     count_skippable_samples,
     is_rest_check_sample,
+    linear_base_acceleration_of_sample,
     upcoming_motion_is_below_rest_limit,
 )
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, borrowed, cache_line_aligned_zeros
@@ -36,9 +36,9 @@ from overturning.dem.polygon import cundall, rows, step
 from overturning.dem.polygon.arrays import SceneArrays
 from overturning.dem.polygon.case_end import (
     case_status,
-    record_slip_and_upright_time,
-    record_support_time,
     shift_rest_pose_with_held_support,
+    store_last_support_time,
+    store_slip_and_last_upright_time,
     write_case_results,
 )
 from overturning.dem.polygon.energy import scene_energy
@@ -198,13 +198,13 @@ def load_base_motion_of_sample(
         rows.store_base(
             state,
             j,
-            base_acceleration_over_sample(
+            linear_base_acceleration_of_sample(
                 horizontal_base_acceleration[motion_rows[lane_cases[j]]], i, factor, samples_per_tick
             ),
         )
         if vertical_base_acceleration is not None:
             rows.store_up(
-                state, j, base_acceleration_over_sample(vertical_base_acceleration, i, factor, samples_per_tick)
+                state, j, linear_base_acceleration_of_sample(vertical_base_acceleration, i, factor, samples_per_tick)
             )
 
 
@@ -255,12 +255,12 @@ def advance_one_sample(
             for column in range(early.shape[1]):
                 trajectory[recorded_row_count - 1, column] += early[0, column]
             add_contact_forces_to_trajectory(state, scene, (0.5 + lag) * share, trajectory, recorded_row_count - 1)
-    record_slip_and_support_times_of_sample(state, scene, ticks, interval)
+    store_slip_and_support_times_of_sample(state, scene, ticks, interval)
     return trajectory, recorded_row_count
 
 
 @njit(**INNER)
-def record_slip_and_support_times_of_sample(
+def store_slip_and_support_times_of_sample(
     state: Any, scene: Any, ticks_per_sample: float, sampling_interval: float
 ) -> None:
     """Store slip and last times upright and on the support of each element after a sample; start the next sample."""
@@ -276,12 +276,12 @@ def record_slip_and_support_times_of_sample(
     for i in range(element_rules.size):
         if element_rules[i].is_free > 0.0:
             on = rows.of_element(state, int(element_rules[i].support))
-            record_slip_and_upright_time(
+            store_slip_and_last_upright_time(
                 rows.of_element(state, i), on, state, 1.0 / ticks_per_sample, sampling_interval
             )
     for p in range(scene.layout.shape[0]):
         q, a, b = rows.pair_and_element_rows(state, scene, p)
-        record_support_time(q, a, b, state, 1.0 / ticks_per_sample, sampling_interval)
+        store_last_support_time(q, a, b, state, 1.0 / ticks_per_sample, sampling_interval)
     for j in range(rows.COLUMNS):
         sample, tick = state[rows.SAMPLE + j], state[rows.TICK + j]
         state[rows.SAMPLE + j] = sample + 1.0 if tick >= ticks_per_sample else sample

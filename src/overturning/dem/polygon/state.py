@@ -113,7 +113,7 @@ class ElementConstants(NamedTuple):
     """Rotation to +x up to which the element can come back, rad."""
 
 
-class ElementStepTotals(NamedTuple):
+class ElementStepMotionWorkAndPeaks(NamedTuple):
     """Motion of an element in the last step, work done on it so far, and its peak rotations so far."""
 
     moved: float
@@ -141,7 +141,7 @@ class SummedElementMotion(NamedTuple):
     """Sum of its absolute rotations, rad."""
 
 
-class ElementProgress(NamedTuple):
+class ElementSlipAndFallState(NamedTuple):
     """Slip of an element, last times upright and on its support, and side of its fall; updated once per sample."""
 
     upright_until: float
@@ -200,9 +200,9 @@ class ElementState(NamedTuple):
     acceleration: PlanarVector
     force: PlanarVector
     inertia: ElementConstants
-    totals: ElementStepTotals
+    totals: ElementStepMotionWorkAndPeaks
     travel: SummedElementMotion
-    record: ElementProgress
+    record: ElementSlipAndFallState
     home: ElementRestPose
 
 

@@ -70,10 +70,10 @@ def contact_points_at_rest(
 
     Two faces touch if the angle between them is at most `max_lean`, rad.
     """
-    return _with_displacement_derivatives(elements, pairs, touching_contact_points(elements, pairs, max_lean))
+    return _add_displacement_derivatives(elements, pairs, touching_contact_points(elements, pairs, max_lean))
 
 
-def _with_displacement_derivatives(
+def _add_displacement_derivatives(
     elements: list[PlacedElement], pairs: list[ConvexPiecePair], ends: list[TouchingContactPoint]
 ) -> list[ContactPointDisplacementDerivatives]:
     """Return contact points with the derivatives of their approach and slip by the elements' displacements."""
@@ -112,7 +112,7 @@ def supporting_contact_points(
         free = {k for k, item in enumerate(items) if not item.is_driven_or_held}
         ends = [joint.touch for joint in flush if free.intersection(pairs[joint.touch.pair][:2])]
         found = (
-            static_equilibrium(scene, items, _with_displacement_derivatives(items, pairs, ends), ones, tangential)
+            static_equilibrium(scene, items, _add_displacement_derivatives(items, pairs, ends), ones, tangential)
             if free
             else None
         )

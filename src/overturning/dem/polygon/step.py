@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.clock import SCENE, StepContactChanges, choose_next_step_attempt
-from overturning.dem.kernel.ground import base_acceleration_up_to_next_sample
+from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_sample
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
@@ -25,7 +25,7 @@ from overturning.dem.polygon.mechanics import (
 from overturning.dem.polygon.search import update_nearest_faces_of_all_cases
 from overturning.dem.polygon.state import (
     ElementConstants,
-    ElementStepTotals,
+    ElementStepMotionWorkAndPeaks,
     PlanarVector,
     Pose,
     PredictedElement,
@@ -58,8 +58,8 @@ def base_acceleration_at_step_end(
     past = past if past > 0.0 else 0.0
     lift = 0.0
     if vertical_base_acceleration is not None:
-        lift = base_acceleration_up_to_next_sample(case.shaking.up, tick, past) * inertia.frame
-    return base_acceleration_up_to_next_sample(case.shaking.base, tick, past) * inertia.frame, lift
+        lift = base_acceleration_in_this_or_next_sample(case.shaking.up, tick, past) * inertia.frame
+    return base_acceleration_in_this_or_next_sample(case.shaking.base, tick, past) * inertia.frame, lift
 
 
 @njit(**APART)
@@ -106,7 +106,7 @@ def correct_element_motion(
         work = old.work - half * (old.power + rate)
         far = abs(pose.x - item.pose.x) + abs(pose.z - item.pose.z)
         back, on = updated_maximum(old.peak_back, -on), updated_maximum(old.peak_on, on)
-        totals = ElementStepTotals(far, abs(pose.angle - item.pose.angle), work, back, on, last, rate)
+        totals = ElementStepMotionWorkAndPeaks(far, abs(pose.angle - item.pose.angle), work, back, on, last, rate)
         rows.keep_pose(element_rows, j, again, pose)
         rows.keep_velocity(element_rows, j, again, v)
         rows.keep_acceleration(element_rows, j, again, a)
@@ -152,7 +152,7 @@ def accept_or_reject_steps(case_rows: Any, ticks_per_sample: float) -> None:
 
 
 @njit(**APART)
-def advance_clocks_of_accepted_steps(case_rows: Any) -> None:
+def advance_time_after_accepted_steps(case_rows: Any) -> None:
     """Advance the time of each case whose step is accepted; set the next attempted step of all cases."""
     for j in range(rows.COLUMNS):
         case = rows.load_case(case_rows, j)
@@ -214,4 +214,4 @@ def advance_scene_one_step(
         if near[p]:
             q, _, _ = rows.pair_and_element_rows(state, scene, p)
             store_accepted_pair_history(q, state)
-    advance_clocks_of_accepted_steps(state)
+    advance_time_after_accepted_steps(state)

@@ -27,14 +27,14 @@ from overturning.dem.stack.joint_state import (
     JointPose,
     JointRelativeMotion,
     SidePartInContactPatch,
-    SolvedJointPointSums,
+    SolvedContactForceSums,
     SumOfForceTimesDistance,
 )
 from overturning.dem.stack.state import (
     CASE,
     STONE,
     DiagonalBlockAndRightSide,
-    EliminatedStone,
+    EliminatedStoneSolution,
     JointEnergyLosses,
     LargestStackContactChanges,
     PredictedStone,
@@ -70,7 +70,7 @@ load_axes, store_axes, _ = STONE.tuple_access(Matrix3)
 load_change, store_change, _ = STONE.tuple_access(StoneVelocityChange)
 load_constants, store_constants, _ = STONE.tuple_access(StoneConstants)
 load_diagonal, store_diagonal, _ = STONE.tuple_access(DiagonalBlockAndRightSide)
-load_elimination, store_elimination, _ = STONE.tuple_access(EliminatedStone)
+load_elimination, store_elimination, _ = STONE.tuple_access(EliminatedStoneSolution)
 load_outcome, store_outcome, _ = STONE.tuple_access(StoneFallState)
 load_peaks, store_peaks, store_peaks_unless = STONE.tuple_access(StonePeakTilt)
 load_predicted, store_predicted, _ = STONE.tuple_access(PredictedStone)
@@ -90,7 +90,7 @@ load_landing, store_landing, _ = JOINT.tuple_access(JointLandingTimes)
 load_next_history, store_next_history, _ = JOINT.tuple_access(JointAtStepStartAndEnd, "new")
 load_normal, store_normal, _ = JOINT.tuple_access(JointNormalForceSums)
 load_rim, store_rim, _ = JOINT.tuple_access(ContactNormalSums)
-load_point_sum, store_point_sum, _ = JOINT.tuple_access(SolvedJointPointSums, "at_end")
+load_point_sum, store_point_sum, _ = JOINT.tuple_access(SolvedContactForceSums, "at_end")
 
 load_clip, store_clip, _ = POINT.tuple_access(SidePartInContactPatch)
 load_next_point, store_next_point, _ = POINT.tuple_access(JointPointAtStepStartAndEnd, "new")

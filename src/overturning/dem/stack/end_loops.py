@@ -89,9 +89,9 @@ from overturning.dem.stack.joint_state import (
 )
 from overturning.dem.stack.landing import (
     NO_POINT,
-    joint_lands_flat,
-    landing_time_of_new_point,
+    contact_points_land_together,
     point_contact_is_deferred,
+    remaining_landing_time_of_new_contact,
 )
 from overturning.dem.stack.solve import (
     shift_wrench_to_centre,
@@ -165,7 +165,8 @@ def compute_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
         old = load_point(point, j)
         end, findings, losses, new = solve_point_contact(
             joint, frame, place, old, (change.force, change.moment),
-            (load_time(case_rows, j).half, joint_lands_flat(landing), landing_time_of_new_point(joint, landing),
+            (load_time(case_rows, j).half, contact_points_land_together(landing),
+             remaining_landing_time_of_new_contact(joint, landing),
              point_contact_is_deferred(joint, landing, place, old, frame.inside), landing.shortest < NO_POINT),
         )  # fmt: skip
         store_next_point(point, j, new)
@@ -175,7 +176,7 @@ def compute_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
 
 
 @njit(**APART)
-def add_point_to_force_distance_sum(joint_rows: Any, point: Any, lane_count: int) -> None:
+def add_point_force_times_distance(joint_rows: Any, point: Any, lane_count: int) -> None:
     """Add one contact point's normal force × distance from the centre of pressure (N·m) to the contact's sum."""
     for j in range(whole_vectors(lane_count)):
         total, place, new = load_point_sum(joint_rows, j), load_place(point, j), load_next_point(point, j)
@@ -186,12 +187,12 @@ def add_point_to_force_distance_sum(joint_rows: Any, point: Any, lane_count: int
 
 
 @njit(**APART)
-def compute_joint_wrench(
+def compute_joint_force_and_moment(
     case_rows: Any, upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int, on_ground: Any
 ) -> None:
     """Compute force and moment between a stone and its support at the end of the step; add them to both."""
     for j in range(whole_vectors(lane_count)):
-        change, flat = load_joint_change(joint_rows, j), joint_lands_flat(load_landing(joint_rows, j))
+        change, flat = load_joint_change(joint_rows, j), contact_points_land_together(load_landing(joint_rows, j))
         fine = load_attempt(case_rows, j).length <= FINE * load_clock(case_rows, j).finest
         at_end, early, findings, losses, new = solve_joint_contact(
             load_joint(joint_rows, j), load_frame(joint_rows, j), load_friction(joint_rows, j),

@@ -17,7 +17,7 @@ from overturning.dem.body.vectors import (
     rotation_matrix,
     transpose,
 )
-from overturning.dem.kernel.ending import GOES_ON, CaseProgress, SlideEndSample, case_waits_for_slides_to_stop
+from overturning.dem.kernel.ending import GOES_ON, CaseProgress, SlideEndSample, case_continues_until_sliding_stops
 from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.dem.quiet import REST_THRESHOLD_FACTOR, SAFE_SHARE
@@ -161,7 +161,7 @@ def depth_below_rest_position(state: Any, lane: int, stone_index: int) -> float:
 
 
 @njit(**INNER)
-def first_fallen_stone(state: Any, lane: int, stone_count: int, corner_limit: int) -> int:
+def lowest_fallen_stone_index(state: Any, lane: int, stone_count: int, corner_limit: int) -> int:
     """Return the index of the lowest fallen stone that is still simulated; the number of stones if there is none."""
     for s in range(stone_count):
         rows = of_stone(state, s)
@@ -185,7 +185,7 @@ def stop_simulating_fallen_stones(
 
     The energy account continues with the stones that remain.
     """
-    fallen = first_fallen_stone(state, lane, stone_count, corner_limit)
+    fallen = lowest_fallen_stone_index(state, lane, stone_count, corner_limit)
     if fallen == stone_count:
         return False
     before = stack_energy(state, lane, stone_count, corner_limit, heights)
@@ -256,7 +256,7 @@ def stack_case_status(
         return GOES_ON
     # An upright stack that slides is simulated until friction has stopped it.
     sliding_time = sliding_time_of_upright_stack(state, lane, stone_count, corner_limit)
-    if case_waits_for_slides_to_stop(state, SLIDE_END + lane, sample, sliding_time, case.step * ticks_per_sample):
+    if case_continues_until_sliding_stops(state, SLIDE_END + lane, sample, sliding_time, case.step * ticks_per_sample):
         return GOES_ON
     stands = stack_cannot_fall(state, lane, corner_limit, stones_at_rest)
     return CaseStatus.SIMULATED if stands else CaseStatus.UNDECIDED

@@ -10,19 +10,19 @@ from typing import Final
 
 from numba import njit
 
-from overturning.dem.body.centred import friction_limit_over_sticking_force
+from overturning.dem.body.centred import ratio_of_friction_limit_to_sticking_force
 from overturning.dem.body.vectors import Matrix3, Vector3
 from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.kernel.mechanics import base_slides_in_flat_landing
 from overturning.dem.stack.joint_state import (
     ContactPointPosition,
+    ContactPointState,
     JointConstants,
+    JointContactState,
     JointEquations,
     JointFriction,
-    JointHistory,
     JointNormalForceSums,
     JointPointForceAndImpulse,
-    JointPointHistory,
     JointRelativeMotion,
     TangentialVector,
     scale_tangential_vector,
@@ -43,7 +43,7 @@ def point_opening_rate(frame: JointRelativeMotion, position: ContactPointPositio
 
 @njit(**INLINE)
 def predicted_point_force_and_contact(
-    joint: JointConstants, frame: JointRelativeMotion, position: ContactPointPosition, previous: JointPointHistory,
+    joint: JointConstants, frame: JointRelativeMotion, position: ContactPointPosition, previous: ContactPointState,
     state: tuple[bool, bool, bool],
 ) -> tuple[float, bool]:  # fmt: skip
     """Return a contact point's predicted normal force over its weight factor, N, and True if it is in contact.
@@ -125,7 +125,7 @@ def spring_stretch_after_step(
 
 @njit(**INLINE)
 def predict_friction(
-    joint: JointConstants, frame: JointRelativeMotion, sums: JointNormalForceSums, previous: JointHistory,
+    joint: JointConstants, frame: JointRelativeMotion, sums: JointNormalForceSums, previous: JointContactState,
     half_step: float, state: tuple[bool, bool, float],
 ) -> JointFriction:  # fmt: skip
     """Predict tangential spring stretch, sliding and friction direction between two stones for a step's equations.
@@ -171,7 +171,7 @@ def joint_equation_terms(
     """
     in_contact, slides, d = friction.on > 0.0, friction.slides > 0.0, friction.direction
     held = tangential_contact_force(joint, friction.stretch, friction.velocity)
-    part = friction_limit_over_sticking_force(joint.friction * normal, squared_length(held), slides)
+    part = ratio_of_friction_limit_to_sticking_force(joint.friction * normal, squared_length(held), slides)
     mu = joint.friction if slides & in_contact else 0.0
     mx, my, mt = mu * d.x, mu * d.y, mu * d.twist
     fx, fy, ft = (
@@ -220,9 +220,9 @@ def joint_equation_terms(
 
 @njit(**INLINE)
 def solve_point_contact(
-    joint: JointConstants, frame: JointRelativeMotion, position: ContactPointPosition, previous: JointPointHistory,
+    joint: JointConstants, frame: JointRelativeMotion, position: ContactPointPosition, previous: ContactPointState,
     change: tuple[Vector3, Vector3], step: tuple[float, bool, float, bool, bool],
-) -> tuple[JointPointForceAndImpulse, LargestStackContactChanges, JointEnergyLosses, JointPointHistory]:  # fmt: skip
+) -> tuple[JointPointForceAndImpulse, LargestStackContactChanges, JointEnergyLosses, ContactPointState]:  # fmt: skip
     """Return normal force, contact changes, losses and new state of a contact point from a step's solved equations.
 
     `change` is the change of the relative velocity at the origin and of the relative angular velocity. `step` holds
@@ -275,7 +275,7 @@ def solve_point_contact(
         ),
         findings,
         JointEnergyLosses(power, let_go + more * power),
-        JointPointHistory(
+        ContactPointState(
             depth=depth if counts & (not waits) else 0.0,
             pressure=pressure,
             landing=landing if (inside | waits) & counts else 0.0,
@@ -286,11 +286,11 @@ def solve_point_contact(
 
 
 @njit(**INLINE)
-def contact_changes_of_friction(
+def friction_changes_from_assumption(
     direction: TangentialVector, force: TangentialVector, velocity: TangentialVector, stretch: TangentialVector,
     state: tuple[bool, bool, bool], slides: tuple[bool, bool],
 ) -> LargestStackContactChanges:  # fmt: skip
-    """Return the differences of the friction between two stones at a step's end from that which its equations assume.
+    """Return how friction of two stones at the end of a step differs from that assumed in its equations.
 
     `direction` is the assumed direction of friction, `stretch` that of its springs at the step's start. `state` holds
     whether friction has a limit above 0, whether the contact carries a force, and whether the contact state of the last
@@ -319,9 +319,9 @@ def contact_changes_of_friction(
 @njit(**INLINE)
 def solve_joint_contact(
     joint: JointConstants, frame: JointRelativeMotion, friction: JointFriction,
-    points: tuple[JointPointForceAndImpulse, float], change: tuple[Vector3, Vector3], previous: JointHistory,
+    points: tuple[JointPointForceAndImpulse, float], change: tuple[Vector3, Vector3], previous: JointContactState,
     step: tuple[float, bool, bool, float],
-) -> tuple[Wrench, Wrench, LargestStackContactChanges, JointEnergyLosses, JointHistory]:  # fmt: skip
+) -> tuple[Wrench, Wrench, LargestStackContactChanges, JointEnergyLosses, JointContactState]:  # fmt: skip
     """Return force, moment, contact changes, losses and new state between two stones from a step's solved equations.
 
     `points` holds the sums over the contact points and Σ n r (normal force × distance from the centre of pressure,
@@ -369,7 +369,7 @@ def solve_joint_contact(
         s.twist + kept.twist
     ) * (stretch.twist - kept.twist)
     let_go = 0.5 * k * (released if loaded else (squared_length(s) if previous.normal > 0.0 else 0.0))
-    findings = contact_changes_of_friction(
+    findings = friction_changes_from_assumption(
         friction.direction, TangentialVector(fx, fy, ft), velocity, s,
         (most > 0.0, loaded, not forces_decide_contact), (friction.slides > 0.0, slips),
     )  # fmt: skip
@@ -382,7 +382,7 @@ def solve_joint_contact(
         Vector3(ends.early_y + early * mx, -ends.early_x + early * my, early * mz),
     )
     in_contact = 1.0 if loaded else 0.0
-    new = JointHistory(
+    new = JointContactState(
         kept, velocity, ends.x * one * in_contact, ends.y * one * in_contact, arm_sum * one * in_contact,
         ends.force if loaded else 0.0, 1.0 if slips & (most != 0.0) else 0.0, 0.0,
     )  # fmt: skip

@@ -41,7 +41,10 @@ class JointConstants(NamedTuple):
 
 
 class TangentialVector(NamedTuple):
-    """Tangential vector between two stones: x, y, and twist × mean distance of forces from the pressure's centre."""
+    """Tangential displacement, velocity or direction at a contact of two stones: x, y and scaled twist.
+
+    The twist is multiplied by the mean distance of the normal forces from the centre of pressure.
+    """
 
     x: float
     y: float
@@ -67,7 +70,7 @@ def unit_tangential_vector(v: TangentialVector) -> TangentialVector:
     return scale_tangential_vector(1.0 / math.sqrt(square if square > 0.0 else 1.0), v)
 
 
-class JointHistory(NamedTuple):
+class JointContactState(NamedTuple):
     """Contact state of two stones after the last step: spring stretch, slip velocity, pressure centre, normal force."""
 
     stretch: TangentialVector
@@ -91,12 +94,15 @@ class JointHistory(NamedTuple):
 class JointAtStepStartAndEnd(NamedTuple):
     """Contact state of two stones before a step (`old`), and after it (`new`, valid if the step is accepted)."""
 
-    old: JointHistory
-    new: JointHistory
+    old: JointContactState
+    new: JointContactState
 
 
 class JointLandingTimes(NamedTuple):
-    """Shortest and longest remaining time of a flat landing over the contact points of two stones, s."""
+    """Shortest and longest time left (s) in a flat landing of a stone, and lowest and highest contact point (m).
+
+    The times are those over the contact points of two stones, in the impact of a base that lands flat.
+    """
 
     shortest: float
     """Shortest remaining landing time of the points, s; 0 or less if one of them does not land."""
@@ -254,7 +260,7 @@ class BaseOverhangAtSide(NamedTuple):
     """Slope of the contact normal across the side where its clipped part ends; 0 for a vertical normal."""
 
 
-class JointPointHistory(NamedTuple):
+class ContactPointState(NamedTuple):
     """State of a contact point of two stones after the last step: penetration, pressure, landing time, weight."""
 
     depth: float
@@ -272,12 +278,15 @@ class JointPointHistory(NamedTuple):
 class JointPointAtStepStartAndEnd(NamedTuple):
     """State of a contact point of two stones before a step (`old`), and after it (`new`, valid if accepted)."""
 
-    old: JointPointHistory
-    new: JointPointHistory
+    old: ContactPointState
+    new: ContactPointState
 
 
 class JointPointForceAndImpulse(NamedTuple):
-    """Normal force, its moments, and impulse of early contacts at the end of a step, for one contact point or a sum."""
+    """Normal force and additional impulse, with their moments, at one contact point or summed over several.
+
+    The additional impulse is that of contacts that closed early in the step.
+    """
 
     force: float
     """Normal force, N, and its first moments, N·m."""
@@ -289,8 +298,8 @@ class JointPointForceAndImpulse(NamedTuple):
     early_y: float
 
 
-class SolvedJointPointSums(NamedTuple):
-    """Sums of the forces over all contact points of two stones, from the solved equations of a step."""
+class SolvedContactForceSums(NamedTuple):
+    """Sums over all contact points of two stones of normal forces and impulses from a step's solved equations."""
 
     at_end: JointPointForceAndImpulse
 
@@ -298,7 +307,7 @@ class SolvedJointPointSums(NamedTuple):
 JOINT: Final = TupleRowLayout(
     COLUMNS, JointConstants, JointAtStepStartAndEnd, JointLandingTimes, JointPose, ContactNormalSums,
     JointRelativeMotion, JointNormalForceSums, SumOfForceTimesDistance, JointFriction, JointEquations,
-    SolvedJointPointSums,
+    SolvedContactForceSums
 )  # fmt: skip
 POINT: Final = TupleRowLayout(
     COLUMNS, FaceCorner, ContactPointPosition, SidePartInContactPatch, BaseOverhangAtSide, JointPointAtStepStartAndEnd

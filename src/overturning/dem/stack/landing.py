@@ -4,10 +4,10 @@ from typing import Final
 
 from numba import njit
 
-from overturning.dem.body.base_contact import longest_landing_time_including_point
+from overturning.dem.body.base_contact import updated_longest_landing_time
 from overturning.dem.body.state import IN_THE_AIR
 from overturning.dem.kernel.lanes import INLINE
-from overturning.dem.stack.joint_state import ContactPointPosition, JointConstants, JointLandingTimes, JointPointHistory
+from overturning.dem.stack.joint_state import ContactPointPosition, ContactPointState, JointConstants, JointLandingTimes
 
 NO_POINT: Final = 1e300
 """Shortest landing time of a joint without points, s."""
@@ -22,8 +22,11 @@ END_SHARE: Final = 0.05
 
 
 @njit(**INLINE)
-def joint_lands_flat(landing: JointLandingTimes) -> bool:
-    """True if all contact points of two stones land in one impact, so that dashpots may pull (`dem.block.landing`)."""
+def contact_points_land_together(landing: JointLandingTimes) -> bool:
+    """True if all contact points of two stones touch down in one impact, a flat landing.
+
+    Dashpots may pull during this impact.
+    """
     return (landing.shortest > 0.0) & (landing.shortest < NO_POINT)
 
 
@@ -32,10 +35,10 @@ def point_contact_is_deferred(
     joint: JointConstants,
     landing: JointLandingTimes,
     position: ContactPointPosition,
-    previous: JointPointHistory,
+    previous: ContactPointState,
     distance_from_rim: float,
 ) -> bool:
-    """True if a contact point gets no load in a flat landing, because it lies between both ends of the contact.
+    """True if a contact point between the two ends of a base that lands flat carries no load yet.
 
     A flat base that lands on all its corners at once is stopped by the impulse at its far end; corners in between take
     up their springs only afterwards (docs/method.md). No point is deferred while a corner of the base is near the rim
@@ -53,19 +56,22 @@ def point_contact_is_deferred(
 
 
 @njit(**INLINE)
-def joint_landing_times_with_point(
-    landing: JointLandingTimes, point: JointPointHistory, position: ContactPointPosition
+def include_point_in_landing_times(
+    landing: JointLandingTimes, point: ContactPointState, position: ContactPointPosition
 ) -> JointLandingTimes:
     """Return the landing times and the range of heights of two stones' contact points with one more point included."""
     lowest = position.z if (position.weight > 0.0) & (position.z < landing.lowest) else landing.lowest
     highest = position.z if (position.weight > 0.0) & (position.z > landing.highest) else landing.highest
     counts = point.weight > 0.0
     left = point.landing if counts & (point.landing < landing.shortest) else landing.shortest
-    longest = longest_landing_time_including_point(landing.longest, point.landing, point.depth)
+    longest = updated_longest_landing_time(landing.longest, point.landing, point.depth)
     return JointLandingTimes(left, longest if counts else landing.longest, lowest, highest)
 
 
 @njit(**INLINE)
-def landing_time_of_new_point(joint: JointConstants, landing: JointLandingTimes) -> float:
-    """Return the landing time left (s) for a new contact point: as for points in contact, or the full duration."""
+def remaining_landing_time_of_new_contact(joint: JointConstants, landing: JointLandingTimes) -> float:
+    """Return the time left (s) in a flat landing for a point that comes into contact.
+
+    It is that of the points already in contact, or the full duration if there are none.
+    """
     return joint.landing if landing.longest == IN_THE_AIR else landing.longest

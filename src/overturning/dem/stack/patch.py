@@ -158,7 +158,11 @@ def predict_base_corner_positions(
 
 @njit(**APART)
 def update_distance_from_rim(joint_rows: Any, point: Any, side: Any, lane_count: int) -> None:
-    """Update the least distance of base corners from the lower face's rim with one corner and one side of the face."""
+    """Update the least distance of base corners from the rim of the face below by one corner and one side.
+
+    The distance of the corner from the side is taken if it is smaller than the least one so far; this is done for all
+    stacks.
+    """
     for j in range(whole_vectors(lane_count)):
         place, limit = load_place(point, j), load_outline(side, j)
         free = limit.reach - (limit.nx * place.x + limit.ny * place.y)
@@ -200,7 +204,7 @@ def clip_by_half_plane(clip: SidePartInContactPatch, at_begin: float, at_end: fl
 
 
 @njit(**INLINE)
-def clipped_side_with_length(clip: SidePartInContactPatch, length: float) -> SidePartInContactPatch:
+def set_length_of_clipped_side(clip: SidePartInContactPatch, length: float) -> SidePartInContactPatch:
     """Return the clipped part of a face's side with its length, m; `length` is that of the whole side, m."""
     part = clip.end - clip.begin
     return SidePartInContactPatch(clip.begin, clip.end, length * part if part > 0.0 else 0.0)
@@ -229,7 +233,7 @@ def add_clipped_base_side_length(joint_rows: Any, point: Any, next_corner: Any, 
     """Compute the length of a side of a stone's base after clipping, and add it to the contact patch's perimeter."""
     for j in range(whole_vectors(lane_count)):
         a, b = load_place(point, j), load_place(next_corner, j)
-        clip = clipped_side_with_length(load_clip(point, j), math.sqrt((b.x - a.x) ** 2 + (b.y - a.y) ** 2))
+        clip = set_length_of_clipped_side(load_clip(point, j), math.sqrt((b.x - a.x) ** 2 + (b.y - a.y) ** 2))
         store_clip(point, j, clip)
         joint_rows[RIM + j] += clip.length
 
@@ -253,7 +257,7 @@ def twice_triangle_area(a: ContactPointPosition, b: ContactPointPosition, x: flo
 
 
 @njit(**INLINE)
-def normal_slope_of_crossing_sides(lower: FaceCorner, a: ContactPointPosition, b: ContactPointPosition) -> float:
+def contact_normal_slope_at_crossing(lower: FaceCorner, a: ContactPointPosition, b: ContactPointPosition) -> float:
     """Return the slope (≥ 0) of the contact normal where side a–b of the upper base crosses a lower face's side.
 
     The normal is perpendicular to both sides; the slope is that across the side of the lower face.
@@ -278,7 +282,7 @@ def clip_side_of_lower_face(side: Any, next_corner: Any, begin: Any, end: Any, l
         c, d = load_outline(side, j), load_outline(next_corner, j)
         old, rim = load_clip(side, j), load_rim_side(side, j)
         new = clip_by_half_plane(old, twice_triangle_area(a, b, c.x, c.y), twice_triangle_area(a, b, d.x, d.y))
-        slope, beyond = normal_slope_of_crossing_sides(c, a, b), (c.nx * a.x + c.ny * a.y) - c.reach
+        slope, beyond = contact_normal_slope_at_crossing(c, a, b), (c.nx * a.x + c.ny * a.y) - c.reach
         store_clip(side, j, new)
         store_rim_side(side, j, BaseOverhangAtSide(
             overhang=beyond if beyond > rim.overhang else rim.overhang,
@@ -292,7 +296,7 @@ def add_clipped_lower_side_length(joint_rows: Any, side: Any, next_corner: Any, 
     """Compute the length of a side of the lower face after clipping, and add it to the contact patch's perimeter."""
     for j in range(whole_vectors(lane_count)):
         c, d = load_outline(side, j), load_outline(next_corner, j)
-        clip = clipped_side_with_length(load_clip(side, j), math.sqrt((d.x - c.x) ** 2 + (d.y - c.y) ** 2))
+        clip = set_length_of_clipped_side(load_clip(side, j), math.sqrt((d.x - c.x) ** 2 + (d.y - c.y) ** 2))
         store_clip(side, j, clip)
         joint_rows[RIM + j] += clip.length
 

@@ -98,10 +98,10 @@ class StackTrajectory:
         return variables, coordinates, {"reference": self.reference, "weight": weight}
 
 
-def trajectory_with_aftermath(
+def extend_trajectory_by_its_last_row(
     rows: FloatArray, has_fallen: NDArray[np.bool_], sampling_interval: float, aftermath: float
 ) -> FloatArray:
-    """Return a trajectory with rows for `aftermath` seconds after its end, all equal to the last row but for the time.
+    """Return a trajectory extended by `aftermath` seconds, in which its last row is repeated at later times.
 
     The rows have steps of `sampling_interval`, s; none are added if no stone has fallen at the end of the case
     (`has_fallen`, shape (stones,)). In these rows fallen stones are marked as not simulated.

@@ -11,7 +11,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.body.plan import (
     SimulationPlan3D,
     base_accelerations_by_orientation,
-    steps_per_sample_and_clock_settings,
+    steps_per_sample_and_step_control,
     strong_motion_ranges_in_any_direction,
 )
 from overturning.dem.kernel.clock import STACK
@@ -24,8 +24,8 @@ from overturning.dem.stack.path import (
     GROUND_COLUMNS,
     STONE_COLUMNS,
     StackTrajectory,
+    extend_trajectory_by_its_last_row,
     fill_in_free_flights,
-    trajectory_with_aftermath,
 )
 from overturning.dem.stack.results import outcome_variables_of_stacks
 from overturning.dem.stack.rules import StackKernelInput
@@ -37,10 +37,10 @@ from overturning.dem.stack.statics import (
     face_corner_rows,
     joint_constants_of_stack,
     motion_onset_acceleration,
+    scale_factors_for_unit_mass_matrix,
     spring_energy_at_rest,
     stiffness_matrix,
     stone_rows_at_rest,
-    unit_mass_matrix_factors,
 )
 from overturning.dem.stack.tables import CASE, RESULT, STONE_RESULT
 from overturning.dem.time_step import IntegrationScheme, parse_scheme
@@ -85,7 +85,10 @@ class StackSimulationPlan(SimulationPlan3D):
     def kernel_input(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int
     ) -> StackKernelInput:
-        """Return the stack kernel's input for cases with equal steps per sample, steps divided by `step_divisor`."""
+        """Return the input of the stack kernel for cases with equal numbers of time steps per sample.
+
+        The steps are shortened by the factor `step_divisor`.
+        """
         queued = self.kernel_input_fields_3d(case_numbers, result_tables, step_divisor, COLUMNS)
         return StackKernelInput(
             **queued, each=result_tables["each"], friction=self.friction[case_numbers], stones=self.stones,
@@ -103,7 +106,10 @@ class StackSimulationPlan(SimulationPlan3D):
         return outcome_variables_of_stacks(result_tables["results"], each, orientation, self.cosines[case_numbers])
 
     def create_trajectory_buffer(self, is_recorded: bool) -> FloatArray:
-        """Return a trajectory array of zeros, shape (rows, columns); without rows if no trajectory `is_recorded`."""
+        """Return an array of zeros for the kernel's trajectory, shape (rows, columns).
+
+        It has no rows unless `is_recorded`.
+        """
         columns = GROUND_COLUMNS + STONE_COLUMNS * self.stones.shape[1]
         rows = int(self.table[0]["after"] - self.first[0]) + 3 if is_recorded else 0
         check_trajectory_size(rows * columns)
@@ -128,7 +134,7 @@ class StackSimulationPlan(SimulationPlan3D):
         at_rest = self.trajectory_rows_at_rest(self.motion.sample_count)
         # A flight needs a row for each sample, also while the stones below rest and samples are skipped.
         trajectory = self.insert_skipped_sample_rows(trajectory, at_rest)
-        longer = trajectory_with_aftermath(trajectory, has_fallen, self.motion.sampling_interval, aftermath)
+        longer = extend_trajectory_by_its_last_row(trajectory, has_fallen, self.motion.sampling_interval, aftermath)
         new, samples = slice(len(trajectory), None), np.arange(self.motion.sample_count) * self.motion.sampling_interval
         for column in (1, 2, 3):
             longer[new, column] = np.interp(longer[new, 0], samples, at_rest[:, column], right=0.0)
@@ -169,19 +175,22 @@ def _check_stack_arguments(cases: Cases, numerics: NumericalOptions) -> None:
         raise ArgumentError(f"aspect: {np.unique(cases.aspect).tolist()}; a stack has the depths of its scene")
 
 
-def _rest_to_motion_onset_ratios(
+def _rest_limit_to_onset_acceleration_ratios(
     stacks: list[list[StackStone]],
     joints: list[JointConstantsOfStack],
     stack_indices: NDArray[np.int64],
     damping_factor: FloatArray,
     sampling_interval: float,
 ) -> FloatArray:
-    """Return, for each case, the share of the onset acceleration of motion up to which a stack at rest stays at rest.
+    """Return, per case, the fraction of the onset acceleration up to which a stack at rest surely stays at rest.
+
+    The onset acceleration is the static one, at which a contact slides or opens; the fraction allows for dynamic
+    overshoot.
 
     The joint (contact of two stones) with the shortest delay (dashpot over spring) damps least.
     """
     slowest = np.array([
-        lowest_eigenvalue(stiffness_matrix(stones, table, unit_mass_matrix_factors(stones)))
+        lowest_eigenvalue(stiffness_matrix(stones, table, scale_factors_for_unit_mass_matrix(stones)))
         for stones, table in zip(stacks, joints, strict=True)
     ])  # fmt: skip
     delay = np.array([float(np.min(table.rows["dashpot"] / table.rows["stiffness"])) for table in joints])
@@ -204,7 +213,7 @@ def plan_stack_simulation(
     given = np.array([np.nan if stone.friction is None else stone.friction for stone in stacks[0]])
     friction = np.where(np.isnan(given), np.asarray(cases.friction)[:, None], given)
     square = np.array([
-        highest_eigenvalue(stiffness_matrix(stones, table, unit_mass_matrix_factors(stones)))
+        highest_eigenvalue(stiffness_matrix(stones, table, scale_factors_for_unit_mass_matrix(stones)))
         * eigenvalue_factor_of_inertia_products(stones)
         for stones, table in zip(stacks, joints, strict=True)
     ])  # fmt: skip
@@ -221,7 +230,7 @@ def plan_stack_simulation(
     ])  # fmt: skip
     interval, samples = motion.sampling_interval, motion.sample_count
     rate = (square * delay)[which] * np.asarray(cases.damping_factor)
-    steps, pace = steps_per_sample_and_clock_settings(
+    steps, pace = steps_per_sample_and_step_control(
         numerics, square[which], rate, interval, LONGER_STEP * period[which], STACK
     )
     pace["finest"] = np.minimum(pace["finest"], LONGEST_FINEST_STEP)
@@ -229,7 +238,9 @@ def plan_stack_simulation(
     pace["settled"] = np.where(pace["finest"] < LONGEST_FINEST_STEP, pace["dwell"], pace["settled"])
     rest_share = np.zeros(cases.case_count)
     if numerics.leave_out:
-        rest_share = _rest_to_motion_onset_ratios(stacks, joints, which, np.asarray(cases.damping_factor), interval)
+        rest_share = _rest_limit_to_onset_acceleration_ratios(
+            stacks, joints, which, np.asarray(cases.damping_factor), interval
+        )
     amplitude = np.asarray(cases.amplitude)
     row, cosines, along = base_accelerations_by_orientation(motion, cases)
     threshold = np.zeros(cases.case_count)

@@ -14,7 +14,7 @@ from overturning.dem.body.vectors import (
     scale_vector,
 )
 from overturning.dem.kernel.clock import STACK
-from overturning.dem.kernel.ground import base_acceleration_up_to_next_sample as push_at
+from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_sample as push_at
 from overturning.dem.kernel.lanes import APART, INLINE, create_elementwise_tuple_functions, whole_vectors
 from overturning.dem.stack.access import (
     load_attempt,
@@ -67,17 +67,17 @@ from overturning.dem.stack.joint_state import (
 )
 from overturning.dem.stack.landing import (
     NO_POINT,
-    joint_landing_times_with_point,
-    joint_lands_flat,
+    contact_points_land_together,
+    include_point_in_landing_times,
     point_contact_is_deferred,
 )
 from overturning.dem.stack.solve import (
-    eliminate_stone,
+    eliminate_stone_from_equations,
     mass_matrix_of_stone,
     matrix_6x6_times_wrench,
     right_side_of_stone_equations,
     rotate_equations,
-    solve_lowest_stone,
+    solve_velocity_change_of_lowest_stone,
     wrench_plus,
 )
 from overturning.dem.stack.state import (
@@ -135,8 +135,11 @@ def predict_inertial_acceleration(case_rows: Any, lane_count: int, ticks_per_sam
 
 
 @njit(**APART)
-def predict_stones(case_rows: Any, rows: Any, lane_count: int) -> None:
-    """Predict one stone of each stack at the end of the step, and set up the stone's equations of motion."""
+def predict_stone_motion_and_equations(case_rows: Any, rows: Any, lane_count: int) -> None:
+    """Predict one stone of each stack at the end of the step, and set up the stone's equations of motion.
+
+    The prediction is of its pose and velocities.
+    """
     for j in range(whole_vectors(lane_count)):
         constants, state, half = load_constants(rows, j), load_stone(rows, j), load_time(case_rows, j).half
         predicted = predict_stone_at_step_end(constants.inverse, state, 2.0 * half)
@@ -170,7 +173,7 @@ def update_landing_times_with_contact_point(joint_rows: Any, point: Any, lane_co
         store_landing(
             joint_rows,
             j,
-            joint_landing_times_with_point(load_landing(joint_rows, j), load_point(point, j), load_place(point, j)),
+            include_point_in_landing_times(load_landing(joint_rows, j), load_point(point, j), load_place(point, j)),
         )
 
 
@@ -183,7 +186,7 @@ def predict_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
         waits = point_contact_is_deferred(joint, landing, place, old, frame.inside)
         fine = load_attempt(case_rows, j).length <= FINE * load_clock(case_rows, j).finest
         pressure, on = predicted_point_force_and_contact(
-            joint, frame, place, old, (fine, joint_lands_flat(landing), waits)
+            joint, frame, place, old, (fine, contact_points_land_together(landing), waits)
         )
         terms = normal_force_sum_terms_of_point(joint, half, place, pressure, on)
         store_normal(joint_rows, j, add_normal(load_normal(joint_rows, j), terms))
@@ -197,7 +200,7 @@ def predict_joint_friction(case_rows: Any, upper_rows: Any, joint_rows: Any, lan
         old, half, flat = (
             load_history(joint_rows, j),
             load_time(case_rows, j).half,
-            joint_lands_flat(load_landing(joint_rows, j)),
+            contact_points_land_together(load_landing(joint_rows, j)),
         )
         fine = load_attempt(case_rows, j).length <= FINE * load_clock(case_rows, j).finest
         foot = load_constants(upper_rows, j).foot
@@ -217,10 +220,13 @@ def rotate_joint_equations(joint_rows: Any, lane_count: int) -> None:
 
 @njit(**APART)
 def eliminate_upper_stones(case_rows: Any, upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
-    """Eliminate the velocities of an upper stone from the equations of motion, for all stacks in parallel."""
+    """Eliminate the velocity corrections of one upper stone of each stack from the equations of motion.
+
+    All stacks are treated in parallel.
+    """
     for j in range(whole_vectors(lane_count)):
         below, origin = load_predicted(lower_rows, j), load_joint_pose(joint_rows, j).origin
-        solution, rest = eliminate_stone(
+        solution, rest = eliminate_stone_from_equations(
             load_diagonal(upper_rows, j), load_diagonal(lower_rows, j), load_equations(joint_rows, j),
             load_time(case_rows, j).half, minus(origin, load_predicted(upper_rows, j).place),
             minus(origin, below.place),
@@ -230,11 +236,13 @@ def eliminate_upper_stones(case_rows: Any, upper_rows: Any, lower_rows: Any, joi
 
 
 @njit(**APART)
-def solve_lowest_stones(case_rows: Any, rows: Any, joint_rows: Any, lane_count: int) -> None:
+def solve_velocity_changes_of_lowest_stones(case_rows: Any, rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Solve the equations of the lowest stone of each stack for its velocity correction."""
     for j in range(whole_vectors(lane_count)):
         arm = scale_vector(-1.0, load_predicted(rows, j).place)
-        e = solve_lowest_stone(load_diagonal(rows, j), load_equations(joint_rows, j), load_time(case_rows, j).half, arm)
+        e = solve_velocity_change_of_lowest_stone(
+            load_diagonal(rows, j), load_equations(joint_rows, j), load_time(case_rows, j).half, arm
+        )
         store_change(rows, j, StoneVelocityChange(e.force, e.moment))
 
 

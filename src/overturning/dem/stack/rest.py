@@ -189,7 +189,7 @@ def current_motion_onset_acceleration(state: Any, lane: int, stone_count: int, c
 
 
 @njit(**INNER)
-def stack_rest_limit(state: Any, lane: int, stone_count: int, corner_limit: int) -> float:
+def base_acceleration_limit_of_stack_at_rest(state: Any, lane: int, stone_count: int, corner_limit: int) -> float:
     """Return the base acceleration over g up to which a stack at rest stays at rest; 0 if the stack is not at rest."""
     if not all_contact_points_carry_load(state, lane, stone_count, corner_limit):
         return 0.0

@@ -61,7 +61,7 @@ def base_normal_slopes(frame: JointRelativeMotion) -> tuple[float, float]:
 
 
 @njit(**INLINE)
-def rim_normal_weight(overhang: float, reach: float) -> float:
+def contact_normal_weight_of_rim_side(overhang: float, reach: float) -> float:
     """Return the weight, 0 to 1, with which the normal at a side of the lower face's rim counts in the contact normal.
 
     It is proportional to the overhang of the upper base, and 1 from an overhang of `FULL_OVERHANG` times the distance
@@ -109,7 +109,10 @@ def add_rim_points_to_normal_sums(
         own, previous = load_outline(side, j), load_outline(previous_side, j)
         slope_x, slope_y = base_normal_slopes(load_frame(joint_rows, j))
         rim, other = load_rim_side(side, j), load_rim_side(previous_side, j)
-        full, corner = rim_normal_weight(rim.overhang, own.reach), rim_normal_weight(other.overhang, previous.reach)
+        full, corner = (
+            contact_normal_weight_of_rim_side(rim.overhang, own.reach),
+            contact_normal_weight_of_rim_side(other.overhang, previous.reach),
+        )
         corner = full if full < corner else corner
         # Sides that cross at a small angle would have a horizontal normal.
         most = math.sqrt(slope_x * slope_x + slope_y * slope_y)
@@ -174,8 +177,10 @@ def rotate_contact_frame_to_mean_normal(upper_rows: Any, lower_rows: Any, joint_
 
 
 @njit(**APART)
-def keep_lower_normal_beyond_critical_lean(upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
-    """Keep the normal of the lower face where a stone leans beyond the critical angle of its base, for all stacks.
+def keep_lower_face_normal_beyond_critical_lean(upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
+    """Use the lower face's normal as contact normal where a stone leans beyond its base's critical angle.
+
+    This is done for all stacks.
 
     Such a stone has fallen as soon as a corner of its base is below the rim (`stone_hangs_over_rim`).
     """
@@ -206,4 +211,4 @@ def sum_contact_normals(
             point_window(points, corners + upper_count + k), point_window(points, crossings + upper_count + k),
             lane_count,
         )  # fmt: skip
-    keep_lower_normal_beyond_critical_lean(upper_rows, joint_rows, lane_count)
+    keep_lower_face_normal_beyond_critical_lean(upper_rows, joint_rows, lane_count)

@@ -7,7 +7,11 @@ from numba import njit
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.body.state import BaseMotionSampleNumber, inertial_acceleration_over_sample, lean_as_squared_sine
+from overturning.dem.body.state import (
+    BaseMotionSampleNumber,
+    lean_as_squared_sine,
+    linear_inertial_acceleration_of_sample,
+)
 from overturning.dem.body.vectors import (
     Quaternion,
     SymmetricMatrix,
@@ -47,7 +51,7 @@ from overturning.dem.stack.access import (
     store_turn,
 )
 from overturning.dem.stack.ending import (
-    first_fallen_stone,
+    lowest_fallen_stone_index,
     record_stack_motion,
     stack_case_status,
     stone_state_sum_for_finite_check,
@@ -58,10 +62,10 @@ from overturning.dem.stack.joint_state import (
     POINT,
     FaceCorner,
     JointConstants,
-    JointHistory,
+    JointContactState,
     TangentialVector,
 )
-from overturning.dem.stack.rest import AT_REST, mark_possibly_resting_stacks, stack_rest_limit
+from overturning.dem.stack.rest import AT_REST, base_acceleration_limit_of_stack_at_rest, mark_possibly_resting_stacks
 from overturning.dem.stack.state import (
     CASE,
     COLUMNS,
@@ -213,7 +217,9 @@ def write_initial_joint_state(
     ))  # fmt: skip
     still = TangentialVector(0.0, 0.0, 0.0)
     store_history(
-        rows, lane, JointHistory(still, still, constants.cx, constants.cy, constants.arm, constants.normal, 0.0, 0.0)
+        rows,
+        lane,
+        JointContactState(still, still, constants.cx, constants.cy, constants.arm, constants.normal, 0.0, 0.0),
     )
 
 
@@ -262,7 +268,7 @@ def load_base_motion_of_sample(
         state[LOADED + j] = course.sample + 1.0
         i = min(int(course.sample), last)
         horizontal = along[motion_rows[lane_cases[j]]]
-        store_shaking(state, j, inertial_acceleration_over_sample(horizontal, up, i, course.amplitude, scale))
+        store_shaking(state, j, linear_inertial_acceleration_of_sample(horizontal, up, i, course.amplitude, scale))
 
 
 def advance_one_sample(
@@ -320,7 +326,7 @@ def mark_possibly_ended_stack_cases(
             total += stone_state_sum_for_finite_check(load_stone(of_stone(state, s), j))
         sample = course.sample + state[TICK + j] / ticks_per_sample
         due = total - total != 0.0 or sample >= min(course.calm, last_sample)
-        due = due or first_fallen_stone(state, j, stone_count, corner_limit) < stone_count
+        due = due or lowest_fallen_stone_index(state, j, stone_count, corner_limit) < stone_count
         end_marks_out[j] = 1.0 if due else 0.0
         count += 1 if due else 0
     return count
@@ -343,7 +349,7 @@ def skip_quiet_samples(
         direction = row[lane_cases[j]]
         if not upcoming_motion_is_below_rest_limit(ground, direction, now, course.amplitude, bound):
             continue
-        rest_limit = stack_rest_limit(state, j, stones, corners)
+        rest_limit = base_acceleration_limit_of_stack_at_rest(state, j, stones, corners)
         if rest_limit > 0.0:
             samples = count_skippable_samples(ground, direction, now, course.amplitude, rest_limit)
             state[SAMPLE + j] += samples

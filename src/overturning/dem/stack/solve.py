@@ -18,7 +18,12 @@ from overturning.dem.body.vectors import (
 )
 from overturning.dem.kernel.lanes import INLINE, create_elementwise_tuple_functions
 from overturning.dem.stack.joint_state import JointEquations
-from overturning.dem.stack.state import DiagonalBlockAndRightSide, EliminatedStone, VelocityToForceBlocks, Wrench
+from overturning.dem.stack.state import (
+    DiagonalBlockAndRightSide,
+    EliminatedStoneSolution,
+    VelocityToForceBlocks,
+    Wrench,
+)
 
 sum_of_6x6_matrices, difference_of_6x6_matrices = (
     create_elementwise_tuple_functions(VelocityToForceBlocks).plus,
@@ -170,14 +175,14 @@ def scale_wrench(factor: float, w: Wrench) -> Wrench:
 
 
 @njit(**INLINE)
-def eliminate_stone(
+def eliminate_stone_from_equations(
     diagonal: DiagonalBlockAndRightSide,
     lower: DiagonalBlockAndRightSide,
     joint: JointEquations,
     half_step: float,
     upper_arm: Vector3,
     lower_arm: Vector3,
-) -> tuple[EliminatedStone, DiagonalBlockAndRightSide]:
+) -> tuple[EliminatedStoneSolution, DiagonalBlockAndRightSide]:
     """Eliminate a stone from a stack's equations; return its solution, and the reduced equations of the stone below.
 
     `diagonal` and `lower` do not contain the contact of the two stones yet.
@@ -194,7 +199,7 @@ def eliminate_stone(
         inverse, wrench_plus(diagonal.right, shift_wrench_to_centre(wrench, upper_arm))
     )
     # e = fixed part + factor · e_below: the coupling has a minus sign.
-    return EliminatedStone(factor_below, fixed_part), DiagonalBlockAndRightSide(
+    return EliminatedStoneSolution(factor_below, fixed_part), DiagonalBlockAndRightSide(
         difference_of_6x6_matrices(
             sum_of_6x6_matrices(lower.blocks, shift_matrix_to_centres(joint_matrix, lower_arm, lower_arm)),
             product_of_6x6_matrices(back, factor_below),
@@ -207,7 +212,7 @@ def eliminate_stone(
 
 
 @njit(**INLINE)
-def solve_lowest_stone(
+def solve_velocity_change_of_lowest_stone(
     diagonal: DiagonalBlockAndRightSide, joint: JointEquations, half_step: float, arm: Vector3
 ) -> Wrench:
     """Return the velocity correction of the lowest stone, after the stones above it have been eliminated."""

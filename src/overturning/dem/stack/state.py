@@ -40,7 +40,7 @@ class StackConstants(NamedTuple):
 
 
 class StackRestState(NamedTuple):
-    """Rest of a stack: limits of the base acceleration that does not move it, and 1 if it may be at rest."""
+    """Limits of base acceleration up to which a stack stays at rest, and 1 or 0 for whether it may be at rest."""
 
     share: float
     """Share of the acceleration that slides or unloads a joint, up to which nothing moves; 0: no sample is skipped."""
@@ -195,7 +195,7 @@ class DiagonalBlockAndRightSide(NamedTuple):
     right: Wrench
 
 
-class EliminatedStone(NamedTuple):
+class EliminatedStoneSolution(NamedTuple):
     """Velocity correction of a stone eliminated from the equations, as a function of that of the stone below.
 
     It is `fixed_part` + `factor_below` × (velocity correction of the stone below).
@@ -226,5 +226,5 @@ CASE: Final = TupleRowLayout(
 )  # fmt: skip
 STONE: Final = TupleRowLayout(
     COLUMNS, StoneConstants, StoneState, StonePeakTilt, StoneFallState, PredictedStone, Matrix3,
-    DiagonalBlockAndRightSide, EliminatedStone, StoneVelocityChange, StoneContactForceSums,
+    DiagonalBlockAndRightSide, EliminatedStoneSolution, StoneVelocityChange, StoneContactForceSums
 )  # fmt: skip

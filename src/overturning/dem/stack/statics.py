@@ -17,7 +17,7 @@ from overturning.model.stack_stones import (
     ContactPatchAtRest,
     StackStone,
     contact_patches_at_rest,
-    polygon_side_distances,
+    polygon_side_distances_from_point,
 )
 from overturning.units import STANDARD_GRAVITY
 
@@ -94,13 +94,15 @@ def stone_rows_at_rest(stones: list[StackStone], joints: JointConstantsOfStack) 
 
 
 def distance_and_height_over_nearest_patch_side(stone: StackStone, patch: ContactPatchAtRest) -> tuple[float, float]:
-    """Return distance (m) and height (m), from the nearest side of a contact, of the centre of mass that tips over it.
+    """Return the distance and height (m) of the centre of mass that tips over the nearest side of a contact.
+
+    The distance is horizontal, from this side to the centre; the height is that above the contact.
 
     The centre is that of the stone; if it is held down by stones above, outside the contact, that of all stones above
     the contact.
     """
     base = stone.nearest_base_side_distance
-    side = float(polygon_side_distances(patch.corners, stone.x).min())
+    side = float(polygon_side_distances_from_point(patch.corners, stone.x).min())
     if side <= 0.0:
         return float(patch.reach.min()), patch.height
     # Where the whole base rests on the face below, its sides are those of the patch but for rounding.
@@ -175,7 +177,7 @@ def stiffness_matrix(
     return matrix
 
 
-def unit_mass_matrix_factors(stones: list[StackStone]) -> FloatArray:
+def scale_factors_for_unit_mass_matrix(stones: list[StackStone]) -> FloatArray:
     """Return the factors that scale a stack's unknowns to a mass matrix with unit diagonal, shape (6 n,)."""
     return np.concatenate([
         1.0 / np.sqrt(stone.mass * np.array([1.0, 1.0, 1.0, *np.diag(stone.inertia)])) for stone in stones
@@ -185,8 +187,8 @@ def unit_mass_matrix_factors(stones: list[StackStone]) -> FloatArray:
 def eigenvalue_factor_of_inertia_products(stones: list[StackStone]) -> float:
     """Return an upper bound of the factor by which products of inertia raise a stack's highest ω².
 
-    `unit_mass_matrix_factors` leaves them out. With the correlation ρ of x and z, the least eigenvalue of the scaled
-    mass matrix is 1 − |ρ|; the factor is 1 for stones whose outlines are symmetric.
+    `scale_factors_for_unit_mass_matrix` leaves them out. With the correlation ρ of x and z, the least eigenvalue of
+    the scaled mass matrix is 1 − |ρ|; the factor is 1 for stones whose outlines are symmetric.
     """
     correlation = [abs(stone.inertia[0, 2]) / math.sqrt(stone.inertia[0, 0] * stone.inertia[2, 2]) for stone in stones]
     return 1.0 / (1.0 - max(correlation))
@@ -201,7 +203,7 @@ def pose_at_rest(stones: list[StackStone], joints: JointConstantsOfStack) -> Flo
     weight = np.zeros(6 * count)
     weight[2::6] = [-stone.mass * STANDARD_GRAVITY for stone in stones]
     scale, loaded = (
-        unit_mass_matrix_factors(stones),
+        scale_factors_for_unit_mass_matrix(stones),
         [np.ones(len(patch.corners), np.bool_) for patch in joints.patches],
     )
     level = np.zeros((count, 6))

@@ -7,9 +7,9 @@ from numba import njit
 from overturning.dem.kernel.lanes import INNER
 from overturning.dem.stack.end_loops import (
     accept_or_reject_steps,
-    add_point_to_force_distance_sum,
+    add_point_force_times_distance,
     complete_stone_step,
-    compute_joint_wrench,
+    compute_joint_force_and_moment,
     compute_point_normal_force,
     mark_joints_with_base_beyond_rim,
     store_contact_point_states_after_accepted_steps,
@@ -35,9 +35,9 @@ from overturning.dem.stack.predict_loops import (
     predict_inertial_acceleration,
     predict_joint_friction,
     predict_point_normal_force,
-    predict_stones,
+    predict_stone_motion_and_equations,
     rotate_joint_equations,
-    solve_lowest_stones,
+    solve_velocity_changes_of_lowest_stones,
     update_landing_times_with_contact_point,
 )
 from overturning.dem.stack.rim import (
@@ -113,8 +113,8 @@ def compute_contact_patch_forces(
     for n in range(used_points[0]):
         compute_point_normal_force(case_rows, joint_rows, point_window(points, used_points[1 + n]), lane_count)
     for n in range(used_points[0]):
-        add_point_to_force_distance_sum(joint_rows, point_window(points, used_points[1 + n]), lane_count)
-    compute_joint_wrench(case_rows, upper_rows, lower_rows, joint_rows, lane_count, on_ground)
+        add_point_force_times_distance(joint_rows, point_window(points, used_points[1 + n]), lane_count)
+    compute_joint_force_and_moment(case_rows, upper_rows, lower_rows, joint_rows, lane_count, on_ground)
 
 
 @njit(**INNER)
@@ -156,7 +156,7 @@ def advance_stacks(
         predict_inertial_acceleration(case, lane_count, ticks_per_sample)
         for s in range(stone_count):
             stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
-            predict_stones(case, stone, lane_count)
+            predict_stone_motion_and_equations(case, stone, lane_count)
         for s in range(stone_count):
             stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
             at = first + s * size
@@ -178,7 +178,7 @@ def advance_stacks(
             eliminate_upper_stones(
                 case, stone, lower, state[first + s * size : first + s * size + JOINT_SIZE], lane_count
             )
-        solve_lowest_stones(
+        solve_velocity_changes_of_lowest_stones(
             case, state[CASE_SIZE : CASE_SIZE + STONE_SIZE], state[first : first + JOINT_SIZE], lane_count
         )
         for s in range(1, stone_count):

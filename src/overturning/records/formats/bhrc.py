@@ -9,7 +9,7 @@ from typing import Final
 
 from overturning.records.component import UNKNOWN, RecordComponent
 from overturning.records.formats.header import Fields, HeaderFields
-from overturning.records.formats.lines import FLOAT, TextLines, reads_consecutive_components
+from overturning.records.formats.lines import FLOAT, TextLines, decorator_for_reading_all_components
 from overturning.units import STANDARD_GRAVITY
 
 HEADER_LINES: Final = 27
@@ -29,7 +29,7 @@ FIELDS: Final[Fields] = {
 }
 
 
-@reads_consecutive_components(r"\* VOL1", "only volume 1 is read")
+@decorator_for_reading_all_components(r"\* VOL1", "only volume 1 is read")
 def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     """Read one component of a BHRC file (Iran); return the component and its number of lines."""
     header = HeaderFields.find_fields(channel_lines, FIELDS, HEADER_LINES, min_lines=HEADER_LINES)

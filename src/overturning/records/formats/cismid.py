@@ -10,7 +10,12 @@ from datetime import datetime, timedelta
 from typing import Final
 
 from overturning.records.component import AxisDirection, HeaderPeak, RecordComponent
-from overturning.records.formats.header import Fields, HeaderFields, coordinate_with_hemisphere, parse_time_as_utc
+from overturning.records.formats.header import (
+    Fields,
+    HeaderFields,
+    parse_time_as_utc,
+    signed_coordinate_from_hemisphere,
+)
 from overturning.records.formats.lines import FLOAT, TextLines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -60,7 +65,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     values, notes = header.cut_to_stated_count(
         "NUMBER OF SAMPLES", header.read_number_rows(heading + 1, 1 + len(columns))
     )
-    header.check_even_times(heading + 1, values[:, 0], interval, 1, "get the file again")
+    header.check_times_have_constant_interval(heading + 1, values[:, 0], interval, 1, "get the file again")
     comments = " ".join(" ".join(header.lines[header.line_index_of_field("section 4") + 1 : heading - 1]).split())
     origin, start = (_utc_time_of_local_time_field(header, name) for name in ("ORIGIN TIME", "RECORD TIME"))
     if origin and start and start < origin - timedelta(hours=12):  # The date is the earthquake's.
@@ -94,7 +99,9 @@ def _latitude_and_longitude(header: HeaderFields) -> tuple[float | None, float |
     They have a minus sign, or the letter S or W (O in Spanish), in the south or west.
     """
     stated = [header.field_pattern_match(name) for name in PLACE]
-    latitude, longitude = (coordinate_with_hemisphere(float(one[1]), one[2] or "") if one else None for one in stated)
+    latitude, longitude = (
+        signed_coordinate_from_hemisphere(float(one[1]), one[2] or "") if one else None for one in stated
+    )
     return latitude, longitude
 
 

@@ -27,7 +27,7 @@ from overturning.records.component import (
     sensor_location_in_header_line,
 )
 from overturning.records.formats.header import EARTHQUAKE, Fields, HeaderFields
-from overturning.records.formats.lines import TextLines, reads_consecutive_components
+from overturning.records.formats.lines import TextLines, decorator_for_reading_all_components
 from overturning.units import GAL, STANDARD_GRAVITY
 
 UNITS: Final = {2: STANDARD_GRAVITY, 4: GAL, 10: GAL, 11: 1e-3 * STANDARD_GRAVITY}
@@ -68,7 +68,7 @@ def _parse_number_block_format(
     return {"count": count, "per_line": per_line, "width": width}, line_index + 1 + -(-count // per_line)
 
 
-@reads_consecutive_components(r"\s*(Corrected|Uncorrected|Raw) accel.*\(Format v", "get the file again")
+@decorator_for_reading_all_components(r"\s*(Corrected|Uncorrected|Raw) accel.*\(Format v", "get the file again")
 def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     """Read one component of a COSMOS file; return the component and its number of lines."""
     text = channel_lines.lines

@@ -25,7 +25,7 @@ from overturning.records.component import (
     sensor_location_in_header_line,
 )
 from overturning.records.formats.header import EARTHQUAKE, Fields, HeaderFields
-from overturning.records.formats.lines import FLOAT, TextLines, reads_consecutive_components
+from overturning.records.formats.lines import FLOAT, TextLines, decorator_for_reading_all_components
 from overturning.units import GAL, STANDARD_GRAVITY
 
 UNITS: Final = {"g": STANDARD_GRAVITY, "g/10": 0.1 * STANDARD_GRAVITY} | dict.fromkeys(
@@ -72,7 +72,7 @@ DATA: Final[Fields] = {
 """Fields of the line before the samples."""
 
 
-@reads_consecutive_components(r"\s*((UN)?CORRECTED|RESPONSE)", "get the file again")
+@decorator_for_reading_all_components(r"\s*((UN)?CORRECTED|RESPONSE)", "get the file again")
 def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     """Read one component of a CSMIP or CGS file (California); return the component and its number of lines."""
     volume = {"U": 1, "C": 2}.get(channel_lines.lines[0].lstrip()[0].upper())
@@ -117,7 +117,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     origin, places = header.origin_time_and_epicentre_metadata()
     if header.field_text("renadic"):
         # RENADIC omits the station number, and writes 0° N, 0° E for an unknown place.
-        station, start, places = channel_lines.lines[5].strip(), _start_time_of_renadic(header, origin), {}
+        station, start, places = channel_lines.lines[5].strip(), _start_time_of_renadic_file(header, origin), {}
         origin = None
         latitude, longitude = (latitude, longitude) if latitude or longitude else (None, None)
     signed = header.field_text("processed by") if volume == 2 else ""
@@ -145,7 +145,7 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     return component, end + 1
 
 
-def _start_time_of_renadic(header: HeaderFields, stated_origin: datetime | None) -> datetime | None:
+def _start_time_of_renadic_file(header: HeaderFields, stated_origin: datetime | None) -> datetime | None:
     """Return the UTC time of the first sample of a file of RENADIC (Chile); None if its clock does not give it.
 
     The field ORIGIN is the time of the first sample in whole seconds: in files of recorders with satellite clocks, the
@@ -222,7 +222,7 @@ def _read_time_acceleration_pairs(
     _, notes = channel_lines.skip_surplus_lines(first + -(-2 * count // 10), count, ends_file=True)
     time, samples = values[0::2], values[1::2]
     interval = round(float(time[-1] - time[0]) / max(count - 1, 1), 6)
-    channel_lines.check_even_times(
+    channel_lines.check_times_have_constant_interval(
         first, time, interval, 5, "not evenly spaced (digitised film): get volume 2 of the record"
     )
     return samples * UNITS[header.field_text("unit of the pairs").lower()], interval, notes

@@ -35,7 +35,7 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
     name, reasons = source_file.name, RecordRefusalReasons()
     columns: list[tuple[str, str]] = []
     with reasons.collect_reason():
-        text, sisters = _declared_columns_and_record_key(declared_properties.columns, name)
+        text, sisters = _column_declaration_and_record_key_of_file(declared_properties.columns, name)
         text, per_line, width = _parse_column_and_values_per_line(text, name)
         columns = _parse_axes_and_units(text, name)
         if declared_properties.sampling_interval_s is None and "time" not in dict(columns):
@@ -74,7 +74,7 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
     ]
 
 
-def _declared_columns_and_record_key(columns_text: str, file_name: str) -> tuple[str, str]:
+def _column_declaration_and_record_key_of_file(columns_text: str, file_name: str) -> tuple[str, str]:
     """Return the column declaration for a file, and a key that is equal for all files of the same record.
 
     The key has the parts of the name that each ``*`` matches; it is "" if the declaration names no files.
@@ -171,7 +171,7 @@ def _read_number_rows(
         raise RecordError(f"{name}: {why}; declare its acceleration, or say --trust-data if the heading is wrong")
     notes += (f"{name}: trusted although {why}",) if why else ()
     if values_per_line:
-        values = _read_values_of_wrapped_axis(lines, texts, separator, values_per_line, field_width)
+        values = _read_axis_with_several_samples_per_line(lines, texts, separator, values_per_line, field_width)
     else:
         cells = {i: text.split(separator) for i, text in texts.items()}
         if separator is not None:
@@ -213,7 +213,7 @@ def _missing_sample_marker(samples: FloatArray) -> float:
     return largest if largest in _MARKS and (sizes.size == 1 or sizes[-2] < 0.5 * largest) else 0.0
 
 
-def _read_values_of_wrapped_axis(
+def _read_axis_with_several_samples_per_line(
     lines: TextLines, texts_by_line: Mapping[int, str], separator: str | None, values_per_line: int, field_width: int
 ) -> FloatArray:
     """Read the samples of a file with a single axis and several samples per line, shape (samples, 1)."""

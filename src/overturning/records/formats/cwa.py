@@ -48,7 +48,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     # Some files have the sample at the end of the record, some do not.
     expected += len(values) == expected + 1
     values, notes = header.cut_to_stated_count("RecordLength(sec)", values, str(expected))
-    header.check_even_times(first, values[:, 0], interval, 1, "get the file again")
+    header.check_times_have_constant_interval(first, values[:, 0], interval, 1, "get the file again")
     return [
         header.create_component(
             axis,

@@ -29,7 +29,7 @@ def _direction_from_component_name(component_name: str) -> AxisDirection:
 
 
 def read_components(record_source: str) -> list[RecordComponent]:
-    """Read both horizontal components of a FEMA P-695 record, named ``set:id`` (set in `SETS` and its number).
+    """Read both horizontal components of a FEMA P-695 record, given as ``set:id``: record set and record number.
 
     Raises a RecordError if the record does not exist or is damaged.
     """

@@ -16,7 +16,7 @@ from overturning.records.component import (
     parse_axis_direction,
 )
 from overturning.records.formats.header import PLACE, Fields, HeaderFields, parse_time_as_utc
-from overturning.records.formats.lines import FLOAT, TextLines, reads_consecutive_components
+from overturning.records.formats.lines import FLOAT, TextLines, decorator_for_reading_all_components
 
 MM: Final = 1e-3
 TEXT_LINES: Final = 16
@@ -36,7 +36,7 @@ FIELDS: Final[Fields] = {
 }
 
 
-@reads_consecutive_components(r"(Unc|C)orrected", "get the file again")
+@decorator_for_reading_all_components(r"(Unc|C)orrected", "get the file again")
 def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     """Read one component of a GeoNet file (New Zealand); return the component and its number of lines."""
     header = HeaderFields.find_fields(channel_lines, FIELDS, TEXT_LINES, min_lines=HEADER_LINES)

@@ -45,7 +45,7 @@ def last_digit_resolution(number_text: str) -> float:
     return float(10.0 ** (int(exponent or 0) - decimals))
 
 
-def coordinate_with_hemisphere(coordinate_deg: float, hemisphere_letter: str) -> float:
+def signed_coordinate_from_hemisphere(coordinate_deg: float, hemisphere_letter: str) -> float:
     """Return a latitude or longitude, degrees, positive to the north or east, from a number and a hemisphere letter.
 
     The letter is N, E, S, W, O (Spanish for west) or empty. With S, W or O the result is negative, also if the number
@@ -200,7 +200,7 @@ class HeaderFields(TextLines):
             return None, None
         parts, each = match.groups(), len(match.groups()) // 2
         north, east = (
-            coordinate_with_hemisphere(sum(float(part) / 60**i for i, part in enumerate(of[:-1])), of[-1])
+            signed_coordinate_from_hemisphere(sum(float(part) / 60**i for i, part in enumerate(of[:-1])), of[-1])
             for of in (parts[:each], parts[each:])
         )
         return (north, east) if each == 2 else (round(north, 5), round(east, 5))

@@ -77,7 +77,7 @@ def _split_heading_line(line: str, separator: str | None, column_count: int) -> 
     return [cell.strip() for cell in cells]
 
 
-def heading_direction(heading: str) -> AxisDirection:
+def axis_direction_in_column_heading(heading: str) -> AxisDirection:
     """Return the axis direction in a column heading such as ``HNE`` or ``Acc.E-W (gal)``; else `UNKNOWN`."""
     if (whole := parse_axis_direction(heading.partition("(")[0].partition("[")[0])) != UNKNOWN:
         return whole
@@ -148,7 +148,7 @@ def heading_mismatch_notes_and_refusal(
             known: Mapping[str, float] = SECONDS if word == "time" else UNITS
             # A second line of headings may hold units only.
             named = _normalise_heading(rest or axis).rstrip(")] ").replace("seconds", "s").replace("sec", "s")
-            other_axis = word != "time" and heading_direction(text.strip("\"'# ")) not in (
+            other_axis = word != "time" and axis_direction_in_column_heading(text.strip("\"'# ")) not in (
                 UNKNOWN,
                 parse_axis_direction(word),
             )

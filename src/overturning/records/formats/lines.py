@@ -114,7 +114,7 @@ class TextLines:
             stated_count, f"{end - first_line} line{'s' * (end - first_line > 1)} of numbers"
         ) if end > first_line else ()
 
-    def check_even_times(
+    def check_times_have_constant_interval(
         self, first_line: int, time: FloatArray, sampling_interval: float, times_per_line: float, remedy: str
     ) -> None:
         """Raise a RecordError if a time in ``time``, s, deviates by more than 1.1 ms from constant intervals."""
@@ -230,7 +230,7 @@ class TextLines:
 _ComponentReader = Callable[[TextLines], tuple[RecordComponent, int]]
 
 
-def reads_consecutive_components(
+def decorator_for_reading_all_components(
     first_line_pattern: str, remedy: str
 ) -> Callable[[_ComponentReader], Callable[[SourceFile], list[RecordComponent]]]:
     """Return a decorator that turns a reader of one component into a reader of all components of a file.

@@ -135,7 +135,7 @@ def find_channel_epoch(
 def _channel_at_trace_start(
     trace: Any, inventory: Any, channel_label: str, report_contradiction: Callable[[str, str], None]
 ) -> Any:
-    """Return the StationXML channel valid at a trace's start; report a contradiction if it changes in the trace."""
+    """Return the StationXML channel valid at a trace's start; report a contradiction if it is ambiguous or changes."""
     fitting = _channels_active_at_time(trace, inventory, trace.stats.starttime)
     if not fitting:
         why = f"at {trace.stats.starttime} is not in the StationXML given"
@@ -176,7 +176,7 @@ def _channel_gain_and_unit(channel: Any, channel_label: str) -> tuple[float, str
 def _check_stage_gains(
     response: Any, gain: float, unit: str, channel_label: str, report_contradiction: Callable[[str, str], None]
 ) -> tuple[str, ...]:
-    """Compare a channel's gain with the product of its stages: return a note if close, else report a contradiction."""
+    """Compare a channel's gain with the product of its stage gains: note a small, report a large difference."""
     made, difference = _stage_gain_and_difference(response, gain)
     stated = f"has a gain of {gain:g} in the StationXML, whose stages make {made:g}"
     if difference > (MAX_VELOCITY_GAIN_DIFFERENCE if is_velocity_unit(unit) else MAX_GAIN_DIFFERENCE):

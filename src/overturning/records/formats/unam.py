@@ -10,7 +10,7 @@ from datetime import datetime, timedelta
 from typing import Final
 
 from overturning.records.component import UNKNOWN, RecordComponent, parse_axis_direction
-from overturning.records.formats.header import Fields, HeaderFields, coordinate_with_hemisphere
+from overturning.records.formats.header import Fields, HeaderFields, signed_coordinate_from_hemisphere
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -105,7 +105,7 @@ def _station_coordinates(header: HeaderFields) -> tuple[float, float]:
     )
     if latitude is None or longitude is None:
         raise header.line_error(at, "no place like 17.0 LAT. N and 100.0 LONG. W; correct it")
-    north, east = (coordinate_with_hemisphere(float(f[1]), f[2]) for f in (latitude, longitude))
+    north, east = (signed_coordinate_from_hemisphere(float(f[1]), f[2]) for f in (latitude, longitude))
     return north, east
 
 

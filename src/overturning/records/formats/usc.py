@@ -21,7 +21,7 @@ from overturning.records.component import (
     direction_from_azimuth_code,
 )
 from overturning.records.formats.header import PLACE, Fields, HeaderFields, parse_time_as_utc
-from overturning.records.formats.lines import FLOAT, TextLines, reads_consecutive_components
+from overturning.records.formats.lines import FLOAT, TextLines, decorator_for_reading_all_components
 from overturning.units import STANDARD_GRAVITY
 
 TEXT_LINES: Final = 13
@@ -45,7 +45,7 @@ LONGEST_GAP: Final = 0.1
 """Longest time between two samples, s; the instruments have periods of 0.04 s."""
 
 
-@reads_consecutive_components(
+@decorator_for_reading_all_components(
     r"FILE +\d+ OF UNCORRECTED ACCELEROGRAM DATA OF VOLUME I\b", "only volume 1 is read: get that file"
 )
 def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
@@ -71,7 +71,9 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     if abs(time[-1] - header.field_number("DURATION")) > 0.011:
         why = f"the last sample is at {time[-1]:g} s, the header's length {header.field_text('DURATION')} s"
         raise header.line_error("DURATION", f"{why}; the file is cut: get it again")
-    samples, interval, resampled = _samples_at_even_times(channel_lines, first, per_line // 2, time, samples)
+    samples, interval, resampled = _samples_at_constant_time_intervals(
+        channel_lines, first, per_line // 2, time, samples
+    )
     ends = end < len(text) and bool(text[end].strip()) and not text[end].startswith("FILE")
     return header.create_component(
         header.field_text("COMP"),
@@ -90,10 +92,10 @@ def read_components(channel_lines: TextLines) -> tuple[RecordComponent, int]:
     ), end + ends
 
 
-def _samples_at_even_times(
+def _samples_at_constant_time_intervals(
     channel_lines: TextLines, first_line: int, values_per_line: int, time: FloatArray, samples: FloatArray
 ) -> tuple[FloatArray, float, tuple[str, ...]]:
-    """Resample acceleration at constant time intervals; return it, the interval, s, and a note if it changed."""
+    """Return samples at constant time intervals, the interval (s), and a note if samples had to be resampled."""
     steps = np.diff(time)
     wrong = np.flatnonzero([time[0] != 0, *(steps <= 0) | (steps > LONGEST_GAP)])
     if wrong.size:

@@ -41,7 +41,7 @@ def clamp_magnitude(force: float, limit: float) -> float:
 
 @njit(**INLINE)
 def base_slides_in_flat_landing(friction: float, slip_velocity: float, opening_velocity: float) -> bool:
-    """True if a base that lands flat slides: its tangential velocity is at least μ × its upward velocity (m/s).
+    """True if a base that lands flat slides: its tangential velocity is at least μ × its vertical velocity (m/s).
 
     The dashpots stop the vertical motion first, and the contribution of the rotation to the slip only later. Friction
     in a plastic landing depends on the slip that remains afterwards, so rotation is left out: all contact points slide
